@@ -1,0 +1,1 @@
+//! Where can an eye be?

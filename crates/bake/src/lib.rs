@@ -1,0 +1,20 @@
+//! How does a source file become a published scene?
+//!
+//! The offline half of Belvedere, one module for each stage, in the order in which data flows:
+//!
+//! 1. [`import`] reads a glTF file, a zip of one or a floor plan into a [`source::SourceScene`] and counts its defects;
+//! 2. [`cells`] cuts the free space into convex view cells with portals;
+//! 3. [`visibility`] finds for each cell the objects and cells that can be seen from it;
+//! 4. [`lod`] makes levels of detail, each with a true object-space error;
+//! 5. [`records`] writes all of it as the immutable objects of one revision.
+//!
+//! There is no clock, no I/O and no randomness that is not seeded here: the same source gives the same bytes, whatever
+//! the thread count. Progress and cancelling are arguments.
+
+pub mod cells;
+pub mod defect;
+pub mod import;
+pub mod lod;
+pub mod progress;
+pub mod source;
+pub mod visibility;

@@ -1,0 +1,59 @@
+//! How far is the bake? The bake says what it does; whoever called it shows that, times it, or stops it.
+
+use std::fmt;
+
+/// The stages of a bake, in order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Reading the source.
+    Import,
+    /// Cutting free space into view cells.
+    Cells,
+    /// Computing each cell's visible set.
+    Visibility,
+    /// Making levels of detail.
+    Lod,
+    /// Writing records and storing everything.
+    Publish,
+}
+
+impl Stage {
+    /// Its name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Import => "import",
+            Self::Cells => "cells",
+            Self::Visibility => "visibility",
+            Self::Lod => "lod",
+            Self::Publish => "publish",
+        }
+    }
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Hears how far the bake is. Called from many threads.
+pub trait Progress: Sync {
+    /// A stage starts and has this many steps of about equal cost.
+    fn start(&self, stage: Stage, steps: u64);
+    /// Some steps are done.
+    fn advance(&self, steps: u64);
+    /// Whether the caller wants to stop. Asked before each step.
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// Hears nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn start(&self, _: Stage, _: u64) {}
+    fn advance(&self, _: u64) {}
+}

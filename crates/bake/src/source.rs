@@ -1,0 +1,178 @@
+//! What was imported? The source scene: the one form that every importer produces and every later stage reads.
+//!
+//! Spaces: positions are in model space; `world_from_object` places them. Lengths are metres, +Y is up, faces are
+//! counter-clockwise seen from their front, angles are radians, as in glTF 2.0.
+
+use glam::DMat4;
+
+/// A scene as read from a source file, before anything was computed.
+#[derive(Debug, Clone, Default)]
+pub struct SourceScene {
+    /// The file's own name for it.
+    pub title: Option<String>,
+    /// Unique geometry, each at least once used by an object.
+    pub models: Vec<SourceModel>,
+    /// Placed instances, in source order.
+    pub objects: Vec<SourceObject>,
+    /// Materials, indexed by [`Primitive::material`].
+    pub materials: Vec<Material>,
+    /// Textures, indexed by the `index` members inside [`Material::gltf`].
+    pub textures: Vec<Texture>,
+    /// Pictures, indexed by [`Texture::image`].
+    pub images: Vec<Image>,
+    /// Cameras and author's viewpoints.
+    pub viewpoints: Vec<SourceViewpoint>,
+}
+
+/// Unique geometry.
+#[derive(Debug, Clone, Default)]
+pub struct SourceModel {
+    /// The source's name for it, or `mesh[i]`.
+    pub name: String,
+    /// One for each material and topology.
+    pub primitives: Vec<Primitive>,
+}
+
+/// Geometry with one material. Strips, fans and loops are already unrolled; indices are in range; positions finite.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Primitive {
+    /// How indices make shapes.
+    pub topology: Topology,
+    /// Index into [`SourceScene::materials`]; `None` is glTF's default material.
+    pub material: Option<usize>,
+    /// One for each vertex.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normals, one for each vertex, or empty.
+    pub normals: Vec<[f32; 3]>,
+    /// Tangents with handedness in w, one for each vertex, or empty.
+    pub tangents: Vec<[f32; 4]>,
+    /// Texture coordinate sets 0, 1, …: each holds one for each vertex.
+    pub uvs: Vec<Vec<[f32; 2]>>,
+    /// Linear RGBA colours, one for each vertex, or empty.
+    pub colors: Vec<[f32; 4]>,
+    /// One (points), two (lines) or three (triangles) indices for each shape.
+    pub indices: Vec<u32>,
+}
+
+/// How indices make shapes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Topology {
+    /// One index each.
+    Points,
+    /// Two indices each.
+    Lines,
+    /// Three indices each.
+    #[default]
+    Triangles,
+}
+
+impl Topology {
+    /// How many indices make one shape.
+    #[must_use]
+    pub fn arity(self) -> usize {
+        match self {
+            Self::Points => 1,
+            Self::Lines => 2,
+            Self::Triangles => 3,
+        }
+    }
+}
+
+/// A placed instance of a model.
+#[derive(Debug, Clone)]
+pub struct SourceObject {
+    /// The name of its node, or `node[i]`.
+    pub source_node: String,
+    /// Which part of a mesh that was split spatially, 0 when it was not.
+    pub part: u32,
+    /// Index into [`SourceScene::models`].
+    pub model: usize,
+    /// Places model space in the world; finite and affine, may mirror.
+    pub world_from_object: DMat4,
+    /// What its author said it is.
+    pub role: Role,
+}
+
+/// What an author said an object is, through `extras.belvedere` or a name prefix (`door:` …).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Role {
+    /// Nothing special.
+    #[default]
+    Ordinary,
+    /// Can be opened and closed; does not hide anything in format 1.
+    Door,
+}
+
+/// A material, kept as glTF wrote it.
+#[derive(Debug, Clone)]
+pub struct Material {
+    /// The glTF material object. Every `index` inside a `…Texture` member is an index into [`SourceScene::textures`].
+    pub gltf: serde_json::Value,
+    /// Whether light passes in places: alpha mode `MASK` or `BLEND`, or transmission. Such faces hide nothing.
+    pub see_through: bool,
+    /// Whether back faces are drawn. Where they are not, one sees through a face from behind.
+    pub double_sided: bool,
+}
+
+/// A picture with a way of sampling it.
+#[derive(Debug, Clone)]
+pub struct Texture {
+    /// Index into [`SourceScene::images`].
+    pub image: usize,
+    /// The glTF sampler object, when there is one.
+    pub sampler: Option<serde_json::Value>,
+}
+
+/// A picture as it was encoded in the source.
+#[derive(Debug, Clone)]
+pub struct Image {
+    /// `png`, `jpg`, `webp`, `ktx2` … by what the bytes say.
+    pub ext: &'static str,
+    /// `image/png` …
+    pub media_type: &'static str,
+    /// The encoded picture.
+    pub bytes: Vec<u8>,
+}
+
+/// A place to start from.
+#[derive(Debug, Clone)]
+pub struct SourceViewpoint {
+    /// Its name for people.
+    pub name: String,
+    /// The eye and its axes; looks along −Z, +Y up, as a glTF camera does.
+    pub world_from_camera: DMat4,
+}
+
+impl Primitive {
+    /// How many shapes there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.indices.len() / self.topology.arity()
+    }
+
+    /// The corners of each triangle; nothing for points and lines.
+    pub fn triangles(&self) -> impl Iterator<Item = [[f32; 3]; 3]> {
+        let indices = if self.topology == Topology::Triangles {
+            &self.indices[..]
+        } else {
+            &[]
+        };
+        indices
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|t| t.map(|i| self.positions[i as usize]))
+    }
+}
+
+impl SourceModel {
+    /// Triangles of all primitives.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.primitives
+            .iter()
+            .filter(|p| p.topology == Topology::Triangles)
+            .map(Primitive::count)
+            .sum()
+    }
+}

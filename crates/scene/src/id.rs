@@ -1,0 +1,355 @@
+//! How are things named?
+//!
+//! Dense indices (`o9`, `c12`, `m3`) name what stands inside one revision; a [`BlobHash`] names bytes by their content
+//! (SHA-256, so that `sha256sum` and a browser's WebCrypto can check it); a [`SceneName`] names a world in a URL.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// Why a text is not an id.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum IdError {
+    /// A dense id is its letter and a decimal number without leading zeros.
+    #[error("`{text}` is not {what}: expected `{letter}` and a number, like `{letter}12`")]
+    Dense {
+        /// What was read.
+        text: String,
+        /// What it should have named.
+        what: &'static str,
+        /// The letter of this kind of id.
+        letter: char,
+    },
+    /// A scene name must be usable as one URL segment and one folder name everywhere.
+    #[error(
+        "`{0}` is not a scene name: use 1 to 64 of a-z, 0-9, `-` and `_`, starting with a letter or digit (`index` is taken)"
+    )]
+    Scene(String),
+    /// A blob is named by 64 lower-case hex digits.
+    #[error("`{0}` is not a content hash: expected 64 lower-case hex digits")]
+    Hash(String),
+    /// The name of an immutable object is its hash and its extension.
+    #[error("`{0}` is not the name of an immutable object: expected a content hash, a dot and an extension")]
+    Blob(String),
+    /// A revision is 16 lower-case hex digits.
+    #[error("`{0}` is not a revision: expected 16 lower-case hex digits")]
+    Revision(String),
+}
+
+macro_rules! dense_id {
+    ($(#[$doc:meta])* $name:ident, $letter:literal, $what:literal) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// The id as an index into a dense table.
+            #[must_use]
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, concat!($letter, "{}"), self.0)
+            }
+        }
+
+        impl FromStr for $name {
+            type Err = IdError;
+
+            fn from_str(text: &str) -> Result<Self, IdError> {
+                let digits = text.strip_prefix($letter).filter(|d| {
+                    !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()) && (*d == "0" || !d.starts_with('0'))
+                });
+                digits.and_then(|d| d.parse().ok()).map(Self).ok_or_else(|| IdError::Dense {
+                    text: text.to_owned(),
+                    what: $what,
+                    letter: $letter,
+                })
+            }
+        }
+
+        string_serde!($name);
+    };
+}
+
+/// Serialises through `Display` and `FromStr`.
+macro_rules! string_serde {
+    ($name:ident) => {
+        impl Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.collect_str(self)
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let text = std::borrow::Cow::<'de, str>::deserialize(deserializer)?;
+                text.parse().map_err(serde::de::Error::custom)
+            }
+        }
+    };
+}
+
+dense_id!(
+    /// A placed object of one revision, `o9`.
+    ObjectId, 'o', "an object"
+);
+dense_id!(
+    /// A view cell of one revision, `c12`.
+    CellId, 'c', "a view cell"
+);
+dense_id!(
+    /// Unique geometry of one revision, `m3`, shared by every object that uses it.
+    ModelId, 'm', "a model"
+);
+
+/// The SHA-256 of a blob's bytes.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BlobHash(pub [u8; 32]);
+
+impl BlobHash {
+    /// Names these bytes.
+    #[must_use]
+    pub fn of(bytes: &[u8]) -> Self {
+        Self(Sha256::digest(bytes).into())
+    }
+}
+
+impl fmt::Display for BlobHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl fmt::Debug for BlobHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "BlobHash({self})")
+    }
+}
+
+impl FromStr for BlobHash {
+    type Err = IdError;
+
+    fn from_str(text: &str) -> Result<Self, IdError> {
+        let wrong = || IdError::Hash(text.to_owned());
+        if text.len() != 64 || !text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f')) {
+            return Err(wrong());
+        }
+        let mut bytes = [0; 32];
+        for (byte, pair) in bytes.iter_mut().zip(text.as_bytes().chunks(2)) {
+            let pair = std::str::from_utf8(pair).map_err(|_| wrong())?;
+            *byte = u8::from_str_radix(pair, 16).map_err(|_| wrong())?;
+        }
+        Ok(Self(bytes))
+    }
+}
+
+string_serde!(BlobHash);
+
+/// The name of an immutable object below `/o/`: `{hash}.{ext}`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BlobName {
+    hash: BlobHash,
+    ext: String,
+}
+
+impl BlobName {
+    /// Names these bytes; `ext` is one to eight of `a-z0-9`.
+    ///
+    /// # Errors
+    /// When the extension holds anything else.
+    pub fn of(bytes: &[u8], ext: &str) -> Result<Self, IdError> {
+        Self::new(BlobHash::of(bytes), ext)
+    }
+
+    /// Puts a known hash and an extension together.
+    ///
+    /// # Errors
+    /// When the extension is not one to eight of `a-z0-9`.
+    pub fn new(hash: BlobHash, ext: &str) -> Result<Self, IdError> {
+        if ext.is_empty() || ext.len() > 8 || !ext.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit()) {
+            return Err(IdError::Blob(format!("{hash}.{ext}")));
+        }
+        Ok(Self {
+            hash,
+            ext: ext.to_owned(),
+        })
+    }
+
+    /// The content hash.
+    #[must_use]
+    pub fn hash(&self) -> BlobHash {
+        self.hash
+    }
+
+    /// The extension, without the dot.
+    #[must_use]
+    pub fn ext(&self) -> &str {
+        &self.ext
+    }
+
+    /// The URL below the root of the published tree: `/o/{hash}.{ext}`.
+    #[must_use]
+    pub fn url(&self) -> String {
+        format!("/o/{self}")
+    }
+
+    /// Reads a URL written by [`BlobName::url`].
+    ///
+    /// # Errors
+    /// When it is anything else.
+    pub fn from_url(url: &str) -> Result<Self, IdError> {
+        url.strip_prefix("/o/")
+            .ok_or_else(|| IdError::Blob(url.to_owned()))?
+            .parse()
+    }
+}
+
+impl fmt::Display for BlobName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.hash, self.ext)
+    }
+}
+
+impl FromStr for BlobName {
+    type Err = IdError;
+
+    fn from_str(text: &str) -> Result<Self, IdError> {
+        let (hash, ext) = text.split_once('.').ok_or_else(|| IdError::Blob(text.to_owned()))?;
+        let hash = hash.parse().map_err(|_| IdError::Blob(text.to_owned()))?;
+        Self::new(hash, ext)
+    }
+}
+
+/// Serialises as its URL, `/o/{hash}.{ext}`.
+impl Serialize for BlobName {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.url())
+    }
+}
+
+impl<'de> Deserialize<'de> for BlobName {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let url = std::borrow::Cow::<'de, str>::deserialize(deserializer)?;
+        Self::from_url(&url).map_err(serde::de::Error::custom)
+    }
+}
+
+/// One immutable bake of a scene: the first 16 hex digits of its manifest's hash.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Revision(pub [u8; 8]);
+
+impl Revision {
+    /// The revision whose manifest has this hash.
+    #[must_use]
+    pub fn of_manifest(hash: BlobHash) -> Self {
+        let mut first = [0; 8];
+        first.copy_from_slice(&hash.0[..8]);
+        Self(first)
+    }
+}
+
+impl fmt::Display for Revision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl FromStr for Revision {
+    type Err = IdError;
+
+    fn from_str(text: &str) -> Result<Self, IdError> {
+        let wrong = || IdError::Revision(text.to_owned());
+        if text.len() != 16 || !text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f')) {
+            return Err(wrong());
+        }
+        u64::from_str_radix(text, 16)
+            .map(|n| Self(n.to_be_bytes()))
+            .map_err(|_| wrong())
+    }
+}
+
+string_serde!(Revision);
+
+/// The name of a world: one URL segment, one folder name.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SceneName(String);
+
+impl SceneName {
+    /// The name as text.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for SceneName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl FromStr for SceneName {
+    type Err = IdError;
+
+    fn from_str(text: &str) -> Result<Self, IdError> {
+        let ok = (1..=64).contains(&text.len())
+            && text != "index"
+            && text
+                .bytes()
+                .all(|b| matches!(b, b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_'))
+            && text.starts_with(|c: char| c.is_ascii_alphanumeric());
+        if ok {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err(IdError::Scene(text.to_owned()))
+        }
+    }
+}
+
+string_serde!(SceneName);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_read_what_they_write() {
+        assert_eq!("c12".parse(), Ok(CellId(12)));
+        assert_eq!(CellId(12).to_string(), "c12");
+        assert_eq!("o0".parse(), Ok(ObjectId(0)));
+        let hash = BlobHash::of(b"hello");
+        assert_eq!(hash.to_string().parse(), Ok(hash));
+        assert_eq!(
+            hash.to_string(),
+            "2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824"
+        );
+        let name = BlobName::new(hash, "glb").unwrap();
+        assert_eq!(BlobName::from_url(&name.url()), Ok(name));
+        let revision = Revision::of_manifest(hash);
+        assert_eq!(revision.to_string().parse(), Ok(revision));
+    }
+
+    #[test]
+    fn what_is_not_an_id_is_refused() {
+        for text in ["", "c", "o1", "c01", "c-1", "c+1", "c4294967296", "c1 ", "C1", "c１"] {
+            assert!(text.parse::<CellId>().is_err(), "accepted {text:?}");
+        }
+        for text in ["", "index", "a/b", "..", "-a", "A", "ä", &"a".repeat(65)] {
+            assert!(text.parse::<SceneName>().is_err(), "accepted {text:?}");
+        }
+        let hash = BlobHash::of(b"").to_string();
+        for text in [
+            hash.to_uppercase(),
+            format!("{hash}.glb/"),
+            hash[1..].to_owned(),
+            format!("{hash}.GLB"),
+        ] {
+            assert!(text.parse::<BlobName>().is_err(), "accepted {text:?}");
+        }
+    }
+}

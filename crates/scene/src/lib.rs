@@ -1,0 +1,27 @@
+//! What does a published scene look like?
+//!
+//! This crate is the only thing that the offline half (`belvedere-bake`), the server and the client share: the
+//! vocabulary of a published scene and its encodings. It does no I/O and nothing in it is async.
+//!
+//! A tour, from the outside in:
+//!
+//! * [`id`]: names of things (`o9`, `c12`, `m3`, a [`BlobHash`], a [`SceneName`]).
+//! * [`bounds`]: axis-aligned boxes in metres.
+//! * [`pointer`]: the one small mutable document of a scene, and the list of scenes.
+//! * [`manifest`]: the immutable entry of one revision; it names the roots of the two index trees.
+//! * [`index`]: pages and chunks, through which a client finds a cell or an object without reading the whole world.
+//! * [`object`]: object infos: where an object stands and which levels of detail it has.
+//! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
+//!
+//! `docs/FORMAT.md` specifies all of it to the byte.
+
+pub mod bounds;
+pub mod id;
+pub mod index;
+pub mod manifest;
+pub mod object;
+pub mod pointer;
+pub mod record;
+
+pub use bounds::Bounds;
+pub use id::{BlobHash, BlobName, CellId, IdError, ModelId, ObjectId, Revision, SceneName};

@@ -1,0 +1,65 @@
+//! What belongs to one revision? The immutable entry document.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Bounds, index::Page, object::ObjectChunk, pointer::Viewpoint};
+
+/// The version of the published format that this build writes and reads.
+pub const FORMAT: u32 = 1;
+
+/// The immutable entry of a revision (`/o/{hash}.json`). It stays small however large the world is: the two roots
+/// hold at most [`crate::index::PAGE_ENTRIES`] entries each.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// [`FORMAT`].
+    pub format: u32,
+    /// The scene's name for people.
+    pub title: String,
+    /// The box around its objects, metres.
+    pub bounds: Bounds,
+    /// Always `+Y`.
+    pub up: String,
+    /// Always `m`.
+    pub unit: String,
+    /// How many view cells, objects and models there are, and triangles at level 0.
+    pub counts: Counts,
+    /// Sizes by name, as in the pointer.
+    pub bytes: BTreeMap<String, u64>,
+    /// Where one may start; at least one.
+    pub viewpoints: Vec<Viewpoint>,
+    /// How the sets were computed.
+    pub visibility: VisibilitySummary,
+    /// Root of the tree that finds cells by place; leads to [`crate::index::CellChunk`]s.
+    pub cells: Page,
+    /// Root of the tree that finds objects by id; leads to [`ObjectChunk`]s.
+    pub objects: Page,
+    /// A small world loses with cells: below a size that the bake decides, every object is listed here and clients
+    /// load them all.
+    pub whole: Option<ObjectChunk>,
+}
+
+/// How many things a revision has.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
+    /// View cells.
+    pub cells: u32,
+    /// Placed objects.
+    pub objects: u32,
+    /// Unique geometries.
+    pub models: u32,
+    /// Triangles drawn when every object stands at level 0.
+    pub triangles: u64,
+}
+
+/// How the visible sets of a revision were computed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VisibilitySummary {
+    /// `sampled` in format 1.
+    pub method: String,
+    /// Whether a set may miss something.
+    pub guarantee: crate::record::Guarantee,
+    /// Mean number of objects in a cell's set.
+    pub mean_visible: f64,
+}
