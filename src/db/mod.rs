@@ -12,7 +12,7 @@ use belvedere_scene::{
     pointer::{Pointer, SceneList},
 };
 use sqlx::{
-    Row, SqlitePool,
+    AssertSqlSafe, Row, SqlitePool,
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
 
@@ -158,32 +158,33 @@ impl Catalogue {
             .collect()
     }
 
-    /// Every blob that some revision needs.
-    pub(crate) async fn blobs_in_use(&self) -> anyhow::Result<BTreeSet<BlobName>> {
-        let rows = sqlx::query("SELECT DISTINCT blob FROM revision_blobs")
-            .fetch_all(&self.pool)
-            .await?;
-        rows.iter()
-            .map(|row| Ok(row.try_get::<&str, _>("blob")?.parse()?))
-            .collect()
+    /// Every blob that the newest `keep` revisions of some scene need; the current one always counts.
+    pub(crate) async fn blobs_in_use(&self, keep: u32) -> anyhow::Result<BTreeSet<BlobName>> {
+        let sql = AssertSqlSafe(format!(
+            "SELECT DISTINCT blob FROM revision_blobs WHERE (scene, revision) NOT IN ({OLD_REVISIONS})"
+        ));
+        let rows = sqlx::query(sql).bind(i64::from(keep)).fetch_all(&self.pool).await?;
+        rows.iter().map(|row| Ok(row.try_get::<&str, _>("blob")?.parse()?)).collect()
+    }
+
+    /// How many revisions [`Catalogue::forget_old_revisions`] would remove.
+    pub(crate) async fn old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
+        let sql = AssertSqlSafe(format!("SELECT count(*) AS old FROM ({OLD_REVISIONS})"));
+        let row = sqlx::query(sql).bind(i64::from(keep)).fetch_one(&self.pool).await?;
+        Ok(u64::try_from(row.try_get::<i64, _>("old")?)?)
     }
 
     /// Forgets all but the newest `keep` revisions of each scene; the current one is always kept. Says how many went.
     pub(crate) async fn forget_old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
-        let gone = sqlx::query(
-            "DELETE FROM revisions WHERE (scene, revision) IN ( \
-               SELECT scene, revision FROM ( \
-                 SELECT scene, revision, row_number() OVER (PARTITION BY scene ORDER BY published_at DESC) AS age \
-                 FROM revisions) \
-               WHERE age > ?) \
-             AND (scene, revision) NOT IN (SELECT scene, revision FROM scenes)",
-        )
-        .bind(i64::from(keep))
-        .execute(&self.pool)
-        .await?;
-        Ok(gone.rows_affected())
+        let sql = AssertSqlSafe(format!("DELETE FROM revisions WHERE (scene, revision) IN ({OLD_REVISIONS})"));
+        Ok(sqlx::query(sql).bind(i64::from(keep)).execute(&self.pool).await?.rows_affected())
     }
 }
+
+/// Revisions that are neither current nor among the newest; binds how many to keep.
+const OLD_REVISIONS: &str = "SELECT scene, revision FROM ( \
+       SELECT scene, revision, row_number() OVER (PARTITION BY scene ORDER BY published_at DESC) AS age FROM revisions) \
+     WHERE age > ? AND (scene, revision) NOT IN (SELECT scene, revision FROM scenes)";
 
 /// The list of scenes that these pointers make.
 pub(crate) fn scene_list(pointers: &[Pointer]) -> SceneList {

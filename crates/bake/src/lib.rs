@@ -15,6 +15,11 @@ pub mod cells;
 pub mod defect;
 pub mod import;
 pub mod lod;
+mod pipeline;
 pub mod progress;
+pub mod records;
 pub mod source;
 pub mod visibility;
+pub mod world;
+
+pub use pipeline::{BakeError, BakeSettings, Source, bake};
