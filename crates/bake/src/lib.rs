@@ -18,3 +18,4 @@ pub mod lod;
 pub mod progress;
 pub mod source;
 pub mod visibility;
+pub mod world;
