@@ -39,7 +39,9 @@ const BACK_HIDES: u8 = 2;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WorldError {
     /// Memory would not suffice.
-    #[error("the scene has {count} triangles with all its instances, at most {MAX_TRIANGLES} are possible: bake it in parts")]
+    #[error(
+        "the scene has {count} triangles with all its instances, at most {MAX_TRIANGLES} are possible: bake it in parts"
+    )]
     TooManyTriangles {
         /// How many there are.
         count: usize,
@@ -175,7 +177,11 @@ impl World {
     /// # Errors
     /// When it has too many triangles or is too large.
     pub fn new(scene: &SourceScene) -> Result<Self, WorldError> {
-        let count = scene.objects.iter().map(|o| scene.models[o.model].triangle_count()).sum();
+        let count = scene
+            .objects
+            .iter()
+            .map(|o| scene.models[o.model].triangle_count())
+            .sum();
         if count > MAX_TRIANGLES {
             return Err(WorldError::TooManyTriangles { count });
         }
@@ -187,7 +193,11 @@ impl World {
             DVec3::from(bounds.center())
         };
         for (object, b) in object_bounds.iter().enumerate().filter(|(_, b)| !b.is_empty()) {
-            let reach_m = b.corners().map(|c| (DVec3::from(c) - origin).length()).into_iter().fold(0.0, f64::max);
+            let reach_m = b
+                .corners()
+                .map(|c| (DVec3::from(c) - origin).length())
+                .into_iter()
+                .fold(0.0, f64::max);
             if !(reach_m <= MAX_REACH_M) {
                 return Err(WorldError::TooLarge {
                     object,
@@ -218,7 +228,11 @@ impl World {
             });
         }
         let hierarchy = hierarchy_over(triangles.iter().map(Triangle::padded_box).collect());
-        let facets = hierarchy.primitive_indices.iter().map(|i| triangles[*i as usize].facet(*i)).collect();
+        let facets = hierarchy
+            .primitive_indices
+            .iter()
+            .map(|i| triangles[*i as usize].facet(*i))
+            .collect();
         Ok(Self {
             origin,
             bounds,
