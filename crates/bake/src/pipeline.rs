@@ -8,9 +8,9 @@ use crate::{
     defect::Defects,
     import::split::{self, SplitSettings},
     lod::LodSettings,
-    progress::Progress,
+    progress::{Cancelled, Progress},
     records::{self, BlobSink, SinkError, Written},
-    source::SourceScene,
+    source::{Material, SourceScene},
     visibility::{self, VisibilitySettings},
     world::{World, WorldError},
 };
@@ -37,12 +37,15 @@ pub enum BakeError {
     /// The scene cannot be flattened.
     #[error(transparent)]
     World(#[from] WorldError),
-    /// The free space cannot be cut.
-    #[error(transparent)]
-    Cells(#[from] cells::CellError),
     /// The store refused an object.
     #[error(transparent)]
     Sink(#[from] SinkError),
+}
+
+impl From<Cancelled> for BakeError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
 }
 
 /// Bakes an imported scene: split → cells → visibility → levels → records. Everything goes to the sink; the caller
@@ -59,9 +62,15 @@ pub fn bake(
 ) -> Result<Written, BakeError> {
     let scene = in_spatial_order(split::split(source.scene, &settings.split, defects));
     let world = World::new(&scene)?;
-    let viewpoints: Vec<DVec3> = scene.viewpoints.iter().map(|v| v.world_from_camera.w_axis.truncate()).collect();
+    let viewpoints: Vec<[f64; 3]> =
+        scene.viewpoints.iter().map(|v| v.world_from_camera.w_axis.truncate().to_array()).collect();
     let graph = cells::build(&world, &viewpoints, &settings.cells, progress)?;
     let visibility = visibility::compute(&world, &graph, &settings.visibility, progress)?;
+    let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
+    let lod = LodSettings {
+        double_sided: scene.materials.iter().enumerate().filter_map(drawn_from_both_sides).collect(),
+        ..settings.lod.clone()
+    };
     let input = records::Input {
         scene: &scene,
         title: &source.title,
@@ -70,7 +79,7 @@ pub fn bake(
         graph: &graph,
         visibility: &visibility,
         method: settings.visibility.method,
-        lod: &settings.lod,
+        lod: &lod,
     };
     records::write(input, sink, progress)
 }

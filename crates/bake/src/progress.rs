@@ -57,3 +57,8 @@ impl Progress for Silent {
     fn start(&self, _: Stage, _: u64) {}
     fn advance(&self, _: u64) {}
 }
+
+/// The caller asked to stop, so there is no result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;

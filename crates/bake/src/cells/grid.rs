@@ -1,0 +1,227 @@
+//! Where do grid lines lie? On large walls and floors, and between them evenly.
+//!
+//! All positions are relative to the world's origin. Outside the scene's box lines grow apart, because nothing is
+//! there but room to stand in.
+
+use belvedere_scene::Bounds;
+use glam::Vec3;
+
+use super::CellSettings;
+use crate::world::{Triangle, World};
+
+/// How much further apart each line outside the scene is than the one before.
+const OUTSIDE_GROWTH: f32 = 1.5;
+/// Planes nearer to each other than this share of a voxel are one.
+const MIN_GAP: f32 = 0.2;
+/// A face is on a plane when it is no further away than this share of a voxel.
+const ON_PLANE: f32 = 0.005;
+/// A plane attracts a line when its faces cover at least this many voxel faces.
+const MIN_FACES: f64 = 12.0;
+
+/// A box of voxels: from the first of each axis up to and excluding the second.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct IndexBox {
+    pub(super) min: [usize; 3],
+    pub(super) max: [usize; 3],
+}
+
+/// A rectilinear grid.
+pub(super) struct Grid {
+    /// For each axis the rising positions of its lines, at least two.
+    lines: [Vec<f32>; 3],
+    voxel_m: f32,
+    tolerance_m: f32,
+    metre: f32,
+    scene_m: f32,
+}
+
+impl Grid {
+    /// The grid of a world: voxels of the wanted size, or larger when that were too many.
+    pub(super) fn over(world: &World, settings: &CellSettings) -> Self {
+        let bounds = world.bounds();
+        let bounds = if bounds.is_empty() {
+            Bounds::around([world.origin().to_array()])
+        } else {
+            bounds
+        };
+        let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+        let scene_m = (max - min).max_element();
+        // What stands for a metre: in a scene of less than four metres a quarter of it.
+        let metre = if scene_m > 0.0 { (scene_m / 4.0).min(1.0) } else { 1.0 };
+        let planes = [0, 1, 2].map(|axis| Planes::of(world.triangles(), axis, scene_m));
+        let mut voxel_m = settings.voxel_m * metre;
+        loop {
+            let tolerance_m = (ON_PLANE * voxel_m).max(8.0 * f32::EPSILON * scene_m);
+            let lines = [0, 1, 2].map(|axis| {
+                let scene = min[axis]..=max[axis];
+                let mut lines = inside(scene, planes[axis].lines(voxel_m), voxel_m);
+                let above = 2.0 * metre;
+                let room = if axis == 1 {
+                    above.max((0.05 * scene_m).min(max.y - min.y))
+                } else {
+                    above.max(0.05 * scene_m)
+                };
+                surround(&mut lines, room, voxel_m, axis != 1);
+                lines
+            });
+            let count = lines.iter().fold(1.0, |n, l| n * (l.len() - 1) as f64);
+            if count <= settings.max_voxels.max(64) as f64 {
+                return Self {
+                    lines,
+                    voxel_m,
+                    tolerance_m,
+                    metre,
+                    scene_m,
+                };
+            }
+            voxel_m *= 1.1;
+        }
+    }
+
+    /// Voxels along each axis.
+    pub(super) fn size(&self) -> [usize; 3] {
+        [0, 1, 2].map(|axis| self.lines[axis].len() - 1)
+    }
+
+    /// The largest edge of a voxel inside the scene.
+    pub(super) fn voxel_m(&self) -> f32 {
+        self.voxel_m
+    }
+
+    /// What stands for a metre in a very small scene, else one metre.
+    pub(super) fn metre(&self) -> f32 {
+        self.metre
+    }
+
+    /// The longest edge of the scene's box.
+    pub(super) fn scene_m(&self) -> f32 {
+        self.scene_m
+    }
+
+    /// How far from a plane is still on it.
+    pub(super) fn tolerance_m(&self) -> f32 {
+        self.tolerance_m
+    }
+
+    /// The lines of one axis.
+    pub(super) fn lines(&self, axis: usize) -> &[f32] {
+        &self.lines[axis]
+    }
+
+    /// The edge of a voxel.
+    pub(super) fn width_m(&self, axis: usize, index: usize) -> f32 {
+        self.lines[axis][index + 1] - self.lines[axis][index]
+    }
+
+    /// The voxels whose inside an interval meets, as a range that is never empty.
+    pub(super) fn range(&self, axis: usize, from: f32, to: f32) -> [usize; 2] {
+        let lines = &self.lines[axis];
+        let first = lines.partition_point(|line| *line <= from).saturating_sub(1);
+        let first = first.min(lines.len() - 2);
+        let end = lines
+            .partition_point(|line| *line < to)
+            .clamp(first + 1, lines.len() - 1);
+        [first, end]
+    }
+
+    /// The voxel that holds a point, or the nearest.
+    pub(super) fn voxel_at(&self, point: Vec3) -> [usize; 3] {
+        [0, 1, 2].map(|axis| self.range(axis, point[axis], point[axis])[0])
+    }
+
+    /// Two opposite corners of a box of voxels.
+    pub(super) fn bounds(&self, voxels: &IndexBox) -> [Vec3; 2] {
+        [voxels.min, voxels.max].map(|corner| Vec3::from([0, 1, 2].map(|axis| self.lines[axis][corner[axis]])))
+    }
+
+    /// The whole grid.
+    pub(super) fn everything(&self) -> IndexBox {
+        IndexBox {
+            min: [0; 3],
+            max: self.size(),
+        }
+    }
+}
+
+/// The planes of faces across one axis.
+struct Planes(Vec<Plane>);
+
+struct Plane {
+    at: f32,
+    area_m2: f64,
+}
+
+impl Planes {
+    /// Largest first.
+    fn of(triangles: &[Triangle], axis: usize, scene_m: f32) -> Self {
+        let flat = 1e-6 * scene_m;
+        let mut faces: Vec<_> = triangles
+            .iter()
+            .filter(|triangle| triangle.hides())
+            .filter_map(|triangle| {
+                let [a, b, c] = triangle.corners.map(|p| p[axis]);
+                let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+                (high - low <= flat).then(|| (0.5 * (low + high), f64::from(triangle.area_m2())))
+            })
+            .collect();
+        faces.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut planes: Vec<Plane> = Vec::new();
+        for (at, area_m2) in faces {
+            match planes.last_mut() {
+                Some(plane) if at - plane.at <= flat => plane.area_m2 += area_m2,
+                _ => planes.push(Plane { at, area_m2 }),
+            }
+        }
+        planes.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.at.total_cmp(&b.at)));
+        Self(planes)
+    }
+
+    /// The positions of large planes that keep their distance from larger ones, in no order.
+    fn lines(&self, voxel_m: f32) -> Vec<f32> {
+        let least = MIN_FACES * f64::from(voxel_m).powi(2);
+        let mut lines: Vec<f32> = Vec::new();
+        for plane in self.0.iter().take_while(|plane| plane.area_m2 >= least) {
+            let place = lines.partition_point(|line| *line < plane.at);
+            let near = |line: Option<&f32>| line.is_some_and(|line| (line - plane.at).abs() < MIN_GAP * voxel_m);
+            if !near(lines.get(place)) && !near(place.checked_sub(1).and_then(|before| lines.get(before))) {
+                lines.insert(place, plane.at);
+            }
+        }
+        lines
+    }
+}
+
+/// The ends of the scene, the given lines and as many between them as voxels need.
+fn inside(scene: std::ops::RangeInclusive<f32>, planes: Vec<f32>, voxel_m: f32) -> Vec<f32> {
+    let (start, end) = (*scene.start(), *scene.end());
+    let mut fixed = vec![start];
+    let gap = MIN_GAP * voxel_m;
+    fixed.extend(planes.into_iter().filter(|at| *at > start + gap && *at < end - gap));
+    if end > start {
+        fixed.push(end);
+    }
+    let mut lines = vec![start];
+    for pair in fixed.windows(2) {
+        let count = ((pair[1] - pair[0]) / voxel_m - 1e-3).ceil().max(1.0);
+        lines.extend((1..count as usize).map(|i| pair[0] + (pair[1] - pair[0]) * i as f32 / count));
+        lines.push(pair[1]);
+    }
+    lines
+}
+
+/// Adds lines outside: above, and `below` too where wanted.
+fn surround(lines: &mut Vec<f32>, room: f32, voxel_m: f32, below: bool) {
+    let mut offsets = Vec::new();
+    let (mut offset, mut step) = (0.0, voxel_m);
+    while offset < room {
+        offset += step;
+        offsets.push(offset.min(room));
+        step *= OUTSIDE_GROWTH;
+    }
+    let (first, last) = (lines[0], lines[lines.len() - 1]);
+    lines.extend(offsets.iter().map(|offset| last + offset));
+    if below {
+        lines.splice(0..0, offsets.iter().rev().map(|offset| first - offset));
+    }
+    lines.dedup();
+}

@@ -1,0 +1,255 @@
+//! Which boxes is the reachable space cut into?
+//!
+//! A k-d partition, best first: the box with the longest edge is split next, where the plane is mostly wall, or, when
+//! no plane is and the box is too large, near its middle. A box without reachable voxels is dropped; what is left is
+//! shrunk to its reachable voxels and then grown by one voxel where a slanted surface leaves half-filled voxels.
+
+use std::{cmp::Ordering, collections::BinaryHeap};
+
+use super::{CellSettings, grid::IndexBox, voxels::Voxels};
+
+/// A vertical edge may be this share of the longest horizontal one.
+const HEIGHT_SHARE: f32 = 0.5;
+/// Boxes with no edge longer than this, in metres, stay whole.
+const MIN_CELL_M: f32 = 1.5;
+/// A scene without walls is cut into about this many boxes along its longest edge.
+const BOXES_ALONG: f32 = 12.0;
+/// How much a split through the middle is preferred over one at the side, in shares of wall.
+const BALANCE: f64 = 0.1;
+/// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.
+const MIN_SECTION: f64 = 0.5;
+
+struct Node {
+    voxels: IndexBox,
+    children: Option<[usize; 2]>,
+}
+
+struct Open {
+    longest_m: f32,
+    node: usize,
+}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Open {}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.longest_m
+            .total_cmp(&other.longest_m)
+            .then(other.node.cmp(&self.node))
+    }
+}
+
+/// A plane across an axis, before the voxels with this index.
+struct Plane {
+    axis: usize,
+    index: usize,
+}
+
+/// Disjoint boxes that hold all reached voxels, neighbours near each other.
+pub(super) fn leaves(voxels: &Voxels, settings: &CellSettings) -> Vec<IndexBox> {
+    let Some(root) = shrunk(voxels, voxels.grid.everything()) else {
+        return vec![voxels.grid.everything()];
+    };
+    let mut nodes = vec![Node {
+        voxels: root,
+        children: None,
+    }];
+    let mut open = BinaryHeap::from([Open {
+        longest_m: longest_m(voxels, &root),
+        node: 0,
+    }]);
+    // What each half may grow into: the box before it was shrunk.
+    let mut regions = vec![voxels.grid.everything()];
+    let mut count = 1;
+    while let Some(Open { node, .. }) = open.pop() {
+        if count >= settings.max_cells.max(1) {
+            break;
+        }
+        let Some(plane) = split_of(voxels, &nodes[node].voxels, settings) else {
+            continue;
+        };
+        let (mut low, mut high) = (regions[node], regions[node]);
+        low.max[plane.axis] = plane.index;
+        high.min[plane.axis] = plane.index;
+        let children = [low, high].map(|region| {
+            // The plane was chosen inside the shrunk box, so both halves hold reached voxels.
+            let half = shrunk(voxels, region).unwrap_or(region);
+            nodes.push(Node {
+                voxels: half,
+                children: None,
+            });
+            regions.push(region);
+            open.push(Open {
+                longest_m: longest_m(voxels, &half),
+                node: nodes.len() - 1,
+            });
+            nodes.len() - 1
+        });
+        nodes[node].children = Some(children);
+        count += 1;
+    }
+    let mut leaves = Vec::with_capacity(count);
+    let mut stack = vec![0];
+    while let Some(node) = stack.pop() {
+        match nodes[node].children {
+            Some([low, high]) => stack.extend([high, low]),
+            None => leaves.push(grown(voxels, nodes[node].voxels, &regions[node])),
+        }
+    }
+    leaves
+}
+
+fn longest_m(voxels: &Voxels, node: &IndexBox) -> f32 {
+    let [min, max] = voxels.grid.bounds(node);
+    (max - min).max_element()
+}
+
+fn voxels_in(node: &IndexBox) -> impl Iterator<Item = [usize; 3]> {
+    let (min, max) = (node.min, node.max);
+    (min[2]..max[2]).flat_map(move |z| (min[1]..max[1]).flat_map(move |y| (min[0]..max[0]).map(move |x| [x, y, z])))
+}
+
+/// The box of the reached voxels of a box.
+fn shrunk(voxels: &Voxels, node: IndexBox) -> Option<IndexBox> {
+    let mut bounds: Option<IndexBox> = None;
+    for voxel in voxels_in(&node).filter(|voxel| voxels.reached(*voxel)) {
+        let bounds = bounds.get_or_insert(IndexBox { min: voxel, max: voxel });
+        for axis in 0..3 {
+            bounds.min[axis] = bounds.min[axis].min(voxel[axis]);
+            bounds.max[axis] = bounds.max[axis].max(voxel[axis] + 1);
+        }
+    }
+    bounds
+}
+
+/// The box and one layer more at each side where a solid voxel touches a reached one without a wall between.
+fn grown(voxels: &Voxels, node: IndexBox, region: &IndexBox) -> IndexBox {
+    let mut grown = node;
+    for axis in 0..3 {
+        let layer = |at: usize| {
+            let mut layer = node;
+            (layer.min[axis], layer.max[axis]) = (at, at + 1);
+            layer
+        };
+        if node.min[axis] > region.min[axis] {
+            let half_filled = |voxel: [usize; 3]| {
+                let mut beyond = voxel;
+                beyond[axis] -= 1;
+                voxels.reached(voxel) && voxels.solid(beyond) && !voxels.wall_below(voxel, axis)
+            };
+            if voxels_in(&layer(node.min[axis])).any(half_filled) {
+                grown.min[axis] -= 1;
+            }
+        }
+        if node.max[axis] < region.max[axis] {
+            let half_filled = |voxel: [usize; 3]| {
+                let mut beyond = voxel;
+                beyond[axis] += 1;
+                voxels.reached(voxel) && voxels.solid(beyond) && !voxels.wall_below(beyond, axis)
+            };
+            if voxels_in(&layer(node.max[axis] - 1)).any(half_filled) {
+                grown.max[axis] += 1;
+            }
+        }
+    }
+    grown
+}
+
+/// How much of a plane matters, and how much of that is wall, in m².
+#[derive(Clone, Copy, Default)]
+struct Section {
+    wall_m2: f64,
+    beside_free_m2: f64,
+}
+
+/// All planes across each axis inside a box.
+fn sections(voxels: &Voxels, node: &IndexBox) -> [Vec<Section>; 3] {
+    let widths = [0, 1, 2].map(|axis| {
+        let range = node.min[axis]..node.max[axis];
+        range
+            .map(|i| f64::from(voxels.grid.width_m(axis, i)))
+            .collect::<Vec<_>>()
+    });
+    let mut sections = [0, 1, 2].map(|axis| vec![Section::default(); node.max[axis] - node.min[axis]]);
+    for voxel in voxels_in(node) {
+        let here = voxels.reached(voxel);
+        let local = [0, 1, 2].map(|axis| voxel[axis] - node.min[axis]);
+        for axis in (0..3).filter(|axis| local[*axis] > 0) {
+            let mut before = voxel;
+            before[axis] -= 1;
+            let there = voxels.reached(before);
+            if here || there {
+                let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+                let area_m2 = widths[u][local[u]] * widths[v][local[v]];
+                let section = &mut sections[axis][local[axis]];
+                section.beside_free_m2 += area_m2;
+                if here != there || voxels.wall_below(voxel, axis) {
+                    section.wall_m2 += area_m2;
+                }
+            }
+        }
+    }
+    sections
+}
+
+fn split_of(voxels: &Voxels, node: &IndexBox, settings: &CellSettings) -> Option<Plane> {
+    let metre = voxels.grid.metre();
+    let [min, max] = voxels.grid.bounds(node);
+    let size = (max - min).as_dvec3();
+    if max - min == glam::Vec3::ZERO || (max - min).max_element() <= MIN_CELL_M * metre {
+        return None;
+    }
+    let sections = sections(voxels, node);
+    let mut best: Option<(f64, Plane)> = None;
+    for (axis, sections) in sections.iter().enumerate() {
+        let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
+        for (offset, section) in sections.iter().enumerate().skip(1) {
+            let share = section.wall_m2 / section.beside_free_m2.max(MIN_SECTION * full_m2);
+            let index = node.min[axis] + offset;
+            let at = f64::from(voxels.grid.lines(axis)[index] - min[axis]) / size[axis];
+            let score = share + BALANCE * at.min(1.0 - at);
+            if share >= settings.wall_share && best.as_ref().is_none_or(|(least, _)| score > *least) {
+                best = Some((score, Plane { axis, index }));
+            }
+        }
+    }
+    best.map(|(_, plane)| plane).or_else(|| {
+        let across_m = (settings.max_cell_m * metre).max(voxels.grid.scene_m() / BOXES_ALONG);
+        let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
+        let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
+        let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
+        let divisible = node.max[axis] - node.min[axis] > 1 && excess(axis) > 1.0;
+        divisible.then(|| Plane {
+            axis,
+            index: middle(voxels, node, axis, &sections[axis]),
+        })
+    })
+}
+
+/// The plane of the middle third with the most wall, else the nearest to the middle.
+fn middle(voxels: &Voxels, node: &IndexBox, axis: usize, sections: &[Section]) -> usize {
+    let lines = voxels.grid.lines(axis);
+    let (start, end) = (lines[node.min[axis]], lines[node.max[axis]]);
+    let off_center = |index: usize| ((lines[index] - start) / (end - start) - 0.5).abs();
+    let score = |index: usize| {
+        let section = sections[index - node.min[axis]];
+        let share = section.wall_m2 / section.beside_free_m2.max(f64::MIN_POSITIVE);
+        let bonus = if off_center(index) < 1.0 / 6.0 { share } else { 0.0 };
+        bonus - f64::from(off_center(index))
+    };
+    (node.min[axis] + 1..node.max[axis])
+        .max_by(|a, b| score(*a).total_cmp(&score(*b)).then(b.cmp(a)))
+        .unwrap_or(node.min[axis] + 1)
+}

@@ -1,0 +1,292 @@
+//! Which voxels can an eye get to?
+//!
+//! Faces on a grid plane block the voxel faces whose middle half they meet; all other faces make the voxels solid whose
+//! inside they meet. Both are found with separating axes, the second by descending into boxes of voxels, so that cost
+//! follows the surface. Then a flood through whatever is not blocked.
+
+use glam::{Vec2, Vec3};
+
+use super::grid::{Grid, IndexBox};
+use crate::{
+    progress::{Cancelled, Progress},
+    world::World,
+};
+
+const SOLID: u8 = 1;
+const REACHED: u8 = 16;
+/// The face on a voxel's lower side along an axis is blocked.
+const WALL: [u8; 3] = [2, 4, 8];
+/// An enclosed space of fewer voxels than this is no place to stand: the inside of a thing.
+const MIN_ROOM_VOXELS: u64 = 8;
+/// The share of a voxel's edge by which its inside is smaller.
+const SHRINK: f32 = 0.01;
+/// The share of a voxel face's edge that must stay clear of a face for it not to be blocked.
+const FACE_CORE: f32 = 0.5;
+/// Triangles between two looks at whether to stop.
+const CANCEL_EVERY: usize = 4096;
+
+/// The state of each voxel.
+pub(super) struct Voxels<'a> {
+    pub(super) grid: &'a Grid,
+    size: [usize; 3],
+    bits: Vec<u8>,
+}
+
+/// A connected part of free space.
+struct Space {
+    volume_m3: f64,
+    voxels: u64,
+    open: bool,
+}
+
+impl<'a> Voxels<'a> {
+    pub(super) fn new(grid: &'a Grid) -> Self {
+        let size = grid.size();
+        Self {
+            grid,
+            size,
+            bits: vec![0; size.iter().product()],
+        }
+    }
+
+    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        (z * self.size[1] + y) * self.size[0] + x
+    }
+
+    /// How far apart neighbours along an axis are in memory.
+    fn stride(&self, axis: usize) -> usize {
+        [1, self.size[0], self.size[0] * self.size[1]][axis]
+    }
+
+    fn voxel(&self, index: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.size;
+        [index % nx, index / nx % ny, index / (nx * ny)]
+    }
+
+    /// Whether the flood came here.
+    pub(super) fn reached(&self, voxel: [usize; 3]) -> bool {
+        self.bits[self.index(voxel)] & REACHED != 0
+    }
+
+    /// Whether a face goes through its inside.
+    pub(super) fn solid(&self, voxel: [usize; 3]) -> bool {
+        self.bits[self.index(voxel)] & SOLID != 0
+    }
+
+    /// Whether something lies on its lower side along an axis.
+    pub(super) fn wall_below(&self, voxel: [usize; 3], axis: usize) -> bool {
+        self.bits[self.index(voxel)] & WALL[axis] != 0
+    }
+
+    /// Blocks what the faces of the world block. Faces that hide nothing, like glass, do not.
+    pub(super) fn block(&mut self, world: &World, progress: &dyn Progress) -> Result<(), Cancelled> {
+        for (count, triangle) in world.triangles().iter().enumerate() {
+            if count % CANCEL_EVERY == 0 && progress.cancelled() {
+                return Err(Cancelled);
+            }
+            if triangle.hides() {
+                match self.plane_of(&triangle.corners) {
+                    Some((axis, plane)) => self.block_faces(&triangle.corners, axis, plane),
+                    None => self.fill(&triangle.corners),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The axis and number of the grid line that a face lies on.
+    fn plane_of(&self, corners: &[Vec3; 3]) -> Option<(usize, usize)> {
+        let tolerance = self.grid.tolerance_m();
+        (0..3).find_map(|axis| {
+            let lines = self.grid.lines(axis);
+            let near = lines.partition_point(|line| *line < corners[0][axis] - tolerance);
+            let on = |line: &f32| corners.iter().all(|c| (c[axis] - line).abs() <= tolerance);
+            lines.get(near).is_some_and(on).then_some((axis, near))
+        })
+    }
+
+    fn block_faces(&mut self, corners: &[Vec3; 3], axis: usize, plane: usize) {
+        if plane == self.size[axis] {
+            return;
+        }
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        let flat = corners.map(|c| Vec2::new(c[u], c[v]));
+        let min = flat[0].min(flat[1]).min(flat[2]);
+        let max = flat[0].max(flat[1]).max(flat[2]);
+        let [u_range, v_range] = [self.grid.range(u, min.x, max.x), self.grid.range(v, min.y, max.y)];
+        for i in u_range[0]..u_range[1] {
+            for j in v_range[0]..v_range[1] {
+                let (du, dv) = (self.grid.width_m(u, i), self.grid.width_m(v, j));
+                let center = Vec2::new(self.grid.lines(u)[i] + 0.5 * du, self.grid.lines(v)[j] + 0.5 * dv);
+                if meets_rectangle(&flat.map(|c| c - center), 0.5 * FACE_CORE * Vec2::new(du, dv)) {
+                    let mut voxel = [plane; 3];
+                    (voxel[u], voxel[v]) = (i, j);
+                    let index = self.index(voxel);
+                    self.bits[index] |= WALL[axis];
+                }
+            }
+        }
+    }
+
+    fn fill(&mut self, corners: &[Vec3; 3]) {
+        let min = corners[0].min(corners[1]).min(corners[2]);
+        let max = corners[0].max(corners[1]).max(corners[2]);
+        let ranges = [0, 1, 2].map(|axis| self.grid.range(axis, min[axis], max[axis]));
+        self.fill_box(
+            corners,
+            IndexBox {
+                min: ranges.map(|r| r[0]),
+                max: ranges.map(|r| r[1]),
+            },
+        );
+    }
+
+    fn fill_box(&mut self, corners: &[Vec3; 3], voxels: IndexBox) {
+        let [min, max] = self.grid.bounds(&voxels);
+        let (mut half, center) = (0.5 * (max - min), 0.5 * (min + max));
+        let counts = [0, 1, 2].map(|axis| voxels.max[axis] - voxels.min[axis]);
+        let single = counts == [1; 3];
+        if single {
+            half -= (SHRINK * Vec3::splat(self.grid.voxel_m())).min(0.1 * half);
+        }
+        if !meets_box(&corners.map(|c| c - center), half) {
+            return;
+        }
+        if single {
+            let index = self.index(voxels.min);
+            self.bits[index] |= SOLID;
+            return;
+        }
+        let axis = (0..3).max_by_key(|axis| counts[*axis]).unwrap_or(0);
+        let middle = voxels.min[axis] + counts[axis] / 2;
+        let (mut low, mut high) = (voxels, voxels);
+        low.max[axis] = middle;
+        high.min[axis] = middle;
+        self.fill_box(corners, low);
+        self.fill_box(corners, high);
+    }
+
+    /// Marks what can be reached: from the seeds, or, without any, all open space and large enclosed spaces. When
+    /// nothing at all is free, everything counts as reached, so that there is always a place for an eye.
+    pub(super) fn reach(&mut self, seeds: &[Vec3], min_enclosed_share: f64) {
+        let (labels, spaces) = self.spaces();
+        let fits = |space: &Space| space.voxels >= MIN_ROOM_VOXELS || space.open;
+        let free = |index: usize| spaces.get(labels[index] as usize).is_some_and(fits);
+        let mut kept = vec![false; spaces.len()];
+        for seed in seeds {
+            if let Some(index) = self.nearest(self.index(self.grid.voxel_at(*seed)), free) {
+                kept[labels[index] as usize] = true;
+            }
+        }
+        if !kept.contains(&true) {
+            let total: f64 = spaces.iter().map(|space| space.volume_m3).sum();
+            for (kept, space) in kept.iter_mut().zip(&spaces) {
+                *kept = space.open || space.volume_m3 >= min_enclosed_share * total;
+            }
+        }
+        let nothing = !kept.contains(&true);
+        for (bits, label) in self.bits.iter_mut().zip(&labels) {
+            if nothing || kept.get(*label as usize) == Some(&true) {
+                *bits |= REACHED;
+            }
+        }
+    }
+
+    /// The space each voxel belongs to, `u32::MAX` for solid ones.
+    fn spaces(&self) -> (Vec<u32>, Vec<Space>) {
+        const NONE: u32 = u32::MAX;
+        let mut labels = vec![NONE; self.bits.len()];
+        let mut spaces: Vec<Space> = Vec::new();
+        let mut stack = Vec::new();
+        for start in 0..self.bits.len() {
+            if labels[start] != NONE || self.bits[start] & SOLID != 0 {
+                continue;
+            }
+            let label = spaces.len() as u32;
+            let mut space = Space {
+                volume_m3: 0.0,
+                voxels: 0,
+                open: false,
+            };
+            labels[start] = label;
+            stack.push(start);
+            while let Some(index) = stack.pop() {
+                let voxel = self.voxel(index);
+                space.voxels += 1;
+                space.volume_m3 += (0..3)
+                    .map(|a| f64::from(self.grid.width_m(a, voxel[a])))
+                    .product::<f64>();
+                // The bottom is not open: the ground is there.
+                space.open |= (0..3).any(|a| voxel[a] + 1 == self.size[a] || (a != 1 && voxel[a] == 0));
+                self.each_neighbour(index, |next, blocked| {
+                    if !blocked && labels[next] == NONE && self.bits[next] & SOLID == 0 {
+                        labels[next] = label;
+                        stack.push(next);
+                    }
+                });
+            }
+            spaces.push(space);
+        }
+        (labels, spaces)
+    }
+
+    /// Calls with each of up to six neighbours and whether something lies between.
+    fn each_neighbour(&self, index: usize, mut visit: impl FnMut(usize, bool)) {
+        let voxel = self.voxel(index);
+        for axis in 0..3 {
+            let stride = self.stride(axis);
+            if voxel[axis] > 0 {
+                visit(index - stride, self.bits[index] & WALL[axis] != 0);
+            }
+            if voxel[axis] + 1 < self.size[axis] {
+                visit(index + stride, self.bits[index + stride] & WALL[axis] != 0);
+            }
+        }
+    }
+
+    /// The nearest voxel that fits, counted in steps through anything.
+    fn nearest(&self, start: usize, fits: impl Fn(usize) -> bool) -> Option<usize> {
+        let mut visited = vec![false; self.bits.len()];
+        let mut queue = std::collections::VecDeque::from([start]);
+        visited[start] = true;
+        while let Some(index) = queue.pop_front() {
+            if fits(index) {
+                return Some(index);
+            }
+            self.each_neighbour(index, |next, _| {
+                if !std::mem::replace(&mut visited[next], true) {
+                    queue.push_back(next);
+                }
+            });
+        }
+        None
+    }
+}
+
+/// Whether a triangle meets the inside of a rectangle around zero.
+fn meets_rectangle(corners: &[Vec2; 3], half: Vec2) -> bool {
+    let [a, b, c] = *corners;
+    let axes = [Vec2::X, Vec2::Y, (b - a).perp(), (c - b).perp(), (a - c).perp()];
+    axes.iter().all(|axis| {
+        let [x, y, z] = corners.map(|corner| corner.dot(*axis));
+        let reach = half.dot(axis.abs());
+        x.min(y).min(z) < reach && x.max(y).max(z) > -reach || *axis == Vec2::ZERO
+    })
+}
+
+/// Whether a triangle meets the inside of a box around zero (Akenine-Möller 2001).
+fn meets_box(corners: &[Vec3; 3], half: Vec3) -> bool {
+    let [a, b, c] = *corners;
+    let edges = [b - a, c - b, a - c];
+    let apart = |axis: Vec3| {
+        let [x, y, z] = corners.map(|corner| corner.dot(axis));
+        let reach = half.dot(axis.abs());
+        axis != Vec3::ZERO && (x.min(y).min(z) >= reach || x.max(y).max(z) <= -reach)
+    };
+    let faces = [Vec3::X, Vec3::Y, Vec3::Z];
+    !(faces.iter().any(|axis| apart(*axis))
+        || apart(edges[0].cross(edges[1]))
+        || edges
+            .iter()
+            .any(|edge| faces.iter().any(|face| apart(face.cross(*edge)))))
+}
