@@ -103,6 +103,9 @@ fn extent(positions: &[[f32; 3]]) -> ([f64; 3], [f64; 3]) {
     let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     positions.iter().fold(start, |(min, max), p| {
         let p = p.map(f64::from);
-        (std::array::from_fn(|a| min[a].min(p[a])), std::array::from_fn(|a| max[a].max(p[a])))
+        (
+            std::array::from_fn(|a| min[a].min(p[a])),
+            std::array::from_fn(|a| max[a].max(p[a])),
+        )
     })
 }

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use crate::glb::{GlbInput, used_textures};
+use crate::glb::{GlbInput, drawn, used_textures};
 
 /// The used part of a scene's materials.
 pub(super) struct MaterialTable<'a> {
@@ -20,8 +20,7 @@ pub(super) struct MaterialTable<'a> {
 
 impl<'a> MaterialTable<'a> {
     pub(super) fn new(input: &'a GlbInput<'a>) -> Self {
-        let drawn = input.primitives.iter().filter(|p| !p.indices.is_empty());
-        let materials: BTreeSet<usize> = drawn
+        let materials: BTreeSet<usize> = drawn(input.primitives)
             .filter_map(|p| p.material)
             .filter(|&m| m < input.materials.len())
             .collect();

@@ -45,10 +45,7 @@ pub struct GlbInput<'a> {
 pub fn write(input: &GlbInput) -> Vec<u8> {
     let mut buffer = BufferWriter::default();
     let mut materials = MaterialTable::new(input);
-    let primitives: Vec<Value> = input
-        .primitives
-        .iter()
-        .filter(|p| !p.indices.is_empty())
+    let primitives: Vec<Value> = drawn(input.primitives)
         .map(|primitive| {
             let mut json = buffer.primitive(primitive);
             if let Some(material) = primitive.material.and_then(|m| materials.position(m)) {
@@ -77,7 +74,7 @@ pub fn write(input: &GlbInput) -> Vec<u8> {
 /// The textures that some primitives refer to through their materials, as indices into the scene's textures.
 #[must_use]
 pub fn used_textures(primitives: &[Primitive], materials: &[Material]) -> BTreeSet<usize> {
-    let used: BTreeSet<usize> = primitives.iter().filter_map(|p| p.material).collect();
+    let used: BTreeSet<usize> = drawn(primitives).filter_map(|p| p.material).collect();
     let mut textures = BTreeSet::new();
     for material in used.iter().filter_map(|&m| materials.get(m)) {
         materials::visit_textures(&mut material.gltf.clone(), &mut |texture| {
@@ -88,6 +85,11 @@ pub fn used_textures(primitives: &[Primitive], materials: &[Material]) -> BTreeS
     textures
 }
 
+/// Primitives that hold something.
+fn drawn(primitives: &[Primitive]) -> impl Iterator<Item = &Primitive> {
+    primitives.iter().filter(|p| !p.indices.is_empty())
+}
+
 /// Joins the JSON and the binary chunk (glTF 2.0 §4.4).
 fn container(json: &Value, binary: &[u8]) -> Vec<u8> {
     let mut text = json.to_string().into_bytes();
@@ -95,7 +97,7 @@ fn container(json: &Value, binary: &[u8]) -> Vec<u8> {
     let binary_chunk_bytes = if binary.is_empty() { 0 } else { 8 + binary.len() };
     let total = 12 + 8 + text.len() + binary_chunk_bytes;
     let mut glb = Vec::with_capacity(total);
-    let mut word = |glb: &mut Vec<u8>, value: usize| glb.extend_from_slice(&(value as u32).to_le_bytes());
+    let word = |glb: &mut Vec<u8>, value: usize| glb.extend_from_slice(&(value as u32).to_le_bytes());
     glb.extend_from_slice(b"glTF");
     word(&mut glb, 2);
     word(&mut glb, total);

@@ -116,9 +116,15 @@ fn only_used_materials_textures_and_pictures_are_written_under_new_numbers() {
     assert_eq!(materials.len(), 2);
     assert_eq!(materials[1]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 2);
     assert_eq!(materials[1]["emissiveTexture"]["index"], 0);
-    assert_eq!(materials[1]["extensions"]["KHR_materials_clearcoat"]["clearcoatTexture"]["index"], 1);
+    assert_eq!(
+        materials[1]["extensions"]["KHR_materials_clearcoat"]["clearcoatTexture"]["index"],
+        1
+    );
     assert_eq!(materials[1]["extras"]["oldTexture"]["index"], 77);
-    assert_eq!(json["images"], json!([{"uri": "b.webp"}, {"uri": "c.jpg"}, {"uri": "d.ktx2"}]));
+    assert_eq!(
+        json["images"],
+        json!([{"uri": "b.webp"}, {"uri": "c.jpg"}, {"uri": "d.ktx2"}])
+    );
     assert_eq!(
         json["textures"],
         json!([
@@ -145,7 +151,10 @@ fn extensions_are_listed_and_those_without_fallback_required() {
             "KHR_texture_transform"
         ])
     );
-    assert_eq!(json["extensionsRequired"], json!(["EXT_texture_webp", "KHR_texture_basisu"]));
+    assert_eq!(
+        json["extensionsRequired"],
+        json!(["EXT_texture_webp", "KHR_texture_basisu"])
+    );
 }
 
 #[test]
@@ -183,7 +192,11 @@ fn geometry_stands_in_the_buffer_as_it_was_given() {
     let glb = sample.glb();
     let json = json_of(&glb);
     let binary = &glb[28 + word(&glb, 12)..];
-    for (primitive, written) in sample.primitives.iter().zip(json["meshes"][0]["primitives"].as_array().unwrap()) {
+    for (primitive, written) in sample
+        .primitives
+        .iter()
+        .zip(json["meshes"][0]["primitives"].as_array().unwrap())
+    {
         let read = |accessor: &Value| {
             let accessor = &json["accessors"][accessor.as_u64().unwrap() as usize];
             let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
@@ -191,9 +204,18 @@ fn geometry_stands_in_the_buffer_as_it_was_given() {
             assert_eq!(start % 4, 0);
             &binary[start..][..view["byteLength"].as_u64().unwrap() as usize]
         };
-        let floats: Vec<u8> = primitive.positions.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+        let floats: Vec<u8> = primitive
+            .positions
+            .as_flattened()
+            .iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
         assert_eq!(read(&written["attributes"]["POSITION"]), floats);
-        let indices: Vec<u8> = primitive.indices.iter().flat_map(|&i| (i as u16).to_le_bytes()).collect();
+        let indices: Vec<u8> = primitive
+            .indices
+            .iter()
+            .flat_map(|&i| (i as u16).to_le_bytes())
+            .collect();
         assert_eq!(read(&written["indices"]), indices);
     }
 }
