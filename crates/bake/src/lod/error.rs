@@ -130,7 +130,7 @@ impl Search {
                 let upper = self.upper;
                 self.finish(&mut pieces, upper);
             }
-            pieces = pieces.iter().flat_map(Piece::quarters).collect();
+            pieces = pieces.iter().flat_map(|piece| piece.parts(target)).collect();
         }
     }
 
@@ -160,9 +160,45 @@ impl Piece {
         [((a + b + c) / 3.0, self.near), (a, self.near)]
     }
 
-    fn quarters(&self) -> [Self; 4] {
+    /// Parts that cover the piece and have better bounds. When it mostly juts out over an edge of the shape that it is
+    /// near to, what juts out is cut off, and the rest needs no further look; else it is quartered.
+    fn parts(&self, target: &ShapeTree) -> Vec<Self> {
+        let near = self.near.map(|shape| target.shapes[shape as usize]);
+        let cut = near.and_then(|[a, b, c]| {
+            let normal = (b - a).cross(c - a);
+            let beyond = |from: DVec3, to: DVec3| {
+                let outwards = (to - from).cross(normal).normalize_or_zero();
+                self.corners.map(|p| (p - from).dot(outwards))
+            };
+            let sides = [beyond(a, b), beyond(b, c), beyond(c, a)];
+            let farthest = |side: &[f64; 3]| side.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let side = sides.into_iter().max_by(|a, b| farthest(a).total_cmp(&farthest(b)))?;
+            let juts_out = farthest(&side) > 0.25 * self.bound && side.iter().any(|&d| d < -0.01 * self.bound);
+            juts_out.then(|| self.cut(side))
+        });
+        cut.unwrap_or_else(|| self.quarters())
+    }
+
+    /// Cuts along the plane from which the corners are so far; some are in front of it and some behind.
+    fn cut(&self, sides: [f64; 3]) -> Vec<Self> {
+        let is_alone = |i: usize| {
+            let in_front = sides.map(|d| d > 0.0);
+            in_front[i] != in_front[(i + 1) % 3] && in_front[i] != in_front[(i + 2) % 3]
+        };
+        let alone = (0..3).find(|&i| is_alone(i)).unwrap_or_default();
+        let [i, j, k] = [alone, (alone + 1) % 3, (alone + 2) % 3];
+        let [a, b, c] = [i, j, k].map(|corner| self.corners[corner]);
+        let ab = a.lerp(b, sides[i] / (sides[i] - sides[j]));
+        let ac = a.lerp(c, sides[i] / (sides[i] - sides[k]));
+        let parts = [[a, ab, ac], [ab, b, c], [ab, c, ac]];
+        parts.map(|corners| Self { corners, ..*self }).to_vec()
+    }
+
+    fn quarters(&self) -> Vec<Self> {
         let [a, b, c] = self.corners;
         let (ab, bc, ca) = (a.midpoint(b), b.midpoint(c), c.midpoint(a));
-        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(|corners| Self { corners, ..*self })
+        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            .map(|corners| Self { corners, ..*self })
+            .to_vec()
     }
 }
