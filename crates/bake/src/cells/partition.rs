@@ -1,7 +1,7 @@
 //! Which boxes is the reachable space cut into?
 //!
 //! A k-d partition, best first: the box with the longest edge is split next, where the plane is mostly wall, or, when
-//! no plane is and the box is too large, near its middle. A box without reachable voxels is dropped; what is left is
+//! no plane is and the box is too large or mostly unreachable, near its middle. A box without reachable voxels is dropped; what is left is
 //! shrunk to its reachable voxels and then grown by one voxel where a slanted surface leaves half-filled voxels.
 
 use std::{cmp::Ordering, collections::BinaryHeap};
@@ -14,6 +14,10 @@ const HEIGHT_SHARE: f32 = 0.5;
 const MIN_CELL_M: f32 = 1.5;
 /// A scene without walls is cut into about this many boxes along its longest edge.
 const BOXES_ALONG: f32 = 12.0;
+/// A box that holds a smaller share of reached space than this, as along a slanted wall, is halved …
+const MIN_FILL: f64 = 0.6;
+/// … unless its longest edge is at most this, in metres.
+const MIN_HALVED_M: f32 = 3.0;
 /// How much a split through the middle is preferred over one at the side, in shares of wall.
 const BALANCE: f64 = 0.1;
 /// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.
@@ -167,6 +171,16 @@ fn grown(voxels: &Voxels, node: IndexBox, region: &IndexBox) -> IndexBox {
     grown
 }
 
+/// The volume of the reached voxels of a box.
+fn filled_m3(voxels: &Voxels, node: &IndexBox) -> f64 {
+    let volume = |voxel: [usize; 3]| {
+        (0..3)
+            .map(|a| f64::from(voxels.grid.width_m(a, voxel[a])))
+            .product::<f64>()
+    };
+    voxels_in(node).filter(|voxel| voxels.reached(*voxel)).map(volume).sum()
+}
+
 /// How much of a plane matters, and how much of that is wall, in m².
 #[derive(Clone, Copy, Default)]
 struct Section {
@@ -230,7 +244,9 @@ fn split_of(voxels: &Voxels, node: &IndexBox, settings: &CellSettings) -> Option
         let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
         let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
         let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
-        let divisible = node.max[axis] - node.min[axis] > 1 && excess(axis) > 1.0;
+        let sparse =
+            (max - min)[axis] > MIN_HALVED_M * metre && filled_m3(voxels, node) < MIN_FILL * size.element_product();
+        let divisible = node.max[axis] - node.min[axis] > 1 && (excess(axis) > 1.0 || sparse);
         divisible.then(|| Plane {
             axis,
             index: middle(voxels, node, axis, &sections[axis]),
