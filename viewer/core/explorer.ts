@@ -223,6 +223,7 @@ export class Explorer implements NavigationSpace {
     this.shownCell = cell;
     this.residency.need(new Set(objects.map(({ model }) => model.model)));
     this.host.show(objects);
+    for (const model of this.residency.evict()) this.host.evict(model);
     this.replan();
     this.events.changed();
   }

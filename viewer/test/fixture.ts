@@ -151,6 +151,8 @@ class Publisher {
     const x = room * PITCH_M;
     const put = (model: number, name: string, at: Vec3, scale = 1) =>
       this.placed.push({ room, model, name: `${name} ${room}`, at, scale });
+    this.model(5 + room, [{ shape: box([-0.3, 0, -0.3], [0.3, 1 + room / 10, 0.3]), error: 0 }], [0.8, 0.6, room / 12]);
+    put(5 + room, "pedestal", [x + 3, 0, 4.6]);
     put(0, "floor", [x, 0, 0]);
     put(2, "north wall", [x, 0, 0]);
     put(2, "south wall", [x, 0, ROOM_M + 0.2]);
@@ -188,7 +190,7 @@ class Publisher {
     const adjacent = [cell - 1, cell + 1].filter((id) => id >= 0 && id < cells);
     const bounds = cellBounds(cell);
     const seen = cell % 2 === 0 ? [cell / 2 - 1, cell / 2, cell / 2 + 1] : [(cell - 1) / 2, (cell + 1) / 2];
-    const inside = (placed: Placed) => cell === placed.room * 2 && placed.model === 3;
+    const inside = (placed: Placed) => cell === placed.room * 2 && (placed.model === 3 || placed.model > 4);
     const entries = this.placed.map((placed, object) => ({ placed, object }));
     const visible = entries.filter(({ placed }) => seen.includes(placed.room));
     const list = (lpvs: boolean): Visible[] =>

@@ -95,14 +95,17 @@ export class Stage {
     const room = new RoomEnvironment();
     const generator = new PMREMGenerator(this.renderer);
     this.scene.environment = generator.fromScene(room, 0.04).texture;
-    this.scene.environmentIntensity = 0.45;
+    this.scene.environmentIntensity = 0.4;
     generator.dispose();
     room.dispose();
     this.scene.background = sky();
-    this.scene.add(new HemisphereLight(new Color(0xdfe9f5), new Color(0x8a7d6d), 1.15));
-    const sun = new DirectionalLight(new Color(0xfff1dc), 1.5);
-    sun.position.set(0.45, 1, 0.3);
-    this.scene.add(sun);
+    this.scene.add(new HemisphereLight(new Color(0xe3ebf5), new Color(0x7d6f5f), 0.9));
+    // Two lights from unequal sides, so that walls of every direction differ in tone.
+    const sun = new DirectionalLight(new Color(0xfff0d9), 1.7);
+    sun.position.set(0.5, 1, 0.3);
+    const fill = new DirectionalLight(new Color(0xbfd4f2), 0.6);
+    fill.position.set(-0.7, 0.35, -0.4);
+    this.scene.add(sun, fill);
   }
 }
 
