@@ -1,1 +1,3 @@
 //! What does the source file hold?
+
+pub mod plan;
