@@ -11,7 +11,7 @@ use crate::{
     progress::{Cancelled, Progress},
     records::{self, BlobSink, SinkError, Written},
     source::{Material, SourceScene},
-    visibility::{self, VisibilitySettings},
+    visibility::{Method, SampledSettings},
     world::{World, WorldError},
 };
 
@@ -22,8 +22,8 @@ pub struct BakeSettings {
     pub split: SplitSettings,
     /// How free space is cut.
     pub cells: CellSettings,
-    /// How visible sets are found.
-    pub visibility: VisibilitySettings,
+    /// How visible sets are found; by default sampled, as hard as the number of cells allows.
+    pub visibility: Option<Method>,
     /// How levels are made.
     pub lod: LodSettings,
 }
@@ -65,7 +65,9 @@ pub fn bake(
     let viewpoints: Vec<[f64; 3]> =
         scene.viewpoints.iter().map(|v| v.world_from_camera.w_axis.truncate().to_array()).collect();
     let graph = cells::build(&world, &viewpoints, &settings.cells, progress)?;
-    let visibility = visibility::compute(&world, &graph, &settings.visibility, progress)?;
+    let method = settings.visibility.clone();
+    let method = method.unwrap_or_else(|| Method::Sampled(SampledSettings::for_cells(graph.cells.len())));
+    let visibility = method.compute(&world, &graph, progress)?;
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {
         double_sided: scene.materials.iter().enumerate().filter_map(drawn_from_both_sides).collect(),
@@ -78,7 +80,7 @@ pub fn bake(
         world: &world,
         graph: &graph,
         visibility: &visibility,
-        method: settings.visibility.method,
+        method: &method,
         lod: &lod,
     };
     records::write(input, sink, progress)

@@ -4,7 +4,7 @@
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// Not a format that is read here.
-    #[error("{file}: this is {found}; give a glTF 2.0 file (.glb, or .gltf with its files), or a .zip that holds one")]
+    #[error("{file}: this is {found}; give a glTF 2.0 file (.glb, or .gltf with its files), a .zip that holds one, or a floor plan (.plan)")]
     UnknownFormat {
         /// The file's name as given.
         file: String,
@@ -66,6 +66,15 @@ pub enum ImportError {
     NothingToDraw {
         /// The first defects, or that there was nothing to begin with.
         reasons: String,
+    },
+    /// A floor plan that cannot be drawn.
+    #[error("floor plan, {0}")]
+    Plan(#[from] super::plan::PlanError),
+    /// A floor plan is text.
+    #[error("the floor plan is not UTF-8 text: byte {byte} is not")]
+    PlanNotText {
+        /// The first byte that is none.
+        byte: usize,
     },
     /// The caller wanted to stop.
     #[error("import was cancelled")]

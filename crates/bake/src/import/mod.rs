@@ -1,6 +1,6 @@
 //! What does the source file hold?
 //!
-//! glTF 2.0 (`.glb`, `.gltf` with its files, `.zip` of one) becomes a [`SourceScene`] and a count of [`Defects`]. The
+//! glTF 2.0 (`.glb`, `.gltf` with its files, `.zip` of one) or a floor plan ([`plan`]) becomes a [`SourceScene`] and a count of [`Defects`]. The
 //! file may be anything: what can be mended or left out is, and is counted with its first place; what would change the
 //! scene beyond recognition, leave the source's folder or go over the limits is refused with an [`ImportError`].
 //!
@@ -26,6 +26,7 @@ mod instances;
 mod limits;
 mod materials;
 mod nodes;
+pub mod plan;
 mod primitives;
 mod reader;
 mod skin;
@@ -47,7 +48,7 @@ pub use limits::Limits;
 use serde_json::Value;
 
 use crate::defect::Defects;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::source::SourceScene;
 use archive::Archive;
 use container::{Format, detect, glb_chunks, without_byte_order_mark};
@@ -123,6 +124,9 @@ pub fn import(
 ) -> Result<Imported, ImportError> {
     let mut budget = Budget::new(limits);
     budget.claim(bytes.len(), 1, || file_name.to_owned())?;
+    if file_name.ends_with(".plan") {
+        return read_plan(&bytes, progress);
+    }
     if detect(file_name, &bytes) != Format::Zip {
         return Document::open(file_name, bytes, &mut budget)?.read(files, budget, (limits, progress));
     }
@@ -130,6 +134,15 @@ pub fn import(
     let main = archive.read_main(budget.left_bytes())?;
     budget.claim(main.len(), 1, || archive.main_path().to_owned())?;
     Document::open(archive.main_path(), main, &mut budget)?.read(&archive, budget, (limits, progress))
+}
+
+/// Reads a floor plan, see [`plan`].
+fn read_plan(bytes: &[u8], progress: &dyn Progress) -> Result<Imported, ImportError> {
+    progress.start(Stage::Import, 1);
+    let text = std::str::from_utf8(bytes).map_err(|e| ImportError::PlanNotText { byte: e.valid_up_to() })?;
+    let scene = plan::parse(text)?.to_scene();
+    progress.advance(1);
+    Ok(Imported { scene, defects: Defects::default() })
 }
 
 /// A parsed document and the binary chunk beside it.

@@ -54,7 +54,7 @@ pub struct Input<'a> {
     /// What each cell sees.
     pub visibility: &'a [CellVisibility],
     /// How that was found.
-    pub method: Method,
+    pub method: &'a Method,
     /// How levels are made.
     pub lod: &'a LodSettings,
 }

@@ -77,7 +77,6 @@ fn write_level(
         primitives: &level.primitives,
         materials: &scene.materials,
         textures: &scene.textures,
-        images: &scene.images,
         image_uri: &|image| pictures[image].url.to_string(),
     });
     let (url, bytes) = ledger.put("glb", bytes)?;
