@@ -39,8 +39,8 @@ impl Default for HausdorffLimits {
         Self {
             relative: 0.25,
             of_diagonal: 2e-4,
-            pieces_per_shape: 3,
-            extra_pieces: 50_000,
+            pieces_per_shape: 1,
+            extra_pieces: 100_000,
         }
     }
 }
