@@ -37,10 +37,10 @@ pub struct HausdorffLimits {
 impl Default for HausdorffLimits {
     fn default() -> Self {
         Self {
-            relative: 0.25,
+            relative: 0.4,
             of_diagonal: 2e-4,
-            pieces_per_shape: 3,
-            extra_pieces: 50_000,
+            pieces_per_shape: 1,
+            extra_pieces: 100_000,
         }
     }
 }
@@ -165,6 +165,10 @@ impl Piece {
     fn parts(&self, target: &ShapeTree) -> Vec<Self> {
         let near = self.near.map(|shape| target.shapes[shape as usize]);
         let cut = near.and_then(|[a, b, c]| {
+            // Of a piece that reaches over many shapes, each cut would peel off just one.
+            if longest_edge(&self.corners) > 2.0 * longest_edge(&[a, b, c]) {
+                return None;
+            }
             let normal = (b - a).cross(c - a);
             let beyond = |from: DVec3, to: DVec3| {
                 let outwards = (to - from).cross(normal).normalize_or_zero();
@@ -201,4 +205,8 @@ impl Piece {
             .map(|corners| Self { corners, ..*self })
             .to_vec()
     }
+}
+
+fn longest_edge(&[a, b, c]: &Corners) -> f64 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
 }

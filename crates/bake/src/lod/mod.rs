@@ -97,7 +97,25 @@ pub fn chain(model: &SourceModel, settings: &LodSettings) -> LodChain {
             }
         }
     }
-    LodChain { levels }
+    LodChain {
+        levels: without_dominated(levels),
+    }
+}
+
+/// Leaves out levels whose error is hardly smaller than that of a coarser one: nobody would choose them.
+fn without_dominated(levels: Vec<LodLevel>) -> Vec<LodLevel> {
+    let mut kept: Vec<LodLevel> = Vec::with_capacity(levels.len());
+    for level in levels {
+        while kept.len() > 1
+            && kept
+                .last()
+                .is_some_and(|finer| level.geometric_error <= 1.1 * finer.geometric_error)
+        {
+            kept.pop();
+        }
+        kept.push(level);
+    }
+    kept
 }
 
 /// The meshes that are worth having, finest first, none of them empty.

@@ -90,8 +90,10 @@ impl ShapeTree {
                 distance: f64::INFINITY,
             },
         };
+        // Distance is convex: the middle of the points is not farther from a shape than the farthest of them.
+        let middle = points.iter().sum::<DVec3>() / points.len() as f64;
         let mut stack = [(0usize, 0.0f64); 64];
-        stack[0] = (0, self.box_distance(points, 0));
+        stack[0] = (0, self.box_distance(middle, 0));
         let mut height = 1;
         while height > 0 && best.distance > enough {
             height -= 1;
@@ -109,7 +111,7 @@ impl ShapeTree {
                     }
                 }
             } else {
-                let mut children = [2 * node + 1, 2 * node + 2].map(|child| (child, self.box_distance(points, child)));
+                let mut children = [2 * node + 1, 2 * node + 2].map(|child| (child, self.box_distance(middle, child)));
                 if children[0].1 < children[1].1 {
                     children.swap(0, 1);
                 }
@@ -124,11 +126,10 @@ impl ShapeTree {
         best
     }
 
-    /// No shape in a node is nearer to all points than this.
-    fn box_distance(&self, points: &[DVec3], node: usize) -> f64 {
+    /// No shape in a node is nearer than this.
+    fn box_distance(&self, point: DVec3, node: usize) -> f64 {
         let (min, max) = self.boxes[node];
-        let squared = |p: &DVec3| (min - *p).max(*p - max).max(DVec3::ZERO).length_squared();
-        points.iter().map(squared).fold(0.0, f64::max).sqrt()
+        (min - point).max(point - max).max(DVec3::ZERO).length()
     }
 }
 
