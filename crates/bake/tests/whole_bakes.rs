@@ -1,0 +1,171 @@
+//! Does the whole bake hold together, on plans and on worlds that nobody here made?
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Mutex,
+};
+
+use belvedere_bake::{
+    BakeSettings, Source, bake,
+    defect::Defects,
+    import::{FileError, Imported, Limits, SourceFiles, import},
+    progress::Silent,
+    records::{BlobSink, SinkError, Written},
+    visibility::{Method, SampledSettings},
+};
+use belvedere_scene::{BlobHash, BlobName, index::CellChunk, object::ObjectChunk, record::CellRecord};
+
+/// Keeps blobs in memory.
+#[derive(Default)]
+struct Memory(Mutex<BTreeMap<BlobName, Vec<u8>>>);
+
+impl BlobSink for Memory {
+    fn put(&self, name: &BlobName, bytes: Vec<u8>) -> Result<(), SinkError> {
+        assert_eq!(BlobHash::of(&bytes), name.hash());
+        self.0.lock().unwrap().insert(name.clone(), bytes);
+        Ok(())
+    }
+}
+
+struct Folder(PathBuf);
+
+impl SourceFiles for Folder {
+    fn read(&self, relative: &str, _: u64) -> Result<Vec<u8>, FileError> {
+        std::fs::read(self.0.join(relative)).map_err(|_| FileError::Missing)
+    }
+}
+
+struct Baked {
+    written: Written,
+    blobs: BTreeMap<BlobName, Vec<u8>>,
+    defects: Defects,
+}
+
+fn baked(name: &str, bytes: Vec<u8>, folder: &Path, rays_per_cell: u32) -> Baked {
+    let files = Folder(folder.to_owned());
+    let imported = import(name, bytes, &files, &Limits::default(), &Silent);
+    let Imported { scene, mut defects } = imported.unwrap_or_else(|cause| panic!("{name}: {cause}"));
+    let settings = BakeSettings {
+        visibility: Some(Method::Sampled(SampledSettings { rays_per_cell, ..SampledSettings::default() })),
+        ..BakeSettings::default()
+    };
+    let sink = Memory::default();
+    let source = Source { scene, title: name.to_owned(), bytes: 0 };
+    let written = bake(source, &settings, &mut defects, &sink, &Silent).unwrap();
+    Baked { written, blobs: sink.0.into_inner().unwrap(), defects }
+}
+
+fn baked_plan(text: &str) -> Baked {
+    baked("test.plan", text.as_bytes().to_vec(), Path::new("."), 20_000)
+}
+
+impl Baked {
+    fn documents<T: serde::de::DeserializeOwned>(&self, has: &str) -> Vec<T> {
+        let json = self.blobs.iter().filter(|(name, _)| name.ext() == "json").map(|(_, bytes)| bytes);
+        json.filter(|bytes| bytes.starts_with(has.as_bytes())).map(|bytes| serde_json::from_slice(bytes).unwrap()).collect()
+    }
+
+    /// What must hold of every revision.
+    fn check(&self, name: &str) {
+        let manifest = &self.written.manifest;
+        assert!(manifest.counts.cells > 0 && manifest.counts.objects > 0, "{name}");
+        assert!(!manifest.viewpoints.is_empty(), "{name}");
+        let sizes: BTreeMap<_, _> = self.blobs.iter().map(|(name, bytes)| (name.clone(), bytes.len() as u64)).collect();
+        assert_eq!(sizes, self.written.blobs.iter().cloned().collect(), "{name}: the list of blobs is what was stored");
+        let mut objects = 0;
+        for chunk in self.documents::<ObjectChunk>(r#"{"objects":"#) {
+            objects += chunk.objects.len();
+            for entry in &chunk.objects {
+                let info = chunk.info(entry.object).expect("a chunk holds the models of its objects");
+                let errors: Vec<_> = info.levels.iter().map(|l| l.geometric_error_m).collect();
+                assert!(errors.is_sorted() && errors[0] == 0.0, "{name}: {errors:?}");
+                for level in &info.levels {
+                    assert_eq!(sizes.get(&level.url), Some(&level.bytes), "{name}");
+                    assert!(level.textures.iter().all(|t| sizes.get(&t.url) == Some(&t.bytes)), "{name}");
+                }
+            }
+        }
+        assert_eq!(objects, manifest.counts.objects as usize, "{name}");
+        let mut cells = 0;
+        for chunk in self.documents::<CellChunk>(r#"{"cells":"#) {
+            for entry in chunk.cells {
+                cells += 1;
+                let record = CellRecord::decode(&self.blobs[&entry.record]).unwrap();
+                assert!(record.visible().all(|v| v.object.0 < manifest.counts.objects), "{name}");
+                assert!(record.adjacent.iter().all(|c| c.0 < manifest.counts.cells), "{name}");
+                assert!(sizes.contains_key(&entry.record_json), "{name}");
+            }
+        }
+        assert_eq!(cells, manifest.counts.cells, "{name}");
+    }
+}
+
+const PLAN: &str = "\
+#################
+#a..#..b#...#..d#
+#...+...#.c.+...#
+#...#...#...#...#
+###+#####...#####
+#.......+...#
+#..e....#...#
+#############
+";
+
+#[test]
+fn a_plan_bakes_to_a_revision_that_is_whole() {
+    let baked = baked_plan(PLAN);
+    baked.check("plan");
+    assert_eq!(baked.defects.iter().count(), 0);
+}
+
+#[test]
+fn the_same_source_gives_the_same_bytes_for_one_two_and_eight_threads() {
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| baked_plan(PLAN)).written
+    };
+    let one = with(1);
+    for threads in [2, 8] {
+        let other = with(threads);
+        assert_eq!(other.revision(), one.revision(), "{threads} threads");
+        assert_eq!(other.blobs, one.blobs, "{threads} threads");
+    }
+}
+
+#[test]
+fn every_world_beside_this_checkout_bakes() {
+    let scenes = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes"));
+    if !scenes.is_dir() {
+        eprintln!("skipped: the test scenes are not beside this checkout");
+        return;
+    }
+    for file in [
+        "apartment/apartment.glb",
+        "avatars/fox/Fox.gltf",
+        "avatars/stag/Stag.gltf",
+        "avatars/alien/Alien_Scolitex.gltf",
+        "compressed/bridge-garden-meshopt.glb",
+        "compressed/chess-board-draco.glb",
+        "engine-cad/2CylinderEngine.glb",
+        "engine-cad/draco/2CylinderEngine.gltf",
+        "instancing/GpuInstancesMetadata.gltf",
+        "instancing/SimpleInstancing.glb",
+        "level-zdm2/zdm2.glb",
+        "museum-hall/hall.glb",
+        "ship-textured/dutch_ship_medium_1k.gltf",
+        "town/lamp/scene.gltf",
+        "town/model/town_model.gltf",
+        "town/tree/scene.gltf",
+        "village-tiles/house-5-3.glb",
+    ] {
+        let path = scenes.join(file);
+        let bytes = std::fs::read(&path).unwrap();
+        let started = std::time::Instant::now();
+        let baked = baked(file, bytes, path.parent().unwrap(), 2_000);
+        baked.check(file);
+        let (manifest, seconds) = (&baked.written.manifest, started.elapsed().as_secs_f64());
+        let (counts, visible) = (manifest.counts, manifest.visibility.mean_visible);
+        println!("{file}: {counts:?}, {visible:.1} visible, {seconds:.1} s, {:?}", manifest.bytes);
+    }
+}
