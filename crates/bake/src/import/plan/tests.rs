@@ -114,7 +114,7 @@ proptest::proptest! {
     fn no_text_makes_the_reader_panic(text in "[#.+%= ab@1\\t\\r\\n:é-]{0,160}", header in 0..3usize) {
         let prefix = ["", "plan:\n", "title: x\nrooms:\n1 = A, height 3\nlegend:\na = painting\nplan:\n"][header];
         if let Ok(plan) = parse(&format!("{prefix}{text}")) {
-            plan.to_scene();
+            assert!(!plan.to_scene().objects.is_empty());
         }
     }
 }

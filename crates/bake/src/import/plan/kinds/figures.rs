@@ -20,8 +20,8 @@ fn head(mesh: &mut Mesh, stone: &Finish, size: f32, seed: u64) {
         let brow = 0.06 * (-((p.y - 0.18) * 8.0).powi(2)).exp() * face;
         let eyes = -0.07 * (-((p.x.abs() - 0.32) * 7.0).powi(2) - ((p.y - 0.05) * 8.0).powi(2)).exp() * face;
         let jaw = if p.y < -0.2 { 1.0 + (p.y + 0.2) * 0.28 } else { 1.0 };
-        let is_hair = (p.y - 0.55 * p.z - 0.12).max(0.0).min(0.25) * 4.0;
-        let hair = is_hair * (0.07 + 0.06 * noise(p * 6.0, seed));
+        let cap = (p.y - 0.55 * p.z - 0.12).clamp(0.0, 0.25) * 4.0;
+        let hair = cap * (0.07 + 0.06 * noise(p * 6.0, seed));
         let r = 1.0 + nose + brow + eyes + hair;
         v(
             p.x * 0.37 * jaw * r,
@@ -253,7 +253,7 @@ pub(super) fn armour(mesh: &mut Mesh, piece: &Piece) {
             &steel,
             &[
                 (v(0.32, 2.08, 0.13), 0.02),
-                (v(0.318, 2.16, 0.13), 0.045),
+                (v(0.319, 2.16, 0.13), 0.045),
                 (v(0.315, 2.4, 0.13), 0.004),
             ],
             8,
