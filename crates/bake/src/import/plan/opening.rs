@@ -10,6 +10,8 @@ const LINING: Finish = Finish::matt("door lining", 0xd9cfbb).gloss(0.6);
 const THRESHOLD: Finish = Finish::matt("threshold", 0x8d8172).gloss(0.4);
 const FRAME_WIDTH_M: f32 = 0.16;
 const FRAME_DEPTH_M: f32 = 0.05;
+/// How far a frame reaches into the hole, metres: where a doorway touches a corner, frame and side wall stay apart.
+const LIP_M: f32 = 0.004;
 
 /// Adds the lining of each opening.
 pub(super) fn build_openings(plan: &Plan, builder: &mut SceneBuilder) {
@@ -106,8 +108,8 @@ fn line(mesh: &mut Mesh, opening: &Opening, layout: &Layout) {
         low
     };
     for (near, far) in [(-out, 0.0), (depth, depth + out)] {
-        mesh.cuboid(&LINING, v(-frame, foot, near), v(0.0, high, far));
-        mesh.cuboid(&LINING, v(width, foot, near), v(width + frame, high, far));
+        mesh.cuboid(&LINING, v(-frame, foot, near), v(LIP_M, high, far));
+        mesh.cuboid(&LINING, v(width - LIP_M, foot, near), v(width + frame, high, far));
         mesh.cuboid(
             &LINING,
             v(-frame - 0.03, high, near * 1.3),
@@ -118,7 +120,7 @@ fn line(mesh: &mut Mesh, opening: &Opening, layout: &Layout) {
             ),
         );
         if opening.kind == OpeningKind::Window {
-            mesh.cuboid(&LINING, v(0.0, foot, near), v(width, low, far));
+            mesh.cuboid(&LINING, v(LIP_M, foot, near), v(width - LIP_M, low - LIP_M, far));
         }
     }
     if opening.kind != OpeningKind::Doorway {

@@ -165,12 +165,11 @@ fn facade(mesh: &mut Mesh, run: &Run, layout: &Layout, top: &impl Fn(isize, isiz
     run.moulding(mesh, &FACADE, layout, &moulding);
 }
 
+/// Part of a run, as first tile and one past the last, with the heights between which its face stands.
+type Step = (Run, (usize, usize), (f32, f32));
+
 /// Faces between tiles of different heights, gathered along each line: (low, high) for the lower tile of each.
-fn steps(
-    layout: &Layout,
-    towards: Facing,
-    step: impl Fn(isize, isize) -> Option<(f32, f32)>,
-) -> Vec<(Run, (usize, usize), (f32, f32))> {
+fn steps(layout: &Layout, towards: Facing, step: impl Fn(isize, isize) -> Option<(f32, f32)>) -> Vec<Step> {
     let extent = [0, 0, layout.columns as isize - 1, layout.rows as isize - 1];
     let (dx, dy) = towards.step();
     let mut faces = Vec::new();

@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 /// A doorway at least this wide is a passage, with a higher lintel, metres.
 const PASSAGE_WIDTH_M: f32 = 1.9;
 const PASSAGE_RISE_M: f32 = 0.7;
+/// Wider passages are higher still, by as much as they are wider, up to this, metres.
+const MOST_RISE_M: f32 = 2.2;
 /// Wall left between an opening and the ceiling, metres.
 const LEAST_LINTEL_M: f32 = 0.3;
 const WINDOW_SILL_M: f32 = 0.9;
@@ -437,7 +439,7 @@ fn with_heights(mut opening: Opening, layout: &Layout, door_height_m: f32) -> Op
     let ceiling = layout.lowest_ceiling_beside(&opening);
     let width_m = opening.length as f32 * layout.tile_m;
     let rise = if width_m >= PASSAGE_WIDTH_M {
-        PASSAGE_RISE_M
+        (PASSAGE_RISE_M + width_m - PASSAGE_WIDTH_M).min(MOST_RISE_M)
     } else {
         0.0
     };

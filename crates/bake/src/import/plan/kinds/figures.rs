@@ -13,15 +13,15 @@ fn v(x: f32, y: f32, z: f32) -> Vec3 {
 
 /// A head with brow, nose and hair, its chin at the origin, `size` from chin to crown.
 fn head(mesh: &mut Mesh, stone: &Finish, size: f32, seed: u64) {
-    mesh.grid(stone, (36, 24, true), |a, b| {
+    mesh.grid(stone, (24, 16, true), |a, b| {
         let p = crate::import::plan::mesh::on_sphere(a, b);
         let face = p.z.max(0.0);
         let nose = 0.2 * (-(p.x * 7.0).powi(2) - ((p.y + 0.12) * 4.5).powi(2)).exp() * face;
         let brow = 0.06 * (-((p.y - 0.18) * 8.0).powi(2)).exp() * face;
         let eyes = -0.07 * (-((p.x.abs() - 0.32) * 7.0).powi(2) - ((p.y - 0.05) * 8.0).powi(2)).exp() * face;
         let jaw = if p.y < -0.2 { 1.0 + (p.y + 0.2) * 0.28 } else { 1.0 };
-        let is_hair = (p.y - 0.55 * p.z - 0.12).max(0.0).min(0.25) * 4.0;
-        let hair = is_hair * (0.07 + 0.06 * noise(p * 6.0, seed));
+        let cap = (p.y - 0.55 * p.z - 0.12).clamp(0.0, 0.25) * 4.0;
+        let hair = cap * (0.07 + 0.06 * noise(p * 6.0, seed));
         let r = 1.0 + nose + brow + eyes + hair;
         v(
             p.x * 0.37 * jaw * r,
@@ -54,9 +54,9 @@ pub(super) fn statue(mesh: &mut Mesh, piece: &Piece) {
                 (0.86, 0.035, 0.035),
             ];
             let knots: Vec<_> = outline.iter().map(|&(y, w, d)| (v(w, y, d), 1.0)).collect();
-            let shape = curve(&knots, 48);
-            mesh.grid(&stone, (48, 48, true), |a, b| {
-                let p = shape[(b * 48.0).round() as usize].0;
+            let shape = curve(&knots, 30);
+            mesh.grid(&stone, (40, 30, true), |a, b| {
+                let p = shape[(b * 30.0).round() as usize].0;
                 let angle = a * TAU;
                 let fall = (1.0 - p.y / 0.8).clamp(0.0, 1.0);
                 let fold = 1.0
@@ -72,7 +72,7 @@ pub(super) fn statue(mesh: &mut Mesh, piece: &Piece) {
                     .zip(radii)
                     .map(|(&(x, y, z), r)| (v(x, y, z), r))
                     .collect();
-                mesh.tube(&stone, &curve(&knots, 20), 14);
+                mesh.tube(&stone, &curve(&knots, 10), 10);
                 mesh.ellipsoid(&stone, knots[3].0, v(0.024, 0.034, 0.022), 12);
             };
             match seed % 3 {
@@ -161,9 +161,9 @@ pub(super) fn bust(mesh: &mut Mesh, piece: &Piece) {
             (0.62, 0.1, 0.1),
         ];
         let knots: Vec<_> = outline.iter().map(|&(y, w, d)| (v(w, y, d), 1.0)).collect();
-        let shape = curve(&knots, 24);
-        mesh.grid(&stone, (40, 24, true), |a, b| {
-            let p = shape[(b * 24.0).round() as usize].0;
+        let shape = curve(&knots, 16);
+        mesh.grid(&stone, (28, 16, true), |a, b| {
+            let p = shape[(b * 16.0).round() as usize].0;
             let angle = a * TAU;
             let fold = 1.0 + 0.03 * (angle * 9.0 + p.y * 14.0).sin() * (1.0 - b);
             v(p.x * angle.sin() * fold, p.y, p.z * angle.cos() * fold)
@@ -186,7 +186,7 @@ pub(super) fn armour(mesh: &mut Mesh, piece: &Piece) {
                 (v(x * 0.95, 0.7, 0.0), 0.085),
                 (v(x * 0.85, 0.9, 0.0), 0.1),
             ];
-            mesh.tube(&steel, &curve(&leg, 24), 18);
+            mesh.tube(&steel, &curve(&leg, 14), 12);
             mesh.ellipsoid(&steel, v(x, 0.49, 0.045), v(0.07, 0.075, 0.05), 16);
             mesh.ellipsoid(&steel, v(x, 0.05, 0.06), v(0.055, 0.055, 0.15), 16);
             let arm = [
@@ -195,7 +195,7 @@ pub(super) fn armour(mesh: &mut Mesh, piece: &Piece) {
                 (v(side * 0.33, 1.08, 0.02), 0.05),
                 (v(side * 0.3, 0.9, 0.1), 0.045),
             ];
-            mesh.tube(&steel, &curve(&arm, 20), 16);
+            mesh.tube(&steel, &curve(&arm, 12), 10);
             mesh.ellipsoid(&steel, v(side * 0.26, 1.44, 0.0), v(0.12, 0.09, 0.12), 18);
             mesh.ellipsoid(&steel, v(side * 0.33, 1.1, 0.0), v(0.065, 0.07, 0.065), 14);
             mesh.ellipsoid(&steel, v(side * 0.29, 0.86, 0.12), v(0.05, 0.06, 0.05), 14);
@@ -211,9 +211,9 @@ pub(super) fn armour(mesh: &mut Mesh, piece: &Piece) {
             (1.55, 0.075, 0.075),
         ];
         let knots: Vec<_> = body.iter().map(|&(y, w, d)| (v(w, y, d), 1.0)).collect();
-        let shape = curve(&knots, 36);
-        mesh.grid(&steel, (36, 36, true), |a, b| {
-            let p = shape[(b * 36.0).round() as usize].0;
+        let shape = curve(&knots, 26);
+        mesh.grid(&steel, (28, 26, true), |a, b| {
+            let p = shape[(b * 26.0).round() as usize].0;
             let angle = a * TAU;
             let ridge = 1.0 + 0.1 * (1.0 - angle.sin().abs()).powi(4) * angle.cos().max(0.0);
             let plates = if p.y < 1.05 {
@@ -224,7 +224,7 @@ pub(super) fn armour(mesh: &mut Mesh, piece: &Piece) {
             v(p.x * angle.sin() * plates, p.y, p.z * angle.cos() * ridge * plates)
         });
         mesh.moved(v(0.0, 1.52, 0.0), |mesh| {
-            mesh.grid(&steel, (32, 20, true), |a, b| {
+            mesh.grid(&steel, (26, 16, true), |a, b| {
                 let p = crate::import::plan::mesh::on_sphere(a, b);
                 let visor = 0.22 * (-((p.y + 0.15) * 3.0).powi(2)).exp() * p.z.max(0.0).powi(3);
                 let comb = 0.12 * (-(p.x * 9.0).powi(2)).exp() * p.y.max(0.0);
@@ -253,7 +253,7 @@ pub(super) fn armour(mesh: &mut Mesh, piece: &Piece) {
             &steel,
             &[
                 (v(0.32, 2.08, 0.13), 0.02),
-                (v(0.318, 2.16, 0.13), 0.045),
+                (v(0.319, 2.16, 0.13), 0.045),
                 (v(0.315, 2.4, 0.13), 0.004),
             ],
             8,

@@ -79,7 +79,7 @@ kinds! {
     Fountain "fountain" Free, vessels::fountain;
     Globe "globe" Free, vessels::globe;
     Statue "statue" Free, figures::statue;
-    Bust "bust" Free, figures::bust;
+    Bust "bust" AgainstWall { depth_m: 0.68 }, figures::bust;
     Armour "armour" Free, figures::armour;
     Column "column" Free, antiquity::column;
     BrokenColumn "broken-column" Free, antiquity::broken_column;

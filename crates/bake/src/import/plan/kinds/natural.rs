@@ -54,7 +54,7 @@ pub(super) fn dinosaur(mesh: &mut Mesh, piece: &Piece) {
                         (at + v(side * 0.52 * belly, -0.62 * belly, 0.0), 0.03),
                         (at + v(side * 0.22 * belly, -1.12 * belly, 0.14), 0.018),
                     ];
-                    mesh.tube(&bone, &curve(&rib, 10), 6);
+                    mesh.tube(&bone, &curve(&rib, 6), 5);
                 }
             }
             mesh.ellipsoid(&bone, v(0.0, 2.2, -0.75), v(0.2, 0.32, 0.5), 16);
@@ -104,7 +104,7 @@ pub(super) fn dinosaur(mesh: &mut Mesh, piece: &Piece) {
                     (shoulder + v(0.0, -0.5, 0.42), 0.025),
                     (shoulder + v(0.0, -0.65, 0.52), 0.01),
                 ];
-                mesh.tube(&bone, &curve(&arm, 16), 7);
+                mesh.tube(&bone, &curve(&arm, 8), 6);
             }
             // Skull and jaws with teeth.
             mesh.posed(
@@ -130,7 +130,7 @@ pub(super) fn dinosaur(mesh: &mut Mesh, piece: &Piece) {
                             (v(side * 0.03, -0.5, 1.08), 0.055),
                         ];
                         for path in [upper, crest, lower] {
-                            mesh.tube(&bone, &curve(&path, 14), 9);
+                            mesh.tube(&bone, &curve(&path, 10), 9);
                         }
                         mesh.tube(
                             &bone,
@@ -153,7 +153,7 @@ pub(super) fn dinosaur(mesh: &mut Mesh, piece: &Piece) {
                                 ],
                                 6,
                             );
-                            mesh.tube(&bone, &[(v(x * 0.9, -0.43, t), 0.022), (v(x * 0.9, -0.3, t), 0.003)], 6);
+                            mesh.tube(&bone, &[(v(x * 0.9, -0.43, t), 0.022), (v(x * 0.9, -0.3, t), 0.003)], 4);
                         }
                     }
                     mesh.ellipsoid(&bone, v(0.0, 0.2, 0.08), v(0.17, 0.16, 0.24), 14);
@@ -171,16 +171,16 @@ pub(super) fn ammonite(mesh: &mut Mesh, piece: &Piece) {
     let stone = piece.finish(Finish::matt("fossil", 0x9a7a55).gloss(0.4));
     let turns = 3.2;
     mesh.moved(Vec3::Y * size * 0.52, |mesh| {
-        let path: Vec<_> = (0..=150)
+        let path: Vec<_> = (0..=110)
             .map(|i| {
-                let t = i as f32 / 150.0;
+                let t = i as f32 / 110.0;
                 let angle = t * turns * TAU;
                 let r = 0.33 * size * ((t - 1.0) * 2.4).exp();
                 let rib = 1.0 + 0.09 * (angle * 12.0).sin();
                 (v(r * angle.cos(), r * angle.sin(), 0.0), (r * 0.52 * rib).max(0.002))
             })
             .collect();
-        mesh.tube(&stone, &path, 14);
+        mesh.tube(&stone, &path, 10);
     });
     mesh.block(&IRON, [0.0; 3], [size * 0.3, size * 0.05, size * 0.3]);
     mesh.tube(
@@ -323,7 +323,7 @@ pub(super) fn tree(mesh: &mut Mesh, piece: &Piece) {
         let out = if i == 0 { 0.0 } else { height * 0.17 };
         let middle = v(angle.sin() * out, height * rng.range(0.66, 0.86), angle.cos() * out);
         let size = height * rng.range(0.13, 0.19);
-        mesh.coloured_grid(&PAINT, (22, 14, true), |a, b| {
+        mesh.coloured_grid(&PAINT, (16, 10, true), |a, b| {
             let p = on_sphere(a, b);
             let rough = 1.0 + 0.3 * noise(p * 3.3, i + 61) + 0.14 * noise(p * 8.0, i + 71);
             let shade = 0.55 + 0.4 * b + 0.25 * noise(p * 5.0, i + 81);

@@ -96,10 +96,10 @@ const VASES: [&[(f32, f32)]; 5] = [
 pub(super) fn vase(mesh: &mut Mesh, piece: &Piece) {
     let height = piece.height(0.7);
     let shape = VASES[piece.entry.variant as usize % VASES.len()];
-    let outline = profile(shape, height * 0.75, height, 44);
+    let outline = profile(shape, height * 0.75, height, 28);
     let glaze = piece.finish(Finish::matt("glaze", 0x2f6f86).gloss(0.2));
     let lobes = [0.0, 0.0, 0.03, 0.05][piece.entry.variant as usize / VASES.len() % 4];
-    mesh.fluted_lathe(&glaze, &outline, 40, |angle, y| {
+    mesh.fluted_lathe(&glaze, &outline, 28, |angle, y| {
         1.0 + lobes * (angle * 10.0 + y * 6.0).sin()
     });
 }
@@ -126,7 +126,7 @@ pub(super) fn amphora(mesh: &mut Mesh, piece: &Piece) {
     let outline = profile(&knots, height * 0.7, height, 52);
     for (i, band) in outline.windows(2).enumerate() {
         let figured = matches!(i, 8..=9 | 16..=17 | 22..=24 | 30..=33 | 38..=60);
-        mesh.lathe(if figured { &dark } else { &clay }, band, 36);
+        mesh.lathe(if figured { &dark } else { &clay }, band, 24);
     }
     for side in [-1.0, 1.0] {
         let knots = [(0.11, 0.92), (0.26, 0.95), (0.32, 0.84), (0.27, 0.7)];
@@ -152,7 +152,7 @@ pub(super) fn bowl(mesh: &mut Mesh, piece: &Piece) {
         (0.4, 0.3),
         (0.0, 0.22),
     ];
-    mesh.lathe(&piece.finish(GOLD), &profile(&knots, height * 1.1, height, 36), 44);
+    mesh.lathe(&piece.finish(GOLD), &profile(&knots, height * 1.1, height, 22), 28);
 }
 
 pub(super) fn urn(mesh: &mut Mesh, piece: &Piece) {
@@ -175,8 +175,8 @@ pub(super) fn urn(mesh: &mut Mesh, piece: &Piece) {
         (0.07, 0.98),
         (0.0, 1.0),
     ];
-    let outline = profile(&knots, height * 0.62, height, 56);
-    mesh.fluted_lathe(&stone, &outline, 48, |angle, y| {
+    let outline = profile(&knots, height * 0.62, height, 40);
+    mesh.fluted_lathe(&stone, &outline, 36, |angle, y| {
         let belly = (1.0 - ((y / height - 0.48) / 0.16).powi(2)).max(0.0);
         1.0 + 0.05 * belly * (angle * 12.0).cos()
     });
@@ -193,10 +193,10 @@ pub(super) fn urn(mesh: &mut Mesh, piece: &Piece) {
 pub(super) fn glass_vessel(mesh: &mut Mesh, piece: &Piece) {
     let height = piece.height(0.5);
     let shape = VASES[(piece.entry.variant as usize + 2) % VASES.len()];
-    let outline = profile(shape, height * 0.6, height, 40);
+    let outline = profile(shape, height * 0.6, height, 26);
     let glass = piece.finish(Finish::matt("coloured glass", 0x3aa0c8)).glass(0.55);
     let twist = 2.0 + piece.entry.variant as f32;
-    mesh.fluted_lathe(&glass, &outline, 40, |angle, y| {
+    mesh.fluted_lathe(&glass, &outline, 28, |angle, y| {
         1.0 + 0.06 * (angle * 6.0 + y / height * twist).sin()
     });
 }
@@ -284,7 +284,7 @@ pub(super) fn globe(mesh: &mut Mesh, piece: &Piece) {
         Rgb::hex(0xb59a5a).linear(),
         Rgb::hex(0xeee6d2).linear(),
     );
-    mesh.coloured_grid(&PAINT.gloss(0.35), (64, 32, true), |u, v| {
+    mesh.coloured_grid(&PAINT.gloss(0.35), (48, 24, true), |u, v| {
         let p = on_sphere(u, v);
         let height = noise(p * 2.1, 5) + 0.5 * noise(p * 4.3, 6) + 0.25 * noise(p * 9.0, 7);
         let colour = if p.y.abs() > 0.93 {
