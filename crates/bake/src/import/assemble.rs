@@ -11,6 +11,7 @@ use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
 use super::{ImportError, Limits, materials};
+use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::{Role, SourceModel, SourceObject, SourceScene};
 
@@ -157,7 +158,9 @@ impl<'a> Assembly<'_, 'a> {
         let vertices: usize = shared.primitives.iter().map(|p| p.positions.len()).sum();
         self.reader.budget.claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
         let name = shared.name.clone();
-        match flatten(&shared.primitives, world_from_object, (&mut self.reader.defects, &node.name)) {
+        // What becomes degenerate by flattening is no defect of the mesh.
+        let unnoted = &mut Defects::default();
+        match flatten(&shared.primitives, world_from_object, (unnoted, &node.name)) {
             Some(placed) if !placed.primitives.is_empty() => {
                 self.reader
                     .defects

@@ -166,11 +166,6 @@ impl DracoMesh {
         }
     }
 
-    /// How many vertices there are.
-    pub(super) fn vertex_count(&self) -> usize {
-        self.mesh.num_points()
-    }
-
     /// The indices of its triangles.
     pub(super) fn indices(&self) -> Vec<u32> {
         self.mesh.faces().iter().flatten().map(|point| point.0).collect()
@@ -193,5 +188,86 @@ impl DracoMesh {
                 ..stated
             },
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::Gltf;
+
+    /// A document whose positions (three vertices of 12 bytes) are compressed.
+    fn compressed(encoded: &[u8], filter: &str) -> Gltf {
+        let mut gltf = Gltf::triangle();
+        let view = gltf.view(encoded);
+        let mut compression = gltf.json["bufferViews"][view].clone();
+        compression["count"] = 3.into();
+        compression["byteStride"] = 12.into();
+        compression["mode"] = "ATTRIBUTES".into();
+        compression["filter"] = filter.into();
+        // The fallback buffer has no data.
+        gltf.json["buffers"].as_array_mut().unwrap().push(serde_json::json!({"byteLength": 36}));
+        gltf.json["bufferViews"][0]["buffer"] = 1.into();
+        gltf.json["bufferViews"][0]["extensions"] = serde_json::json!({"EXT_meshopt_compression": compression});
+        gltf
+    }
+
+    fn rows() -> Vec<[u8; 12]> {
+        Gltf::CORNERS.iter().map(|p| row_of(*p)).collect()
+    }
+
+    fn row_of(p: [f32; 3]) -> [u8; 12] {
+        let mut row = [0; 12];
+        for (out, number) in row.as_chunks_mut::<4>().0.iter_mut().zip(p) {
+            *out = number.to_le_bytes();
+        }
+        row
+    }
+
+    #[test]
+    fn a_meshopt_view_decodes_to_what_was_encoded() {
+        let encoded = meshopt::encode_vertex_buffer(&rows()).unwrap();
+        let scene = compressed(&encoded, "NONE").import().unwrap().scene;
+        assert_eq!(scene.models[0].primitives[0].positions, Gltf::CORNERS);
+    }
+
+    #[test]
+    fn an_exponential_filter_is_undone() {
+        let filtered = meshopt::encode_filter_exp(&Gltf::CORNERS, 24, meshopt::EncodeExpMode::Separate);
+        let encoded = meshopt::encode_vertex_buffer(&filtered).unwrap();
+        let scene = compressed(&encoded, "EXPONENTIAL").import().unwrap().scene;
+        assert_eq!(scene.models[0].primitives[0].positions, Gltf::CORNERS);
+    }
+
+    #[test]
+    fn broken_meshopt_data_leaves_nothing_to_draw_and_says_so() {
+        let encoded = meshopt::encode_vertex_buffer(&rows()).unwrap();
+        for end in 0..encoded.len() {
+            let refused = compressed(&encoded[..end], "NONE").import().unwrap_err().to_string();
+            assert!(refused.contains("meshopt view that cannot be decoded"), "{end}: {refused}");
+        }
+        let refused = compressed(&encoded, "SEPIA").import().unwrap_err().to_string();
+        assert!(refused.contains("SEPIA"), "{refused}");
+    }
+
+    #[test]
+    fn a_meshopt_view_that_claims_too_much_is_refused_before_it_is_decoded() {
+        let mut gltf = compressed(&[0; 8], "NONE");
+        gltf.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["count"] = 10_000_000_000u64.into();
+        let refused = gltf.import().unwrap_err().to_string();
+        assert!(refused.contains("bytes of memory"), "{refused}");
+    }
+
+    #[test]
+    fn broken_draco_data_drops_its_primitive() {
+        let mut gltf = Gltf::triangle();
+        let view = gltf.view(b"DRACO\x02\x02\x01\x01\0\0\xFF\xFF\xFF\xFF\x0F");
+        let primitive = &mut gltf.json["meshes"][0]["primitives"][0];
+        primitive["extensions"] = serde_json::json!({"KHR_draco_mesh_compression":
+            {"bufferView": view, "attributes": {"POSITION": 0}}});
+        let with_fallback = gltf.import().unwrap();
+        assert_eq!(with_fallback.defects.count("draco data that cannot be decoded: its primitive left out"), 1);
+        gltf.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+        let refused = gltf.import().unwrap_err().to_string();
+        assert!(refused.contains("draco data"), "{refused}");
     }
 }

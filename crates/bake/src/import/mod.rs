@@ -22,6 +22,7 @@ mod compression;
 mod container;
 mod document;
 mod error;
+mod extent;
 mod instances;
 mod limits;
 mod materials;

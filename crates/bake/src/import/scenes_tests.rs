@@ -105,6 +105,7 @@ fn survey() {
                 check(&name, &s);
                 assert_eq!(before, t(&s));
                 let _ = Role::Door;
+                if name.contains("town_model") || name.contains("hall") { for o in &s.objects { let m=&s.models[o.model]; let b=belvedere_scene::Bounds::around(m.primitives.iter().flat_map(|p|&p.positions).map(|p| o.world_from_object.transform_point3(glam::Vec3::from_array(*p).as_dvec3()).to_array())); println!("       {} {} tri {} diag {:.1}", o.source_node,o.part,m.triangle_count(), b.diagonal_m()); } }
                 println!("     split: {} objects {} models", s.objects.len(), s.models.len());
             }
             Err(e) => println!("{name}: ERR {e}"),
