@@ -31,10 +31,15 @@ impl Archive {
             let entry = zip.by_index_raw(index).map_err(|e| refused(e.to_string()))?;
             let name = entry.name().map_err(|e| refused(e.to_string()))?.into_owned();
             if entry.encrypted() {
-                return Err(refused(format!("entry \"{name}\" is encrypted: pack it without a password")));
+                return Err(refused(format!(
+                    "entry \"{name}\" is encrypted: pack it without a password"
+                )));
             }
-            let path = relative_path(&name)
-                .ok_or_else(|| refused(format!("entry \"{name}\" leaves the archive: pack it with relative paths")))?;
+            let path = relative_path(&name).ok_or_else(|| {
+                refused(format!(
+                    "entry \"{name}\" leaves the archive: pack it with relative paths"
+                ))
+            })?;
             if !entry.is_dir() {
                 entries.insert(path, index);
             }
@@ -72,9 +77,9 @@ impl Archive {
         let index = *self.entries.get(path).ok_or(FileError::Missing)?;
         let mut zip = self.zip.borrow_mut();
         let entry = zip.by_index(index).map_err(|e| match e {
-            ZipError::CompressionMethodNotSupported(method) => {
-                FileError::Io(format!("compression method {method} is not supported: pack it with deflate"))
-            }
+            ZipError::CompressionMethodNotSupported(method) => FileError::Io(format!(
+                "compression method {method} is not supported: pack it with deflate"
+            )),
             other => FileError::Io(other.to_string()),
         })?;
         if entry.size() > max_bytes {
@@ -135,7 +140,12 @@ mod tests {
     #[test]
     fn a_gltf_in_a_subfolder_finds_its_files_beside_it() {
         let (json, bin) = Gltf::triangle().with_file("a b.bin");
-        let packed = pack(&[("readme.txt", b"x"), ("in/scene.gltf", &json), ("in/a b.bin", &bin), ("__MACOSX/in/._scene.gltf", b"x")]);
+        let packed = pack(&[
+            ("readme.txt", b"x"),
+            ("in/scene.gltf", &json),
+            ("in/a b.bin", &bin),
+            ("__MACOSX/in/._scene.gltf", b"x"),
+        ]);
         assert_eq!(import_bytes("x.zip", packed).unwrap().scene.objects.len(), 1);
         let packed = pack(&[("scene.GLB", &Gltf::triangle().glb())]);
         assert_eq!(import_bytes("x.zip", packed).unwrap().scene.objects.len(), 1);
@@ -146,7 +156,10 @@ mod tests {
         let glb = Gltf::triangle().glb();
         for (entries, reason) in [
             (&[("a.txt", &b"x"[..])][..], "no .gltf or .glb"),
-            (&[("a.glb", &glb), ("b/c.gltf", &glb)], "2 glTF files in it (\"a.glb\", \"b/c.gltf\""),
+            (
+                &[("a.glb", &glb), ("b/c.gltf", &glb)],
+                "2 glTF files in it (\"a.glb\", \"b/c.gltf\"",
+            ),
             (&[("../a.glb", &glb)], "\"../a.glb\" leaves the archive"),
             (&[("a.glb", &glb), ("/etc/x", b"x")], "\"/etc/x\" leaves the archive"),
             (&[("a.glb", &glb), ("c:\\x", b"x")], "leaves the archive"),
@@ -170,7 +183,13 @@ mod tests {
     fn a_bomb_is_stopped_at_the_limit_whatever_it_declares() {
         let zeros = vec![0; 1 << 20];
         let mut packed = pack(&[("a.gltf", &zeros)]);
-        let open = |packed: &Vec<u8>| Archive::open(packed.clone()).unwrap().read_main(1000).unwrap_err().to_string();
+        let open = |packed: &Vec<u8>| {
+            Archive::open(packed.clone())
+                .unwrap()
+                .read_main(1000)
+                .unwrap_err()
+                .to_string()
+        };
         assert!(open(&packed).contains("larger than 1000 bytes"));
         // Now it declares to be small.
         let directory = packed.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
@@ -182,7 +201,10 @@ mod tests {
     fn a_truncated_archive_is_refused_at_every_length() {
         let packed = pack(&[("a.glb", &Gltf::triangle().glb())]);
         for end in 4..packed.len() {
-            assert!(import_bytes("x.zip", packed[..end].to_vec()).is_err(), "accepted {end} bytes");
+            assert!(
+                import_bytes("x.zip", packed[..end].to_vec()).is_err(),
+                "accepted {end} bytes"
+            );
         }
     }
 }

@@ -83,7 +83,12 @@ pub(super) fn assemble(
 
 impl<'a> Assembly<'_, 'a> {
     /// Adds the objects of one node.
-    fn draw(&mut self, node: &PlacedNode, item: &Item<'a>, (role, skin): (Role, Option<Skin>)) -> Result<(), ImportError> {
+    fn draw(
+        &mut self,
+        node: &PlacedNode,
+        item: &Item<'a>,
+        (role, skin): (Role, Option<Skin>),
+    ) -> Result<(), ImportError> {
         let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
             return Ok(());
         };
@@ -96,7 +101,9 @@ impl<'a> Assembly<'_, 'a> {
         if let Some(skin) = skin {
             let read = self.read_mesh(&mesh_item, &weights, true)?;
             let vertices: usize = read.iter().map(|r| r.primitive.positions.len()).sum();
-            self.reader.budget.claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
+            self.reader
+                .budget
+                .claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
             let posed = skin.pose(&read, (&mut self.reader.defects, &item.place));
             if let Some(placed) = self.reader.settle(posed)? {
                 self.reader
@@ -156,7 +163,9 @@ impl<'a> Assembly<'_, 'a> {
         }
         let shared = &self.scene.models[model];
         let vertices: usize = shared.primitives.iter().map(|p| p.positions.len()).sum();
-        self.reader.budget.claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
+        self.reader
+            .budget
+            .claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
         let name = shared.name.clone();
         // What becomes degenerate by flattening is no defect of the mesh.
         let unnoted = &mut Defects::default();
@@ -164,7 +173,9 @@ impl<'a> Assembly<'_, 'a> {
             Some(placed) if !placed.primitives.is_empty() => {
                 self.reader
                     .defects
-                    .note("object flattened by its scale: published as it stands", 1, || node.name.clone());
+                    .note("object flattened by its scale: published as it stands", 1, || {
+                        node.name.clone()
+                    });
                 self.add_own(node, (name, placed), role)
             }
             _ => {

@@ -57,10 +57,22 @@ fn indices(encoded: &[u8], count: usize, stride: usize, triangles: bool) -> Opti
 fn undo_filter(filter: &str, bytes: &mut Vec<u8>, stride: usize) -> bool {
     let words = |bytes: &[u8]| -> Vec<[i16; 4]> {
         let word = |c: &[u8; 8], i: usize| i16::from_le_bytes([c[2 * i], c[2 * i + 1]]);
-        bytes.as_chunks::<8>().0.iter().map(|c| std::array::from_fn(|i| word(c, i))).collect()
+        bytes
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .map(|c| std::array::from_fn(|i| word(c, i)))
+            .collect()
     };
     let unwords = |words: Vec<[i16; 4]>| words.into_iter().flatten().flat_map(i16::to_le_bytes).collect();
-    let octets = |bytes: &[u8]| -> Vec<[i8; 4]> { bytes.as_chunks().0.iter().map(|c: &[u8; 4]| c.map(|b| b as i8)).collect() };
+    let octets = |bytes: &[u8]| -> Vec<[i8; 4]> {
+        bytes
+            .as_chunks()
+            .0
+            .iter()
+            .map(|c: &[u8; 4]| c.map(|b| b as i8))
+            .collect()
+    };
     let unoctets = |octets: Vec<[i8; 4]>| octets.into_iter().flatten().map(|b| b as u8).collect();
     match (filter, stride) {
         ("NONE", _) => {}
@@ -123,7 +135,10 @@ pub(super) fn meshopt_view(reader: &mut Reader, compression: &Item) -> Read<Byte
         Some(bytes) => Ok(Bytes::new(bytes)),
         None => flaw(
             BROKEN,
-            format!("{}: {count} elements of {stride} bytes, mode {mode:?}, filter {filter:?}", compression.place),
+            format!(
+                "{}: {count} elements of {stride} bytes, mode {mode:?}, filter {filter:?}",
+                compression.place
+            ),
         ),
     }
 }
@@ -154,8 +169,12 @@ impl DracoMesh {
             Ok(Ok(mesh)) => {
                 let values = (0..mesh.num_attributes()).map(|a| usize::from(mesh.attribute(a).num_components()));
                 let point_bytes = 4 * values.sum::<usize>();
-                reader.budget.claim(mesh.num_points(), point_bytes, || compression.place.clone())?;
-                reader.budget.claim(mesh.num_faces(), 12, || compression.place.clone())?;
+                reader
+                    .budget
+                    .claim(mesh.num_points(), point_bytes, || compression.place.clone())?;
+                reader
+                    .budget
+                    .claim(mesh.num_faces(), 12, || compression.place.clone())?;
                 Ok(Self { mesh })
             }
             Ok(Err(error)) if error.kind() == ErrorKind::LimitExceeded => {
@@ -174,8 +193,14 @@ impl DracoMesh {
     /// The attribute that the extension object calls `id`, laid out as the primitive's own accessor says.
     pub(super) fn attribute(&self, id: usize, accessor: &Item) -> Read<Accessor> {
         let stated = layout(accessor)?;
-        let Some(attribute) = u32::try_from(id).ok().and_then(|id| self.mesh.attribute_by_unique_id(id)) else {
-            return flaw("draco attribute that is not in the data: left out", accessor.place.clone());
+        let Some(attribute) = u32::try_from(id)
+            .ok()
+            .and_then(|id| self.mesh.attribute_by_unique_id(id))
+        else {
+            return flaw(
+                "draco attribute that is not in the data: left out",
+                accessor.place.clone(),
+            );
         };
         let components = stated.components.min(usize::from(attribute.num_components()));
         let numbers = attribute.read_f32s(self.mesh.num_points(), components);
@@ -205,7 +230,10 @@ mod tests {
         compression["mode"] = "ATTRIBUTES".into();
         compression["filter"] = filter.into();
         // The fallback buffer has no data.
-        gltf.json["buffers"].as_array_mut().unwrap().push(serde_json::json!({"byteLength": 36}));
+        gltf.json["buffers"]
+            .as_array_mut()
+            .unwrap()
+            .push(serde_json::json!({"byteLength": 36}));
         gltf.json["bufferViews"][0]["buffer"] = 1.into();
         gltf.json["bufferViews"][0]["extensions"] = serde_json::json!({"EXT_meshopt_compression": compression});
         gltf
@@ -243,7 +271,10 @@ mod tests {
         let encoded = meshopt::encode_vertex_buffer(&rows()).unwrap();
         for end in 0..encoded.len() {
             let refused = compressed(&encoded[..end], "NONE").import().unwrap_err().to_string();
-            assert!(refused.contains("meshopt view that cannot be decoded"), "{end}: {refused}");
+            assert!(
+                refused.contains("meshopt view that cannot be decoded"),
+                "{end}: {refused}"
+            );
         }
         let refused = compressed(&encoded, "SEPIA").import().unwrap_err().to_string();
         assert!(refused.contains("SEPIA"), "{refused}");
@@ -265,7 +296,12 @@ mod tests {
         primitive["extensions"] = serde_json::json!({"KHR_draco_mesh_compression":
             {"bufferView": view, "attributes": {"POSITION": 0}}});
         let with_fallback = gltf.import().unwrap();
-        assert_eq!(with_fallback.defects.count("draco data that cannot be decoded: its primitive left out"), 1);
+        assert_eq!(
+            with_fallback
+                .defects
+                .count("draco data that cannot be decoded: its primitive left out"),
+            1
+        );
         gltf.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
         let refused = gltf.import().unwrap_err().to_string();
         assert!(refused.contains("draco data"), "{refused}");

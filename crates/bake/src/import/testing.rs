@@ -52,7 +52,10 @@ impl Gltf {
         let offset = self.bin.len();
         self.bin.extend_from_slice(bytes);
         self.json["buffers"][0]["byteLength"] = self.bin.len().into();
-        self.push("bufferViews", json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}))
+        self.push(
+            "bufferViews",
+            json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}),
+        )
     }
 
     /// Adds an accessor with a view of its own.
