@@ -86,7 +86,10 @@ impl Gltf {
     /// Changes the document.
     pub(super) fn with(mut self, pointer: &str, value: Value) -> Self {
         let (parent, key) = pointer.rsplit_once('/').unwrap();
-        self.json.pointer_mut(parent).unwrap()[key] = value;
+        match self.json.pointer_mut(parent).unwrap() {
+            Value::Array(list) => list[key.parse::<usize>().unwrap()] = value,
+            parent => parent[key] = value,
+        }
         self
     }
 
