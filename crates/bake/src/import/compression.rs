@@ -154,6 +154,10 @@ impl DracoMesh {
         const BROKEN: &str = "draco data that cannot be decoded: its primitive left out";
         let view = compression.needed("bufferView")?.as_index()?;
         let (bytes, _) = reader.view(view)?;
+        // The decoder works at least as long as its input is, also when it fails.
+        reader
+            .budget
+            .claim(bytes.as_slice().len(), 1, || compression.place.clone())?;
         let left = reader.budget.left_bytes();
         let limits = DecodeLimits::default()
             .with_max_points(left / 12)
@@ -177,9 +181,10 @@ impl DracoMesh {
                     .claim(mesh.num_faces(), 12, || compression.place.clone())?;
                 Ok(Self { mesh })
             }
-            Ok(Err(error)) if error.kind() == ErrorKind::LimitExceeded => {
-                Err(reader.budget.refusal(compression.place.clone(), left).into())
-            }
+            Ok(Err(error)) if error.kind() == ErrorKind::LimitExceeded => Err(reader
+                .budget
+                .refusal(compression.place.clone(), left.saturating_add(1))
+                .into()),
             Ok(Err(error)) => flaw(BROKEN, format!("{}: {error}", compression.place)),
             Err(_) => flaw(BROKEN, format!("{}: the decoder gave up", compression.place)),
         }

@@ -380,6 +380,17 @@ mod tests {
     }
 
     #[test]
+    fn the_parts_are_the_same_for_any_number_of_threads() {
+        let whole = scene(vec![row(3000, None), row(500, Some(1))], &[(0.0, Role::Ordinary)]);
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let split = || split(whole.clone(), &SplitSettings::default(), &mut Defects::default());
+            format!("{:?}", pool.install(split))
+        };
+        assert_eq!(with(1), with(4));
+    }
+
+    #[test]
     fn shapes_in_one_place_end_the_cutting() {
         let mut pile = row(1, None);
         pile.indices = [0, 1, 2].repeat(10_000);
