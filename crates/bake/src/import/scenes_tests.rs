@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::split::{SplitSettings, split};
 use super::{FileError, ImportError, Imported, Limits, SourceFiles, import};
 use crate::progress::Silent;
-use crate::source::{SourceScene, Topology};
+use crate::source::{SourceObject, SourceScene, Topology};
 use belvedere_scene::Bounds;
 
 /// The files of a folder.
@@ -139,6 +139,36 @@ fn scenes_draw_the_triangles_that_their_readmes_state() {
     assert_eq!(all.sum::<u64>(), 10_868);
 }
 
+/// The box as the readmes state it: around the transformed boxes of the meshes.
+fn stated_box(scene: &SourceScene) -> Bounds {
+    let world = |object: &SourceObject| {
+        let positions = scene.models[object.model].primitives.iter().flat_map(|p| &p.positions);
+        let own = Bounds::around(positions.map(|p| p.map(f64::from)));
+        Bounds::around(
+            own.corners()
+                .map(|c| object.world_from_object.transform_point3(c.into()).to_array()),
+        )
+    };
+    scene
+        .objects
+        .iter()
+        .map(world)
+        .fold(Bounds::EMPTY, |all, b| all.union(&b))
+}
+
+#[test]
+fn skinned_figures_stand_as_high_as_their_readme_states() {
+    let Some(root) = scenes() else { return };
+    for (name, height) in [
+        ("stag/Stag.gltf", 5.4),
+        ("alien/Alien_Scolitex.gltf", 3.4),
+        ("fox/Fox.gltf", 79.0),
+    ] {
+        let found = stated_box(&imported(&root, &format!("avatars/{name}")).scene).size_m()[1];
+        assert!((found / height - 1.0).abs() < 0.02, "{name}: {found}");
+    }
+}
+
 #[test]
 fn scenes_stand_in_the_boxes_that_their_readmes_state() {
     let Some(root) = scenes() else { return };
@@ -159,16 +189,7 @@ fn scenes_stand_in_the_boxes_that_their_readmes_state() {
         ),
     ] {
         let scene = imported(&root, name).scene;
-        // The readmes state the box of the transformed boxes of the meshes.
-        let mut found = Bounds::EMPTY;
-        for object in &scene.objects {
-            let positions = scene.models[object.model].primitives.iter().flat_map(|p| &p.positions);
-            let own = Bounds::around(positions.map(|p| p.map(f64::from)));
-            let world = own
-                .corners()
-                .map(|c| object.world_from_object.transform_point3(c.into()).to_array());
-            found = found.union(&Bounds::around(world));
-        }
+        let found = stated_box(&scene);
         // Readmes round to two or three digits.
         let near = |a: f64, b: f64| (a - b).abs() <= 0.006 * a.abs().max(10.0);
         for axis in 0..3 {
