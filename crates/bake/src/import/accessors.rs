@@ -141,7 +141,11 @@ impl Accessor {
             }
             Elements::View { bytes, stride } => {
                 let element = bytes.as_slice().get(at * stride..).unwrap_or_default();
-                for (number, stored) in numbers.iter_mut().zip(element.chunks(component.size_bytes())).take(used) {
+                for (number, stored) in numbers
+                    .iter_mut()
+                    .zip(element.chunks(component.size_bytes()))
+                    .take(used)
+                {
                     *number = component.float(stored);
                 }
             }
@@ -303,7 +307,12 @@ pub(super) fn layout(item: &Item) -> Read<Layout> {
         Some("VEC4" | "MAT2") => 4,
         Some("MAT3") => 9,
         Some("MAT4") => 16,
-        _ => return flaw("unknown accessor type: accessor left out", format!("{}/type", item.place)),
+        _ => {
+            return flaw(
+                "unknown accessor type: accessor left out",
+                format!("{}/type", item.place),
+            );
+        }
     };
     Ok(Layout {
         component: component(item)?,

@@ -31,10 +31,15 @@ impl Archive {
             let entry = zip.by_index_raw(index).map_err(|e| refused(e.to_string()))?;
             let name = entry.name().map_err(|e| refused(e.to_string()))?.into_owned();
             if entry.encrypted() {
-                return Err(refused(format!("entry \"{name}\" is encrypted: pack it without a password")));
+                return Err(refused(format!(
+                    "entry \"{name}\" is encrypted: pack it without a password"
+                )));
             }
-            let path = relative_path(&name)
-                .ok_or_else(|| refused(format!("entry \"{name}\" leaves the archive: pack it with relative paths")))?;
+            let path = relative_path(&name).ok_or_else(|| {
+                refused(format!(
+                    "entry \"{name}\" leaves the archive: pack it with relative paths"
+                ))
+            })?;
             if !entry.is_dir() {
                 entries.insert(path, index);
             }
@@ -72,9 +77,9 @@ impl Archive {
         let index = *self.entries.get(path).ok_or(FileError::Missing)?;
         let mut zip = self.zip.borrow_mut();
         let entry = zip.by_index(index).map_err(|e| match e {
-            ZipError::CompressionMethodNotSupported(method) => {
-                FileError::Io(format!("compression method {method} is not supported: pack it with deflate"))
-            }
+            ZipError::CompressionMethodNotSupported(method) => FileError::Io(format!(
+                "compression method {method} is not supported: pack it with deflate"
+            )),
             other => FileError::Io(other.to_string()),
         })?;
         if entry.size() > max_bytes {
@@ -108,4 +113,98 @@ fn is_gltf(path: &str) -> bool {
     !name.starts_with('.')
         && !path.starts_with("__MACOSX/")
         && (extension.eq_ignore_ascii_case("gltf") || extension.eq_ignore_ascii_case("glb"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use zip::write::SimpleFileOptions;
+
+    use super::super::testing::{Gltf, import_bytes};
+    use super::*;
+
+    fn pack(entries: &[(&str, &[u8])]) -> Vec<u8> {
+        let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, bytes) in entries {
+            writer.start_file(*name, SimpleFileOptions::default()).unwrap();
+            writer.write_all(bytes).unwrap();
+        }
+        writer.finish().unwrap().into_inner()
+    }
+
+    fn refusal(bytes: Vec<u8>) -> String {
+        import_bytes("x.zip", bytes).map(|_| ()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_gltf_in_a_subfolder_finds_its_files_beside_it() {
+        let (json, bin) = Gltf::triangle().with_file("a b.bin");
+        let packed = pack(&[
+            ("readme.txt", b"x"),
+            ("in/scene.gltf", &json),
+            ("in/a b.bin", &bin),
+            ("__MACOSX/in/._scene.gltf", b"x"),
+        ]);
+        assert_eq!(import_bytes("x.zip", packed).unwrap().scene.objects.len(), 1);
+        let packed = pack(&[("scene.GLB", &Gltf::triangle().glb())]);
+        assert_eq!(import_bytes("x.zip", packed).unwrap().scene.objects.len(), 1);
+    }
+
+    #[test]
+    fn archives_that_cannot_be_meant_are_refused_with_the_reason() {
+        let glb = Gltf::triangle().glb();
+        for (entries, reason) in [
+            (&[("a.txt", &b"x"[..])][..], "no .gltf or .glb"),
+            (
+                &[("a.glb", &glb), ("b/c.gltf", &glb)],
+                "2 glTF files in it (\"a.glb\", \"b/c.gltf\"",
+            ),
+            (&[("../a.glb", &glb)], "\"../a.glb\" leaves the archive"),
+            (&[("a.glb", &glb), ("/etc/x", b"x")], "\"/etc/x\" leaves the archive"),
+            (&[("a.glb", &glb), ("c:\\x", b"x")], "leaves the archive"),
+            (&[("a.glb", &pack(&[("b.glb", &glb)]))], "an archive again"),
+        ] {
+            let refused = refusal(pack(entries));
+            assert!(refused.contains(reason), "{refused}");
+        }
+    }
+
+    #[test]
+    fn an_encrypted_entry_is_refused() {
+        let mut packed = pack(&[("a.glb", &Gltf::triangle().glb())]);
+        let directory = packed.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
+        packed[directory + 8] |= 1;
+        packed[6] |= 1;
+        assert!(refusal(packed).contains("encrypted"));
+    }
+
+    #[test]
+    fn a_bomb_is_stopped_at_the_limit_whatever_it_declares() {
+        let zeros = vec![0; 1 << 20];
+        let mut packed = pack(&[("a.gltf", &zeros)]);
+        let open = |packed: &Vec<u8>| {
+            Archive::open(packed.clone())
+                .unwrap()
+                .read_main(1000)
+                .unwrap_err()
+                .to_string()
+        };
+        assert!(open(&packed).contains("larger than 1000 bytes"));
+        // Now it declares to be small.
+        let directory = packed.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
+        packed[directory + 24..directory + 28].copy_from_slice(&500u32.to_le_bytes());
+        open(&packed);
+    }
+
+    #[test]
+    fn a_truncated_archive_is_refused_at_every_length() {
+        let packed = pack(&[("a.glb", &Gltf::triangle().glb())]);
+        for end in 4..packed.len() {
+            assert!(
+                import_bytes("x.zip", packed[..end].to_vec()).is_err(),
+                "accepted {end} bytes"
+            );
+        }
+    }
 }

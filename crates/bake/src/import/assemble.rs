@@ -11,6 +11,7 @@ use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
 use super::{ImportError, Limits, materials};
+use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::{Role, SourceModel, SourceObject, SourceScene};
 
@@ -19,8 +20,8 @@ const REASONS: usize = 5;
 /// What moving a vertex by its own matrix takes: the matrix, its position in f64, and every attribute once more.
 const MOVED_VERTEX_BYTES: usize = 400;
 
-/// A mesh with the morph weights that one of its nodes gives it.
-type MeshKey = (usize, Vec<u64>);
+/// A mesh, with the bits of the morph weights that a node gives it in place of the mesh's own.
+type MeshKey = (usize, Option<Vec<u64>>);
 
 /// The scene under construction.
 struct Assembly<'r, 'a> {
@@ -29,6 +30,8 @@ struct Assembly<'r, 'a> {
     scene: SourceScene,
     /// Shared models by mesh; `None` when nothing of the mesh can be drawn.
     models: BTreeMap<MeshKey, Option<usize>>,
+    /// Whether meshes have morph targets.
+    has_targets: BTreeMap<usize, bool>,
 }
 
 /// Reads everything that the document's scene draws.
@@ -48,6 +51,7 @@ pub(super) fn assemble(
         limits,
         scene: SourceScene::default(),
         models: BTreeMap::new(),
+        has_targets: BTreeMap::new(),
     };
     for node in &hierarchy.nodes {
         if progress.cancelled() {
@@ -82,7 +86,12 @@ pub(super) fn assemble(
 
 impl<'a> Assembly<'_, 'a> {
     /// Adds the objects of one node.
-    fn draw(&mut self, node: &PlacedNode, item: &Item<'a>, (role, skin): (Role, Option<Skin>)) -> Result<(), ImportError> {
+    fn draw(
+        &mut self,
+        node: &PlacedNode,
+        item: &Item<'a>,
+        (role, skin): (Role, Option<Skin>),
+    ) -> Result<(), ImportError> {
         let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
             return Ok(());
         };
@@ -90,27 +99,32 @@ impl<'a> Assembly<'_, 'a> {
         let Some(mesh_item) = self.reader.settle(listed)? else {
             return Ok(());
         };
-        let name = mesh_item.name().map_or_else(|| format!("mesh[{mesh}]"), str::to_owned);
-        let weights = self.morph_weights(item, &mesh_item)?;
+        let name = || mesh_item.name().map_or_else(|| format!("mesh[{mesh}]"), str::to_owned);
+        let own_weights = item.member("weights").is_some() && self.has_targets(mesh, &mesh_item);
+        let weighted = if own_weights { item } else { &mesh_item };
         if let Some(skin) = skin {
-            let read = self.read_mesh(&mesh_item, &weights, true)?;
+            let read = self.read_mesh(&mesh_item, weighted, true)?;
             let vertices: usize = read.iter().map(|r| r.primitive.positions.len()).sum();
-            self.reader.budget.claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
+            self.reader
+                .budget
+                .claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
             let posed = skin.pose(&read, (&mut self.reader.defects, &item.place));
             if let Some(placed) = self.reader.settle(posed)? {
                 self.reader
                     .defects
                     .note("skinned mesh: published in its rest pose", 1, || item.place.clone());
-                return self.add_own(node, (name, placed), role);
+                return self.add_own(node, (name(), placed), role);
             }
         }
-        let key = (mesh, weights.iter().map(|w| w.to_bits()).collect::<Vec<_>>());
+        let bits = |weights: Vec<f64>| weights.iter().map(|w| w.to_bits()).collect();
+        let key = (mesh, own_weights.then(|| bits(morph_weights(item))));
         let model = match self.models.get(&key) {
             Some(known) => *known,
             None => {
-                let read = self.read_mesh(&mesh_item, &weights, false)?;
+                let read = self.read_mesh(&mesh_item, weighted, false)?;
                 let primitives: Vec<_> = read.into_iter().map(|r| r.primitive).collect();
                 let model = (!primitives.is_empty()).then(|| {
+                    let name = name();
                     self.scene.models.push(SourceModel { name, primitives });
                     self.scene.models.len() - 1
                 });
@@ -155,13 +169,20 @@ impl<'a> Assembly<'_, 'a> {
         }
         let shared = &self.scene.models[model];
         let vertices: usize = shared.primitives.iter().map(|p| p.positions.len()).sum();
-        self.reader.budget.claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
+        self.reader
+            .budget
+            .claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
         let name = shared.name.clone();
-        match flatten(&shared.primitives, world_from_object, (&mut self.reader.defects, &node.name)) {
+        self.reader.budget.claim(name.len(), 1, || node.name.clone())?;
+        // What becomes degenerate by flattening is no defect of the mesh.
+        let unnoted = &mut Defects::default();
+        match flatten(&shared.primitives, world_from_object, (unnoted, &node.name)) {
             Some(placed) if !placed.primitives.is_empty() => {
                 self.reader
                     .defects
-                    .note("object flattened by its scale: published as it stands", 1, || node.name.clone());
+                    .note("object flattened by its scale: published as it stands", 1, || {
+                        node.name.clone()
+                    });
                 self.add_own(node, (name, placed), role)
             }
             _ => {
@@ -210,36 +231,43 @@ impl<'a> Assembly<'_, 'a> {
         Ok(())
     }
 
-    /// The default weights of a mesh's morph targets: the node's, or else the mesh's.
-    fn morph_weights(&mut self, node: &Item, mesh: &Item) -> Result<Vec<f64>, ImportError> {
-        let has_targets = |p: &Item| p.member("targets").is_some();
-        let primitives = mesh.elements("primitives").unwrap_or_default();
-        if !primitives.iter().any(has_targets) {
-            return Ok(Vec::new());
-        }
-        let owner = if node.member("weights").is_some() { node } else { mesh };
-        let elements = self.reader.settle(owner.elements("weights"))?.unwrap_or_default();
-        Ok(elements.iter().map(|w| w.value.as_f64().unwrap_or(0.0)).collect())
+    /// Whether a mesh has morph targets; found once.
+    fn has_targets(&mut self, mesh: usize, item: &Item) -> bool {
+        let find = || {
+            let primitives = item.elements("primitives").unwrap_or_default();
+            primitives.iter().any(|p| p.member("targets").is_some())
+        };
+        *self.has_targets.entry(mesh).or_insert_with(find)
     }
 
-    /// Reads what can be drawn of a mesh.
+    /// Reads what can be drawn of a mesh. `weighted` is what gives the weights of its morph targets: itself or a node.
     fn read_mesh(
         &mut self,
         mesh: &Item<'a>,
-        morph_weights: &[f64],
+        weighted: &Item,
         influences: bool,
     ) -> Result<Vec<ReadPrimitive>, ImportError> {
         let wanted = Wanted {
-            morph_weights,
+            morph_weights: &morph_weights(weighted),
             influences,
         };
+        let items = self.reader.settle(mesh.elements("primitives"))?.unwrap_or_default();
+        self.reader
+            .budget
+            .claim(items.len(), size_of::<ReadPrimitive>(), || mesh.place.clone())?;
         let mut primitives = Vec::new();
-        for item in self.reader.settle(mesh.elements("primitives"))?.unwrap_or_default() {
+        for item in items {
             let read = read_primitive(self.reader, &item, wanted);
             primitives.extend(self.reader.settle(read)?.flatten());
         }
         Ok(primitives)
     }
+}
+
+/// The weights that a node or a mesh states; what is no number weighs nothing.
+fn morph_weights(item: &Item) -> Vec<f64> {
+    let elements = item.elements("weights").unwrap_or_default();
+    elements.iter().map(|w| w.value.as_f64().unwrap_or(0.0)).collect()
 }
 
 /// Removes models whose objects were all dropped.
@@ -248,10 +276,8 @@ fn leave_out_unused_models(scene: &mut SourceScene) {
     for object in &scene.objects {
         new_of_old[object.model] = Some(0);
     }
-    let mut count = 0;
-    for new in new_of_old.iter_mut().flatten() {
+    for (count, new) in new_of_old.iter_mut().flatten().enumerate() {
         *new = count;
-        count += 1;
     }
     let mut used = new_of_old.iter().map(Option::is_some);
     scene.models.retain(|_| used.next().unwrap_or(false));

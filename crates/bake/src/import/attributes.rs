@@ -34,7 +34,11 @@ pub(super) fn normals(
         match around.get(*vertex).and_then(|n| n.try_normalize()) {
             Some(normal) => raw[*vertex] = normal.as_vec3().to_array(),
             None => {
-                defects.note("normals without a direction: all of the primitive's left out", 1, || place.to_owned());
+                defects.note(
+                    "normals without a direction: all of the primitive's left out",
+                    1,
+                    || place.to_owned(),
+                );
                 return Vec::new();
             }
         }
@@ -68,7 +72,11 @@ pub(super) fn tangents(mut raw: Vec<[f32; 4]>, (defects, place): (&mut Defects, 
     for tangent in &mut raw {
         let [x, y, z, w] = *tangent;
         let Some(([x, y, z], _)) = direction([x, y, z]) else {
-            defects.note("tangents without a direction: all of the primitive's left out", 1, || place.to_owned());
+            defects.note(
+                "tangents without a direction: all of the primitive's left out",
+                1,
+                || place.to_owned(),
+            );
             return Vec::new();
         };
         *tangent = [x, y, z, if w < 0.0 { -1.0 } else { 1.0 }];
@@ -79,7 +87,9 @@ pub(super) fn tangents(mut raw: Vec<[f32; 4]>, (defects, place): (&mut Defects, 
 /// Makes texture coordinates finite.
 pub(super) fn uvs(mut raw: Vec<[f32; 2]>, (defects, place): (&mut Defects, &str)) -> Vec<[f32; 2]> {
     let changed = mend(&mut raw, 0.0);
-    defects.note("texture coordinate that is not finite: set to zero", changed, || place.to_owned());
+    defects.note("texture coordinate that is not finite: set to zero", changed, || {
+        place.to_owned()
+    });
     raw
 }
 
@@ -152,7 +162,10 @@ mod tests {
     fn infinite_numbers_become_finite() {
         let mut defects = Defects::default();
         assert_eq!(uvs(vec![[f32::INFINITY, 0.5]], (&mut defects, "p")), [[0.0, 0.5]]);
-        assert_eq!(colors(vec![[f32::NAN, 0.0, 0.0, 1.0]], (&mut defects, "p")), [[1.0, 0.0, 0.0, 1.0]]);
+        assert_eq!(
+            colors(vec![[f32::NAN, 0.0, 0.0, 1.0]], (&mut defects, "p")),
+            [[1.0, 0.0, 0.0, 1.0]]
+        );
         assert_eq!(defects.iter().map(|d| d.count).sum::<u64>(), 2);
     }
 }

@@ -181,7 +181,10 @@ mod tests {
     fn a_glb_is_refused_at_every_length_before_its_document_ends() {
         let mut bytes = b"glTF\x02\0\0\0\x20\0\0\0\x04\0\0\0JSON{}  \x04\0\0\0BIN\0abcd".to_vec();
         let chunks = glb_chunks(&bytes).unwrap();
-        assert_eq!((chunks.json, chunks.bin, chunks.bin_cut_off), (20..24, Some(32..36), false));
+        assert_eq!(
+            (chunks.json, chunks.bin, chunks.bin_cut_off),
+            (20..24, Some(32..36), false)
+        );
         for end in 4..24 {
             assert!(glb_chunks(&bytes[..end]).is_err(), "accepted {end} bytes");
         }

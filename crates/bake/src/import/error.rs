@@ -44,7 +44,9 @@ pub enum ImportError {
         uri: String,
     },
     /// The file claims more memory than it may have.
-    #[error("{place}: needs {claimed_bytes} bytes of memory together with what was read before; the limit is {limit_bytes}")]
+    #[error(
+        "{place}: needs {claimed_bytes} bytes of memory together with what was read before; the limit is {limit_bytes}"
+    )]
     Memory {
         /// What asked for it.
         place: String,

@@ -40,14 +40,21 @@ impl Instances {
         let translations = open("TRANSLATION", 3)?;
         let rotations = open("ROTATION", 4)?;
         let scales = open("SCALE", 3)?;
-        let counts = || [&translations, &rotations, &scales].into_iter().flatten().map(|a| a.count);
+        let counts = || {
+            [&translations, &rotations, &scales]
+                .into_iter()
+                .flatten()
+                .map(|a| a.count)
+        };
         let Some(count) = counts().min() else {
             return flaw("instances without transforms: not drawn", attributes.place);
         };
         if counts().any(|c| c != count) {
             reader
                 .defects
-                .note("instances with unequal lists: the shortest counts", 1, || attributes.place.clone());
+                .note("instances with unequal lists: the shortest counts", 1, || {
+                    attributes.place.clone()
+                });
         }
         Ok(Some(Self {
             count,

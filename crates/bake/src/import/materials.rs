@@ -30,7 +30,11 @@ pub(super) fn read_used(reader: &mut Reader, scene: &mut SourceScene) -> Result<
     let mut pictures = Pictures::default();
     let mut material_of: BTreeMap<usize, Option<usize>> = BTreeMap::new();
     let primitives = |models: &[SourceModel]| -> Vec<usize> {
-        models.iter().flat_map(|m| &m.primitives).filter_map(|p| p.material).collect()
+        models
+            .iter()
+            .flat_map(|m| &m.primitives)
+            .filter_map(|p| p.material)
+            .collect()
     };
     for index in primitives(&scene.models) {
         material_of.insert(index, None);
@@ -206,7 +210,12 @@ fn picture_type(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
 fn approximate_bytes(value: &Value) -> usize {
     match value {
         Value::Array(list) => 32 + list.iter().map(approximate_bytes).sum::<usize>(),
-        Value::Object(object) => 640 + object.iter().map(|(k, v)| k.len() + approximate_bytes(v)).sum::<usize>(),
+        Value::Object(object) => {
+            640 + object
+                .iter()
+                .map(|(k, v)| k.len() + approximate_bytes(v))
+                .sum::<usize>()
+        }
         Value::String(text) => 32 + text.len(),
         _ => 32,
     }

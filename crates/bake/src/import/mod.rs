@@ -22,6 +22,7 @@ mod compression;
 mod container;
 mod document;
 mod error;
+mod extent;
 mod instances;
 mod limits;
 mod materials;
@@ -191,11 +192,11 @@ impl Document {
         check_version(&self.json)?;
         check_required(&self.json)?;
         let mut reader = Reader::new(&self.json, self.bin, files, budget);
-        reader
-            .defects
-            .note("GLB shorter than it says: read as far as it goes", u64::from(self.bin_cut_off), || {
-                "binary chunk".into()
-            });
+        reader.defects.note(
+            "GLB shorter than it says: read as far as it goes",
+            u64::from(self.bin_cut_off),
+            || "binary chunk".into(),
+        );
         let scene = assemble::assemble(&mut reader, limits, progress)?;
         Ok(Imported {
             scene,
@@ -208,7 +209,11 @@ fn check_version(json: &Value) -> Result<(), ImportError> {
     let asset = json.get("asset").ok_or(ImportError::NotGltf(
         "it has no \"asset\": give a glTF 2.0 file (.glb, .gltf) or a .zip that holds one",
     ))?;
-    let text = |key: &str| asset.get(key).map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned));
+    let text = |key: &str| {
+        asset
+            .get(key)
+            .map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned))
+    };
     let found = text("version").unwrap_or_else(|| "unknown (no \"version\")".into());
     if found.split('.').next() != Some("2") {
         return Err(ImportError::Version { found });

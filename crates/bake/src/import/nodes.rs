@@ -107,11 +107,11 @@ pub(super) fn walk(reader: &mut Reader) -> Result<Hierarchy, ImportError> {
         };
         let world_from_node = world_from_parent * parent_from_node;
         if !world_from_node.is_finite() {
-            reader
-                .defects
-                .note("node whose transform is not finite: left out with all below it", 1, || {
-                    node.place.clone()
-                });
+            reader.defects.note(
+                "node whose transform is not finite: left out with all below it",
+                1,
+                || node.place.clone(),
+            );
             continue;
         }
         let mark = author_mark(reader, &node).unwrap_or(mark);
@@ -219,7 +219,11 @@ fn local_transform(node: &Item) -> Read<DMat4> {
     let translation = node.numbers("translation")?.map_or(DVec3::ZERO, DVec3::from_array);
     let scale = node.numbers("scale")?.map_or(DVec3::ONE, DVec3::from_array);
     let rotation = node.numbers("rotation")?.map_or(DQuat::IDENTITY, DQuat::from_array);
-    Ok(DMat4::from_scale_rotation_translation(scale, unit(rotation), translation))
+    Ok(DMat4::from_scale_rotation_translation(
+        scale,
+        unit(rotation),
+        translation,
+    ))
 }
 
 /// A rotation of length one; one without a direction turns nothing.

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 
+use super::ImportError;
 use super::accessors::{Accessor, Component};
 use super::attributes;
 use super::compression::DracoMesh;
@@ -12,7 +13,6 @@ use super::document::Item;
 use super::error::{Read, flaw};
 use super::reader::Reader;
 use super::topology::{compact, unroll, unrolled};
-use super::ImportError;
 use crate::source::{Primitive, Topology};
 
 /// Texture coordinate sets that are kept.
@@ -84,7 +84,10 @@ impl<'a> Attributes<'_, 'a> {
         }
         if accessor.count < self.vertex_count {
             let facts = format!("{}: {} for {} vertices", place(), accessor.count, self.vertex_count);
-            return flaw("attribute with fewer elements than there are positions: left out", facts);
+            return flaw(
+                "attribute with fewer elements than there are positions: left out",
+                facts,
+            );
         }
         Ok(Some(accessor))
     }
@@ -199,7 +202,10 @@ fn shapes(from: &mut Attributes, item: &Item, positions: &Morphed) -> Read<(Topo
         None => vertex_count,
     };
     let Some((topology, unrolled_len)) = unrolled(mode, len) else {
-        return flaw("primitive of unknown mode: dropped", format!("{}/mode = {mode}", item.place));
+        return flaw(
+            "primitive of unknown mode: dropped",
+            format!("{}/mode = {mode}", item.place),
+        );
     };
     from.reader.budget.claim(unrolled_len, 4, || item.place.clone())?;
     let vertex = |at: usize| {
@@ -257,7 +263,9 @@ pub(super) fn drop_degenerate(
         }
     }
     indices.truncate(kept);
-    defects.note("degenerate triangle: dropped", dropped, || format!("{place}, triangle {first}"));
+    defects.note("degenerate triangle: dropped", dropped, || {
+        format!("{place}, triangle {first}")
+    });
 }
 
 /// Decodes Draco data. Where that fails and the primitive has a fallback, the fallback is taken.
@@ -273,7 +281,9 @@ fn open_draco<'a>(
     match DracoMesh::decode(reader, &extension) {
         Ok(mesh) => Ok(Some((mesh, ids))),
         Err(trouble) => {
-            let accessor = attributes.index("POSITION")?.map(|i| reader.root.listed("accessors", i));
+            let accessor = attributes
+                .index("POSITION")?
+                .map(|i| reader.root.listed("accessors", i));
             let has_fallback = accessor.transpose()?.is_some_and(|a| a.member("bufferView").is_some());
             if !has_fallback {
                 return Err(trouble);
@@ -285,13 +295,21 @@ fn open_draco<'a>(
 }
 
 /// The morph targets whose default weight is not zero.
-fn morph_targets<'a>(reader: &mut Reader<'a>, item: &Item<'a>, weights: &[f64]) -> Result<Vec<(f32, Item<'a>)>, ImportError> {
+fn morph_targets<'a>(
+    reader: &mut Reader<'a>,
+    item: &Item<'a>,
+    weights: &[f64],
+) -> Result<Vec<(f32, Item<'a>)>, ImportError> {
     let targets = reader.settle(item.elements("targets"))?.unwrap_or_default();
     reader
         .defects
-        .note("morph target: default weight applied", targets.len() as u64, || item.place.clone());
+        .note("morph target: default weight applied", targets.len() as u64, || {
+            item.place.clone()
+        });
     let weighted = weights.iter().map(|w| *w as f32).zip(targets);
-    Ok(weighted.filter(|(weight, _)| *weight != 0.0 && weight.is_finite()).collect())
+    Ok(weighted
+        .filter(|(weight, _)| *weight != 0.0 && weight.is_finite())
+        .collect())
 }
 
 fn read_uvs(from: &mut Attributes, used: &[u32], primitive: &mut Primitive) -> Result<(), ImportError> {
@@ -306,7 +324,9 @@ fn read_uvs(from: &mut Attributes, used: &[u32], primitive: &mut Primitive) -> R
             .claim(used.len(), 8 * (set + 1 - primitive.uvs.len()), || place.clone())?;
         primitive.uvs.resize_with(set, || vec![[0.0; 2]; used.len()]);
         let raw = used.iter().map(|&i| uvs.floats::<2>(i as usize)).collect();
-        primitive.uvs.push(attributes::uvs(raw, (&mut from.reader.defects, &place)));
+        primitive
+            .uvs
+            .push(attributes::uvs(raw, (&mut from.reader.defects, &place)));
     }
     Ok(())
 }
@@ -320,7 +340,9 @@ fn read_influences(from: &mut Attributes, used: &[u32]) -> Result<Vec<Influences
             break;
         };
         let place = from.item.place.clone();
-        from.reader.budget.claim(used.len(), size_of::<[(u32, f32); 4]>(), || place)?;
+        from.reader
+            .budget
+            .claim(used.len(), size_of::<[(u32, f32); 4]>(), || place)?;
         let influence = |&vertex: &u32| {
             let joints = joints.floats::<4>(vertex as usize);
             let weights = weights.floats::<4>(vertex as usize);

@@ -146,9 +146,10 @@ impl<'a> Reader<'a> {
                         self.budget.claim(bytes.len(), 1, || place.to_owned())?;
                         Ok(bytes)
                     }
-                    Err(FileError::TooLarge(bytes)) => {
-                        Err(self.budget.refusal(format!("{place}: \"{path}\""), bytes.saturating_add(1)).into())
-                    }
+                    Err(FileError::TooLarge(bytes)) => Err(self
+                        .budget
+                        .refusal(format!("{place}: \"{path}\""), bytes.saturating_add(1))
+                        .into()),
                     Err(error) => flaw(missing, format!("{place} \"{path}\": {error}")),
                 }
             }

@@ -52,14 +52,20 @@ impl Skin {
         let mut world_from_bind = Vec::with_capacity(joints.len());
         for (i, joint) in joints.iter().enumerate() {
             let Some(world_from_joint) = hierarchy.world_from_node(joint.as_index()?) else {
-                return flaw("skin with a joint outside of the scene: drawn unskinned", joint.place.clone());
+                return flaw(
+                    "skin with a joint outside of the scene: drawn unskinned",
+                    joint.place.clone(),
+                );
             };
             let joint_from_bind = inverse_bind.as_ref().map_or(DMat4::IDENTITY, |m| {
                 DMat4::from_cols_array(&m.floats::<16>(i).map(f64::from))
             });
             let matrix = world_from_joint * joint_from_bind;
             if !matrix.is_finite() {
-                return flaw("skin with a transform that is not finite: drawn unskinned", joint.place.clone());
+                return flaw(
+                    "skin with a transform that is not finite: drawn unskinned",
+                    joint.place.clone(),
+                );
             }
             world_from_bind.push(matrix);
         }
@@ -72,12 +78,17 @@ impl Skin {
         for ReadPrimitive { primitive, influences } in read {
             let matrices = (0..primitive.positions.len()).map(|vertex| self.blend(influences, vertex));
             let Some(matrices) = matrices.collect::<Option<Vec<DMat4>>>() else {
-                return flaw("skin with joints or weights that are out of range: drawn unskinned", place);
+                return flaw(
+                    "skin with joints or weights that are out of range: drawn unskinned",
+                    place,
+                );
             };
             posed.push((primitive, matrices));
         }
-        place_vertices(&posed, (defects, place))
-            .map_or_else(|| flaw("skin with a transform that is not finite: drawn unskinned", place), Ok)
+        place_vertices(&posed, (defects, place)).map_or_else(
+            || flaw("skin with a transform that is not finite: drawn unskinned", place),
+            Ok,
+        )
     }
 
     /// The matrix of one vertex; `None` when there is none.
@@ -135,7 +146,12 @@ fn place_vertices(primitives: &[(&Primitive, Vec<DMat4>)], (defects, place): (&m
         turn_directions(&mut primitive, matrices);
         if primitive.topology == Topology::Triangles {
             if mirrored {
-                primitive.indices.as_chunks_mut::<3>().0.iter_mut().for_each(|t| t.swap(1, 2));
+                primitive
+                    .indices
+                    .as_chunks_mut::<3>()
+                    .0
+                    .iter_mut()
+                    .for_each(|t| t.swap(1, 2));
             }
             let mut indices = std::mem::take(&mut primitive.indices);
             drop_degenerate(&mut indices, |i| primitive.positions[i as usize], (defects, place));

@@ -11,10 +11,18 @@ fn shapes(mode: usize, len: usize) -> Option<(Topology, usize, usize)> {
     Some(match mode {
         0 => (Topology::Points, len, 0),
         1 => (Topology::Lines, len / 2, len % 2),
-        2 => (Topology::Lines, if len < 2 { 0 } else { len }, if len < 2 { len } else { 0 }),
+        2 => (
+            Topology::Lines,
+            if len < 2 { 0 } else { len },
+            if len < 2 { len } else { 0 },
+        ),
         3 => (Topology::Lines, len.saturating_sub(1), usize::from(len == 1)),
         4 => (Topology::Triangles, len / 3, len % 3),
-        5 | 6 => (Topology::Triangles, len.saturating_sub(2), if len < 3 { len } else { 0 }),
+        5 | 6 => (
+            Topology::Triangles,
+            len.saturating_sub(2),
+            if len < 3 { len } else { 0 },
+        ),
         _ => return None,
     })
 }
@@ -35,9 +43,11 @@ pub(super) fn unroll(
     let Some((topology, count, left_over)) = shapes(mode, len) else {
         return Vec::new();
     };
-    defects.note("indices left over after the last whole shape: dropped", left_over as u64, || {
-        format!("{place}: {len} of them in mode {mode}")
-    });
+    defects.note(
+        "indices left over after the last whole shape: dropped",
+        left_over as u64,
+        || format!("{place}: {len} of them in mode {mode}"),
+    );
     let corner = |shape: usize, corner: usize| match (mode, corner) {
         (0, _) => shape,
         (1, c) => 2 * shape + c,
