@@ -1,1 +1,31 @@
-//! Placeholder
+//! How does a program walk through a published scene?
+//!
+//! ```no_run
+//! # async fn walk() -> Result<(), belvedere_client::Error> {
+//! use belvedere_client::{Client, HttpSource};
+//!
+//! let client = Client::new(HttpSource::new("http://127.0.0.1:8080")?);
+//! let scene = client.open(&"museum".parse().expect("a scene name")).await?;
+//! let eye = scene.pointer().viewpoints[0].position;
+//! let located = scene.locate(eye).await?;
+//! let record = scene.record(&located.cell).await?;
+//! for object in scene.visible(&record).await? {
+//!     let coarsest = object.levels.last().expect("an object has levels");
+//!     let glb = scene.blob(&coarsest.url).await?;
+//!     println!("{} in {} bytes", object.object, glb.len());
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The client reads the published tree and nothing else, so a plain folder behind a web server is as good as a
+//! Belvedere server. Every immutable object is verified against the hash in its name. Two things hand to each other:
+//! a [`Client`] follows pointers and opens a [`Scene`], which is one revision and never changes under its reader.
+
+mod error;
+mod scene;
+mod source;
+
+pub use error::Error;
+pub use scene::{Client, Scene};
+pub use source::{ByteSource, FolderSource, HttpSource};

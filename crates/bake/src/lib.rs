@@ -6,6 +6,7 @@
 //! 2. [`cells`] cuts the free space into convex view cells with portals;
 //! 3. [`visibility`] finds for each cell the objects and cells that can be seen from it;
 //! 4. [`lod`] makes levels of detail, each with a true object-space error;
+//!    [`glb`] writes them as files that any glTF viewer opens;
 //! 5. [`records`] writes all of it as the immutable objects of one revision.
 //!
 //! There is no clock, no I/O and no randomness that is not seeded here: the same source gives the same bytes, whatever
@@ -13,9 +14,14 @@
 
 pub mod cells;
 pub mod defect;
+pub mod glb;
 pub mod import;
 pub mod lod;
+mod pipeline;
 pub mod progress;
+pub mod records;
 pub mod source;
 pub mod visibility;
 pub mod world;
+
+pub use pipeline::{BakeError, BakeSettings, Source, bake};

@@ -1,1 +1,230 @@
 //! What does the source file hold?
+//!
+//! glTF 2.0 (`.glb`, `.gltf` with its files, `.zip` of one) or a floor plan ([`plan`]) becomes a [`SourceScene`] and a count of [`Defects`]. The
+//! file may be anything: what can be mended or left out is, and is counted with its first place; what would change the
+//! scene beyond recognition, leave the source's folder or go over the limits is refused with an [`ImportError`].
+//!
+//! A tour, in the order in which data flows: `container` and `archive` find the document and its bytes; `document`
+//! reads members of it without trust; `reader` resolves buffers and views, `compression` decodes them; `accessors`
+//! reads numbers; `nodes` and `instances` place objects; `primitives`, `topology` and `attributes` check geometry;
+//! `skin` poses it; `materials` collects what is used. [`split`] then cuts sprawling meshes into objects.
+//!
+//! Guarantees: geometry is finite, indices are in range, no triangle is without area, every model, material, texture
+//! and picture is used. Objects may be **mirrored**: triangles stay as in the source, so whoever needs the front of a
+//! face in the world looks at the sign of the determinant of `world_from_object`. Same bytes, same result. Cost is
+//! linear in the decoded data, which [`Limits`] bounds.
+
+mod accessors;
+mod archive;
+mod assemble;
+mod attributes;
+mod compression;
+mod container;
+mod document;
+mod error;
+mod instances;
+mod limits;
+mod materials;
+mod nodes;
+pub mod plan;
+mod primitives;
+mod reader;
+mod skin;
+pub mod split;
+mod subset;
+mod topology;
+mod uri;
+
+#[cfg(test)]
+mod hostile_tests;
+#[cfg(test)]
+mod scenes_tests;
+#[cfg(test)]
+mod testing;
+
+pub use error::{FileError, ImportError};
+pub use limits::Limits;
+
+use serde_json::Value;
+
+use crate::defect::Defects;
+use crate::progress::{Progress, Stage};
+use crate::source::SourceScene;
+use archive::Archive;
+use container::{Format, detect, glb_chunks, without_byte_order_mark};
+use document::{Item, parsed_bytes};
+use limits::Budget;
+use reader::{Bytes, Reader};
+
+/// A source that was read.
+#[derive(Debug)]
+pub struct Imported {
+    /// What it holds.
+    pub scene: SourceScene,
+    /// What was wrong with it.
+    pub defects: Defects,
+}
+
+/// Reads files beside the source. The caller roots it in a folder.
+pub trait SourceFiles {
+    /// Reads a whole file of at most `max_bytes`. `relative` is a path below the folder, with `/` between its parts and
+    /// without `.`, `..`, `\` and `:`.
+    ///
+    /// # Errors
+    /// When there is no such file, or it is too large, or cannot be read.
+    fn read(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError>;
+}
+
+/// No files beside the source: whatever it needs must be inside of it.
+#[derive(Debug, Clone, Copy)]
+pub struct NoFiles;
+
+impl SourceFiles for NoFiles {
+    fn read(&self, _: &str, _: u64) -> Result<Vec<u8>, FileError> {
+        Err(FileError::Denied)
+    }
+}
+
+/// Extensions that a file may require: handled here, kept in materials, or without meaning for what is drawn.
+const SUPPORTED: [&str; 19] = [
+    "EXT_instance_features",
+    "EXT_lights_image_based",
+    "EXT_mesh_features",
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_structural_metadata",
+    "EXT_texture_avif",
+    "EXT_texture_webp",
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_node_visibility",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
+    "KHR_xmp_json_ld",
+];
+/// Families of extensions that are kept in materials, or have no meaning for what is drawn.
+const SUPPORTED_PREFIXES: [&str; 2] = ["KHR_materials_", "OMI_physics_"];
+
+/// Reads a source file: what `bytes` are is found out by their content; `file_name` is for messages.
+///
+/// # Errors
+/// When the file is of another format or version, requires what is not supported, names files outside of its folder,
+/// goes over the limits, leaves nothing to draw, or when `progress` is cancelled.
+pub fn import(
+    file_name: &str,
+    bytes: Vec<u8>,
+    files: &dyn SourceFiles,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<Imported, ImportError> {
+    let mut budget = Budget::new(limits);
+    budget.claim(bytes.len(), 1, || file_name.to_owned())?;
+    if file_name.ends_with(".plan") {
+        return read_plan(&bytes, progress);
+    }
+    if detect(file_name, &bytes) != Format::Zip {
+        return Document::open(file_name, bytes, &mut budget)?.read(files, budget, (limits, progress));
+    }
+    let archive = Archive::open(bytes)?;
+    let main = archive.read_main(budget.left_bytes())?;
+    budget.claim(main.len(), 1, || archive.main_path().to_owned())?;
+    Document::open(archive.main_path(), main, &mut budget)?.read(&archive, budget, (limits, progress))
+}
+
+/// Reads a floor plan, see [`plan`].
+fn read_plan(bytes: &[u8], progress: &dyn Progress) -> Result<Imported, ImportError> {
+    progress.start(Stage::Import, 1);
+    let text = std::str::from_utf8(bytes).map_err(|e| ImportError::PlanNotText { byte: e.valid_up_to() })?;
+    let scene = plan::parse(text)?.to_scene();
+    progress.advance(1);
+    Ok(Imported { scene, defects: Defects::default() })
+}
+
+/// A parsed document and the binary chunk beside it.
+struct Document {
+    json: Value,
+    bin: Option<Bytes>,
+    bin_cut_off: bool,
+}
+
+impl Document {
+    fn open(file_name: &str, bytes: Vec<u8>, budget: &mut Budget) -> Result<Self, ImportError> {
+        let mut parse = |text: &[u8]| -> Result<Value, ImportError> {
+            let text = without_byte_order_mark(text);
+            budget.claim(parsed_bytes(text), 1, || "the glTF document".into())?;
+            Ok(serde_json::from_slice(text)?)
+        };
+        match detect(file_name, &bytes) {
+            Format::Json => Ok(Self {
+                json: parse(&bytes)?,
+                bin: None,
+                bin_cut_off: false,
+            }),
+            Format::Glb => {
+                let chunks = glb_chunks(&bytes)?;
+                let json = parse(&bytes[chunks.json])?;
+                Ok(Self {
+                    json,
+                    bin: chunks.bin.map(|range| Bytes::new(bytes).slice(range)),
+                    bin_cut_off: chunks.bin_cut_off,
+                })
+            }
+            Format::Zip => Err(ImportError::Zip(format!("\"{file_name}\" in it is an archive again"))),
+            Format::Other(found) => Err(ImportError::UnknownFormat {
+                file: file_name.to_owned(),
+                found,
+            }),
+        }
+    }
+
+    fn read(
+        self,
+        files: &dyn SourceFiles,
+        budget: Budget,
+        (limits, progress): (&Limits, &dyn Progress),
+    ) -> Result<Imported, ImportError> {
+        check_version(&self.json)?;
+        check_required(&self.json)?;
+        let mut reader = Reader::new(&self.json, self.bin, files, budget);
+        reader
+            .defects
+            .note("GLB shorter than it says: read as far as it goes", u64::from(self.bin_cut_off), || {
+                "binary chunk".into()
+            });
+        let scene = assemble::assemble(&mut reader, limits, progress)?;
+        Ok(Imported {
+            scene,
+            defects: reader.defects,
+        })
+    }
+}
+
+fn check_version(json: &Value) -> Result<(), ImportError> {
+    let asset = json.get("asset").ok_or(ImportError::NotGltf(
+        "it has no \"asset\": give a glTF 2.0 file (.glb, .gltf) or a .zip that holds one",
+    ))?;
+    let text = |key: &str| asset.get(key).map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned));
+    let found = text("version").unwrap_or_else(|| "unknown (no \"version\")".into());
+    if found.split('.').next() != Some("2") {
+        return Err(ImportError::Version { found });
+    }
+    match text("minVersion") {
+        Some(found) if found != "2.0" => Err(ImportError::Version { found }),
+        _ => Ok(()),
+    }
+}
+
+fn check_required(json: &Value) -> Result<(), ImportError> {
+    let required = Item::root(json).elements("extensionsRequired").unwrap_or_default();
+    for name in required.iter().filter_map(|e| e.value.as_str()) {
+        if !SUPPORTED.contains(&name) && !SUPPORTED_PREFIXES.iter().any(|prefix| name.starts_with(prefix)) {
+            return Err(ImportError::RequiredExtension { name: name.to_owned() });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,53 @@
+# Two commands: `make demo` shows the built-in world, `make test` checks everything. Both say what is missing.
+# `just`-style helpers stand below them.
+
+CARGO ?= cargo
+NPM ?= npm
+LISTEN ?= 127.0.0.1:8080
+DATA ?= data
+
+.PHONY: demo test check viewer tools test-rust test-viewer test-browser test-api bless clean
+
+## Build, bake the built-in world, serve it and print the address.
+demo: viewer
+	$(CARGO) run --release --locked -- demo --listen $(LISTEN) --data $(DATA)
+
+## Every test: format, lints, unit, property, golden, end-to-end, a real browser, the API against its description.
+test: tools check test-rust test-viewer test-browser test-api
+
+check: viewer
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	cd viewer && $(NPM) run check
+
+test-rust: viewer
+	$(CARGO) test --locked --workspace
+
+test-viewer: viewer
+	cd viewer && $(NPM) test
+
+test-browser: viewer
+	tests/tools/browser.sh
+
+test-api: viewer
+	tests/tools/api.sh
+
+## The page that the binary serves.
+viewer: viewer/dist/index.html
+
+viewer/dist/index.html: viewer/node_modules/.package-lock.json $(shell find viewer -path viewer/node_modules -prune -o -path viewer/dist -prune -o -type f -print 2>/dev/null)
+	cd viewer && $(NPM) run build
+	@touch $@
+
+viewer/node_modules/.package-lock.json: viewer/package.json viewer/package-lock.json
+	@tests/tools/require.sh node npm
+	cd viewer && $(NPM) ci --no-audit --no-fund
+	@touch $@
+
+## What `make test` needs besides Rust and Node: installed where we may, named where not.
+tools:
+	@tests/tools/require.sh cargo cc node npm chromium python3
+
+clean:
+	$(CARGO) clean
+	rm -rf viewer/dist viewer/node_modules artifacts .venv

@@ -1,0 +1,63 @@
+//! What can go wrong between a client and a published scene?
+
+use belvedere_scene::{BlobName, CellId, ObjectId, record::DecodeError};
+
+/// Why a client cannot go on. [`Error::is_transient`] says whether trying again may help.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The base address cannot be one of a published tree.
+    #[error("`{0}` is not an address of a published tree: expected http://host[:port][/path]")]
+    Address(String),
+    /// There is nothing at this path.
+    #[error("there is nothing at {0}")]
+    Missing(String),
+    /// The server did not answer, or not with success.
+    #[error("cannot fetch {path}: {cause}")]
+    Fetch {
+        /// Path below the base address.
+        path: String,
+        /// What happened.
+        cause: String,
+    },
+    /// The bytes are not those that the name promises.
+    #[error("{0} arrived damaged: its bytes do not have the hash in its name")]
+    Corrupt(BlobName),
+    /// A document is not of the published format.
+    #[error("{path} is not what this client reads: {cause}")]
+    Document {
+        /// Path below the base address.
+        path: String,
+        /// What does not fit.
+        cause: String,
+    },
+    /// The scene is published in a format of a later version.
+    #[error("the scene is of format {found}; this client reads format {newest}: update the client")]
+    TooNew {
+        /// The version in the manifest.
+        found: u32,
+        /// The version that this build reads.
+        newest: u32,
+    },
+    /// A cell record is damaged.
+    #[error("record of {cell}: {cause}")]
+    Record {
+        /// The cell.
+        cell: CellId,
+        /// What is wrong.
+        cause: DecodeError,
+    },
+    /// The index names no chunk for an object, or the chunk lacks it.
+    #[error("the scene's index does not lead to {0}")]
+    NotIndexed(ObjectId),
+    /// The scene has no cells; a publisher never writes that.
+    #[error("the scene has no cells")]
+    NoCells,
+}
+
+impl Error {
+    /// Whether the same request may succeed later.
+    #[must_use]
+    pub fn is_transient(&self) -> bool {
+        matches!(self, Self::Fetch { .. } | Self::Corrupt(_))
+    }
+}

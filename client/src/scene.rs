@@ -1,0 +1,228 @@
+//! How does a client find its way inside one revision? Pointer → manifest → one chunk of the cell index → record →
+//! the object chunks that it names. Index documents are kept; nothing else is.
+
+use std::{collections::HashMap, sync::Arc};
+
+use belvedere_scene::{
+    BlobHash, BlobName, CellId, ObjectId, SceneName,
+    index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
+    manifest::{FORMAT, Manifest},
+    object::{ObjectChunk, ObjectInfo},
+    pointer::{Pointer, SceneList},
+    record::CellRecord,
+};
+use bytes::Bytes;
+use serde::de::DeserializeOwned;
+use tokio::sync::Mutex;
+
+use crate::{ByteSource, Error};
+
+/// Follows the pointers of one published tree.
+#[derive(Debug)]
+pub struct Client<S> {
+    source: Arc<S>,
+}
+
+impl<S: ByteSource> Client<S> {
+    /// A client of this tree.
+    pub fn new(source: S) -> Self {
+        Self {
+            source: Arc::new(source),
+        }
+    }
+
+    /// The scenes of the tree.
+    ///
+    /// # Errors
+    /// When the list cannot be fetched or read.
+    pub async fn scenes(&self) -> Result<SceneList, Error> {
+        let path = "/v1/scenes/index.json";
+        document(path, &self.source.get(path).await?)
+    }
+
+    /// Follows the pointer of a scene to its current revision.
+    ///
+    /// # Errors
+    /// When there is no such scene, or its pointer or manifest cannot be fetched or read.
+    pub async fn open(&self, scene: &SceneName) -> Result<Scene<S>, Error> {
+        let path = format!("/v1/scenes/{scene}/index.json");
+        let pointer: Pointer = document(&path, &self.source.get(&path).await?)?;
+        let bytes = verified(&*self.source, &pointer.manifest).await?;
+        let version: FormatOnly = document(&pointer.manifest.url(), &bytes)?;
+        if version.format > FORMAT {
+            return Err(Error::TooNew {
+                found: version.format,
+                newest: FORMAT,
+            });
+        }
+        let manifest = document(&pointer.manifest.url(), &bytes)?;
+        Ok(Scene {
+            source: self.source.clone(),
+            pointer,
+            manifest,
+            index: Mutex::default(),
+        })
+    }
+}
+
+/// The one field that every version of the manifest has.
+#[derive(serde::Deserialize)]
+struct FormatOnly {
+    format: u32,
+}
+
+/// One revision of a scene. It never changes; open the scene again to see whether there is a newer one.
+#[derive(Debug)]
+pub struct Scene<S> {
+    source: Arc<S>,
+    pointer: Pointer,
+    manifest: Manifest,
+    index: Mutex<HashMap<BlobName, IndexDocument>>,
+}
+
+#[derive(Debug, Clone)]
+enum IndexDocument {
+    Page(Arc<Page>),
+    Cells(Arc<CellChunk>),
+    Objects(Arc<ObjectChunk>),
+}
+
+impl<S: ByteSource> Scene<S> {
+    /// The pointer as it was when the scene was opened.
+    #[must_use]
+    pub fn pointer(&self) -> &Pointer {
+        &self.pointer
+    }
+
+    /// The revision's manifest.
+    #[must_use]
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// The cell at a point (world space, metres), or the nearest one with its distance.
+    ///
+    /// # Errors
+    /// When a part of the index cannot be fetched or read.
+    pub async fn locate(&self, point: [f64; 3]) -> Result<Located, Error> {
+        let mut search = CellSearch::new(&self.manifest.cells, point);
+        while let Some(entry) = search.wants() {
+            match entry.kind {
+                PageKind::Page => search.give_page(&*self.page(&entry.url).await?),
+                PageKind::Chunk => search.give_chunk(&*self.cell_chunk(&entry.url).await?),
+            }
+        }
+        search.finish().ok_or(Error::NoCells)
+    }
+
+    /// What the index knows of a cell; `None` when there is no such cell.
+    ///
+    /// # Errors
+    /// When a part of the index cannot be fetched or read.
+    pub async fn cell(&self, cell: CellId) -> Result<Option<CellEntry>, Error> {
+        let Some(entry) = self.leaf(&self.manifest.cells, cell.0).await? else {
+            return Ok(None);
+        };
+        let chunk = self.cell_chunk(&entry.url).await?;
+        Ok(chunk.cells.iter().find(|c| c.cell == cell).cloned())
+    }
+
+    /// What is visible from a cell.
+    ///
+    /// # Errors
+    /// When the record cannot be fetched, or is damaged.
+    pub async fn record(&self, cell: &CellEntry) -> Result<CellRecord, Error> {
+        let bytes = self.blob(&cell.record).await?;
+        CellRecord::decode(&bytes).map_err(|cause| Error::Record { cell: cell.cell, cause })
+    }
+
+    /// The infos of everything visible, in the record's order: objects inside the cell first.
+    ///
+    /// # Errors
+    /// When a chunk of objects cannot be fetched or read, or lacks an object that the record names.
+    pub async fn visible(&self, record: &CellRecord) -> Result<Vec<ObjectInfo>, Error> {
+        let mut infos = Vec::new();
+        for visible in record.visible() {
+            infos.push(self.object(visible.object).await?);
+        }
+        Ok(infos)
+    }
+
+    /// The info of one object.
+    ///
+    /// # Errors
+    /// When its chunk cannot be fetched or read, or the index does not lead to it.
+    pub async fn object(&self, object: ObjectId) -> Result<ObjectInfo, Error> {
+        let missing = || Error::NotIndexed(object);
+        let entry = self.leaf(&self.manifest.objects, object.0).await?.ok_or_else(missing)?;
+        let known = self.index.lock().await.get(&entry.url).cloned();
+        let chunk = match known {
+            Some(IndexDocument::Objects(chunk)) => chunk,
+            _ => {
+                let chunk = Arc::new(self.fetch_document(&entry.url).await?);
+                self.keep(&entry.url, IndexDocument::Objects(Arc::clone(&chunk))).await;
+                chunk
+            }
+        };
+        chunk.info(object).ok_or_else(missing)
+    }
+
+    /// An immutable object, verified against the hash in its name.
+    ///
+    /// # Errors
+    /// When it cannot be fetched or arrives damaged.
+    pub async fn blob(&self, name: &BlobName) -> Result<Bytes, Error> {
+        verified(&*self.source, name).await
+    }
+
+    /// The chunk of an index tree below which an id lies.
+    async fn leaf(&self, root: &Page, id: u32) -> Result<Option<PageEntry>, Error> {
+        let mut entry = root.entry_of(id).cloned();
+        while let Some(page) = entry.as_ref().filter(|e| e.kind == PageKind::Page) {
+            entry = self.page(&page.url).await?.entry_of(id).cloned();
+        }
+        Ok(entry)
+    }
+
+    async fn page(&self, name: &BlobName) -> Result<Arc<Page>, Error> {
+        if let Some(IndexDocument::Page(page)) = self.index.lock().await.get(name) {
+            return Ok(Arc::clone(page));
+        }
+        let page = Arc::new(self.fetch_document(name).await?);
+        self.keep(name, IndexDocument::Page(Arc::clone(&page))).await;
+        Ok(page)
+    }
+
+    async fn cell_chunk(&self, name: &BlobName) -> Result<Arc<CellChunk>, Error> {
+        if let Some(IndexDocument::Cells(chunk)) = self.index.lock().await.get(name) {
+            return Ok(Arc::clone(chunk));
+        }
+        let chunk = Arc::new(self.fetch_document(name).await?);
+        self.keep(name, IndexDocument::Cells(Arc::clone(&chunk))).await;
+        Ok(chunk)
+    }
+
+    async fn keep(&self, name: &BlobName, document: IndexDocument) {
+        self.index.lock().await.insert(name.clone(), document);
+    }
+
+    async fn fetch_document<T: DeserializeOwned>(&self, name: &BlobName) -> Result<T, Error> {
+        document(&name.url(), &self.blob(name).await?)
+    }
+}
+
+async fn verified(source: &impl ByteSource, name: &BlobName) -> Result<Bytes, Error> {
+    let bytes = source.get(&name.url()).await?;
+    if BlobHash::of(&bytes) == name.hash() {
+        Ok(bytes)
+    } else {
+        Err(Error::Corrupt(name.clone()))
+    }
+}
+
+fn document<T: DeserializeOwned>(path: &str, bytes: &[u8]) -> Result<T, Error> {
+    serde_json::from_slice(bytes).map_err(|cause| Error::Document {
+        path: path.to_owned(),
+        cause: cause.to_string(),
+    })
+}

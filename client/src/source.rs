@@ -1,0 +1,105 @@
+//! Where do bytes come from? A server, a CDN, or a folder.
+
+use std::{future::Future, path::PathBuf, time::Duration};
+
+use bytes::Bytes;
+
+use crate::Error;
+
+/// Reads one document or object of a published tree.
+pub trait ByteSource: Send + Sync {
+    /// The bytes at a path that starts with `/`.
+    fn get(&self, path: &str) -> impl Future<Output = Result<Bytes, Error>> + Send;
+}
+
+/// A server or CDN.
+#[derive(Debug, Clone)]
+pub struct HttpSource {
+    base: String,
+    http: reqwest::Client,
+}
+
+impl HttpSource {
+    /// The tree below an address such as `http://127.0.0.1:8080` or `https://cdn.example.org/worlds`.
+    ///
+    /// # Errors
+    /// When the address is none.
+    pub fn new(base: &str) -> Result<Self, Error> {
+        let wrong = || Error::Address(base.to_owned());
+        let url: reqwest::Url = base.parse().map_err(|_| wrong())?;
+        if !matches!(url.scheme(), "http" | "https") || url.cannot_be_a_base() {
+            return Err(wrong());
+        }
+        let http = reqwest::Client::builder()
+            .connect_timeout(Duration::from_secs(10))
+            .read_timeout(Duration::from_secs(30))
+            .build()
+            .map_err(|_| wrong())?;
+        Ok(Self {
+            base: base.trim_end_matches('/').to_owned(),
+            http,
+        })
+    }
+}
+
+impl ByteSource for HttpSource {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        let failed = |cause: reqwest::Error| Error::Fetch {
+            path: path.to_owned(),
+            cause: chain(&cause),
+        };
+        let answer = self
+            .http
+            .get(format!("{}{path}", self.base))
+            .send()
+            .await
+            .map_err(failed)?;
+        if answer.status() == reqwest::StatusCode::NOT_FOUND {
+            return Err(Error::Missing(path.to_owned()));
+        }
+        answer.error_for_status().map_err(failed)?.bytes().await.map_err(failed)
+    }
+}
+
+/// A folder that `belvedere publish` wrote.
+#[derive(Debug, Clone)]
+pub struct FolderSource {
+    root: PathBuf,
+}
+
+impl FolderSource {
+    /// The tree in this folder.
+    #[must_use]
+    pub fn new(root: impl Into<PathBuf>) -> Self {
+        Self { root: root.into() }
+    }
+}
+
+impl ByteSource for FolderSource {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        let below = path.trim_start_matches('/');
+        if below.split('/').any(|part| part == "..") {
+            return Err(Error::Missing(path.to_owned()));
+        }
+        match tokio::fs::read(self.root.join(below)).await {
+            Ok(bytes) => Ok(bytes.into()),
+            Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => Err(Error::Missing(path.to_owned())),
+            Err(cause) => Err(Error::Fetch {
+                path: path.to_owned(),
+                cause: cause.to_string(),
+            }),
+        }
+    }
+}
+
+/// The error with its causes, outermost first.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut next = error.source();
+    while let Some(cause) = next {
+        text.push_str(": ");
+        text.push_str(&cause.to_string());
+        next = cause.source();
+    }
+    text
+}

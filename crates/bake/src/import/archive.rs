@@ -1,0 +1,111 @@
+//! Which glTF file does a zip archive hold, and what are the files beside it?
+//!
+//! Nothing is unpacked before it is asked for. Declared sizes are not trusted: inflating stops at the limit. An archive
+//! with an entry that points outside of it, or with an encrypted one, is refused as a whole.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read as _};
+
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+use super::uri::relative_path;
+use super::{FileError, ImportError, SourceFiles};
+
+/// A zip archive with one glTF file in it; paths are relative to that file.
+pub(super) struct Archive {
+    zip: RefCell<ZipArchive<Cursor<Vec<u8>>>>,
+    entries: BTreeMap<String, usize>,
+    /// The path of the glTF file.
+    main: String,
+}
+
+impl Archive {
+    /// Reads the directory of the archive and finds its glTF file.
+    pub(super) fn open(bytes: Vec<u8>) -> Result<Self, ImportError> {
+        let refused = |what: String| ImportError::Zip(what);
+        let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| refused(e.to_string()))?;
+        let mut entries = BTreeMap::new();
+        for index in 0..zip.len() {
+            let entry = zip.by_index_raw(index).map_err(|e| refused(e.to_string()))?;
+            let name = entry.name().map_err(|e| refused(e.to_string()))?.into_owned();
+            if entry.encrypted() {
+                return Err(refused(format!("entry \"{name}\" is encrypted: pack it without a password")));
+            }
+            let path = relative_path(&name)
+                .ok_or_else(|| refused(format!("entry \"{name}\" leaves the archive: pack it with relative paths")))?;
+            if !entry.is_dir() {
+                entries.insert(path, index);
+            }
+        }
+        let candidates: Vec<&String> = entries.keys().filter(|path| is_gltf(path)).collect();
+        let main = match candidates[..] {
+            [main] => main.clone(),
+            [] => return Err(refused("there is no .gltf or .glb file in it".into())),
+            [first, second, ..] => {
+                return Err(refused(format!(
+                    "there are {} glTF files in it (\"{first}\", \"{second}\" …): pack one",
+                    candidates.len()
+                )));
+            }
+        };
+        Ok(Self {
+            zip: RefCell::new(zip),
+            entries,
+            main,
+        })
+    }
+
+    /// The path of the glTF file in the archive.
+    pub(super) fn main_path(&self) -> &str {
+        &self.main
+    }
+
+    /// The glTF file.
+    pub(super) fn read_main(&self, max_bytes: u64) -> Result<Vec<u8>, ImportError> {
+        self.inflate(&self.main, max_bytes)
+            .map_err(|e| ImportError::Zip(format!("entry \"{}\": {e}", self.main)))
+    }
+
+    fn inflate(&self, path: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
+        let index = *self.entries.get(path).ok_or(FileError::Missing)?;
+        let mut zip = self.zip.borrow_mut();
+        let entry = zip.by_index(index).map_err(|e| match e {
+            ZipError::CompressionMethodNotSupported(method) => {
+                FileError::Io(format!("compression method {method} is not supported: pack it with deflate"))
+            }
+            other => FileError::Io(other.to_string()),
+        })?;
+        if entry.size() > max_bytes {
+            return Err(FileError::TooLarge(max_bytes));
+        }
+        let mut bytes = Vec::new();
+        entry
+            .take(max_bytes.saturating_add(1))
+            .read_to_end(&mut bytes)
+            .map_err(|e| FileError::Io(e.to_string()))?;
+        if bytes.len() as u64 > max_bytes {
+            return Err(FileError::TooLarge(max_bytes));
+        }
+        Ok(bytes)
+    }
+}
+
+impl SourceFiles for Archive {
+    fn read(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
+        match self.main.rsplit_once('/') {
+            Some((folder, _)) => self.inflate(&format!("{folder}/{relative}"), max_bytes),
+            None => self.inflate(relative, max_bytes),
+        }
+    }
+}
+
+/// Whether a path names a glTF file. What macOS puts beside each file (`__MACOSX/._x.gltf`) does not count.
+fn is_gltf(path: &str) -> bool {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    let extension = name.rsplit_once('.').map_or("", |(_, e)| e);
+    !name.starts_with('.')
+        && !path.starts_with("__MACOSX/")
+        && (extension.eq_ignore_ascii_case("gltf") || extension.eq_ignore_ascii_case("glb"))
+}

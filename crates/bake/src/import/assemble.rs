@@ -1,0 +1,282 @@
+//! Which objects does the scene have? Nodes, meshes, skins and instances put together.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DMat4};
+
+use super::document::Item;
+use super::instances::Instances;
+use super::nodes::{Mark, PlacedNode, walk};
+use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
+use super::reader::Reader;
+use super::skin::{Placed, Skin, flatten};
+use super::{ImportError, Limits, materials};
+use crate::progress::{Progress, Stage};
+use crate::source::{Role, SourceModel, SourceObject, SourceScene};
+
+/// How many defects a refusal lists.
+const REASONS: usize = 5;
+/// What moving a vertex by its own matrix takes: the matrix, its position in f64, and every attribute once more.
+const MOVED_VERTEX_BYTES: usize = 400;
+
+/// A mesh with the morph weights that one of its nodes gives it.
+type MeshKey = (usize, Vec<u64>);
+
+/// The scene under construction.
+struct Assembly<'r, 'a> {
+    reader: &'r mut Reader<'a>,
+    limits: &'r Limits,
+    scene: SourceScene,
+    /// Shared models by mesh; `None` when nothing of the mesh can be drawn.
+    models: BTreeMap<MeshKey, Option<usize>>,
+}
+
+/// Reads everything that the document's scene draws.
+pub(super) fn assemble(
+    reader: &mut Reader,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<SourceScene, ImportError> {
+    let animations = reader.root.length("animations") as u64;
+    reader
+        .defects
+        .note("animation: not played", animations, || "/animations/0".into());
+    let hierarchy = walk(reader)?;
+    progress.start(Stage::Import, hierarchy.nodes.len() as u64);
+    let mut assembly = Assembly {
+        reader,
+        limits,
+        scene: SourceScene::default(),
+        models: BTreeMap::new(),
+    };
+    for node in &hierarchy.nodes {
+        if progress.cancelled() {
+            return Err(ImportError::Cancelled);
+        }
+        if let Mark::Drawn(role) = node.mark {
+            let item = assembly.reader.root.listed("nodes", node.index);
+            if let Some(item) = assembly.reader.settle(item)? {
+                let skin = assembly.reader.settle(item.index("skin"))?.flatten();
+                let skin = match skin {
+                    Some(index) if item.member("mesh").is_some() => {
+                        let opened = Skin::open(assembly.reader, &hierarchy, index);
+                        assembly.reader.settle(opened)?
+                    }
+                    _ => None,
+                };
+                assembly.draw(node, &item, (role, skin))?;
+            }
+        }
+        progress.advance(1);
+    }
+    let Assembly { mut scene, .. } = assembly;
+    if scene.objects.is_empty() {
+        return Err(nothing_to_draw(reader));
+    }
+    leave_out_unused_models(&mut scene);
+    materials::read_used(reader, &mut scene)?;
+    scene.viewpoints = hierarchy.viewpoints;
+    scene.title = title(reader);
+    Ok(scene)
+}
+
+impl<'a> Assembly<'_, 'a> {
+    /// Adds the objects of one node.
+    fn draw(&mut self, node: &PlacedNode, item: &Item<'a>, (role, skin): (Role, Option<Skin>)) -> Result<(), ImportError> {
+        let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
+            return Ok(());
+        };
+        let listed = self.reader.root.listed("meshes", mesh);
+        let Some(mesh_item) = self.reader.settle(listed)? else {
+            return Ok(());
+        };
+        let name = mesh_item.name().map_or_else(|| format!("mesh[{mesh}]"), str::to_owned);
+        let weights = self.morph_weights(item, &mesh_item)?;
+        if let Some(skin) = skin {
+            let read = self.read_mesh(&mesh_item, &weights, true)?;
+            let vertices: usize = read.iter().map(|r| r.primitive.positions.len()).sum();
+            self.reader.budget.claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
+            let posed = skin.pose(&read, (&mut self.reader.defects, &item.place));
+            if let Some(placed) = self.reader.settle(posed)? {
+                self.reader
+                    .defects
+                    .note("skinned mesh: published in its rest pose", 1, || item.place.clone());
+                return self.add_own(node, (name, placed), role);
+            }
+        }
+        let key = (mesh, weights.iter().map(|w| w.to_bits()).collect::<Vec<_>>());
+        let model = match self.models.get(&key) {
+            Some(known) => *known,
+            None => {
+                let read = self.read_mesh(&mesh_item, &weights, false)?;
+                let primitives: Vec<_> = read.into_iter().map(|r| r.primitive).collect();
+                let model = (!primitives.is_empty()).then(|| {
+                    self.scene.models.push(SourceModel { name, primitives });
+                    self.scene.models.len() - 1
+                });
+                self.models.insert(key, model);
+                model
+            }
+        };
+        let Some(model) = model else { return Ok(()) };
+        let opened = Instances::open(self.reader, item);
+        match self.reader.settle(opened)? {
+            None => Ok(()),
+            Some(None) => self.place(node, (model, node.world_from_node), role),
+            Some(Some(instances)) => {
+                for index in 0..instances.count {
+                    let world_from_object = node.world_from_node * instances.node_from_instance(index);
+                    self.place(node, (model, world_from_object), role)?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Adds an object of a shared model.
+    fn place(
+        &mut self,
+        node: &PlacedNode,
+        (model, world_from_object): (usize, DMat4),
+        role: Role,
+    ) -> Result<(), ImportError> {
+        let linear = DMat3::from_mat4(world_from_object);
+        let defects = &mut self.reader.defects;
+        if !world_from_object.is_finite() {
+            defects.note("object whose transform is not finite: dropped", 1, || node.name.clone());
+            return Ok(());
+        }
+        if linear == DMat3::ZERO {
+            defects.note("object with zero scale: dropped", 1, || node.name.clone());
+            return Ok(());
+        }
+        if linear.determinant() != 0.0 && linear.inverse().is_finite() {
+            return self.add(node, (model, world_from_object), role);
+        }
+        let shared = &self.scene.models[model];
+        let vertices: usize = shared.primitives.iter().map(|p| p.positions.len()).sum();
+        self.reader.budget.claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
+        let name = shared.name.clone();
+        match flatten(&shared.primitives, world_from_object, (&mut self.reader.defects, &node.name)) {
+            Some(placed) if !placed.primitives.is_empty() => {
+                self.reader
+                    .defects
+                    .note("object flattened by its scale: published as it stands", 1, || node.name.clone());
+                self.add_own(node, (name, placed), role)
+            }
+            _ => {
+                self.reader
+                    .defects
+                    .note("object with zero scale: dropped", 1, || node.name.clone());
+                Ok(())
+            }
+        }
+    }
+
+    /// Adds an object with a model that no other object has.
+    fn add_own(&mut self, node: &PlacedNode, (name, placed): (String, Placed), role: Role) -> Result<(), ImportError> {
+        if placed.primitives.is_empty() {
+            return Ok(());
+        }
+        self.scene.models.push(SourceModel {
+            name,
+            primitives: placed.primitives,
+        });
+        self.add(node, (self.scene.models.len() - 1, placed.world_from_object), role)
+    }
+
+    fn add(
+        &mut self,
+        node: &PlacedNode,
+        (model, world_from_object): (usize, DMat4),
+        role: Role,
+    ) -> Result<(), ImportError> {
+        if self.scene.objects.len() >= self.limits.max_objects {
+            return Err(ImportError::TooManyObjects {
+                place: node.name.clone(),
+                limit: self.limits.max_objects,
+            });
+        }
+        self.reader
+            .budget
+            .claim(size_of::<SourceObject>() + node.name.len(), 1, || node.name.clone())?;
+        self.scene.objects.push(SourceObject {
+            source_node: node.name.clone(),
+            part: 0,
+            model,
+            world_from_object,
+            role,
+        });
+        Ok(())
+    }
+
+    /// The default weights of a mesh's morph targets: the node's, or else the mesh's.
+    fn morph_weights(&mut self, node: &Item, mesh: &Item) -> Result<Vec<f64>, ImportError> {
+        let has_targets = |p: &Item| p.member("targets").is_some();
+        let primitives = mesh.elements("primitives").unwrap_or_default();
+        if !primitives.iter().any(has_targets) {
+            return Ok(Vec::new());
+        }
+        let owner = if node.member("weights").is_some() { node } else { mesh };
+        let elements = self.reader.settle(owner.elements("weights"))?.unwrap_or_default();
+        Ok(elements.iter().map(|w| w.value.as_f64().unwrap_or(0.0)).collect())
+    }
+
+    /// Reads what can be drawn of a mesh.
+    fn read_mesh(
+        &mut self,
+        mesh: &Item<'a>,
+        morph_weights: &[f64],
+        influences: bool,
+    ) -> Result<Vec<ReadPrimitive>, ImportError> {
+        let wanted = Wanted {
+            morph_weights,
+            influences,
+        };
+        let mut primitives = Vec::new();
+        for item in self.reader.settle(mesh.elements("primitives"))?.unwrap_or_default() {
+            let read = read_primitive(self.reader, &item, wanted);
+            primitives.extend(self.reader.settle(read)?.flatten());
+        }
+        Ok(primitives)
+    }
+}
+
+/// Removes models whose objects were all dropped.
+fn leave_out_unused_models(scene: &mut SourceScene) {
+    let mut new_of_old = vec![None; scene.models.len()];
+    for object in &scene.objects {
+        new_of_old[object.model] = Some(0);
+    }
+    let mut count = 0;
+    for new in new_of_old.iter_mut().flatten() {
+        *new = count;
+        count += 1;
+    }
+    let mut used = new_of_old.iter().map(Option::is_some);
+    scene.models.retain(|_| used.next().unwrap_or(false));
+    for object in &mut scene.objects {
+        object.model = new_of_old[object.model].unwrap_or(0);
+    }
+}
+
+/// The name of the scene that is shown.
+fn title(reader: &Reader) -> Option<String> {
+    let scene = reader.root.index("scene").ok().flatten().unwrap_or(0);
+    reader.root.listed("scenes", scene).ok()?.name().map(str::to_owned)
+}
+
+fn nothing_to_draw(reader: &Reader) -> ImportError {
+    let reasons: Vec<String> = reader
+        .defects
+        .iter()
+        .take(REASONS)
+        .map(|d| format!("{} ({} times, first at {})", d.kind, d.count, d.first))
+        .collect();
+    let reasons = if reasons.is_empty() {
+        "the scene has no node with a mesh".to_owned()
+    } else {
+        reasons.join("; ")
+    };
+    ImportError::NothingToDraw { reasons }
+}

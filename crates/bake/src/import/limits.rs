@@ -1,0 +1,94 @@
+//! How much may a source claim? Every decoded array is claimed here before it is allocated.
+
+use super::ImportError;
+
+/// What a source may cost.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Limits {
+    /// Memory for everything that is decoded from the source, added up, bytes.
+    pub memory_bytes: u64,
+    /// Placed objects, instances included.
+    pub max_objects: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            memory_bytes: 4 << 30,
+            max_objects: 1_000_000,
+        }
+    }
+}
+
+/// Adds up claims. Claims are never given back: the sum bounds the work of an import as well as its memory.
+#[derive(Debug)]
+pub(super) struct Budget {
+    limit_bytes: u64,
+    claimed_bytes: u64,
+}
+
+impl Budget {
+    pub(super) fn new(limits: &Limits) -> Self {
+        Self {
+            limit_bytes: limits.memory_bytes,
+            claimed_bytes: 0,
+        }
+    }
+
+    /// Claims room for `count` things of `size_bytes`.
+    pub(super) fn claim(
+        &mut self,
+        count: usize,
+        size_bytes: usize,
+        place: impl FnOnce() -> String,
+    ) -> Result<(), ImportError> {
+        let claimed_bytes = (count as u64)
+            .saturating_mul(size_bytes as u64)
+            .saturating_add(self.claimed_bytes);
+        if claimed_bytes > self.limit_bytes {
+            return Err(ImportError::Memory {
+                place: place(),
+                claimed_bytes,
+                limit_bytes: self.limit_bytes,
+            });
+        }
+        self.claimed_bytes = claimed_bytes;
+        Ok(())
+    }
+
+    /// What can still be claimed.
+    pub(super) fn left_bytes(&self) -> u64 {
+        self.limit_bytes - self.claimed_bytes
+    }
+
+    /// The refusal of something that is larger than what is left.
+    pub(super) fn refusal(&self, place: String, wanted_bytes: u64) -> ImportError {
+        ImportError::Memory {
+            place,
+            claimed_bytes: self.claimed_bytes.saturating_add(wanted_bytes),
+            limit_bytes: self.limit_bytes,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn claims_add_up_to_the_limit_and_no_further() {
+        let mut budget = Budget::new(&Limits {
+            memory_bytes: 100,
+            max_objects: 1,
+        });
+        budget.claim(10, 6, || "a".into()).unwrap();
+        let refused = budget.claim(41, 1, || "b".into()).unwrap_err().to_string();
+        assert!(
+            refused.contains("b: needs 101 bytes") && refused.contains("limit is 100"),
+            "{refused}"
+        );
+        budget.claim(40, 1, || "c".into()).unwrap();
+        assert_eq!(budget.left_bytes(), 0);
+        assert!(budget.claim(usize::MAX, usize::MAX, || "d".into()).is_err());
+    }
+}

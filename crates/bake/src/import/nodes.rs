@@ -1,0 +1,289 @@
+//! Which nodes does the scene draw, and where do they stand?
+//!
+//! The hierarchy is walked depth first with an explicit stack (a deep one cannot exhaust the call stack), in f64. Each
+//! node is visited once: cycles and second parents are counted and not followed.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DMat4, DQuat, DVec3};
+
+use super::ImportError;
+use super::document::Item;
+use super::error::{Read, flaw};
+use super::reader::Reader;
+use crate::source::{Role, SourceViewpoint};
+
+/// What an author marked a node as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mark {
+    /// Drawn.
+    Drawn(Role),
+    /// Information for the bake and not drawn: a cell, a portal or an occluder.
+    Kept,
+}
+
+/// A node that the scene reaches.
+#[derive(Debug, Clone)]
+pub(super) struct PlacedNode {
+    /// Its index in the document.
+    pub(super) index: usize,
+    /// Its name, or `node[i]`.
+    pub(super) name: String,
+    /// Places it in the world; may be singular, is finite.
+    pub(super) world_from_node: DMat4,
+    /// What it is marked as, by itself or by an ancestor.
+    pub(super) mark: Mark,
+}
+
+/// Everything that the scene reaches, parents before children.
+#[derive(Debug, Default)]
+pub(super) struct Hierarchy {
+    pub(super) nodes: Vec<PlacedNode>,
+    pub(super) viewpoints: Vec<SourceViewpoint>,
+    /// Position in `nodes` by the node's index in the document.
+    by_index: BTreeMap<usize, usize>,
+}
+
+impl Hierarchy {
+    /// Where a node of the document stands, when the scene reaches it.
+    pub(super) fn world_from_node(&self, index: usize) -> Option<DMat4> {
+        self.by_index.get(&index).map(|at| self.nodes[*at].world_from_node)
+    }
+}
+
+enum Step {
+    Enter {
+        index: usize,
+        world_from_parent: DMat4,
+        mark: Mark,
+        place: String,
+    },
+    Leave {
+        index: usize,
+    },
+}
+
+/// Walks the scene that the document wants shown.
+pub(super) fn walk(reader: &mut Reader) -> Result<Hierarchy, ImportError> {
+    let mut hierarchy = Hierarchy::default();
+    // Whether a node is on the path from its root; absent when it was not met yet.
+    let mut on_path: BTreeMap<usize, bool> = BTreeMap::new();
+    let enter = |(index, place): (usize, String)| Step::Enter {
+        index,
+        world_from_parent: DMat4::IDENTITY,
+        mark: Mark::Drawn(Role::Ordinary),
+        place,
+    };
+    let mut stack: Vec<Step> = roots(reader)?.into_iter().rev().map(enter).collect();
+    while let Some(step) = stack.pop() {
+        let (index, world_from_parent, mark, place) = match step {
+            Step::Leave { index } => {
+                on_path.insert(index, false);
+                continue;
+            }
+            Step::Enter {
+                index,
+                world_from_parent,
+                mark,
+                place,
+            } => (index, world_from_parent, mark, place),
+        };
+        match on_path.get(&index) {
+            Some(true) => reader.defects.note("node below itself: not followed", 1, || place),
+            Some(false) => reader
+                .defects
+                .note("node with two parents: drawn below the first", 1, || place),
+            None => {}
+        }
+        if on_path.contains_key(&index) {
+            continue;
+        }
+        let listed = reader.root.listed("nodes", index);
+        let Some(node) = reader.settle(listed)? else { continue };
+        on_path.insert(index, true);
+        stack.push(Step::Leave { index });
+        let Some(parent_from_node) = reader.settle(local_transform(&node))? else {
+            continue;
+        };
+        let world_from_node = world_from_parent * parent_from_node;
+        if !world_from_node.is_finite() {
+            reader
+                .defects
+                .note("node whose transform is not finite: left out with all below it", 1, || {
+                    node.place.clone()
+                });
+            continue;
+        }
+        let mark = author_mark(reader, &node).unwrap_or(mark);
+        note_viewpoint(reader, &mut hierarchy, &node, world_from_node)?;
+        let name = node.name().map_or_else(|| format!("node[{index}]"), str::to_owned);
+        hierarchy.by_index.insert(index, hierarchy.nodes.len());
+        hierarchy.nodes.push(PlacedNode {
+            index,
+            name,
+            world_from_node,
+            mark,
+        });
+        for (index, place) in references(reader, &node, "children")?.into_iter().rev() {
+            stack.push(Step::Enter {
+                index,
+                world_from_parent: world_from_node,
+                mark,
+                place,
+            });
+        }
+    }
+    Ok(hierarchy)
+}
+
+/// The root nodes of the scene to show, with the places that name them.
+fn roots(reader: &mut Reader) -> Result<Vec<(usize, String)>, ImportError> {
+    let scenes = reader.root.length("scenes");
+    if scenes == 0 {
+        return parentless(reader);
+    }
+    let wanted = reader.root.index("scene");
+    let mut wanted = reader.settle(wanted)?.flatten().unwrap_or(0);
+    if wanted >= scenes {
+        reader
+            .defects
+            .note("scene that is not there: the first scene taken", 1, || {
+                format!("/scene = {wanted} of {scenes}")
+            });
+        wanted = 0;
+    }
+    let scene = reader.root.listed("scenes", wanted);
+    match reader.settle(scene)? {
+        Some(scene) => references(reader, &scene, "nodes"),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// All nodes that are nobody's child, for a document without scenes.
+fn parentless(reader: &mut Reader) -> Result<Vec<(usize, String)>, ImportError> {
+    let count = reader.root.length("nodes");
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    reader
+        .defects
+        .note("no scenes: all nodes without a parent taken", 1, || "/scenes".into());
+    let mut is_child = vec![false; count];
+    for index in 0..count {
+        // What is wrong with a node is counted when it is visited.
+        let Ok(node) = reader.root.listed("nodes", index) else {
+            continue;
+        };
+        for child in node.elements("children").unwrap_or_default() {
+            if let Some(flag) = child.as_index().ok().and_then(|c| is_child.get_mut(c)) {
+                *flag = true;
+            }
+        }
+    }
+    Ok((0..count)
+        .filter(|i| !is_child[*i])
+        .map(|i| (i, format!("/nodes/{i}")))
+        .collect())
+}
+
+/// The indices in a list of node references.
+fn references(reader: &mut Reader, item: &Item, key: &str) -> Result<Vec<(usize, String)>, ImportError> {
+    let mut found = Vec::new();
+    for element in reader.settle(item.elements(key))?.unwrap_or_default() {
+        if let Some(index) = reader.settle(element.as_index())? {
+            found.push((index, element.place));
+        }
+    }
+    Ok(found)
+}
+
+/// The transform that a node states, as a matrix or as translation, rotation and scale.
+fn local_transform(node: &Item) -> Read<DMat4> {
+    if let Some(matrix) = node.numbers::<16>("matrix")? {
+        let matrix = DMat4::from_cols_array(&matrix);
+        let bottom = matrix.row(3);
+        if (bottom - glam::DVec4::W).abs().max_element() > 1e-6 {
+            return flaw(
+                "node whose matrix is not affine: left out with all below it",
+                format!("{}/matrix", node.place),
+            );
+        }
+        let affine = |c: glam::DVec4, w: f64| c.truncate().extend(w);
+        return Ok(DMat4::from_cols(
+            affine(matrix.x_axis, 0.0),
+            affine(matrix.y_axis, 0.0),
+            affine(matrix.z_axis, 0.0),
+            affine(matrix.w_axis, 1.0),
+        ));
+    }
+    let translation = node.numbers("translation")?.map_or(DVec3::ZERO, DVec3::from_array);
+    let scale = node.numbers("scale")?.map_or(DVec3::ONE, DVec3::from_array);
+    let rotation = node.numbers("rotation")?.map_or(DQuat::IDENTITY, DQuat::from_array);
+    Ok(DMat4::from_scale_rotation_translation(scale, unit(rotation), translation))
+}
+
+/// A rotation of length one; one without a direction turns nothing.
+pub(super) fn unit(rotation: DQuat) -> DQuat {
+    let length = rotation.length();
+    if length > 0.0 && length.is_finite() {
+        DQuat::from_vec4(glam::DVec4::from(rotation) / length)
+    } else {
+        DQuat::IDENTITY
+    }
+}
+
+/// What the author says a node is: `extras.belvedere.kind`, or else the start of its name.
+fn author_kind<'a>(node: &Item<'a>) -> Option<&'a str> {
+    let belvedere = node.value.get("extras").and_then(|e| e.get("belvedere"));
+    let stated = belvedere.and_then(|b| b.get("kind")).and_then(|k| k.as_str());
+    stated.or_else(|| Some(node.name()?.split_once(':')?.0))
+}
+
+fn author_mark(reader: &mut Reader, node: &Item) -> Option<Mark> {
+    let kind = match author_kind(node)? {
+        "door" => return Some(Mark::Drawn(Role::Door)),
+        "cell" => "author's cell: not used yet",
+        "portal" => "author's portal: not used yet",
+        "occluder" => "author's occluder: not used yet",
+        _ => return None,
+    };
+    reader.defects.note(kind, 1, || node.place.clone());
+    Some(Mark::Kept)
+}
+
+/// Keeps cameras and nodes that are marked as viewpoints.
+fn note_viewpoint(
+    reader: &mut Reader,
+    hierarchy: &mut Hierarchy,
+    node: &Item,
+    world_from_node: DMat4,
+) -> Result<(), ImportError> {
+    let camera = reader.settle(node.index("camera"))?.flatten();
+    let marked = author_kind(node) == Some("viewpoint");
+    if camera.is_none() && !marked {
+        return Ok(());
+    }
+    let camera_name = camera.and_then(|c| reader.root.listed("cameras", c).ok()?.name());
+    let stated = node.value.pointer("/extras/belvedere/name").and_then(|n| n.as_str());
+    let own = node.name().map(|n| n.strip_prefix("viewpoint:").unwrap_or(n).trim());
+    let name = stated.or(own).or(camera_name).filter(|n| !n.is_empty());
+    match rigid(world_from_node) {
+        Some(world_from_camera) => hierarchy.viewpoints.push(SourceViewpoint {
+            name: name.map_or_else(|| node.place.clone(), str::to_owned),
+            world_from_camera,
+        }),
+        None => reader
+            .defects
+            .note("viewpoint without a direction: left out", 1, || node.place.clone()),
+    }
+    Ok(())
+}
+
+/// The transform without scale, shear and mirroring: keeps the position, the direction −Z and, near it, the up axis.
+fn rigid(world_from_node: DMat4) -> Option<DMat4> {
+    let linear = DMat3::from_mat4(world_from_node);
+    let back = linear.z_axis.try_normalize()?;
+    let right = linear.y_axis.try_normalize()?.cross(back).try_normalize()?;
+    let axes = DMat3::from_cols(right, back.cross(right), back);
+    Some(DMat4::from_mat3_translation(axes, world_from_node.w_axis.truncate()))
+}

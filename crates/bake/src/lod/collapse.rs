@@ -1,0 +1,339 @@
+//! What is left of a mesh when vertices fall together?
+//!
+//! D. Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2, "Computing the reduced triangle set": each corner moves
+//! to the representative of its cluster. Doublets are removed; a triangle that becomes a line is kept as one unless a
+//! triangle that is left has this edge; one that becomes a point is dropped.
+//!
+//! *Positions* come from the cluster alone, which is the same for all primitives of a model: so there are no cracks
+//! between parts with different normals, texture charts or materials. *Attributes* come from one source vertex for each
+//! attribute group: vertices of one cluster, one primitive and one main direction of the normal that are connected by
+//! edges inside the cluster. Both sides of a seam or of a hard edge thus keep their own values, and nothing is averaged:
+//! every normal, texture coordinate and colour is one that the source has.
+
+use std::collections::BTreeSet;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::lod::octree::Clusters;
+use crate::source::{Primitive, Topology};
+
+/// A mesh and where it comes from.
+#[derive(Debug, Clone)]
+pub(super) struct Collapsed {
+    /// Its geometry.
+    pub(super) primitives: Vec<Primitive>,
+    /// For each shape of all primitives in their order, the shape of the source that it is an image of.
+    pub(super) origins: Vec<u32>,
+}
+
+/// The shapes of a model, ready to be collapsed again and again.
+pub(super) struct SourceShapes<'a> {
+    primitives: &'a [Primitive],
+    double_sided: &'a BTreeSet<usize>,
+    /// For each primitive, for each vertex, the first vertex that is equal in everything.
+    equal_vertex: Vec<Vec<u32>>,
+}
+
+/// A shape after its corners moved, so that doublets are equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Key {
+    topology: Topology,
+    /// Clusters in rising order; short ones repeat the last.
+    corners: [u32; 3],
+    /// Primitives of different materials have no doublets in common.
+    material: Option<usize>,
+    mirrored: bool,
+}
+
+/// One shape of the source and what it became.
+struct Image {
+    key: Key,
+    /// Whether it was a triangle or line and lost a corner.
+    reduced: bool,
+    primitive: u32,
+    /// Index of the shape in its primitive.
+    shape: u32,
+    /// Index of the shape among all.
+    origin: u32,
+    /// The corners of the shape, as indices into its `indices`, that stand for the image's corners.
+    corners: [u8; 3],
+}
+
+impl<'a> SourceShapes<'a> {
+    pub(super) fn new(primitives: &'a [Primitive], double_sided: &'a BTreeSet<usize>) -> Self {
+        Self {
+            primitives,
+            double_sided,
+            equal_vertex: primitives.iter().map(first_equal_vertices).collect(),
+        }
+    }
+
+    /// What is left when each vertex moves to its cluster's representative.
+    pub(super) fn collapse(&self, clusters: &Clusters) -> Collapsed {
+        let kept = self.kept_images(clusters);
+        let mut collapsed = Collapsed {
+            primitives: Vec::new(),
+            origins: Vec::new(),
+        };
+        for (p, source) in self.primitives.iter().enumerate() {
+            let images = &kept[kept.partition_point(|i| (i.primitive as usize) < p)..];
+            let images = &images[..images.partition_point(|i| i.primitive as usize == p)];
+            if images.is_empty() {
+                continue;
+            }
+            let givers = self.attribute_givers(p, clusters);
+            for topology in [Topology::Points, Topology::Lines, Topology::Triangles] {
+                let images: Vec<&Image> = images.iter().filter(|i| i.key.topology == topology).collect();
+                if !images.is_empty() {
+                    collapsed.origins.extend(images.iter().map(|i| i.origin));
+                    collapsed
+                        .primitives
+                        .push(assemble(source, clusters, p, &givers, &images));
+                }
+            }
+        }
+        collapsed
+    }
+
+    /// The images that stay, in source order.
+    fn kept_images(&self, clusters: &Clusters) -> Vec<Image> {
+        let mut images = Vec::new();
+        let mut origin = 0;
+        for (p, primitive) in self.primitives.iter().enumerate() {
+            let double_sided = primitive.material.is_some_and(|m| self.double_sided.contains(&m));
+            for (s, shape) in primitive.indices.chunks_exact(primitive.topology.arity()).enumerate() {
+                if let Some((mut key, corners)) = image_of(primitive, shape, clusters, p) {
+                    key.mirrored &= !double_sided;
+                    images.push(Image {
+                        key,
+                        reduced: key.topology != primitive.topology,
+                        primitive: p as u32,
+                        shape: s as u32,
+                        origin,
+                        corners,
+                    });
+                }
+                origin += 1;
+            }
+        }
+        images.par_sort_unstable_by_key(|i| (i.key, i.reduced, i.origin));
+        images.dedup_by_key(|i| i.key);
+        let mut edges: Vec<[u32; 2]> = images
+            .iter()
+            .filter(|i| i.key.topology == Topology::Triangles)
+            .flat_map(|i| {
+                let [a, b, c] = i.key.corners;
+                [[a, b], [b, c], [a, c]]
+            })
+            .collect();
+        edges.par_sort_unstable();
+        edges.dedup();
+        images.retain(|i| !i.reduced || edges.binary_search(&[i.key.corners[0], i.key.corners[1]]).is_err());
+        images.par_sort_unstable_by_key(|i| i.origin);
+        images
+    }
+
+    /// For each vertex of a primitive, the vertex whose attributes it takes: of its attribute group the one nearest to
+    /// the cluster's representative.
+    fn attribute_givers(&self, p: usize, clusters: &Clusters) -> Vec<u32> {
+        let primitive = &self.primitives[p];
+        let cluster = &clusters.of_vertex[p];
+        let mut groups = Groups(self.equal_vertex[p].clone());
+        let direction = |v: u32| primitive.normals.get(v as usize).map(|n| main_direction(*n));
+        for shape in primitive.indices.chunks_exact(primitive.topology.arity()) {
+            for (&a, &b) in shape.iter().zip(shape.iter().cycle().skip(1)) {
+                if cluster[a as usize] == cluster[b as usize] && direction(a) == direction(b) {
+                    groups.join(a, b);
+                }
+            }
+        }
+        let away = |v: u32| {
+            let representative = clusters.representatives[cluster[v as usize] as usize];
+            Vec3::from(primitive.positions[v as usize])
+                .as_dvec3()
+                .distance_squared(Vec3::from(representative).as_dvec3())
+        };
+        let mut givers: Vec<Option<(f64, u32)>> = vec![None; cluster.len()];
+        let mut group_of = vec![0; cluster.len()];
+        for v in 0..cluster.len() as u32 {
+            // A vertex that no shape uses has no cluster.
+            if (cluster[v as usize] as usize) < clusters.representatives.len() {
+                let group = groups.root(v);
+                group_of[v as usize] = group;
+                let giver = &mut givers[group as usize];
+                let candidate = (away(v), v);
+                if giver.is_none_or(|best| candidate.0 < best.0) {
+                    *giver = Some(candidate);
+                }
+            }
+        }
+        let giver = |&group: &u32| givers[group as usize].map_or(group, |(_, v)| v);
+        group_of.iter().map(giver).collect()
+    }
+}
+
+/// What a shape becomes, and which of its corners stand for the image's. `None` when it falls to a point.
+fn image_of(primitive: &Primitive, shape: &[u32], clusters: &Clusters, p: usize) -> Option<(Key, [u8; 3])> {
+    let at = |i: usize| clusters.of_vertex[p][shape[i] as usize];
+    let line = |a: usize, b: usize| {
+        let (first, last) = if at(a) < at(b) { (a, b) } else { (b, a) };
+        (
+            Topology::Lines,
+            [at(first), at(last), at(last)],
+            false,
+            [a as u8, b as u8, b as u8],
+        )
+    };
+    let image = match primitive.topology {
+        Topology::Points => (Topology::Points, [at(0); 3], false, [0; 3]),
+        Topology::Lines if at(0) == at(1) => return None,
+        Topology::Lines => line(0, 1),
+        Topology::Triangles => match (at(0) == at(1), at(1) == at(2), at(2) == at(0)) {
+            (true, true, _) => return None,
+            (true, false, _) => line(1, 2),
+            (false, true, _) => line(0, 1),
+            (false, false, true) => line(0, 1),
+            (false, false, false) => {
+                let corners = [at(0), at(1), at(2)];
+                if let Some((a, b)) = longest_edge_of_flat(corners.map(|c| clusters.representatives[c as usize])) {
+                    return Some(named(primitive, line(a, b)));
+                }
+                let mut sorted = corners;
+                sorted.sort_unstable();
+                let turned = [[0, 1, 2], [1, 2, 0], [2, 0, 1]].map(|order| order.map(|i: usize| sorted[i]));
+                (Topology::Triangles, sorted, !turned.contains(&corners), [0, 1, 2])
+            }
+        },
+    };
+    Some(named(primitive, image))
+}
+
+fn named(primitive: &Primitive, (topology, corners, mirrored, from): Unnamed) -> (Key, [u8; 3]) {
+    let key = Key {
+        topology,
+        corners,
+        material: primitive.material,
+        mirrored,
+    };
+    (key, from)
+}
+
+/// Topology, corners and winding of a [`Key`], and which corners of the shape stand for them.
+type Unnamed = (Topology, [u32; 3], bool, [u8; 3]);
+
+/// The ends of a triangle without area, whose corners lie on one line.
+fn longest_edge_of_flat(corners: [[f32; 3]; 3]) -> Option<(usize, usize)> {
+    let [a, b, c] = corners.map(|p| Vec3::from(p).as_dvec3());
+    let (ab, ac) = (b - a, c - a);
+    // Products of differences of f32 are exact in f64 but for the last bits.
+    let is_flat = ab.cross(ac).length_squared() <= 1e-24 * ab.length_squared() * ac.length_squared();
+    let lengths = [ab.length_squared(), (c - b).length_squared(), ac.length_squared()];
+    let longest = (1..3).fold(0, |best, i| if lengths[i] > lengths[best] { i } else { best });
+    is_flat.then_some([(0, 1), (1, 2), (2, 0)][longest])
+}
+
+/// Writes the images of one primitive that have the same topology.
+fn assemble(source: &Primitive, clusters: &Clusters, p: usize, givers: &[u32], images: &[&Image]) -> Primitive {
+    let arity = source.topology.arity();
+    let topology = images.first().map_or(source.topology, |i| i.key.topology);
+    let corners = images.iter().flat_map(|image| {
+        let shape = &source.indices[image.shape as usize * arity..][..arity];
+        image.corners[..topology.arity()].iter().map(|&i| shape[usize::from(i)])
+    });
+    // A giver stands for one cluster and one set of attributes.
+    let corners: Vec<u32> = corners.map(|v| givers[v as usize]).collect();
+    let position = |v: u32| clusters.representatives[clusters.of_vertex[p][v as usize] as usize];
+    let mut vertices = corners.clone();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let loose = gather(source, topology, &vertices, position);
+    let equal = first_equal_vertices(&loose);
+    let unique: Vec<u32> = (0..vertices.len() as u32).filter(|&v| equal[v as usize] == v).collect();
+    let mut primitive = gather(&loose, topology, &unique, |v| loose.positions[v as usize]);
+    let rank = |v: &u32| {
+        let row = vertices.partition_point(|giver| giver < v);
+        unique.partition_point(|first| *first < equal[row]) as u32
+    };
+    primitive.indices = corners.par_iter().map(rank).collect();
+    primitive
+}
+
+/// Some vertices of a primitive, without indices, with other positions.
+fn gather(source: &Primitive, topology: Topology, vertices: &[u32], position: impl Fn(u32) -> [f32; 3]) -> Primitive {
+    fn pick<T: Copy>(from: &[T], vertices: &[u32]) -> Vec<T> {
+        vertices.iter().filter_map(|&v| from.get(v as usize).copied()).collect()
+    }
+    Primitive {
+        topology,
+        material: source.material,
+        positions: vertices.iter().map(|&v| position(v)).collect(),
+        normals: pick(&source.normals, vertices),
+        // Tangents shade surfaces only.
+        tangents: if topology == Topology::Triangles {
+            pick(&source.tangents, vertices)
+        } else {
+            Vec::new()
+        },
+        uvs: source.uvs.iter().map(|set| pick(set, vertices)).collect(),
+        colors: pick(&source.colors, vertices),
+        indices: Vec::new(),
+    }
+}
+
+/// For each vertex the first one that is equal in everything.
+fn first_equal_vertices(primitive: &Primitive) -> Vec<u32> {
+    let count = primitive.positions.len();
+    let stride = 3
+        + if primitive.normals.is_empty() { 0 } else { 3 }
+        + if primitive.tangents.is_empty() { 0 } else { 4 }
+        + if primitive.colors.is_empty() { 0 } else { 4 }
+        + 2 * primitive.uvs.iter().filter(|set| !set.is_empty()).count();
+    let mut words: Vec<u32> = Vec::with_capacity(stride * count);
+    for v in 0..count {
+        let mut push = |values: Option<&[f32]>| words.extend(values.into_iter().flatten().map(|x| (x + 0.0).to_bits()));
+        push(Some(&primitive.positions[v]));
+        push(primitive.normals.get(v).map(|x| &x[..]));
+        push(primitive.tangents.get(v).map(|x| &x[..]));
+        push(primitive.colors.get(v).map(|x| &x[..]));
+        primitive.uvs.iter().for_each(|set| push(set.get(v).map(|x| &x[..])));
+    }
+    let row = |v: u32| &words[v as usize * stride..][..stride];
+    let mut order: Vec<u32> = (0..count as u32).collect();
+    order.par_sort_unstable_by(|&a, &b| row(a).cmp(row(b)).then(a.cmp(&b)));
+    let mut first = vec![0; count];
+    for run in order.chunk_by(|&a, &b| row(a) == row(b)) {
+        run.iter().for_each(|&v| first[v as usize] = run[0]);
+    }
+    first
+}
+
+/// The axis and sign of the largest component: one of six, stable under noise for walls and floors.
+fn main_direction(normal: [f32; 3]) -> u8 {
+    let axis = (0..3u8).fold(0, |best, axis| {
+        if normal[usize::from(axis)].abs() > normal[usize::from(best)].abs() {
+            axis
+        } else {
+            best
+        }
+    });
+    2 * axis + u8::from(normal[usize::from(axis)] < 0.0)
+}
+
+/// Sets of vertices that are joined pair by pair.
+struct Groups(Vec<u32>);
+
+impl Groups {
+    fn root(&mut self, mut v: u32) -> u32 {
+        while self.0[v as usize] != v {
+            self.0[v as usize] = self.0[self.0[v as usize] as usize];
+            v = self.0[v as usize];
+        }
+        v
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}

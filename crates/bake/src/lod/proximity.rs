@@ -1,0 +1,169 @@
+//! Which shape is near?
+//!
+//! A bounding-volume tree over triangles, lines and points in Morton order: a complete binary tree over leaves of four
+//! shapes, so that it is one array without pointers. f64 throughout; distances are in model-space units.
+
+use glam::DVec3;
+
+use crate::lod::octree::morton_order;
+use crate::source::Primitive;
+
+/// Shapes in a leaf.
+const LEAF_SHAPES: usize = 4;
+
+/// A triangle; lines and points repeat a corner.
+pub(super) type Corners = [DVec3; 3];
+
+/// Shapes that can be asked for the nearest one.
+pub(super) struct ShapeTree {
+    /// In source order: all shapes of primitive 0, then of primitive 1, …
+    pub(super) shapes: Vec<Corners>,
+    order: Vec<u32>,
+    /// Node i has the children 2i + 1 and 2i + 2; the last `leaves` nodes are leaves.
+    boxes: Vec<(DVec3, DVec3)>,
+    leaves: usize,
+}
+
+/// A shape and how far it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Near {
+    /// Index into [`ShapeTree::shapes`].
+    pub(super) shape: u32,
+    /// In model-space units.
+    pub(super) distance: f64,
+}
+
+impl ShapeTree {
+    /// All shapes of some primitives.
+    pub(super) fn of(primitives: &[Primitive]) -> Self {
+        let mut shapes = Vec::new();
+        for primitive in primitives {
+            let arity = primitive.topology.arity();
+            for shape in primitive.indices.chunks_exact(arity) {
+                let corner = |i: usize| {
+                    let position = primitive.positions[shape[i.min(arity - 1)] as usize];
+                    DVec3::from_array(position.map(f64::from))
+                };
+                shapes.push([corner(0), corner(1), corner(2)]);
+            }
+        }
+        Self::new(shapes)
+    }
+
+    fn new(shapes: Vec<Corners>) -> Self {
+        let centers: Vec<DVec3> = shapes.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
+        let order = morton_order(&centers);
+        let leaves = shapes.len().div_ceil(LEAF_SHAPES).next_power_of_two();
+        let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); 2 * leaves - 1];
+        for (leaf, members) in order.chunks(LEAF_SHAPES).enumerate() {
+            let corners = members.iter().flat_map(|&shape| shapes[shape as usize]);
+            boxes[leaves - 1 + leaf] = corners.fold(boxes[leaves - 1 + leaf], |(min, max), p| (min.min(p), max.max(p)));
+        }
+        for node in (0..leaves - 1).rev() {
+            let (a, b) = (boxes[2 * node + 1], boxes[2 * node + 2]);
+            boxes[node] = (a.0.min(b.0), a.1.max(b.1));
+        }
+        Self {
+            shapes,
+            order,
+            boxes,
+            leaves,
+        }
+    }
+
+    /// Length of the diagonal of the box around everything.
+    pub(super) fn diagonal(&self) -> f64 {
+        let (min, max) = self.boxes[0];
+        (max - min).max(DVec3::ZERO).length()
+    }
+
+    /// The one shape from which none of some points is far: the smallest, over all shapes, of the largest distance of
+    /// a point from it. Starts from `known` and stops at the first shape within `enough`.
+    pub(super) fn nearest_to_all(&self, points: &[DVec3], known: Option<u32>, enough: f64) -> Near {
+        let mut best = match known {
+            Some(shape) => Near {
+                shape,
+                distance: distance_to_all(points, &self.shapes[shape as usize]),
+            },
+            None => Near {
+                shape: 0,
+                distance: f64::INFINITY,
+            },
+        };
+        let mut stack = [(0usize, 0.0f64); 64];
+        stack[0] = (0, self.box_distance(points, 0));
+        let mut height = 1;
+        while height > 0 && best.distance > enough {
+            height -= 1;
+            let (node, distance) = stack[height];
+            if distance >= best.distance {
+                continue;
+            }
+            if node >= self.leaves - 1 {
+                let first = (node - (self.leaves - 1)) * LEAF_SHAPES;
+                let members = self.order.iter().skip(first).take(LEAF_SHAPES);
+                for &shape in members {
+                    let distance = distance_to_all(points, &self.shapes[shape as usize]);
+                    if distance < best.distance {
+                        best = Near { shape, distance };
+                    }
+                }
+            } else {
+                let mut children = [2 * node + 1, 2 * node + 2].map(|child| (child, self.box_distance(points, child)));
+                if children[0].1 < children[1].1 {
+                    children.swap(0, 1);
+                }
+                for child in children {
+                    if child.1 < best.distance {
+                        stack[height] = child;
+                        height += 1;
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// No shape in a node is nearer to all points than this.
+    fn box_distance(&self, points: &[DVec3], node: usize) -> f64 {
+        let (min, max) = self.boxes[node];
+        let squared = |p: &DVec3| (min - *p).max(*p - max).max(DVec3::ZERO).length_squared();
+        points.iter().map(squared).fold(0.0, f64::max).sqrt()
+    }
+}
+
+fn distance_to_all(points: &[DVec3], shape: &Corners) -> f64 {
+    points
+        .iter()
+        .map(|p| point_distance_squared(*p, shape))
+        .fold(0.0, f64::max)
+        .sqrt()
+}
+
+/// Squared distance from a point to a triangle, line or point; never less than the true one but for rounding.
+pub(super) fn point_distance_squared(point: DVec3, &[a, b, c]: &Corners) -> f64 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let normal = ab.cross(ac);
+    let normal_squared = normal.length_squared();
+    // Flatter than this, the normal is noise: the edges alone are as near as matters, and never too near.
+    if normal_squared > 1e-20 * ab.length_squared() * ac.length_squared() {
+        let v = ap.cross(ac).dot(normal);
+        let w = ab.cross(ap).dot(normal);
+        if v >= 0.0 && w >= 0.0 && v + w <= normal_squared {
+            return ap.dot(normal).powi(2) / normal_squared;
+        }
+    }
+    segment_distance_squared(point, a, b)
+        .min(segment_distance_squared(point, b, c))
+        .min(segment_distance_squared(point, c, a))
+}
+
+fn segment_distance_squared(point: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let (ab, ap) = (b - a, point - a);
+    let length_squared = ab.length_squared();
+    if length_squared == 0.0 {
+        return ap.length_squared();
+    }
+    let t = (ap.dot(ab) / length_squared).clamp(0.0, 1.0);
+    (ap - ab * t).length_squared()
+}

@@ -1,0 +1,143 @@
+//! In which order do the stages run? The whole bake as one function of an imported scene.
+
+use belvedere_scene::Bounds;
+use glam::DVec3;
+
+use crate::{
+    cells::{self, CellSettings},
+    defect::Defects,
+    import::split::{self, SplitSettings},
+    lod::LodSettings,
+    progress::{Cancelled, Progress},
+    records::{self, BlobSink, SinkError, Written},
+    source::{Material, SourceScene},
+    visibility::{Method, SampledSettings},
+    world::{World, WorldError},
+};
+
+/// Everything that decides the result besides the source.
+#[derive(Debug, Clone, Default)]
+pub struct BakeSettings {
+    /// How meshes are split into objects.
+    pub split: SplitSettings,
+    /// How free space is cut.
+    pub cells: CellSettings,
+    /// How visible sets are found; by default sampled, as hard as the number of cells allows.
+    pub visibility: Option<Method>,
+    /// How levels are made.
+    pub lod: LodSettings,
+}
+
+/// Why a bake stopped. Nothing was published.
+#[derive(Debug, thiserror::Error)]
+pub enum BakeError {
+    /// The caller wanted to.
+    #[error("cancelled; nothing was published")]
+    Cancelled,
+    /// The scene cannot be flattened.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The store refused an object.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+}
+
+impl From<Cancelled> for BakeError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+/// Bakes an imported scene: split → cells → visibility → levels → records. Everything goes to the sink; the caller
+/// moves the pointer. `source_bytes` is the size of the files that were read.
+///
+/// # Errors
+/// When the scene is too large, the sink refuses an object, or the caller cancels.
+pub fn bake(
+    source: Source,
+    settings: &BakeSettings,
+    defects: &mut Defects,
+    sink: &dyn BlobSink,
+    progress: &dyn Progress,
+) -> Result<Written, BakeError> {
+    let scene = in_spatial_order(split::split(source.scene, &settings.split, defects));
+    let world = World::new(&scene)?;
+    let viewpoints: Vec<[f64; 3]> =
+        scene.viewpoints.iter().map(|v| v.world_from_camera.w_axis.truncate().to_array()).collect();
+    let graph = cells::build(&world, &viewpoints, &settings.cells, progress)?;
+    let method = settings.visibility.clone();
+    let method = method.unwrap_or_else(|| Method::Sampled(SampledSettings::for_cells(graph.cells.len())));
+    let visibility = method.compute(&world, &graph, progress)?;
+    let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
+    let lod = LodSettings {
+        double_sided: scene.materials.iter().enumerate().filter_map(drawn_from_both_sides).collect(),
+        ..settings.lod.clone()
+    };
+    let input = records::Input {
+        scene: &scene,
+        title: &source.title,
+        source_bytes: source.bytes,
+        world: &world,
+        graph: &graph,
+        visibility: &visibility,
+        method: &method,
+        lod: &lod,
+    };
+    records::write(input, sink, progress)
+}
+
+/// An imported scene with what its file system knows of it.
+#[derive(Debug)]
+pub struct Source {
+    /// The scene.
+    pub scene: SourceScene,
+    /// Its name for people.
+    pub title: String,
+    /// Size of the files that it was read from.
+    pub bytes: u64,
+}
+
+/// Orders objects along a Z-order curve through their middles, so that ids of neighbours are near each other and the
+/// index trees above them are tight. Models follow in order of first use.
+fn in_spatial_order(mut scene: SourceScene) -> SourceScene {
+    let middles: Vec<DVec3> = scene
+        .objects
+        .iter()
+        .map(|object| {
+            let model = &scene.models[object.model];
+            let points = model.primitives.iter().flat_map(|p| &p.positions);
+            let local = Bounds::around(points.map(|p| p.map(f64::from)));
+            object.world_from_object.transform_point3(DVec3::from(local.center()))
+        })
+        .collect();
+    let around = Bounds::around(middles.iter().map(DVec3::to_array));
+    let mut order: Vec<usize> = (0..scene.objects.len()).collect();
+    order.sort_by_cached_key(|i| (z_order(middles[*i], &around), *i));
+    scene.objects = order.iter().map(|i| scene.objects[*i].clone()).collect();
+
+    let mut new_of = vec![None; scene.models.len()];
+    let mut models = Vec::with_capacity(scene.models.len());
+    for object in &mut scene.objects {
+        let new = *new_of[object.model].get_or_insert_with(|| {
+            models.push(std::mem::take(&mut scene.models[object.model]));
+            models.len() - 1
+        });
+        object.model = new;
+    }
+    scene.models = models;
+    scene
+}
+
+/// Interleaves 21 bits of each coordinate, relative to a box.
+fn z_order(point: DVec3, around: &Bounds) -> u64 {
+    let size = around.size_m().into_iter().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    let steps = f64::from((1u32 << 21) - 1);
+    let mut key = 0;
+    for (axis, value) in point.to_array().into_iter().enumerate() {
+        let step = ((value - around.min[axis]) / size * steps).clamp(0.0, steps) as u64;
+        for bit in 0..21 {
+            key |= (step >> bit & 1) << (3 * bit + axis as u64);
+        }
+    }
+    key
+}

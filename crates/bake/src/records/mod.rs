@@ -1,0 +1,209 @@
+//! What is published? Writes the immutable objects of one revision: levels, pictures, object chunks, cell records and
+//! the manifest above them (`docs/FORMAT.md`). Everything goes to a [`BlobSink`]; nothing is current until the caller
+//! moves the scene's pointer.
+
+mod cells;
+mod models;
+mod pages;
+mod sink;
+mod viewpoints;
+
+use std::collections::BTreeMap;
+
+use belvedere_scene::{
+    BlobName, Bounds, ModelId, ObjectId, Revision, SceneName,
+    manifest::{Counts, FORMAT, Manifest, VisibilitySummary},
+    object::{Model, ObjectChunk, ObjectEntry},
+    pointer::Pointer,
+};
+
+use self::{
+    models::{UniqueBytes, coarsest},
+    sink::Ledger,
+};
+pub use self::sink::{BlobSink, SinkError};
+use crate::{
+    BakeError,
+    cells::CellGraph,
+    lod::LodSettings,
+    progress::{Progress, Stage},
+    source::{Role, SourceObject, SourceScene},
+    visibility::{CellVisibility, Method},
+    world::World,
+};
+
+/// Up to this many bytes of level 0, textures included, a world is small: its manifest lists every object and clients
+/// load all of them. One answer of this size costs about as much as the round trips that cells would.
+pub const WHOLE_WORLD_BYTES: u64 = 256 << 10;
+/// A manifest never lists more objects than this.
+const WHOLE_WORLD_OBJECTS: usize = 512;
+
+/// What the earlier stages found out.
+#[derive(Clone, Copy)]
+pub struct Input<'a> {
+    /// The source, objects in the order of their ids.
+    pub scene: &'a SourceScene,
+    /// Its name for people.
+    pub title: &'a str,
+    /// Size of the source files.
+    pub source_bytes: u64,
+    /// The same scene flattened.
+    pub world: &'a World,
+    /// Its cells.
+    pub graph: &'a CellGraph,
+    /// What each cell sees.
+    pub visibility: &'a [CellVisibility],
+    /// How that was found.
+    pub method: &'a Method,
+    /// How levels are made.
+    pub lod: &'a LodSettings,
+}
+
+/// A revision whose objects are all in the sink.
+#[derive(Debug, Clone)]
+pub struct Written {
+    /// Its manifest's name.
+    pub manifest_name: BlobName,
+    /// Its manifest.
+    pub manifest: Manifest,
+    /// Every object with its size, the manifest included, by name.
+    pub blobs: Vec<(BlobName, u64)>,
+}
+
+impl Written {
+    /// The revision's id.
+    #[must_use]
+    pub fn revision(&self) -> Revision {
+        Revision::of_manifest(self.manifest_name.hash())
+    }
+
+    /// The pointer that makes it current under this name.
+    #[must_use]
+    pub fn pointer(&self, scene: SceneName) -> Pointer {
+        let manifest = &self.manifest;
+        Pointer {
+            scene,
+            title: manifest.title.clone(),
+            revision: self.revision(),
+            manifest: self.manifest_name.clone(),
+            bounds: manifest.bounds,
+            up: manifest.up.clone(),
+            unit: manifest.unit.clone(),
+            cells: manifest.counts.cells,
+            objects: manifest.counts.objects,
+            models: manifest.counts.models,
+            triangles: manifest.counts.triangles,
+            bytes: manifest.bytes.clone(),
+            viewpoints: manifest.viewpoints.clone(),
+        }
+    }
+}
+
+/// Makes levels, writes every object and the manifest last.
+///
+/// # Errors
+/// When the sink refuses an object, or the caller cancels.
+pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> Result<Written, BakeError> {
+    let ledger = Ledger::new(sink);
+    let models = models::write_models(input.scene, input.lod, &ledger, progress)?;
+
+    progress.start(Stage::Publish, input.graph.cells.len() as u64);
+    let entries = object_entries(input);
+    let objects = pages::write_tree(&entries, |entry| entry.bounds, |row| chunk(row, &models), &ledger)?;
+    let rows = cells::write_records(input, &entries, &models, &ledger, progress)?;
+    let record_bytes = rows.iter().map(|row| row.record_bytes).sum();
+    let cells = pages::write_tree(
+        &rows,
+        |row| row.bounds,
+        |row| belvedere_scene::index::CellChunk { cells: row.to_vec() },
+        &ledger,
+    )?;
+
+    let bytes = sizes(input, &models, record_bytes, ledger.total_bytes());
+    let small = bytes["level0"] <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
+    let manifest = Manifest {
+        format: FORMAT,
+        title: input.title.to_owned(),
+        bounds: entries.iter().fold(Bounds::EMPTY, |all, entry| all.union(&entry.bounds)),
+        up: "+Y".to_owned(),
+        unit: "m".to_owned(),
+        counts: counts(input, &entries, &models),
+        bytes,
+        viewpoints: viewpoints::choose(input),
+        visibility: VisibilitySummary {
+            method: input.method.name().to_owned(),
+            guarantee: input.method.guarantee(),
+            mean_visible: mean(input.visibility.iter().map(|cell| cell.objects.len() as f64)),
+        },
+        cells,
+        objects,
+        whole: small.then(|| chunk(&entries, &models)),
+    };
+    let (manifest_name, _) = ledger.put_json(&manifest)?;
+    Ok(Written { manifest_name, manifest, blobs: ledger.into_blobs() })
+}
+
+fn object_entries(input: Input<'_>) -> Vec<ObjectEntry> {
+    let bounds = input.world.object_bounds();
+    let entry = |(id, object): (usize, &SourceObject)| ObjectEntry {
+        object: ObjectId(id as u32),
+        source_node: object.source_node.clone(),
+        part: object.part,
+        bounds: bounds[id],
+        transform: object.world_from_object.to_cols_array(),
+        scale: largest_scale(object),
+        model: ModelId(object.model as u32),
+        mover: false,
+        door: object.role == Role::Door,
+    };
+    input.scene.objects.iter().enumerate().map(entry).collect()
+}
+
+/// An upper bound of how much the transform stretches any length: the square root of the product of the largest
+/// column sum and the largest row sum bounds the spectral norm.
+fn largest_scale(object: &SourceObject) -> f64 {
+    let linear = glam::DMat3::from_mat4(object.world_from_object);
+    let product = linear.transpose() * linear;
+    // For a transform without shear the product is diagonal and this is exact.
+    let row_sum = |row: glam::DVec3| row.abs().element_sum();
+    [product.x_axis, product.y_axis, product.z_axis].map(row_sum).into_iter().fold(0.0, f64::max).sqrt()
+}
+
+fn chunk(row: &[ObjectEntry], models: &[Model]) -> ObjectChunk {
+    let used = row.iter().map(|entry| (entry.model, models[entry.model.index()].clone())).collect();
+    ObjectChunk { objects: row.to_vec(), models: used }
+}
+
+fn counts(input: Input<'_>, entries: &[ObjectEntry], models: &[Model]) -> Counts {
+    Counts {
+        cells: input.graph.cells.len() as u32,
+        objects: entries.len() as u32,
+        models: models.len() as u32,
+        triangles: entries.iter().map(|entry| models[entry.model.index()].levels[0].triangles).sum(),
+    }
+}
+
+fn sizes(input: Input<'_>, models: &[Model], records: u64, published: u64) -> BTreeMap<String, u64> {
+    let (mut level0, mut lowest) = (UniqueBytes::default(), UniqueBytes::default());
+    for model in models {
+        level0.add(&model.levels[0]);
+        lowest.add(coarsest(model));
+    }
+    let textures = input.scene.images.iter().map(|image| (&image.bytes, image.bytes.len() as u64));
+    let textures: BTreeMap<_, _> = textures.collect();
+    [
+        ("source", input.source_bytes),
+        ("published", published),
+        ("level0", level0.total()),
+        ("coarsest", lowest.total()),
+        ("textures", textures.values().sum()),
+        ("records", records),
+    ]
+    .map(|(name, bytes)| (name.to_owned(), bytes))
+    .into()
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    values.sum::<f64>() / count
+}

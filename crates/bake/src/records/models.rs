@@ -1,0 +1,112 @@
+//! Which bytes does each model cost at each level? Makes the levels of every model and hands them to the sink as GLBs.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use belvedere_scene::{
+    BlobName,
+    object::{Level, Model, TextureRef, switch_distance_m},
+};
+use rayon::prelude::*;
+
+use super::{
+    BakeError,
+    sink::{Ledger, SinkError},
+};
+use crate::{
+    glb,
+    lod::{self, LodLevel, LodSettings},
+    progress::{Progress, Stage},
+    source::{SourceModel, SourceScene},
+};
+
+/// Makes and stores the levels of every model and the pictures that they use; models keep their order.
+pub(super) fn write_models(
+    scene: &SourceScene,
+    settings: &LodSettings,
+    ledger: &Ledger<'_>,
+    progress: &dyn Progress,
+) -> Result<Vec<Model>, BakeError> {
+    let triangles: u64 = scene.models.iter().map(cost).sum();
+    progress.start(Stage::Lod, triangles);
+    let pictures = write_pictures(scene, ledger)?;
+    scene
+        .models
+        .par_iter()
+        .map(|model| {
+            if progress.cancelled() {
+                return Err(BakeError::Cancelled);
+            }
+            let chain = lod::chain(model, settings);
+            let levels = chain
+                .levels
+                .iter()
+                .enumerate()
+                .map(|(number, level)| write_level(number as u32, level, scene, &pictures, ledger))
+                .collect::<Result<_, _>>()?;
+            progress.advance(cost(model));
+            Ok(Model { levels })
+        })
+        .collect()
+}
+
+/// Steps of progress that a model is worth: its shapes, and one for itself.
+fn cost(model: &SourceModel) -> u64 {
+    1 + model.primitives.iter().map(|p| p.count() as u64).sum::<u64>()
+}
+
+fn write_pictures(scene: &SourceScene, ledger: &Ledger<'_>) -> Result<Vec<TextureRef>, SinkError> {
+    scene
+        .images
+        .par_iter()
+        .map(|image| ledger.put(image.ext, image.bytes.clone()).map(|(url, bytes)| TextureRef { url, bytes }))
+        .collect()
+}
+
+fn write_level(
+    number: u32,
+    level: &LodLevel,
+    scene: &SourceScene,
+    pictures: &[TextureRef],
+    ledger: &Ledger<'_>,
+) -> Result<Level, SinkError> {
+    let used: BTreeSet<usize> = glb::used_textures(&level.primitives, &scene.materials)
+        .into_iter()
+        .map(|texture| scene.textures[texture].image)
+        .collect();
+    let bytes = glb::write(&glb::GlbInput {
+        primitives: &level.primitives,
+        materials: &scene.materials,
+        textures: &scene.textures,
+        image_uri: &|image| pictures[image].url.to_string(),
+    });
+    let (url, bytes) = ledger.put("glb", bytes)?;
+    Ok(Level {
+        level: number,
+        url,
+        bytes,
+        triangles: level.triangles,
+        geometric_error_m: level.geometric_error,
+        switch_distance_m: switch_distance_m(level.geometric_error),
+        textures: used.into_iter().map(|image| pictures[image].clone()).collect::<BTreeSet<_>>().into_iter().collect(),
+    })
+}
+
+/// Adds up the bytes of some levels, each GLB and each texture once.
+#[derive(Debug, Default)]
+pub(super) struct UniqueBytes(BTreeMap<BlobName, u64>);
+
+impl UniqueBytes {
+    pub(super) fn add(&mut self, level: &Level) {
+        self.0.insert(level.url.clone(), level.bytes);
+        self.0.extend(level.textures.iter().map(|texture| (texture.url.clone(), texture.bytes)));
+    }
+
+    pub(super) fn total(&self) -> u64 {
+        self.0.values().sum()
+    }
+}
+
+/// The coarsest level of a model.
+pub(super) fn coarsest(model: &Model) -> &Level {
+    model.levels.last().expect("a model has at least level 0")
+}

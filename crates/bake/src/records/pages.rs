@@ -1,0 +1,40 @@
+//! How do cells and objects become findable? Builds the two index trees of `belvedere_scene::index`.
+
+use belvedere_scene::{
+    BlobName, Bounds,
+    index::{CHUNK_ENTRIES, PAGE_ENTRIES, Page, PageEntry, PageKind},
+};
+use serde::Serialize;
+
+use super::sink::{Ledger, SinkError};
+
+/// Writes rows of neighbours as chunks and pages above them until one page holds all; gives that root, which stands
+/// in the manifest. `chunk` makes the document of a row, `bounds` the box of one entry; ids are positions in `rows`.
+pub(super) fn write_tree<T, C: Serialize>(
+    rows: &[T],
+    bounds: impl Fn(&T) -> Bounds,
+    chunk: impl Fn(&[T]) -> C,
+    ledger: &Ledger<'_>,
+) -> Result<Page, SinkError> {
+    let mut entries = Vec::new();
+    for (i, row) in rows.chunks(CHUNK_ENTRIES).enumerate() {
+        let around = row.iter().fold(Bounds::EMPTY, |all, entry| all.union(&bounds(entry)));
+        let first = (i * CHUNK_ENTRIES) as u32;
+        entries.push(entry(PageKind::Chunk, ledger.put_json(&chunk(row))?, first..first + row.len() as u32, around));
+    }
+    while entries.len() > PAGE_ENTRIES {
+        let mut above = Vec::new();
+        for children in entries.chunks(PAGE_ENTRIES) {
+            let around = children.iter().fold(Bounds::EMPTY, |all, child| all.union(&child.bounds));
+            let (first, last) = (&children[0], &children[children.len() - 1]);
+            let ids = first.first..last.first + last.count;
+            above.push(entry(PageKind::Page, ledger.put_json(&Page { entries: children.to_vec() })?, ids, around));
+        }
+        entries = above;
+    }
+    Ok(Page { entries })
+}
+
+fn entry(kind: PageKind, (url, bytes): (BlobName, u64), ids: std::ops::Range<u32>, bounds: Bounds) -> PageEntry {
+    PageEntry { kind, url, bytes, first: ids.start, count: ids.end - ids.start, bounds }
+}

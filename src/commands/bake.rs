@@ -1,0 +1,101 @@
+//! `belvedere bake FILE --scene NAME`: import, bake, publish.
+
+use std::{path::PathBuf, sync::Arc};
+
+use belvedere_bake::{BakeSettings, import::Limits};
+use belvedere_scene::SceneName;
+
+use super::output::{bytes, percent, print, print_json};
+use crate::{
+    progress::BakeProgress,
+    publish::{self, BakeInput, Report, Request, data::DataFolder},
+};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A glTF 2.0 scene (.glb, .gltf or a .zip of one) or a floor plan (.plan)
+    file: PathBuf,
+    /// The name under which it is published: a-z, 0-9, `-` and `_`
+    #[arg(long)]
+    scene: SceneName,
+    /// Its name for people; by default the source's own
+    #[arg(long)]
+    title: Option<String>,
+    /// The data folder
+    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
+    data: PathBuf,
+    /// The most memory that the decoded source may take, in MiB; a source that claims more is refused
+    #[arg(long, default_value_t = Limits::default().memory_bytes >> 20)]
+    memory_mib: u64,
+    /// Threads to use; by default one for each core
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+    }
+    let data = DataFolder::open(&args.data).await?;
+    let request = Request {
+        scene: args.scene,
+        title: args.title,
+        input: BakeInput::File(args.file),
+        settings: BakeSettings::default(),
+        limits: Limits { memory_bytes: args.memory_mib << 20, ..Limits::default() },
+    };
+    let report = bake_until_interrupted(&data, request, args.json).await?;
+    if args.json { print_json(&report) } else { print(&summary(&report)) }
+}
+
+/// Bakes; an interrupt stops it at its next step and nothing is published.
+pub(super) async fn bake_until_interrupted(data: &DataFolder, request: Request, quiet: bool) -> anyhow::Result<Report> {
+    let progress = Arc::new(BakeProgress::new(quiet));
+    let interrupted = progress.clone();
+    let watcher = tokio::spawn(async move {
+        if tokio::signal::ctrl_c().await.is_ok() {
+            interrupted.cancel();
+        }
+    });
+    let report = publish::bake(data, request, progress).await;
+    watcher.abort();
+    report
+}
+
+/// The report for a person.
+pub(super) fn summary(report: &Report) -> String {
+    let size = |name: &str| bytes(report.bytes.get(name).copied().unwrap_or(0));
+    let mut lines = Vec::new();
+    if report.unchanged {
+        lines.push(format!("scene {} is up to date: revision {}", report.scene, report.revision));
+    } else {
+        let seconds: f64 = report.seconds.values().sum();
+        lines.push(format!("scene {} published: revision {}, {seconds:.1} s", report.scene, report.revision));
+    }
+    lines.push(format!(
+        "  {} objects of {} models, {} triangles; {} source, {} published",
+        report.objects,
+        report.models,
+        report.triangles,
+        size("source"),
+        size("published"),
+    ));
+    lines.push(format!(
+        "  {} view cells; {:.1} objects visible from a cell on average, {} culled ({})",
+        report.cells,
+        report.visibility.mean_visible,
+        percent(report.visibility.mean_culled),
+        report.visibility.method,
+    ));
+    lines.push(format!("  coarsest levels {}, finest {}", size("coarsest"), size("level0")));
+    if report.whole {
+        lines.push("  a small world: the manifest lists every object, and clients load all of them".to_owned());
+    }
+    for defect in &report.defects {
+        lines.push(format!("  {} × {} (first: {})", defect.count, defect.kind, defect.first));
+    }
+    lines.join("\n")
+}

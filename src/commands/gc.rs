@@ -1,0 +1,66 @@
+//! `belvedere gc`: remove blobs that no revision needs, and revisions that nobody will roll back to.
+
+use std::path::PathBuf;
+
+use super::output::{bytes, print, print_json};
+use crate::publish::data::DataFolder;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The data folder
+    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
+    data: PathBuf,
+    /// How many revisions of each scene to keep, the current one included
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    keep: u32,
+    /// Say what would go, and remove nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Default, serde::Serialize)]
+struct Collected {
+    dry_run: bool,
+    revisions: u64,
+    blobs: u64,
+    bytes: u64,
+    kept_blobs: u64,
+}
+
+pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    let data = DataFolder::open_existing(&args.data).await?;
+    let _no_bake = data.lock_for_collecting()?;
+    let mut collected = Collected { dry_run: args.dry_run, ..Collected::default() };
+    let needed = if args.dry_run {
+        collected.revisions = data.catalogue().old_revisions(args.keep).await?;
+        data.catalogue().blobs_in_use(args.keep).await?
+    } else {
+        collected.revisions = data.catalogue().forget_old_revisions(args.keep).await?;
+        data.catalogue().blobs_in_use(u32::MAX).await?
+    };
+    for (name, size) in data.store().list().await? {
+        if needed.contains(&name) {
+            collected.kept_blobs += 1;
+            continue;
+        }
+        collected.blobs += 1;
+        collected.bytes += size;
+        if !args.dry_run {
+            data.store().delete(&name).await?;
+        }
+    }
+    if args.json {
+        return print_json(&collected);
+    }
+    let verb = if args.dry_run { "would remove" } else { "removed" };
+    print(&format!(
+        "{verb} {} revisions and {} blobs ({}); {} blobs are needed",
+        collected.revisions,
+        collected.blobs,
+        bytes(collected.bytes),
+        collected.kept_blobs,
+    ))
+}

@@ -1,0 +1,264 @@
+//! `belvedere inspect SCENE|FILE`: what is in a published scene, cell by cell, or in a source file.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use belvedere_bake::import::{self, Limits};
+use belvedere_client::Scene;
+use belvedere_scene::{
+    CellId, SceneName,
+    index::CellEntry,
+    record::{CellJson, CellRecord},
+};
+use serde::Serialize;
+
+use super::output::{bytes, percent, print, print_json, table};
+use crate::{
+    publish::{Report, data::DataFolder, source_files::SourceFolder, tree::no_such_scene},
+    published::StoreSource,
+};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The name of a published scene, or a source file
+    what: String,
+    /// Show one cell of a published scene
+    #[arg(long)]
+    cell: Option<CellId>,
+    /// The data folder
+    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
+    data: PathBuf,
+    /// Print as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    let file = Path::new(&args.what);
+    if file.is_file() {
+        anyhow::ensure!(args.cell.is_none(), "a source file has no cells yet: bake it, then inspect the scene");
+        return inspect_file(file, args.json);
+    }
+    let name: SceneName =
+        args.what.parse().with_context(|| format!("`{}` is neither a file nor the name of a scene", args.what))?;
+    let data = DataFolder::open_existing(&args.data).await?;
+    let baked = data.catalogue().baked(&name).await?.with_context(|| no_such_scene(&name))?;
+    let scene = StoreSource::client(&data).open(&name).await?;
+    match args.cell {
+        Some(cell) => inspect_cell(&scene, cell, args.json).await,
+        None => inspect_scene(&scene, serde_json::from_value(baked.report)?, args.json).await,
+    }
+}
+
+/// A cell's line in the table.
+#[derive(Debug, Serialize)]
+struct CellLine {
+    cell: CellId,
+    size_m: [f64; 3],
+    portals: usize,
+    visible_cells: usize,
+    visible_objects: usize,
+    /// Share of the scene's objects that are hidden from the cell.
+    culled: f64,
+    visible_coarsest_bytes: u64,
+    visible_level0_bytes: u64,
+    record_bytes: u64,
+    miss_bound: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct SceneTables<'a> {
+    report: &'a Report,
+    cells: Vec<CellLine>,
+    levels: Vec<LevelLine>,
+}
+
+/// All objects at one level.
+#[derive(Debug, Default, Serialize)]
+struct LevelLine {
+    level: u32,
+    objects: u64,
+    triangles: u64,
+    bytes: u64,
+    largest_error_m: f64,
+}
+
+async fn inspect_scene(scene: &Scene<StoreSource>, report: Report, json: bool) -> anyhow::Result<()> {
+    let mut cells = Vec::new();
+    for id in 0..scene.pointer().cells {
+        let (entry, record) = cell(scene, CellId(id)).await?;
+        cells.push(line(&entry, &record, scene.pointer().objects));
+    }
+    let levels = levels(scene).await?;
+    if json {
+        return print_json(&SceneTables { report: &report, cells, levels });
+    }
+    let pointer = scene.pointer();
+    print(&format!("{} ({}), revision {}\n{}", pointer.title, pointer.scene, pointer.revision, super::bake::summary(&report)))?;
+    let head = ["cell", "size m", "portals", "cells seen", "objects seen", "culled", "coarsest", "finest", "record"];
+    let rows: Vec<_> = cells
+        .iter()
+        .map(|c| {
+            vec![
+                c.cell.to_string(),
+                c.size_m.map(|s| format!("{s:.1}")).join(" × "),
+                c.portals.to_string(),
+                c.visible_cells.to_string(),
+                c.visible_objects.to_string(),
+                percent(c.culled),
+                bytes(c.visible_coarsest_bytes),
+                bytes(c.visible_level0_bytes),
+                bytes(c.record_bytes),
+            ]
+        })
+        .collect();
+    print(&format!("\n{}", table(&head, &rows)))?;
+    let rows: Vec<_> = levels
+        .iter()
+        .map(|l| {
+            let error = format!("{:.4}", l.largest_error_m);
+            vec![l.level.to_string(), l.objects.to_string(), l.triangles.to_string(), bytes(l.bytes), error]
+        })
+        .collect();
+    print(&format!("\n{}", table(&["level", "objects", "triangles", "bytes", "largest error m"], &rows)))
+}
+
+async fn inspect_cell(scene: &Scene<StoreSource>, id: CellId, json: bool) -> anyhow::Result<()> {
+    let (entry, record) = cell(scene, id).await?;
+    if json {
+        return print_json(&CellJson::of(&record, entry.record_bytes));
+    }
+    let line = line(&entry, &record, scene.pointer().objects);
+    print(&format!(
+        "{id}: {} m from {:?}, {} of {} objects visible ({} culled), {} cells, miss bound {:.1e}",
+        line.size_m.map(|s| format!("{s:.1}")).join(" × "),
+        entry.bounds.min,
+        line.visible_objects,
+        scene.pointer().objects,
+        percent(line.culled),
+        line.visible_cells,
+        record.miss_bound,
+    ))?;
+    let mut rows = Vec::new();
+    for (visible, place) in
+        record.lpvs.iter().map(|v| (v, "inside")).chain(record.opvs.iter().map(|v| (v, "beyond")))
+    {
+        let info = scene.object(visible.object).await?;
+        let finest = &info.levels[0];
+        rows.push(vec![
+            info.object.to_string(),
+            info.source_node,
+            place.to_owned(),
+            format!("{:.4}", visible.fraction),
+            info.levels.len().to_string(),
+            finest.triangles.to_string(),
+            bytes(finest.bytes),
+        ]);
+    }
+    print(&table(&["object", "node", "stands", "fraction", "levels", "triangles", "finest"], &rows))?;
+    let portals: Vec<_> = record
+        .portals
+        .iter()
+        .map(|p| vec![p.to.to_string(), format!("{:?}", belvedere_scene::Bounds::around(p.polygon.iter().copied()).center())])
+        .collect();
+    print(&format!("\n{}", table(&["portal to", "middle m"], &portals)))
+}
+
+async fn cell(scene: &Scene<StoreSource>, id: CellId) -> anyhow::Result<(CellEntry, CellRecord)> {
+    let known = scene.pointer().cells;
+    let entry = scene.cell(id).await?.with_context(|| match known {
+        1 => format!("there is no cell {id}; the scene has one, c0"),
+        _ => format!("there is no cell {id}; the scene has c0 to c{}", known - 1),
+    })?;
+    let record = scene.record(&entry).await?;
+    Ok((entry, record))
+}
+
+fn line(entry: &CellEntry, record: &CellRecord, objects: u32) -> CellLine {
+    let seen = record.visible().count();
+    CellLine {
+        cell: record.cell,
+        size_m: entry.bounds.size_m(),
+        portals: record.portals.len(),
+        visible_cells: record.cpvs.len(),
+        visible_objects: seen,
+        culled: 1.0 - seen as f64 / f64::from(objects.max(1)),
+        visible_coarsest_bytes: record.visible_coarsest_bytes,
+        visible_level0_bytes: record.visible_level0_bytes,
+        record_bytes: entry.record_bytes,
+        miss_bound: record.miss_bound,
+    }
+}
+
+/// Sums over all objects; an object without such a coarse level counts with its coarsest.
+async fn levels(scene: &Scene<StoreSource>) -> anyhow::Result<Vec<LevelLine>> {
+    let mut infos = Vec::new();
+    for id in 0..scene.pointer().objects {
+        infos.push(scene.object(belvedere_scene::ObjectId(id)).await?);
+    }
+    let deepest = infos.iter().map(|info| info.levels.len()).max().unwrap_or(0);
+    let sums = (0..deepest).map(|number| {
+        let mut line = LevelLine { level: number as u32, ..LevelLine::default() };
+        let mut models = std::collections::BTreeSet::new();
+        for info in &infos {
+            let level = &info.levels[number.min(info.levels.len() - 1)];
+            line.objects += u64::from(number < info.levels.len());
+            line.triangles += level.triangles;
+            line.largest_error_m = line.largest_error_m.max(level.geometric_error_m);
+            if models.insert(&level.url) {
+                line.bytes += level.bytes;
+            }
+        }
+        line
+    });
+    Ok(sums.collect())
+}
+
+/// What a source file holds, before anything is baked.
+#[derive(Debug, Serialize)]
+struct FileReport {
+    objects: usize,
+    models: usize,
+    triangles: usize,
+    materials: usize,
+    textures: usize,
+    image_bytes: usize,
+    viewpoints: usize,
+    defects: Vec<belvedere_bake::defect::Defect>,
+}
+
+fn inspect_file(file: &Path, json: bool) -> anyhow::Result<()> {
+    let bytes_read = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let files = SourceFolder::beside(file);
+    let imported = import::import(&name, bytes_read, &files, &Limits::default(), &belvedere_bake::progress::Silent)
+        .with_context(|| format!("cannot import {name}"))?;
+    let scene = &imported.scene;
+    let report = FileReport {
+        objects: scene.objects.len(),
+        models: scene.models.len(),
+        triangles: scene.objects.iter().map(|o| scene.models[o.model].triangle_count()).sum(),
+        materials: scene.materials.len(),
+        textures: scene.textures.len(),
+        image_bytes: scene.images.iter().map(|i| i.bytes.len()).sum(),
+        viewpoints: scene.viewpoints.len(),
+        defects: imported.defects.iter().collect(),
+    };
+    if json {
+        return print_json(&report);
+    }
+    print(&format!(
+        "{name}: {} objects of {} models, {} triangles drawn, {} materials, {} textures ({}), {} viewpoints",
+        report.objects,
+        report.models,
+        report.triangles,
+        report.materials,
+        report.textures,
+        bytes(report.image_bytes as u64),
+        report.viewpoints,
+    ))?;
+    for defect in &report.defects {
+        print(&format!("  {} × {} (first: {})", defect.count, defect.kind, defect.first))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,53 @@
+//! What can one ask of the program? One module for each command of `belvedere`; this file is the list of them.
+
+mod bake;
+mod demo;
+mod gc;
+mod inspect;
+mod output;
+mod publish;
+mod serve;
+
+use clap::{Parser, Subcommand};
+
+/// Host a huge 3-D world behind a CDN; walk through it while downloading only what you can see.
+#[derive(Debug, Parser)]
+#[command(name = "belvedere", version, about, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Bake the built-in museum, serve it and print the viewer's address
+    Demo(demo::Args),
+    /// Import a scene, compute cells, visibility and levels of detail, and publish it
+    Bake(bake::Args),
+    /// Serve the published scenes over HTTP
+    Serve(serve::ServeArgs),
+    /// Write a published scene as a static tree for any web server or bucket
+    Publish(publish::Args),
+    /// Show what is in a published scene or in a source file
+    Inspect(inspect::Args),
+    /// Remove blobs and old revisions that nothing needs
+    Gc(gc::Args),
+    /// Print the OpenAPI document of the HTTP interface
+    Openapi,
+}
+
+/// Runs what was asked for.
+///
+/// # Errors
+/// With a sentence for the person who asked.
+pub async fn run(cli: Cli) -> anyhow::Result<()> {
+    match cli.command {
+        Command::Demo(args) => demo::run(args).await,
+        Command::Bake(args) => bake::run(args).await,
+        Command::Serve(args) => serve::run(args).await,
+        Command::Publish(args) => publish::run(args).await,
+        Command::Inspect(args) => inspect::run(args).await,
+        Command::Gc(args) => gc::run(args).await,
+        Command::Openapi => output::print(&crate::http::openapi_text()),
+    }
+}

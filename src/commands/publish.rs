@@ -1,0 +1,57 @@
+//! `belvedere publish SCENE --to DIR`: the static tree, for a bucket or any web server.
+
+use std::{io::IsTerminal, path::PathBuf};
+
+use belvedere_scene::SceneName;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::output::{bytes, print, print_json};
+use crate::publish::{data::DataFolder, tree};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The scene
+    scene: SceneName,
+    /// The folder to write into; other scenes that it holds stay
+    #[arg(long, value_name = "DIR")]
+    to: String,
+    /// The data folder
+    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
+    data: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        !args.to.contains("://"),
+        "this version writes folders only, not `{}`: publish into a folder and copy it with your bucket's own tool",
+        args.to,
+    );
+    let to = PathBuf::from(&args.to);
+    let data = DataFolder::open_existing(&args.data).await?;
+    let visible = !args.json && std::io::stderr().is_terminal();
+    let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(None, target);
+    bar.set_style(ProgressStyle::with_template("    publish {bar:40.cyan/dim} {pos} of {len} blobs")?);
+    let report = tree::write(&data, &args.scene, &to, |done, all| {
+        bar.set_length(all);
+        bar.set_position(done);
+    })
+    .await?;
+    bar.finish_and_clear();
+    if args.json {
+        return print_json(&report);
+    }
+    print(&format!(
+        "scene {} revision {}: {} blobs ({}), {} of them new, in {}\nserve that folder with any web server and open it \
+         in a browser",
+        report.scene,
+        report.revision,
+        report.blobs,
+        bytes(report.bytes),
+        report.new_blobs,
+        to.display(),
+    ))
+}

@@ -1,0 +1,194 @@
+//! Which scenes are published, and which revision of each is current?
+//!
+//! The catalogue is a small SQLite database beside the blobs. Publishing inserts a revision with its blobs and moves
+//! the scene's pointer in **one transaction, last**: a crash before it leaves the old revision served and nothing but
+//! blobs that `gc` collects.
+
+use std::{collections::BTreeSet, path::Path, time::Duration};
+
+use anyhow::Context;
+use belvedere_scene::{
+    BlobName, Revision, SceneName,
+    pointer::{Pointer, SceneList},
+};
+use sqlx::{
+    AssertSqlSafe, Row, SqlitePool,
+    sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
+};
+
+/// The catalogue of one data folder. Cheap to clone.
+#[derive(Debug, Clone)]
+pub(crate) struct Catalogue {
+    pool: SqlitePool,
+}
+
+/// A revision that is ready: all of its blobs are stored.
+#[derive(Debug)]
+pub(crate) struct NewRevision<'a> {
+    /// Becomes the scene's pointer.
+    pub(crate) pointer: &'a Pointer,
+    /// A key over everything but the source files that decides the result.
+    pub(crate) source_key: &'a str,
+    /// Name and SHA-256 of each file that was read.
+    pub(crate) sources: &'a [(String, String)],
+    /// The bake's report.
+    pub(crate) report: &'a serde_json::Value,
+    /// Every blob with its size.
+    pub(crate) blobs: &'a [(BlobName, u64)],
+}
+
+/// What the current revision of a scene was made from.
+#[derive(Debug)]
+pub(crate) struct Baked {
+    pub(crate) pointer: Pointer,
+    pub(crate) source_key: String,
+    pub(crate) sources: Vec<(String, String)>,
+    pub(crate) report: serde_json::Value,
+}
+
+impl Catalogue {
+    /// Opens the catalogue of a data folder; makes both when they are not there and brings the schema up to date.
+    pub(crate) async fn open(data: &Path) -> anyhow::Result<Self> {
+        tokio::fs::create_dir_all(data)
+            .await
+            .with_context(|| format!("cannot make the data folder {}", data.display()))?;
+        let file = data.join("catalogue.sqlite");
+        let options = SqliteConnectOptions::new()
+            .filename(&file)
+            .create_if_missing(true)
+            .foreign_keys(true)
+            .journal_mode(SqliteJournalMode::Wal)
+            .synchronous(SqliteSynchronous::Full)
+            .busy_timeout(Duration::from_secs(10));
+        let pool = SqlitePoolOptions::new()
+            .max_connections(4)
+            .connect_with(options)
+            .await
+            .with_context(|| format!("cannot open the catalogue {}", file.display()))?;
+        sqlx::migrate!()
+            .run(&pool)
+            .await
+            .with_context(|| format!("cannot bring the catalogue {} up to date", file.display()))?;
+        Ok(Self { pool })
+    }
+
+    /// Adds a revision and moves the scene's pointer to it, in one transaction. Publishing the same revision again
+    /// only moves the pointer.
+    pub(crate) async fn publish(&self, new: &NewRevision<'_>) -> anyhow::Result<()> {
+        let (scene, revision) = (new.pointer.scene.as_str(), new.pointer.revision.to_string());
+        let mut tx = self.pool.begin().await?;
+        sqlx::query("DELETE FROM revision_blobs WHERE scene = ? AND revision = ?")
+            .bind(scene)
+            .bind(&revision)
+            .execute(&mut *tx)
+            .await?;
+        sqlx::query(
+            "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES (?, ?, ?, ?, ?, ?) \
+             ON CONFLICT DO UPDATE SET pointer = excluded.pointer, source_key = excluded.source_key, \
+             sources = excluded.sources, report = excluded.report",
+        )
+        .bind(scene)
+        .bind(&revision)
+        .bind(serde_json::to_string(new.pointer)?)
+        .bind(new.source_key)
+        .bind(serde_json::to_string(new.sources)?)
+        .bind(new.report.to_string())
+        .execute(&mut *tx)
+        .await?;
+        for (blob, bytes) in new.blobs {
+            sqlx::query("INSERT INTO revision_blobs (scene, revision, blob, bytes) VALUES (?, ?, ?, ?)")
+                .bind(scene)
+                .bind(&revision)
+                .bind(blob.to_string())
+                .bind(i64::try_from(*bytes)?)
+                .execute(&mut *tx)
+                .await?;
+        }
+        sqlx::query(
+            "INSERT INTO scenes (scene, revision) VALUES (?, ?) ON CONFLICT DO UPDATE SET revision = excluded.revision",
+        )
+        .bind(scene)
+        .bind(&revision)
+        .execute(&mut *tx)
+        .await?;
+        tx.commit().await?;
+        Ok(())
+    }
+
+    /// The pointers of all scenes, by name.
+    pub(crate) async fn pointers(&self) -> anyhow::Result<Vec<Pointer>> {
+        let rows = sqlx::query("SELECT pointer FROM scenes JOIN revisions USING (scene, revision) ORDER BY scene")
+            .fetch_all(&self.pool)
+            .await?;
+        rows.iter()
+            .map(|row| Ok(serde_json::from_str(row.try_get("pointer")?)?))
+            .collect()
+    }
+
+    /// What the current revision of a scene was made from.
+    pub(crate) async fn baked(&self, scene: &SceneName) -> anyhow::Result<Option<Baked>> {
+        let row = sqlx::query(
+            "SELECT pointer, source_key, sources, report FROM scenes JOIN revisions USING (scene, revision) \
+             WHERE scene = ?",
+        )
+        .bind(scene.as_str())
+        .fetch_optional(&self.pool)
+        .await?;
+        let Some(row) = row else { return Ok(None) };
+        Ok(Some(Baked {
+            pointer: serde_json::from_str(row.try_get("pointer")?)?,
+            source_key: row.try_get("source_key")?,
+            sources: serde_json::from_str(row.try_get("sources")?)?,
+            report: serde_json::from_str(row.try_get("report")?)?,
+        }))
+    }
+
+    /// The blobs of a revision with their sizes, by name.
+    pub(crate) async fn blobs_of(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<Vec<(BlobName, u64)>> {
+        let rows = sqlx::query("SELECT blob, bytes FROM revision_blobs WHERE scene = ? AND revision = ? ORDER BY blob")
+            .bind(scene.as_str())
+            .bind(revision.to_string())
+            .fetch_all(&self.pool)
+            .await?;
+        rows.iter()
+            .map(|row| {
+                let bytes: i64 = row.try_get("bytes")?;
+                Ok((row.try_get::<&str, _>("blob")?.parse()?, u64::try_from(bytes)?))
+            })
+            .collect()
+    }
+
+    /// Every blob that the newest `keep` revisions of some scene need; the current one always counts.
+    pub(crate) async fn blobs_in_use(&self, keep: u32) -> anyhow::Result<BTreeSet<BlobName>> {
+        let sql = AssertSqlSafe(format!(
+            "SELECT DISTINCT blob FROM revision_blobs WHERE (scene, revision) NOT IN ({OLD_REVISIONS})"
+        ));
+        let rows = sqlx::query(sql).bind(i64::from(keep)).fetch_all(&self.pool).await?;
+        rows.iter().map(|row| Ok(row.try_get::<&str, _>("blob")?.parse()?)).collect()
+    }
+
+    /// How many revisions [`Catalogue::forget_old_revisions`] would remove.
+    pub(crate) async fn old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
+        let sql = AssertSqlSafe(format!("SELECT count(*) AS old FROM ({OLD_REVISIONS})"));
+        let row = sqlx::query(sql).bind(i64::from(keep)).fetch_one(&self.pool).await?;
+        Ok(u64::try_from(row.try_get::<i64, _>("old")?)?)
+    }
+
+    /// Forgets all but the newest `keep` revisions of each scene; the current one is always kept. Says how many went.
+    pub(crate) async fn forget_old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
+        let sql = AssertSqlSafe(format!("DELETE FROM revisions WHERE (scene, revision) IN ({OLD_REVISIONS})"));
+        Ok(sqlx::query(sql).bind(i64::from(keep)).execute(&self.pool).await?.rows_affected())
+    }
+}
+
+/// Revisions that are neither current nor among the newest; binds how many to keep.
+const OLD_REVISIONS: &str = "SELECT scene, revision FROM ( \
+       SELECT scene, revision, row_number() OVER (PARTITION BY scene ORDER BY published_at DESC) AS age FROM revisions) \
+     WHERE age > ? AND (scene, revision) NOT IN (SELECT scene, revision FROM scenes)";
+
+/// The list of scenes that these pointers make.
+pub(crate) fn scene_list(pointers: &[Pointer]) -> SceneList {
+    SceneList {
+        scenes: pointers.iter().map(Pointer::summary).collect(),
+    }
+}

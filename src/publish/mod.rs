@@ -1,0 +1,240 @@
+//! How does a bake become what is served? Blobs first, the pointer last.
+//!
+//! [`bake`] imports a file and writes its blobs into the data folder; the catalogue then moves the scene's pointer in
+//! one transaction. A crash anywhere before leaves the old revision served and nothing but blobs that `gc` collects.
+
+pub(crate) mod data;
+pub(crate) mod source_files;
+pub(crate) mod tree;
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use anyhow::Context;
+use belvedere_bake::{
+    BakeSettings, Source,
+    defect::{Defect, Defects},
+    import::{self, Limits},
+    records::{BlobSink, SinkError, Written},
+};
+use belvedere_scene::{BlobHash, BlobName, SceneName, pointer::Pointer};
+use serde::{Deserialize, Serialize};
+
+use self::{data::DataFolder, source_files::SourceFolder};
+use crate::{db::NewRevision, progress::BakeProgress, store::BlobStore};
+
+/// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
+const BAKE_VERSION: u32 = 1;
+
+/// What to bake, and under which name.
+#[derive(Debug)]
+pub(crate) struct Request {
+    pub(crate) scene: SceneName,
+    pub(crate) title: Option<String>,
+    pub(crate) input: BakeInput,
+    pub(crate) settings: BakeSettings,
+    pub(crate) limits: Limits,
+}
+
+/// Where the source is.
+#[derive(Debug, Clone)]
+pub(crate) enum BakeInput {
+    /// A file; what it refers to stands beside it.
+    File(PathBuf),
+    /// A world that is built into the program.
+    BuiltIn { name: &'static str, text: &'static str },
+}
+
+impl BakeInput {
+    fn file_name(&self) -> String {
+        match self {
+            Self::File(path) => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            Self::BuiltIn { name, .. } => (*name).to_owned(),
+        }
+    }
+
+    fn read(&self) -> anyhow::Result<(Vec<u8>, SourceFolder)> {
+        match self {
+            Self::File(path) => {
+                let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+                Ok((bytes, SourceFolder::beside(path)))
+            }
+            Self::BuiltIn { text, .. } => Ok((text.as_bytes().to_vec(), SourceFolder::none())),
+        }
+    }
+}
+
+/// What a bake did; `bake --json` prints it and the catalogue keeps it for `inspect`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Report {
+    pub(crate) scene: SceneName,
+    pub(crate) revision: belvedere_scene::Revision,
+    pub(crate) cells: u32,
+    pub(crate) objects: u32,
+    pub(crate) models: u32,
+    pub(crate) triangles: u64,
+    pub(crate) visibility: VisibilityReport,
+    /// Whether the manifest lists every object because the world is small.
+    pub(crate) whole: bool,
+    pub(crate) bytes: std::collections::BTreeMap<String, u64>,
+    pub(crate) seconds: std::collections::BTreeMap<String, f64>,
+    pub(crate) defects: Vec<DefectReport>,
+    /// Whether nothing had to be baked because the source had not changed.
+    #[serde(default)]
+    pub(crate) unchanged: bool,
+}
+
+/// How the visible sets came about and how much they cull.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct VisibilityReport {
+    pub(crate) method: String,
+    pub(crate) guarantee: belvedere_scene::record::Guarantee,
+    /// Mean number of objects visible from a cell.
+    pub(crate) mean_visible: f64,
+    /// Mean share of objects that are hidden from a cell, 0 to 1.
+    pub(crate) mean_culled: f64,
+}
+
+/// One kind of defect of the source.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct DefectReport {
+    pub(crate) kind: String,
+    pub(crate) count: u64,
+    pub(crate) first: String,
+}
+
+impl From<Defect> for DefectReport {
+    fn from(defect: Defect) -> Self {
+        Self { kind: defect.kind.to_owned(), count: defect.count, first: defect.first }
+    }
+}
+
+/// Bakes and publishes; does nothing when the current revision was made from the same files with the same settings.
+pub(crate) async fn bake(data: &DataFolder, request: Request, progress: Arc<BakeProgress>) -> anyhow::Result<Report> {
+    let _no_gc = data.lock_for_writing()?;
+    let key = source_key(&request);
+    if let Some(report) = unchanged(data, &request, &key).await? {
+        return Ok(report);
+    }
+    let scene = request.scene.clone();
+    let store = data.store().clone();
+    let handle = tokio::runtime::Handle::current();
+    let baking = progress.clone();
+    let baked = tokio::task::spawn_blocking(move || run(request, &StoreSink { store, handle }, &baking)).await??;
+
+    let pointer = baked.written.pointer(scene);
+    let seconds = progress.finish();
+    let report = report(&pointer, &baked, seconds);
+    let new = NewRevision {
+        pointer: &pointer,
+        source_key: &key,
+        sources: &baked.sources,
+        report: &serde_json::to_value(&report)?,
+        blobs: &baked.written.blobs,
+    };
+    data.catalogue().publish(&new).await.context("cannot move the scene's pointer; the old revision stays")?;
+    Ok(report)
+}
+
+struct Baked {
+    written: Written,
+    defects: Defects,
+    sources: Vec<(String, String)>,
+}
+
+fn run(request: Request, sink: &StoreSink, progress: &BakeProgress) -> anyhow::Result<Baked> {
+    let file_name = request.input.file_name();
+    let (bytes, files) = request.input.read()?;
+    let main_file = (file_name.clone(), BlobHash::of(&bytes).to_string());
+    let main_bytes = bytes.len() as u64;
+    let imported = import::import(&file_name, bytes, &files, &request.limits, progress)
+        .with_context(|| format!("cannot import {file_name}"))?;
+    let read = files.into_read();
+    let title = request
+        .title
+        .or_else(|| imported.scene.title.clone())
+        .unwrap_or_else(|| Path::new(&file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned());
+    let source = Source {
+        scene: imported.scene,
+        title,
+        bytes: main_bytes + read.iter().map(|file| file.bytes).sum::<u64>(),
+    };
+    let mut defects = imported.defects;
+    let written = belvedere_bake::bake(source, &request.settings, &mut defects, sink, progress)?;
+    let sources = std::iter::once(main_file).chain(read.into_iter().map(|f| (f.name, f.hash.to_string()))).collect();
+    Ok(Baked { written, defects, sources })
+}
+
+/// Everything but the files that decides the result.
+fn source_key(request: &Request) -> String {
+    let settings = format!("{BAKE_VERSION} {:?} {:?} {:?}", request.title, request.settings, request.limits);
+    BlobHash::of(settings.as_bytes()).to_string()
+}
+
+/// The report of the current revision, when baking again would give the same one.
+async fn unchanged(data: &DataFolder, request: &Request, key: &str) -> anyhow::Result<Option<Report>> {
+    let Some(baked) = data.catalogue().baked(&request.scene).await? else { return Ok(None) };
+    if baked.source_key != key || !same_files(&request.input, &baked.sources)? {
+        return Ok(None);
+    }
+    for (blob, _) in data.catalogue().blobs_of(&request.scene, baked.pointer.revision).await? {
+        if !data.store().exists(&blob).await? {
+            return Ok(None);
+        }
+    }
+    let report: Report = serde_json::from_value(baked.report)?;
+    Ok(Some(Report { unchanged: true, ..report }))
+}
+
+fn same_files(input: &BakeInput, sources: &[(String, String)]) -> anyhow::Result<bool> {
+    let Some(((main, main_hash), beside)) = sources.split_first() else { return Ok(false) };
+    let (bytes, files) = input.read()?;
+    if *main != input.file_name() || *main_hash != BlobHash::of(&bytes).to_string() {
+        return Ok(false);
+    }
+    Ok(beside.iter().all(|(name, hash)| files.hash_of(name).is_some_and(|now| now.to_string() == *hash)))
+}
+
+fn report(pointer: &Pointer, baked: &Baked, seconds: std::collections::BTreeMap<&'static str, f64>) -> Report {
+    let manifest = &baked.written.manifest;
+    let mean_visible = manifest.visibility.mean_visible;
+    let mut seconds: std::collections::BTreeMap<String, f64> =
+        seconds.into_iter().map(|(stage, s)| (stage.to_owned(), s)).collect();
+    seconds.entry("smooth".to_owned()).or_insert(0.0);
+    Report {
+        scene: pointer.scene.clone(),
+        revision: pointer.revision,
+        cells: pointer.cells,
+        objects: pointer.objects,
+        models: pointer.models,
+        triangles: pointer.triangles,
+        visibility: VisibilityReport {
+            method: manifest.visibility.method.clone(),
+            guarantee: manifest.visibility.guarantee,
+            mean_visible,
+            mean_culled: 1.0 - mean_visible / f64::from(pointer.objects.max(1)),
+        },
+        whole: manifest.whole.is_some(),
+        bytes: pointer.bytes.clone(),
+        seconds,
+        defects: baked.defects.iter().map(DefectReport::from).collect(),
+        unchanged: false,
+    }
+}
+
+/// Lets the threads of a bake put blobs into the store.
+struct StoreSink {
+    store: BlobStore,
+    handle: tokio::runtime::Handle,
+}
+
+impl BlobSink for StoreSink {
+    fn put(&self, name: &BlobName, bytes: Vec<u8>) -> Result<(), SinkError> {
+        self.handle
+            .block_on(self.store.put(name, bytes.into()))
+            .map(drop)
+            .map_err(|cause| SinkError { name: name.clone(), cause: cause.to_string() })
+    }
+}

@@ -1,0 +1,79 @@
+//! Which files beside the source did the importer read? Reads them from one folder, never from outside it, and
+//! remembers their hashes so that an unchanged source is not baked again.
+
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+    sync::Mutex,
+};
+
+use belvedere_bake::import::{FileError, SourceFiles};
+use belvedere_scene::BlobHash;
+
+/// The folder beside a source file.
+#[derive(Debug)]
+pub(crate) struct SourceFolder {
+    root: Option<PathBuf>,
+    read: Mutex<Vec<ReadFile>>,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone)]
+pub(crate) struct ReadFile {
+    pub(crate) name: String,
+    pub(crate) hash: BlobHash,
+    pub(crate) bytes: u64,
+}
+
+impl SourceFolder {
+    /// The folder in which this file stands.
+    pub(crate) fn beside(file: &Path) -> Self {
+        let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Self { root: Some(folder.to_owned()), read: Mutex::default() }
+    }
+
+    /// No folder: nothing can be read.
+    pub(crate) fn none() -> Self {
+        Self { root: None, read: Mutex::default() }
+    }
+
+    /// Every file that was read, in order.
+    pub(crate) fn into_read(self) -> Vec<ReadFile> {
+        self.read.into_inner().expect("no thread panics while it holds this lock")
+    }
+
+    /// The hash of a file as it is now; `None` when it cannot be read.
+    pub(crate) fn hash_of(&self, relative: &str) -> Option<BlobHash> {
+        self.open(relative, u64::MAX).ok().map(|bytes| BlobHash::of(&bytes))
+    }
+
+    fn open(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
+        let root = self.root.as_ref().ok_or(FileError::Denied)?;
+        let unreadable = |cause: std::io::Error| match cause.kind() {
+            std::io::ErrorKind::NotFound => FileError::Missing,
+            _ => FileError::Io(cause.to_string()),
+        };
+        // A link may lead out of the folder though the name does not.
+        let root = root.canonicalize().map_err(unreadable)?;
+        let path = root.join(relative).canonicalize().map_err(unreadable)?;
+        if !path.starts_with(&root) {
+            return Err(FileError::Io("a link leads out of the source's folder".to_owned()));
+        }
+        if !path.is_file() {
+            return Err(FileError::Io("it is not a regular file".to_owned()));
+        }
+        let mut bytes = Vec::new();
+        let file = std::fs::File::open(&path).map_err(unreadable)?;
+        file.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(unreadable)?;
+        if bytes.len() as u64 > max_bytes { Err(FileError::TooLarge(max_bytes)) } else { Ok(bytes) }
+    }
+}
+
+impl SourceFiles for SourceFolder {
+    fn read(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
+        let bytes = self.open(relative, max_bytes)?;
+        let file = ReadFile { name: relative.to_owned(), hash: BlobHash::of(&bytes), bytes: bytes.len() as u64 };
+        self.read.lock().expect("no thread panics while it holds this lock").push(file);
+        Ok(bytes)
+    }
+}

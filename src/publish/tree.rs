@@ -1,0 +1,90 @@
+//! How does a scene leave for a bucket or a plain web server? As the same tree that the server serves: blobs first,
+//! then the scene's pointer, then the list of scenes, each replaced in one step.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use belvedere_scene::{
+    SceneName,
+    pointer::{Pointer, SceneList},
+};
+
+use super::data::DataFolder;
+use crate::{documents, store::BlobStore, viewer};
+
+/// What was written.
+#[derive(Debug, Default, serde::Serialize)]
+pub(crate) struct TreeReport {
+    pub(crate) scene: String,
+    pub(crate) revision: String,
+    pub(crate) blobs: u64,
+    /// Blobs that were not there before.
+    pub(crate) new_blobs: u64,
+    pub(crate) bytes: u64,
+}
+
+/// Writes the tree of one scene's current revision into a folder; `wrote` hears of each blob.
+pub(crate) async fn write(
+    data: &DataFolder,
+    scene: &SceneName,
+    to: &Path,
+    mut wrote: impl FnMut(u64, u64),
+) -> anyhow::Result<TreeReport> {
+    let baked = data.catalogue().baked(scene).await?;
+    let pointer = baked.with_context(|| no_such_scene(scene))?.pointer;
+    let blobs = data.catalogue().blobs_of(scene, pointer.revision).await?;
+    let target = BlobStore::folder(to)?;
+    let mut report = TreeReport {
+        scene: scene.to_string(),
+        revision: pointer.revision.to_string(),
+        ..TreeReport::default()
+    };
+    for (done, (name, size)) in blobs.iter().enumerate() {
+        let new = data.store().copy_to(name, &target).await.with_context(|| format!("cannot copy {name}"))?;
+        report.blobs += 1;
+        report.new_blobs += u64::from(new);
+        report.bytes += size;
+        wrote(done as u64 + 1, blobs.len() as u64);
+    }
+    for file in viewer::files() {
+        replace(&to.join(file.path), &file.bytes).await?;
+    }
+    let scenes = to.join("v1/scenes");
+    replace(&scenes.join(scene.as_str()).join("index.json"), &documents::pointer(&pointer)).await?;
+    let list = with_scene(read_list(&scenes.join("index.json")).await?, &pointer);
+    replace(&scenes.join("index.json"), &documents::scene_list(&list)).await?;
+    Ok(report)
+}
+
+/// What to say of a scene that is not in the catalogue.
+pub(crate) fn no_such_scene(scene: &SceneName) -> String {
+    format!("there is no scene `{scene}` in this data folder; bake it with `belvedere bake FILE --scene {scene}`")
+}
+
+/// The list of a tree that may hold other scenes already.
+async fn read_list(path: &Path) -> anyhow::Result<SceneList> {
+    match tokio::fs::read(path).await {
+        Ok(bytes) => serde_json::from_slice(&bytes)
+            .with_context(|| format!("{} is not a list of scenes; move it away to go on", path.display())),
+        Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => Ok(SceneList::default()),
+        Err(cause) => Err(cause).with_context(|| format!("cannot read {}", path.display())),
+    }
+}
+
+fn with_scene(mut list: SceneList, pointer: &Pointer) -> SceneList {
+    list.scenes.retain(|summary| summary.scene != pointer.scene);
+    list.scenes.push(pointer.summary());
+    list.scenes.sort_by(|a, b| a.scene.cmp(&b.scene));
+    list
+}
+
+/// Puts a file in place in one step, so that a reader sees the old one or the new one.
+async fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let cannot = || format!("cannot write {}", path.display());
+    let folder = path.parent().with_context(cannot)?;
+    tokio::fs::create_dir_all(folder).await.with_context(cannot)?;
+    let mut half_done = PathBuf::from(path).into_os_string();
+    half_done.push(".new");
+    tokio::fs::write(&half_done, bytes).await.with_context(cannot)?;
+    tokio::fs::rename(&half_done, path).await.with_context(cannot)
+}

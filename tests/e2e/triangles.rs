@@ -1,0 +1,131 @@
+//! Does level 0 hold the source's triangles, where the source puts them? Reads both with the `gltf` crate, which the
+//! program itself does not use, and compares them in world space.
+
+use std::path::PathBuf;
+
+use belvedere_client::{ByteSource, Scene};
+use belvedere_scene::ObjectId;
+use glam::{DMat4, DVec3};
+
+use crate::program::Data;
+
+type Triangle = [[i64; 3]; 3];
+
+fn scenes() -> Option<PathBuf> {
+    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/scenes"));
+    if !path.is_dir() {
+        eprintln!("skipped: the test scenes are not beside this checkout");
+        return None;
+    }
+    Some(path)
+}
+
+/// Rounds to a grid that is coarse beside the rounding of f32 and fine beside the scene.
+fn rounded(corners: [DVec3; 3], step: f64) -> Triangle {
+    let mut triangle = corners.map(|c| (c / step).round().to_array().map(|x| x as i64));
+    triangle.sort_unstable();
+    triangle
+}
+
+fn triangles_of_mesh(mesh: &gltf::Mesh<'_>, buffers: &[Vec<u8>], world: DMat4, step: f64, out: &mut Vec<Triangle>) {
+    for primitive in mesh.primitives() {
+        if primitive.mode() != gltf::mesh::Mode::Triangles {
+            continue;
+        }
+        let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
+        let points: Vec<DVec3> = reader
+            .read_positions()
+            .expect("positions")
+            .map(|p| DVec3::from(p.map(f64::from)))
+            .collect();
+        let indices: Vec<usize> = match reader.read_indices() {
+            Some(indices) => indices.into_u32().map(|i| i as usize).collect(),
+            None => (0..points.len()).collect(),
+        };
+        for t in indices.chunks_exact(3) {
+            let corners = [points[t[0]], points[t[1]], points[t[2]]];
+            if (corners[1] - corners[0]).cross(corners[2] - corners[0]) != DVec3::ZERO {
+                out.push(rounded(corners.map(|c| world.transform_point3(c)), step));
+            }
+        }
+    }
+}
+
+fn source_triangles(path: &std::path::Path, step: f64) -> Vec<Triangle> {
+    let gltf = gltf::Gltf::open(path).expect("a glTF file");
+    let folder = path.parent().expect("a folder");
+    let buffers: Vec<Vec<u8>> = gltf
+        .buffers()
+        .map(|buffer| match buffer.source() {
+            gltf::buffer::Source::Bin => gltf.blob.clone().expect("a binary chunk"),
+            gltf::buffer::Source::Uri(uri) => std::fs::read(folder.join(uri)).expect("a buffer"),
+        })
+        .collect();
+    let mut found = Vec::new();
+    let mut open: Vec<(gltf::Node<'_>, DMat4)> =
+        gltf.default_scene().expect("a scene").nodes().map(|node| (node, DMat4::IDENTITY)).collect();
+    while let Some((node, parent)) = open.pop() {
+        let local = glam::Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
+        let world = parent * local;
+        if let Some(mesh) = node.mesh() {
+            triangles_of_mesh(&mesh, &buffers, world, step, &mut found);
+        }
+        open.extend(node.children().map(|child| (child, world)));
+    }
+    found.sort_unstable();
+    found
+}
+
+async fn published_triangles<S: ByteSource>(scene: &Scene<S>, step: f64) -> Vec<Triangle> {
+    let mut found = Vec::new();
+    for id in 0..scene.pointer().objects {
+        let info = scene.object(ObjectId(id)).await.expect("an object");
+        let glb = scene.blob(&info.levels[0].url).await.expect("level 0");
+        let gltf = gltf::Gltf::from_slice(&glb).expect("a valid GLB");
+        let buffers = vec![gltf.blob.clone().expect("a binary chunk")];
+        let world = DMat4::from_cols_array(&info.transform);
+        for mesh in gltf.meshes() {
+            triangles_of_mesh(&mesh, &buffers, world, step, &mut found);
+        }
+    }
+    found.sort_unstable();
+    found
+}
+
+/// Rounding may put a coordinate on either side of a step, so compare with both neighbours allowed.
+fn assert_same(source: &[Triangle], published: &[Triangle], scene: &str) {
+    assert_eq!(source.len(), published.len(), "{scene}: number of triangles");
+    let key = |t: &Triangle| t.iter().fold([0i64; 3], |s, c| [s[0] + c[0], s[1] + c[1], s[2] + c[2]]);
+    let sorted = |list: &[Triangle]| {
+        let mut keys: Vec<_> = list.iter().map(key).collect();
+        keys.sort_unstable();
+        keys
+    };
+    let unlike = sorted(source)
+        .iter()
+        .zip(sorted(published))
+        .filter(|(a, b)| (0..3).any(|i| (a[i] - b[i]).abs() > 3))
+        .count();
+    assert!(unlike * 1000 <= source.len(), "{scene}: {unlike} of {} triangles stand elsewhere", source.len());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn level_0_holds_the_triangles_of_the_source_under_the_right_transform() {
+    let Some(scenes) = scenes() else { return };
+    for (name, file) in [
+        ("engine", "engine-cad/2CylinderEngine.glb"),
+        ("village", "village-tiles/house1-1.glb"),
+        ("hall", "museum-hall/hall.glb"),
+    ] {
+        let data = Data::new();
+        let path = scenes.join(file);
+        let report = data.bake(&path, name);
+        let server = data.serve();
+        let scene = server.client().open(&name.parse().expect("a name")).await.expect("a scene");
+        let step = scene.pointer().bounds.diagonal_m() * 1e-5;
+        let source = source_triangles(&path, step);
+        assert!(!source.is_empty());
+        assert_same(&source, &published_triangles(&scene, step).await, name);
+        assert_eq!(report["triangles"].as_u64(), Some(source.len() as u64));
+    }
+}

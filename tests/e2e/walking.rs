@@ -1,0 +1,92 @@
+//! A client walks: from cell to cell, through what a server or a folder gives.
+
+use std::collections::BTreeSet;
+
+use belvedere_client::{ByteSource, Client, FolderSource, HttpSource, Scene};
+use belvedere_scene::SceneName;
+
+use crate::program::{Data, THREE_ROOMS};
+
+async fn open<S: ByteSource>(client: &Client<S>, scene: &str) -> Scene<S> {
+    client.open(&scene.parse::<SceneName>().expect("a name")).await.expect("a scene")
+}
+
+async fn names_visible_at<S: ByteSource>(scene: &Scene<S>, point: [f64; 3]) -> BTreeSet<String> {
+    let located = scene.locate(point).await.expect("a cell");
+    let record = scene.record(&located.cell).await.expect("a record");
+    let infos = scene.visible(&record).await.expect("infos");
+    infos.into_iter().map(|info| info.source_node).collect()
+}
+
+fn marker(names: &BTreeSet<String>, letter: &str) -> bool {
+    names.iter().any(|name| name.split(['/', ' ']).any(|word| word == letter))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_client_sees_what_stands_in_open_sight_and_not_what_a_wall_hides() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve();
+    let scene = open(&server.client(), "rooms").await;
+
+    let bounds = scene.pointer().bounds;
+    let tile = (bounds.max[0] - bounds.min[0]) / 13.0;
+    let at = |x: f64, z: f64| [bounds.min[0] + x * tile, bounds.min[1] + 1.5, bounds.min[2] + z * tile];
+    let west = names_visible_at(&scene, at(2.5, 2.5)).await;
+    assert!(marker(&west, "a"), "from the west room: {west:?}");
+    assert!(!marker(&west, "c"), "the closed room is hidden: {west:?}");
+    let closed = names_visible_at(&scene, at(10.5, 2.5)).await;
+    assert!(marker(&closed, "c") && !marker(&closed, "a") && !marker(&closed, "b"), "from the closed room: {closed:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_static_tree_is_byte_for_byte_what_the_server_serves() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let server = data.serve();
+    let http = HttpSource::new(&server.base).expect("an address");
+    let folder = FolderSource::new(data.folder("tree"));
+
+    let mut paths = vec!["/v1/scenes/index.json".to_owned(), "/v1/scenes/rooms/index.json".to_owned()];
+    for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
+        let name = entry.expect("an entry").file_name().into_string().expect("UTF-8");
+        if name.matches('.').count() == 1 {
+            paths.push(format!("/o/{name}"));
+        }
+    }
+    assert!(paths.len() > 10, "only {paths:?}");
+    for path in &paths {
+        assert!(http.get(path).await.expect(path) == folder.get(path).await.expect(path), "{path} differs");
+    }
+
+    let from_folder = open(&Client::new(folder), "rooms").await;
+    let from_server = open(&server.client(), "rooms").await;
+    let start = from_server.pointer().viewpoints[0].position;
+    assert_eq!(names_visible_at(&from_folder, start).await, names_visible_at(&from_server, start).await);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_cell_can_be_reached_by_the_index_and_names_only_objects_that_exist() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve();
+    let scene = open(&server.client(), "rooms").await;
+    for id in 0..scene.pointer().cells {
+        let cell = scene.cell(belvedere_scene::CellId(id)).await.expect("the index").expect("a cell");
+        let middle = cell.bounds.center();
+        let located = scene.locate(middle).await.expect("a cell");
+        assert_eq!((located.cell.cell, located.distance_m), (cell.cell, 0.0));
+        let record = scene.record(&cell).await.expect("a record");
+        assert_eq!(record.adjacent, cell.adjacent);
+        for portal in &record.portals {
+            assert!(record.adjacent.contains(&portal.to));
+        }
+        for info in scene.visible(&record).await.expect("infos") {
+            for level in &info.levels {
+                let glb = scene.blob(&level.url).await.expect("a level");
+                assert_eq!(glb.len() as u64, level.bytes);
+            }
+        }
+    }
+}

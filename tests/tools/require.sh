@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Checks that programs are there. What is missing is installed when this runs as root on Debian or Ubuntu; otherwise
+# it says exactly what to install.
+set -euo pipefail
+
+package_of() {
+  case "$1" in
+    cc) echo build-essential ;;
+    node) echo nodejs ;;
+    python3) echo python3-venv ;;
+    *) echo "$1" ;;
+  esac
+}
+
+missing=()
+for program in "$@"; do
+  case "$program" in
+    cargo)
+      command -v cargo >/dev/null || { echo "cargo is missing: install Rust with rustup, https://rustup.rs" >&2; exit 1; } ;;
+    python3)
+      python3 -c 'import venv, ensurepip' 2>/dev/null || missing+=("$(package_of python3)") ;;
+    *)
+      command -v "$program" >/dev/null || missing+=("$(package_of "$program")") ;;
+  esac
+done
+
+if [ ${#missing[@]} -gt 0 ]; then
+  if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    echo "installing ${missing[*]}" >&2
+    apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "${missing[@]}" >/dev/null
+  else
+    echo "missing: ${missing[*]}; install with: sudo apt-get install ${missing[*]}" >&2
+    exit 1
+  fi
+fi
+
+if command -v node >/dev/null; then
+  major=$(node -p 'process.versions.node.split(".")[0]')
+  if [ "$major" -lt 20 ]; then
+    echo "node $(node --version) is too old: install Node.js 20 or newer, https://nodejs.org" >&2
+    exit 1
+  fi
+fi

@@ -1,0 +1,29 @@
+# Sourced by the other scripts: builds the program, bakes the built-in museum and serves it on a free port.
+# Afterwards `belvedere`, `data`, `base` and `work` are set; everything started is ended on exit.
+
+work=$(mktemp -d)
+ended=()
+also_end() { ended+=("$1"); }
+end_all() {
+  for pid in "${ended[@]}"; do kill "$pid" 2>/dev/null || true; done
+  wait 2>/dev/null || true
+  rm -rf "$work"
+}
+trap end_all EXIT
+
+serve_museum() {
+  cargo build --locked --quiet
+  belvedere="${CARGO_TARGET_DIR:-target}/debug/belvedere"
+  data="$work/data"
+  "$belvedere" demo --listen 127.0.0.1:0 --data "$data" >"$work/serve.out" 2>"$work/serve.err" &
+  local server=$!
+  also_end "$server"
+  for _ in $(seq 3000); do
+    base=$(grep -o 'http://127\.0\.0\.1:[0-9]*' "$work/serve.out" | head -1 || true)
+    [ -n "$base" ] && return
+    kill -0 "$server" 2>/dev/null || { cat "$work/serve.err" >&2; exit 1; }
+    sleep 0.1
+  done
+  echo "the server did not start within five minutes" >&2
+  exit 1
+}

@@ -1,0 +1,52 @@
+/**
+ * What does the page's address say? The query names the scene and the tree; the hash carries the pose, so that a link
+ * shows another person what one sees.
+ */
+import type { Vec3 } from "./geometry.ts";
+
+export interface Pose {
+  readonly position: Vec3;
+  /** Radians; 0 looks towards −Z, positive turns left. */
+  readonly yaw: number;
+  /** Radians, positive upwards. */
+  readonly pitch: number;
+}
+
+/** `#p=x,y,z&yaw=…&pitch=…`, centimetres and hundredths of a degree. */
+export function writePose({ position, yaw, pitch }: Pose): string {
+  const degrees = (angle: number) => ((angle * 180) / Math.PI).toFixed(2);
+  return `#p=${position.map((x) => x.toFixed(2)).join(",")}&yaw=${degrees(yaw)}&pitch=${degrees(pitch)}`;
+}
+
+/** The pose of a hash, or `undefined` when it holds none that makes sense. */
+export function readPose(hash: string): Pose | undefined {
+  const fields = new URLSearchParams(hash.replace(/^#/, ""));
+  const [x, y, z, more] = (fields.get("p") ?? "").split(",").map((text) => (text === "" ? Number.NaN : Number(text)));
+  const angle = (name: string) => (Number(fields.get(name) ?? 0) * Math.PI) / 180;
+  const [yaw, pitch] = [angle("yaw"), angle("pitch")];
+  if (x === undefined || y === undefined || z === undefined || more !== undefined) return undefined;
+  return [x, y, z, yaw, pitch].every(Number.isFinite) ? { position: [x, y, z], yaw, pitch } : undefined;
+}
+
+/** Yaw and pitch of a unit quaternion x, y, z, w whose identity looks along −Z. */
+export function anglesOf(orientation: readonly number[]): { yaw: number; pitch: number } {
+  const [x = 0, y = 0, z = 0, w = 1] = orientation;
+  const ahead: Vec3 = [-2 * (x * z + w * y), -2 * (y * z - w * x), -(1 - 2 * (x * x + y * y))];
+  return { yaw: Math.atan2(-ahead[0], -ahead[2]), pitch: Math.asin(Math.min(1, Math.max(-1, ahead[1]))) };
+}
+
+/** The tree that a page shows: the one named by `?base=`, else the folder in which the page lies. */
+export function treeBase(page: string): string {
+  const named = new URL(page).searchParams.get("base");
+  const base = new URL(named ?? ".", page);
+  if (base.protocol !== "http:" && base.protocol !== "https:") throw new Error(`${base.href} is not a web address`);
+  return base.href;
+}
+
+/** The same page with another scene, without a pose. */
+export function addressOfScene(page: string, scene: string): string {
+  const url = new URL(page);
+  url.searchParams.set("scene", scene);
+  url.hash = "";
+  return url.href;
+}

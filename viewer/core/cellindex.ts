@@ -1,0 +1,125 @@
+/**
+ * In which cell is a point? Adjacency first: a walker mostly stays or steps next door, which needs no request. Otherwise
+ * a best-first search down the page tree, which reads as few pages as possible and finds the nearest cell when no cell
+ * holds the point. Where cells touch, the search takes the lowest id, so that every client agrees on faces and corners.
+ */
+import type { CellEntry, Page, PageEntry } from "./documents.ts";
+import { distanceToBounds, type Vec3 } from "./geometry.ts";
+import { PRIORITY, type PublishedScene } from "./published.ts";
+
+export interface Located {
+  readonly entry: CellEntry;
+  /** Zero when the cell holds the point. */
+  readonly distance_m: number;
+}
+
+/** The search itself; it says what to read next and is given it, and so does no I/O. */
+export class CellSearch {
+  /** Sorted by distance, then by first id. */
+  private readonly open: { distance_m: number; entry: PageEntry }[] = [];
+  private best: Located | undefined;
+
+  constructor(
+    root: Page,
+    private readonly point: Vec3,
+  ) {
+    this.add(root);
+  }
+
+  /** What to read next, or `undefined` when the search is over. */
+  wants(): PageEntry | undefined {
+    const next = this.open[0];
+    if (!next) return undefined;
+    if (this.best) {
+      const nearer = this.best.distance_m < next.distance_m;
+      // At equal distance a lower id may still wait in an earlier subtree.
+      const tied = this.best.distance_m === next.distance_m && this.best.entry.cell < next.entry.first;
+      if (nearer || tied) return undefined;
+    }
+    return next.entry;
+  }
+
+  givePage(page: Page): void {
+    this.open.shift();
+    this.add(page);
+  }
+
+  giveChunk(cells: readonly CellEntry[]): void {
+    this.open.shift();
+    for (const entry of cells) {
+      const distance_m = distanceToBounds(entry.bounds, this.point);
+      const best = this.best;
+      const better =
+        !best || distance_m < best.distance_m || (distance_m === best.distance_m && entry.cell < best.entry.cell);
+      if (better) this.best = { entry, distance_m };
+    }
+  }
+
+  /** The answer; `undefined` only when the index holds no cell. */
+  finish(): Located | undefined {
+    return this.best;
+  }
+
+  private add(page: Page): void {
+    for (const entry of page.entries) this.open.push({ distance_m: distanceToBounds(entry.bounds, this.point), entry });
+    this.open.sort((a, b) => a.distance_m - b.distance_m || a.entry.first - b.entry.first);
+  }
+}
+
+/** The entry below which an id lies. */
+export function entryOf(page: Page, id: number): PageEntry | undefined {
+  return page.entries.find((entry) => entry.first <= id && id - entry.first < entry.count);
+}
+
+/** Finds cells by place or by id, and remembers the entries that it has met. */
+export class CellIndex {
+  private readonly entries = new Map<number, CellEntry>();
+
+  constructor(private readonly scene: PublishedScene) {}
+
+  /** A cell that was met already. */
+  known(cell: number): CellEntry | undefined {
+    return this.entries.get(cell);
+  }
+
+  /** The cell at a point among one and its known neighbours; the cell itself first, so that a border does not flicker. */
+  nextDoor(from: CellEntry, point: Vec3): CellEntry | undefined {
+    if (distanceToBounds(from.bounds, point) === 0) return from;
+    return from.adjacent
+      .map((id) => this.entries.get(id))
+      .find((entry) => entry && distanceToBounds(entry.bounds, point) === 0);
+  }
+
+  /** The cell at a point, or the nearest one. */
+  async locate(point: Vec3): Promise<Located | undefined> {
+    const search = new CellSearch(this.scene.manifest.cells, point);
+    for (let wanted = search.wants(); wanted; wanted = search.wants()) {
+      if (wanted.kind === "page") search.givePage(await this.scene.page(wanted.url, PRIORITY.document));
+      else search.giveChunk(await this.chunk(wanted, PRIORITY.document));
+    }
+    return search.finish();
+  }
+
+  /** The entry of a cell by its id. */
+  async entry(cell: number, priority: number): Promise<CellEntry> {
+    const known = this.entries.get(cell);
+    if (known) return known;
+    let page = this.scene.manifest.cells;
+    for (;;) {
+      const below = entryOf(page, cell);
+      if (!below) throw new Error(`the index of cells does not hold c${cell}`);
+      if (below.kind === "chunk") {
+        const found = (await this.chunk(below, priority)).find((entry) => entry.cell === cell);
+        if (!found) throw new Error(`the chunk ${below.url} does not hold c${cell}`);
+        return found;
+      }
+      page = await this.scene.page(below.url, priority);
+    }
+  }
+
+  private async chunk(entry: PageEntry, priority: number): Promise<CellEntry[]> {
+    const cells = await this.scene.cellChunk(entry.url, priority);
+    for (const cell of cells) this.entries.set(cell.cell, cell);
+    return cells;
+  }
+}

@@ -1,0 +1,226 @@
+/**
+ * What do the JSON documents of a published tree hold? One type and one reader for each; the readers refuse anything
+ * that the rest of the viewer would have to doubt. Dense ids (`c12`, `o9`, `m3`) become numbers here.
+ */
+import type { Bounds, Vec3 } from "./geometry.ts";
+import { denseId, type Json } from "./json.ts";
+
+/** The version of the published format that this build reads. */
+export const FORMAT = 1;
+
+export interface SceneSummary {
+  readonly scene: string;
+  readonly title: string;
+  readonly bounds: Bounds;
+}
+
+export interface Viewpoint {
+  readonly name: string;
+  readonly position: Vec3;
+  /** Unit quaternion x, y, z, w; the identity looks along −Z with +Y up. */
+  readonly orientation: readonly number[];
+  readonly cell: number;
+}
+
+/** `/v1/scenes/{scene}/index.json`: which revision is current. */
+export interface Pointer {
+  readonly scene: string;
+  readonly title: string;
+  readonly revision: string;
+  readonly manifest: string;
+  readonly bounds: Bounds;
+  readonly bytes: ReadonlyMap<string, number>;
+}
+
+/** One page of an index tree. */
+export interface Page {
+  readonly entries: readonly PageEntry[];
+}
+
+export interface PageEntry {
+  readonly kind: "page" | "chunk";
+  readonly url: string;
+  readonly bytes: number;
+  /** The first id below it. */
+  readonly first: number;
+  /** How many ids lie below it. */
+  readonly count: number;
+  readonly bounds: Bounds;
+}
+
+export interface Manifest {
+  readonly title: string;
+  readonly bounds: Bounds;
+  readonly counts: { readonly cells: number; readonly objects: number; readonly models: number };
+  readonly viewpoints: readonly Viewpoint[];
+  readonly cells: Page;
+  readonly objects: Page;
+  /** A small world: every object at once, and all of them count as visible. */
+  readonly whole: ObjectChunk | undefined;
+}
+
+/** What the index knows of a cell. */
+export interface CellEntry {
+  readonly cell: number;
+  readonly bounds: Bounds;
+  readonly adjacent: readonly number[];
+  readonly record: string;
+  readonly recordBytes: number;
+}
+
+export interface TextureRef {
+  readonly url: string;
+  readonly bytes: number;
+}
+
+/** One level of detail; 0 is the finest. Errors are in model space until an object's scale makes them metres. */
+export interface Level {
+  readonly level: number;
+  readonly url: string;
+  readonly bytes: number;
+  readonly triangles: number;
+  readonly geometricError: number;
+  readonly textures: readonly TextureRef[];
+}
+
+/** Unique geometry; `levels` is finest first and never empty. */
+export interface Model {
+  readonly model: number;
+  readonly levels: readonly Level[];
+}
+
+export interface ObjectEntry {
+  readonly object: number;
+  readonly sourceNode: string;
+  readonly bounds: Bounds;
+  /** `world_from_object`, column-major. */
+  readonly worldFromObject: readonly number[];
+  /** Multiplies the model's errors into metres. */
+  readonly scale: number;
+  readonly model: number;
+}
+
+export interface ObjectChunk {
+  readonly objects: readonly ObjectEntry[];
+  readonly models: ReadonlyMap<number, Model>;
+}
+
+export function readSceneList(json: Json): SceneSummary[] {
+  return json.field("scenes").list((scene) => ({
+    scene: scene.field("scene").text(),
+    title: scene.field("title").text(),
+    bounds: scene.field("bounds").bounds(),
+  }));
+}
+
+export function readPointer(json: Json): Pointer {
+  return {
+    scene: json.field("scene").text(),
+    title: json.field("title").text(),
+    revision: json.field("revision").text(),
+    manifest: json.field("manifest").blob(),
+    bounds: json.field("bounds").bounds(),
+    bytes: new Map(json.field("bytes").entries((bytes) => bytes.count())),
+  };
+}
+
+function readViewpoint(json: Json): Viewpoint {
+  return {
+    name: json.field("name").text(),
+    position: json.field("position").vec3(),
+    orientation: json.field("orientation").numbers(4),
+    cell: json.field("cell").id("c"),
+  };
+}
+
+export function readManifest(json: Json): Manifest {
+  const format = json.field("format").count();
+  if (format !== FORMAT) json.field("format").fail(`${FORMAT}, the format that this viewer reads, and not ${format}`);
+  const viewpoints = json.field("viewpoints").list(readViewpoint);
+  if (viewpoints.length === 0) json.field("viewpoints").fail("a list with at least one viewpoint");
+  const counts = json.field("counts");
+  return {
+    title: json.field("title").text(),
+    bounds: json.field("bounds").bounds(),
+    counts: {
+      cells: counts.field("cells").count(),
+      objects: counts.field("objects").count(),
+      models: counts.field("models").count(),
+    },
+    viewpoints,
+    cells: readPage(json.field("cells")),
+    objects: readPage(json.field("objects")),
+    whole: json.field("whole").optional(readObjectChunk),
+  };
+}
+
+export function readPage(json: Json): Page {
+  return {
+    entries: json.field("entries").list((entry) => {
+      const kind = entry.field("kind").text();
+      if (kind !== "page" && kind !== "chunk") return entry.field("kind").fail("page or chunk");
+      return {
+        kind,
+        url: entry.field("url").blob(),
+        bytes: entry.field("bytes").count(),
+        first: entry.field("first").count(),
+        count: entry.field("count").count(),
+        bounds: entry.field("bounds").bounds(),
+      };
+    }),
+  };
+}
+
+export function readCellChunk(json: Json): CellEntry[] {
+  return json.field("cells").list((cell) => ({
+    cell: cell.field("cell").id("c"),
+    bounds: cell.field("bounds").bounds(),
+    adjacent: cell.field("adjacent").list((id) => id.id("c")),
+    record: cell.field("record").blob(),
+    recordBytes: cell.field("record_bytes").count(),
+  }));
+}
+
+export function readObjectChunk(json: Json): ObjectChunk {
+  const models = new Map<number, Model>();
+  json.field("models").entries((model, key) => {
+    const id = denseId("m", key) ?? json.field("models").fail("an object whose keys are model ids");
+    models.set(id, readModel(model, id));
+  });
+  const objects = json.field("objects").list(readObjectEntry);
+  for (const entry of objects) {
+    if (!models.has(entry.model)) json.field("models").fail(`a table that also holds m${entry.model}`);
+  }
+  return { objects, models };
+}
+
+function readModel(json: Json, model: number): Model {
+  const levels = json.field("levels").list((level) => ({
+    level: level.field("level").count(),
+    url: level.field("url").blob(),
+    bytes: level.field("bytes").count(),
+    triangles: level.field("triangles").count(),
+    geometricError: level.field("geometric_error_m").number(),
+    textures: level.field("textures").optional(readTextures) ?? [],
+  }));
+  if (levels.length === 0) json.field("levels").fail("a list with at least one level");
+  levels.forEach((level, i) => {
+    if (level.level !== i) json.field("levels").fail("numbered from 0, finest first");
+  });
+  return { model, levels };
+}
+
+function readTextures(json: Json): TextureRef[] {
+  return json.list((texture) => ({ url: texture.field("url").blob(), bytes: texture.field("bytes").count() }));
+}
+
+function readObjectEntry(json: Json): ObjectEntry {
+  return {
+    object: json.field("object").id("o"),
+    sourceNode: json.field("source_node").text(),
+    bounds: json.field("bounds").bounds(),
+    worldFromObject: json.field("transform").numbers(16),
+    scale: json.field("scale").number(),
+    model: json.field("model").id("m"),
+  };
+}

@@ -1,0 +1,233 @@
+import { describe, expect, it } from "vitest";
+import { type Files, type FixtureOptions, PITCH_M, publish, serveFiles } from "../test/fixture.ts";
+import { Explorer } from "./explorer.ts";
+import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
+import { FrameBudget } from "./framebudget.ts";
+import type { Vec3 } from "./geometry.ts";
+import type { ModelHost } from "./modelloads.ts";
+import type { PlacedObject } from "./objects.ts";
+import { PublishedScene } from "./published.ts";
+import { Tree } from "./tree.ts";
+import { webCryptoDigest } from "./verify.ts";
+
+/** Draws nothing, and remembers what it was given. */
+class RecordingHost implements ModelHost {
+  readonly uploads: { model: number; bytes: number; missing: number }[] = [];
+  readonly evicted: number[] = [];
+  private shown = new Map<number, PlacedObject>();
+  private readonly templates = new Set<number>();
+  private readonly textures = new Set<string>();
+  missing: () => number = () => 0;
+
+  async upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
+    this.templates.add(model);
+    for (const url of textures.keys()) this.textures.add(url);
+    this.uploads.push({ model, bytes: glb.byteLength, missing: this.missing() });
+    return glb.byteLength;
+  }
+  holdsTexture(url: string): boolean {
+    return this.textures.has(url);
+  }
+  evict(model: number): void {
+    this.templates.delete(model);
+    this.evicted.push(model);
+  }
+  show(objects: readonly PlacedObject[]): void {
+    this.shown = new Map(objects.map((object) => [object.entry.object, object]));
+  }
+  draws(object: number): boolean {
+    const placed = this.shown.get(object);
+    return placed !== undefined && this.templates.has(placed.model.model);
+  }
+}
+
+interface SetUp extends Partial<FixtureOptions> {
+  readonly memory_limit_bytes?: number;
+  readonly spoil?: (files: Files) => void;
+}
+
+async function explore({ memory_limit_bytes = 1e9, spoil, ...options }: SetUp = {}) {
+  const files = publish({ rooms: 6, ...options });
+  spoil?.(files);
+  const { fetch, requests } = serveFiles(files);
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest() });
+  const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
+  const host = new RecordingHost();
+  const problems: unknown[] = [];
+  const budget = new FrameBudget(1e9, () => 0);
+  const explorer = new Explorer(
+    scene,
+    host,
+    budget,
+    { memory_limit_bytes, target_px: 1.5 },
+    { changed: () => {}, problem: (error) => problems.push(error) },
+  );
+  host.missing = () => explorer.missing;
+  const go = (position: Vec3, velocity: Vec3 = [0, 0, 0]) =>
+    explorer.follow({ position, viewAngle_rad: 1, height_px: 720 }, velocity);
+  /** Waits until nothing is on its way any more. */
+  const quiet = async () => {
+    for (let calm = 0; calm < 5; ) {
+      await new Promise((resolve) => setTimeout(resolve, 2));
+      calm = explorer.pending === 0 ? calm + 1 : 0;
+    }
+  };
+  return { explorer, host, problems, requests, files, scene, go, quiet };
+}
+
+const ROOM_0: Vec3 = [1, 1.6, 3];
+const room = (i: number): Vec3 => [i * PITCH_M + 1, 1.6, 3];
+
+describe("an explorer", () => {
+  it("shows what the record of the eye's cell lists, complete and without a hole", async () => {
+    const { explorer, problems, go, quiet } = await explore();
+    go(ROOM_0);
+    await quiet();
+    expect(problems).toEqual([]);
+    expect(explorer.cellId).toBe(0);
+    const record = await explorer.record(0);
+    expect(explorer.visible.length).toBe(record.lpvs.length + record.opvs.length);
+    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+    const { loaded_bytes, total_bytes } = explorer.progress();
+    expect(total_bytes).toBe(record.visibleCoarsestBytes);
+    expect(loaded_bytes).toBe(total_bytes);
+  });
+
+  it("brings the coarsest level of everything before any finer one", async () => {
+    const { host, go, quiet, scene } = await explore();
+    go(ROOM_0);
+    await quiet();
+    const models = new Set(host.uploads.map(({ model }) => model));
+    const firsts = host.uploads.slice(0, models.size);
+    expect(new Set(firsts.map(({ model }) => model))).toEqual(models);
+    const finer = host.uploads.slice(models.size);
+    expect(finer.length).toBeGreaterThan(0);
+    expect(finer.every(({ missing }) => missing === 0)).toBe(true);
+    expect(scene.manifest.whole).toBeUndefined();
+  });
+
+  it("fetches only what can be seen", async () => {
+    const { requests, files, go, quiet } = await explore({ rooms: 12, perChunk: 4 });
+    go(ROOM_0);
+    await quiet();
+    const chunks = requests.filter((path) => path.endsWith(".json")).length;
+    const published = [...files.keys()].filter((path) => path.endsWith(".json")).length;
+    expect(chunks).toBeLessThan(published / 2);
+    expect(new Set(requests).size).toBe(requests.length);
+  });
+
+  it("follows the eye next door and keeps the set before in the picture until the new one is known", async () => {
+    const { explorer, go, quiet, problems } = await explore();
+    go(ROOM_0);
+    await quiet();
+    const before = explorer.visible;
+    go([PITCH_M - 0.2, 1.6, 3]);
+    expect(explorer.cellId).toBe(1);
+    expect(explorer.visible).toBe(before);
+    expect(explorer.holes).toBe(0);
+    go(room(1));
+    await quiet();
+    expect(explorer.cellId).toBe(2);
+    expect(explorer.visible.length).toBeGreaterThan(before.length);
+    expect(problems).toEqual([]);
+  });
+
+  it("knows the records next door before the eye gets there", async () => {
+    const { requests, explorer, go, quiet } = await explore();
+    go(ROOM_0);
+    await quiet();
+    const before = requests.filter((path) => path.endsWith(".cell")).length;
+    await explorer.record(1);
+    expect(requests.filter((path) => path.endsWith(".cell")).length).toBe(before);
+    expect(explorer.cell(1)?.portals?.map(({ to }) => to)).toEqual([0, 2]);
+  });
+
+  it("finds a cell after a jump, and the nearest one outside", async () => {
+    const { explorer, go, quiet } = await explore();
+    go(ROOM_0);
+    await quiet();
+    go(room(5));
+    await quiet();
+    expect(explorer).toMatchObject({ cellId: 10, inside: true, settled: true });
+    go([-4, 1.6, 3]);
+    await quiet();
+    expect(explorer).toMatchObject({ cellId: 0, inside: false });
+  });
+
+  it("frees what it left when memory is short, never what is visible", async () => {
+    const { explorer, host, go, quiet } = await explore({ memory_limit_bytes: 1 });
+    go(ROOM_0);
+    await quiet();
+    go(room(5));
+    await quiet();
+    expect(explorer).toMatchObject({ missing: 0, holes: 0 });
+    expect(host.evicted).not.toEqual([]);
+    const visible = new Set(explorer.visible.map(({ model }) => model.model));
+    expect(explorer.residency.size).toBe(visible.size);
+  });
+
+  it("treats every object of a small world as visible", async () => {
+    const { explorer, requests, go, quiet, scene } = await explore({ whole: true });
+    go(ROOM_0);
+    await quiet();
+    expect(explorer.visible.length).toBe(scene.manifest.counts.objects);
+    expect(explorer).toMatchObject({ cellId: 0, settled: true, missing: 0, holes: 0 });
+    const cells = requests.length;
+    go(room(1));
+    await quiet();
+    expect(explorer.cellId).toBe(2);
+    expect(explorer.visible.length).toBe(scene.manifest.counts.objects);
+    expect(requests.length).toBeGreaterThanOrEqual(cells);
+  });
+
+  it("draws a coarser or finer level where one is damaged, says so, and recovers on retry", async () => {
+    const kept = new Map<string, Uint8Array>();
+    const { explorer, problems, files, go, quiet } = await explore({
+      spoil: (all) => {
+        const balls = [...all].filter(([path]) => path.endsWith(".glb")).sort(([, a], [, b]) => b.length - a.length);
+        for (const [path, bytes] of balls.slice(0, 1)) {
+          kept.set(path, bytes);
+          all.set(path, bytes.slice(1));
+        }
+      },
+    });
+    go(ROOM_0);
+    await quiet();
+    expect(explorer).toMatchObject({ missing: 0, holes: 0, settled: true });
+    expect(problems.map(String)).toEqual([expect.stringMatching(/does not hold the bytes/)]);
+    for (const [path, bytes] of kept) files.set(path, bytes);
+    const before = problems.length;
+    explorer.retry();
+    await quiet();
+    expect(problems.length).toBe(before);
+    expect(explorer.residency.levels()).not.toHaveProperty("1");
+  });
+
+  it("reports a record that is missing and goes on when it is back", async () => {
+    const lost = new Map<string, Uint8Array>();
+    const { explorer, problems, files, go, quiet } = await explore({
+      spoil: (all) => {
+        for (const [path, bytes] of [...all].filter(([name]) => name.endsWith(".cell"))) {
+          lost.set(path, bytes);
+          all.delete(path);
+        }
+      },
+    });
+    go(ROOM_0);
+    await quiet();
+    expect(problems.length).toBe(1);
+    expect(explorer.settled).toBe(false);
+    for (const [path, bytes] of lost) files.set(path, bytes);
+    explorer.retry();
+    await quiet();
+    expect(explorer.settled).toBe(true);
+  });
+
+  it("stops everything when it is closed", async () => {
+    const { explorer, host, go, quiet } = await explore();
+    go(ROOM_0);
+    explorer.close();
+    await quiet();
+    expect(host.uploads).toEqual([]);
+  });
+});

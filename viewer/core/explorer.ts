@@ -1,0 +1,278 @@
+/**
+ * Which part of the world does this eye need? Ties the pieces together for one scene: eye → cell → record → visible
+ * objects → levels to fetch. Draws nothing itself; what draws is a {@link ModelHost}.
+ *
+ * While a new cell's record and object infos are on their way, the set of the cell before stays in the picture.
+ */
+import { CellIndex } from "./cellindex.ts";
+import { type CellRecord, visibleObjects } from "./cellrecord.ts";
+import type { CellEntry } from "./documents.ts";
+import type { FrameBudget } from "./framebudget.ts";
+import {
+  centre,
+  distanceToPolygon,
+  dot,
+  length,
+  planesOfBounds,
+  planesOfHull,
+  subtract,
+  type Vec3,
+} from "./geometry.ts";
+import { type ModelHost, ModelLoads } from "./modelloads.ts";
+import { ObjectDirectory, type PlacedObject } from "./objects.ts";
+import { PRIORITY, type PublishedScene } from "./published.ts";
+import { ResidencySet } from "./residency.ts";
+import { coarsestProgress, type Eye, plan } from "./scheduler.ts";
+import type { NavigationCell, NavigationSpace } from "./walker.ts";
+
+export interface ExplorerOptions {
+  readonly memory_limit_bytes: number;
+  /** Models are refined until their error covers at most so many pixels. */
+  readonly target_px: number;
+}
+
+export interface ExplorerEvents {
+  /** Something that the page shows has changed. */
+  readonly changed: () => void;
+  /** Something could not be loaded; the walk goes on with what is there. */
+  readonly problem: (error: unknown) => void;
+}
+
+/** A portal this near, straight ahead, names the cell to prefetch. */
+const PREFETCH_RANGE_M = 6;
+
+export class Explorer implements NavigationSpace {
+  readonly directory: ObjectDirectory;
+  readonly residency: ResidencySet;
+  private readonly index: CellIndex;
+  private readonly loads: ModelLoads;
+  private readonly navigation = new Map<number, NavigationCell>();
+  private readonly records = new Map<number, CellRecord>();
+  private current: CellEntry | undefined;
+  private currentInside = false;
+  private shown: readonly PlacedObject[] = [];
+  private shownCell: number | undefined;
+  private ahead: { cell: number; objects: readonly PlacedObject[] } | undefined;
+  private eye: Eye | undefined;
+  private locating = false;
+  private closed = false;
+
+  constructor(
+    readonly scene: PublishedScene,
+    private readonly host: ModelHost,
+    budget: FrameBudget,
+    private readonly options: ExplorerOptions,
+    private readonly events: ExplorerEvents,
+  ) {
+    this.directory = new ObjectDirectory(scene);
+    this.index = new CellIndex(scene);
+    this.residency = new ResidencySet(options.memory_limit_bytes);
+    this.loads = new ModelLoads({
+      queue: scene.queue,
+      tree: scene.tree,
+      host,
+      residency: this.residency,
+      budget,
+      changed: () => {
+        this.replan();
+        events.changed();
+      },
+      problem: events.problem,
+    });
+    const whole = this.directory.whole();
+    if (whole) this.show(whole, undefined);
+  }
+
+  /** The cell that holds the eye, or the nearest one. */
+  get cellId(): number | undefined {
+    return this.current?.cell;
+  }
+
+  /** Whether the eye is inside that cell. */
+  get inside(): boolean {
+    return this.currentInside;
+  }
+
+  get visible(): readonly PlacedObject[] {
+    return this.shown;
+  }
+
+  /** Downloads and decodings under way. */
+  get pending(): number {
+    return this.loads.pending + this.scene.queue.pending;
+  }
+
+  /** Whether the set of the current cell is what is shown and all of it has at least its coarsest level. */
+  get settled(): boolean {
+    const rightSet = this.scene.manifest.whole !== undefined || this.shownCell === this.current?.cell;
+    return rightSet && this.current !== undefined && !this.locating && this.missing === 0;
+  }
+
+  /** Visible objects of which nothing is held yet. */
+  get missing(): number {
+    return this.shown.filter(({ model }) => !this.residency.held(model.model)).length;
+  }
+
+  /** Visible objects of which a level is held and yet nothing is drawn: always 0, or there is a fault. */
+  get holes(): number {
+    return this.shown.filter(({ model, entry }) => this.residency.held(model.model) && !this.host.draws(entry.object))
+      .length;
+  }
+
+  progress(): { loaded_bytes: number; total_bytes: number } {
+    return coarsestProgress(this.shown, (model) => this.residency.held(model)?.level);
+  }
+
+  /** The hull of a cell for the walker; `undefined` while the cell was not met. */
+  cell(id: number): NavigationCell | undefined {
+    const known = this.navigation.get(id);
+    if (known?.portals) return known;
+    const entry = this.index.known(id);
+    if (!entry) return undefined;
+    const record = this.records.get(id);
+    if (known && !record) return known;
+    const cell: NavigationCell = {
+      cell: id,
+      planes: record ? planesOfHull(record.hull.points, record.hull.faces) : planesOfBounds(entry.bounds),
+      adjacent: entry.adjacent,
+      portals: record?.portals,
+    };
+    this.navigation.set(id, cell);
+    return cell;
+  }
+
+  /** The record of any cell, fetched when needed. */
+  async record(cell: number, priority: number = PRIORITY.document): Promise<CellRecord> {
+    const record = await this.scene.record(await this.index.entry(cell, priority), priority);
+    this.records.set(cell, record);
+    return record;
+  }
+
+  /** Follows the eye; cheap enough to call in every frame in which it moved. */
+  follow(eye: Eye, velocity: Vec3): void {
+    this.eye = eye;
+    const next = this.current && this.index.nextDoor(this.current, eye.position);
+    if (next) this.enter(next, true);
+    else void this.locate();
+    this.lookAhead(velocity);
+    this.replan();
+  }
+
+  /** Tries again what failed. */
+  retry(): void {
+    this.loads.forgive();
+    const current = this.current;
+    this.current = undefined;
+    if (current) this.enter(current, this.currentInside);
+    else void this.locate();
+    this.replan();
+  }
+
+  close(): void {
+    this.closed = true;
+    this.loads.close();
+  }
+
+  private async locate(): Promise<void> {
+    if (this.locating || !this.eye || this.closed) return;
+    this.locating = true;
+    try {
+      let position: Vec3;
+      do {
+        position = this.eye.position;
+        const located = await this.index.locate(position);
+        if (this.closed) return;
+        if (located) this.enter(located.entry, located.distance_m === 0);
+      } while (length(subtract(this.eye.position, position)) > 0.5);
+    } catch (error) {
+      this.events.problem(error);
+    } finally {
+      this.locating = false;
+    }
+  }
+
+  private enter(entry: CellEntry, inside: boolean): void {
+    this.currentInside = inside;
+    if (this.current?.cell === entry.cell) return;
+    this.current = entry;
+    this.events.changed();
+    void this.arrive(entry);
+  }
+
+  private async arrive(entry: CellEntry): Promise<void> {
+    try {
+      // Neighbours first by name only: the walker needs their hulls before the eye reaches them.
+      const neighbours = Promise.all(entry.adjacent.map((cell) => this.index.entry(cell, PRIORITY.document)));
+      const record = await this.record(entry.cell);
+      if (!this.scene.manifest.whole) {
+        const objects = await this.directory.resolve(visibleObjects(record).map(({ object }) => object));
+        if (this.closed || this.current?.cell !== entry.cell) return;
+        this.show(objects, entry.cell);
+      }
+      await neighbours;
+      if (this.closed || this.current?.cell !== entry.cell) return;
+      this.events.changed();
+      await Promise.all(entry.adjacent.map((cell) => this.record(cell, PRIORITY.prefetch)));
+    } catch (error) {
+      if (!this.closed && this.current?.cell === entry.cell) this.events.problem(error);
+    }
+  }
+
+  private show(objects: readonly PlacedObject[], cell: number | undefined): void {
+    this.shown = objects;
+    this.shownCell = cell;
+    this.residency.need(new Set(objects.map(({ model }) => model.model)));
+    this.host.show(objects);
+    for (const model of this.residency.evict()) this.host.evict(model);
+    this.replan();
+    this.events.changed();
+  }
+
+  /** Names the neighbour that the walker heads for, and learns what is visible from there. */
+  private lookAhead(velocity: Vec3): void {
+    const record = this.current && this.records.get(this.current.cell);
+    if (!record || !this.eye || length(velocity) < 0.2 || this.scene.manifest.whole) return;
+    const from = this.eye.position;
+    let best: { cell: number; distance_m: number } | undefined;
+    for (const portal of record.portals) {
+      const distance_m = distanceToPolygon(portal.polygon, from);
+      const heading = dot(velocity, subtract(centre(portal.polygon), from)) > 0;
+      if (heading && distance_m < Math.min(best?.distance_m ?? Number.POSITIVE_INFINITY, PREFETCH_RANGE_M)) {
+        best = { cell: portal.to, distance_m };
+      }
+    }
+    if (!best || best.cell === this.ahead?.cell) return;
+    const ahead = { cell: best.cell, objects: [] as readonly PlacedObject[] };
+    this.ahead = ahead;
+    void this.prepare(ahead);
+  }
+
+  private async prepare(ahead: { cell: number; objects: readonly PlacedObject[] }): Promise<void> {
+    try {
+      const record = await this.record(ahead.cell, PRIORITY.prefetch);
+      const ids = visibleObjects(record).map(({ object }) => object);
+      ahead.objects = await this.directory.resolve(ids, PRIORITY.prefetch);
+      if (this.ahead === ahead) this.replan();
+    } catch {
+      // Nothing depends on a prefetch; entering the cell asks again and reports what is wrong.
+      if (this.ahead === ahead) this.ahead = undefined;
+    }
+  }
+
+  private replan(): void {
+    if (!this.eye || this.closed) return;
+    const stateOf = (model: number) => this.loads.stateOf(model);
+    const options = { target_px: this.options.target_px, mayRefine: !this.residency.full };
+    const wants = plan(this.shown, stateOf, this.eye, options);
+    const planned = new Set(wants.map(({ object }) => object.model.model));
+    const soon = (this.ahead?.objects ?? []).filter(
+      ({ model }) => !planned.has(model.model) && !this.residency.held(model.model),
+    );
+    const prefetch = plan(soon, stateOf, this.eye, { ...options, mayRefine: false });
+    if (!this.residency.full) {
+      const later = PRIORITY.prefetch - PRIORITY.coarsest;
+      wants.push(...prefetch.map((want) => ({ ...want, priority: want.priority + later })));
+    }
+    this.loads.follow(wants);
+  }
+}

@@ -1,0 +1,123 @@
+import { describe, expect, it } from "vitest";
+import { FETCH_DEFAULTS, FetchError, FetchQueue, type FetchQueueOptions } from "./fetchqueue.ts";
+import { webCryptoDigest } from "./verify.ts";
+
+const HELLO = "https://host/o/2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824.bin";
+
+/** A queue whose server answers when told to. */
+function manual(options: Partial<FetchQueueOptions> = {}) {
+  const open: { url: string; init: RequestInit; answer: (body: string, status?: number) => void; fail: () => void }[] =
+    [];
+  const fetch = (url: string, init: RequestInit) =>
+    new Promise<Response>((resolve, reject) => {
+      init.signal?.addEventListener("abort", () => reject(new DOMException("aborted", "AbortError")));
+      open.push({
+        url,
+        init,
+        answer: (body, status = 200) => resolve(new Response(body, { status })),
+        fail: () => reject(new TypeError("no network")),
+      });
+    });
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, digest: undefined, fetch, ...options });
+  return { queue, open };
+}
+
+const turn = () => new Promise((resolve) => setTimeout(resolve, 10));
+
+describe("the fetch queue", () => {
+  it("keeps to its bound and takes the most urgent first", async () => {
+    const { queue, open } = manual({ concurrency: 1 });
+    const order: string[] = [];
+    for (const [url, priority] of [
+      ["a", 5],
+      ["b", 9],
+      ["c", 1],
+    ] as const) {
+      void queue.request(url, priority).then(() => order.push(url));
+    }
+    queue.reprioritise("b", 0);
+    for (let i = 0; i < 3; i += 1) {
+      expect(open.length).toBe(i + 1);
+      open[i]?.answer("x");
+      await turn();
+    }
+    expect(order).toEqual(["a", "b", "c"]);
+    expect(queue.pending).toBe(0);
+  });
+
+  it("fetches once what is asked for twice", async () => {
+    const { queue, open } = manual();
+    const both = Promise.all([queue.request("a", 1), queue.request("a", 2)]);
+    open[0]?.answer("abc");
+    const [first, second] = await both;
+    expect(first).toBe(second);
+    expect(queue.tally).toMatchObject({ requests: 1, bytes: 3 });
+  });
+
+  it("lets go of what is cancelled and goes on with the rest", async () => {
+    const { queue, open } = manual({ concurrency: 1 });
+    const gone = queue.request("a", 1);
+    const kept = queue.request("b", 2);
+    queue.cancel("a");
+    await expect(gone).rejects.toMatchObject({ kind: "cancelled" });
+    expect(open[0]?.init.signal?.aborted).toBe(true);
+    open[1]?.answer("b");
+    expect((await kept).byteLength).toBe(1);
+  });
+
+  it("tries again what may pass, and gives up at the end", async () => {
+    const { queue, open } = manual({ attempts: 3 });
+    const lucky = queue.request("a", 1);
+    open[0]?.fail();
+    await turn();
+    open[1]?.answer("busy", 503);
+    await turn();
+    open[2]?.answer("ok");
+    expect((await lucky).byteLength).toBe(2);
+    expect(queue.tally.retries).toBe(2);
+    const unlucky = queue.request("b", 1);
+    unlucky.catch(() => {});
+    for (let i = 3; i < 6; i += 1) {
+      open[i]?.fail();
+      await turn();
+    }
+    await expect(unlucky).rejects.toMatchObject({ kind: "unreachable" });
+  });
+
+  it("does not ask again for what is not there", async () => {
+    const { queue, open } = manual();
+    const missing = queue.request("a", 1);
+    open[0]?.answer("", 404);
+    await expect(missing).rejects.toBeInstanceOf(FetchError);
+    expect(open.length).toBe(1);
+  });
+
+  it("fetches damaged bytes once more past the cache, then says that they are damaged", async () => {
+    const { queue, open } = manual({ digest: webCryptoDigest() });
+    const healed = queue.request(HELLO, 1);
+    open[0]?.answer("hellO");
+    await turn();
+    expect(open[1]?.init.cache).toBe("reload");
+    open[1]?.answer("hello");
+    expect((await healed).byteLength).toBe(5);
+    const damaged = queue.request(HELLO, 1);
+    damaged.catch(() => {});
+    open[2]?.answer("hellO");
+    await turn();
+    open[3]?.answer("hellO");
+    await expect(damaged).rejects.toMatchObject({ kind: "corrupt" });
+  });
+
+  it("tries again a download from which nothing is heard", async () => {
+    let tries = 0;
+    const fetch = (_: string, { signal }: RequestInit) =>
+      new Promise<Response>((resolve, reject) => {
+        tries += 1;
+        signal?.addEventListener("abort", () => reject(new DOMException("aborted", "AbortError")));
+        if (tries === 2) resolve(new Response("ok"));
+      });
+    const { queue } = manual({ stall_ms: 5, fetch });
+    expect((await queue.request("a", 1)).byteLength).toBe(2);
+    expect(queue.tally.retries).toBe(1);
+  });
+});

@@ -1,0 +1,104 @@
+/**
+ * Where does something stand? Points, boxes and convex hulls in world space, metres.
+ */
+
+export type Vec3 = readonly [number, number, number];
+
+/** An axis-aligned box, as the published documents write it. */
+export interface Bounds {
+  readonly min: Vec3;
+  readonly max: Vec3;
+}
+
+export const add = (a: Vec3, b: Vec3): Vec3 => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+export const subtract = (a: Vec3, b: Vec3): Vec3 => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+export const scale = (a: Vec3, factor: number): Vec3 => [a[0] * factor, a[1] * factor, a[2] * factor];
+export const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const length = (a: Vec3): number => Math.hypot(a[0], a[1], a[2]);
+export const cross = (a: Vec3, b: Vec3): Vec3 => [
+  a[1] * b[2] - a[2] * b[1],
+  a[2] * b[0] - a[0] * b[2],
+  a[0] * b[1] - a[1] * b[0],
+];
+
+/** Distance from a point to the box in metres, zero inside. */
+export function distanceToBounds(bounds: Bounds, point: Vec3): number {
+  let squared = 0;
+  for (const axis of [0, 1, 2] as const) {
+    const outside = Math.max(bounds.min[axis] - point[axis], point[axis] - bounds.max[axis], 0);
+    squared += outside * outside;
+  }
+  return Math.sqrt(squared);
+}
+
+/** The middle of a convex polygon's corners. */
+export function centre(points: readonly Vec3[]): Vec3 {
+  const sum = points.reduce<Vec3>((total, point) => add(total, point), [0, 0, 0]);
+  return scale(sum, 1 / Math.max(points.length, 1));
+}
+
+/** A half-space: points with `dot(normal, p) <= offset` are inside. The normal has length 1. */
+export interface Plane {
+  readonly normal: Vec3;
+  readonly offset: number;
+}
+
+/** The planes of a box. */
+export function planesOfBounds(bounds: Bounds): Plane[] {
+  const axes: Vec3[] = [
+    [1, 0, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+  ];
+  return axes.flatMap((axis) => [
+    { normal: axis, offset: dot(axis, bounds.max) },
+    { normal: scale(axis, -1), offset: -dot(axis, bounds.min) },
+  ]);
+}
+
+/** The planes of a convex hull whose faces run counter-clockwise seen from outside; faces without area are left out. */
+export function planesOfHull(points: readonly Vec3[], faces: readonly (readonly number[])[]): Plane[] {
+  const planes: Plane[] = [];
+  for (const face of faces) {
+    const corners = face.map((index) => points[index]).filter((corner) => corner !== undefined);
+    const normal = polygonNormal(corners);
+    const first = corners[0];
+    if (normal && first) planes.push({ normal, offset: dot(normal, first) });
+  }
+  return planes;
+}
+
+/** Unit normal of a convex polygon, or `undefined` when it has no area. */
+export function polygonNormal(corners: readonly Vec3[]): Vec3 | undefined {
+  const first = corners[0];
+  if (!first) return undefined;
+  let doubleArea: Vec3 = [0, 0, 0];
+  for (let i = 1; i + 1 < corners.length; i += 1) {
+    const [b, c] = [corners[i], corners[i + 1]];
+    if (b && c) doubleArea = add(doubleArea, cross(subtract(b, first), subtract(c, first)));
+  }
+  const size = length(doubleArea);
+  return size > 1e-12 ? scale(doubleArea, 1 / size) : undefined;
+}
+
+/** Whether a point lies in all half-spaces, give or take `slack` metres. */
+export function insidePlanes(planes: readonly Plane[], point: Vec3, slack = 0): boolean {
+  return planes.every((plane) => dot(plane.normal, point) <= plane.offset + slack);
+}
+
+/** Distance in metres from a point to a convex polygon, zero on it. */
+export function distanceToPolygon(corners: readonly Vec3[], point: Vec3): number {
+  const normal = polygonNormal(corners);
+  const first = corners[0];
+  if (!normal || !first) return Number.POSITIVE_INFINITY;
+  let inside = true;
+  let nearest = Number.POSITIVE_INFINITY;
+  corners.forEach((corner, i) => {
+    const next = corners[(i + 1) % corners.length] ?? corner;
+    const edge = subtract(next, corner);
+    if (dot(cross(edge, subtract(point, corner)), normal) < 0) inside = false;
+    const along = Math.min(1, Math.max(0, dot(subtract(point, corner), edge) / Math.max(dot(edge, edge), 1e-12)));
+    nearest = Math.min(nearest, length(subtract(point, add(corner, scale(edge, along)))));
+  });
+  return inside ? Math.abs(dot(normal, subtract(point, first))) : nearest;
+}

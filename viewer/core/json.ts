@@ -1,0 +1,111 @@
+/**
+ * Is this JSON what it claims to be? Readers that check once at the edge and name the place of what is wrong.
+ */
+import type { Bounds, Vec3 } from "./geometry.ts";
+
+/** A published document that does not hold what the format promises. */
+export class DocumentError extends Error {
+  override readonly name = "DocumentError";
+
+  constructor(
+    readonly place: string,
+    expected: string,
+  ) {
+    super(`${place} should be ${expected}`);
+  }
+}
+
+/** A JSON value together with the place where it stands. */
+export class Json {
+  constructor(
+    private readonly value: unknown,
+    private readonly place: string,
+  ) {}
+
+  static parse(text: string, place: string): Json {
+    try {
+      return new Json(JSON.parse(text), place);
+    } catch {
+      throw new DocumentError(place, "JSON");
+    }
+  }
+
+  field(name: string): Json {
+    if (typeof this.value !== "object" || this.value === null || Array.isArray(this.value)) this.fail("an object");
+    return new Json((this.value as Record<string, unknown>)[name], `${this.place}.${name}`);
+  }
+
+  optional<T>(read: (json: Json) => T): T | undefined {
+    return this.value === undefined || this.value === null ? undefined : read(this);
+  }
+
+  list<T>(read: (json: Json) => T): T[] {
+    if (!Array.isArray(this.value)) return this.fail("a list");
+    return this.value.map((item, i) => read(new Json(item, `${this.place}[${i}]`)));
+  }
+
+  entries<T>(read: (json: Json, key: string) => T): [string, T][] {
+    if (typeof this.value !== "object" || this.value === null || Array.isArray(this.value)) this.fail("an object");
+    return Object.entries(this.value as object).map(([key, item]) => [
+      key,
+      read(new Json(item, `${this.place}.${key}`), key),
+    ]);
+  }
+
+  text(): string {
+    return typeof this.value === "string" ? this.value : this.fail("a text");
+  }
+
+  boolean(): boolean {
+    return typeof this.value === "boolean" ? this.value : this.fail("true or false");
+  }
+
+  number(): number {
+    return typeof this.value === "number" && Number.isFinite(this.value) ? this.value : this.fail("a finite number");
+  }
+
+  /** A whole number from 0 on that a double holds exactly: counts, sizes in bytes, indices. */
+  count(): number {
+    const value = this.value;
+    return typeof value === "number" && Number.isSafeInteger(value) && value >= 0 ? value : this.fail("a count");
+  }
+
+  numbers(length: number): number[] {
+    const numbers = this.list((item) => item.number());
+    return numbers.length === length ? numbers : this.fail(`a list of ${length} numbers`);
+  }
+
+  vec3(): Vec3 {
+    const [x = 0, y = 0, z = 0] = this.numbers(3);
+    return [x, y, z];
+  }
+
+  bounds(): Bounds {
+    return { min: this.field("min").vec3(), max: this.field("max").vec3() };
+  }
+
+  /** A dense id such as `c12`, as its number. */
+  id(letter: "c" | "m" | "o"): number {
+    const id = denseId(letter, this.text());
+    return id ?? this.fail(`an id like ${letter}12`);
+  }
+
+  /** The URL of an immutable object: `/o/`, 64 hex digits, a dot, an extension. */
+  blob(): string {
+    const url = this.text();
+    return BLOB_URL.test(url) ? url : this.fail("the URL of an immutable object");
+  }
+
+  fail(expected: string): never {
+    throw new DocumentError(this.place, expected);
+  }
+}
+
+const BLOB_URL = /^\/o\/[0-9a-f]{64}\.[a-z0-9]{1,8}$/;
+
+/** Reads `c12` as 12, or `undefined` when the text is no such id. */
+export function denseId(letter: "c" | "m" | "o", text: string): number | undefined {
+  if (!text.startsWith(letter) || !/^(0|[1-9][0-9]{0,9})$/.test(text.slice(1))) return undefined;
+  const id = Number(text.slice(1));
+  return id <= 0xffff_ffff ? id : undefined;
+}

@@ -1,0 +1,163 @@
+/**
+ * Which levels are on their way? Fetches a level's GLB and the textures that nobody holds yet, hands them to the
+ * renderer and books what it holds. Loads that drop out of the plan are cancelled; a texture that several levels share
+ * travels once and is cancelled only with the last of them.
+ */
+import type { Level } from "./documents.ts";
+import { FetchError, type FetchQueue } from "./fetchqueue.ts";
+import type { FrameBudget } from "./framebudget.ts";
+import type { PlacedObject } from "./objects.ts";
+import type { ResidencySet } from "./residency.ts";
+import type { ModelState, Want } from "./scheduler.ts";
+import type { Tree } from "./tree.ts";
+
+/** What draws: takes decoded levels and shows objects that use them. Knows nothing of cells or downloads. */
+export interface ModelHost {
+  /** Decodes a level and draws all shown objects of its model with it instead of the level before; answers its bytes. */
+  upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
+  /** Whether a texture is decoded already, so that it need not be fetched. */
+  holdsTexture(url: string): boolean;
+  evict(model: number): void;
+  /** Draws these objects and no others, each as soon as its model is there. */
+  show(objects: readonly PlacedObject[]): void;
+  /** Whether an object is in the picture with any level. */
+  draws(object: number): boolean;
+}
+
+interface Load {
+  readonly model: number;
+  readonly level: number;
+  readonly urls: Set<string>;
+  state: "cancelled" | "fetching" | "uploading";
+}
+
+export interface ModelLoadsParts {
+  readonly queue: FetchQueue;
+  readonly tree: Tree;
+  readonly host: ModelHost;
+  readonly residency: ResidencySet;
+  readonly budget: FrameBudget;
+  /** Called after each change of what is held or failed. */
+  readonly changed: () => void;
+  /** Told of levels that could not be loaded. */
+  readonly problem: (error: unknown) => void;
+}
+
+const NONE: ReadonlySet<number> = new Set();
+
+export class ModelLoads {
+  private readonly loads = new Map<number, Load>();
+  private readonly failed = new Map<number, Set<number>>();
+  private readonly lostTextures = new Set<string>();
+  private closed = false;
+
+  constructor(private readonly parts: ModelLoadsParts) {}
+
+  get pending(): number {
+    return this.loads.size;
+  }
+
+  stateOf(model: number): ModelState {
+    return { heldLevel: this.parts.residency.held(model)?.level, failed: this.failed.get(model) ?? NONE };
+  }
+
+  /** Forgets failures, so that they are tried again. */
+  forgive(): void {
+    this.failed.clear();
+    this.lostTextures.clear();
+  }
+
+  /** Cancels everything; nothing that is still under way reaches the renderer. */
+  close(): void {
+    this.closed = true;
+    for (const load of [...this.loads.values()]) this.cancel(load);
+  }
+
+  /** Makes what is under way equal to the plan. */
+  follow(wants: readonly Want[]): void {
+    const wanted = new Map(wants.map((want) => [want.object.model.model, want]));
+    for (const load of [...this.loads.values()]) {
+      const want = wanted.get(load.model);
+      // A level on its way to a finer one is worth finishing; one that nobody needs any more is not.
+      const useful = want !== undefined && want.level <= load.level;
+      if (!useful && load.state === "fetching") this.cancel(load);
+      else if (want) for (const url of load.urls) this.parts.queue.reprioritise(url, want.priority);
+    }
+    for (const want of wants) if (!this.loads.has(want.object.model.model)) void this.start(want);
+  }
+
+  private cancel(load: Load): void {
+    load.state = "cancelled";
+    if (this.loads.get(load.model) === load) this.loads.delete(load.model);
+    const shared = new Set([...this.loads.values()].flatMap((other) => [...other.urls]));
+    for (const url of load.urls) if (!shared.has(url)) this.parts.queue.cancel(url);
+  }
+
+  private async start(want: Want): Promise<void> {
+    const { model } = want.object;
+    const level = model.levels[want.level];
+    if (!level || this.closed) return;
+    const load: Load = { model: model.model, level: want.level, urls: new Set(), state: "fetching" };
+    this.loads.set(model.model, load);
+    try {
+      await this.bring(load, level, want.priority);
+    } catch (error) {
+      if (load.state === "cancelled" || (error instanceof FetchError && error.kind === "cancelled")) return;
+      const levels = this.failed.get(model.model) ?? new Set();
+      this.failed.set(model.model, levels.add(want.level));
+      this.parts.problem(error);
+    } finally {
+      if (this.loads.get(model.model) === load) this.loads.delete(model.model);
+    }
+    if (!this.closed) this.parts.changed();
+  }
+
+  private async bring(load: Load, level: Level, priority: number): Promise<void> {
+    const { host, residency, budget } = this.parts;
+    const textures = new Map<string, ArrayBuffer>();
+    const [glb] = await Promise.all([
+      this.fetch(load, level.url, priority),
+      this.fetchTextures(load, level, priority, textures),
+    ]);
+    await budget.run(async () => {
+      // A texture that was held a moment ago may have gone with the last model that used it.
+      await this.fetchTextures(load, level, priority, textures);
+      if (load.state === "cancelled") return;
+      load.state = "uploading";
+      const bytes = await host.upload(load.model, glb, textures);
+      if (this.closed) return;
+      residency.hold(load.model, { level: load.level, bytes });
+      for (const model of residency.evict()) host.evict(model);
+    });
+  }
+
+  /** Adds textures that the renderer does not hold. One that cannot be fetched stays out: plain beats a hole. */
+  private async fetchTextures(
+    load: Load,
+    level: Level,
+    priority: number,
+    textures: Map<string, ArrayBuffer>,
+  ): Promise<void> {
+    const { host, problem } = this.parts;
+    const missing = level.textures.filter(
+      ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && !host.holdsTexture(url),
+    );
+    await Promise.all(
+      missing.map(async ({ url }) => {
+        try {
+          textures.set(url, await this.fetch(load, url, priority));
+        } catch (error) {
+          if (load.state === "cancelled") throw error;
+          this.lostTextures.add(url);
+          problem(error);
+        }
+      }),
+    );
+  }
+
+  private fetch(load: Load, url: string, priority: number): Promise<ArrayBuffer> {
+    const address = this.parts.tree.resolve(url);
+    load.urls.add(address);
+    return this.parts.queue.request(address, priority);
+  }
+}

@@ -1,0 +1,102 @@
+/**
+ * How are the documents of one revision read? Fetches pages, chunks and records through the queue, decodes each once and
+ * keeps the recently used ones.
+ */
+import { type CellRecord, decodeCellRecord } from "./cellrecord.ts";
+import {
+  type CellEntry,
+  type Manifest,
+  type ObjectChunk,
+  type Page,
+  type Pointer,
+  readCellChunk,
+  readManifest,
+  readObjectChunk,
+  readPage,
+  readPointer,
+  readSceneList,
+  type SceneSummary,
+} from "./documents.ts";
+import type { FetchQueue } from "./fetchqueue.ts";
+import { Json } from "./json.ts";
+import type { Tree } from "./tree.ts";
+
+/** How urgent a download is: lower goes first. Each kind has a band, refined by adding less than 1. */
+export const PRIORITY = {
+  document: 0,
+  coarsest: 1_000_000,
+  finer: 2_000_000,
+  prefetch: 3_000_000,
+} as const;
+
+/** Documents kept after use, so that a walk to and fro decodes nothing twice. */
+const KEPT_DOCUMENTS = 512;
+
+/** The scenes of a tree, by name. */
+export async function fetchSceneList(queue: FetchQueue, tree: Tree): Promise<SceneSummary[]> {
+  const url = tree.sceneList();
+  return readSceneList(jsonOf(await queue.request(url, PRIORITY.document, true), "/v1/scenes/index.json"));
+}
+
+/** One immutable revision of a scene. */
+export class PublishedScene {
+  private readonly kept = new Map<string, Promise<unknown>>();
+
+  private constructor(
+    readonly queue: FetchQueue,
+    readonly tree: Tree,
+    readonly pointer: Pointer,
+    readonly manifest: Manifest,
+  ) {}
+
+  static async open(queue: FetchQueue, tree: Tree, scene: string): Promise<PublishedScene> {
+    const url = tree.pointer(scene);
+    const pointer = readPointer(jsonOf(await queue.request(url, PRIORITY.document, true), `the pointer of ${scene}`));
+    const bytes = await queue.request(tree.resolve(pointer.manifest), PRIORITY.document);
+    return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, `the manifest of ${scene}`)));
+  }
+
+  page(url: string, priority: number): Promise<Page> {
+    return this.document(url, priority, (bytes) => readPage(jsonOf(bytes, `the index page ${url}`)));
+  }
+
+  cellChunk(url: string, priority: number): Promise<CellEntry[]> {
+    return this.document(url, priority, (bytes) => readCellChunk(jsonOf(bytes, `the cell chunk ${url}`)));
+  }
+
+  objectChunk(url: string, priority: number): Promise<ObjectChunk> {
+    return this.document(url, priority, (bytes) => readObjectChunk(jsonOf(bytes, `the object chunk ${url}`)));
+  }
+
+  record(entry: CellEntry, priority: number): Promise<CellRecord> {
+    return this.document(entry.record, priority, (bytes) => {
+      const record = decodeCellRecord(new Uint8Array(bytes));
+      if (record.cell !== entry.cell) throw new Error(`the record of c${entry.cell} is one of c${record.cell}`);
+      return record;
+    });
+  }
+
+  /** Fetches and decodes once; a failure is forgotten, so that asking again tries again. */
+  private document<T>(url: string, priority: number, decode: (bytes: ArrayBuffer) => T): Promise<T> {
+    const known = this.kept.get(url) as Promise<T> | undefined;
+    const address = this.tree.resolve(url);
+    if (known) {
+      this.kept.delete(url);
+      this.kept.set(url, known);
+      this.queue.hasten(address, priority);
+      return known;
+    }
+    const reading = this.queue.request(address, priority).then(decode);
+    this.kept.set(url, reading);
+    reading.catch(() => this.kept.delete(url));
+    for (const oldest of this.kept.keys()) {
+      if (this.kept.size <= KEPT_DOCUMENTS) break;
+      this.kept.delete(oldest);
+    }
+    return reading;
+  }
+}
+
+function jsonOf(bytes: ArrayBuffer, place: string): Json {
+  return Json.parse(new TextDecoder().decode(bytes), place);
+}

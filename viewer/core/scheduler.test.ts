@@ -1,0 +1,89 @@
+import { describe, expect, it } from "vitest";
+import type { PlacedObject } from "./objects.ts";
+import { coarsestProgress, desiredLevel, type Eye, type ModelState, plan, screenError_px } from "./scheduler.ts";
+
+const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
+const OPTIONS = { target_px: 1.5, mayRefine: true };
+
+/** An object whose nearest point lies `distance_m` ahead, with one level for each error, finest first. */
+function object(id: number, model: number, distance_m: number, errors: number[], texture = ""): PlacedObject {
+  return {
+    entry: {
+      object: id,
+      sourceNode: `node ${id}`,
+      bounds: { min: [-1, -1, -distance_m - 1], max: [1, 1, -distance_m] },
+      worldFromObject: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+      scale: 1,
+      model,
+    },
+    model: {
+      model,
+      levels: errors.map((geometricError, level) => ({
+        level,
+        url: `/o/${model}-${level}`,
+        bytes: 1000 >> level,
+        triangles: 1,
+        geometricError,
+        textures: texture ? [{ url: texture, bytes: 50 }] : [],
+      })),
+    },
+  };
+}
+
+const holding =
+  (held: Record<number, number>, failed: Record<number, number[]> = {}) =>
+  (model: number): ModelState => ({ heldLevel: held[model], failed: new Set(failed[model] ?? []) });
+const summary = (wants: ReturnType<typeof plan>) => wants.map((want) => [want.object.model.model, want.level]);
+
+describe("the plan", () => {
+  const near = object(0, 0, 1, [0, 0.01, 0.1]);
+  const far = object(1, 1, 200, [0, 0.01, 0.1]);
+  const middle = object(2, 2, 20, [0, 0.01, 0.1]);
+
+  it("holds coarsest levels only, in the record's order, while one is missing", () => {
+    expect(summary(plan([far, near, middle], holding({ 0: 2 }), EYE, OPTIONS))).toEqual([
+      [1, 2],
+      [2, 2],
+    ]);
+  });
+
+  it("then refines by screen error, the worst first, and leaves alone what is good enough", () => {
+    expect(summary(plan([far, middle, near], holding({ 0: 2, 1: 2, 2: 2 }), EYE, OPTIONS))).toEqual([
+      [0, 0],
+      [2, 1],
+    ]);
+  });
+
+  it("fetches a shared model once, as fine as its nearest object needs", () => {
+    const twin = object(3, 1, 1, [0, 0.01, 0.1]);
+    expect(summary(plan([far, twin], holding({}), EYE, OPTIONS))).toEqual([[1, 2]]);
+    expect(summary(plan([far, twin], holding({ 1: 2 }), EYE, OPTIONS))).toEqual([[1, 0]]);
+  });
+
+  it("goes on to the next coarsest level when one cannot be had, and never asks for a failed one", () => {
+    expect(summary(plan([near], holding({}, { 0: [2] }), EYE, OPTIONS))).toEqual([[0, 1]]);
+    expect(summary(plan([near], holding({}, { 0: [0, 1, 2] }), EYE, OPTIONS))).toEqual([]);
+    expect(summary(plan([near], holding({ 0: 2 }, { 0: [0] }), EYE, OPTIONS))).toEqual([]);
+  });
+
+  it("refines nothing while memory is full", () => {
+    expect(plan([near], holding({ 0: 2 }), EYE, { ...OPTIONS, mayRefine: false })).toEqual([]);
+  });
+});
+
+it("one millimetre at one metre covers about a pixel of a 1080 pixel picture under 60°", () => {
+  expect(screenError_px(0.001, 1, EYE)).toBeCloseTo(0.935, 2);
+  expect(screenError_px(0, 0, EYE)).toBe(0);
+});
+
+it("an eye inside an object's box wants the finest level", () => {
+  const around = object(0, 0, -0.5, [0.001, 0.1]);
+  expect(desiredLevel(around, EYE, 1.5)).toBe(0);
+});
+
+it("progress counts each model and each texture once", () => {
+  const objects = [object(0, 0, 1, [0, 1], "t"), object(1, 0, 1, [0, 1], "t"), object(2, 2, 1, [0], "t")];
+  expect(coarsestProgress(objects, () => undefined)).toEqual({ loaded_bytes: 0, total_bytes: 1550 });
+  expect(coarsestProgress(objects, (model) => (model === 0 ? 0 : undefined)).loaded_bytes).toBe(550);
+  expect(coarsestProgress(objects, () => 0).loaded_bytes).toBe(1550);
+});

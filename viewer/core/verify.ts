@@ -1,0 +1,28 @@
+/**
+ * Are these the bytes that their URL names? Every immutable object is called by its SHA-256, so a client can catch a
+ * damaged disk, a broken proxy or a lying mirror. WebCrypto exists in secure contexts only (https and localhost).
+ */
+
+export type Verdict = "verified" | "mismatch" | "unverified";
+
+/** The part of WebCrypto that is needed. */
+export type Digest = (bytes: ArrayBuffer) => Promise<ArrayBuffer>;
+
+/** The digest of this environment, when it has one. */
+export function webCryptoDigest(): Digest | undefined {
+  const subtle = globalThis.crypto?.subtle;
+  return subtle && ((bytes) => subtle.digest("SHA-256", bytes));
+}
+
+/** The hash that a URL of an immutable object promises. */
+export function promisedHash(url: string): string | undefined {
+  return /\/o\/([0-9a-f]{64})\.[a-z0-9]{1,8}$/.exec(url)?.[1];
+}
+
+/** Compares bytes with the hash in their URL. URLs without a hash, and bytes without a digest, stay unverified. */
+export async function verify(url: string, bytes: ArrayBuffer, digest: Digest | undefined): Promise<Verdict> {
+  const promised = promisedHash(url);
+  if (!promised || !digest) return "unverified";
+  const actual = [...new Uint8Array(await digest(bytes))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+  return actual === promised ? "verified" : "mismatch";
+}

@@ -1,0 +1,233 @@
+/**
+ * Where may a walker go? Inside the union of the view cells: a step is swept through the current cell, goes on through a
+ * portal where an adjacent cell continues, and slides along the hull where none does. In fly mode nothing holds it back.
+ *
+ * Positions are the eye's, in metres; yaw turns left about +Y and is 0 towards −Z, pitch is positive upwards, radians.
+ */
+import type { Portal } from "./cellrecord.ts";
+import {
+  add,
+  distanceToPolygon,
+  dot,
+  insidePlanes,
+  length,
+  type Plane,
+  scale,
+  subtract,
+  type Vec3,
+} from "./geometry.ts";
+
+/** What walking needs to know of a cell. */
+export interface NavigationCell {
+  readonly cell: number;
+  readonly planes: readonly Plane[];
+  readonly adjacent: readonly number[];
+  /** Its openings, once its record has arrived. */
+  readonly portals: readonly Portal[] | undefined;
+}
+
+/** The cells that are known so far. */
+export interface NavigationSpace {
+  cell(id: number): NavigationCell | undefined;
+}
+
+/** What a person wants, each from −1 to 1. */
+export interface Intent {
+  readonly forward: number;
+  readonly right: number;
+  readonly up: number;
+  readonly fast: boolean;
+}
+
+export const IDLE: Intent = { forward: 0, right: 0, up: 0, fast: false };
+
+export const WALK_SPEED_MPS = 2.2;
+export const FAST_FACTOR = 2.5;
+const FLY_FACTOR = 2;
+/** Distance that a walker keeps from walls, so that the near plane never cuts into one. */
+const BODY_RADIUS_M = 0.22;
+/** How fast a walker is pushed off a wall, or rises and falls to stand on the floor. */
+const SETTLE_MPS = 6;
+/** Gap between hulls that still counts as touching. */
+const SEAM_M = 2e-3;
+/** How far from a portal's polygon one may pass. */
+const PORTAL_SLACK_M = 0.05;
+/** Eyes higher than this above the floor come down when they walk … */
+const EYE_HEIGHT_M = 1.7;
+/** … unless they start so high that they are not meant to stand on it. */
+const HOVER_FROM_M = 3;
+/** How quickly the wanted velocity is reached, as a rate per second. */
+const RESPONSE_PER_S = 12;
+
+interface Place {
+  readonly position: Vec3;
+  readonly cell: NavigationCell;
+}
+
+/** Sweeps a displacement through the cells, sliding along hulls. */
+export function sweep(space: NavigationSpace, start: Place, displacement: Vec3, mode: "slide" | "stop"): Place {
+  let { position, cell } = start;
+  let remaining = displacement;
+  for (let step = 0; step < 24 && length(remaining) > 1e-9; step += 1) {
+    let share = 1;
+    let face: Plane | undefined;
+    for (const plane of cell.planes) {
+      const rate = dot(plane.normal, remaining);
+      if (rate <= 1e-12) continue;
+      const at = Math.max(plane.offset - dot(plane.normal, position), 0) / rate;
+      if (at < share) [share, face] = [at, plane];
+    }
+    position = add(position, scale(remaining, share));
+    remaining = scale(remaining, 1 - share);
+    if (!face) break;
+    const beyond = continues(space, cell, position, remaining);
+    if (beyond) cell = beyond;
+    else if (mode === "stop") break;
+    else remaining = subtract(remaining, scale(face.normal, dot(face.normal, remaining)));
+  }
+  return { position, cell };
+}
+
+/** The adjacent cell into which a path goes on from a point on the hull. */
+function continues(
+  space: NavigationSpace,
+  cell: NavigationCell,
+  point: Vec3,
+  heading: Vec3,
+): NavigationCell | undefined {
+  const ahead = add(point, scale(heading, SEAM_M / Math.max(length(heading), 1e-12)));
+  for (const id of cell.adjacent) {
+    const next = space.cell(id);
+    if (next && insidePlanes(next.planes, ahead, SEAM_M) && passes(cell, next, point)) return next;
+  }
+  return undefined;
+}
+
+/** Whether an opening leads from one cell into another at a point; cells that overlap there need none. */
+function passes(cell: NavigationCell, next: NavigationCell, point: Vec3): boolean {
+  const portals = cell.portals?.filter((portal) => portal.to === next.cell) ?? [];
+  if (portals.length === 0 || insidePlanes(next.planes, point, -PORTAL_SLACK_M)) return true;
+  return portals.some((portal) => distanceToPolygon(portal.polygon, point) <= PORTAL_SLACK_M);
+}
+
+export class Walker {
+  position: Vec3 = [0, 0, 0];
+  yaw = 0;
+  pitch = 0;
+  mode: "fly" | "walk" = "walk";
+  private velocity: Vec3 = [0, 0, 0];
+  private cell: number | undefined;
+  /** Height of the eye above the floor; `undefined` before the floor was felt, `"hover"` when it does not matter. */
+  private eyeHeight_m: number | "hover" | undefined;
+
+  constructor(private readonly space: NavigationSpace) {}
+
+  /** Metres per second, for prediction. */
+  get speed(): Vec3 {
+    return this.velocity;
+  }
+
+  /** Puts the eye somewhere, in a cell when one is known to hold it. */
+  place(position: Vec3, cell?: number): void {
+    this.position = position;
+    this.velocity = [0, 0, 0];
+    this.eyeHeight_m = undefined;
+    this.cell = cell;
+  }
+
+  /** Tells the walker in which cell it stands when it has lost its way or left the cells. */
+  standIn(cell: number): void {
+    const current = this.here();
+    if (!current || !insidePlanes(current.planes, this.position, SEAM_M)) this.cell = cell;
+  }
+
+  look(yaw_rad: number, pitch_rad: number): void {
+    const turn = 2 * Math.PI;
+    this.yaw = ((((yaw_rad + Math.PI) % turn) + turn) % turn) - Math.PI;
+    this.pitch = Math.min(1.5, Math.max(-1.5, pitch_rad));
+  }
+
+  /** Turns an intent into a velocity and takes a step; answers whether the eye moved. */
+  step(seconds: number, intent: Intent): boolean {
+    const wanted = this.wantedVelocity(intent);
+    const blend = 1 - Math.exp(-RESPONSE_PER_S * seconds);
+    this.velocity = add(this.velocity, scale(subtract(wanted, this.velocity), blend));
+    if (length(this.velocity) < 1e-3) this.velocity = [0, 0, 0];
+    return this.travel(scale(this.velocity, seconds), seconds);
+  }
+
+  /** Moves the eye by a displacement as far as the mode allows; answers whether it moved. */
+  travel(displacement: Vec3, seconds: number): boolean {
+    const before = this.position;
+    const cell = this.here();
+    if (this.mode === "fly" || !cell || !insidePlanes(cell.planes, this.position, SEAM_M)) {
+      this.position = add(this.position, displacement);
+    } else if (length(displacement) > 0) {
+      this.walk(cell, displacement, seconds);
+    }
+    return length(subtract(this.position, before)) > 1e-7;
+  }
+
+  private here(): NavigationCell | undefined {
+    return this.cell === undefined ? undefined : this.space.cell(this.cell);
+  }
+
+  private wantedVelocity(intent: Intent): Vec3 {
+    const fly = this.mode === "fly";
+    const size = Math.hypot(intent.forward, intent.right, intent.up);
+    if (size === 0) return [0, 0, 0];
+    const speed = (WALK_SPEED_MPS * (intent.fast ? FAST_FACTOR : 1) * (fly ? FLY_FACTOR : 1)) / Math.max(size, 1);
+    const [sin, cos] = [Math.sin(this.yaw), Math.cos(this.yaw)];
+    const level = fly ? Math.cos(this.pitch) : 1;
+    const climb = fly ? Math.sin(this.pitch) * intent.forward : 0;
+    const ahead = intent.forward * level;
+    return [
+      speed * (-sin * ahead + cos * intent.right),
+      speed * (climb + intent.up),
+      speed * (-cos * ahead - sin * intent.right),
+    ];
+  }
+
+  private walk(from: NavigationCell, displacement: Vec3, seconds: number): void {
+    if (this.eyeHeight_m === undefined) this.eyeHeight_m = this.feelFloor({ position: this.position, cell: from });
+    if (displacement[1] !== 0) this.eyeHeight_m = "hover";
+    let place = sweep(this.space, { position: this.position, cell: from }, displacement, "slide");
+    place = this.keepOffWalls(place, seconds);
+    if (typeof this.eyeHeight_m === "number") place = this.standOnFloor(place, this.eyeHeight_m, seconds);
+    this.position = place.position;
+    this.cell = place.cell.cell;
+  }
+
+  private feelFloor(place: Place): number | "hover" {
+    const height = this.heightAboveFloor(place);
+    if (height > HOVER_FROM_M) return "hover";
+    return Math.min(height, EYE_HEIGHT_M);
+  }
+
+  private heightAboveFloor(place: Place): number {
+    const floor = sweep(this.space, place, [0, -100, 0], "stop");
+    return place.position[1] - floor.position[1];
+  }
+
+  private standOnFloor(place: Place, eyeHeight_m: number, seconds: number): Place {
+    const rise = eyeHeight_m - this.heightAboveFloor(place);
+    const most = SETTLE_MPS * seconds;
+    return sweep(this.space, place, [0, Math.min(most, Math.max(-most, rise)), 0], "stop");
+  }
+
+  /** Pushes the eye off faces behind which nothing continues. */
+  private keepOffWalls(place: Place, seconds: number): Place {
+    let result = place;
+    for (const plane of place.cell.planes) {
+      if (Math.abs(plane.normal[1]) > 0.5) continue;
+      const gap = plane.offset - dot(plane.normal, result.position);
+      if (gap >= BODY_RADIUS_M) continue;
+      const reach = sweep(this.space, result, scale(plane.normal, BODY_RADIUS_M), "stop");
+      const open = dot(plane.normal, subtract(reach.position, result.position));
+      if (open >= BODY_RADIUS_M - SEAM_M) continue;
+      const push = Math.min(BODY_RADIUS_M - open, SETTLE_MPS * seconds);
+      result = sweep(this.space, result, scale(plane.normal, -push), "stop");
+    }
+    return result;
+  }
+}

@@ -1,0 +1,194 @@
+/**
+ * How would the bake write it? A second, independent writing of the published format, for tests: cell records, GLBs
+ * and pictures.
+ */
+import { crc32, deflateSync } from "node:zlib";
+import type { CellRecord, Visible } from "../core/cellrecord.ts";
+import type { Vec3 } from "../core/geometry.ts";
+
+/** The binary form of a cell record. */
+export function encodeCellRecord(record: CellRecord): Uint8Array {
+  const out: number[] = [0x42, 0x56, 0x43, 0x52, 1, 0];
+  const little = (value: bigint, bytes: number) => {
+    for (let i = 0; i < bytes; i += 1) out.push(Number((value >> BigInt(8 * i)) & 0xffn));
+  };
+  const varint = (value: number) => {
+    if (value < 251) return out.push(value);
+    if (value < 2 ** 16) return [out.push(251), little(BigInt(value), 2)];
+    if (value < 2 ** 32) return [out.push(252), little(BigInt(value), 4)];
+    return [out.push(253), little(BigInt(value), 8)];
+  };
+  const f64 = (value: number) => out.push(...new Uint8Array(new Float64Array([value]).buffer));
+  const list = <T>(items: readonly T[], write: (item: T) => unknown) => {
+    varint(items.length);
+    for (const item of items) write(item);
+  };
+  const point = (p: Vec3) => p.forEach(f64);
+  const visible = ({ object, fraction, doors }: Visible) => {
+    varint(object);
+    varint(Math.min(65535, Math.max(1, Math.ceil(fraction * 65535))));
+    list(doors, varint);
+  };
+  varint(record.cell);
+  list(record.hull.points, point);
+  list(record.hull.faces, (face) => list(face, varint));
+  list(record.adjacent, varint);
+  list(record.portals, (portal) => {
+    varint(portal.to);
+    list(portal.polygon, point);
+    if (portal.door === undefined) out.push(0);
+    else [out.push(1), varint(portal.door)];
+  });
+  list(record.cpvs, varint);
+  list(record.opvs, visible);
+  list(record.lpvs, visible);
+  const method = new TextEncoder().encode(record.method);
+  varint(method.length);
+  out.push(...method, record.conservative ? 1 : 0);
+  f64(record.missBound);
+  varint(record.visibleLevel0Bytes);
+  varint(record.visibleCoarsestBytes);
+  return Uint8Array.from(out);
+}
+
+export interface Shape {
+  readonly positions: readonly number[];
+  readonly normals: readonly number[];
+  readonly uvs: readonly number[];
+  readonly indices: readonly number[];
+}
+
+/** A box between two corners. */
+export function box(min: Vec3, max: Vec3): Shape {
+  const shape = { positions: [] as number[], normals: [] as number[], uvs: [] as number[], indices: [] as number[] };
+  for (const axis of [0, 1, 2] as const) {
+    for (const side of [0, 1]) {
+      const [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+      const first = shape.positions.length / 3;
+      for (const [a, b] of [
+        [0, 0],
+        [1, 0],
+        [1, 1],
+        [0, 1],
+      ] as const) {
+        const corner = [0, 0, 0];
+        const pick = (where: number, high: number) => (high === 1 ? max : min)[where as 0 | 1 | 2];
+        corner[axis] = pick(axis, side);
+        corner[u] = pick(u, a);
+        corner[v] = pick(v, b);
+        const normal = [0, 0, 0];
+        normal[axis] = side === 1 ? 1 : -1;
+        shape.positions.push(...corner);
+        shape.normals.push(...normal);
+        shape.uvs.push(a, b);
+      }
+      const turn = side === 1 ? [0, 1, 2, 0, 2, 3] : [0, 2, 1, 0, 3, 2];
+      shape.indices.push(...turn.map((i) => first + i));
+    }
+  }
+  return shape;
+}
+
+/** A ball of radius 1 around the origin with `rings` rings. */
+export function ball(rings: number): Shape {
+  const shape = { positions: [] as number[], normals: [] as number[], uvs: [] as number[], indices: [] as number[] };
+  const sectors = rings * 2;
+  for (let ring = 0; ring <= rings; ring += 1) {
+    for (let sector = 0; sector <= sectors; sector += 1) {
+      const [theta, phi] = [(Math.PI * ring) / rings, (2 * Math.PI * sector) / sectors];
+      const p = [Math.sin(theta) * Math.cos(phi), Math.cos(theta), Math.sin(theta) * Math.sin(phi)];
+      shape.positions.push(...p);
+      shape.normals.push(...p);
+      shape.uvs.push(sector / sectors, ring / rings);
+      if (ring === rings || sector === sectors) continue;
+      const [a, b] = [ring * (sectors + 1) + sector, (ring + 1) * (sectors + 1) + sector];
+      shape.indices.push(a, a + 1, b, b, a + 1, b + 1);
+    }
+  }
+  return shape;
+}
+
+/** A GLB with one mesh; `texture` names a picture beside it. */
+export function encodeGlb(shape: Shape, color: Vec3, texture?: string): Uint8Array {
+  const arrays = [
+    new Uint8Array(new Float32Array(shape.positions).buffer),
+    new Uint8Array(new Float32Array(shape.normals).buffer),
+    new Uint8Array(new Float32Array(shape.uvs).buffer),
+    new Uint8Array(new Uint32Array(shape.indices).buffer),
+  ];
+  let offset = 0;
+  const bufferViews = arrays.map((array) => {
+    const view = { buffer: 0, byteOffset: offset, byteLength: array.byteLength };
+    offset += array.byteLength;
+    return view;
+  });
+  const count = shape.positions.length / 3;
+  const extent = (pick: (...values: number[]) => number) =>
+    [0, 1, 2].map((axis) => pick(...shape.positions.filter((_, i) => i % 3 === axis)));
+  const json = {
+    asset: { version: "2.0" },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0, NORMAL: 1, TEXCOORD_0: 2 }, indices: 3, material: 0 }] }],
+    materials: [
+      {
+        pbrMetallicRoughness: {
+          baseColorFactor: [...color, 1],
+          metallicFactor: 0,
+          roughnessFactor: 0.8,
+          ...(texture && { baseColorTexture: { index: 0 } }),
+        },
+      },
+    ],
+    ...(texture && { textures: [{ source: 0 }], images: [{ uri: texture }] }),
+    accessors: [
+      { bufferView: 0, componentType: 5126, count, type: "VEC3", min: extent(Math.min), max: extent(Math.max) },
+      { bufferView: 1, componentType: 5126, count, type: "VEC3" },
+      { bufferView: 2, componentType: 5126, count, type: "VEC2" },
+      { bufferView: 3, componentType: 5125, count: shape.indices.length, type: "SCALAR" },
+    ],
+    bufferViews,
+    buffers: [{ byteLength: offset }],
+  };
+  const text = new TextEncoder().encode(JSON.stringify(json));
+  const jsonBytes = new Uint8Array(Math.ceil(text.length / 4) * 4).fill(0x20);
+  jsonBytes.set(text);
+  const words = (...values: number[]) => new Uint8Array(new Uint32Array(values).buffer);
+  const total = 12 + 8 + jsonBytes.length + 8 + offset;
+  return concat([
+    words(0x46546c67, 2, total, jsonBytes.length, 0x4e4f534a),
+    jsonBytes,
+    words(offset, 0x004e4942),
+    ...arrays,
+  ]);
+}
+
+/** A square RGB picture as PNG. */
+export function encodePng(size: number, colorAt: (x: number, y: number) => Vec3): Uint8Array {
+  const rows = new Uint8Array(size * (1 + size * 3));
+  for (let y = 0; y < size; y += 1) {
+    for (let x = 0; x < size; x += 1) rows.set(colorAt(x, y), y * (1 + size * 3) + 1 + x * 3);
+  }
+  const big = (value: number) => [24, 16, 8, 0].map((shift) => (value >>> shift) & 0xff);
+  const chunk = (type: string, data: Uint8Array) => {
+    const body = concat([new TextEncoder().encode(type), data]);
+    return concat([Uint8Array.from(big(data.length)), body, Uint8Array.from(big(crc32(body)))]);
+  };
+  return concat([
+    Uint8Array.from([137, 80, 78, 71, 13, 10, 26, 10]),
+    chunk("IHDR", Uint8Array.from([...big(size), ...big(size), 8, 2, 0, 0, 0])),
+    chunk("IDAT", deflateSync(rows)),
+    chunk("IEND", new Uint8Array()),
+  ]);
+}
+
+function concat(parts: readonly Uint8Array[]): Uint8Array {
+  const whole = new Uint8Array(parts.reduce((total, part) => total + part.length, 0));
+  let at = 0;
+  for (const part of parts) {
+    whole.set(part, at);
+    at += part.length;
+  }
+  return whole;
+}

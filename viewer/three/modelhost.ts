@@ -1,0 +1,169 @@
+/**
+ * How do downloaded levels come into the picture? Decodes GLBs with three.js, keeps one template for each model and a
+ * clone, sharing geometry and materials, for each shown object. A finer level replaces a coarser one in one step, so
+ * that there is never a frame without either. What is evicted leaves the GPU.
+ */
+import { type BufferGeometry, Group, type Material, type Mesh, type Object3D, PointsMaterial, Texture } from "three";
+import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import type { ModelHost } from "../core/modelloads.ts";
+import type { PlacedObject } from "../core/objects.ts";
+import { TextureCache } from "./textures.ts";
+
+interface Template {
+  readonly root: Object3D;
+  readonly textures: readonly string[];
+}
+
+const POINT_SIZE_PX = 2;
+
+export class ThreeModelHost implements ModelHost {
+  /** Everything that is shown; add it to a scene. */
+  readonly root = new Group();
+  private readonly templates = new Map<number, Template>();
+  private readonly textures = new TextureCache();
+  private readonly loader: GLTFLoader;
+  /** Shown objects by id and, for swapping, by model. */
+  private shown = new Map<number, PlacedObject>();
+  private byModel = new Map<number, PlacedObject[]>();
+  private readonly nodes = new Map<number, Object3D>();
+
+  /** `changed` is called whenever a new picture should be drawn. */
+  constructor(private readonly changed: () => void) {
+    this.root.matrixAutoUpdate = false;
+    this.loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
+    const textureLoader = this.textures.loader();
+    this.loader.register((parser) => {
+      parser.textureLoader = textureLoader;
+      return { name: "BELVEDERE_cached_textures" };
+    });
+  }
+
+  async upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
+    const used = textureUrls(glb).filter((url) => textures.has(url) || this.textures.holds(url));
+    const acquired: string[] = [];
+    let bytes = 0;
+    try {
+      for (const url of used) {
+        bytes += await this.textures.acquire(url, textures.get(url));
+        acquired.push(url);
+      }
+      const { scene } = await this.loader.parseAsync(glb, "");
+      scene.traverse(prepare);
+      bytes += geometryBytes(scene);
+      const before = this.templates.get(model);
+      this.templates.set(model, { root: scene, textures: acquired });
+      for (const object of this.byModel.get(model) ?? []) this.draw(object, scene);
+      if (before) this.dispose(before);
+    } catch (error) {
+      for (const url of acquired) this.textures.release(url);
+      throw error;
+    }
+    this.changed();
+    return bytes;
+  }
+
+  holdsTexture(url: string): boolean {
+    return this.textures.holds(url);
+  }
+
+  evict(model: number): void {
+    const template = this.templates.get(model);
+    if (!template) return;
+    this.templates.delete(model);
+    for (const { entry } of this.byModel.get(model) ?? []) this.remove(entry.object);
+    this.dispose(template);
+  }
+
+  show(objects: readonly PlacedObject[]): void {
+    this.shown = new Map(objects.map((object) => [object.entry.object, object]));
+    this.byModel = new Map();
+    for (const object of objects) {
+      const siblings = this.byModel.get(object.model.model);
+      if (siblings) siblings.push(object);
+      else this.byModel.set(object.model.model, [object]);
+    }
+    for (const id of [...this.nodes.keys()]) if (!this.shown.has(id)) this.remove(id);
+    for (const object of objects) {
+      const template = this.templates.get(object.model.model);
+      if (template && !this.nodes.has(object.entry.object)) this.draw(object, template.root);
+    }
+    this.changed();
+  }
+
+  draws(object: number): boolean {
+    return this.nodes.get(object)?.parent === this.root;
+  }
+
+  /** Frees everything. */
+  clear(): void {
+    for (const id of [...this.nodes.keys()]) this.remove(id);
+    for (const template of this.templates.values()) this.dispose(template);
+    this.templates.clear();
+  }
+
+  private draw(object: PlacedObject, template: Object3D): void {
+    this.remove(object.entry.object);
+    const node = new Group();
+    node.name = object.entry.sourceNode;
+    node.matrixAutoUpdate = false;
+    node.matrix.fromArray(object.entry.worldFromObject);
+    node.add(template.clone(true));
+    this.nodes.set(object.entry.object, node);
+    this.root.add(node);
+    node.updateMatrixWorld(true);
+  }
+
+  private remove(object: number): void {
+    this.nodes.get(object)?.removeFromParent();
+    this.nodes.delete(object);
+  }
+
+  private dispose(template: Template): void {
+    template.root.traverse((node) => {
+      const { geometry, material } = node as Partial<Mesh>;
+      geometry?.dispose();
+      for (const one of material ? [material].flat() : []) disposeMaterial(one);
+    });
+    for (const url of template.textures) this.textures.release(url);
+  }
+}
+
+/** The published textures that a GLB refers to, as their URLs in the tree. */
+export function textureUrls(glb: ArrayBuffer): string[] {
+  const view = new DataView(glb);
+  if (view.byteLength < 20 || view.getUint32(0, true) !== 0x46546c67) throw new Error("not a GLB");
+  const length = view.getUint32(12, true);
+  if (length > view.byteLength - 20) throw new Error("a GLB ends before its JSON does");
+  const json = JSON.parse(new TextDecoder().decode(new Uint8Array(glb, 20, length))) as {
+    images?: { uri?: unknown }[];
+  };
+  const names = (json.images ?? []).map(({ uri }) => (typeof uri === "string" ? uri : ""));
+  const published = names.map((name) => name.slice(name.lastIndexOf("/") + 1));
+  return [
+    ...new Set(published.filter((name) => /^[0-9a-f]{64}\.[a-z0-9]{1,8}$/.test(name)).map((name) => `/o/${name}`)),
+  ];
+}
+
+function prepare(node: Object3D): void {
+  const { material } = node as Partial<Mesh>;
+  for (const one of material ? [material].flat() : []) {
+    if (one instanceof PointsMaterial) one.size = POINT_SIZE_PX * globalThis.devicePixelRatio;
+  }
+}
+
+function geometryBytes(root: Object3D): number {
+  const buffers = new Set<ArrayBufferLike>();
+  root.traverse((node) => {
+    const geometry = (node as Partial<Mesh>).geometry as BufferGeometry | undefined;
+    if (!geometry) return;
+    for (const attribute of Object.values(geometry.attributes)) buffers.add(attribute.array.buffer);
+    if (geometry.index) buffers.add(geometry.index.array.buffer);
+  });
+  return [...buffers].reduce((total, buffer) => total + buffer.byteLength, 0);
+}
+
+function disposeMaterial(material: Material): void {
+  for (const value of Object.values(material)) if (value instanceof Texture) value.dispose();
+  material.dispose();
+}

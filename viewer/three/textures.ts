@@ -1,0 +1,92 @@
+/**
+ * Which pictures are decoded? Each once, however many models use it: textures of different models share one source and
+ * with it one copy on the GPU. A picture goes with the last model that uses it.
+ */
+import { Source, Texture, TextureLoader } from "three";
+
+interface Picture {
+  readonly source: Source<ImageBitmap>;
+  readonly bytes: number;
+  users: number;
+}
+
+/** Colour plus mip levels on the GPU, and the decoded picture that three keeps for context loss. */
+const BYTES_PER_PIXEL = 4 * (4 / 3) + 4;
+
+export class TextureCache {
+  private readonly pictures = new Map<string, Picture>();
+
+  holds(url: string): boolean {
+    return this.pictures.has(url);
+  }
+
+  /** Decodes a picture unless it is held, and counts one more user; answers the bytes that it newly takes. */
+  async acquire(url: string, encoded: ArrayBuffer | undefined): Promise<number> {
+    const held = this.pictures.get(url);
+    if (held) {
+      held.users += 1;
+      return 0;
+    }
+    if (!encoded) throw new Error(`the texture ${url} was not fetched`);
+    const bitmap = await decode(new Blob([encoded]));
+    const raced = this.pictures.get(url);
+    if (raced) {
+      bitmap.close();
+      raced.users += 1;
+      return 0;
+    }
+    const bytes = Math.round(bitmap.width * bitmap.height * BYTES_PER_PIXEL);
+    this.pictures.set(url, { source: new Source(bitmap), bytes, users: 1 });
+    return bytes;
+  }
+
+  /** One user less; the last one closes the picture. */
+  release(url: string): void {
+    const picture = this.pictures.get(url);
+    if (!picture) return;
+    picture.users -= 1;
+    if (picture.users > 0) return;
+    this.pictures.delete(url);
+    picture.source.data.close();
+  }
+
+  /** A loader for GLTFLoader that answers from this cache and never from the network. */
+  loader(): TextureLoader {
+    return new CachedTextureLoader((name) => this.pictures.get(`/o/${name}`)?.source);
+  }
+}
+
+function decode(blob: Blob): Promise<ImageBitmap> {
+  return createImageBitmap(blob, { premultiplyAlpha: "none", colorSpaceConversion: "none", imageOrientation: "none" });
+}
+
+class CachedTextureLoader extends TextureLoader {
+  constructor(private readonly sourceOf: (name: string) => Source<ImageBitmap> | undefined) {
+    super();
+  }
+
+  override load(
+    url: string,
+    onLoad?: (texture: Texture<HTMLImageElement>) => void,
+    _onProgress?: (event: ProgressEvent) => void,
+    onError?: (error: unknown) => void,
+  ): Texture<HTMLImageElement> {
+    const texture = new Texture<HTMLImageElement>();
+    const take = (source: Source<ImageBitmap>) => {
+      texture.source = source as unknown as typeof texture.source;
+      texture.needsUpdate = true;
+      onLoad?.(texture);
+    };
+    if (url.startsWith("blob:")) {
+      // A picture inside the GLB; GLTFLoader has wrapped it in a URL of this page.
+      fetch(url)
+        .then(async (response) => take(new Source(await decode(await response.blob()))))
+        .catch((error: unknown) => onError?.(error));
+      return texture;
+    }
+    const source = this.sourceOf(url.slice(url.lastIndexOf("/") + 1));
+    if (source) take(source);
+    else onError?.(new Error(`${url} is not among the level's textures`));
+    return texture;
+  }
+}

@@ -1,0 +1,149 @@
+/**
+ * What does the person at the keyboard, mouse or touch screen want? Turns input events into an {@link Intent} and into
+ * turns of the head.
+ */
+import { IDLE, type Intent } from "../core/walker.ts";
+
+export interface ControlEvents {
+  /** Turn by these angles in radians. */
+  readonly turn: (yaw: number, pitch: number) => void;
+  readonly toggleFly: () => void;
+  readonly toggleHelp: () => void;
+}
+
+const RADIANS_PER_PX = 0.0032;
+const TOUCH_RADIANS_PER_PX = 0.006;
+const KEY_TURN_RAD_PER_S = 1.7;
+const STICK_RADIUS_PX = 48;
+
+const KEYS: Record<string, Partial<Record<"forward" | "right" | "up" | "turn", number>>> = {
+  KeyW: { forward: 1 },
+  ArrowUp: { forward: 1 },
+  KeyS: { forward: -1 },
+  ArrowDown: { forward: -1 },
+  KeyA: { right: -1 },
+  KeyD: { right: 1 },
+  KeyE: { up: 1 },
+  KeyQ: { up: -1 },
+  ArrowLeft: { turn: 1 },
+  ArrowRight: { turn: -1 },
+};
+
+export class Controls {
+  private readonly held = new Set<string>();
+  private fast = false;
+  private stickPointer: { id: number; x: number; y: number } | undefined;
+  private stickOffset = { x: 0, y: 0 };
+  private lookPointer: { id: number; x: number; y: number } | undefined;
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly stick: HTMLElement,
+    private readonly events: ControlEvents,
+  ) {
+    addEventListener("keydown", (event) => this.press(event));
+    addEventListener("keyup", (event) => this.release(event));
+    addEventListener("blur", () => this.letGo());
+    canvas.addEventListener("pointerdown", (event) => this.pointerDown(event));
+    canvas.addEventListener("pointermove", (event) => this.pointerMove(event));
+    for (const name of ["pointerup", "pointercancel"] as const) {
+      canvas.addEventListener(name, (event) => this.pointerUp(event));
+    }
+    canvas.addEventListener("dblclick", (event) => this.lockPointer(event));
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  /** What is wanted now. */
+  intent(): Intent {
+    const sum = { forward: 0, right: 0, up: 0 };
+    for (const code of this.held) {
+      const key = KEYS[code];
+      sum.forward += key?.forward ?? 0;
+      sum.right += key?.right ?? 0;
+      sum.up += key?.up ?? 0;
+    }
+    const clamp = (value: number) => Math.min(1, Math.max(-1, value));
+    const forward = clamp(sum.forward - this.stickOffset.y);
+    const right = clamp(sum.right + this.stickOffset.x);
+    if (forward === 0 && right === 0 && sum.up === 0) return IDLE;
+    return { forward, right, up: clamp(sum.up), fast: this.fast };
+  }
+
+  /** Turns by held keys for a frame. */
+  turnByKeys(seconds: number): void {
+    let turn = 0;
+    for (const code of this.held) turn += KEYS[code]?.turn ?? 0;
+    if (turn !== 0) this.events.turn(turn * KEY_TURN_RAD_PER_S * seconds, 0);
+  }
+
+  private press(event: KeyboardEvent): void {
+    this.fast = event.shiftKey;
+    const elsewhere = event.target instanceof Element && event.target.closest("select, button, a, input");
+    if (elsewhere || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (KEYS[event.code]) {
+      this.held.add(event.code);
+      event.preventDefault();
+    } else if (!event.repeat && event.code === "KeyF") this.events.toggleFly();
+    else if (!event.repeat && event.code === "KeyH") this.events.toggleHelp();
+  }
+
+  private release(event: KeyboardEvent): void {
+    this.fast = event.shiftKey;
+    this.held.delete(event.code);
+  }
+
+  private letGo(): void {
+    this.held.clear();
+    this.fast = false;
+  }
+
+  private lockPointer(event: MouseEvent): void {
+    if ((event as PointerEvent).pointerType === "touch" || !this.canvas.requestPointerLock) return;
+    // Browsers refuse a second lock shortly after the first was left; dragging works all the same.
+    Promise.resolve(this.canvas.requestPointerLock()).catch(() => {});
+  }
+
+  private pointerDown(event: PointerEvent): void {
+    this.canvas.focus({ preventScroll: true });
+    if (event.button !== 0) return;
+    this.canvas.setPointerCapture(event.pointerId);
+    const start = { id: event.pointerId, x: event.clientX, y: event.clientY };
+    if (event.pointerType === "touch" && event.clientX < innerWidth / 2 && !this.stickPointer) {
+      this.stickPointer = start;
+      this.showStick();
+    } else if (!this.lookPointer) this.lookPointer = start;
+  }
+
+  private pointerMove(event: PointerEvent): void {
+    if (document.pointerLockElement === this.canvas) {
+      this.events.turn(-event.movementX * RADIANS_PER_PX, -event.movementY * RADIANS_PER_PX);
+    } else if (this.stickPointer?.id === event.pointerId) {
+      const [x, y] = [event.clientX - this.stickPointer.x, event.clientY - this.stickPointer.y];
+      const size = Math.max(STICK_RADIUS_PX, Math.hypot(x, y));
+      this.stickOffset = { x: x / size, y: y / size };
+      this.showStick();
+    } else if (this.lookPointer?.id === event.pointerId) {
+      const rate = event.pointerType === "touch" ? TOUCH_RADIANS_PER_PX : RADIANS_PER_PX;
+      this.events.turn((event.clientX - this.lookPointer.x) * rate, (event.clientY - this.lookPointer.y) * rate);
+      this.lookPointer = { id: event.pointerId, x: event.clientX, y: event.clientY };
+    }
+  }
+
+  private pointerUp(event: PointerEvent): void {
+    if (this.lookPointer?.id === event.pointerId) this.lookPointer = undefined;
+    if (this.stickPointer?.id !== event.pointerId) return;
+    this.stickPointer = undefined;
+    this.stickOffset = { x: 0, y: 0 };
+    this.showStick();
+  }
+
+  private showStick(): void {
+    this.stick.hidden = this.stickPointer === undefined;
+    if (!this.stickPointer) return;
+    this.stick.style.left = `${this.stickPointer.x}px`;
+    this.stick.style.top = `${this.stickPointer.y}px`;
+    const knob = this.stick.firstElementChild as HTMLElement | null;
+    const { x, y } = this.stickOffset;
+    if (knob) knob.style.transform = `translate(${x * STICK_RADIUS_PX}px, ${y * STICK_RADIUS_PX}px)`;
+  }
+}

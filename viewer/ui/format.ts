@@ -1,0 +1,22 @@
+/** How are numbers written for people? */
+
+const UNITS = ["B", "kB", "MB", "GB", "TB"];
+
+/** Decimal units with at most one place behind the point: `1.2 MB`. */
+export function writeBytes(bytes: number): string {
+  let value = bytes;
+  let unit = 0;
+  while (value >= 999.95 && unit < UNITS.length - 1) {
+    value /= 1000;
+    unit += 1;
+  }
+  const text = unit === 0 ? String(Math.round(value)) : value.toFixed(value < 99.95 ? 1 : 0);
+  return `${text} ${UNITS[unit]}`;
+}
+
+/** What was fetched against the whole scene: `1.2 MB of 35.4 MB · 3.4 %`. */
+export function writeShare(fetched: number, whole: number | undefined): string {
+  if (!whole) return writeBytes(fetched);
+  const percent = (100 * fetched) / whole;
+  return `${writeBytes(fetched)} of ${writeBytes(whole)} · ${percent.toFixed(percent < 10 ? 1 : 0)} %`;
+}

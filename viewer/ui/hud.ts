@@ -1,0 +1,77 @@
+/**
+ * What does a walker want to know at a glance? The cell, how much of the scene is visible from it, bytes fetched against
+ * the whole scene, and exactly how much of this cell is still to come.
+ */
+import { element } from "./elements.ts";
+import { writeBytes, writeShare } from "./format.ts";
+
+export interface Readings {
+  readonly cell: number | undefined;
+  /** Whether the eye is in that cell; else it is the nearest. */
+  readonly inside: boolean;
+  readonly visible: number;
+  readonly objects: number;
+  readonly fetched_bytes: number;
+  readonly whole_bytes: number | undefined;
+  readonly loaded_bytes: number;
+  readonly total_bytes: number;
+  readonly settled: boolean;
+}
+
+const ANNOUNCE_AFTER_MS = 800;
+
+export class Hud {
+  private readonly cell = element("cell", HTMLSpanElement);
+  private readonly whereabouts = element("whereabouts", HTMLSpanElement);
+  private readonly visible = element("visible", HTMLElement);
+  private readonly bytes = element("bytes", HTMLElement);
+  private readonly loading = element("loading", HTMLDivElement);
+  private readonly progress = element("progress", HTMLProgressElement);
+  private readonly progressText = element("progress-text", HTMLSpanElement);
+  private readonly live = element("live", HTMLParagraphElement);
+  private announcement: ReturnType<typeof setTimeout> | undefined;
+  private announced = "";
+
+  title(text: string): void {
+    element("title", HTMLHeadingElement).textContent = text;
+    document.title = `${text} · Belvedere`;
+  }
+
+  show(readings: Readings): void {
+    const cell = readings.cell === undefined ? "–" : `c${readings.cell}`;
+    const visible = `${readings.visible} of ${readings.objects} objects visible`;
+    write(this.cell, cell);
+    write(this.whereabouts, readings.cell === undefined || readings.inside ? "" : "is nearest");
+    write(this.visible, visible);
+    write(this.bytes, writeShare(readings.fetched_bytes, readings.whole_bytes));
+    const { loaded_bytes, total_bytes } = readings;
+    this.loading.classList.toggle("done", readings.settled);
+    this.progress.value = total_bytes === 0 ? 1 : loaded_bytes / total_bytes;
+    write(this.progressText, `${writeBytes(loaded_bytes)} of ${writeBytes(total_bytes)}`);
+    if (readings.settled) this.announce(`Cell ${cell}, ${visible}`);
+  }
+
+  mode(mode: "fly" | "walk"): void {
+    element("mode", HTMLParagraphElement).hidden = mode !== "fly";
+  }
+
+  toggleHelp(shown?: boolean): void {
+    const help = element("help", HTMLElement);
+    help.hidden = !(shown ?? help.hidden);
+    element("help-toggle", HTMLButtonElement).setAttribute("aria-expanded", String(!help.hidden));
+  }
+
+  /** Tells a screen reader, once things are quiet. */
+  private announce(text: string): void {
+    if (text === this.announced) return;
+    this.announced = text;
+    clearTimeout(this.announcement);
+    this.announcement = setTimeout(() => {
+      this.live.textContent = text;
+    }, ANNOUNCE_AFTER_MS);
+  }
+}
+
+function write(target: HTMLElement, text: string): void {
+  if (target.textContent !== text) target.textContent = text;
+}

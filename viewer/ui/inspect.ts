@@ -1,0 +1,99 @@
+/**
+ * What can one ask and do from a browser's console? `belvedere.state()`, `belvedere.teleport([x, y, z])` and a few more;
+ * tests in a real browser use the same.
+ */
+import type { CellRecord } from "../core/cellrecord.ts";
+import type { Vec3 } from "../core/geometry.ts";
+import { WALK_SPEED_MPS } from "../core/walker.ts";
+import type { Visit } from "./visit.ts";
+
+export interface State {
+  readonly scene: string;
+  readonly revision: string;
+  /** The cell that holds the eye, or the nearest one. */
+  readonly cell: string | null;
+  readonly inside: boolean;
+  readonly visible: number;
+  readonly objects: number;
+  /** Body bytes, content encoding removed. */
+  readonly bytesFetched: number;
+  /** The same as they travelled, where the browser tells. */
+  readonly bytesEncoded: number;
+  readonly bytesTotal: number | null;
+  readonly position: Vec3;
+  readonly yaw: number;
+  readonly pitch: number;
+  readonly mode: "fly" | "walk";
+  /** Visible objects of which a level is held and yet nothing is drawn; always 0. */
+  readonly holes: number;
+  /** Visible objects of which nothing is held yet. */
+  readonly missing: number;
+  /** Held models by level. */
+  readonly levelsHeld: Record<string, number>;
+  readonly memoryBytes: number;
+  /** Downloads and decodings under way. */
+  readonly pending: number;
+  /** Whether everything visible has at least its coarsest level. */
+  readonly settled: boolean;
+  /** Bodies that could not be compared with the hash in their URL. */
+  readonly unverified: number;
+  /** What could not be loaded so far. */
+  readonly problems: readonly string[];
+}
+
+export interface Inspector {
+  state(): State;
+  /** Angles in radians; left as they are when not given. */
+  teleport(position: Vec3, yaw?: number, pitch?: number): void;
+  /** Walks straight ahead; answers whether it arrived. */
+  walk(forward_m: number): Promise<boolean>;
+  walkTo(position: Vec3, speed_mps?: number): Promise<boolean>;
+  /** What is visible from a cell, by its id or number. */
+  record(cell: number | string): Promise<CellRecord>;
+}
+
+declare global {
+  interface Window {
+    belvedere?: Inspector;
+  }
+}
+
+export interface InspectorParts {
+  readonly visit: Visit;
+  readonly encodedBytes: () => number;
+  readonly problems: readonly string[];
+}
+
+export function inspector({ visit, encodedBytes, problems }: InspectorParts): Inspector {
+  const { explorer, walker } = visit;
+  const { pointer, manifest, queue } = explorer.scene;
+  return {
+    state: () => ({
+      scene: pointer.scene,
+      revision: pointer.revision,
+      cell: explorer.cellId === undefined ? null : `c${explorer.cellId}`,
+      inside: explorer.inside,
+      visible: explorer.visible.length,
+      objects: manifest.counts.objects,
+      bytesFetched: queue.tally.bytes,
+      bytesEncoded: encodedBytes(),
+      bytesTotal: pointer.bytes.get("published") ?? pointer.bytes.get("level0") ?? null,
+      position: walker.position,
+      yaw: walker.yaw,
+      pitch: walker.pitch,
+      mode: walker.mode,
+      holes: explorer.holes,
+      missing: explorer.missing,
+      levelsHeld: explorer.residency.levels(),
+      memoryBytes: explorer.residency.bytes,
+      pending: explorer.pending,
+      settled: explorer.settled,
+      unverified: queue.tally.unverified,
+      problems,
+    }),
+    teleport: (position, yaw = walker.yaw, pitch = walker.pitch) => visit.teleport({ position, yaw, pitch }),
+    walk: (forward_m) => visit.walkTo(visit.ahead(forward_m), WALK_SPEED_MPS),
+    walkTo: (position, speed_mps = WALK_SPEED_MPS) => visit.walkTo(position, speed_mps),
+    record: (cell) => explorer.record(typeof cell === "number" ? cell : Number(cell.replace(/^c/, ""))),
+  };
+}

@@ -1,0 +1,150 @@
+/**
+ * How does a visit begin? Reads the address, finds the scene, opens it and hands the page to a {@link Visit}. Whatever
+ * stops it ends in a plain sentence and a way out.
+ */
+import { addressOfScene, readPose, treeBase } from "../core/address.ts";
+import type { SceneSummary, Viewpoint } from "../core/documents.ts";
+import { FETCH_DEFAULTS, FetchError, FetchQueue } from "../core/fetchqueue.ts";
+import { fetchSceneList, PublishedScene } from "../core/published.ts";
+import { Tree } from "../core/tree.ts";
+import { webCryptoDigest } from "../core/verify.ts";
+import { Stage } from "../three/stage.ts";
+import { Controls } from "./controls.ts";
+import { element } from "./elements.ts";
+import { Hud } from "./hud.ts";
+import { inspector } from "./inspect.ts";
+import { explain, hideToast, showProblem, showToast } from "./problem.ts";
+import { Visit } from "./visit.ts";
+
+const problems: string[] = [];
+let encoded_bytes = 0;
+
+function tallyEncodedBytes(base: string): void {
+  if (!PerformanceObserver.supportedEntryTypes?.includes("resource")) return;
+  const observer = new PerformanceObserver((list) => {
+    for (const entry of list.getEntries() as PerformanceResourceTiming[]) {
+      if (entry.name.startsWith(base)) encoded_bytes += entry.encodedBodySize;
+    }
+  });
+  observer.observe({ type: "resource", buffered: true });
+}
+
+/** The scene that the address names, else the first of the tree. */
+function choose(named: string | null, scenes: readonly SceneSummary[]): string {
+  const first = scenes[0]?.scene;
+  if (named) return named;
+  if (first) return first;
+  throw new Error("no scene is published here yet; `belvedere bake FILE --scene NAME` publishes one");
+}
+
+async function open(queue: FetchQueue, tree: Tree): Promise<{ scene: PublishedScene; scenes: SceneSummary[] }> {
+  const named = new URL(location.href).searchParams.get("scene");
+  const listing = fetchSceneList(queue, tree);
+  // A tree may hold a scene that its list does not name; the list is only needed to choose from.
+  const scenes = named ? await listing.catch(() => []) : await listing;
+  const name = choose(named, scenes);
+  try {
+    return { scene: await PublishedScene.open(queue, tree, name), scenes };
+  } catch (error) {
+    if (error instanceof FetchError && error.kind === "status" && scenes.every(({ scene }) => scene !== name)) {
+      throw new UnknownScene(name, scenes);
+    }
+    throw error;
+  }
+}
+
+class UnknownScene extends Error {
+  constructor(
+    readonly scene: string,
+    readonly others: readonly SceneSummary[],
+  ) {
+    super(`there is no scene called ${scene} here`);
+  }
+}
+
+function offerScenes(scenes: readonly SceneSummary[], current: string): void {
+  if (scenes.length < 2) return;
+  const select = element("scenes", HTMLSelectElement);
+  select.replaceChildren(
+    ...scenes.map(({ scene, title }) => new Option(title, scene, scene === current, scene === current)),
+  );
+  select.onchange = () => location.assign(addressOfScene(location.href, select.value));
+  element("scene-choice", HTMLLabelElement).hidden = false;
+  element("choices", HTMLElement).hidden = false;
+}
+
+function offerViewpoints(viewpoints: readonly Viewpoint[], goTo: (viewpoint: Viewpoint) => void): void {
+  if (viewpoints.length < 2) return;
+  const select = element("viewpoints", HTMLSelectElement);
+  select.replaceChildren(new Option("go to …", ""), ...viewpoints.map(({ name }, i) => new Option(name, String(i))));
+  select.onchange = () => {
+    const viewpoint = viewpoints[Number(select.value)];
+    if (select.value !== "" && viewpoint) goTo(viewpoint);
+    select.value = "";
+    element("view", HTMLCanvasElement).focus();
+  };
+  element("viewpoint-choice", HTMLLabelElement).hidden = false;
+  element("choices", HTMLElement).hidden = false;
+}
+
+function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[]): void {
+  const hud = new Hud();
+  const host = scene.tree.base.host;
+  const visit = new Visit({
+    scene,
+    stage,
+    hud,
+    problem: (error) => {
+      problems.push(String(error));
+      showToast(error, host, () => visit.explorer.retry());
+    },
+  });
+  const controls = new Controls(element("view", HTMLCanvasElement), element("stick", HTMLDivElement), {
+    turn: (yaw, pitch) => visit.turn(yaw, pitch),
+    toggleFly: () => visit.toggleFly(),
+    toggleHelp: () => hud.toggleHelp(),
+  });
+  const viewpoint = scene.manifest.viewpoints[0];
+  const pose = readPose(location.hash);
+  if (pose) visit.teleport(pose);
+  else if (viewpoint) visit.goTo(viewpoint);
+  addEventListener("hashchange", () => {
+    const linked = readPose(location.hash);
+    if (linked) visit.teleport(linked);
+  });
+  addEventListener("online", () => {
+    hideToast();
+    visit.explorer.retry();
+  });
+  element("help-toggle", HTMLButtonElement).onclick = () => hud.toggleHelp();
+  if (matchMedia("(max-width: 640px)").matches) hud.toggleHelp(false);
+  offerScenes(scenes, scene.pointer.scene);
+  offerViewpoints(scene.manifest.viewpoints, (chosen) => visit.goTo(chosen));
+  visit.begin(controls);
+  window.belvedere = inspector({ visit, encodedBytes: () => encoded_bytes, problems });
+  element("view", HTMLCanvasElement).focus();
+}
+
+async function main(): Promise<void> {
+  const retry = () => location.reload();
+  let host = location.host;
+  try {
+    const tree = new Tree(treeBase(location.href));
+    host = tree.base.host;
+    tallyEncodedBytes(tree.base.href);
+    const stage = new Stage(element("view", HTMLCanvasElement));
+    const queue = new FetchQueue({
+      ...FETCH_DEFAULTS,
+      fetch: (url, init) => fetch(url, init),
+      digest: webCryptoDigest(),
+    });
+    const { scene, scenes } = await open(queue, tree);
+    start(stage, scene, scenes);
+  } catch (error) {
+    const others = error instanceof UnknownScene ? error.others : [];
+    const links = others.map((scene) => ({ scene, href: addressOfScene(location.href, scene.scene) }));
+    showProblem(explain(error, host), retry, links);
+  }
+}
+
+void main();

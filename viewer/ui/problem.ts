@@ -1,0 +1,81 @@
+/**
+ * What went wrong, in a plain sentence, and what can one do? A panel when there is nothing to show; a line at the bottom
+ * when the walk can go on.
+ */
+import { CellRecordError } from "../core/cellrecord.ts";
+import type { SceneSummary } from "../core/documents.ts";
+import { FetchError } from "../core/fetchqueue.ts";
+import { DocumentError } from "../core/json.ts";
+import { NoWebGlError } from "../three/stage.ts";
+import { element } from "./elements.ts";
+
+export interface Explanation {
+  readonly title: string;
+  readonly text: string;
+}
+
+/** An error in words. `host` is the server that is being talked to. */
+export function explain(error: unknown, host: string): Explanation {
+  if (error instanceof NoWebGlError) {
+    return {
+      title: "3-D graphics are not available",
+      text: "This browser cannot draw with WebGL 2. Switch on hardware acceleration in its settings, or open this page in another browser.",
+    };
+  }
+  if (error instanceof FetchError && error.kind === "unreachable") {
+    return {
+      title: "The server does not answer",
+      text: `${host} cannot be reached just now. Check your connection and that the server is running, then try again.`,
+    };
+  }
+  if (error instanceof FetchError && error.kind === "status") {
+    return { title: "Something is missing", text: `${host} does not have what this page asked for: ${error.message}.` };
+  }
+  const damaged = error instanceof DocumentError || error instanceof CellRecordError || error instanceof FetchError;
+  const message = error instanceof Error ? error.message : String(error);
+  if (damaged) {
+    return {
+      title: "Part of this scene is damaged",
+      text: `The server sent something that cannot be right: ${message}. Trying again may help; if not, publish the scene again.`,
+    };
+  }
+  return { title: "This did not work", text: `${message}. Try again, or reload the page.` };
+}
+
+/** Fills the page with a problem; its button runs `retry`. */
+export function showProblem(
+  explanation: Explanation,
+  retry: () => void,
+  links: readonly { scene: SceneSummary; href: string }[] = [],
+): void {
+  element("problem-title", HTMLHeadingElement).textContent = explanation.title;
+  element("problem-text", HTMLParagraphElement).textContent = explanation.text;
+  element("problem-links", HTMLUListElement).replaceChildren(
+    ...links.map(({ scene, href }) => {
+      const [item, link] = [document.createElement("li"), document.createElement("a")];
+      link.href = href;
+      link.textContent = scene.title;
+      item.append(link);
+      return item;
+    }),
+  );
+  const button = element("problem-retry", HTMLButtonElement);
+  button.onclick = retry;
+  element("problem", HTMLDivElement).hidden = false;
+  button.focus();
+}
+
+/** Says at the bottom of the page that something is missing, while the walk goes on. */
+export function showToast(error: unknown, host: string, retry: () => void): void {
+  const toast = element("toast", HTMLParagraphElement);
+  element("toast-text", HTMLSpanElement).textContent = explain(error, host).text;
+  element("toast-retry", HTMLButtonElement).onclick = () => {
+    toast.hidden = true;
+    retry();
+  };
+  toast.hidden = false;
+}
+
+export function hideToast(): void {
+  element("toast", HTMLParagraphElement).hidden = true;
+}

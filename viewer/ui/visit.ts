@@ -1,0 +1,204 @@
+/**
+ * What happens from frame to frame? One visit to one scene: moves the walker, tells the explorer where the eye is, draws
+ * when something has changed and keeps the HUD and the page's address up to date.
+ */
+import { anglesOf, type Pose, writePose } from "../core/address.ts";
+import type { Viewpoint } from "../core/documents.ts";
+import { Explorer } from "../core/explorer.ts";
+import { FrameBudget } from "../core/framebudget.ts";
+import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import type { PublishedScene } from "../core/published.ts";
+import { IDLE, Walker } from "../core/walker.ts";
+import { ThreeModelHost } from "../three/modelhost.ts";
+import type { Stage } from "../three/stage.ts";
+import type { Controls } from "./controls.ts";
+import type { Hud } from "./hud.ts";
+
+export interface VisitParts {
+  readonly scene: PublishedScene;
+  readonly stage: Stage;
+  readonly hud: Hud;
+  readonly problem: (error: unknown) => void;
+}
+
+/** Phones announce little memory; they also die from using too much. */
+const MEMORY_LIMIT_BYTES = matchMedia("(pointer: coarse)").matches ? 350e6 : 1200e6;
+const TARGET_PX = 1.5;
+const DECODE_MS_PER_FRAME = 8;
+const HUD_EVERY_MS = 100;
+const ADDRESS_EVERY_MS = 500;
+const LONGEST_STEP_S = 0.1;
+
+/** A walk that was asked for by code rather than by a person. */
+interface Errand {
+  readonly target: Vec3;
+  readonly speed_mps: number;
+  readonly done: (arrived: boolean) => void;
+  stuck_s: number;
+}
+
+/** A walk that gets nowhere for so long has ended. */
+const STUCK_AFTER_S = 0.7;
+const ARRIVED_M = 0.02;
+
+export class Visit {
+  readonly explorer: Explorer;
+  readonly walker: Walker;
+  private readonly host = new ThreeModelHost(() => {
+    this.dirty = true;
+  });
+  private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
+  private dirty = true;
+  private hudStale = true;
+  private moved = true;
+  private hudShown_ms = 0;
+  private addressWritten_ms = 0;
+  private addressStale = false;
+  private lastFrame_ms: number | undefined;
+  private errand: Errand | undefined;
+
+  constructor(private readonly parts: VisitParts) {
+    const { scene, stage, problem } = parts;
+    this.explorer = new Explorer(
+      scene,
+      this.host,
+      this.budget,
+      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX },
+      {
+        changed: () => {
+          this.hudStale = true;
+        },
+        problem,
+      },
+    );
+    this.walker = new Walker(this.explorer);
+    stage.add(this.host.root);
+    stage.fit(scene.manifest.bounds);
+    parts.hud.title(scene.manifest.title);
+  }
+
+  /** Lets frames run; `controls` say what the person wants in each. */
+  begin(controls: Controls): void {
+    requestAnimationFrame((now_ms) => this.frame(now_ms, controls));
+  }
+
+  /** Puts the eye somewhere at once. */
+  teleport({ position, yaw, pitch }: Pose): void {
+    this.endErrand(false);
+    this.walker.place(position);
+    this.walker.look(yaw, pitch);
+    this.moved = true;
+  }
+
+  goTo(viewpoint: Viewpoint): void {
+    this.teleport({ position: viewpoint.position, ...anglesOf(viewpoint.orientation) });
+  }
+
+  turn(yaw: number, pitch: number): void {
+    this.walker.look(this.walker.yaw + yaw, this.walker.pitch + pitch);
+    this.moved = true;
+  }
+
+  toggleFly(): void {
+    this.walker.mode = this.walker.mode === "fly" ? "walk" : "fly";
+    if (this.walker.mode === "walk") this.walker.place(this.walker.position, this.explorer.cellId);
+    this.parts.hud.mode(this.walker.mode);
+  }
+
+  /** Walks in a straight line, as far as walls allow; answers whether it arrived. Height counts only when flying. */
+  walkTo(target: Vec3, speed_mps: number): Promise<boolean> {
+    this.endErrand(false);
+    return new Promise((done) => {
+      this.errand = { target, speed_mps, done, stuck_s: 0 };
+    });
+  }
+
+  private frame(now_ms: number, controls: Controls): void {
+    requestAnimationFrame((next_ms) => this.frame(next_ms, controls));
+    const frame_ms = now_ms - (this.lastFrame_ms ?? now_ms);
+    const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
+    this.lastFrame_ms = now_ms;
+    this.budget.beginFrame(frame_ms);
+    const { stage } = this.parts;
+    controls.turnByKeys(seconds);
+    if (this.explorer.inside && this.explorer.cellId !== undefined) this.walker.standIn(this.explorer.cellId);
+    const walked = this.errand ? this.runErrand(this.errand, seconds) : this.walker.step(seconds, controls.intent());
+    const resized = stage.resize();
+    if (walked || resized || this.moved) {
+      stage.aim(this.walker.position, this.walker.yaw, this.walker.pitch);
+      this.explorer.follow(stage.eye(this.walker.position), this.walker.speed);
+      this.addressStale = true;
+      this.hudStale = true;
+      this.dirty = true;
+      this.moved = false;
+    }
+    if (this.dirty) {
+      this.dirty = false;
+      stage.render();
+    }
+    this.report(now_ms);
+  }
+
+  private runErrand(errand: Errand, seconds: number): boolean {
+    const before = this.walker.position;
+    const way = subtract(errand.target, before);
+    const flat: Vec3 = this.walker.mode === "fly" ? way : [way[0], 0, way[2]];
+    const left_m = length(flat);
+    if (left_m > ARRIVED_M) {
+      const step_m = Math.min(left_m, errand.speed_mps * seconds);
+      this.walker.travel(scale(flat, step_m / left_m), seconds);
+    }
+    const after = this.walker.position;
+    const gained_m = left_m - Math.hypot(errand.target[0] - after[0], errand.target[2] - after[2]);
+    errand.stuck_s = gained_m > 0.1 * errand.speed_mps * seconds ? 0 : errand.stuck_s + seconds;
+    if (left_m <= ARRIVED_M) this.endErrand(true);
+    else if (errand.stuck_s > STUCK_AFTER_S) this.endErrand(false);
+    return length(subtract(after, before)) > 1e-7;
+  }
+
+  private endErrand(arrived: boolean): void {
+    const errand = this.errand;
+    this.errand = undefined;
+    if (!errand) return;
+    this.walker.step(0, IDLE);
+    errand.done(arrived);
+  }
+
+  private report(now_ms: number): void {
+    const { explorer, walker } = this;
+    if (this.hudStale || explorer.pending > 0) {
+      if (now_ms - this.hudShown_ms >= HUD_EVERY_MS) {
+        this.hudShown_ms = now_ms;
+        this.hudStale = false;
+        this.showHud();
+      }
+    }
+    if (this.addressStale && now_ms - this.addressWritten_ms >= ADDRESS_EVERY_MS) {
+      this.addressWritten_ms = now_ms;
+      this.addressStale = false;
+      history.replaceState(null, "", writePose(walker));
+    }
+  }
+
+  private showHud(): void {
+    const { explorer } = this;
+    const { scene, hud } = this.parts;
+    const { bytes } = scene.pointer;
+    hud.show({
+      cell: explorer.cellId,
+      inside: explorer.inside,
+      visible: explorer.visible.length,
+      objects: scene.manifest.counts.objects,
+      fetched_bytes: scene.queue.tally.bytes,
+      whole_bytes: bytes.get("published") ?? bytes.get("level0"),
+      settled: explorer.settled,
+      ...explorer.progress(),
+    });
+  }
+
+  /** A point some metres ahead of the eye, at its height. */
+  ahead(forward_m: number): Vec3 {
+    const { yaw, position } = this.walker;
+    return add(position, [-Math.sin(yaw) * forward_m, 0, -Math.cos(yaw) * forward_m]);
+  }
+}
