@@ -23,6 +23,9 @@ use obvhs::{
 
 use crate::source::{Material, Primitive, SourceObject, SourceScene, Topology};
 
+#[cfg(test)]
+mod tests;
+
 /// The largest number of triangles, all instances counted.
 pub const MAX_TRIANGLES: usize = 16 << 20;
 /// The largest distance of a vertex from the middle of the scene. Beyond it `f32` could not tell walls apart.
@@ -167,7 +170,8 @@ impl Facet {
         let t = e2.dot(q) * inverse;
         // A NaN or infinity from a ray in the plane of the face fails these comparisons.
         let inside = u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && t >= 0.0 && t <= ray.tmax;
-        inside.then(|| (t, self.hides & if det > 0.0 { FRONT_HIDES } else { BACK_HIDES } != 0))
+        let side = if det > 0.0 { FRONT_HIDES } else { BACK_HIDES };
+        inside.then_some((t, self.hides & side != 0))
     }
 }
 
@@ -198,7 +202,7 @@ impl World {
                 .map(|c| (DVec3::from(c) - origin).length())
                 .into_iter()
                 .fold(0.0, f64::max);
-            if !(reach_m <= MAX_REACH_M) {
+            if !reach_m.is_finite() || reach_m > MAX_REACH_M {
                 return Err(WorldError::TooLarge {
                     object,
                     node: scene.objects[object].source_node.clone(),

@@ -15,8 +15,8 @@ const OUTSIDE_GROWTH: f32 = 1.5;
 const MIN_GAP: f32 = 0.2;
 /// A face is on a plane when it is no further away than this share of a voxel.
 const ON_PLANE: f32 = 0.005;
-/// A plane attracts a line when its faces cover at least this many voxel faces.
-const MIN_FACES: f64 = 12.0;
+/// A plane attracts a line when its faces cover at least this many voxel faces: the jambs of a doorway do.
+const MIN_FACES: f64 = 4.0;
 
 /// A box of voxels: from the first of each axis up to and excluding the second.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -130,10 +130,8 @@ fn shrunk(voxels: &Voxels, node: IndexBox) -> Option<IndexBox> {
     let mut bounds: Option<IndexBox> = None;
     for voxel in voxels_in(&node).filter(|voxel| voxels.reached(*voxel)) {
         let bounds = bounds.get_or_insert(IndexBox { min: voxel, max: voxel });
-        for axis in 0..3 {
-            bounds.min[axis] = bounds.min[axis].min(voxel[axis]);
-            bounds.max[axis] = bounds.max[axis].max(voxel[axis] + 1);
-        }
+        bounds.min = [0, 1, 2].map(|axis| bounds.min[axis].min(voxel[axis]));
+        bounds.max = [0, 1, 2].map(|axis| bounds.max[axis].max(voxel[axis] + 1));
     }
     bounds
 }

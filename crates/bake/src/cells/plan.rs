@@ -154,6 +154,7 @@ pub(crate) fn museum(rooms: [usize; 2], things: usize) -> Builder {
             builder.block("ceiling", [x, HEIGHT_M, z], [x + ROOM_M, HEIGHT_M + 0.2, z + ROOM_M]);
         }
     }
+    builder.block("roof", [0.0, HEIGHT_M + 0.2, 0.0], [size[0], HEIGHT_M + 0.3, size[1]]);
     for axis in [0, 1] {
         let other = 1 - axis;
         for line in 0..=rooms[axis] {

@@ -20,7 +20,7 @@ pub(super) fn first_front_face(world: &World, eye: DVec3, target: DVec3) -> Opti
         let point = eye + t * direction;
         let inside = [(a, b), (b, c), (c, a)]
             .iter()
-            .all(|(from, to)| normal.dot((*to - *from).cross(point - *from)) >= 0.0);
+            .all(|(from, to)| normal.dot((*to - *from).cross(point - *from)) >= -SEAM * normal.length_squared());
         if inside && (0.0..=1.0 + 1e-9).contains(&t) && first.is_none_or(|(nearest, _)| t < nearest) {
             first = Some((t, triangle.object));
         }
@@ -34,10 +34,14 @@ pub(super) struct ItemBuffer {
     depth: Vec<f32>,
     item: Vec<u32>,
     pub(super) pixels: Vec<u32>,
+    /// Items and directions of the first pixels of rarely seen objects.
+    views: Vec<(u32, Vec3)>,
 }
 
 const NONE: u32 = u32::MAX;
-const NEAR_M: f32 = 1e-3;
+/// Triangles are this share larger, so that nothing is seen through the seams between them.
+const SEAM: f64 = 1e-6;
+const NEAR_M: f32 = 1e-6;
 
 impl ItemBuffer {
     pub(super) fn new(size: usize, objects: usize) -> Self {
@@ -46,11 +50,31 @@ impl ItemBuffer {
             depth: vec![0.0; size * size],
             item: vec![NONE; size * size],
             pixels: vec![0; objects],
+            views: Vec::new(),
         }
+    }
+
+    /// Whether the plain loop agrees that one sees the object, through the middle of one of its first pixels. A
+    /// rasteriser sees through the seam between two faces, an eye does not.
+    pub(super) fn confirms(&mut self, world: &World, eye: Vec3, object: u32) -> bool {
+        const TRIED: usize = 8;
+        let views = std::mem::take(&mut self.views);
+        let reach_m = 10.0 * world.bounds().diagonal_m();
+        let confirmed = views
+            .iter()
+            .filter(|(item, _)| *item == object)
+            .take(TRIED)
+            .any(|(_, direction)| {
+                let eye = eye.as_dvec3();
+                first_front_face(world, eye, eye + reach_m * direction.as_dvec3().normalize()) == Some(object)
+            });
+        self.views = views;
+        confirmed
     }
 
     pub(super) fn draw(&mut self, world: &World, eye: Vec3) {
         self.pixels.fill(0);
+        self.views.clear();
         let front: Vec<_> = world
             .triangles()
             .iter()
@@ -69,30 +93,49 @@ impl ItemBuffer {
                 let view = corners.map(|p| Vec3::new(p[(axis + 1) % 3], p[(axis + 2) % 3], sign * p[axis]));
                 self.draw_triangle(&view, *object);
             }
-            for item in &self.item {
-                if *item != NONE {
-                    self.pixels[*item as usize] += 1;
+            for (index, item) in self.item.iter().enumerate().filter(|(_, item)| **item != NONE) {
+                let pixels = &mut self.pixels[*item as usize];
+                *pixels += 1;
+                if pixels.is_power_of_two() {
+                    let at = |i: usize| (i as f32 + 0.5) / (0.5 * self.size as f32) - 1.0;
+                    let mut direction = Vec3::ZERO;
+                    direction[(axis + 1) % 3] = at(index % self.size);
+                    direction[(axis + 2) % 3] = at(index / self.size);
+                    direction[axis] = sign;
+                    self.views.push((*item, direction));
                 }
             }
         }
     }
 
     fn draw_triangle(&mut self, view: &[Vec3; 3], object: u32) {
-        if view.iter().all(|p| p.z < NEAR_M) || view.iter().all(|p| p.x > p.z) || view.iter().all(|p| -p.x > p.z) {
-            return;
-        }
-        if view.iter().all(|p| p.y > p.z) || view.iter().all(|p| -p.y > p.z) {
-            return;
-        }
-        let mut polygon: Vec<Vec3> = Vec::with_capacity(4);
-        for i in 0..3 {
-            let (a, b) = (view[i], view[(i + 1) % 3]);
-            if a.z >= NEAR_M {
-                polygon.push(a);
+        // The sides of the view, a little wide, and a near plane: without the sides, screen positions could be too
+        // large for their precision.
+        let planes = [
+            (Vec3::new(1.0, 0.0, 1.001), 0.0),
+            (Vec3::new(-1.0, 0.0, 1.001), 0.0),
+            (Vec3::new(0.0, 1.0, 1.001), 0.0),
+            (Vec3::new(0.0, -1.0, 1.001), 0.0),
+            (Vec3::Z, -NEAR_M),
+        ];
+        let mut polygon = view.to_vec();
+        for (normal, offset) in planes {
+            let side = |p: Vec3| normal.dot(p) + offset;
+            let mut kept = Vec::with_capacity(polygon.len() + 1);
+            for (i, a) in polygon.iter().enumerate() {
+                let b = polygon[(i + 1) % polygon.len()];
+                let (here, there) = (side(*a), side(b));
+                if here >= 0.0 {
+                    kept.push(*a);
+                }
+                if (here >= 0.0) != (there >= 0.0) {
+                    kept.push(a + here / (here - there) * (b - a));
+                }
             }
-            if (a.z >= NEAR_M) != (b.z >= NEAR_M) {
-                polygon.push(a + (NEAR_M - a.z) / (b.z - a.z) * (b - a));
+            if kept.is_empty() {
+                return;
             }
+            polygon = kept;
         }
         let half = 0.5 * self.size as f32;
         let screen: Vec<_> = polygon

@@ -10,7 +10,7 @@ use obvhs::{
 
 use super::{
     random::Random,
-    targets::{Lookout, by_area, on_object},
+    targets::{Lookout, facing, on_object},
 };
 use crate::world::{Hit, World};
 
@@ -458,7 +458,7 @@ impl<'a> Sampler<'a> {
             let mut arrived = 0;
             for _ in 0..FRACTION_RAYS {
                 let eye = lookout.uniform(&mut self.state.random);
-                let Some(target) = by_area(world, sighting.object, &mut self.state.random) else {
+                let Some(target) = facing(world, sighting.object, eye, &mut self.state.random) else {
                     break;
                 };
                 let distance_m = (target - eye).length();

@@ -2,7 +2,10 @@
 //!
 //! A sight line from inside a box to anything outside leaves the box through a point of its surface, from where the
 //! rest of it is a sight line too. So eyes on the surface suffice for what lies outside, and where walls surround the
-//! cell, eyes in its portals do: that is why most eyes are drawn there.
+//! cell, eyes in its portals do: that is why most eyes are drawn there. Views begin and end at the borders of portals,
+//! so borders and corners are drawn often; and some eyes stand up to one voxel beyond a portal, so that what only just
+//! comes into view at the end of the cell is found surely. That guard is the one place where a set is larger than what
+//! eyes in the cell see.
 
 use glam::Vec3;
 
@@ -16,6 +19,12 @@ use crate::{
 const INSET: f32 = 1e-4;
 /// The share of targets that lie near corners of triangles, where slivers show first.
 const CORNERS: f32 = 0.4;
+/// The share of targets that lie near edges of triangles.
+const EDGES: f32 = 0.2;
+/// The share of points in a portal that lie on its border.
+const BORDER: f32 = 0.4;
+/// The share of eyes in portals that stand beyond them.
+const BEYOND: f32 = 0.5;
 /// The share of targets drawn by triangle instead of by area, so that small triangles count.
 const BY_TRIANGLE: f32 = 0.3;
 
@@ -26,46 +35,64 @@ pub(super) struct Lookout {
     pub(super) portals: Vec<Opening>,
 }
 
-/// A parallelogram.
+/// A rectangle across one axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Opening {
     corner: Vec3,
     edges: [Vec3; 2],
+    /// Out of the cell, as far as eyes may stand beyond.
+    guard: Vec3,
 }
 
 impl Opening {
-    fn of(world: &World, polygon: &[[f64; 3]; 4]) -> Self {
+    fn of(world: &World, cell: &ViewCell, polygon: &[[f64; 3]; 4], guard_m: f32) -> Self {
         let [a, b, _, d] = polygon.map(|p| world.relative(p));
+        let edges = [b - a, d - a];
+        let normal = edges[0].cross(edges[1]).normalize_or_zero();
+        let outwards = normal.dot(a - world.relative(cell.bounds.center())).signum();
         Self {
             corner: a,
-            edges: [b - a, d - a],
+            edges,
+            guard: guard_m * outwards * normal,
         }
     }
 
-    /// A point of it; often near its border, where views begin and end.
+    /// A point of it, often on its border or in a corner.
     pub(super) fn point(&self, random: &mut Random) -> Vec3 {
         let mut at = [random.unit(), random.unit()];
-        if random.unit() < 0.3 {
-            let side = random.below(4);
-            let near = 0.02 * random.unit();
-            at[side / 2] = if side % 2 == 0 { near } else { 1.0 - near };
+        if random.unit() < BORDER {
+            let side = random.below(2);
+            at[side] = at[side].round();
+            if random.unit() < BORDER {
+                at[1 - side] = at[1 - side].round();
+            }
         }
-        self.corner + at[0] * self.edges[0] + at[1] * self.edges[1]
+        // Not quite on the border, where rounding could put a point behind a jamb.
+        let [u, v] = at.map(|share| share.clamp(INSET, 1.0 - INSET));
+        self.corner + u * self.edges[0] + v * self.edges[1]
     }
 }
 
 impl Lookout {
-    pub(super) fn of(world: &World, cell: &ViewCell) -> Self {
+    fn of(world: &World, cell: &ViewCell, guard_m: f32) -> Self {
         Self {
             min: world.relative(cell.bounds.min),
             max: world.relative(cell.bounds.max),
-            portals: cell.portals.iter().map(|p| Opening::of(world, &p.polygon)).collect(),
+            portals: cell
+                .portals
+                .iter()
+                .map(|p| Opening::of(world, cell, &p.polygon, guard_m))
+                .collect(),
         }
     }
 
     /// All cells of a graph.
     pub(super) fn all(world: &World, graph: &CellGraph) -> Vec<Self> {
-        graph.cells.iter().map(|cell| Self::of(world, cell)).collect()
+        graph
+            .cells
+            .iter()
+            .map(|cell| Self::of(world, cell, graph.voxel_m as f32))
+            .collect()
     }
 
     /// The nearest place where an eye may be.
@@ -91,13 +118,18 @@ impl Lookout {
         self.clamp(self.min + share * (self.max - self.min))
     }
 
-    /// An eye in an opening, or on the surface when there is none.
+    /// An eye in an opening or a little beyond, or on the surface when there is none.
     pub(super) fn in_portal(&self, random: &mut Random) -> Vec3 {
         if self.portals.is_empty() {
             return self.surface(random);
         }
         let portal = self.portals[random.below(self.portals.len())];
-        self.clamp(portal.point(random))
+        let eye = self.clamp(portal.point(random));
+        if random.unit() < BEYOND {
+            eye + random.unit() * portal.guard
+        } else {
+            eye
+        }
     }
 
     /// An eye from where something outside is most likely seen.
@@ -131,25 +163,39 @@ pub(super) fn on_object(world: &World, object: u32, random: &mut Random) -> Opti
     let [mut u, mut v] = random.in_triangle();
     let [mut a, b, c] = triangle.corners;
     let (mut b, mut c) = (b, c);
-    if random.unit() < CORNERS {
+    let border = random.unit();
+    if border < CORNERS + EDGES {
         match random.below(3) {
             0 => {}
             1 => std::mem::swap(&mut a, &mut b),
             _ => std::mem::swap(&mut a, &mut c),
         }
         let near = 0.05 * random.unit();
-        (u, v) = (near * u, near * v);
+        (u, v) = if border < CORNERS {
+            (near * u, near * v)
+        } else {
+            (u, near * v * (1.0 - u))
+        };
     }
     Some(a + u * (b - a) + v * (c - a))
 }
 
-/// A point on an object's surface, uniform by area.
-pub(super) fn by_area(world: &World, object: u32, random: &mut Random) -> Option<Vec3> {
+/// A point on an object's surface, uniform by area over what faces the eye, as far as a few draws find that.
+pub(super) fn facing(world: &World, object: u32, eye: Vec3, random: &mut Random) -> Option<Vec3> {
+    const DRAWS: usize = 8;
     let points = world.points_of(object);
     if !points.is_empty() {
         return Some(points[random.below(points.len())]);
     }
-    let [a, b, c] = world.triangle_at_share(object, random.unit())?.corners;
+    let mut triangle = world.triangle_at_share(object, random.unit())?;
+    for _ in 1..DRAWS {
+        let [a, b, c] = triangle.corners;
+        if (b - a).cross(c - a).dot(eye - a) > 0.0 {
+            break;
+        }
+        triangle = world.triangle_at_share(object, random.unit())?;
+    }
+    let [a, b, c] = triangle.corners;
     let [u, v] = random.in_triangle();
     Some(a + u * (b - a) + v * (c - a))
 }
