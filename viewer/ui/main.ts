@@ -124,13 +124,16 @@ async function main(): Promise<void> {
     const tree = new Tree(treeBase(location.href));
     host = tree.base.host;
     tallyEncodedBytes(tree.base.href);
-    const stage = new Stage(element("view", HTMLCanvasElement));
     const queue = new FetchQueue({
       ...FETCH_DEFAULTS,
       fetch: (url, init) => fetch(url, init),
       digest: webCryptoDigest(),
     });
-    const { scene, scenes } = await open(queue, tree);
+    // The first documents travel while the renderer gets ready.
+    const opening = open(queue, tree);
+    opening.catch(() => {});
+    const stage = new Stage(element("view", HTMLCanvasElement));
+    const { scene, scenes } = await opening;
     start(stage, scene, scenes);
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];

@@ -27,7 +27,7 @@ const TARGET_PX = 1.5;
 const DECODE_MS_PER_FRAME = 8;
 const HUD_EVERY_MS = 100;
 const ADDRESS_EVERY_MS = 500;
-const LONGEST_STEP_S = 0.1;
+const LONGEST_STEP_S = 0.25;
 
 /** A walk that was asked for by code rather than by a person. */
 interface Errand {
@@ -49,6 +49,7 @@ export class Visit {
   });
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
   private dirty = true;
+  private drewLastFrame = false;
   private hudStale = true;
   private moved = true;
   private hudShown_ms = 0;
@@ -132,10 +133,9 @@ export class Visit {
       this.dirty = true;
       this.moved = false;
     }
-    if (this.dirty) {
-      this.dirty = false;
-      stage.render();
-    }
+    if (this.dirty) stage.render(this.drewLastFrame ? frame_ms : undefined);
+    this.drewLastFrame = this.dirty;
+    this.dirty = false;
     this.report(now_ms);
   }
 
