@@ -38,7 +38,7 @@ export class Stage {
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
   private readonly resolution = new Resolution(LEAST_SCALE);
-  private drawnScale = 1;
+  private movingScale = 1;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     const fast = hasFastGraphics();
@@ -64,9 +64,12 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Fits the picture to the canvas and to what the machine can draw; answers whether its size changed. */
-  resize(): boolean {
-    const ratio = this.pixelRatio() * this.drawnScale;
+  /**
+   * Fits the picture to the canvas and, while it moves, to what the machine can draw in time; answers whether its size
+   * changed.
+   */
+  resize(motion: "moving" | "still"): boolean {
+    const ratio = this.pixelRatio() * (motion === "moving" ? this.movingScale : 1);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const changed =
       this.canvas.width !== Math.floor(width * ratio) || this.canvas.height !== Math.floor(height * ratio);
@@ -90,9 +93,9 @@ export class Stage {
     return { position, viewAngle_rad: (this.camera.fov * Math.PI) / 180, height_px };
   }
 
-  /** Draws. `frame_ms` is how long the frame before took when it was drawn too, else `undefined`. */
+  /** Draws. `frame_ms` is how long the frame before took when it was one of the same motion, else `undefined`. */
   render(frame_ms: number | undefined): void {
-    if (frame_ms !== undefined) this.drawnScale = this.resolution.after(frame_ms);
+    if (frame_ms !== undefined) this.movingScale = this.resolution.after(frame_ms);
     this.renderer.render(this.scene, this.camera);
   }
 
@@ -122,7 +125,7 @@ export class Stage {
     const room = new RoomEnvironment();
     const generator = new PMREMGenerator(this.renderer);
     this.scene.environment = generator.fromScene(room, 0.04, 0.1, 100, { size: ENVIRONMENT_SIZE_PX }).texture;
-    this.scene.environmentIntensity = 0.4;
+    this.scene.environmentIntensity = 0.28;
     generator.dispose();
     room.dispose();
   }
