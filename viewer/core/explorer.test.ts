@@ -25,8 +25,8 @@ class RecordingHost implements ModelHost {
     this.uploads.push({ model, bytes: glb.byteLength, missing: this.missing() });
     return glb.byteLength;
   }
-  holdsTexture(url: string): boolean {
-    return this.textures.has(url);
+  needsTexture(url: string): boolean {
+    return !this.textures.has(url);
   }
   evict(model: number): void {
     this.templates.delete(model);

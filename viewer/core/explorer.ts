@@ -104,8 +104,8 @@ export class Explorer implements NavigationSpace {
 
   /** Whether the set of the current cell is what is shown and all of it has at least its coarsest level. */
   get settled(): boolean {
-    const rightSet = this.scene.manifest.whole !== undefined || this.shownCell === this.current?.cell;
-    return rightSet && this.current !== undefined && !this.locating && this.missing === 0;
+    const rightSet = this.current !== undefined && this.shownCell === this.current.cell;
+    return (rightSet || this.scene.manifest.whole !== undefined) && !this.locating && this.missing === 0;
   }
 
   /** Visible objects of which nothing is held yet. */

@@ -15,8 +15,8 @@ import type { Tree } from "./tree.ts";
 export interface ModelHost {
   /** Decodes a level and draws all shown objects of its model with it instead of the level before; answers its bytes. */
   upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
-  /** Whether a texture is decoded already, so that it need not be fetched. */
-  holdsTexture(url: string): boolean;
+  /** Whether a texture must be fetched: one that can be drawn and is not decoded already. */
+  needsTexture(url: string): boolean;
   evict(model: number): void;
   /** Draws these objects and no others, each as soon as its model is there. */
   show(objects: readonly PlacedObject[]): void;
@@ -140,7 +140,7 @@ export class ModelLoads {
   ): Promise<void> {
     const { host, problem } = this.parts;
     const missing = level.textures.filter(
-      ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && !host.holdsTexture(url),
+      ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && host.needsTexture(url),
     );
     await Promise.all(
       missing.map(async ({ url }) => {

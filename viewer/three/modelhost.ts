@@ -15,6 +15,11 @@ interface Template {
   readonly textures: readonly string[];
 }
 
+/** What a GLB says of its textures. */
+interface TextureTable {
+  readonly textures: readonly { readonly extensions?: Readonly<Record<string, unknown>> }[];
+}
+
 const POINT_SIZE_PX = 2;
 
 export class ThreeModelHost implements ModelHost {
@@ -37,6 +42,14 @@ export class ThreeModelHost implements ModelHost {
       parser.textureLoader = textureLoader;
       return { name: "BELVEDERE_cached_textures" };
     });
+    // GPU-compressed pictures would need a transcoder of half a megabyte; such a model is drawn without them.
+    this.loader.register((parser) => ({
+      name: "KHR_texture_basisu",
+      loadTexture: (index) => {
+        const texture = (parser.json as TextureTable).textures[index];
+        return texture?.extensions?.KHR_texture_basisu ? Promise.resolve(null as unknown as Texture) : null;
+      },
+    }));
   }
 
   async upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
@@ -45,8 +58,12 @@ export class ThreeModelHost implements ModelHost {
     let bytes = 0;
     try {
       for (const url of used) {
-        bytes += await this.textures.acquire(url, textures.get(url));
-        acquired.push(url);
+        try {
+          bytes += await this.textures.acquire(url, textures.get(url));
+          acquired.push(url);
+        } catch (error) {
+          console.warn(`the picture ${url} cannot be decoded; its model is drawn without it`, error);
+        }
       }
       const { scene } = await this.loader.parseAsync(glb, "");
       scene.traverse(prepare);
@@ -63,8 +80,8 @@ export class ThreeModelHost implements ModelHost {
     return bytes;
   }
 
-  holdsTexture(url: string): boolean {
-    return this.textures.holds(url);
+  needsTexture(url: string): boolean {
+    return isDrawable(url) && !this.textures.holds(url);
   }
 
   evict(model: number): void {
@@ -127,6 +144,10 @@ export class ThreeModelHost implements ModelHost {
     });
     for (const url of template.textures) this.textures.release(url);
   }
+}
+
+function isDrawable(url: string): boolean {
+  return !url.endsWith(".ktx2");
 }
 
 /** The published textures that a GLB refers to, as their URLs in the tree. */

@@ -18,11 +18,15 @@ import {
 } from "three";
 import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
+import { Resolution } from "../core/resolution.ts";
 import type { Eye } from "../core/scheduler.ts";
 
 const VIEW_ANGLE_DEG = 62;
 const NEAR_M = 0.06;
 const MAX_PIXEL_RATIO = 2;
+const ENVIRONMENT_SIZE_PX = 64;
+/** Pixels are given up until the picture is so small, a share of its full width and height. */
+const LEAST_SCALE = 0.35;
 
 /** This browser or machine cannot draw with WebGL. */
 export class NoWebGlError extends Error {
@@ -33,17 +37,20 @@ export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
+  private readonly resolution = new Resolution(LEAST_SCALE);
+  private movingScale = 1;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
+    const fast = hasFastGraphics();
     try {
-      this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+      this.renderer = new WebGLRenderer({ canvas, antialias: fast, powerPreference: "high-performance" });
     } catch (error) {
       throw new NoWebGlError(String(error));
     }
     this.renderer.toneMapping = ACESFilmicToneMapping;
     this.renderer.toneMappingExposure = 1.05;
     this.camera.rotation.order = "YXZ";
-    this.light();
+    this.light(fast);
   }
 
   add(object: Object3D): void {
@@ -57,9 +64,12 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Fits the picture to the canvas; answers whether its size changed. */
-  resize(): boolean {
-    const ratio = Math.min(globalThis.devicePixelRatio, MAX_PIXEL_RATIO);
+  /**
+   * Fits the picture to the canvas and, while it moves, to what the machine can draw in time; answers whether its size
+   * changed.
+   */
+  resize(motion: "moving" | "still"): boolean {
+    const ratio = this.pixelRatio() * (motion === "moving" ? this.movingScale : 1);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const changed =
       this.canvas.width !== Math.floor(width * ratio) || this.canvas.height !== Math.floor(height * ratio);
@@ -79,11 +89,18 @@ export class Stage {
 
   /** The eye as the scheduler needs it. */
   eye(position: Vec3): Eye {
-    return { position, viewAngle_rad: (this.camera.fov * Math.PI) / 180, height_px: Math.max(1, this.canvas.height) };
+    const height_px = Math.max(1, this.canvas.clientHeight * this.pixelRatio());
+    return { position, viewAngle_rad: (this.camera.fov * Math.PI) / 180, height_px };
   }
 
-  render(): void {
+  /** Draws. `frame_ms` is how long the frame before took when it was one of the same motion, else `undefined`. */
+  render(frame_ms: number | undefined): void {
+    if (frame_ms !== undefined) this.movingScale = this.resolution.after(frame_ms);
     this.renderer.render(this.scene, this.camera);
+  }
+
+  private pixelRatio(): number {
+    return Math.min(globalThis.devicePixelRatio, MAX_PIXEL_RATIO);
   }
 
   /** Triangles of the last picture. */
@@ -91,15 +108,11 @@ export class Stage {
     return this.renderer.info.render.triangles;
   }
 
-  private light(): void {
-    const room = new RoomEnvironment();
-    const generator = new PMREMGenerator(this.renderer);
-    this.scene.environment = generator.fromScene(room, 0.04).texture;
-    this.scene.environmentIntensity = 0.4;
-    generator.dispose();
-    room.dispose();
+  private light(reflections: boolean): void {
     this.scene.background = sky();
-    this.scene.add(new HemisphereLight(new Color(0xe3ebf5), new Color(0x7d6f5f), 0.9));
+    const skyLight = new HemisphereLight(new Color(0xe3ebf5), new Color(0x7d6f5f), reflections ? 0.9 : 1.6);
+    this.scene.add(skyLight);
+    if (reflections) this.reflectRoom();
     // Two lights from unequal sides, so that walls of every direction differ in tone.
     const sun = new DirectionalLight(new Color(0xfff0d9), 1.7);
     sun.position.set(0.5, 1, 0.3);
@@ -107,6 +120,26 @@ export class Stage {
     fill.position.set(-0.7, 0.35, -0.4);
     this.scene.add(sun, fill);
   }
+
+  private reflectRoom(): void {
+    const room = new RoomEnvironment();
+    const generator = new PMREMGenerator(this.renderer);
+    this.scene.environment = generator.fromScene(room, 0.04, 0.1, 100, { size: ENVIRONMENT_SIZE_PX }).texture;
+    this.scene.environmentIntensity = 0.28;
+    generator.dispose();
+    room.dispose();
+  }
+}
+
+/** Whether this browser draws with a graphics card rather than on the processor. */
+function hasFastGraphics(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
+  if (!context) return false;
+  const names = context.getExtension("WEBGL_debug_renderer_info");
+  const renderer = String(context.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
+  context.getExtension("WEBGL_lose_context")?.loseContext();
+  // Some browsers draw in software without calling that a caveat.
+  return !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer);
 }
 
 /** A gradient from horizon haze to a deep zenith, painted once. */

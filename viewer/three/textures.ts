@@ -2,10 +2,10 @@
  * Which pictures are decoded? Each once, however many models use it: textures of different models share one source and
  * with it one copy on the GPU. A picture goes with the last model that uses it.
  */
-import { Source, Texture, TextureLoader } from "three";
+import { Texture, TextureLoader, TextureSource } from "three";
 
 interface Picture {
-  readonly source: Source<ImageBitmap>;
+  readonly source: TextureSource<ImageBitmap>;
   readonly bytes: number;
   users: number;
 }
@@ -36,7 +36,7 @@ export class TextureCache {
       return 0;
     }
     const bytes = Math.round(bitmap.width * bitmap.height * BYTES_PER_PIXEL);
-    this.pictures.set(url, { source: new Source(bitmap), bytes, users: 1 });
+    this.pictures.set(url, { source: new TextureSource(bitmap), bytes, users: 1 });
     return bytes;
   }
 
@@ -61,7 +61,7 @@ function decode(blob: Blob): Promise<ImageBitmap> {
 }
 
 class CachedTextureLoader extends TextureLoader {
-  constructor(private readonly sourceOf: (name: string) => Source<ImageBitmap> | undefined) {
+  constructor(private readonly sourceOf: (name: string) => TextureSource<ImageBitmap> | undefined) {
     super();
   }
 
@@ -72,7 +72,7 @@ class CachedTextureLoader extends TextureLoader {
     onError?: (error: unknown) => void,
   ): Texture<HTMLImageElement> {
     const texture = new Texture<HTMLImageElement>();
-    const take = (source: Source<ImageBitmap>) => {
+    const take = (source: TextureSource<ImageBitmap>) => {
       texture.source = source as unknown as typeof texture.source;
       texture.needsUpdate = true;
       onLoad?.(texture);
@@ -80,7 +80,7 @@ class CachedTextureLoader extends TextureLoader {
     if (url.startsWith("blob:")) {
       // A picture inside the GLB; GLTFLoader has wrapped it in a URL of this page.
       fetch(url)
-        .then(async (response) => take(new Source(await decode(await response.blob()))))
+        .then(async (response) => take(new TextureSource(await decode(await response.blob()))))
         .catch((error: unknown) => onError?.(error));
       return texture;
     }

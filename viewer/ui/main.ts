@@ -13,7 +13,7 @@ import { Controls } from "./controls.ts";
 import { element } from "./elements.ts";
 import { Hud } from "./hud.ts";
 import { inspector } from "./inspect.ts";
-import { explain, hideToast, showProblem, showToast } from "./problem.ts";
+import { explain, hideToast, NoSuchScene, showProblem, showToast } from "./problem.ts";
 import { Visit } from "./visit.ts";
 
 const problems: string[] = [];
@@ -23,7 +23,8 @@ function tallyEncodedBytes(base: string): void {
   if (!PerformanceObserver.supportedEntryTypes?.includes("resource")) return;
   const observer = new PerformanceObserver((list) => {
     for (const entry of list.getEntries() as PerformanceResourceTiming[]) {
-      if (entry.name.startsWith(base)) encoded_bytes += entry.encodedBodySize;
+      const published = entry.name.startsWith(`${base}o/`) || entry.name.startsWith(`${base}v1/`);
+      if (published) encoded_bytes += entry.encodedBodySize;
     }
   });
   observer.observe({ type: "resource", buffered: true });
@@ -34,7 +35,7 @@ function choose(named: string | null, scenes: readonly SceneSummary[]): string {
   const first = scenes[0]?.scene;
   if (named) return named;
   if (first) return first;
-  throw new Error("no scene is published here yet; `belvedere bake FILE --scene NAME` publishes one");
+  throw new NoSuchScene(undefined, scenes);
 }
 
 async function open(queue: FetchQueue, tree: Tree): Promise<{ scene: PublishedScene; scenes: SceneSummary[] }> {
@@ -47,18 +48,9 @@ async function open(queue: FetchQueue, tree: Tree): Promise<{ scene: PublishedSc
     return { scene: await PublishedScene.open(queue, tree, name), scenes };
   } catch (error) {
     if (error instanceof FetchError && error.kind === "status" && scenes.every(({ scene }) => scene !== name)) {
-      throw new UnknownScene(name, scenes);
+      throw new NoSuchScene(name, scenes);
     }
     throw error;
-  }
-}
-
-class UnknownScene extends Error {
-  constructor(
-    readonly scene: string,
-    readonly others: readonly SceneSummary[],
-  ) {
-    super(`there is no scene called ${scene} here`);
   }
 }
 
@@ -132,16 +124,19 @@ async function main(): Promise<void> {
     const tree = new Tree(treeBase(location.href));
     host = tree.base.host;
     tallyEncodedBytes(tree.base.href);
-    const stage = new Stage(element("view", HTMLCanvasElement));
     const queue = new FetchQueue({
       ...FETCH_DEFAULTS,
       fetch: (url, init) => fetch(url, init),
       digest: webCryptoDigest(),
     });
-    const { scene, scenes } = await open(queue, tree);
+    // The first documents travel while the renderer gets ready.
+    const opening = open(queue, tree);
+    opening.catch(() => {});
+    const stage = new Stage(element("view", HTMLCanvasElement));
+    const { scene, scenes } = await opening;
     start(stage, scene, scenes);
   } catch (error) {
-    const others = error instanceof UnknownScene ? error.others : [];
+    const others = error instanceof NoSuchScene ? error.others : [];
     const links = others.map((scene) => ({ scene, href: addressOfScene(location.href, scene.scene) }));
     showProblem(explain(error, host), retry, links);
   }

@@ -9,6 +9,18 @@ import { DocumentError } from "../core/json.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { element } from "./elements.ts";
 
+/** The tree does not hold the scene that was asked for, or no scene at all. */
+export class NoSuchScene extends Error {
+  override readonly name = "NoSuchScene";
+
+  constructor(
+    readonly scene: string | undefined,
+    readonly others: readonly SceneSummary[],
+  ) {
+    super(`there is no scene called ${scene ?? "anything"} here`);
+  }
+}
+
 export interface Explanation {
   readonly title: string;
   readonly text: string;
@@ -20,6 +32,15 @@ export function explain(error: unknown, host: string): Explanation {
     return {
       title: "3-D graphics are not available",
       text: "This browser cannot draw with WebGL 2. Switch on hardware acceleration in its settings, or open this page in another browser.",
+    };
+  }
+  if (error instanceof NoSuchScene) {
+    return {
+      title: error.scene ? `There is no scene called “${error.scene}”` : "There is nothing to see yet",
+      text:
+        error.others.length > 0
+          ? "It may have been renamed or taken down. These can be visited:"
+          : `No scene is published on ${host}. The command “belvedere bake FILE --scene NAME” publishes one.`,
     };
   }
   if (error instanceof FetchError && error.kind === "unreachable") {

@@ -27,7 +27,9 @@ const TARGET_PX = 1.5;
 const DECODE_MS_PER_FRAME = 8;
 const HUD_EVERY_MS = 100;
 const ADDRESS_EVERY_MS = 500;
-const LONGEST_STEP_S = 0.1;
+/** A picture at rest for so long is drawn once more with all its pixels. */
+const STILL_AFTER_MS = 350;
+const LONGEST_STEP_S = 0.25;
 
 /** A walk that was asked for by code rather than by a person. */
 interface Errand {
@@ -49,6 +51,8 @@ export class Visit {
   });
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
   private dirty = true;
+  private drewLastFrame = false;
+  private lastMotion_ms = 0;
   private hudStale = true;
   private moved = true;
   private hudShown_ms = 0;
@@ -123,7 +127,9 @@ export class Visit {
     controls.turnByKeys(seconds);
     if (this.explorer.inside && this.explorer.cellId !== undefined) this.walker.standIn(this.explorer.cellId);
     const walked = this.errand ? this.runErrand(this.errand, seconds) : this.walker.step(seconds, controls.intent());
-    const resized = stage.resize();
+    if (walked || this.moved || this.dirty) this.lastMotion_ms = now_ms;
+    const moving = now_ms - this.lastMotion_ms < STILL_AFTER_MS;
+    const resized = stage.resize(moving ? "moving" : "still");
     if (walked || resized || this.moved) {
       stage.aim(this.walker.position, this.walker.yaw, this.walker.pitch);
       this.explorer.follow(stage.eye(this.walker.position), this.walker.speed);
@@ -132,10 +138,9 @@ export class Visit {
       this.dirty = true;
       this.moved = false;
     }
-    if (this.dirty) {
-      this.dirty = false;
-      stage.render();
-    }
+    if (this.dirty) stage.render(this.drewLastFrame && moving ? frame_ms : undefined);
+    this.drewLastFrame = this.dirty && moving;
+    this.dirty = false;
     this.report(now_ms);
   }
 
