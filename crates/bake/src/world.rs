@@ -127,6 +127,18 @@ impl Triangle {
         self.hides != 0
     }
 
+    /// Whether its side that faces a point hides what is behind it.
+    #[must_use]
+    pub fn hides_from(&self, eye: Vec3) -> bool {
+        let [a, b, c] = self.corners;
+        let side = if (b - a).cross(c - a).dot(eye - a) > 0.0 {
+            FRONT_HIDES
+        } else {
+            BACK_HIDES
+        };
+        self.hides & side != 0
+    }
+
     /// Its area in m².
     #[must_use]
     pub fn area_m2(&self) -> f32 {

@@ -5,15 +5,15 @@ use glam::{DVec3, Vec3};
 
 use crate::world::World;
 
-/// The object of the first front face on a segment from `eye` to `target`, in double precision, by trying all.
-pub(super) fn first_front_face(world: &World, eye: DVec3, target: DVec3) -> Option<u32> {
+/// The object of the first hiding face on a segment from `eye` to `target`, in double precision, by trying all.
+pub(super) fn first_hiding_face(world: &World, eye: DVec3, target: DVec3) -> Option<u32> {
     let direction = target - eye;
     let mut first: Option<(f64, u32)> = None;
     for triangle in world.triangles() {
         let [a, b, c] = triangle.corners.map(|p| p.as_dvec3());
         let normal = (b - a).cross(c - a);
         let facing = normal.dot(direction);
-        if facing >= 0.0 {
+        if facing == 0.0 || !triangle.hides_from(eye.as_vec3()) {
             continue;
         }
         let t = normal.dot(a - eye) / facing;
@@ -28,7 +28,7 @@ pub(super) fn first_front_face(world: &World, eye: DVec3, target: DVec3) -> Opti
     first.map(|(_, object)| object)
 }
 
-/// Pixels of each object on the six faces of a cube around an eye. Back faces are not drawn.
+/// Pixels of each object on the six faces of a cube around an eye. Only sides that hide are drawn.
 pub(super) struct ItemBuffer {
     size: usize,
     depth: Vec<f32>,
@@ -66,7 +66,7 @@ impl ItemBuffer {
             .take(TRIED)
             .any(|(_, direction)| {
                 let eye = eye.as_dvec3();
-                first_front_face(world, eye, eye + reach_m * direction.as_dvec3().normalize()) == Some(object)
+                first_hiding_face(world, eye, eye + reach_m * direction.as_dvec3().normalize()) == Some(object)
             });
         self.views = views;
         confirmed
@@ -78,10 +78,7 @@ impl ItemBuffer {
         let front: Vec<_> = world
             .triangles()
             .iter()
-            .filter(|t| {
-                let [a, b, c] = t.corners;
-                (b - a).cross(c - a).dot(eye - a) > 0.0
-            })
+            .filter(|t| t.hides_from(eye))
             .map(|t| (t.corners.map(|p| p - eye), t.object))
             .collect();
         for face in 0..6 {

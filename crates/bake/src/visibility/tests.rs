@@ -3,7 +3,7 @@ use std::collections::BTreeSet;
 use glam::Vec3;
 
 use super::{
-    oracle::{ItemBuffer, first_front_face},
+    oracle::{ItemBuffer, first_hiding_face},
     random::Random,
     targets::{Lookout, facing},
     *,
@@ -114,7 +114,7 @@ fn assert_nothing_is_missing(world: &World, graph: &CellGraph, visible: &[CellVi
             };
             let object = random.below(world.object_bounds().len()) as u32;
             if let Some(target) = facing(world, object, eye, &mut random)
-                && let Some(first) = first_front_face(world, eye.as_dvec3(), target.as_dvec3())
+                && let Some(first) = first_hiding_face(world, eye.as_dvec3(), target.as_dvec3())
             {
                 assert!(
                     set.contains(&first),
@@ -393,16 +393,48 @@ fn views_of_a_small_museum_show_nothing_unknown() {
     );
 }
 
-/// Prints figures for a museum of a thousand things: run with `--release -- --ignored --nocapture museum_of_a_thousand`.
-/// `BELVEDERE_EYES` sets the number of eyes for each cell.
+/// The scene that `BELVEDERE_SCENE` names, or a museum of a thousand things.
+fn measured_scene() -> Builder {
+    use crate::import::{FileError, Limits, SourceFiles, import};
+    struct Folder(std::path::PathBuf);
+    impl SourceFiles for Folder {
+        fn read(&self, relative: &str, _: u64) -> Result<Vec<u8>, FileError> {
+            std::fs::read(self.0.join(relative)).map_err(|_| FileError::Denied)
+        }
+    }
+    let Ok(path) = std::env::var("BELVEDERE_SCENE").map(std::path::PathBuf::from) else {
+        return museum([6, 7], 24);
+    };
+    let folder = Folder(path.parent().unwrap().to_owned());
+    let name = path.file_name().unwrap().to_str().unwrap();
+    let imported = import(
+        name,
+        std::fs::read(&path).unwrap(),
+        &folder,
+        &Limits::default(),
+        &Silent,
+    )
+    .unwrap();
+    Builder { scene: imported.scene }
+}
+
+/// Prints figures: run with `--ignored --nocapture a_large_scene`. `BELVEDERE_EYES` sets the number of eyes for each
+/// cell, `BELVEDERE_SCENE` a file to measure instead of the museum.
 #[test]
-#[ignore = "takes minutes: measures misses and cost on a large museum"]
+#[ignore = "takes minutes: measures misses and cost on a large scene"]
 #[allow(clippy::disallowed_types, reason = "a measurement needs a clock")]
-fn museum_of_a_thousand_things_measured() {
+fn a_large_scene_measured() {
     let eyes = std::env::var("BELVEDERE_EYES").map_or(20, |v| v.parse().unwrap());
-    let world = World::new(&museum([6, 7], 24).scene).unwrap();
+    let builder = measured_scene();
+    let world = World::new(&builder.scene).unwrap();
+    let viewpoints: Vec<_> = builder
+        .scene
+        .viewpoints
+        .iter()
+        .map(|v| v.world_from_camera.w_axis.truncate().to_array())
+        .collect();
     let start = std::time::Instant::now();
-    let graph = cells::build(&world, &[[4.0, 1.6, 4.0]], &CellSettings::default(), &Silent).unwrap();
+    let graph = cells::build(&world, &viewpoints, &CellSettings::default(), &Silent).unwrap();
     let cells_s = start.elapsed().as_secs_f64();
     let start = std::time::Instant::now();
     let settings = SampledSettings::for_cells(graph.cells.len());
