@@ -1,13 +1,17 @@
 //! `belvedere inspect SCENE|FILE`: what is in a published scene, cell by cell, or in a source file.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use anyhow::Context;
 use belvedere_bake::import::{self, Limits};
-use belvedere_client::Scene;
 use belvedere_scene::{
-    CellId, SceneName,
+    CellId, ObjectId, SceneName,
     index::CellEntry,
+    object::ObjectInfo,
+    pointer::Pointer,
     record::{CellJson, CellRecord},
 };
 use serde::Serialize;
@@ -15,7 +19,7 @@ use serde::Serialize;
 use super::output::{bytes, percent, print, print_json, table};
 use crate::{
     publish::{Report, data::DataFolder, source_files::SourceFolder, tree::no_such_scene},
-    published::StoreSource,
+    published::SceneReader,
 };
 
 #[derive(Debug, clap::Args)]
@@ -43,11 +47,17 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         args.what.parse().with_context(|| format!("`{}` is neither a file nor the name of a scene", args.what))?;
     let data = DataFolder::open_existing(&args.data).await?;
     let baked = data.catalogue().baked(&name).await?.with_context(|| no_such_scene(&name))?;
-    let scene = StoreSource::client(&data).open(&name).await?;
+    let scene = Opened { reader: SceneReader::of(&baked.pointer, data.store().clone()), pointer: baked.pointer };
     match args.cell {
         Some(cell) => inspect_cell(&scene, cell, args.json).await,
         None => inspect_scene(&scene, serde_json::from_value(baked.report)?, args.json).await,
     }
+}
+
+/// A published scene, read from its blobs.
+struct Opened {
+    reader: SceneReader,
+    pointer: Pointer,
 }
 
 /// A cell's line in the table.
@@ -83,17 +93,17 @@ struct LevelLine {
     largest_error_m: f64,
 }
 
-async fn inspect_scene(scene: &Scene<StoreSource>, report: Report, json: bool) -> anyhow::Result<()> {
+async fn inspect_scene(scene: &Opened, report: Report, json: bool) -> anyhow::Result<()> {
     let mut cells = Vec::new();
-    for id in 0..scene.pointer().cells {
+    for id in 0..scene.pointer.cells {
         let (entry, record) = cell(scene, CellId(id)).await?;
-        cells.push(line(&entry, &record, scene.pointer().objects));
+        cells.push(line(&entry, &record, scene.pointer.objects));
     }
     let levels = levels(scene).await?;
     if json {
         return print_json(&SceneTables { report: &report, cells, levels });
     }
-    let pointer = scene.pointer();
+    let pointer = &scene.pointer;
     print(&format!("{} ({}), revision {}\n{}", pointer.title, pointer.scene, pointer.revision, super::bake::summary(&report)))?;
     let head = ["cell", "size m", "portals", "cells seen", "objects seen", "culled", "coarsest", "finest", "record"];
     let rows: Vec<_> = cells
@@ -123,18 +133,18 @@ async fn inspect_scene(scene: &Scene<StoreSource>, report: Report, json: bool) -
     print(&format!("\n{}", table(&["level", "objects", "triangles", "bytes", "largest error m"], &rows)))
 }
 
-async fn inspect_cell(scene: &Scene<StoreSource>, id: CellId, json: bool) -> anyhow::Result<()> {
+async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<()> {
     let (entry, record) = cell(scene, id).await?;
     if json {
         return print_json(&CellJson::of(&record, entry.record_bytes));
     }
-    let line = line(&entry, &record, scene.pointer().objects);
+    let line = line(&entry, &record, scene.pointer.objects);
     print(&format!(
         "{id}: {} m from {:?}, {} of {} objects visible ({} culled), {} cells, miss bound {:.1e}",
         line.size_m.map(|s| format!("{s:.1}")).join(" × "),
         entry.bounds.min,
         line.visible_objects,
-        scene.pointer().objects,
+        scene.pointer.objects,
         percent(line.culled),
         line.visible_cells,
         record.miss_bound,
@@ -143,7 +153,7 @@ async fn inspect_cell(scene: &Scene<StoreSource>, id: CellId, json: bool) -> any
     for (visible, place) in
         record.lpvs.iter().map(|v| (v, "inside")).chain(record.opvs.iter().map(|v| (v, "beyond")))
     {
-        let info = scene.object(visible.object).await?;
+        let info = object(scene, visible.object).await?;
         let finest = &info.levels[0];
         rows.push(vec![
             info.object.to_string(),
@@ -164,14 +174,18 @@ async fn inspect_cell(scene: &Scene<StoreSource>, id: CellId, json: bool) -> any
     print(&format!("\n{}", table(&["portal to", "middle m"], &portals)))
 }
 
-async fn cell(scene: &Scene<StoreSource>, id: CellId) -> anyhow::Result<(CellEntry, CellRecord)> {
-    let known = scene.pointer().cells;
-    let entry = scene.cell(id).await?.with_context(|| match known {
+async fn cell(scene: &Opened, id: CellId) -> anyhow::Result<(CellEntry, Arc<CellRecord>)> {
+    let no_such_cell = || match scene.pointer.cells {
         1 => format!("there is no cell {id}; the scene has one, c0"),
-        _ => format!("there is no cell {id}; the scene has c0 to c{}", known - 1),
-    })?;
-    let record = scene.record(&entry).await?;
+        known => format!("there is no cell {id}; the scene has c0 to c{}", known - 1),
+    };
+    let entry = scene.reader.cell_entry(id).await?.with_context(no_such_cell)?;
+    let record = scene.reader.cell_record(id).await?.with_context(no_such_cell)?;
     Ok((entry, record))
+}
+
+async fn object(scene: &Opened, id: ObjectId) -> anyhow::Result<ObjectInfo> {
+    scene.reader.object_info(id).await?.with_context(|| format!("the scene's index does not lead to {id}"))
 }
 
 fn line(entry: &CellEntry, record: &CellRecord, objects: u32) -> CellLine {
@@ -191,10 +205,10 @@ fn line(entry: &CellEntry, record: &CellRecord, objects: u32) -> CellLine {
 }
 
 /// Sums over all objects; an object without such a coarse level counts with its coarsest.
-async fn levels(scene: &Scene<StoreSource>) -> anyhow::Result<Vec<LevelLine>> {
+async fn levels(scene: &Opened) -> anyhow::Result<Vec<LevelLine>> {
     let mut infos = Vec::new();
-    for id in 0..scene.pointer().objects {
-        infos.push(scene.object(belvedere_scene::ObjectId(id)).await?);
+    for id in 0..scene.pointer.objects {
+        infos.push(object(scene, ObjectId(id)).await?);
     }
     let deepest = infos.iter().map(|info| info.levels.len()).max().unwrap_or(0);
     let sums = (0..deepest).map(|number| {

@@ -6,7 +6,10 @@ use belvedere_scene::SceneName;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output::{bytes, print, print_json};
-use crate::publish::{data::DataFolder, tree};
+use crate::publish::{
+    data::DataFolder,
+    tree::{self, PageFile},
+};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -35,7 +38,8 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(None, target);
     bar.set_style(ProgressStyle::with_template("    publish {bar:40.cyan/dim} {pos} of {len} blobs")?);
-    let report = tree::write(&data, &args.scene, &to, |done, all| {
+    let viewer: Vec<PageFile> = crate::http::viewer_files().collect();
+    let report = tree::write(&data, &args.scene, &viewer, &to, |done, all| {
         bar.set_length(all);
         bar.set_position(done);
     })

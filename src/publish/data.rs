@@ -9,6 +9,9 @@ use anyhow::Context;
 
 use crate::{db::Catalogue, store::BlobStore};
 
+/// Commands read most blobs once; the server chooses its own limit.
+const CACHE_BYTES: u64 = 64 << 20;
+
 /// `{data}/catalogue.sqlite`, `{data}/o/…` and `{data}/lock`.
 #[derive(Debug, Clone)]
 pub(crate) struct DataFolder {
@@ -27,7 +30,7 @@ impl DataFolder {
     /// Opens the folder; makes it when it is not there.
     pub(crate) async fn open(path: &Path) -> anyhow::Result<Self> {
         let catalogue = Catalogue::open(path).await?;
-        let store = BlobStore::folder(path)?;
+        let store = BlobStore::open_folder(path, CACHE_BYTES).await?;
         Ok(Self { path: path.to_owned(), catalogue, store })
     }
 

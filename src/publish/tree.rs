@@ -10,7 +10,10 @@ use belvedere_scene::{
 };
 
 use super::data::DataFolder;
-use crate::{documents, store::BlobStore, viewer};
+use crate::{
+    published::{pointer_bytes, scene_list_bytes},
+    store::BlobStore,
+};
 
 /// What was written.
 #[derive(Debug, Default, serde::Serialize)]
@@ -23,17 +26,26 @@ pub(crate) struct TreeReport {
     pub(crate) bytes: u64,
 }
 
+/// A file of the viewer's page.
+#[derive(Debug)]
+pub(crate) struct PageFile {
+    /// Below the root of the tree.
+    pub(crate) path: String,
+    pub(crate) bytes: Vec<u8>,
+}
+
 /// Writes the tree of one scene's current revision into a folder; `wrote` hears of each blob.
 pub(crate) async fn write(
     data: &DataFolder,
     scene: &SceneName,
+    viewer: &[PageFile],
     to: &Path,
     mut wrote: impl FnMut(u64, u64),
 ) -> anyhow::Result<TreeReport> {
     let baked = data.catalogue().baked(scene).await?;
     let pointer = baked.with_context(|| no_such_scene(scene))?.pointer;
     let blobs = data.catalogue().blobs_of(scene, pointer.revision).await?;
-    let target = BlobStore::folder(to)?;
+    let target = BlobStore::open_folder(to, 0).await?;
     let mut report = TreeReport {
         scene: scene.to_string(),
         revision: pointer.revision.to_string(),
@@ -46,13 +58,13 @@ pub(crate) async fn write(
         report.bytes += size;
         wrote(done as u64 + 1, blobs.len() as u64);
     }
-    for file in viewer::files() {
-        replace(&to.join(file.path), &file.bytes).await?;
+    for file in viewer {
+        replace(&to.join(&file.path), &file.bytes).await?;
     }
     let scenes = to.join("v1/scenes");
-    replace(&scenes.join(scene.as_str()).join("index.json"), &documents::pointer(&pointer)).await?;
+    replace(&scenes.join(scene.as_str()).join("index.json"), &pointer_bytes(&pointer)).await?;
     let list = with_scene(read_list(&scenes.join("index.json")).await?, &pointer);
-    replace(&scenes.join("index.json"), &documents::scene_list(&list)).await?;
+    replace(&scenes.join("index.json"), &scene_list_bytes(&list)).await?;
     Ok(report)
 }
 
