@@ -36,6 +36,8 @@ mod topology;
 mod uri;
 
 #[cfg(test)]
+mod damage_tests;
+#[cfg(test)]
 mod hostile_tests;
 #[cfg(test)]
 mod scenes_tests;
