@@ -24,7 +24,7 @@ pub enum ImportError {
     #[error("the JSON document is not glTF: {0}")]
     NotGltf(&'static str),
     /// Another version of glTF.
-    #[error("/asset: glTF version {found}; only 2.x up to 2.0 features is read: convert it to glTF 2.0")]
+    #[error("/asset: glTF version {found}; only version 2.0 is read: convert it")]
     Version {
         /// What the document says.
         found: String,

@@ -37,6 +37,8 @@ mod topology;
 mod uri;
 
 #[cfg(test)]
+mod damage_tests;
+#[cfg(test)]
 mod hostile_tests;
 #[cfg(test)]
 mod scenes_tests;

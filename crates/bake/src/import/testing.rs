@@ -124,3 +124,41 @@ impl Gltf {
         self.import().map(|_| ()).unwrap_err().to_string()
     }
 }
+
+/// A document with most of what is read: attributes, material, texture, skin, morph, instances, camera, sparse.
+pub(super) fn rich() -> Gltf {
+    let mut gltf = Gltf::triangle();
+    let normals = gltf.floats("VEC3", &[[0.0, 0.0, 1.0]; 3]);
+    let tangents = gltf.floats("VEC4", &[[1.0, 0.0, 0.0, 1.0]; 3]);
+    let uvs = gltf.floats("VEC2", &[[0.5, 0.5]; 3]);
+    let colors = gltf.accessor("VEC4", 5121, (3, &[255; 12]));
+    let joints = gltf.accessor("VEC4", 5121, (3, &[0; 12]));
+    let weights = gltf.floats("VEC4", &[[1.0, 0.0, 0.0, 0.0]; 3]);
+    let offsets = gltf.floats("VEC3", &[[0.0, 0.0, 1.0]; 3]);
+    let scales = gltf.floats("VEC3", &[[2.0; 3], [3.0; 3]]);
+    let matrices = gltf.floats("MAT4", &[glam::Mat4::IDENTITY.to_cols_array()]);
+    let png = gltf.view(b"\x89PNG\r\n\x1A\n....");
+    let indices = gltf.view(&[1, 0, 0, 0]);
+    let values = gltf.view(&[0; 12]);
+    gltf.json["accessors"][normals]["sparse"] = json!({"count": 1,
+        "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}});
+    gltf.json["meshes"][0] = json!({"name": "m", "weights": [0.5], "primitives": [{
+        "attributes": {"POSITION": 0, "NORMAL": normals, "TANGENT": tangents, "TEXCOORD_0": uvs, "COLOR_0": colors,
+            "JOINTS_0": joints, "WEIGHTS_0": weights},
+        "indices": 1, "material": 0, "mode": 4, "targets": [{"POSITION": offsets}]}]});
+    gltf.json["materials"] = json!([{"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        "extensions": {"VENDOR_any": {"glowTexture": {"index": 0}, "factor": 2}}}]);
+    gltf.json["textures"] = json!([{"sampler": 0, "source": 0}]);
+    gltf.json["samplers"] = json!([{"wrapS": 10497}]);
+    gltf.json["images"] = json!([{"bufferView": png, "mimeType": "image/png"}]);
+    gltf.json["skins"] = json!([{"joints": [1], "inverseBindMatrices": matrices}]);
+    gltf.json["cameras"] = json!([{"type": "perspective", "name": "c"}]);
+    gltf.json["nodes"] = json!([
+        {"mesh": 0, "name": "n", "children": [1, 2, 3]},
+        {"translation": [1, 2, 3], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1], "camera": 0},
+        {"mesh": 0, "skin": 0, "weights": [1.0]},
+        {"mesh": 0, "matrix": glam::Mat4::IDENTITY.to_cols_array(),
+            "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"SCALE": scales}}}},
+    ]);
+    gltf
+}
