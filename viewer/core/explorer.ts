@@ -212,7 +212,8 @@ export class Explorer implements NavigationSpace {
       await neighbours;
       if (this.closed || this.current?.cell !== entry.cell) return;
       this.events.changed();
-      await Promise.all(entry.adjacent.map((cell) => this.record(cell, PRIORITY.prefetch)));
+      // Nothing depends on these yet; entering a cell asks again and reports what is wrong.
+      await Promise.allSettled(entry.adjacent.map((cell) => this.record(cell, PRIORITY.prefetch)));
     } catch (error) {
       if (!this.closed && this.current?.cell === entry.cell) this.events.problem(error);
     }
@@ -254,7 +255,7 @@ export class Explorer implements NavigationSpace {
       ahead.objects = await this.directory.resolve(ids, PRIORITY.prefetch);
       if (this.ahead === ahead) this.replan();
     } catch {
-      // Nothing depends on a prefetch; entering the cell asks again and reports what is wrong.
+      // As for neighbours: entering the cell asks again and reports what is wrong.
       if (this.ahead === ahead) this.ahead = undefined;
     }
   }

@@ -1,6 +1,6 @@
 /**
  * Does a person with a real browser get through a door? Opens the viewer at `BELVEDERE_URL`, waits until the first cell
- * is loaded, walks through a portal and through the next one, and insists that the page shows the cell beyond, that the
+ * is loaded, walks from portal to portal through a door and insists that the page shows the cell beyond, that the
  * number of visible objects is that of its record, that nothing was ever a hole and that nothing complained. Screenshots
  * go to `artifacts/`. Exit code 0, or 1 with a sentence.
  *
@@ -28,6 +28,10 @@ const FLAGS = [
 ];
 /** Room for a walker beside the posts of a doorway. */
 const PASSAGE_M = 0.6;
+/** Openings up to this wide count as doors. */
+const DOOR_M = 2.5;
+/** Cells that are looked at for a way. */
+const MOST_CELLS = 80;
 
 function insist(fact, sentence) {
   if (!fact) throw new Error(sentence);
@@ -52,43 +56,63 @@ async function settle(page, what) {
   return now;
 }
 
-/** Where a walker passes a portal upright: its centre, when it is an upright opening that is wide enough. */
-function passage(portal, eyeHeight) {
-  const axis = (i) => portal.polygon.map((point) => point[i]);
-  const size = (i) => Math.max(...axis(i)) - Math.min(...axis(i));
-  const middle = (i) => (Math.max(...axis(i)) + Math.min(...axis(i))) / 2;
-  const upright = Math.min(...axis(1)) < eyeHeight && eyeHeight < Math.max(...axis(1));
-  const wide = Math.hypot(size(0), size(2)) >= PASSAGE_M && size(1) > 0.3;
-  return upright && wide ? [middle(0), eyeHeight, middle(2)] : undefined;
+/** Where a walker passes a portal, when it is an upright opening that is wide enough. */
+function passage({ polygon }, eyeHeight) {
+  const axis = (i) => polygon.map((point) => point[i]);
+  const extent = (i) => Math.max(...axis(i)) - Math.min(...axis(i));
+  const middleOf = (i) => (Math.max(...axis(i)) + Math.min(...axis(i))) / 2;
+  const upright = Math.min(...axis(1)) < eyeHeight && eyeHeight < Math.max(...axis(1)) && extent(1) > 0.3;
+  const width = Math.hypot(extent(0), extent(2));
+  return upright && width >= PASSAGE_M ? { centre: [middleOf(0), eyeHeight, middleOf(2)], width } : undefined;
 }
 
-/** A way through two portals into a cell from which another number of objects is visible, if there is one. */
+const seen = (cell) => [...cell.lpvs, ...cell.opvs];
+const along = (cell, axis) => cell.hull.points.map((point) => point[axis]);
+const middle = (cell, axis) => (Math.min(...along(cell, axis)) + Math.max(...along(cell, axis))) / 2;
+const size = (cell, axis) => Math.max(...along(cell, axis)) - Math.min(...along(cell, axis));
+
+/**
+ * A way through at least two portals, one of them no wider than a door, into a cell from which another number of objects
+ * is visible; the nearest such, else the best there is. Cells are convex, so lines from portal to portal stay inside.
+ */
 async function chooseWay(page, from, eyeHeight) {
   const start = await record(page, from);
-  const ways = [];
-  for (const first of start.portals) {
-    const a = passage(first, eyeHeight);
-    if (!a) continue;
-    const next = await record(page, first.to);
-    for (const second of next.portals) {
-      const b = passage(second, eyeHeight);
-      if (!b || second.to === start.cell || Math.hypot(a[0] - b[0], a[2] - b[2]) < 0.05) continue;
-      const beyond = await record(page, second.to);
-      const middle = (i) => beyond.hull.points.reduce((sum, point) => sum + point[i], 0) / beyond.hull.points.length;
-      const seen = (cell) => cell.opvs.length + cell.lpvs.length;
-      ways.push({
-        first: a,
-        second: b,
-        goal: [middle(0), eyeHeight, middle(2)],
-        through: `c${first.to}`,
-        to: `c${second.to}`,
-        expected: seen(beyond),
-        changes: seen(beyond) !== seen(start),
+  const met = new Set([start.cell]);
+  const open = [{ at: start, points: [], cells: [], narrow: false }];
+  let best;
+  for (let visited = 0; open.length > 0 && visited < MOST_CELLS; visited += 1) {
+    const { at, points, cells, narrow } = open.shift();
+    if (points.length >= 2 && size(at, 0) >= PASSAGE_M && size(at, 2) >= PASSAGE_M) {
+      const changes = seen(at).length !== seen(start).length;
+      const score = (narrow ? 2 : 0) + (changes ? 1 : 0);
+      const goal = [middle(at, 0), eyeHeight, middle(at, 2)];
+      if (!best || score > best.score) best = { points, cells, goal, changes, score, expected: seen(at).length };
+      if (score === 3) return best;
+    }
+    for (const portal of at.portals) {
+      const passed = passage(portal, eyeHeight);
+      if (!passed || met.has(portal.to)) continue;
+      met.add(portal.to);
+      open.push({
+        at: await record(page, portal.to),
+        points: [...points, passed.centre],
+        cells: [...cells, `c${portal.to}`],
+        narrow: narrow || portal.door !== undefined || passed.width <= DOOR_M,
       });
     }
   }
-  insist(ways.length > 0, `from ${from} no portal leads on to a second cell at eye height ${eyeHeight.toFixed(2)} m`);
-  return ways.find((way) => way.changes) ?? ways[0];
+  insist(best, `from ${from} no portal leads on to a second cell at eye height ${eyeHeight.toFixed(2)} m`);
+  return best;
+}
+
+/** Watches for holes from now on: what is held must be drawn all the time. */
+function watchForHoles(page) {
+  return page.evaluate(() => {
+    window.worstHoles = 0;
+    setInterval(() => {
+      window.worstHoles = Math.max(window.worstHoles, window.belvedere.state().holes);
+    }, 50);
+  });
 }
 
 /** Turns towards a point and holds W until the displayed cell changes. */
@@ -118,19 +142,22 @@ async function walk(page, complaints) {
   const start = await settle(page, "the first cell");
   insist(start.cell !== null, "no cell is displayed");
   await page.screenshot({ path: join(artifacts, "1-start.png") });
+  await watchForHoles(page);
   const way = await chooseWay(page, start.cell, start.position[1]);
-  console.log(`walking ${start.cell} → ${way.through} → ${way.to}`);
+  const to = way.cells.at(-1);
+  console.log(`walking ${[start.cell, ...way.cells].join(" → ")}`);
 
-  await walkByKey(page, way.first, start.cell);
+  await walkByKey(page, way.points[0], start.cell);
   const between = await settle(page, "the cell behind the first portal");
-  insist(between.cell === way.through, `expected ${way.through} behind the first portal, not ${between.cell}`);
+  // A slow browser takes long steps and may pass a thin doorway in one of them.
+  const reached = way.cells.slice(0, 2).includes(between.cell);
+  insist(reached, `expected ${way.cells[0]} behind the first portal, not ${between.cell}`);
   await page.screenshot({ path: join(artifacts, "2-doorway.png") });
 
-  await walkTo(page, way.second);
-  await walkTo(page, way.goal);
+  for (const point of [...way.points.slice(1), way.goal]) await walkTo(page, point);
   const end = await settle(page, "the cell beyond");
   await page
-    .waitForFunction((cell) => document.querySelector("[data-testid=cell]").textContent === cell, way.to, {
+    .waitForFunction((cell) => document.querySelector("[data-testid=cell]").textContent === cell, to, {
       timeout: 5000,
     })
     .catch(() => {});
@@ -138,14 +165,16 @@ async function walk(page, complaints) {
   const visible = await page.getByTestId("visible").textContent();
   const bytes = await page.getByTestId("bytes").textContent();
   await page.screenshot({ path: join(artifacts, "3-beyond.png") });
-  insist(shown === way.to, `the page shows ${shown} where ${way.to} is expected`);
-  insist(end.cell === way.to, `the walker is in ${end.cell} where ${way.to} is expected`);
+  insist(shown === to, `the page shows ${shown} where ${to} is expected`);
+  insist(end.cell === to, `the walker is in ${end.cell} where ${to} is expected`);
   const whole = start.visible === start.objects && end.visible === end.objects;
   const expected = whole ? end.objects : way.expected;
-  insist(end.visible === expected, `${end.visible} objects are shown where the record of ${way.to} lists ${expected}`);
+  insist(end.visible === expected, `${end.visible} objects are shown where the record of ${to} lists ${expected}`);
   insist(!way.changes || whole || end.visible !== start.visible, "the number of visible objects did not change");
   insist(visible.startsWith(`${end.visible} of ${end.objects} `), `the page says "${visible}"`);
   insist(/^[\d.]+ [kMG]?B of /.test(bytes), `the page says "${bytes}"`);
+  const worstHoles = await page.evaluate(() => window.worstHoles);
+  insist(worstHoles === 0, `on the way ${worstHoles} objects were held but not drawn`);
   insist(end.problems.length === 0, `the viewer reports: ${end.problems.join("; ")}`);
   insist(complaints.length === 0, `the console says: ${complaints.join("; ")}`);
   console.log(`arrived in ${shown}: ${visible}, ${bytes}`);

@@ -6,7 +6,7 @@ const UNITS = ["B", "kB", "MB", "GB", "TB"];
 export function writeBytes(bytes: number): string {
   let value = bytes;
   let unit = 0;
-  while (value >= 999.95 && unit < UNITS.length - 1) {
+  while (value >= 999.5 && unit < UNITS.length - 1) {
     value /= 1000;
     unit += 1;
   }

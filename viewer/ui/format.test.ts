@@ -1,0 +1,20 @@
+import { expect, it } from "vitest";
+import { writeBytes, writeShare } from "./format.ts";
+
+it.each([
+  [0, "0 B"],
+  [999, "999 B"],
+  [1000, "1.0 kB"],
+  [999_949, "1.0 MB"],
+  [1_234_567, "1.2 MB"],
+  [99_960_000, "100 MB"],
+  [35.4e9, "35.4 GB"],
+])("%d bytes are written as %s", (bytes, text) => {
+  expect(writeBytes(bytes)).toBe(text);
+});
+
+it("what was fetched is set against the whole, when the whole is known", () => {
+  expect(writeShare(1.2e6, 35.4e6)).toBe("1.2 MB of 35.4 MB · 3.4 %");
+  expect(writeShare(113e3, 112e3)).toBe("113 kB of 112 kB · 101 %");
+  expect(writeShare(5, undefined)).toBe("5 B");
+});
