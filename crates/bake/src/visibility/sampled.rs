@@ -99,7 +99,7 @@ pub fn sampled(
     };
     pass.run(&mut states, |_, mut sampler| {
         sampler.look_around(share(1));
-        sampler.search_cells(share(1), share(3));
+        sampler.search_cells(share(2), share(2));
     })?;
     let mut done = 2;
     for _ in 0..settings.rounds {

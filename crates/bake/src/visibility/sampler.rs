@@ -357,7 +357,7 @@ impl<'a> Sampler<'a> {
                 break;
             }
             let portals: usize = next.iter().map(|cell| scenery.lookouts[*cell].portals.len()).sum();
-            let each = (portal_budget.max(0) / 2 / portals.max(1) as i64).clamp(6, 64);
+            let each = (portal_budget.max(0) / 2 / portals.max(1) as i64).clamp(6, 512);
             for cell in next {
                 self.state.searched[cell] = true;
                 fresh_cells.push(cell);
