@@ -1,0 +1,3 @@
+//! What can the program be told to do?
+
+pub mod serve;
