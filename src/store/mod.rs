@@ -35,6 +35,9 @@ pub use coding::Coding;
 /// The largest blob that can be stored.
 pub const MAX_BLOB_BYTES: u64 = 256 << 20;
 
+/// A file that every store has, so that an empty store can be told from one that is gone (an unmounted disk).
+const MARKER: &str = "belvedere-store";
+
 /// Why a blob could not be stored or read. "No such blob" is not among them: that is an answer.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum StoreError {
@@ -195,12 +198,16 @@ impl BlobStore {
         let local = LocalFileSystem::new_with_prefix(&folder)
             .map_err(failed)?
             .with_fsync(true);
-        Ok(Self::over(Arc::new(local), cache_bytes))
+        let store = Self::over(Arc::new(local), cache_bytes);
+        if store.probe().await.is_err() {
+            let text = Bytes::from_static(b"Immutable objects, named by the SHA-256 of their content.\n");
+            store.write(&Key::from(MARKER), text).await?;
+        }
+        Ok(store)
     }
 
-    /// The store over any folder or bucket, holding up to `cache_bytes` in memory.
-    #[must_use]
-    pub fn over(objects: Arc<dyn ObjectStore>, cache_bytes: u64) -> Self {
+    /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
+    fn over(objects: Arc<dyn ObjectStore>, cache_bytes: u64) -> Self {
         /// Only a hint for the cache's tables.
         const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
         /// Few shards, so that one large blob still fits into its share of the limit.
@@ -322,18 +329,15 @@ impl BlobStore {
         }
     }
 
-    /// Whether the store answers at all.
+    /// Whether the store is there and can be read.
     ///
     /// # Errors
-    /// When it does not.
+    /// When it is not.
     pub async fn probe(&self) -> Result<(), StoreError> {
-        self.inner
-            .objects
-            .list(None)
-            .try_next()
-            .await
+        let found = self.inner.objects.head(&Key::from(MARKER)).await;
+        found
             .map(drop)
-            .map_err(|source| io("be read".to_owned(), source))
+            .map_err(|source| io(format!("find its marker `{MARKER}`"), source))
     }
 
     /// How the cache is doing.
