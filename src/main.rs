@@ -1,6 +1,17 @@
 //! Host a huge 3-D world behind a CDN; walk through it while downloading only what you can see.
-#![allow(dead_code)]
 
-mod db;
+use std::process::ExitCode;
 
-fn main() {}
+use belvedere::commands::{self, Cli};
+use clap::Parser;
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    match commands::run(Cli::parse()).await {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(cause) => {
+            eprintln!("belvedere: {cause:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

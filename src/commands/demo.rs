@@ -14,7 +14,7 @@ pub(super) struct Args {
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
-    let config = args.serve.clone().check()?;
+    let config = args.serve.clone().into_config()?;
     let data = DataFolder::open(&config.data).await?;
     let request = Request {
         scene: "museum".parse()?,

@@ -6,7 +6,7 @@ mod gc;
 mod inspect;
 mod output;
 mod publish;
-mod serve;
+pub mod serve;
 
 use clap::{Parser, Subcommand};
 
@@ -48,6 +48,6 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Publish(args) => publish::run(args).await,
         Command::Inspect(args) => inspect::run(args).await,
         Command::Gc(args) => gc::run(args).await,
-        Command::Openapi => output::print(&crate::http::openapi_text()),
+        Command::Openapi => output::print(crate::http::OPENAPI_JSON),
     }
 }

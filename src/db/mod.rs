@@ -18,37 +18,41 @@ use sqlx::{
 
 /// The catalogue of one data folder. Cheap to clone.
 #[derive(Debug, Clone)]
-pub(crate) struct Catalogue {
+pub struct Catalogue {
     pool: SqlitePool,
 }
 
 /// A revision that is ready: all of its blobs are stored.
 #[derive(Debug)]
-pub(crate) struct NewRevision<'a> {
+pub struct NewRevision<'a> {
     /// Becomes the scene's pointer.
-    pub(crate) pointer: &'a Pointer,
+    pub pointer: &'a Pointer,
     /// A key over everything but the source files that decides the result.
-    pub(crate) source_key: &'a str,
+    pub source_key: &'a str,
     /// Name and SHA-256 of each file that was read.
-    pub(crate) sources: &'a [(String, String)],
+    pub sources: &'a [(String, String)],
     /// The bake's report.
-    pub(crate) report: &'a serde_json::Value,
+    pub report: &'a serde_json::Value,
     /// Every blob with its size.
-    pub(crate) blobs: &'a [(BlobName, u64)],
+    pub blobs: &'a [(BlobName, u64)],
 }
 
 /// What the current revision of a scene was made from.
 #[derive(Debug)]
-pub(crate) struct Baked {
-    pub(crate) pointer: Pointer,
-    pub(crate) source_key: String,
-    pub(crate) sources: Vec<(String, String)>,
-    pub(crate) report: serde_json::Value,
+pub struct Baked {
+    /// Its pointer.
+    pub pointer: Pointer,
+    /// The key over everything but the source files.
+    pub source_key: String,
+    /// Name and SHA-256 of each file that was read.
+    pub sources: Vec<(String, String)>,
+    /// The bake's report.
+    pub report: serde_json::Value,
 }
 
 impl Catalogue {
     /// Opens the catalogue of a data folder; makes both when they are not there and brings the schema up to date.
-    pub(crate) async fn open(data: &Path) -> anyhow::Result<Self> {
+    pub async fn open(data: &Path) -> anyhow::Result<Self> {
         tokio::fs::create_dir_all(data)
             .await
             .with_context(|| format!("cannot make the data folder {}", data.display()))?;
@@ -74,7 +78,7 @@ impl Catalogue {
 
     /// Adds a revision and moves the scene's pointer to it, in one transaction. Publishing the same revision again
     /// only moves the pointer.
-    pub(crate) async fn publish(&self, new: &NewRevision<'_>) -> anyhow::Result<()> {
+    pub async fn publish(&self, new: &NewRevision<'_>) -> anyhow::Result<()> {
         let (scene, revision) = (new.pointer.scene.as_str(), new.pointer.revision.to_string());
         let mut tx = self.pool.begin().await?;
         sqlx::query("DELETE FROM revision_blobs WHERE scene = ? AND revision = ?")
@@ -116,7 +120,7 @@ impl Catalogue {
     }
 
     /// The pointers of all scenes, by name.
-    pub(crate) async fn pointers(&self) -> anyhow::Result<Vec<Pointer>> {
+    pub async fn pointers(&self) -> anyhow::Result<Vec<Pointer>> {
         let rows = sqlx::query("SELECT pointer FROM scenes JOIN revisions USING (scene, revision) ORDER BY scene")
             .fetch_all(&self.pool)
             .await?;
@@ -126,7 +130,7 @@ impl Catalogue {
     }
 
     /// What the current revision of a scene was made from.
-    pub(crate) async fn baked(&self, scene: &SceneName) -> anyhow::Result<Option<Baked>> {
+    pub async fn baked(&self, scene: &SceneName) -> anyhow::Result<Option<Baked>> {
         let row = sqlx::query(
             "SELECT pointer, source_key, sources, report FROM scenes JOIN revisions USING (scene, revision) \
              WHERE scene = ?",
@@ -144,7 +148,7 @@ impl Catalogue {
     }
 
     /// The blobs of a revision with their sizes, by name.
-    pub(crate) async fn blobs_of(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<Vec<(BlobName, u64)>> {
+    pub async fn blobs_of(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<Vec<(BlobName, u64)>> {
         let rows = sqlx::query("SELECT blob, bytes FROM revision_blobs WHERE scene = ? AND revision = ? ORDER BY blob")
             .bind(scene.as_str())
             .bind(revision.to_string())
@@ -159,7 +163,7 @@ impl Catalogue {
     }
 
     /// Every blob that the newest `keep` revisions of some scene need; the current one always counts.
-    pub(crate) async fn blobs_in_use(&self, keep: u32) -> anyhow::Result<BTreeSet<BlobName>> {
+    pub async fn blobs_in_use(&self, keep: u32) -> anyhow::Result<BTreeSet<BlobName>> {
         let sql = AssertSqlSafe(format!(
             "SELECT DISTINCT blob FROM revision_blobs WHERE (scene, revision) NOT IN ({OLD_REVISIONS})"
         ));
@@ -168,14 +172,14 @@ impl Catalogue {
     }
 
     /// How many revisions [`Catalogue::forget_old_revisions`] would remove.
-    pub(crate) async fn old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
+    pub async fn old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
         let sql = AssertSqlSafe(format!("SELECT count(*) AS old FROM ({OLD_REVISIONS})"));
         let row = sqlx::query(sql).bind(i64::from(keep)).fetch_one(&self.pool).await?;
         Ok(u64::try_from(row.try_get::<i64, _>("old")?)?)
     }
 
     /// Forgets all but the newest `keep` revisions of each scene; the current one is always kept. Says how many went.
-    pub(crate) async fn forget_old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
+    pub async fn forget_old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
         let sql = AssertSqlSafe(format!("DELETE FROM revisions WHERE (scene, revision) IN ({OLD_REVISIONS})"));
         Ok(sqlx::query(sql).bind(i64::from(keep)).execute(&self.pool).await?.rows_affected())
     }
@@ -187,7 +191,7 @@ const OLD_REVISIONS: &str = "SELECT scene, revision FROM ( \
      WHERE age > ? AND (scene, revision) NOT IN (SELECT scene, revision FROM scenes)";
 
 /// The list of scenes that these pointers make.
-pub(crate) fn scene_list(pointers: &[Pointer]) -> SceneList {
+pub fn scene_list(pointers: &[Pointer]) -> SceneList {
     SceneList {
         scenes: pointers.iter().map(Pointer::summary).collect(),
     }

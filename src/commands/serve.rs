@@ -1,0 +1,129 @@
+//! `belvedere serve`: hand out what is published until told to stop.
+
+use std::{net::SocketAddr, path::PathBuf};
+
+use anyhow::Context;
+use tokio::net::TcpListener;
+use tokio_util::sync::CancellationToken;
+use tracing_subscriber::{Layer, filter::Targets, layer::SubscriberExt, util::SubscriberInitExt};
+
+use crate::{
+    config::{Config, LogFormat, Settings},
+    db::Catalogue,
+    http::{AppState, Metrics, RequestLimits, accept::serve_connections, routes::router},
+    published::Publications,
+    store::BlobStore,
+};
+
+/// Serves published scenes over HTTP.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct ServeArgs {
+    /// TOML file with the same settings; flags and environment go before it
+    #[arg(long, value_name = "FILE", env = "BELVEDERE_CONFIG")]
+    pub config: Option<PathBuf>,
+    /// Everything that can be set.
+    #[command(flatten)]
+    pub settings: Settings,
+}
+
+impl ServeArgs {
+    /// Reads the file, if there is one, and checks the whole.
+    ///
+    /// # Errors
+    /// When the file or a setting cannot be used.
+    pub fn into_config(self) -> anyhow::Result<Config> {
+        let settings = match &self.config {
+            Some(file) => self.settings.or(Settings::from_file(file)?),
+            None => self.settings,
+        };
+        Ok(Config::try_from(settings)?)
+    }
+}
+
+/// Runs the command until SIGINT or SIGTERM.
+///
+/// # Errors
+/// When a setting cannot be used, or the server cannot start.
+pub async fn run(args: ServeArgs) -> anyhow::Result<()> {
+    let config = args.into_config()?;
+    start_log(&config)?;
+    let stopping = CancellationToken::new();
+    stop_on_signals(stopping.clone())?;
+    serve(config, stopping, |address| {
+        // Whoever started it may read the address from here; the log goes to standard error.
+        let _closed = super::output::print(&format!("open http://{address}/"));
+    })
+    .await
+}
+
+/// Serves until `shutdown`; `on_listen` hears the address once connections are taken.
+///
+/// # Errors
+/// When the data folder cannot be opened or the address cannot be listened on.
+pub async fn serve(
+    config: Config,
+    shutdown: CancellationToken,
+    on_listen: impl FnOnce(SocketAddr),
+) -> anyhow::Result<()> {
+    let catalogue = Catalogue::open(&config.data).await?;
+    let blobs = BlobStore::open_folder(&config.data, config.cache_bytes).await?;
+    let publications = Publications::follow(catalogue.clone(), blobs.clone(), config.poll, shutdown.clone()).await?;
+    let listener = TcpListener::bind(config.listen).await.with_context(|| {
+        format!(
+            "cannot listen on {}; choose another address with --listen",
+            config.listen
+        )
+    })?;
+    let metrics = Metrics::default();
+    let router = router(AppState {
+        publications,
+        blobs,
+        catalogue,
+        metrics: metrics.clone(),
+        limits: RequestLimits {
+            timeout: config.request_timeout,
+        },
+    });
+    on_listen(listener.local_addr().context("the listening socket has no address")?);
+    serve_connections(listener, router, metrics, config.connections, shutdown).await;
+    Ok(())
+}
+
+/// Writes the log to standard error.
+fn start_log(config: &Config) -> anyhow::Result<()> {
+    let filter: Targets = config.log.parse()?;
+    let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let lines = match config.log_format {
+        LogFormat::Text => lines.boxed(),
+        LogFormat::Json => lines.json().boxed(),
+    };
+    tracing_subscriber::registry()
+        .with(lines.with_filter(filter))
+        .try_init()?;
+    Ok(())
+}
+
+#[cfg(unix)]
+fn stop_on_signals(stopping: CancellationToken) -> anyhow::Result<()> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    tokio::spawn(async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+        stopping.cancel();
+    });
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn stop_on_signals(stopping: CancellationToken) -> anyhow::Result<()> {
+    tokio::spawn(async move {
+        if tokio::signal::ctrl_c().await.is_ok() {
+            stopping.cancel();
+        }
+    });
+    Ok(())
+}

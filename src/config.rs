@@ -1,0 +1,236 @@
+//! What can be set, and where is it set? One list, [`Settings`], which is read from flags, the environment and a TOML
+//! file alike; a flag goes before the environment, that before the file, that before the default. A [`Config`] cannot
+//! exist unless it is usable.
+
+use std::{
+    net::SocketAddr,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use clap::{Args, ValueEnum};
+use serde::Deserialize;
+
+use crate::http::accept::ConnectionLimits;
+
+/// Everything that can be set. In the file the names are the same, with `_` for `-`.
+#[derive(Debug, Clone, Default, PartialEq, Args, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Address to listen on; port 0 takes a free one and prints it [default: 127.0.0.1:8080]
+    #[arg(long, value_name = "ADDR", env = "BELVEDERE_LISTEN")]
+    pub listen: Option<SocketAddr>,
+    /// Folder with the catalogue and the blobs [default: ./data]
+    #[arg(long, value_name = "DIR", env = "BELVEDERE_DATA")]
+    pub data: Option<PathBuf>,
+    /// Memory for blobs, in MiB [default: 256]
+    #[arg(long, value_name = "MIB", env = "BELVEDERE_CACHE_MIB")]
+    pub cache_mib: Option<u64>,
+    /// How many connections may be open [default: 10000]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_CONNECTIONS")]
+    pub max_connections: Option<usize>,
+    /// How long a request may take, in seconds [default: 30]
+    #[arg(long, value_name = "S", env = "BELVEDERE_REQUEST_TIMEOUT_S")]
+    pub request_timeout_s: Option<u64>,
+    /// How long open requests may take to finish at shutdown, in seconds [default: 10]
+    #[arg(long, value_name = "S", env = "BELVEDERE_DRAIN_S")]
+    pub drain_s: Option<u64>,
+    /// How often to look for new revisions, in milliseconds [default: 500]
+    #[arg(long, value_name = "MS", env = "BELVEDERE_POLL_MS")]
+    pub poll_ms: Option<u64>,
+    /// What to log, like `info` or `warn,belvedere=debug` [default: info]
+    #[arg(long, value_name = "FILTER", env = "BELVEDERE_LOG")]
+    pub log: Option<String>,
+    /// How to log [default: text]
+    #[arg(long, value_name = "FORMAT", env = "BELVEDERE_LOG_FORMAT")]
+    pub log_format: Option<LogFormat>,
+}
+
+/// The form of a log line.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LogFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// One JSON object a line.
+    Json,
+}
+
+/// Why settings cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read the configuration {}: {source}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file does not hold settings.
+    #[error("the configuration {} is not right: {source}", file.display())]
+    Malformed {
+        /// The file.
+        file: PathBuf,
+        /// Where and why.
+        source: Box<toml::de::Error>,
+    },
+    /// A number that cannot work.
+    #[error("`{name}` must be from {least} to {most}; got {got}")]
+    OutOfRange {
+        /// The setting.
+        name: &'static str,
+        /// The smallest usable value.
+        least: u64,
+        /// The largest usable value.
+        most: u64,
+        /// What was given.
+        got: u64,
+    },
+    /// The log filter cannot be read.
+    #[error("`log` is not a filter like `info` or `warn,belvedere=debug`: {0}")]
+    Log(String),
+}
+
+/// Usable settings of a server.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Where to listen.
+    pub listen: SocketAddr,
+    /// The data folder.
+    pub data: PathBuf,
+    /// Memory for blobs.
+    pub cache_bytes: u64,
+    /// Limits on connections.
+    pub connections: ConnectionLimits,
+    /// Limit on one request.
+    pub request_timeout: Duration,
+    /// How often to look for new revisions.
+    pub poll: Duration,
+    /// What to log.
+    pub log: String,
+    /// How to log.
+    pub log_format: LogFormat,
+}
+
+impl Settings {
+    /// Reads a TOML file.
+    ///
+    /// # Errors
+    /// When it cannot be read, is not TOML, or has an unknown key, which is named.
+    pub fn from_file(file: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(file).map_err(|source| ConfigError::Unreadable {
+            file: file.to_owned(),
+            source,
+        })?;
+        toml::from_str(&text).map_err(|source| ConfigError::Malformed {
+            file: file.to_owned(),
+            source: Box::new(source),
+        })
+    }
+
+    /// These settings, and those of `fallback` where there are none.
+    #[must_use]
+    pub fn or(self, fallback: Self) -> Self {
+        Self {
+            listen: self.listen.or(fallback.listen),
+            data: self.data.or(fallback.data),
+            cache_mib: self.cache_mib.or(fallback.cache_mib),
+            max_connections: self.max_connections.or(fallback.max_connections),
+            request_timeout_s: self.request_timeout_s.or(fallback.request_timeout_s),
+            drain_s: self.drain_s.or(fallback.drain_s),
+            poll_ms: self.poll_ms.or(fallback.poll_ms),
+            log: self.log.or(fallback.log),
+            log_format: self.log_format.or(fallback.log_format),
+        }
+    }
+}
+
+impl TryFrom<Settings> for Config {
+    type Error = ConfigError;
+
+    fn try_from(settings: Settings) -> Result<Self, ConfigError> {
+        let within = |name, value: u64, least: u64, most: u64| {
+            let ok = (least..=most).contains(&value);
+            ok.then_some(value).ok_or(ConfigError::OutOfRange {
+                name,
+                least,
+                most,
+                got: value,
+            })
+        };
+        let limits = ConnectionLimits::default();
+        let connections = settings.max_connections.unwrap_or(limits.connections) as u64;
+        let log = settings.log.unwrap_or_else(|| "info".to_owned());
+        log.parse::<tracing_subscriber::filter::Targets>()
+            .map_err(|error| ConfigError::Log(error.to_string()))?;
+        Ok(Self {
+            listen: settings
+                .listen
+                .unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 8080))),
+            data: settings.data.unwrap_or_else(|| PathBuf::from("data")),
+            cache_bytes: within("cache_mib", settings.cache_mib.unwrap_or(256), 1, 1 << 20)? << 20,
+            connections: ConnectionLimits {
+                connections: within("max_connections", connections, 1, 1_000_000)? as usize,
+                drain: Duration::from_secs(within("drain_s", settings.drain_s.unwrap_or(10), 0, 3600)?),
+                ..limits
+            },
+            request_timeout: Duration::from_secs(within(
+                "request_timeout_s",
+                settings.request_timeout_s.unwrap_or(30),
+                1,
+                3600,
+            )?),
+            poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),
+            log,
+            log_format: settings.log_format.unwrap_or_default(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(text: &str) -> Result<Settings, ConfigError> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        Settings::from_file(file.path())
+    }
+
+    #[test]
+    fn the_file_fills_what_flags_leave_open() {
+        let flags = Settings {
+            cache_mib: Some(7),
+            ..Settings::default()
+        };
+        let merged = flags.or(file("cache_mib = 9\ndrain_s = 3\nlog_format = \"json\"").unwrap());
+        let config = Config::try_from(merged).unwrap();
+        assert_eq!(
+            (config.cache_bytes, config.connections.drain),
+            (7 << 20, Duration::from_secs(3))
+        );
+        assert_eq!(config.log_format, LogFormat::Json);
+    }
+
+    #[test]
+    fn an_unknown_key_is_named() {
+        assert!(
+            file("lisen = \"127.0.0.1:1\"")
+                .unwrap_err()
+                .to_string()
+                .contains("lisen")
+        );
+    }
+
+    #[test]
+    fn numbers_that_cannot_work_are_refused_by_name() {
+        let settings = Settings {
+            max_connections: Some(0),
+            ..Settings::default()
+        };
+        let error = Config::try_from(settings).unwrap_err().to_string();
+        assert_eq!(error, "`max_connections` must be from 1 to 1000000; got 0");
+    }
+}

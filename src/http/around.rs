@@ -1,0 +1,148 @@
+//! What happens around every request?
+//!
+//! From the outside in: limits on the head, preflights, the time limit, a panic caught; then on the way out problem
+//! details get their body, CORS headers are set, and the request is counted and logged. Query strings are not logged:
+//! they may hold tokens.
+
+use std::{
+    any::Any,
+    panic::AssertUnwindSafe,
+    time::{Duration, Instant},
+};
+
+use axum::{
+    body::{Body, HttpBody},
+    extract::{MatchedPath, Request, State},
+    http::{HeaderMap, HeaderValue, Method, Uri, header},
+    middleware::Next,
+    response::{IntoResponse, Response},
+};
+use futures_util::FutureExt;
+
+use super::{
+    AppState, cors,
+    error::{ApiError, Problem},
+    routes::{TEMPLATES, UNMATCHED},
+};
+
+const MAX_URI_BYTES: usize = 8 << 10;
+const MAX_HEADERS_BYTES: usize = 16 << 10;
+/// A GET or HEAD has no use for a body; a small one is ignored.
+const MAX_IGNORED_BODY_BYTES: u64 = 64 << 10;
+
+/// The layer.
+pub(super) async fn around(State(state): State<AppState>, request: Request, next: Next) -> Response {
+    let started = Instant::now();
+    let (method, uri) = (request.method().clone(), request.uri().clone());
+    let matched = request.extensions().get::<MatchedPath>().map(MatchedPath::as_str);
+    let route = matched
+        .and_then(|m| TEMPLATES.into_iter().find(|t| *t == m))
+        .unwrap_or(UNMATCHED);
+    let mut response = match refused(&request) {
+        Some(error) => error.into_response(),
+        None if is_preflight(&request) => cors::preflight(),
+        None => answered(next.run(request), state.limits.timeout).await,
+    };
+    let problem = response.extensions_mut().remove::<Problem>();
+    if let Some(problem) = &problem {
+        write_problem(&mut response, problem, &uri);
+    }
+    cors::allow_reading(response.headers_mut());
+    response
+        .headers_mut()
+        .insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    let (status, took) = (response.status().as_u16(), started.elapsed());
+    let body_bytes = if method == Method::HEAD {
+        0
+    } else {
+        response.body().size_hint().lower()
+    };
+    state.metrics.request(route, status, body_bytes, took);
+    let ms = took.as_secs_f64() * 1e3;
+    match problem.and_then(|problem| problem.cause) {
+        Some(cause) => {
+            tracing::error!(%method, route, path = uri.path(), status, ms, error = format!("{cause:#}"), "request failed");
+        }
+        None => tracing::debug!(%method, route, path = uri.path(), status, body_bytes, ms, "request"),
+    }
+    response
+}
+
+fn refused(request: &Request) -> Option<ApiError> {
+    let uri = request.uri();
+    let uri_bytes = uri.path().len() + uri.query().map_or(0, str::len);
+    if uri_bytes > MAX_URI_BYTES {
+        return Some(ApiError::UriTooLong);
+    }
+    let headers = request.headers();
+    let headers_bytes: usize = headers
+        .iter()
+        .map(|(name, value)| name.as_str().len() + value.len())
+        .sum();
+    if headers_bytes > MAX_HEADERS_BYTES {
+        return Some(ApiError::HeadersTooLarge);
+    }
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    (reads && announced_bytes(headers) > MAX_IGNORED_BODY_BYTES).then_some(ApiError::BodyTooLarge)
+}
+
+fn announced_bytes(headers: &HeaderMap) -> u64 {
+    let length = headers
+        .get(header::CONTENT_LENGTH)
+        .and_then(|value| value.to_str().ok());
+    length.map_or(0, |length| length.parse().unwrap_or(0))
+}
+
+fn is_preflight(request: &Request) -> bool {
+    *request.method() == Method::OPTIONS && request.headers().contains_key(header::ACCESS_CONTROL_REQUEST_METHOD)
+}
+
+async fn answered(answering: impl Future<Output = Response>, patience: Duration) -> Response {
+    let answering = tokio::time::timeout(patience, AssertUnwindSafe(answering).catch_unwind());
+    match answering.await {
+        Ok(Ok(response)) => response,
+        Ok(Err(panic)) => {
+            ApiError::Internal(anyhow::anyhow!("a handler panicked: {}", panic_text(&*panic))).into_response()
+        }
+        Err(_) => ApiError::TimedOut.into_response(),
+    }
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no message")
+}
+
+fn write_problem(response: &mut Response, problem: &Problem, uri: &Uri) {
+    let json = problem.json(uri.path());
+    let headers = response.headers_mut();
+    headers.insert(
+        header::CONTENT_TYPE,
+        HeaderValue::from_static("application/problem+json"),
+    );
+    headers.insert(header::CONTENT_LENGTH, json.len().into());
+    *response.body_mut() = Body::from(json);
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::http::StatusCode;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_panic_is_a_500_that_keeps_its_message_to_itself() {
+        let response = answered(async { panic!("secret") }, Duration::from_secs(5)).await;
+        assert_eq!(response.status(), StatusCode::INTERNAL_SERVER_ERROR);
+        let problem = response.extensions().get::<Problem>().unwrap();
+        assert!(!String::from_utf8(problem.json("/x")).unwrap().contains("secret"));
+        assert!(problem.cause.as_ref().unwrap().to_string().contains("secret"));
+    }
+
+    #[tokio::test]
+    async fn a_handler_that_hangs_is_a_503() {
+        let response = answered(std::future::pending(), Duration::from_millis(10)).await;
+        assert_eq!(response.status(), StatusCode::SERVICE_UNAVAILABLE);
+    }
+}

@@ -1,0 +1,38 @@
+//! Who may read answers from another origin? Everybody: what is published is public.
+
+use axum::{
+    body::Body,
+    http::{HeaderMap, HeaderValue, Response, StatusCode, header},
+};
+
+/// Adds what a browser needs to hand any answer, errors too, to a page of another origin.
+pub(super) fn allow_reading(headers: &mut HeaderMap) {
+    headers.insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, HeaderValue::from_static("*"));
+    headers.insert(
+        header::ACCESS_CONTROL_EXPOSE_HEADERS,
+        HeaderValue::from_static("Content-Range, Content-Encoding, ETag, Content-Location, Accept-Ranges"),
+    );
+    headers.insert("timing-allow-origin", HeaderValue::from_static("*"));
+}
+
+/// The answer to a preflight.
+pub(super) fn preflight() -> Response<Body> {
+    let mut response = Response::new(Body::empty());
+    *response.status_mut() = StatusCode::NO_CONTENT;
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (header::ACCESS_CONTROL_ALLOW_METHODS, "GET, HEAD, POST, PUT, DELETE"),
+        (
+            header::ACCESS_CONTROL_ALLOW_HEADERS,
+            "Authorization, Content-Type, Range, If-Range, If-Match, If-None-Match, Last-Event-ID",
+        ),
+        (header::ACCESS_CONTROL_MAX_AGE, "86400"),
+        (
+            header::VARY,
+            "Origin, Access-Control-Request-Method, Access-Control-Request-Headers",
+        ),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}

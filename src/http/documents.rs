@@ -1,0 +1,23 @@
+//! How are the two mutable documents answered? From the newest snapshot, with bytes that are ready.
+
+use axum::{extract::State, http::HeaderMap, response::Response};
+use belvedere_scene::SceneName;
+
+use super::{error::ApiError, extract::Path, immutable::json_answer, queries::find};
+use crate::published::Publications;
+
+/// `GET /v1/scenes` and `/v1/scenes/index.json`: the scenes.
+pub(super) async fn scenes(State(publications): State<Publications>, headers: HeaderMap) -> Result<Response, ApiError> {
+    let list = publications.current().list.clone();
+    json_answer(&headers, list.etag, list.bytes)
+}
+
+/// `GET /v1/scenes/{scene}` and `/v1/scenes/{scene}/index.json`: the pointer.
+pub(super) async fn scene(
+    State(publications): State<Publications>,
+    Path(scene): Path<SceneName>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let document = find(&publications, &scene)?.document.clone();
+    json_answer(&headers, document.etag, document.bytes)
+}

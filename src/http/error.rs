@@ -1,0 +1,265 @@
+//! What does an error look like to a caller? RFC 9457 problem details, everywhere the same.
+//!
+//! An [`ApiError`] becomes a response that carries its [`Problem`]; the layer `around` adds `instance`, writes the body
+//! and logs internal causes, once. Internals never reach the caller.
+
+use std::sync::Arc;
+
+use axum::{
+    body::Body,
+    http::{HeaderValue, Response, StatusCode, header},
+    response::IntoResponse,
+};
+use belvedere_scene::Revision;
+use serde::Serialize;
+
+use crate::{published::ReadError, store::StoreError};
+
+/// Why a request is not answered as asked.
+#[derive(Debug)]
+pub enum ApiError {
+    /// No such route or file.
+    NoRoute,
+    /// No such thing; what was looked for.
+    NotFound(String),
+    /// A path segment or the query cannot be read.
+    BadRequest {
+        /// The query parameter, when it was one.
+        parameter: Option<&'static str>,
+        /// What is wrong and what would be right.
+        detail: String,
+    },
+    /// The route is there, but not for this method. `Allow` is set by the router.
+    MethodNotAllowed,
+    /// None of the stored codings is acceptable.
+    NotAcceptable,
+    /// The scene has moved on while its pages were read.
+    RevisionMoved {
+        /// The revision that is current.
+        current: Revision,
+    },
+    /// `If-Match` names something else.
+    PreconditionFailed,
+    /// A body where none is wanted, or too large a one.
+    BodyTooLarge,
+    /// The target is too long.
+    UriTooLong,
+    /// The header fields are too long.
+    HeadersTooLarge,
+    /// No part of the range lies inside the bytes.
+    RangeNotSatisfiable {
+        /// How many bytes there are.
+        len: u64,
+    },
+    /// It took too long.
+    TimedOut,
+    /// Something that is needed does not answer.
+    Unavailable(anyhow::Error),
+    /// The server is at fault.
+    Internal(anyhow::Error),
+}
+
+/// The problem that a response tells of; `around` writes it as the body.
+#[derive(Debug, Clone)]
+pub(super) struct Problem {
+    pub(super) status: StatusCode,
+    pub(super) kind: &'static str,
+    pub(super) title: &'static str,
+    pub(super) detail: String,
+    pub(super) parameter: Option<&'static str>,
+    pub(super) cause: Option<Arc<anyhow::Error>>,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    r#type: String,
+    title: &'a str,
+    status: u16,
+    detail: &'a str,
+    instance: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parameter: Option<&'a str>,
+}
+
+impl Problem {
+    /// The body of the response.
+    pub(super) fn json(&self, instance: &str) -> Vec<u8> {
+        let document = Document {
+            r#type: format!("/problems/{}", self.kind),
+            title: self.title,
+            status: self.status.as_u16(),
+            detail: &self.detail,
+            instance,
+            parameter: self.parameter,
+        };
+        serde_json::to_vec(&document).expect("a problem holds nothing that JSON cannot say")
+    }
+}
+
+impl ApiError {
+    /// A path segment that cannot be read.
+    pub(super) fn bad_path(detail: impl ToString) -> Self {
+        Self::BadRequest {
+            parameter: None,
+            detail: detail.to_string(),
+        }
+    }
+
+    /// A query parameter that cannot be read.
+    pub(super) fn bad_query(parameter: &'static str, detail: impl ToString) -> Self {
+        Self::BadRequest {
+            parameter: Some(parameter),
+            detail: detail.to_string(),
+        }
+    }
+
+    fn problem(self) -> Problem {
+        use StatusCode as S;
+        let (status, kind, title, detail) = match &self {
+            Self::NoRoute => (
+                S::NOT_FOUND,
+                "no-route",
+                "There is nothing at this address",
+                "see /openapi.json for what there is".to_owned(),
+            ),
+            Self::NotFound(what) => (S::NOT_FOUND, "not-found", "Not found", format!("there is no {what}")),
+            Self::BadRequest { detail, .. } => (
+                S::BAD_REQUEST,
+                "bad-request",
+                "The request cannot be read",
+                detail.clone(),
+            ),
+            Self::MethodNotAllowed => (
+                S::METHOD_NOT_ALLOWED,
+                "method-not-allowed",
+                "This address does not take this method",
+                "the Allow header names the methods that it takes".to_owned(),
+            ),
+            Self::NotAcceptable => (
+                S::NOT_ACCEPTABLE,
+                "not-acceptable",
+                "No stored encoding is acceptable",
+                "Accept-Encoding refuses every encoding of this object; allow identity, zstd or gzip".to_owned(),
+            ),
+            Self::RevisionMoved { current } => (
+                S::CONFLICT,
+                "revision-moved",
+                "The scene has a new revision",
+                format!("the scene is now at revision {current}; start again from its first page"),
+            ),
+            Self::PreconditionFailed => (
+                S::PRECONDITION_FAILED,
+                "precondition-failed",
+                "The object is not the one that If-Match names",
+                "fetch it again without If-Match".to_owned(),
+            ),
+            Self::BodyTooLarge => (
+                S::PAYLOAD_TOO_LARGE,
+                "body-too-large",
+                "The request has too large a body",
+                "send this request without a body".to_owned(),
+            ),
+            Self::UriTooLong => (
+                S::URI_TOO_LONG,
+                "uri-too-long",
+                "The address is too long",
+                "addresses here have up to 8192 bytes".to_owned(),
+            ),
+            Self::HeadersTooLarge => (
+                S::REQUEST_HEADER_FIELDS_TOO_LARGE,
+                "headers-too-large",
+                "The header fields are too long",
+                "send up to 16384 bytes of header fields".to_owned(),
+            ),
+            Self::RangeNotSatisfiable { len } => (
+                S::RANGE_NOT_SATISFIABLE,
+                "range-not-satisfiable",
+                "No part of the range lies inside the object",
+                format!("the object has {len} bytes"),
+            ),
+            Self::TimedOut => (
+                S::SERVICE_UNAVAILABLE,
+                "timed-out",
+                "The answer took too long",
+                "try again later".to_owned(),
+            ),
+            Self::Unavailable(_) => (
+                S::SERVICE_UNAVAILABLE,
+                "unavailable",
+                "The server is not ready",
+                "something that the server needs does not answer; its log says what".to_owned(),
+            ),
+            Self::Internal(_) => (
+                S::INTERNAL_SERVER_ERROR,
+                "internal",
+                "The server failed",
+                "the fault is on this side; the server's log says what happened".to_owned(),
+            ),
+        };
+        let parameter = match &self {
+            Self::BadRequest { parameter, .. } => *parameter,
+            _ => None,
+        };
+        let cause = match self {
+            Self::Unavailable(cause) | Self::Internal(cause) => Some(Arc::new(cause)),
+            _ => None,
+        };
+        Problem {
+            status,
+            kind,
+            title,
+            detail,
+            parameter,
+            cause,
+        }
+    }
+}
+
+impl IntoResponse for ApiError {
+    fn into_response(self) -> Response<Body> {
+        let content_range = match &self {
+            Self::RangeNotSatisfiable { len } => HeaderValue::try_from(format!("bytes */{len}")).ok(),
+            _ => None,
+        };
+        let retry = matches!(self, Self::TimedOut | Self::Unavailable(_));
+        let varies = matches!(self, Self::NotAcceptable);
+        let problem = self.problem();
+        let mut response = Response::new(Body::empty());
+        *response.status_mut() = problem.status;
+        let headers = response.headers_mut();
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+        if let Some(content_range) = content_range {
+            headers.insert(header::CONTENT_RANGE, content_range);
+        }
+        if retry {
+            headers.insert(header::RETRY_AFTER, HeaderValue::from_static("1"));
+        }
+        if varies {
+            headers.insert(header::VARY, HeaderValue::from_static("Accept-Encoding"));
+        }
+        response.extensions_mut().insert(problem);
+        response
+    }
+}
+
+impl From<StoreError> for ApiError {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Corrupt { .. }
+            | StoreError::Missing(_)
+            | StoreError::Misnamed { .. }
+            | StoreError::TooLarge { .. }
+            | StoreError::Encode { .. } => Self::Internal(error.into()),
+            StoreError::Io { .. } => Self::Unavailable(error.into()),
+        }
+    }
+}
+
+impl From<ReadError> for ApiError {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::Store(error) => error.into(),
+            ReadError::Missing(_) | ReadError::Malformed { .. } => Self::Internal(error.into()),
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! What has the server been doing? Prometheus text at `/metrics`.
+
+use std::{
+    fmt,
+    sync::{Arc, atomic::Ordering},
+    time::Duration,
+};
+
+use axum::{
+    extract::State,
+    http::header,
+    response::{IntoResponse, Response},
+};
+use prometheus_client::{
+    encoding::{EncodeLabelSet, text::encode},
+    metrics::{
+        counter::Counter,
+        family::Family,
+        gauge::Gauge,
+        histogram::{Histogram, exponential_buckets},
+    },
+    registry::{Registry, Unit},
+};
+
+use super::error::ApiError;
+use crate::store::BlobStore;
+
+/// Counters of one server. Cheap to clone.
+#[derive(Clone)]
+pub struct Metrics {
+    inner: Arc<Inner>,
+}
+
+struct Inner {
+    registry: Registry,
+    requests: Family<RequestLabels, Counter>,
+    seconds: Family<RouteLabel, Histogram>,
+    sent_bytes: Counter,
+    cache_hits: Counter,
+    cache_misses: Counter,
+    cache_bytes: Gauge,
+    connections: Gauge,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct RequestLabels {
+    route: &'static str,
+    status: u16,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct RouteLabel {
+    route: &'static str,
+}
+
+impl fmt::Debug for Metrics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Metrics").finish_non_exhaustive()
+    }
+}
+
+impl Default for Metrics {
+    fn default() -> Self {
+        let mut registry = Registry::with_prefix("belvedere");
+        let requests = Family::default();
+        let seconds = Family::<RouteLabel, Histogram>::new_with_constructor(|| {
+            Histogram::new(exponential_buckets(0.0001, 4.0, 9))
+        });
+        let (sent_bytes, cache_hits, cache_misses) = (Counter::default(), Counter::default(), Counter::default());
+        let (cache_bytes, connections) = (Gauge::default(), Gauge::default());
+        registry.register(
+            "http_requests",
+            "Requests by route template and status",
+            requests.clone(),
+        );
+        registry.register_with_unit(
+            "http_request_duration",
+            "Time until the head of the answer was ready",
+            Unit::Seconds,
+            seconds.clone(),
+        );
+        registry.register(
+            "http_body_bytes",
+            "Body bytes of answers, as announced",
+            sent_bytes.clone(),
+        );
+        registry.register("blob_cache_hits", "Blobs answered from memory", cache_hits.clone());
+        registry.register("blob_cache_misses", "Blobs read from the store", cache_misses.clone());
+        registry.register("blob_cache_bytes", "Bytes of blobs in memory", cache_bytes.clone());
+        registry.register("http_connections", "Open connections", connections.clone());
+        Self {
+            inner: Arc::new(Inner {
+                registry,
+                requests,
+                seconds,
+                sent_bytes,
+                cache_hits,
+                cache_misses,
+                cache_bytes,
+                connections,
+            }),
+        }
+    }
+}
+
+/// Counts one open connection until it is dropped.
+#[derive(Debug)]
+pub(super) struct OpenConnection(Gauge);
+
+impl Drop for OpenConnection {
+    fn drop(&mut self) {
+        self.0.dec();
+    }
+}
+
+impl Metrics {
+    pub(super) fn connection(&self) -> OpenConnection {
+        self.inner.connections.inc();
+        OpenConnection(self.inner.connections.clone())
+    }
+
+    pub(super) fn request(&self, route: &'static str, status: u16, body_bytes: u64, took: Duration) {
+        self.inner
+            .requests
+            .get_or_create(&RequestLabels { route, status })
+            .inc();
+        self.inner
+            .seconds
+            .get_or_create(&RouteLabel { route })
+            .observe(took.as_secs_f64());
+        self.inner.sent_bytes.inc_by(body_bytes);
+    }
+}
+
+/// `GET /metrics`.
+pub(super) async fn metrics(
+    State(metrics): State<Metrics>,
+    State(blobs): State<BlobStore>,
+) -> Result<Response, ApiError> {
+    let (inner, cache) = (&metrics.inner, blobs.cache_use());
+    inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
+    inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
+    inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
+    let mut text = String::new();
+    encode(&mut text, &inner.registry).map_err(|e| ApiError::Internal(e.into()))?;
+    let headers = [
+        (
+            header::CONTENT_TYPE,
+            "application/openmetrics-text; version=1.0.0; charset=utf-8",
+        ),
+        (header::CACHE_CONTROL, "no-store"),
+    ];
+    Ok((headers, text).into_response())
+}

@@ -1,0 +1,62 @@
+//! How does the world learn what is published?
+//!
+//! Handlers parse, ask and answer; everything that holds for all of them (caching headers, problem details, CORS,
+//! limits, the log) stands once, in a layer or in a type.
+//!
+//! * [`routes`]: the table of routes. `openapi`: the same for machines.
+//! * `extract`, `error`: how requests are read, and the one shape of every error.
+//! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes.
+//! * `queries`: cells, objects and what is visible.
+//! * `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
+//! * [`accept`]: the accept loop with its limits and its end.
+
+pub mod accept;
+mod around;
+mod conditional;
+mod cors;
+mod documents;
+mod error;
+mod extract;
+mod health;
+mod immutable;
+mod metrics;
+mod negotiate;
+mod openapi;
+mod queries;
+mod quiet;
+mod ranges;
+pub mod routes;
+mod viewer;
+
+use std::time::Duration;
+
+use axum::extract::FromRef;
+
+pub use error::ApiError;
+pub use metrics::Metrics;
+pub use openapi::OPENAPI_JSON;
+pub use viewer::viewer_files;
+
+use crate::{db::Catalogue, published::Publications, store::BlobStore};
+
+/// The handles that requests need; each is cheap to clone and none is a lock.
+#[derive(Debug, Clone, FromRef)]
+pub struct AppState {
+    /// What is published.
+    pub publications: Publications,
+    /// Immutable objects.
+    pub blobs: BlobStore,
+    /// Asked by `/readyz` only.
+    pub catalogue: Catalogue,
+    /// Counters.
+    pub metrics: Metrics,
+    /// Limits on one request.
+    pub limits: RequestLimits,
+}
+
+/// Limits on one request.
+#[derive(Debug, Clone, Copy)]
+pub struct RequestLimits {
+    /// A handler that takes longer is cut off with 503.
+    pub timeout: Duration,
+}

@@ -1,0 +1,196 @@
+//! What can a client ask about the current revision without reading its index? Cells, objects and what is visible.
+//!
+//! Answers are small, may be kept for seconds, and carry a tag made of the revision: an address and a revision give
+//! one answer. Pages link to the next one with the revision in the link, so that a client never mixes two revisions.
+
+use std::sync::Arc;
+
+use axum::{
+    extract::State,
+    http::{HeaderMap, Method},
+    response::Response,
+};
+use belvedere_scene::{BlobName, CellId, ObjectId, SceneName};
+use bytes::Bytes;
+use serde::Serialize;
+
+use super::{
+    error::ApiError,
+    extract::{Path, Query},
+    immutable::{BlobResponse, Life, json_answer},
+};
+use crate::{
+    published::{Publications, Published, ReadError},
+    store::BlobStore,
+};
+
+#[derive(Serialize)]
+struct CellAt {
+    cell: CellId,
+    contains: bool,
+    distance_m: f64,
+}
+
+#[derive(Serialize)]
+struct PageOf<T> {
+    objects: Vec<T>,
+    next: Option<String>,
+}
+
+/// `GET /v1/scenes/{scene}/cells?at=x,y,z`: the cell at a point, or the nearest one.
+pub(super) async fn cell_at(
+    State(publications): State<Publications>,
+    Path(scene): Path<SceneName>,
+    query: Query,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let point = query.point("at")?;
+    let published = find(&publications, &scene)?;
+    let located = published.reader.cell_at(point).await?;
+    let located = located.ok_or_else(|| ApiError::NotFound(format!("view cell in scene `{scene}`")))?;
+    let answer = CellAt {
+        cell: located.cell.cell,
+        contains: located.distance_m == 0.0,
+        distance_m: located.distance_m,
+    };
+    json(&headers, &published, &answer)
+}
+
+/// `GET /v1/scenes/{scene}/cells/{cell}`: the JSON form of its record.
+pub(super) async fn cell(
+    State(publications): State<Publications>,
+    State(blobs): State<BlobStore>,
+    Path((scene, cell)): Path<(SceneName, CellId)>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let published = find(&publications, &scene)?;
+    let entry = published.reader.cell_entry(cell).await?;
+    let entry = entry.ok_or_else(|| no_cell(&scene, cell))?;
+    blob(&blobs, &entry.record_json, &method, &headers).await
+}
+
+/// `GET /v1/scenes/{scene}/cells/{cell}/visible`: what can be seen from it, most important first.
+pub(super) async fn visible(
+    State(publications): State<Publications>,
+    Path((scene, cell)): Path<(SceneName, CellId)>,
+    query: Query,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let (after, limit) = (query.after()?, query.limit()?);
+    let published = find(&publications, &scene)?;
+    same_revision(&query, &published)?;
+    let page = published.reader.visible(cell, after, limit).await?;
+    let page = page.ok_or_else(|| match after {
+        Some(after) => ApiError::NotFound(format!("object {after} that can be seen from cell {cell} of `{scene}`")),
+        None => no_cell(&scene, cell),
+    })?;
+    let base = format!("/v1/scenes/{scene}/cells/{cell}/visible?");
+    let next = page.more_after.map(|after| next_page(&base, &published, after, limit));
+    json(
+        &headers,
+        &published,
+        &PageOf {
+            objects: page.objects,
+            next,
+        },
+    )
+}
+
+/// `GET /v1/scenes/{scene}/objects?bbox=…`: objects whose boxes meet a box, by id.
+pub(super) async fn objects(
+    State(publications): State<Publications>,
+    Path(scene): Path<SceneName>,
+    query: Query,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let (bounds, after, limit) = (query.bounds("bbox")?, query.after()?, query.limit()?);
+    let published = find(&publications, &scene)?;
+    same_revision(&query, &published)?;
+    let page = published.reader.objects_in(&bounds, after, limit).await?;
+    let ([ax, ay, az], [bx, by, bz]) = (bounds.min, bounds.max);
+    let base = format!("/v1/scenes/{scene}/objects?bbox={ax:e},{ay:e},{az:e},{bx:e},{by:e},{bz:e}&");
+    let next = page.more_after.map(|after| next_page(&base, &published, after, limit));
+    json(
+        &headers,
+        &published,
+        &PageOf {
+            objects: page.objects,
+            next,
+        },
+    )
+}
+
+/// `GET /v1/scenes/{scene}/objects/{object}`: its info.
+pub(super) async fn object(
+    State(publications): State<Publications>,
+    Path((scene, object)): Path<(SceneName, ObjectId)>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let published = find(&publications, &scene)?;
+    let info = published.reader.object_info(object).await?;
+    json(&headers, &published, &info.ok_or_else(|| no_object(&scene, object))?)
+}
+
+/// `GET /v1/scenes/{scene}/objects/{object}/lods/{level}`: that level's bytes.
+pub(super) async fn level(
+    State(publications): State<Publications>,
+    State(blobs): State<BlobStore>,
+    Path((scene, object, level)): Path<(SceneName, ObjectId, String)>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let digits = level.len() <= 9 && level.bytes().all(|b| b.is_ascii_digit());
+    let number: Option<u32> = level.parse().ok().filter(|_| digits);
+    let number = number.ok_or_else(|| ApiError::bad_path("a level of detail is a whole number; 0 is the finest"))?;
+    let published = find(&publications, &scene)?;
+    let info = published.reader.object_info(object).await?;
+    let info = info.ok_or_else(|| no_object(&scene, object))?;
+    let found = info.levels.iter().find(|level| level.level == number);
+    let found = found.ok_or_else(|| ApiError::NotFound(format!("level {number} of object {object} in `{scene}`")))?;
+    blob(&blobs, &found.url, &method, &headers).await
+}
+
+async fn blob(blobs: &BlobStore, name: &BlobName, method: &Method, headers: &HeaderMap) -> Result<Response, ApiError> {
+    let forms = blobs.get(name).await?;
+    let forms = forms.ok_or_else(|| ReadError::Missing(name.clone()))?;
+    BlobResponse {
+        name,
+        forms: &forms,
+        life: Life::Current,
+    }
+    .answer(method, headers)
+}
+
+fn json<T: Serialize>(headers: &HeaderMap, published: &Published, answer: &T) -> Result<Response, ApiError> {
+    let bytes = serde_json::to_vec(answer).map_err(|e| ApiError::Internal(e.into()))?;
+    let etag = format!("\"{}-{}\"", published.pointer.revision, env!("CARGO_PKG_VERSION"));
+    json_answer(headers, Bytes::from(etag), Bytes::from(bytes))
+}
+
+/// A scene that is published now.
+pub(super) fn find(publications: &Publications, scene: &SceneName) -> Result<Arc<Published>, ApiError> {
+    let published = publications.scene(scene);
+    published.ok_or_else(|| ApiError::NotFound(format!("scene `{scene}`")))
+}
+
+fn same_revision(query: &Query, published: &Published) -> Result<(), ApiError> {
+    let current = published.pointer.revision;
+    match query.revision()? {
+        Some(revision) if revision != current => Err(ApiError::RevisionMoved { current }),
+        _ => Ok(()),
+    }
+}
+
+fn next_page(base: &str, published: &Published, after: ObjectId, limit: usize) -> String {
+    let revision = published.pointer.revision;
+    format!("{base}limit={limit}&after={after}&revision={revision}")
+}
+
+fn no_cell(scene: &SceneName, cell: CellId) -> ApiError {
+    ApiError::NotFound(format!("view cell {cell} in scene `{scene}`"))
+}
+
+fn no_object(scene: &SceneName, object: ObjectId) -> ApiError {
+    ApiError::NotFound(format!("object {object} in scene `{scene}`"))
+}

@@ -1,0 +1,86 @@
+//! Which address does what? The whole table.
+
+use axum::{
+    Router, middleware,
+    routing::{MethodRouter, get},
+};
+
+use super::{AppState, around, documents, error::ApiError, health, immutable, metrics, openapi, queries, viewer};
+
+/// The routes and their handlers.
+fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
+    vec![
+        ("/v1/scenes", get(documents::scenes)),
+        ("/v1/scenes/index.json", get(documents::scenes)),
+        ("/v1/scenes/{scene}", get(documents::scene)),
+        ("/v1/scenes/{scene}/index.json", get(documents::scene)),
+        ("/v1/scenes/{scene}/cells", get(queries::cell_at)),
+        ("/v1/scenes/{scene}/cells/{cell}", get(queries::cell)),
+        ("/v1/scenes/{scene}/cells/{cell}/visible", get(queries::visible)),
+        ("/v1/scenes/{scene}/objects", get(queries::objects)),
+        ("/v1/scenes/{scene}/objects/{object}", get(queries::object)),
+        ("/v1/scenes/{scene}/objects/{object}/lods/{level}", get(queries::level)),
+        ("/o/{name}", get(immutable::object)),
+        ("/healthz", get(health::alive)),
+        ("/readyz", get(health::ready)),
+        ("/metrics", get(metrics::metrics)),
+        ("/openapi.json", get(openapi::openapi)),
+        ("/", get(viewer::file)),
+    ]
+}
+
+/// The service of one server.
+pub fn router(state: AppState) -> Router {
+    let routes = table()
+        .into_iter()
+        .fold(Router::new(), |router, (path, methods)| router.route(path, methods));
+    routes
+        .fallback(viewer::file)
+        .method_not_allowed_fallback(async || ApiError::MethodNotAllowed)
+        .layer(middleware::from_fn_with_state(state.clone(), around::around))
+        .with_state(state)
+}
+
+/// What no route template covers, in metrics and in the log.
+pub(super) const UNMATCHED: &str = "unmatched";
+
+/// The templates, as they label metrics.
+pub(super) const TEMPLATES: [&str; 16] = [
+    "/o/{name}",
+    "/v1/scenes",
+    "/v1/scenes/index.json",
+    "/v1/scenes/{scene}",
+    "/v1/scenes/{scene}/index.json",
+    "/v1/scenes/{scene}/cells",
+    "/v1/scenes/{scene}/cells/{cell}",
+    "/v1/scenes/{scene}/cells/{cell}/visible",
+    "/v1/scenes/{scene}/objects",
+    "/v1/scenes/{scene}/objects/{object}",
+    "/v1/scenes/{scene}/objects/{object}/lods/{level}",
+    "/healthz",
+    "/readyz",
+    "/metrics",
+    "/openapi.json",
+    "/",
+];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn the_table_the_templates_and_the_openapi_document_name_the_same_routes() {
+        let table: BTreeSet<_> = table().into_iter().map(|(path, _)| path).collect();
+        assert_eq!(table, TEMPLATES.into_iter().collect());
+        let openapi: serde_json::Value = serde_json::from_str(super::super::OPENAPI_JSON).unwrap();
+        let described: BTreeSet<_> = openapi["paths"]
+            .as_object()
+            .unwrap()
+            .keys()
+            .map(String::as_str)
+            .collect();
+        assert_eq!(table, described);
+    }
+}

@@ -1,0 +1,20 @@
+//! Host a huge 3-D world behind a CDN; walk through it while downloading only what you can see.
+//!
+//! This crate is everything that does I/O. A tour, from the disk to the wire:
+//!
+//! * [`db`]: the catalogue: which scenes are published, and which revision of each is current.
+//! * [`store`]: immutable objects by their content hash, with their content-coded variants.
+//! * [`published`]: a published scene, read just as a client reads it.
+//! * [`http`]: routes, caching rules, limits and the accept loop; the only module that knows axum.
+//! * [`publish`]: how a bake becomes what is served, and how a scene leaves as plain files.
+//! * [`config`]: the one list of settings.
+//! * [`commands`]: what the program can be told to do.
+
+pub mod commands;
+pub mod config;
+pub mod db;
+pub mod http;
+mod progress;
+pub mod publish;
+pub mod published;
+pub mod store;

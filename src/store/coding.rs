@@ -1,0 +1,94 @@
+//! Which content codings does a blob get, and are they worth their bytes?
+//!
+//! Made once at publish time, so the strongest setting that ends in reasonable time is right: Zstandard (RFC 8878)
+//! with a content checksum, level by size, and gzip 9 (RFC 1952) for clients without Zstandard.
+
+use std::io::{self, Write};
+
+/// A content coding other than the identity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coding {
+    /// Zstandard.
+    Zstd,
+    /// gzip.
+    Gzip,
+}
+
+impl Coding {
+    /// Its name in `Content-Encoding`.
+    #[must_use]
+    pub fn token(self) -> &'static str {
+        match self {
+            Self::Zstd => "zstd",
+            Self::Gzip => "gzip",
+        }
+    }
+
+    /// What a variant's file name ends with.
+    #[must_use]
+    pub fn file_suffix(self) -> &'static str {
+        match self {
+            Self::Zstd => "zst",
+            Self::Gzip => "gz",
+        }
+    }
+
+    /// Encodes; the same bytes give the same result.
+    pub(super) fn encode(self, bytes: &[u8]) -> io::Result<Vec<u8>> {
+        match self {
+            Self::Zstd => {
+                // Browsers refuse windows over 8 MiB (RFC 9659); levels above 19 would choose larger ones.
+                let level = if bytes.len() <= 4 << 20 { 19 } else { 12 };
+                let mut encoder = zstd::Encoder::new(Vec::new(), level)?;
+                encoder.window_log(23)?;
+                encoder.include_checksum(true)?;
+                encoder.set_pledged_src_size(Some(bytes.len() as u64))?;
+                encoder.write_all(bytes)?;
+                encoder.finish()
+            }
+            Self::Gzip => {
+                let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+                encoder.write_all(bytes)?;
+                encoder.finish()
+            }
+        }
+    }
+}
+
+/// Whether a blob of this kind can be expected to shrink. Pictures are entropy-coded already.
+pub(super) fn worth_trying(ext: &str) -> bool {
+    !matches!(ext, "png" | "jpg" | "jpeg" | "webp" | "ktx2")
+}
+
+/// At least 5 %: less would not pay for one more copy in every cache.
+pub(super) fn saves_enough(identity_bytes: usize, encoded_bytes: usize) -> bool {
+    encoded_bytes as u64 * 100 <= identity_bytes as u64 * 95
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use super::*;
+
+    #[test]
+    fn what_is_encoded_decodes_to_the_same_bytes() {
+        let bytes: Vec<u8> = (0..40_000u32).flat_map(|i| (i / 7).to_le_bytes()).collect();
+        assert_eq!(
+            zstd::decode_all(Coding::Zstd.encode(&bytes).unwrap().as_slice()).unwrap(),
+            bytes
+        );
+        let mut plain = vec![];
+        flate2::read::GzDecoder::new(Coding::Gzip.encode(&bytes).unwrap().as_slice())
+            .read_to_end(&mut plain)
+            .unwrap();
+        assert_eq!(plain, bytes);
+    }
+
+    #[test]
+    fn a_variant_must_save_a_twentieth() {
+        for (identity, encoded, worth) in [(100, 95, true), (100, 96, false), (0, 9, false), (3, 13, false)] {
+            assert_eq!(saves_enough(identity, encoded), worth, "{identity} → {encoded}");
+        }
+    }
+}

@@ -1,0 +1,471 @@
+//! Where do immutable objects live, and how are they read without touching the disk each time?
+//!
+//! A [`BlobStore`] holds blobs by name, `{hash}.{ext}`, and beside each its content-coded variants
+//! (`{hash}.{ext}.zst`, `{hash}.{ext}.gz`), made once by [`BlobStore::put`]. Reading goes through a cache that is
+//! limited in bytes, so that hot objects cost neither a system call nor a hop to the blocking pool.
+//!
+//! **Order of writing.** Variants first, the identity file last, each by an atomic rename that is synced: a blob exists
+//! exactly when its identity file does. A crash in between leaves variants that nobody reads; the next `put` writes
+//! them again, and [`BlobStore::list`] names them so that they can be collected.
+//!
+//! **Trust.** An identity is hashed when it is loaded; bytes that do not match their name are [`StoreError::Corrupt`],
+//! never served and never mistaken for "no such blob". Variants carry the checksums of their own formats.
+//!
+//! **Limit.** A blob is held in memory as a whole while it is served, hence [`MAX_BLOB_BYTES`].
+
+mod coding;
+
+use std::{
+    collections::BTreeMap,
+    path::Path,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
+
+use belvedere_scene::{BlobHash, BlobName};
+use bytes::Bytes;
+use futures_util::TryStreamExt;
+use object_store::{ObjectStore, ObjectStoreExt, local::LocalFileSystem, path::Path as Key};
+use quick_cache::{OptionsBuilder, Weighter, sync::Cache};
+
+pub use coding::Coding;
+
+/// The largest blob that can be stored.
+pub const MAX_BLOB_BYTES: u64 = 256 << 20;
+
+/// A file that every store has, so that an empty store can be told from one that is gone (an unmounted disk).
+const MARKER: &str = "belvedere-store";
+
+/// Why a blob could not be stored or read. "No such blob" is not among them: that is an answer.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum StoreError {
+    /// The stored bytes are not those that the name promises.
+    #[error("blob {name} is damaged: its {bytes} stored bytes hash to {found}; delete the file and publish again")]
+    Corrupt {
+        /// The blob.
+        name: BlobName,
+        /// The length that was read.
+        bytes: usize,
+        /// What it hashes to.
+        found: BlobHash,
+    },
+    /// A blob that must be there is not.
+    #[error("blob {0} is not in the store; bake its scene again")]
+    Missing(BlobName),
+    /// A caller offers bytes under a name that is not theirs.
+    #[error("these bytes hash to {found}, they cannot be stored as {name}")]
+    Misnamed {
+        /// The name that was asked for.
+        name: BlobName,
+        /// What the bytes hash to.
+        found: BlobHash,
+    },
+    /// Larger than [`MAX_BLOB_BYTES`].
+    #[error("blob {name} has {bytes} bytes; the store takes up to {MAX_BLOB_BYTES}")]
+    TooLarge {
+        /// The blob.
+        name: BlobName,
+        /// Its size.
+        bytes: u64,
+    },
+    /// The folder or bucket does not answer as it should.
+    #[error("the store cannot {what}: {source}")]
+    Io {
+        /// What was tried.
+        what: String,
+        /// Why it failed.
+        source: Arc<object_store::Error>,
+    },
+    /// A content coder failed.
+    #[error("cannot encode blob {name}: {source}")]
+    Encode {
+        /// The blob.
+        name: BlobName,
+        /// Why it failed.
+        source: Arc<std::io::Error>,
+    },
+}
+
+/// What [`BlobStore::put`] did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PutOutcome {
+    /// The blob was there already; nothing was written.
+    AlreadyThere,
+    /// Written, with its variants.
+    Stored {
+        /// Bytes on disk of the identity and its variants together.
+        stored_bytes: u64,
+    },
+}
+
+/// One stored form of a blob.
+#[derive(Debug, Clone)]
+pub struct Representation {
+    /// The bytes as they go over the wire.
+    pub bytes: Bytes,
+    /// The strong entity tag with its quotes: `"{hash}"`, `"{hash}-zstd"` or `"{hash}-gzip"`.
+    pub etag: Bytes,
+}
+
+/// Every stored form of one blob.
+#[derive(Debug)]
+pub struct Representations {
+    /// The bytes that the name hashes.
+    pub identity: Representation,
+    /// Zstandard, when it saves enough.
+    pub zstd: Option<Representation>,
+    /// gzip, when it saves enough.
+    pub gzip: Option<Representation>,
+}
+
+impl Representations {
+    /// The form with this coding; `None` stands for the identity, which is always there.
+    #[must_use]
+    pub fn of(&self, coding: Option<Coding>) -> Option<&Representation> {
+        match coding {
+            None => Some(&self.identity),
+            Some(Coding::Zstd) => self.zstd.as_ref(),
+            Some(Coding::Gzip) => self.gzip.as_ref(),
+        }
+    }
+
+    /// Whether there is more than one form to choose from.
+    #[must_use]
+    pub fn has_variants(&self) -> bool {
+        self.zstd.is_some() || self.gzip.is_some()
+    }
+
+    fn bytes(&self) -> u64 {
+        let len = |form: Option<&Representation>| form.map_or(0, |form| form.bytes.len() as u64);
+        len(Some(&self.identity)) + len(self.zstd.as_ref()) + len(self.gzip.as_ref())
+    }
+}
+
+/// How often the cache had what was asked for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CacheUse {
+    /// Reads answered from memory.
+    pub hits: u64,
+    /// Reads that went to the store.
+    pub misses: u64,
+    /// Bytes held.
+    pub bytes: u64,
+}
+
+/// Immutable objects by name. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct BlobStore {
+    inner: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    objects: Arc<dyn ObjectStore>,
+    cache: Cache<BlobName, Arc<Representations>, ByBytes>,
+    hits: AtomicU64,
+    misses: AtomicU64,
+}
+
+#[derive(Debug, Clone)]
+struct ByBytes;
+
+impl Weighter<BlobName, Arc<Representations>> for ByBytes {
+    fn weight(&self, _: &BlobName, forms: &Arc<Representations>) -> u64 {
+        /// Names, tags and the cache's own entry.
+        const OVERHEAD_BYTES: u64 = 512;
+        forms.bytes() + OVERHEAD_BYTES
+    }
+}
+
+impl BlobStore {
+    /// The store in the folder `{data}/o`, which is made when it is not there.
+    ///
+    /// # Errors
+    /// When the folder cannot be made or opened.
+    pub async fn open_folder(data: &Path, cache_bytes: u64) -> Result<Self, StoreError> {
+        let folder = data.join("o");
+        let failed = |source| StoreError::Io {
+            what: format!("open the folder {}", folder.display()),
+            source: Arc::new(source),
+        };
+        let generic = |e: std::io::Error| object_store::Error::Generic {
+            store: "folder",
+            source: Box::new(e),
+        };
+        tokio::fs::create_dir_all(&folder)
+            .await
+            .map_err(generic)
+            .map_err(failed)?;
+        let local = LocalFileSystem::new_with_prefix(&folder)
+            .map_err(failed)?
+            .with_fsync(true);
+        let store = Self::over(Arc::new(local), cache_bytes);
+        if store.probe().await.is_err() {
+            let text = Bytes::from_static(b"Immutable objects, named by the SHA-256 of their content.\n");
+            store.write(&Key::from(MARKER), text).await?;
+        }
+        Ok(store)
+    }
+
+    /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
+    fn over(objects: Arc<dyn ObjectStore>, cache_bytes: u64) -> Self {
+        /// Only a hint for the cache's tables.
+        const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
+        /// Few shards, so that one large blob still fits into its share of the limit.
+        const SHARDS: usize = 4;
+        let options = OptionsBuilder::new()
+            .shards(SHARDS)
+            .estimated_items_capacity((cache_bytes / TYPICAL_BLOB_BYTES).max(64) as usize)
+            .weight_capacity(cache_bytes)
+            .build()
+            .expect("both capacities are given");
+        Self {
+            inner: Arc::new(Inner {
+                objects,
+                cache: Cache::with_options(
+                    options,
+                    ByBytes,
+                    quick_cache::DefaultHashBuilder::default(),
+                    quick_cache::sync::DefaultLifecycle::default(),
+                ),
+                hits: AtomicU64::new(0),
+                misses: AtomicU64::new(0),
+            }),
+        }
+    }
+
+    /// Stores a blob with the variants that save enough. A blob that is there is not written again.
+    ///
+    /// # Errors
+    /// When the bytes are not those of the name or are too many, or the store fails.
+    pub async fn put(&self, name: &BlobName, bytes: Bytes) -> Result<PutOutcome, StoreError> {
+        let len = bytes.len() as u64;
+        if len > MAX_BLOB_BYTES {
+            return Err(StoreError::TooLarge {
+                name: name.clone(),
+                bytes: len,
+            });
+        }
+        if self.stored_len(name).await? == Some(len) {
+            return Ok(PutOutcome::AlreadyThere);
+        }
+        let (owned, input) = (name.clone(), bytes.clone());
+        let variants = tokio::task::spawn_blocking(move || variants_of(&owned, &input))
+            .await
+            .expect("encoding does not panic and is not aborted")?;
+        let mut stored_bytes = len;
+        for (coding, variant) in variants {
+            stored_bytes += variant.len() as u64;
+            self.write(&variant_key(name, coding), variant.into()).await?;
+        }
+        self.write(&identity_key(name), bytes).await?;
+        self.inner.cache.remove(name);
+        Ok(PutOutcome::Stored { stored_bytes })
+    }
+
+    /// Copies a blob with its variants, as they are, into another store. Says whether it was new there.
+    ///
+    /// # Errors
+    /// When the blob is not here or damaged, or a store fails.
+    pub async fn copy_to(&self, name: &BlobName, target: &Self) -> Result<bool, StoreError> {
+        let forms = self.get(name).await?.ok_or_else(|| StoreError::Missing(name.clone()))?;
+        let len = forms.identity.bytes.len() as u64;
+        if target.stored_len(name).await? == Some(len) {
+            return Ok(false);
+        }
+        for coding in [Coding::Zstd, Coding::Gzip] {
+            if let Some(variant) = forms.of(Some(coding)) {
+                target.write(&variant_key(name, coding), variant.bytes.clone()).await?;
+            }
+        }
+        target.write(&identity_key(name), forms.identity.bytes.clone()).await?;
+        Ok(true)
+    }
+
+    /// Whether a blob is stored.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn exists(&self, name: &BlobName) -> Result<bool, StoreError> {
+        Ok(self.stored_len(name).await?.is_some())
+    }
+
+    /// Removes a blob with its variants; removing what is not there is no error.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn delete(&self, name: &BlobName) -> Result<(), StoreError> {
+        let keys = [
+            identity_key(name),
+            variant_key(name, Coding::Zstd),
+            variant_key(name, Coding::Gzip),
+        ];
+        for key in keys {
+            match self.inner.objects.delete(&key).await {
+                Ok(()) | Err(object_store::Error::NotFound { .. }) => {}
+                Err(source) => return Err(io(format!("delete {key}"), source)),
+            }
+        }
+        self.inner.cache.remove(name);
+        Ok(())
+    }
+
+    /// Every blob of which anything is stored, even if only variants that a crash left behind, with its bytes on disk.
+    /// Files that are not blobs are left out.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn list(&self) -> Result<BTreeMap<BlobName, u64>, StoreError> {
+        self.inner
+            .objects
+            .list(None)
+            .try_fold(BTreeMap::new(), async |mut blobs, object| {
+                let file = object.location.as_ref();
+                let stem = file.strip_suffix(".zst").or_else(|| file.strip_suffix(".gz"));
+                if let Ok(name) = stem.unwrap_or(file).parse::<BlobName>() {
+                    *blobs.entry(name).or_insert(0) += object.size;
+                }
+                Ok(blobs)
+            })
+            .await
+            .map_err(|source| io("list its blobs".to_owned(), source))
+    }
+
+    /// Reads a blob; `None` when there is no such blob.
+    ///
+    /// # Errors
+    /// When the store fails or the stored bytes are damaged.
+    pub async fn get(&self, name: &BlobName) -> Result<Option<Arc<Representations>>, StoreError> {
+        if let Some(forms) = self.inner.cache.get(name) {
+            self.inner.hits.fetch_add(1, Ordering::Relaxed);
+            return Ok(Some(forms));
+        }
+        self.inner.misses.fetch_add(1, Ordering::Relaxed);
+        // Readers of one blob wait for the first of them, so that a burst loads it once.
+        match self.inner.cache.get_or_insert_async(name, self.load(name)).await {
+            Ok(forms) => Ok(Some(forms)),
+            Err(None) => Ok(None),
+            Err(Some(error)) => Err(error),
+        }
+    }
+
+    /// Whether the store is there and can be read.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub async fn probe(&self) -> Result<(), StoreError> {
+        let found = self.inner.objects.head(&Key::from(MARKER)).await;
+        found
+            .map(drop)
+            .map_err(|source| io(format!("find its marker `{MARKER}`"), source))
+    }
+
+    /// How the cache is doing.
+    #[must_use]
+    pub fn cache_use(&self) -> CacheUse {
+        CacheUse {
+            hits: self.inner.hits.load(Ordering::Relaxed),
+            misses: self.inner.misses.load(Ordering::Relaxed),
+            bytes: self.inner.cache.weight(),
+        }
+    }
+
+    async fn load(&self, name: &BlobName) -> Result<Arc<Representations>, Option<StoreError>> {
+        let identity = self.read(&identity_key(name)).await.map_err(Some)?.ok_or(None)?;
+        let input = identity.clone();
+        let found = tokio::task::spawn_blocking(move || BlobHash::of(&input))
+            .await
+            .expect("hashing does not panic and is not aborted");
+        if found != name.hash() {
+            return Err(Some(StoreError::Corrupt {
+                name: name.clone(),
+                bytes: identity.len(),
+                found,
+            }));
+        }
+        let variant = async |coding: Coding| -> Result<Option<Representation>, Option<StoreError>> {
+            if !coding::worth_trying(name.ext()) {
+                return Ok(None);
+            }
+            let bytes = self.read(&variant_key(name, coding)).await.map_err(Some)?;
+            Ok(bytes.map(|bytes| Representation {
+                bytes,
+                etag: format!("\"{}-{}\"", name.hash(), coding.token()).into(),
+            }))
+        };
+        Ok(Arc::new(Representations {
+            identity: Representation {
+                bytes: identity,
+                etag: format!("\"{}\"", name.hash()).into(),
+            },
+            zstd: variant(Coding::Zstd).await?,
+            gzip: variant(Coding::Gzip).await?,
+        }))
+    }
+
+    async fn stored_len(&self, name: &BlobName) -> Result<Option<u64>, StoreError> {
+        match self.inner.objects.head(&identity_key(name)).await {
+            Ok(meta) => Ok(Some(meta.size)),
+            Err(object_store::Error::NotFound { .. }) => Ok(None),
+            Err(source) => Err(io(format!("look for {name}"), source)),
+        }
+    }
+
+    async fn read(&self, key: &Key) -> Result<Option<Bytes>, StoreError> {
+        let failed = |source| io(format!("read {key}"), source);
+        match self.inner.objects.get(key).await {
+            Ok(found) => Ok(Some(found.bytes().await.map_err(failed)?)),
+            Err(object_store::Error::NotFound { .. }) => Ok(None),
+            Err(source) => Err(failed(source)),
+        }
+    }
+
+    async fn write(&self, key: &Key, bytes: Bytes) -> Result<(), StoreError> {
+        let written = self.inner.objects.put(key, bytes.into()).await;
+        written.map(drop).map_err(|source| io(format!("write {key}"), source))
+    }
+}
+
+fn io(what: String, source: object_store::Error) -> StoreError {
+    StoreError::Io {
+        what,
+        source: Arc::new(source),
+    }
+}
+
+fn identity_key(name: &BlobName) -> Key {
+    Key::from(name.to_string())
+}
+
+fn variant_key(name: &BlobName, coding: Coding) -> Key {
+    Key::from(format!("{name}.{}", coding.file_suffix()))
+}
+
+fn variants_of(name: &BlobName, bytes: &[u8]) -> Result<Vec<(Coding, Vec<u8>)>, StoreError> {
+    let found = BlobHash::of(bytes);
+    if found != name.hash() {
+        return Err(StoreError::Misnamed {
+            name: name.clone(),
+            found,
+        });
+    }
+    if !coding::worth_trying(name.ext()) {
+        return Ok(vec![]);
+    }
+    let mut variants = vec![];
+    for coding in [Coding::Zstd, Coding::Gzip] {
+        let encoded = coding.encode(bytes).map_err(|source| StoreError::Encode {
+            name: name.clone(),
+            source: Arc::new(source),
+        })?;
+        if coding::saves_enough(bytes.len(), encoded.len()) {
+            variants.push((coding, encoded));
+        }
+    }
+    Ok(variants)
+}
+
+#[cfg(test)]
+mod tests;

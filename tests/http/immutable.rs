@@ -1,0 +1,226 @@
+//! Content-addressed objects: caching, encodings, conditions, ranges.
+
+use belvedere_scene::BlobName;
+use proptest::{prelude::*, test_runner::TestRunner};
+
+use crate::{
+    scene::{Server, glb},
+    wire::{Answer, get, send},
+};
+
+fn glb_url() -> String {
+    BlobName::of(&glb(), "glb").unwrap().url()
+}
+
+#[tokio::test]
+async fn an_object_says_that_it_may_be_kept_for_ever() {
+    let server = Server::start().await;
+    let answer = get(server.address, &glb_url()).await;
+    assert_eq!((answer.status, &answer.body), (200, &glb()));
+    let hash = BlobName::of(&glb(), "glb").unwrap().hash();
+    for (name, value) in [
+        ("cache-control", "public, max-age=31536000, immutable"),
+        ("etag", format!("\"{hash}\"").as_str()),
+        ("accept-ranges", "bytes"),
+        ("content-type", "model/gltf-binary"),
+        ("vary", "Accept-Encoding"),
+        ("content-length", "20000"),
+        ("access-control-allow-origin", "*"),
+        ("timing-allow-origin", "*"),
+        ("x-content-type-options", "nosniff"),
+    ] {
+        assert_eq!(answer.header(name), Some(value), "{name}");
+    }
+    assert_eq!(answer.header("content-encoding"), None);
+    assert_eq!(answer.header("content-location"), None);
+}
+
+#[tokio::test]
+async fn each_encoding_has_its_own_tag_and_decodes_to_the_same_bytes() {
+    let server = Server::start().await;
+    let zstd = send(server.address, "GET", &glb_url(), &[("Accept-Encoding", "gzip, zstd")]).await;
+    assert_eq!(zstd.header("content-encoding"), Some("zstd"));
+    assert!(zstd.header("etag").unwrap().ends_with("-zstd\""));
+    assert_eq!(zstd::decode_all(zstd.body.as_slice()).unwrap(), glb());
+    let gzip = send(server.address, "GET", &glb_url(), &[("Accept-Encoding", "gzip")]).await;
+    assert_eq!(gzip.header("content-encoding"), Some("gzip"));
+    assert!(gzip.header("etag").unwrap().ends_with("-gzip\""));
+    let refused = send(server.address, "GET", &glb_url(), &[("Accept-Encoding", "br, *;q=0")]).await;
+    assert_eq!(
+        (refused.status, refused.problem()["title"].as_str()),
+        (406, Some("No stored encoding is acceptable"))
+    );
+}
+
+#[tokio::test]
+async fn what_the_client_has_is_not_sent_again() {
+    let server = Server::start().await;
+    for encoding in ["identity", "zstd", "gzip"] {
+        let encoding = ("Accept-Encoding", encoding);
+        let etag = send(server.address, "GET", &glb_url(), &[encoding])
+            .await
+            .header("etag")
+            .unwrap()
+            .to_owned();
+        let again = send(server.address, "GET", &glb_url(), &[encoding, ("If-None-Match", &etag)]).await;
+        assert_eq!(
+            (again.status, again.body.len(), again.header("etag")),
+            (304, 0, Some(etag.as_str()))
+        );
+        assert!(again.header("cache-control").unwrap().contains("immutable"));
+        assert_eq!(again.header("vary"), Some("Accept-Encoding"));
+    }
+    let failed = send(server.address, "GET", &glb_url(), &[("If-Match", "\"other\"")]).await;
+    assert_eq!(failed.status, 412);
+    failed.problem();
+}
+
+#[tokio::test]
+async fn head_tells_what_get_would_send() {
+    let server = Server::start().await;
+    for path in [
+        glb_url(),
+        "/v1/scenes".to_owned(),
+        "/v1/scenes/row/objects/o1".to_owned(),
+        "/nothing".to_owned(),
+    ] {
+        let (whole, head) = (
+            get(server.address, &path).await,
+            send(server.address, "HEAD", &path, &[]).await,
+        );
+        assert_eq!(head.status, whole.status, "{path}");
+        assert!(head.body.is_empty());
+        assert_eq!(
+            head.header("content-length"),
+            Some(whole.body.len().to_string().as_str()),
+            "{path}"
+        );
+        assert_eq!(head.header("etag"), whole.header("etag"));
+    }
+}
+
+#[tokio::test]
+async fn a_range_is_cut_from_the_identity_while_its_tag_is_right() {
+    let server = Server::start().await;
+    let etag = get(server.address, &glb_url()).await.header("etag").unwrap().to_owned();
+    let range = ("Range", "bytes=10-19");
+    let slice = send(
+        server.address,
+        "GET",
+        &glb_url(),
+        &[range, ("Accept-Encoding", "zstd"), ("If-Range", &etag)],
+    )
+    .await;
+    assert_eq!((slice.status, slice.body.as_slice()), (206, &glb()[10..20]));
+    assert_eq!(slice.header("content-range"), Some("bytes 10-19/20000"));
+    assert_eq!(slice.header("content-encoding"), None);
+    for stale in ["\"other\"", "Sat, 21 Nov 2026 00:00:00 GMT"] {
+        let whole = send(server.address, "GET", &glb_url(), &[range, ("If-Range", stale)]).await;
+        assert_eq!((whole.status, whole.body.len()), (200, 20000));
+    }
+    let outside = send(server.address, "GET", &glb_url(), &[("Range", "bytes=20000-")]).await;
+    assert_eq!(
+        (outside.status, outside.header("content-range")),
+        (416, Some("bytes */20000"))
+    );
+    outside.problem();
+    let malformed = send(server.address, "GET", &glb_url(), &[("Range", "bytes=9-1")]).await;
+    assert_eq!(malformed.status, 200);
+    let head = send(server.address, "HEAD", &glb_url(), &[range]).await;
+    assert_eq!((head.status, head.header("content-length")), (200, Some("20000")));
+}
+
+/// The slices of an answer with where they start, whatever form it has.
+fn slices(answer: &Answer) -> Vec<(usize, Vec<u8>)> {
+    let start = |range: &str| {
+        range
+            .strip_prefix("bytes ")
+            .unwrap()
+            .split('-')
+            .next()
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
+    if answer.status == 200 {
+        return vec![(0, answer.body.clone())];
+    }
+    assert_eq!(answer.status, 206);
+    let content_type = answer.header("content-type").unwrap();
+    let Some(boundary) = content_type.strip_prefix("multipart/byteranges; boundary=") else {
+        return vec![(start(answer.header("content-range").unwrap()), answer.body.clone())];
+    };
+    assert_eq!(answer.header("content-length").unwrap(), answer.body.len().to_string());
+    let delimiter = format!("--{boundary}\r\n");
+    let mut rest = answer.body.as_slice();
+    let mut found = vec![];
+    while let Some(part) = rest.strip_prefix(delimiter.as_bytes()) {
+        let head_end = part.windows(4).position(|w| w == b"\r\n\r\n").unwrap();
+        let head = std::str::from_utf8(&part[..head_end]).unwrap();
+        let range = head.split("Content-Range: ").nth(1).unwrap();
+        let ends = range
+            .strip_prefix("bytes ")
+            .unwrap()
+            .split('/')
+            .next()
+            .unwrap()
+            .split('-');
+        let ends: Vec<usize> = ends.map(|n| n.parse().unwrap()).collect();
+        let (body, after) = part[head_end + 4..].split_at(ends[1] + 1 - ends[0]);
+        found.push((ends[0], body.to_vec()));
+        rest = after.strip_prefix(b"\r\n").unwrap();
+    }
+    assert_eq!(rest, format!("--{boundary}--\r\n").as_bytes());
+    found
+}
+
+#[test]
+fn any_ranges_are_the_slices_of_the_whole() {
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let server = runtime.block_on(Server::start());
+    let whole = glb();
+    let spec = prop_oneof![
+        (0usize..22_000, 0usize..4000).prop_map(|(first, more)| format!("{first}-{}", first + more)),
+        (0usize..22_000).prop_map(|first| format!("{first}-")),
+        (0usize..22_000).prop_map(|last| format!("-{last}")),
+    ];
+    let mut runner = TestRunner::new(ProptestConfig::with_cases(200));
+    let outcome = runner.run(&prop::collection::vec(spec, 1..5), |specs| {
+        let range = format!("bytes={}", specs.join(","));
+        let answer = runtime.block_on(send(server.address, "GET", &glb_url(), &[("Range", &range)]));
+        if answer.status == 416 {
+            let outside = |spec: &String| {
+                spec == "-0"
+                    || spec
+                        .split('-')
+                        .next()
+                        .unwrap()
+                        .parse()
+                        .is_ok_and(|first: usize| first >= whole.len())
+            };
+            prop_assert!(specs.iter().all(outside), "{range} refused");
+            return Ok(());
+        }
+        for (start, slice) in slices(&answer) {
+            prop_assert_eq!(slice.as_slice(), &whole[start..start + slice.len()]);
+        }
+        Ok(())
+    });
+    outcome.unwrap();
+}
+
+#[tokio::test]
+async fn what_is_not_there_and_what_is_damaged_are_told_apart() {
+    let server = Server::start().await;
+    let unknown = format!("/o/{}.glb", "0".repeat(64));
+    for path in [unknown.as_str(), "/o/x", "/o/..%2f..%2fetc%2fpasswd", "/o/"] {
+        let answer = get(server.address, path).await;
+        assert_eq!(answer.status, 404, "{path}");
+        answer.problem();
+    }
+    let name = BlobName::of(&glb(), "glb").unwrap();
+    std::fs::write(server.data.path().join("o").join(name.to_string()), b"damaged").unwrap();
+    let answer = get(server.address, &name.url()).await;
+    assert_eq!(answer.status, 500);
+    assert!(!answer.problem().to_string().contains("damaged"));
+}

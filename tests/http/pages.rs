@@ -1,0 +1,212 @@
+//! Documents and queries.
+
+use std::time::Duration;
+
+use crate::{
+    scene::{CELLS, Server, glb, publish},
+    wire::{get, send},
+};
+
+#[tokio::test]
+async fn the_list_and_the_pointer_have_the_same_bytes_at_both_addresses() {
+    let server = Server::start().await;
+    for (short, long) in [
+        ("/v1/scenes", "/v1/scenes/index.json"),
+        ("/v1/scenes/row", "/v1/scenes/row/index.json"),
+    ] {
+        let (a, b) = (get(server.address, short).await, get(server.address, long).await);
+        assert_eq!((a.status, &a.body), (200, &b.body));
+        assert!(a.header("cache-control").unwrap().contains("stale-while-revalidate"));
+        let etag = a.header("etag").unwrap();
+        assert_eq!(
+            send(server.address, "GET", long, &[("If-None-Match", etag)])
+                .await
+                .status,
+            304
+        );
+    }
+    assert_eq!(
+        get(server.address, "/v1/scenes").await.json()["scenes"][0]["scene"],
+        "row"
+    );
+}
+
+#[tokio::test]
+async fn a_new_revision_appears_without_a_restart() {
+    let server = Server::start().await;
+    let before = get(server.address, "/v1/scenes/row").await;
+    let pointer = publish(&server.catalogue, &server.blobs, "Another row").await;
+    let moved = async {
+        loop {
+            let now = get(server.address, "/v1/scenes/row").await;
+            if now.body != before.body {
+                return now;
+            }
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+    };
+    let now = tokio::time::timeout(Duration::from_secs(20), moved).await.unwrap();
+    assert_eq!(now.json()["revision"], pointer.revision.to_string());
+    assert_ne!(now.header("etag"), before.header("etag"));
+    let old = before.json()["revision"].as_str().unwrap().to_owned();
+    let stale = get(
+        server.address,
+        &format!("/v1/scenes/row/cells/c0/visible?revision={old}"),
+    )
+    .await;
+    assert_eq!(stale.status, 409);
+    stale.problem();
+}
+
+#[tokio::test]
+async fn a_point_finds_its_cell_or_the_nearest() {
+    let server = Server::start().await;
+    let inside = get(server.address, "/v1/scenes/row/cells?at=3.5,0.5,0.5").await.json();
+    assert_eq!(
+        inside,
+        serde_json::json!({"cell": "c3", "contains": true, "distance_m": 0.0})
+    );
+    let outside = get(server.address, "/v1/scenes/row/cells?at=10,0.5,0.5").await.json();
+    assert_eq!(
+        outside,
+        serde_json::json!({"cell": "c7", "contains": false, "distance_m": 2.0})
+    );
+}
+
+#[tokio::test]
+async fn a_cell_is_answered_by_its_published_record() {
+    let server = Server::start().await;
+    let answer = get(server.address, "/v1/scenes/row/cells/c3").await;
+    assert_eq!(
+        (
+            answer.json()["cell"].as_str(),
+            answer.json()["opvs"].as_array().unwrap().len()
+        ),
+        (Some("c3"), 7)
+    );
+    let same = get(server.address, answer.header("content-location").unwrap()).await;
+    assert_eq!(same.body, answer.body);
+    assert!(answer.header("cache-control").unwrap().contains("max-age=2,"));
+}
+
+#[tokio::test]
+async fn a_level_is_answered_with_where_it_stands_for_ever() {
+    let server = Server::start().await;
+    let answer = get(server.address, "/v1/scenes/row/objects/o2/lods/0").await;
+    assert_eq!(answer.body, glb());
+    let info = get(server.address, "/v1/scenes/row/objects/o2").await.json();
+    assert_eq!(info["levels"][0]["url"], answer.header("content-location").unwrap());
+    assert_eq!(
+        get(server.address, "/v1/scenes/row/objects/o2/lods/1").await.status,
+        404
+    );
+}
+
+/// Follows `next` to the end.
+async fn all_pages(server: &Server, first: &str) -> Vec<String> {
+    let (mut path, mut ids) = (first.to_owned(), vec![]);
+    loop {
+        let page = get(server.address, &path).await;
+        assert_eq!(page.status, 200, "{path}: {page:?}");
+        let page = page.json();
+        ids.extend(
+            page["objects"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|o| o["object"].as_str().unwrap().to_owned()),
+        );
+        match page["next"].as_str() {
+            Some(next) => path = next.to_owned(),
+            None => return ids,
+        }
+    }
+}
+
+#[tokio::test]
+async fn pages_of_any_size_lead_through_everything_once_and_in_order() {
+    let server = Server::start().await;
+    for limit in 1..=CELLS + 1 {
+        let seen = all_pages(&server, &format!("/v1/scenes/row/cells/c3/visible?limit={limit}")).await;
+        assert_eq!(seen, ["o3", "o0", "o1", "o2", "o4", "o5", "o6", "o7"], "limit {limit}");
+        let boxed = all_pages(
+            &server,
+            &format!("/v1/scenes/row/objects?bbox=2.5,0,0,6.0,1,1&limit={limit}"),
+        )
+        .await;
+        assert_eq!(boxed, ["o2", "o3", "o4", "o5"], "limit {limit}");
+    }
+    let nothing = all_pages(&server, "/v1/scenes/row/objects?bbox=0,7,0,9,9,9").await;
+    assert!(nothing.is_empty());
+}
+
+#[tokio::test]
+async fn what_cannot_be_read_is_told_with_its_parameter() {
+    let server = Server::start().await;
+    for (path, status, parameter) in [
+        ("/v1/scenes/row/cells", 400, Some("at")),
+        ("/v1/scenes/row/cells?at=1,2", 400, Some("at")),
+        ("/v1/scenes/row/cells?at=NaN,0,0", 400, Some("at")),
+        ("/v1/scenes/row/cells?at=1,2,3,", 400, Some("at")),
+        ("/v1/scenes/row/cells?at=1e999,2,3", 400, Some("at")),
+        ("/v1/scenes/row/cells?at=%ff", 400, None),
+        ("/v1/scenes/row/objects?bbox=Infinity,0,0,1,1,1", 400, Some("bbox")),
+        ("/v1/scenes/row/objects", 400, Some("bbox")),
+        ("/v1/scenes/row/cells/c0/visible?limit=0", 400, Some("limit")),
+        ("/v1/scenes/row/cells/c0/visible?after=x", 400, Some("after")),
+        ("/v1/scenes/row/cells/c0/visible?after=o99", 404, None),
+        ("/v1/scenes/row/cells/12", 400, None),
+        ("/v1/scenes/row/cells/c%ff", 400, None),
+        ("/v1/scenes/row/cells/c99", 404, None),
+        ("/v1/scenes/row/objects/o99", 404, None),
+        ("/v1/scenes/row/objects/o0/lods/-1", 400, None),
+        ("/v1/scenes/ROW", 400, None),
+        ("/v1/scenes/%2e%2e", 400, None),
+        ("/v1/scenes/nowhere", 404, None),
+        ("/v1/scenes/nowhere/cells/c0", 404, None),
+        ("/v2", 404, None),
+        ("//", 404, None),
+    ] {
+        let answer = get(server.address, path).await;
+        assert_eq!(answer.status, status, "{path}: {answer:?}");
+        let problem = answer.problem();
+        assert_eq!(problem["parameter"].as_str(), parameter, "{path}");
+        assert_eq!(problem["instance"], path.split('?').next().unwrap());
+    }
+    let ignored = get(server.address, "/v1/scenes/row?anything=goes&&=").await;
+    assert_eq!(ignored.status, 200);
+}
+
+#[tokio::test]
+async fn operations_see_what_happens() {
+    let server = Server::start().await;
+    assert_eq!(get(server.address, "/healthz").await.body, b"ok\n");
+    assert_eq!(get(server.address, "/readyz").await.status, 200);
+    get(server.address, "/v1/scenes/nowhere").await;
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    assert!(
+        metrics.contains("belvedere_http_requests_total{route=\"/v1/scenes/{scene}\",status=\"404\"} 1"),
+        "{metrics}"
+    );
+    assert_eq!(get(server.address, "/openapi.json").await.json()["openapi"], "3.1.0");
+    std::fs::remove_dir_all(server.data.path().join("o")).unwrap();
+    let broken = get(server.address, "/readyz").await;
+    assert_eq!(broken.status, 503, "{broken:?}");
+    broken.problem();
+}
+
+#[tokio::test]
+async fn the_front_page_is_a_page_with_a_policy() {
+    let server = Server::start().await;
+    let page = get(server.address, "/").await;
+    assert_eq!(
+        (page.status, page.header("content-type")),
+        (200, Some("text/html; charset=utf-8"))
+    );
+    assert_eq!(page.header("cache-control"), Some("no-cache"));
+    assert!(
+        page.header("content-security-policy")
+            .unwrap()
+            .contains("default-src 'self'")
+    );
+}
