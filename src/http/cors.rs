@@ -2,8 +2,10 @@
 
 use axum::{
     body::Body,
-    http::{HeaderMap, HeaderValue, Response, StatusCode, header},
+    http::{HeaderMap, HeaderName, HeaderValue, Response, StatusCode, header},
 };
+
+const TIMING_ALLOW_ORIGIN: HeaderName = HeaderName::from_static("timing-allow-origin");
 
 /// Adds what a browser needs to hand any answer, errors too, to a page of another origin.
 pub(super) fn allow_reading(headers: &mut HeaderMap) {
@@ -12,7 +14,7 @@ pub(super) fn allow_reading(headers: &mut HeaderMap) {
         header::ACCESS_CONTROL_EXPOSE_HEADERS,
         HeaderValue::from_static("Content-Range, Content-Encoding, ETag, Content-Location, Accept-Ranges"),
     );
-    headers.insert("timing-allow-origin", HeaderValue::from_static("*"));
+    headers.insert(TIMING_ALLOW_ORIGIN, HeaderValue::from_static("*"));
 }
 
 /// The answer to a preflight.

@@ -108,6 +108,12 @@ impl Query {
         Ok(Bounds::around([[ax, ay, az], [bx, by, bz]]))
     }
 
+    /// A parameter as it was given, escapes decoded; empty when it is missing.
+    pub(super) fn given(&self, name: &str) -> &str {
+        let found = self.0.iter().find(|(n, _)| n == name);
+        found.map_or("", |(_, value)| value)
+    }
+
     /// How many entries a page may have.
     pub(super) fn limit(&self) -> Result<usize, ApiError> {
         const DEFAULT: usize = 100;

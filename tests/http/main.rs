@@ -1,5 +1,7 @@
 //! What does the server do over the wire? A real server on a free port over a tiny hand-made scene.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
+
 mod immutable;
 mod pages;
 mod robustness;
