@@ -41,11 +41,18 @@ impl BakeProgress {
     /// Ends the last stage; gives the seconds that each stage took.
     pub(crate) fn finish(&self) -> BTreeMap<&'static str, f64> {
         self.end_current();
-        self.seconds.lock().expect("no thread panics while it holds this lock").clone()
+        self.seconds
+            .lock()
+            .expect("no thread panics while it holds this lock")
+            .clone()
     }
 
     fn end_current(&self) {
-        let ended = self.current.lock().expect("no thread panics while it holds this lock").take();
+        let ended = self
+            .current
+            .lock()
+            .expect("no thread panics while it holds this lock")
+            .take();
         if let Some((stage, started, bar)) = ended {
             bar.finish();
             let mut seconds = self.seconds.lock().expect("no thread panics while it holds this lock");
@@ -57,10 +64,18 @@ impl BakeProgress {
 impl Progress for BakeProgress {
     fn start(&self, stage: Stage, steps: u64) {
         self.end_current();
-        let target = if self.visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let target = if self.visible {
+            ProgressDrawTarget::stderr()
+        } else {
+            ProgressDrawTarget::hidden()
+        };
         let bar = ProgressBar::with_draw_target(Some(steps), target).with_message(stage.name());
         let template = "{msg:>11} {bar:40.cyan/dim} {percent:>3} %  {elapsed} of about {duration}";
-        bar.set_style(ProgressStyle::with_template(template).expect("the template is a constant").progress_chars("━╸─"));
+        bar.set_style(
+            ProgressStyle::with_template(template)
+                .expect("the template is a constant")
+                .progress_chars("━╸─"),
+        );
         *self.current.lock().expect("no thread panics while it holds this lock") = Some((stage, Instant::now(), bar));
     }
 

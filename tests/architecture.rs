@@ -17,13 +17,33 @@ const ALLOWED: &[(&str, &[&str])] = &[
 
 /// Words that a folder's sources must not hold, and why.
 const FORBIDDEN: &[(&str, &[&str], &str)] = &[
-    ("src/http", &["sqlx", "object_store"], "http asks the catalogue and the store; it knows neither SQL nor backends"),
-    ("src/db", &["axum", "object_store"], "the catalogue knows no HTTP and no blobs"),
+    (
+        "src/http",
+        &["sqlx", "object_store"],
+        "http asks the catalogue and the store; it knows neither SQL nor backends",
+    ),
+    (
+        "src/db",
+        &["axum", "object_store"],
+        "the catalogue knows no HTTP and no blobs",
+    ),
     ("src/store", &["axum", "sqlx"], "the store knows no HTTP and no SQL"),
     ("src", &["std::env::var"], "settings are read in one place, by clap"),
-    ("crates/scene/src", &["tokio", "async fn", "std::fs", "std::time"], "the format does no I/O"),
-    ("crates/bake/src", &["tokio", "async fn", "std::fs", "std::time", "std::env", "println!"], "the bake is pure"),
-    ("viewer/core", &["from 'three", "from \"three", "../three/", "../ui/"], "core knows no renderer and no page"),
+    (
+        "crates/scene/src",
+        &["tokio", "async fn", "std::fs", "std::time"],
+        "the format does no I/O",
+    ),
+    (
+        "crates/bake/src",
+        &["tokio", "async fn", "std::fs", "std::time", "std::env", "println!"],
+        "the bake is pure",
+    ),
+    (
+        "viewer/core",
+        &["from 'three", "from \"three", "../three/", "../ui/"],
+        "core knows no renderer and no page",
+    ),
 ];
 
 fn root() -> &'static Path {
@@ -40,9 +60,11 @@ fn crates_know_only_what_the_plan_allows() {
     let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
     let mut found = BTreeMap::new();
     for package in metadata["packages"].as_array().expect("packages") {
-        let ours = package["dependencies"].as_array().expect("dependencies").iter().filter(|d| {
-            d["kind"] != "dev" && d["name"].as_str().is_some_and(|n| n.starts_with("belvedere"))
-        });
+        let ours = package["dependencies"]
+            .as_array()
+            .expect("dependencies")
+            .iter()
+            .filter(|d| d["kind"] != "dev" && d["name"].as_str().is_some_and(|n| n.starts_with("belvedere")));
         let mut names: Vec<_> = ours.map(|d| d["name"].as_str().expect("a name").to_owned()).collect();
         names.sort();
         found.insert(package["name"].as_str().expect("a name").to_owned(), names);
@@ -76,7 +98,11 @@ fn nothing_imports_http_or_the_commands() {
     for folder in ["src/db", "src/store", "src/publish"] {
         for file in sources(&root().join(folder)) {
             let text = fs::read_to_string(&file).expect("a source file is text");
-            assert!(!text.contains("crate::http") && !text.contains("crate::commands"), "{}", file.display());
+            assert!(
+                !text.contains("crate::http") && !text.contains("crate::commands"),
+                "{}",
+                file.display()
+            );
         }
     }
 }
@@ -87,7 +113,15 @@ fn no_file_grows_past_what_one_can_hold_in_mind() {
     let long: Vec<_> = folders
         .iter()
         .flat_map(|folder| sources(&root().join(folder)))
-        .map(|file| (fs::read_to_string(&file).expect("a source file is text").lines().count(), file))
+        .map(|file| {
+            (
+                fs::read_to_string(&file)
+                    .expect("a source file is text")
+                    .lines()
+                    .count(),
+                file,
+            )
+        })
         .filter(|(lines, _)| *lines > 600)
         .collect();
     assert!(long.is_empty(), "over 600 lines: {long:?}");
@@ -95,10 +129,16 @@ fn no_file_grows_past_what_one_can_hold_in_mind() {
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
-    let Ok(entries) = fs::read_dir(folder) else { return found };
+    let Ok(entries) = fs::read_dir(folder) else {
+        return found;
+    };
     for entry in entries {
         let path = entry.expect("a folder can be listed").path();
-        if path.is_dir() && path.file_name().is_none_or(|name| name != "node_modules" && name != "dist") {
+        if path.is_dir()
+            && path
+                .file_name()
+                .is_none_or(|name| name != "node_modules" && name != "dist")
+        {
             found.extend(sources(&path));
         } else if path.extension().is_some_and(|ext| ext == "rs" || ext == "ts") {
             found.push(path);

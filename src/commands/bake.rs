@@ -45,10 +45,17 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         title: args.title,
         input: BakeInput::File(args.file),
         settings: BakeSettings::default(),
-        limits: Limits { memory_bytes: args.memory_mib << 20, ..Limits::default() },
+        limits: Limits {
+            memory_bytes: args.memory_mib << 20,
+            ..Limits::default()
+        },
     };
     let report = bake_until_interrupted(&data, request, args.json).await?;
-    if args.json { print_json(&report) } else { print(&summary(&report)) }
+    if args.json {
+        print_json(&report)
+    } else {
+        print(&summary(&report))
+    }
 }
 
 /// Bakes; an interrupt stops it at its next step and nothing is published.
@@ -70,10 +77,16 @@ pub(super) fn summary(report: &Report) -> String {
     let size = |name: &str| bytes(report.bytes.get(name).copied().unwrap_or(0));
     let mut lines = Vec::new();
     if report.unchanged {
-        lines.push(format!("scene {} is up to date: revision {}", report.scene, report.revision));
+        lines.push(format!(
+            "scene {} is up to date: revision {}",
+            report.scene, report.revision
+        ));
     } else {
         let seconds: f64 = report.seconds.values().sum();
-        lines.push(format!("scene {} published: revision {}, {seconds:.1} s", report.scene, report.revision));
+        lines.push(format!(
+            "scene {} published: revision {}, {seconds:.1} s",
+            report.scene, report.revision
+        ));
     }
     lines.push(format!(
         "  {} objects of {} models, {} triangles; {} source, {} published",
@@ -90,12 +103,19 @@ pub(super) fn summary(report: &Report) -> String {
         percent(report.visibility.mean_culled),
         report.visibility.method,
     ));
-    lines.push(format!("  coarsest levels {}, finest {}", size("coarsest"), size("level0")));
+    lines.push(format!(
+        "  coarsest levels {}, finest {}",
+        size("coarsest"),
+        size("level0")
+    ));
     if report.whole {
         lines.push("  a small world: the manifest lists every object, and clients load all of them".to_owned());
     }
     for defect in &report.defects {
-        lines.push(format!("  {} × {} (first: {})", defect.count, defect.kind, defect.first));
+        lines.push(format!(
+            "  {} × {} (first: {})",
+            defect.count, defect.kind, defect.first
+        ));
     }
     lines.join("\n")
 }

@@ -19,7 +19,10 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let request = Request {
         scene: "museum".parse()?,
         title: None,
-        input: BakeInput::BuiltIn { name: "museum.plan", text: include_str!("../../content/museum.plan") },
+        input: BakeInput::BuiltIn {
+            name: "museum.plan",
+            text: include_str!("../../content/museum.plan"),
+        },
         settings: belvedere_bake::BakeSettings::default(),
         limits: belvedere_bake::import::Limits::default(),
     };

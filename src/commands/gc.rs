@@ -33,7 +33,10 @@ struct Collected {
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let data = DataFolder::open_existing(&args.data).await?;
     let _no_bake = data.lock_for_collecting()?;
-    let mut collected = Collected { dry_run: args.dry_run, ..Collected::default() };
+    let mut collected = Collected {
+        dry_run: args.dry_run,
+        ..Collected::default()
+    };
     let needed = if args.dry_run {
         collected.revisions = data.catalogue().old_revisions(args.keep).await?;
         data.catalogue().blobs_in_use(args.keep).await?

@@ -40,14 +40,26 @@ pub(super) struct Args {
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let file = Path::new(&args.what);
     if file.is_file() {
-        anyhow::ensure!(args.cell.is_none(), "a source file has no cells yet: bake it, then inspect the scene");
+        anyhow::ensure!(
+            args.cell.is_none(),
+            "a source file has no cells yet: bake it, then inspect the scene"
+        );
         return inspect_file(file, args.json);
     }
-    let name: SceneName =
-        args.what.parse().with_context(|| format!("`{}` is neither a file nor the name of a scene", args.what))?;
+    let name: SceneName = args
+        .what
+        .parse()
+        .with_context(|| format!("`{}` is neither a file nor the name of a scene", args.what))?;
     let data = DataFolder::open_existing(&args.data).await?;
-    let baked = data.catalogue().baked(&name).await?.with_context(|| no_such_scene(&name))?;
-    let scene = Opened { reader: SceneReader::of(&baked.pointer, data.store().clone()), pointer: baked.pointer };
+    let baked = data
+        .catalogue()
+        .baked(&name)
+        .await?
+        .with_context(|| no_such_scene(&name))?;
+    let scene = Opened {
+        reader: SceneReader::of(&baked.pointer, data.store().clone()),
+        pointer: baked.pointer,
+    };
     match args.cell {
         Some(cell) => inspect_cell(&scene, cell, args.json).await,
         None => inspect_scene(&scene, serde_json::from_value(baked.report)?, args.json).await,
@@ -101,11 +113,31 @@ async fn inspect_scene(scene: &Opened, report: Report, json: bool) -> anyhow::Re
     }
     let levels = levels(scene).await?;
     if json {
-        return print_json(&SceneTables { report: &report, cells, levels });
+        return print_json(&SceneTables {
+            report: &report,
+            cells,
+            levels,
+        });
     }
     let pointer = &scene.pointer;
-    print(&format!("{} ({}), revision {}\n{}", pointer.title, pointer.scene, pointer.revision, super::bake::summary(&report)))?;
-    let head = ["cell", "size m", "portals", "cells seen", "objects seen", "culled", "coarsest", "finest", "record"];
+    print(&format!(
+        "{} ({}), revision {}\n{}",
+        pointer.title,
+        pointer.scene,
+        pointer.revision,
+        super::bake::summary(&report)
+    ))?;
+    let head = [
+        "cell",
+        "size m",
+        "portals",
+        "cells seen",
+        "objects seen",
+        "culled",
+        "coarsest",
+        "finest",
+        "record",
+    ];
     let rows: Vec<_> = cells
         .iter()
         .map(|c| {
@@ -127,10 +159,19 @@ async fn inspect_scene(scene: &Opened, report: Report, json: bool) -> anyhow::Re
         .iter()
         .map(|l| {
             let error = format!("{:.4}", l.largest_error_m);
-            vec![l.level.to_string(), l.objects.to_string(), l.triangles.to_string(), bytes(l.bytes), error]
+            vec![
+                l.level.to_string(),
+                l.objects.to_string(),
+                l.triangles.to_string(),
+                bytes(l.bytes),
+                error,
+            ]
         })
         .collect();
-    print(&format!("\n{}", table(&["level", "objects", "triangles", "bytes", "largest error m"], &rows)))
+    print(&format!(
+        "\n{}",
+        table(&["level", "objects", "triangles", "bytes", "largest error m"], &rows)
+    ))
 }
 
 async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<()> {
@@ -150,8 +191,11 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
         record.miss_bound,
     ))?;
     let mut rows = Vec::new();
-    for (visible, place) in
-        record.lpvs.iter().map(|v| (v, "inside")).chain(record.opvs.iter().map(|v| (v, "beyond")))
+    for (visible, place) in record
+        .lpvs
+        .iter()
+        .map(|v| (v, "inside"))
+        .chain(record.opvs.iter().map(|v| (v, "beyond")))
     {
         let info = object(scene, visible.object).await?;
         let finest = &info.levels[0];
@@ -165,11 +209,22 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
             bytes(finest.bytes),
         ]);
     }
-    print(&table(&["object", "node", "stands", "fraction", "levels", "triangles", "finest"], &rows))?;
+    print(&table(
+        &["object", "node", "stands", "fraction", "levels", "triangles", "finest"],
+        &rows,
+    ))?;
     let portals: Vec<_> = record
         .portals
         .iter()
-        .map(|p| vec![p.to.to_string(), format!("{:?}", belvedere_scene::Bounds::around(p.polygon.iter().copied()).center())])
+        .map(|p| {
+            vec![
+                p.to.to_string(),
+                format!(
+                    "{:?}",
+                    belvedere_scene::Bounds::around(p.polygon.iter().copied()).center()
+                ),
+            ]
+        })
         .collect();
     print(&format!("\n{}", table(&["portal to", "middle m"], &portals)))
 }
@@ -185,7 +240,11 @@ async fn cell(scene: &Opened, id: CellId) -> anyhow::Result<(CellEntry, Arc<Cell
 }
 
 async fn object(scene: &Opened, id: ObjectId) -> anyhow::Result<ObjectInfo> {
-    scene.reader.object_info(id).await?.with_context(|| format!("the scene's index does not lead to {id}"))
+    scene
+        .reader
+        .object_info(id)
+        .await?
+        .with_context(|| format!("the scene's index does not lead to {id}"))
 }
 
 fn line(entry: &CellEntry, record: &CellRecord, objects: u32) -> CellLine {
@@ -212,7 +271,10 @@ async fn levels(scene: &Opened) -> anyhow::Result<Vec<LevelLine>> {
     }
     let deepest = infos.iter().map(|info| info.levels.len()).max().unwrap_or(0);
     let sums = (0..deepest).map(|number| {
-        let mut line = LevelLine { level: number as u32, ..LevelLine::default() };
+        let mut line = LevelLine {
+            level: number as u32,
+            ..LevelLine::default()
+        };
         let mut models = std::collections::BTreeSet::new();
         for info in &infos {
             let level = &info.levels[number.min(info.levels.len() - 1)];
@@ -245,13 +307,23 @@ fn inspect_file(file: &Path, json: bool) -> anyhow::Result<()> {
     let bytes_read = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let files = SourceFolder::beside(file);
-    let imported = import::import(&name, bytes_read, &files, &Limits::default(), &belvedere_bake::progress::Silent)
-        .with_context(|| format!("cannot import {name}"))?;
+    let imported = import::import(
+        &name,
+        bytes_read,
+        &files,
+        &Limits::default(),
+        &belvedere_bake::progress::Silent,
+    )
+    .with_context(|| format!("cannot import {name}"))?;
     let scene = &imported.scene;
     let report = FileReport {
         objects: scene.objects.len(),
         models: scene.models.len(),
-        triangles: scene.objects.iter().map(|o| scene.models[o.model].triangle_count()).sum(),
+        triangles: scene
+            .objects
+            .iter()
+            .map(|o| scene.models[o.model].triangle_count())
+            .sum(),
         materials: scene.materials.len(),
         textures: scene.textures.len(),
         image_bytes: scene.images.iter().map(|i| i.bytes.len()).sum(),
@@ -272,7 +344,10 @@ fn inspect_file(file: &Path, json: bool) -> anyhow::Result<()> {
         report.viewpoints,
     ))?;
     for defect in &report.defects {
-        print(&format!("  {} × {} (first: {})", defect.count, defect.kind, defect.first))?;
+        print(&format!(
+            "  {} × {} (first: {})",
+            defect.count, defect.kind, defect.first
+        ))?;
     }
     Ok(())
 }

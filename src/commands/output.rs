@@ -22,7 +22,10 @@ pub(super) fn print_json(document: &impl serde::Serialize) -> anyhow::Result<()>
 /// Lays rows out in columns: the first to the left, the others to the right.
 pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
+        let cells = rows
+            .iter()
+            .filter_map(|row| row.get(column))
+            .map(|cell| cell.chars().count());
         cells.chain([head[column].chars().count()]).max().unwrap_or(0)
     };
     let widths: Vec<usize> = (0..head.len()).map(width).collect();
@@ -30,7 +33,13 @@ pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
         let padded: Vec<String> = cells
             .zip(&widths)
             .enumerate()
-            .map(|(column, (cell, width))| if column == 0 { format!("{cell:<width$}") } else { format!("{cell:>width$}") })
+            .map(|(column, (cell, width))| {
+                if column == 0 {
+                    format!("{cell:<width$}")
+                } else {
+                    format!("{cell:>width$}")
+                }
+            })
             .collect();
         padded.join("  ").trim_end().to_owned()
     };
@@ -65,13 +74,21 @@ mod tests {
 
     #[test]
     fn sizes_read_well_at_every_magnitude() {
-        let read: Vec<_> = [0, 999, 1000, 999_949, 999_950, 1_234_567, 5_000_000_000].map(bytes).into();
-        assert_eq!(read, ["0 B", "999 B", "1.0 kB", "999.9 kB", "1.0 MB", "1.2 MB", "5.0 GB"]);
+        let read: Vec<_> = [0, 999, 1000, 999_949, 999_950, 1_234_567, 5_000_000_000]
+            .map(bytes)
+            .into();
+        assert_eq!(
+            read,
+            ["0 B", "999 B", "1.0 kB", "999.9 kB", "1.0 MB", "1.2 MB", "5.0 GB"]
+        );
     }
 
     #[test]
     fn a_table_aligns_its_columns() {
-        let rows = [vec!["c1".to_owned(), "7".to_owned()], vec!["c100".to_owned(), "12345".to_owned()]];
+        let rows = [
+            vec!["c1".to_owned(), "7".to_owned()],
+            vec!["c100".to_owned(), "12345".to_owned()],
+        ];
         assert_eq!(table(&["cell", "seen"], &rows), "cell   seen\nc1        7\nc100  12345");
     }
 }

@@ -35,11 +35,20 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let to = PathBuf::from(&args.to);
     let data = DataFolder::open_existing(&args.data).await?;
     let visible = !args.json && std::io::stderr().is_terminal();
-    let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let target = if visible {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
     let bar = ProgressBar::with_draw_target(None, target);
-    bar.set_style(ProgressStyle::with_template("    publish {bar:40.cyan/dim} {pos} of {len} blobs")?);
+    bar.set_style(ProgressStyle::with_template(
+        "    publish {bar:40.cyan/dim} {pos} of {len} blobs",
+    )?);
     let viewer: Vec<PageFile> = crate::http::viewer_files()
-        .map(|(path, bytes)| PageFile { path: path.into_owned(), bytes: bytes.into_owned() })
+        .map(|(path, bytes)| PageFile {
+            path: path.into_owned(),
+            bytes: bytes.into_owned(),
+        })
         .collect();
     let report = tree::write(&data, &args.scene, &viewer, &to, |done, all| {
         bar.set_length(all);

@@ -168,7 +168,9 @@ impl Catalogue {
             "SELECT DISTINCT blob FROM revision_blobs WHERE (scene, revision) NOT IN ({OLD_REVISIONS})"
         ));
         let rows = sqlx::query(sql).bind(i64::from(keep)).fetch_all(&self.pool).await?;
-        rows.iter().map(|row| Ok(row.try_get::<&str, _>("blob")?.parse()?)).collect()
+        rows.iter()
+            .map(|row| Ok(row.try_get::<&str, _>("blob")?.parse()?))
+            .collect()
     }
 
     /// How many revisions [`Catalogue::forget_old_revisions`] would remove.
@@ -180,8 +182,14 @@ impl Catalogue {
 
     /// Forgets all but the newest `keep` revisions of each scene; the current one is always kept. Says how many went.
     pub async fn forget_old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
-        let sql = AssertSqlSafe(format!("DELETE FROM revisions WHERE (scene, revision) IN ({OLD_REVISIONS})"));
-        Ok(sqlx::query(sql).bind(i64::from(keep)).execute(&self.pool).await?.rows_affected())
+        let sql = AssertSqlSafe(format!(
+            "DELETE FROM revisions WHERE (scene, revision) IN ({OLD_REVISIONS})"
+        ));
+        Ok(sqlx::query(sql)
+            .bind(i64::from(keep))
+            .execute(&self.pool)
+            .await?
+            .rows_affected())
     }
 }
 

@@ -31,7 +31,11 @@ impl DataFolder {
     pub(crate) async fn open(path: &Path) -> anyhow::Result<Self> {
         let catalogue = Catalogue::open(path).await?;
         let store = BlobStore::open_folder(path, CACHE_BYTES).await?;
-        Ok(Self { path: path.to_owned(), catalogue, store })
+        Ok(Self {
+            path: path.to_owned(),
+            catalogue,
+            store,
+        })
     }
 
     /// Opens the folder only when something was published into it.

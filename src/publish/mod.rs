@@ -107,7 +107,11 @@ pub(crate) struct DefectReport {
 
 impl From<Defect> for DefectReport {
     fn from(defect: Defect) -> Self {
-        Self { kind: defect.kind.to_owned(), count: defect.count, first: defect.first }
+        Self {
+            kind: defect.kind.to_owned(),
+            count: defect.count,
+            first: defect.first,
+        }
     }
 }
 
@@ -134,7 +138,10 @@ pub(crate) async fn bake(data: &DataFolder, request: Request, progress: Arc<Bake
         report: &serde_json::to_value(&report)?,
         blobs: &baked.written.blobs,
     };
-    data.catalogue().publish(&new).await.context("cannot move the scene's pointer; the old revision stays")?;
+    data.catalogue()
+        .publish(&new)
+        .await
+        .context("cannot move the scene's pointer; the old revision stays")?;
     Ok(report)
 }
 
@@ -155,7 +162,13 @@ fn run(request: Request, sink: &StoreSink, progress: &BakeProgress) -> anyhow::R
     let title = request
         .title
         .or_else(|| imported.scene.title.clone())
-        .unwrap_or_else(|| Path::new(&file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned());
+        .unwrap_or_else(|| {
+            Path::new(&file_name)
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        });
     let source = Source {
         scene: imported.scene,
         title,
@@ -163,38 +176,60 @@ fn run(request: Request, sink: &StoreSink, progress: &BakeProgress) -> anyhow::R
     };
     let mut defects = imported.defects;
     let written = belvedere_bake::bake(source, &request.settings, &mut defects, sink, progress)?;
-    let sources = std::iter::once(main_file).chain(read.into_iter().map(|f| (f.name, f.hash.to_string()))).collect();
-    Ok(Baked { written, defects, sources })
+    let sources = std::iter::once(main_file)
+        .chain(read.into_iter().map(|f| (f.name, f.hash.to_string())))
+        .collect();
+    Ok(Baked {
+        written,
+        defects,
+        sources,
+    })
 }
 
 /// Everything but the files that decides the result.
 fn source_key(request: &Request) -> String {
-    let settings = format!("{BAKE_VERSION} {:?} {:?} {:?}", request.title, request.settings, request.limits);
+    let settings = format!(
+        "{BAKE_VERSION} {:?} {:?} {:?}",
+        request.title, request.settings, request.limits
+    );
     BlobHash::of(settings.as_bytes()).to_string()
 }
 
 /// The report of the current revision, when baking again would give the same one.
 async fn unchanged(data: &DataFolder, request: &Request, key: &str) -> anyhow::Result<Option<Report>> {
-    let Some(baked) = data.catalogue().baked(&request.scene).await? else { return Ok(None) };
+    let Some(baked) = data.catalogue().baked(&request.scene).await? else {
+        return Ok(None);
+    };
     if baked.source_key != key || !same_files(&request.input, &baked.sources)? {
         return Ok(None);
     }
-    for (blob, _) in data.catalogue().blobs_of(&request.scene, baked.pointer.revision).await? {
+    for (blob, _) in data
+        .catalogue()
+        .blobs_of(&request.scene, baked.pointer.revision)
+        .await?
+    {
         if !data.store().exists(&blob).await? {
             return Ok(None);
         }
     }
     let report: Report = serde_json::from_value(baked.report)?;
-    Ok(Some(Report { unchanged: true, ..report }))
+    Ok(Some(Report {
+        unchanged: true,
+        ..report
+    }))
 }
 
 fn same_files(input: &BakeInput, sources: &[(String, String)]) -> anyhow::Result<bool> {
-    let Some(((main, main_hash), beside)) = sources.split_first() else { return Ok(false) };
+    let Some(((main, main_hash), beside)) = sources.split_first() else {
+        return Ok(false);
+    };
     let (bytes, files) = input.read()?;
     if *main != input.file_name() || *main_hash != BlobHash::of(&bytes).to_string() {
         return Ok(false);
     }
-    Ok(beside.iter().all(|(name, hash)| files.hash_of(name).is_some_and(|now| now.to_string() == *hash)))
+    Ok(beside
+        .iter()
+        .all(|(name, hash)| files.hash_of(name).is_some_and(|now| now.to_string() == *hash)))
 }
 
 fn report(pointer: &Pointer, baked: &Baked, seconds: std::collections::BTreeMap<&'static str, f64>) -> Report {
@@ -235,6 +270,9 @@ impl BlobSink for StoreSink {
         self.handle
             .block_on(self.store.put(name, bytes.into()))
             .map(drop)
-            .map_err(|cause| SinkError { name: name.clone(), cause: cause.to_string() })
+            .map_err(|cause| SinkError {
+                name: name.clone(),
+                cause: cause.to_string(),
+            })
     }
 }

@@ -28,18 +28,29 @@ pub(crate) struct ReadFile {
 impl SourceFolder {
     /// The folder in which this file stands.
     pub(crate) fn beside(file: &Path) -> Self {
-        let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Self { root: Some(folder.to_owned()), read: Mutex::default() }
+        let folder = file
+            .parent()
+            .filter(|parent| !parent.as_os_str().is_empty())
+            .unwrap_or(Path::new("."));
+        Self {
+            root: Some(folder.to_owned()),
+            read: Mutex::default(),
+        }
     }
 
     /// No folder: nothing can be read.
     pub(crate) fn none() -> Self {
-        Self { root: None, read: Mutex::default() }
+        Self {
+            root: None,
+            read: Mutex::default(),
+        }
     }
 
     /// Every file that was read, in order.
     pub(crate) fn into_read(self) -> Vec<ReadFile> {
-        self.read.into_inner().expect("no thread panics while it holds this lock")
+        self.read
+            .into_inner()
+            .expect("no thread panics while it holds this lock")
     }
 
     /// The hash of a file as it is now; `None` when it cannot be read.
@@ -64,16 +75,29 @@ impl SourceFolder {
         }
         let mut bytes = Vec::new();
         let file = std::fs::File::open(&path).map_err(unreadable)?;
-        file.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(unreadable)?;
-        if bytes.len() as u64 > max_bytes { Err(FileError::TooLarge(max_bytes)) } else { Ok(bytes) }
+        file.take(max_bytes.saturating_add(1))
+            .read_to_end(&mut bytes)
+            .map_err(unreadable)?;
+        if bytes.len() as u64 > max_bytes {
+            Err(FileError::TooLarge(max_bytes))
+        } else {
+            Ok(bytes)
+        }
     }
 }
 
 impl SourceFiles for SourceFolder {
     fn read(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
         let bytes = self.open(relative, max_bytes)?;
-        let file = ReadFile { name: relative.to_owned(), hash: BlobHash::of(&bytes), bytes: bytes.len() as u64 };
-        self.read.lock().expect("no thread panics while it holds this lock").push(file);
+        let file = ReadFile {
+            name: relative.to_owned(),
+            hash: BlobHash::of(&bytes),
+            bytes: bytes.len() as u64,
+        };
+        self.read
+            .lock()
+            .expect("no thread panics while it holds this lock")
+            .push(file);
         Ok(bytes)
     }
 }

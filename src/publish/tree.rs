@@ -52,7 +52,11 @@ pub(crate) async fn write(
         ..TreeReport::default()
     };
     for (done, (name, size)) in blobs.iter().enumerate() {
-        let new = data.store().copy_to(name, &target).await.with_context(|| format!("cannot copy {name}"))?;
+        let new = data
+            .store()
+            .copy_to(name, &target)
+            .await
+            .with_context(|| format!("cannot copy {name}"))?;
         report.blobs += 1;
         report.new_blobs += u64::from(new);
         report.bytes += size;
@@ -62,7 +66,11 @@ pub(crate) async fn write(
         replace(&to.join(&file.path), &file.bytes).await?;
     }
     let scenes = to.join("v1/scenes");
-    replace(&scenes.join(scene.as_str()).join("index.json"), &pointer_bytes(&pointer)).await?;
+    replace(
+        &scenes.join(scene.as_str()).join("index.json"),
+        &pointer_bytes(&pointer),
+    )
+    .await?;
     let list = with_scene(read_list(&scenes.join("index.json")).await?, &pointer);
     replace(&scenes.join("index.json"), &scene_list_bytes(&list)).await?;
     Ok(report)

@@ -7,6 +7,7 @@
 
 use std::{any::Any, sync::Arc};
 
+use belvedere_scene::pointer::Pointer;
 use belvedere_scene::{
     BlobName, Bounds, CellId, ObjectId,
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
@@ -14,7 +15,6 @@ use belvedere_scene::{
     object::{ObjectChunk, ObjectInfo},
     record::{CellRecord, Visible},
 };
-use belvedere_scene::pointer::Pointer;
 use quick_cache::{Weighter, sync::Cache};
 use serde::{Serialize, de::DeserializeOwned};
 

@@ -62,7 +62,11 @@ fn a_bad_scene_name_says_what_a_name_may_hold() {
 #[test]
 fn a_missing_data_folder_says_how_to_make_one() {
     let data = Data::new();
-    for command in [vec!["inspect", "museum"], vec!["gc"], vec!["publish", "museum", "--to", "tree"]] {
+    for command in [
+        vec!["inspect", "museum"],
+        vec!["gc"],
+        vec!["publish", "museum", "--to", "tree"],
+    ] {
         let message = data.fails(&command);
         assert!(message.contains("belvedere bake"), "{message}");
     }

@@ -16,7 +16,9 @@ pub(crate) struct Data {
 
 impl Data {
     pub(crate) fn new() -> Self {
-        Self { folder: tempfile::tempdir().expect("a temporary folder") }
+        Self {
+            folder: tempfile::tempdir().expect("a temporary folder"),
+        }
     }
 
     pub(crate) fn path(&self) -> PathBuf {
@@ -61,7 +63,10 @@ impl Data {
 
     pub(crate) fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_belvedere"));
-        command.args(args).env("BELVEDERE_DATA", self.path()).current_dir(self.folder.path());
+        command
+            .args(args)
+            .env("BELVEDERE_DATA", self.path())
+            .current_dir(self.folder.path());
         command
     }
 
@@ -90,17 +95,24 @@ impl Server {
         std::thread::spawn(move || {
             let mut buffer = [0; 4096];
             while let Ok(read @ 1..) = stderr.read(&mut buffer) {
-                kept.lock().expect("the log").push_str(&String::from_utf8_lossy(&buffer[..read]));
+                kept.lock()
+                    .expect("the log")
+                    .push_str(&String::from_utf8_lossy(&buffer[..read]));
             }
         });
         let mut lines = BufReader::new(child.stdout.take().expect("stdout")).lines();
-        let base = lines
-            .by_ref()
-            .map_while(Result::ok)
-            .find_map(|line| line.split_whitespace().find(|w| w.starts_with("http://")).map(str::to_owned));
+        let base = lines.by_ref().map_while(Result::ok).find_map(|line| {
+            line.split_whitespace()
+                .find(|w| w.starts_with("http://"))
+                .map(str::to_owned)
+        });
         std::thread::spawn(move || lines.for_each(drop));
         let base = base.unwrap_or_else(|| panic!("no address was printed; {}", log.lock().expect("the log")));
-        Self { child, base: base.trim_end_matches('/').to_owned(), log }
+        Self {
+            child,
+            base: base.trim_end_matches('/').to_owned(),
+            log,
+        }
     }
 
     pub(crate) fn client(&self) -> Client<HttpSource> {
@@ -122,7 +134,9 @@ impl Drop for Server {
         let _ = self.child.wait();
         if !std::thread::panicking() {
             let log = self.log.lock().expect("the log");
-            let loud = log.lines().find(|line| line.contains(" WARN ") || line.contains(" ERROR ") || line.contains("panicked"));
+            let loud = log
+                .lines()
+                .find(|line| line.contains(" WARN ") || line.contains(" ERROR ") || line.contains("panicked"));
             assert_eq!(loud, None, "the server's log holds a warning");
         }
     }

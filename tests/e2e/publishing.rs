@@ -9,7 +9,11 @@ use crate::program::{Data, THREE_ROOMS};
 const OTHER_ROOMS: &str = "#####\n#a.b#\n#...#\n#####\n";
 
 fn revision(report: &serde_json::Value) -> Revision {
-    report["revision"].as_str().expect("a revision").parse().expect("a revision")
+    report["revision"]
+        .as_str()
+        .expect("a revision")
+        .parse()
+        .expect("a revision")
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -31,8 +35,15 @@ async fn a_new_revision_appears_without_a_restart_and_the_old_one_stays_readable
         }
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
-    assert_eq!(seen, revision(&second), "the new revision did not appear within ten seconds");
-    let info = old.object(belvedere_scene::ObjectId(0)).await.expect("the old revision is still there");
+    assert_eq!(
+        seen,
+        revision(&second),
+        "the new revision did not appear within ten seconds"
+    );
+    let info = old
+        .object(belvedere_scene::ObjectId(0))
+        .await
+        .expect("the old revision is still there");
     old.blob(&info.levels[0].url).await.expect("its blobs too");
 }
 
@@ -42,7 +53,10 @@ fn an_unchanged_source_is_not_baked_twice() {
     let file = data.write("rooms.plan", THREE_ROOMS);
     let first = data.bake(&file, "rooms");
     let again = data.bake(&file, "rooms");
-    assert_eq!((first["unchanged"].as_bool(), again["unchanged"].as_bool()), (Some(false), Some(true)));
+    assert_eq!(
+        (first["unchanged"].as_bool(), again["unchanged"].as_bool()),
+        (Some(false), Some(true))
+    );
     assert_eq!(first["revision"], again["revision"]);
 }
 
@@ -53,7 +67,10 @@ fn a_bake_that_is_killed_leaves_the_old_revision_and_only_garbage() {
     let next = data.write("museum.plan", include_str!("../../content/museum.plan"));
     let mut killed = 0;
     for wait_ms in [20, 200, 800, 2000] {
-        let mut bake = data.command(&["bake", next.to_str().expect("UTF-8"), "--scene", "rooms"]).spawn().expect("runs");
+        let mut bake = data
+            .command(&["bake", next.to_str().expect("UTF-8"), "--scene", "rooms"])
+            .spawn()
+            .expect("runs");
         std::thread::sleep(Duration::from_millis(wait_ms));
         if bake.try_wait().expect("a status").is_none() {
             bake.kill().expect("it can be killed");
@@ -67,7 +84,8 @@ fn a_bake_that_is_killed_leaves_the_old_revision_and_only_garbage() {
     assert_eq!(shown["report"]["revision"], first["revision"]);
 
     data.ok(&["gc", "--json"]);
-    let shown: serde_json::Value = serde_json::from_str(&data.ok(&["inspect", "rooms", "--json"])).expect("still whole");
+    let shown: serde_json::Value =
+        serde_json::from_str(&data.ok(&["inspect", "rooms", "--json"])).expect("still whole");
     assert_eq!(shown["report"]["revision"], first["revision"]);
     let again: serde_json::Value = serde_json::from_str(&data.ok(&["gc", "--json"])).expect("JSON");
     assert_eq!(again["blobs"], 0, "gc leaves no garbage");
@@ -85,7 +103,10 @@ fn gc_keeps_what_the_newest_revisions_need() {
     let removed: serde_json::Value = serde_json::from_str(&data.ok(&["gc", "--keep", "1", "--json"])).expect("JSON");
     assert_eq!(removed["revisions"], 1);
     assert!(removed["blobs"].as_u64() > Some(0));
-    assert_eq!((&planned["blobs"], &planned["bytes"]), (&removed["blobs"], &removed["bytes"]));
+    assert_eq!(
+        (&planned["blobs"], &planned["bytes"]),
+        (&removed["blobs"], &removed["bytes"])
+    );
     let shown: serde_json::Value = serde_json::from_str(&data.ok(&["inspect", "rooms", "--json"])).expect("JSON");
     assert_eq!(shown["report"]["revision"], second["revision"]);
 }

@@ -62,8 +62,12 @@ fn source_triangles(path: &std::path::Path, step: f64) -> Vec<Triangle> {
         })
         .collect();
     let mut found = Vec::new();
-    let mut open: Vec<(gltf::Node<'_>, DMat4)> =
-        gltf.default_scene().expect("a scene").nodes().map(|node| (node, DMat4::IDENTITY)).collect();
+    let mut open: Vec<(gltf::Node<'_>, DMat4)> = gltf
+        .default_scene()
+        .expect("a scene")
+        .nodes()
+        .map(|node| (node, DMat4::IDENTITY))
+        .collect();
     while let Some((node, parent)) = open.pop() {
         let local = glam::Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
         let world = parent * local;
@@ -106,7 +110,11 @@ fn assert_same(source: &[Triangle], published: &[Triangle], scene: &str) {
         .zip(sorted(published))
         .filter(|(a, b)| (0..3).any(|i| (a[i] - b[i]).abs() > 3))
         .count();
-    assert!(unlike * 1000 <= source.len(), "{scene}: {unlike} of {} triangles stand elsewhere", source.len());
+    assert!(
+        unlike * 1000 <= source.len(),
+        "{scene}: {unlike} of {} triangles stand elsewhere",
+        source.len()
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -121,7 +129,11 @@ async fn level_0_holds_the_triangles_of_the_source_under_the_right_transform() {
         let path = scenes.join(file);
         let report = data.bake(&path, name);
         let server = data.serve();
-        let scene = server.client().open(&name.parse().expect("a name")).await.expect("a scene");
+        let scene = server
+            .client()
+            .open(&name.parse().expect("a name"))
+            .await
+            .expect("a scene");
         let step = scene.pointer().bounds.diagonal_m() * 1e-5;
         let source = source_triangles(&path, step);
         assert!(!source.is_empty());

@@ -8,7 +8,10 @@ use belvedere_scene::SceneName;
 use crate::program::{Data, THREE_ROOMS};
 
 async fn open<S: ByteSource>(client: &Client<S>, scene: &str) -> Scene<S> {
-    client.open(&scene.parse::<SceneName>().expect("a name")).await.expect("a scene")
+    client
+        .open(&scene.parse::<SceneName>().expect("a name"))
+        .await
+        .expect("a scene")
 }
 
 async fn names_visible_at<S: ByteSource>(scene: &Scene<S>, point: [f64; 3]) -> BTreeSet<String> {
@@ -19,7 +22,9 @@ async fn names_visible_at<S: ByteSource>(scene: &Scene<S>, point: [f64; 3]) -> B
 }
 
 fn marker(names: &BTreeSet<String>, letter: &str) -> bool {
-    names.iter().any(|name| name.split(['/', ' ']).any(|word| word == letter))
+    names
+        .iter()
+        .any(|name| name.split(['/', ' ']).any(|word| word == letter))
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -36,7 +41,10 @@ async fn a_client_sees_what_stands_in_open_sight_and_not_what_a_wall_hides() {
     assert!(marker(&west, "a"), "from the west room: {west:?}");
     assert!(!marker(&west, "c"), "the closed room is hidden: {west:?}");
     let closed = names_visible_at(&scene, at(10.5, 2.5)).await;
-    assert!(marker(&closed, "c") && !marker(&closed, "a") && !marker(&closed, "b"), "from the closed room: {closed:?}");
+    assert!(
+        marker(&closed, "c") && !marker(&closed, "a") && !marker(&closed, "b"),
+        "from the closed room: {closed:?}"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -48,7 +56,10 @@ async fn the_static_tree_is_byte_for_byte_what_the_server_serves() {
     let http = HttpSource::new(&server.base).expect("an address");
     let folder = FolderSource::new(data.folder("tree"));
 
-    let mut paths = vec!["/v1/scenes/index.json".to_owned(), "/v1/scenes/rooms/index.json".to_owned()];
+    let mut paths = vec![
+        "/v1/scenes/index.json".to_owned(),
+        "/v1/scenes/rooms/index.json".to_owned(),
+    ];
     for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
         let name = entry.expect("an entry").file_name().into_string().expect("UTF-8");
         if name.matches('.').count() == 1 {
@@ -57,13 +68,19 @@ async fn the_static_tree_is_byte_for_byte_what_the_server_serves() {
     }
     assert!(paths.len() > 10, "only {paths:?}");
     for path in &paths {
-        assert!(http.get(path).await.expect(path) == folder.get(path).await.expect(path), "{path} differs");
+        assert!(
+            http.get(path).await.expect(path) == folder.get(path).await.expect(path),
+            "{path} differs"
+        );
     }
 
     let from_folder = open(&Client::new(folder), "rooms").await;
     let from_server = open(&server.client(), "rooms").await;
     let start = from_server.pointer().viewpoints[0].position;
-    assert_eq!(names_visible_at(&from_folder, start).await, names_visible_at(&from_server, start).await);
+    assert_eq!(
+        names_visible_at(&from_folder, start).await,
+        names_visible_at(&from_server, start).await
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -73,7 +90,11 @@ async fn every_cell_can_be_reached_by_the_index_and_names_only_objects_that_exis
     let server = data.serve();
     let scene = open(&server.client(), "rooms").await;
     for id in 0..scene.pointer().cells {
-        let cell = scene.cell(belvedere_scene::CellId(id)).await.expect("the index").expect("a cell");
+        let cell = scene
+            .cell(belvedere_scene::CellId(id))
+            .await
+            .expect("the index")
+            .expect("a cell");
         let middle = cell.bounds.center();
         let located = scene.locate(middle).await.expect("a cell");
         assert_eq!((located.cell.cell, located.distance_m), (cell.cell, 0.0));

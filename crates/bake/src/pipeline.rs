@@ -62,15 +62,23 @@ pub fn bake(
 ) -> Result<Written, BakeError> {
     let scene = in_spatial_order(split::split(source.scene, &settings.split, defects));
     let world = World::new(&scene)?;
-    let viewpoints: Vec<[f64; 3]> =
-        scene.viewpoints.iter().map(|v| v.world_from_camera.w_axis.truncate().to_array()).collect();
+    let viewpoints: Vec<[f64; 3]> = scene
+        .viewpoints
+        .iter()
+        .map(|v| v.world_from_camera.w_axis.truncate().to_array())
+        .collect();
     let graph = cells::build(&world, &viewpoints, &settings.cells, progress)?;
     let method = settings.visibility.clone();
     let method = method.unwrap_or_else(|| Method::Sampled(SampledSettings::for_cells(graph.cells.len())));
     let visibility = method.compute(&world, &graph, progress)?;
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {
-        double_sided: scene.materials.iter().enumerate().filter_map(drawn_from_both_sides).collect(),
+        double_sided: scene
+            .materials
+            .iter()
+            .enumerate()
+            .filter_map(drawn_from_both_sides)
+            .collect(),
         ..settings.lod.clone()
     };
     let input = records::Input {

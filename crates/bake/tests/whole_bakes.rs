@@ -47,13 +47,24 @@ fn baked(name: &str, bytes: Vec<u8>, folder: &Path, rays_per_cell: u32) -> Baked
     let imported = import(name, bytes, &files, &Limits::default(), &Silent);
     let Imported { scene, mut defects } = imported.unwrap_or_else(|cause| panic!("{name}: {cause}"));
     let settings = BakeSettings {
-        visibility: Some(Method::Sampled(SampledSettings { rays_per_cell, ..SampledSettings::default() })),
+        visibility: Some(Method::Sampled(SampledSettings {
+            rays_per_cell,
+            ..SampledSettings::default()
+        })),
         ..BakeSettings::default()
     };
     let sink = Memory::default();
-    let source = Source { scene, title: name.to_owned(), bytes: 0 };
+    let source = Source {
+        scene,
+        title: name.to_owned(),
+        bytes: 0,
+    };
     let written = bake(source, &settings, &mut defects, &sink, &Silent).unwrap();
-    Baked { written, blobs: sink.0.into_inner().unwrap(), defects }
+    Baked {
+        written,
+        blobs: sink.0.into_inner().unwrap(),
+        defects,
+    }
 }
 
 fn baked_plan(text: &str) -> Baked {
@@ -62,8 +73,14 @@ fn baked_plan(text: &str) -> Baked {
 
 impl Baked {
     fn documents<T: serde::de::DeserializeOwned>(&self, has: &str) -> Vec<T> {
-        let json = self.blobs.iter().filter(|(name, _)| name.ext() == "json").map(|(_, bytes)| bytes);
-        json.filter(|bytes| bytes.starts_with(has.as_bytes())).map(|bytes| serde_json::from_slice(bytes).unwrap()).collect()
+        let json = self
+            .blobs
+            .iter()
+            .filter(|(name, _)| name.ext() == "json")
+            .map(|(_, bytes)| bytes);
+        json.filter(|bytes| bytes.starts_with(has.as_bytes()))
+            .map(|bytes| serde_json::from_slice(bytes).unwrap())
+            .collect()
     }
 
     /// What must hold of every revision.
@@ -71,18 +88,31 @@ impl Baked {
         let manifest = &self.written.manifest;
         assert!(manifest.counts.cells > 0 && manifest.counts.objects > 0, "{name}");
         assert!(!manifest.viewpoints.is_empty(), "{name}");
-        let sizes: BTreeMap<_, _> = self.blobs.iter().map(|(name, bytes)| (name.clone(), bytes.len() as u64)).collect();
-        assert_eq!(sizes, self.written.blobs.iter().cloned().collect(), "{name}: the list of blobs is what was stored");
+        let sizes: BTreeMap<_, _> = self
+            .blobs
+            .iter()
+            .map(|(name, bytes)| (name.clone(), bytes.len() as u64))
+            .collect();
+        assert_eq!(
+            sizes,
+            self.written.blobs.iter().cloned().collect(),
+            "{name}: the list of blobs is what was stored"
+        );
         let mut objects = 0;
         for chunk in self.documents::<ObjectChunk>(r#"{"objects":"#) {
             objects += chunk.objects.len();
             for entry in &chunk.objects {
-                let info = chunk.info(entry.object).expect("a chunk holds the models of its objects");
+                let info = chunk
+                    .info(entry.object)
+                    .expect("a chunk holds the models of its objects");
                 let errors: Vec<_> = info.levels.iter().map(|l| l.geometric_error_m).collect();
                 assert!(errors.is_sorted() && errors[0] == 0.0, "{name}: {errors:?}");
                 for level in &info.levels {
                     assert_eq!(sizes.get(&level.url), Some(&level.bytes), "{name}");
-                    assert!(level.textures.iter().all(|t| sizes.get(&t.url) == Some(&t.bytes)), "{name}");
+                    assert!(
+                        level.textures.iter().all(|t| sizes.get(&t.url) == Some(&t.bytes)),
+                        "{name}"
+                    );
                 }
             }
         }
@@ -166,6 +196,9 @@ fn every_world_beside_this_checkout_bakes() {
         baked.check(file);
         let (manifest, seconds) = (&baked.written.manifest, started.elapsed().as_secs_f64());
         let (counts, visible) = (manifest.counts, manifest.visibility.mean_visible);
-        println!("{file}: {counts:?}, {visible:.1} visible, {seconds:.1} s, {:?}", manifest.bytes);
+        println!(
+            "{file}: {counts:?}, {visible:.1} visible, {seconds:.1} s, {:?}",
+            manifest.bytes
+        );
     }
 }

@@ -145,7 +145,10 @@ fn read_plan(bytes: &[u8], progress: &dyn Progress) -> Result<Imported, ImportEr
     let text = std::str::from_utf8(bytes).map_err(|e| ImportError::PlanNotText { byte: e.valid_up_to() })?;
     let scene = plan::parse(text)?.to_scene();
     progress.advance(1);
-    Ok(Imported { scene, defects: Defects::default() })
+    Ok(Imported {
+        scene,
+        defects: Defects::default(),
+    })
 }
 
 /// A parsed document and the binary chunk beside it.

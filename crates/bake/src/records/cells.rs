@@ -45,13 +45,7 @@ pub(super) fn write_records(
     Ok(rows)
 }
 
-fn record(
-    id: CellId,
-    cell: &ViewCell,
-    seen: &CellVisibility,
-    entries: &[ObjectEntry],
-    models: &[Model],
-) -> CellRecord {
+fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectEntry], models: &[Model]) -> CellRecord {
     let inside = |seen: &&SeenObject| {
         let bounds = &entries[seen.object as usize].bounds;
         cell.bounds.contains(bounds.min) && cell.bounds.contains(bounds.max)
@@ -59,7 +53,11 @@ fn record(
     let (local, shared): (Vec<_>, Vec<_>) = seen.objects.iter().partition(inside);
     let visible = |seen: Vec<&SeenObject>| -> Vec<Visible> {
         seen.into_iter()
-            .map(|s| Visible { object: ObjectId(s.object), fraction: s.fraction, doors: Vec::new() })
+            .map(|s| Visible {
+                object: ObjectId(s.object),
+                fraction: s.fraction,
+                doors: Vec::new(),
+            })
             .collect()
     };
     let (mut level0, mut lowest) = (UniqueBytes::default(), UniqueBytes::default());
@@ -75,7 +73,11 @@ fn record(
         portals: cell
             .portals
             .iter()
-            .map(|p| Portal { to: CellId(p.to), polygon: p.polygon.to_vec(), door: None })
+            .map(|p| Portal {
+                to: CellId(p.to),
+                polygon: p.polygon.to_vec(),
+                door: None,
+            })
             .collect(),
         cpvs: seen.cells.iter().map(|c| CellId(*c)).collect(),
         opvs: visible(shared),

@@ -17,11 +17,11 @@ use belvedere_scene::{
     pointer::Pointer,
 };
 
+pub use self::sink::{BlobSink, SinkError};
 use self::{
     models::{UniqueBytes, coarsest},
     sink::Ledger,
 };
-pub use self::sink::{BlobSink, SinkError};
 use crate::{
     BakeError,
     cells::CellGraph,
@@ -124,7 +124,9 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
     let manifest = Manifest {
         format: FORMAT,
         title: input.title.to_owned(),
-        bounds: entries.iter().fold(Bounds::EMPTY, |all, entry| all.union(&entry.bounds)),
+        bounds: entries
+            .iter()
+            .fold(Bounds::EMPTY, |all, entry| all.union(&entry.bounds)),
         up: "+Y".to_owned(),
         unit: "m".to_owned(),
         counts: counts(input, &entries, &models),
@@ -140,7 +142,11 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
         whole: small.then(|| chunk(&entries, &models)),
     };
     let (manifest_name, _) = ledger.put_json(&manifest)?;
-    Ok(Written { manifest_name, manifest, blobs: ledger.into_blobs() })
+    Ok(Written {
+        manifest_name,
+        manifest,
+        blobs: ledger.into_blobs(),
+    })
 }
 
 fn object_entries(input: Input<'_>) -> Vec<ObjectEntry> {
@@ -166,12 +172,22 @@ fn largest_scale(object: &SourceObject) -> f64 {
     let product = linear.transpose() * linear;
     // For a transform without shear the product is diagonal and this is exact.
     let row_sum = |row: glam::DVec3| row.abs().element_sum();
-    [product.x_axis, product.y_axis, product.z_axis].map(row_sum).into_iter().fold(0.0, f64::max).sqrt()
+    [product.x_axis, product.y_axis, product.z_axis]
+        .map(row_sum)
+        .into_iter()
+        .fold(0.0, f64::max)
+        .sqrt()
 }
 
 fn chunk(row: &[ObjectEntry], models: &[Model]) -> ObjectChunk {
-    let used = row.iter().map(|entry| (entry.model, models[entry.model.index()].clone())).collect();
-    ObjectChunk { objects: row.to_vec(), models: used }
+    let used = row
+        .iter()
+        .map(|entry| (entry.model, models[entry.model.index()].clone()))
+        .collect();
+    ObjectChunk {
+        objects: row.to_vec(),
+        models: used,
+    }
 }
 
 fn counts(input: Input<'_>, entries: &[ObjectEntry], models: &[Model]) -> Counts {
@@ -179,7 +195,10 @@ fn counts(input: Input<'_>, entries: &[ObjectEntry], models: &[Model]) -> Counts
         cells: input.graph.cells.len() as u32,
         objects: entries.len() as u32,
         models: models.len() as u32,
-        triangles: entries.iter().map(|entry| models[entry.model.index()].levels[0].triangles).sum(),
+        triangles: entries
+            .iter()
+            .map(|entry| models[entry.model.index()].levels[0].triangles)
+            .sum(),
     }
 }
 
@@ -189,7 +208,11 @@ fn sizes(input: Input<'_>, models: &[Model], records: u64, published: u64) -> BT
         level0.add(&model.levels[0]);
         lowest.add(coarsest(model));
     }
-    let textures = input.scene.images.iter().map(|image| (&image.bytes, image.bytes.len() as u64));
+    let textures = input
+        .scene
+        .images
+        .iter()
+        .map(|image| (&image.bytes, image.bytes.len() as u64));
     let textures: BTreeMap<_, _> = textures.collect();
     [
         ("source", input.source_bytes),

@@ -58,7 +58,11 @@ fn write_pictures(scene: &SourceScene, ledger: &Ledger<'_>) -> Result<Vec<Textur
     scene
         .images
         .par_iter()
-        .map(|image| ledger.put(image.ext, image.bytes.clone()).map(|(url, bytes)| TextureRef { url, bytes }))
+        .map(|image| {
+            ledger
+                .put(image.ext, image.bytes.clone())
+                .map(|(url, bytes)| TextureRef { url, bytes })
+        })
         .collect()
 }
 
@@ -87,7 +91,12 @@ fn write_level(
         triangles: level.triangles,
         geometric_error_m: level.geometric_error,
         switch_distance_m: switch_distance_m(level.geometric_error),
-        textures: used.into_iter().map(|image| pictures[image].clone()).collect::<BTreeSet<_>>().into_iter().collect(),
+        textures: used
+            .into_iter()
+            .map(|image| pictures[image].clone())
+            .collect::<BTreeSet<_>>()
+            .into_iter()
+            .collect(),
     })
 }
 
@@ -98,7 +107,12 @@ pub(super) struct UniqueBytes(BTreeMap<BlobName, u64>);
 impl UniqueBytes {
     pub(super) fn add(&mut self, level: &Level) {
         self.0.insert(level.url.clone(), level.bytes);
-        self.0.extend(level.textures.iter().map(|texture| (texture.url.clone(), texture.bytes)));
+        self.0.extend(
+            level
+                .textures
+                .iter()
+                .map(|texture| (texture.url.clone(), texture.bytes)),
+        );
     }
 
     pub(super) fn total(&self) -> u64 {

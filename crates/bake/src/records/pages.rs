@@ -20,15 +20,29 @@ pub(super) fn write_tree<T, C: Serialize>(
     for (i, row) in rows.chunks(CHUNK_ENTRIES).enumerate() {
         let around = row.iter().fold(Bounds::EMPTY, |all, entry| all.union(&bounds(entry)));
         let first = (i * CHUNK_ENTRIES) as u32;
-        entries.push(entry(PageKind::Chunk, ledger.put_json(&chunk(row))?, first..first + row.len() as u32, around));
+        entries.push(entry(
+            PageKind::Chunk,
+            ledger.put_json(&chunk(row))?,
+            first..first + row.len() as u32,
+            around,
+        ));
     }
     while entries.len() > PAGE_ENTRIES {
         let mut above = Vec::new();
         for children in entries.chunks(PAGE_ENTRIES) {
-            let around = children.iter().fold(Bounds::EMPTY, |all, child| all.union(&child.bounds));
+            let around = children
+                .iter()
+                .fold(Bounds::EMPTY, |all, child| all.union(&child.bounds));
             let (first, last) = (&children[0], &children[children.len() - 1]);
             let ids = first.first..last.first + last.count;
-            above.push(entry(PageKind::Page, ledger.put_json(&Page { entries: children.to_vec() })?, ids, around));
+            above.push(entry(
+                PageKind::Page,
+                ledger.put_json(&Page {
+                    entries: children.to_vec(),
+                })?,
+                ids,
+                around,
+            ));
         }
         entries = above;
     }
@@ -36,5 +50,12 @@ pub(super) fn write_tree<T, C: Serialize>(
 }
 
 fn entry(kind: PageKind, (url, bytes): (BlobName, u64), ids: std::ops::Range<u32>, bounds: Bounds) -> PageEntry {
-    PageEntry { kind, url, bytes, first: ids.start, count: ids.end - ids.start, bounds }
+    PageEntry {
+        kind,
+        url,
+        bytes,
+        first: ids.start,
+        count: ids.end - ids.start,
+        bounds,
+    }
 }

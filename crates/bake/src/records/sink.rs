@@ -31,14 +31,21 @@ pub(super) struct Ledger<'a> {
 
 impl<'a> Ledger<'a> {
     pub(super) fn new(sink: &'a dyn BlobSink) -> Self {
-        Self { sink, sizes: Mutex::default() }
+        Self {
+            sink,
+            sizes: Mutex::default(),
+        }
     }
 
     /// Names these bytes and hands them on; gives the name and the size.
     pub(super) fn put(&self, ext: &'static str, bytes: Vec<u8>) -> Result<(BlobName, u64), SinkError> {
         let name = named(&bytes, ext);
         let size = bytes.len() as u64;
-        let new = self.sizes.lock().expect("no thread panics while it holds this lock").insert(name.clone(), size);
+        let new = self
+            .sizes
+            .lock()
+            .expect("no thread panics while it holds this lock")
+            .insert(name.clone(), size);
         if new.is_none() {
             self.sink.put(&name, bytes)?;
         }
@@ -52,12 +59,20 @@ impl<'a> Ledger<'a> {
 
     /// Every object so far with its size, by name.
     pub(super) fn into_blobs(self) -> Vec<(BlobName, u64)> {
-        self.sizes.into_inner().expect("no thread panics while it holds this lock").into_iter().collect()
+        self.sizes
+            .into_inner()
+            .expect("no thread panics while it holds this lock")
+            .into_iter()
+            .collect()
     }
 
     /// Bytes of every object so far.
     pub(super) fn total_bytes(&self) -> u64 {
-        self.sizes.lock().expect("no thread panics while it holds this lock").values().sum()
+        self.sizes
+            .lock()
+            .expect("no thread panics while it holds this lock")
+            .values()
+            .sum()
     }
 }
 

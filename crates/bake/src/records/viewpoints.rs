@@ -11,7 +11,12 @@ const EYE_HEIGHT_M: f64 = 1.65;
 
 /// At least one.
 pub(super) fn choose(input: Input<'_>) -> Vec<Viewpoint> {
-    let given: Vec<_> = input.scene.viewpoints.iter().filter_map(|v| from_author(v, input)).collect();
+    let given: Vec<_> = input
+        .scene
+        .viewpoints
+        .iter()
+        .filter_map(|v| from_author(v, input))
+        .collect();
     if given.is_empty() { vec![made_up(input)] } else { given }
 }
 
@@ -39,9 +44,15 @@ fn made_up(input: Input<'_>) -> Viewpoint {
     let bounds = input.world.object_bounds();
     let seen = &input.visibility[id].objects;
     let weight: f64 = seen.iter().map(|s| f64::from(s.solid_angle)).sum();
-    let middle: DVec3 =
-        seen.iter().map(|s| f64::from(s.solid_angle) * DVec3::from(bounds[s.object as usize].center())).sum();
-    let towards = if weight > 0.0 { middle / weight - eye } else { DVec3::NEG_Z };
+    let middle: DVec3 = seen
+        .iter()
+        .map(|s| f64::from(s.solid_angle) * DVec3::from(bounds[s.object as usize].center()))
+        .sum();
+    let towards = if weight > 0.0 {
+        middle / weight - eye
+    } else {
+        DVec3::NEG_Z
+    };
     at("start".to_owned(), eye, looking(towards), input)
 }
 
@@ -54,7 +65,17 @@ fn looking(towards: DVec3) -> DQuat {
 
 fn at(name: String, position: DVec3, orientation: DQuat, input: Input<'_>) -> Viewpoint {
     let distance = |cell: &ViewCell| cell.bounds.distance_m(position.to_array());
-    let nearest = input.graph.cells.iter().enumerate().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+    let nearest = input
+        .graph
+        .cells
+        .iter()
+        .enumerate()
+        .min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
     let (cell, _) = nearest.expect("a graph has at least one cell");
-    Viewpoint { name, position: position.to_array(), orientation: orientation.to_array(), cell: CellId(cell as u32) }
+    Viewpoint {
+        name,
+        position: position.to_array(),
+        orientation: orientation.to_array(),
+        cell: CellId(cell as u32),
+    }
 }
