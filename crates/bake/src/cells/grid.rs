@@ -93,6 +93,12 @@ impl Grid {
         self.metre
     }
 
+    /// The size of what a person handles: a metre, in a large scene a hundredth of it, because nobody looks at a cell
+    /// of a town as closely as at a cell of a flat.
+    pub(super) fn scale_m(&self) -> f32 {
+        self.metre.max(self.scene_m / 100.0)
+    }
+
     /// The longest edge of the scene's box.
     pub(super) fn scene_m(&self) -> f32 {
         self.scene_m

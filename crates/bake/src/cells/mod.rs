@@ -44,10 +44,10 @@ pub struct CellSettings {
     pub voxel_m: f32,
     /// At most about this many voxels; larger scenes get larger voxels.
     pub max_voxels: usize,
-    /// Cells without walls are cut until no horizontal edge is longer, in metres, or longer than a twelfth of the
+    /// Cells without walls are cut until no horizontal edge is longer, in metres, or longer than an eighth of the
     /// scene, whichever is more.
     pub max_cell_m: f32,
-    /// At most this many cells.
+    /// At most this many cells, and at most as many as there are objects where those are more than a few.
     pub max_cells: usize,
     /// A plane splits a cell when at least this share of it is wall.
     pub wall_share: f64,
@@ -108,6 +108,9 @@ impl CellGraph {
     }
 }
 
+/// So many cells a scene may have however few objects it holds.
+const FEW_CELLS: usize = 64;
+
 /// Cuts the free space of a world into cells. Viewpoints are in world space; where there are none, all open space
 /// and every large enclosed space counts as reachable.
 ///
@@ -133,7 +136,9 @@ pub fn build(
     let seeds: Vec<_> = viewpoints.iter().map(|p| world.relative(*p)).collect();
     voxels.reach(&seeds, settings.min_enclosed_share);
     step()?;
-    let leaves = partition::leaves(&voxels, settings);
+    // Where a handful of objects stand, a cell more tells nobody more.
+    let worthwhile = world.object_bounds().len().max(FEW_CELLS);
+    let leaves = partition::leaves(&voxels, settings, settings.max_cells.min(worthwhile));
     let openings = portals::openings(&voxels, &leaves);
     let mut cells: Vec<_> = leaves
         .iter()

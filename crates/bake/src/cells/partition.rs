@@ -1,7 +1,7 @@
 //! Which boxes is the reachable space cut into?
 //!
-//! A k-d partition, best first: the box with the longest edge is split next, where the plane is mostly wall, or, when
-//! no plane is and the box is too large or mostly unreachable, near its middle. A box without reachable voxels is dropped; what is left is
+//! A k-d partition, best first: the box with the largest wall in it is split next, along that wall, or, when no plane of
+//! it is wall and it is too large or mostly unreachable, near its middle. A box without reachable voxels is dropped; what is left is
 //! shrunk to its reachable voxels and then grown by one voxel where a slanted surface leaves half-filled voxels.
 
 use std::{cmp::Ordering, collections::BinaryHeap};
@@ -10,27 +10,34 @@ use super::{CellSettings, grid::IndexBox, voxels::Voxels};
 
 /// A vertical edge may be this share of the longest horizontal one.
 const HEIGHT_SHARE: f32 = 0.5;
-/// Boxes with no edge longer than this, in metres, stay whole.
-const MIN_CELL_M: f32 = 1.5;
+/// Boxes with no edge longer than this, in [`Grid::scale_m`](super::grid::Grid::scale_m), stay whole.
+const MIN_CELL: f32 = 3.0;
+/// A plane is a wall when at least this much of it is, in squares of the same: furniture has smaller sides.
+const MIN_WALL: f64 = 4.0;
 /// A scene without walls is cut into about this many boxes along its longest edge.
-const BOXES_ALONG: f32 = 12.0;
+const BOXES_ALONG: f32 = 8.0;
 /// A box that holds a smaller share of reached space than this, as along a slanted wall, is halved …
-const MIN_FILL: f64 = 0.6;
-/// … unless its longest edge is at most this, in metres.
-const MIN_HALVED_M: f32 = 3.0;
+const MIN_FILL: f64 = 0.5;
+/// … unless its longest edge is at most this, in the same.
+const MIN_HALVED: f32 = 6.0;
 /// How much a split through the middle is preferred over one at the side, in shares of wall.
 const BALANCE: f64 = 0.1;
 /// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.
 const MIN_SECTION: f64 = 0.5;
+
+/// Halving a box where there is no wall is worth this share of the section in wall.
+const HALVING_WORTH: f64 = 0.25;
 
 struct Node {
     voxels: IndexBox,
     children: Option<[usize; 2]>,
 }
 
+/// A box that can be split, and how much that is worth.
 struct Open {
-    longest_m: f32,
+    worth_m2: f64,
     node: usize,
+    plane: Plane,
 }
 
 impl PartialEq for Open {
@@ -49,8 +56,8 @@ impl PartialOrd for Open {
 
 impl Ord for Open {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.longest_m
-            .total_cmp(&other.longest_m)
+        self.worth_m2
+            .total_cmp(&other.worth_m2)
             .then(other.node.cmp(&self.node))
     }
 }
@@ -62,7 +69,7 @@ struct Plane {
 }
 
 /// Disjoint boxes that hold all reached voxels, neighbours near each other.
-pub(super) fn leaves(voxels: &Voxels, settings: &CellSettings) -> Vec<IndexBox> {
+pub(super) fn leaves(voxels: &Voxels, settings: &CellSettings, max_cells: usize) -> Vec<IndexBox> {
     let Some(root) = shrunk(voxels, voxels.grid.everything()) else {
         return vec![voxels.grid.everything()];
     };
@@ -70,20 +77,14 @@ pub(super) fn leaves(voxels: &Voxels, settings: &CellSettings) -> Vec<IndexBox> 
         voxels: root,
         children: None,
     }];
-    let mut open = BinaryHeap::from([Open {
-        longest_m: longest_m(voxels, &root),
-        node: 0,
-    }]);
+    let mut open: BinaryHeap<Open> = split_of(voxels, 0, &root, settings).into_iter().collect();
     // What each half may grow into: the box before it was shrunk.
     let mut regions = vec![voxels.grid.everything()];
     let mut count = 1;
-    while let Some(Open { node, .. }) = open.pop() {
-        if count >= settings.max_cells.max(1) {
+    while let Some(Open { node, plane, .. }) = open.pop() {
+        if count >= max_cells.max(1) {
             break;
         }
-        let Some(plane) = split_of(voxels, &nodes[node].voxels, settings) else {
-            continue;
-        };
         let (mut low, mut high) = (regions[node], regions[node]);
         low.max[plane.axis] = plane.index;
         high.min[plane.axis] = plane.index;
@@ -95,10 +96,7 @@ pub(super) fn leaves(voxels: &Voxels, settings: &CellSettings) -> Vec<IndexBox> 
                 children: None,
             });
             regions.push(region);
-            open.push(Open {
-                longest_m: longest_m(voxels, &half),
-                node: nodes.len() - 1,
-            });
+            open.extend(split_of(voxels, nodes.len() - 1, &half, settings));
             nodes.len() - 1
         });
         nodes[node].children = Some(children);
@@ -113,11 +111,6 @@ pub(super) fn leaves(voxels: &Voxels, settings: &CellSettings) -> Vec<IndexBox> 
         }
     }
     leaves
-}
-
-fn longest_m(voxels: &Voxels, node: &IndexBox) -> f32 {
-    let [min, max] = voxels.grid.bounds(node);
-    (max - min).max_element()
 }
 
 fn voxels_in(node: &IndexBox) -> impl Iterator<Item = [usize; 3]> {
@@ -216,39 +209,68 @@ fn sections(voxels: &Voxels, node: &IndexBox) -> [Vec<Section>; 3] {
     sections
 }
 
-fn split_of(voxels: &Voxels, node: &IndexBox, settings: &CellSettings) -> Option<Plane> {
-    let metre = voxels.grid.metre();
-    let [min, max] = voxels.grid.bounds(node);
-    let size = (max - min).as_dvec3();
-    if max - min == glam::Vec3::ZERO || (max - min).max_element() <= MIN_CELL_M * metre {
+/// How a box is split, if it is.
+fn split_of(voxels: &Voxels, node: usize, within: &IndexBox, settings: &CellSettings) -> Option<Open> {
+    let scale_m = voxels.grid.scale_m();
+    let [min, max] = voxels.grid.bounds(within);
+    if max - min == glam::Vec3::ZERO || (max - min).max_element() <= MIN_CELL * scale_m {
         return None;
     }
-    let sections = sections(voxels, node);
-    let mut best: Option<(f64, Plane)> = None;
+    let sections = sections(voxels, within);
+    let (worth_m2, plane) = wall_in(voxels, within, &sections, settings)
+        .or_else(|| halving_of(voxels, within, &sections, settings))?;
+    Some(Open { worth_m2, node, plane })
+}
+
+/// The plane that is most of all a wall, and the area of that wall.
+fn wall_in(
+    voxels: &Voxels,
+    within: &IndexBox,
+    sections: &[Vec<Section>; 3],
+    settings: &CellSettings,
+) -> Option<(f64, Plane)> {
+    let min_wall_m2 = MIN_WALL * f64::from(voxels.grid.scale_m()).powi(2);
+    let [min, max] = voxels.grid.bounds(within);
+    let size = (max - min).as_dvec3();
+    let mut best: Option<(f64, f64, Plane)> = None;
     for (axis, sections) in sections.iter().enumerate() {
         let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
         for (offset, section) in sections.iter().enumerate().skip(1) {
             let share = section.wall_m2 / section.beside_free_m2.max(MIN_SECTION * full_m2);
-            let index = node.min[axis] + offset;
+            let index = within.min[axis] + offset;
             let at = f64::from(voxels.grid.lines(axis)[index] - min[axis]) / size[axis];
             let score = share + BALANCE * at.min(1.0 - at);
-            if share >= settings.wall_share && best.as_ref().is_none_or(|(least, _)| score > *least) {
-                best = Some((score, Plane { axis, index }));
+            let wall = share >= settings.wall_share && section.wall_m2 >= min_wall_m2;
+            if wall && best.as_ref().is_none_or(|(least, ..)| score > *least) {
+                best = Some((score, section.wall_m2, Plane { axis, index }));
             }
         }
     }
-    best.map(|(_, plane)| plane).or_else(|| {
-        let across_m = (settings.max_cell_m * metre).max(voxels.grid.scene_m() / BOXES_ALONG);
-        let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
-        let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
-        let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
-        let sparse =
-            (max - min)[axis] > MIN_HALVED_M * metre && filled_m3(voxels, node) < MIN_FILL * size.element_product();
-        let divisible = node.max[axis] - node.min[axis] > 1 && (excess(axis) > 1.0 || sparse);
-        divisible.then(|| Plane {
-            axis,
-            index: middle(voxels, node, axis, &sections[axis]),
-        })
+    best.map(|(_, wall_m2, plane)| (wall_m2, plane))
+}
+
+/// A plane near the middle of a box that is too large or mostly unreachable. It is worth as much as a wall that covers
+/// [`HALVING_WORTH`] of it.
+fn halving_of(
+    voxels: &Voxels,
+    within: &IndexBox,
+    sections: &[Vec<Section>; 3],
+    settings: &CellSettings,
+) -> Option<(f64, Plane)> {
+    let grid = voxels.grid;
+    let [min, max] = grid.bounds(within);
+    let size = (max - min).as_dvec3();
+    let across_m = (settings.max_cell_m * grid.metre()).max(grid.scene_m() / BOXES_ALONG);
+    let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
+    let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
+    let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
+    let sparse =
+        (max - min)[axis] > MIN_HALVED * grid.scale_m() && filled_m3(voxels, within) < MIN_FILL * size.element_product();
+    let divisible = within.max[axis] - within.min[axis] > 1 && (excess(axis) > 1.0 || sparse);
+    divisible.then(|| {
+        let index = middle(voxels, within, axis, &sections[axis]);
+        let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
+        (HALVING_WORTH * full_m2, Plane { axis, index })
     })
 }
 
