@@ -248,7 +248,7 @@ async fn object(scene: &Opened, id: ObjectId) -> anyhow::Result<ObjectInfo> {
 }
 
 fn line(entry: &CellEntry, record: &CellRecord, objects: u32) -> CellLine {
-    let seen = record.visible().count();
+    let seen = record.visible().len();
     CellLine {
         cell: record.cell,
         size_m: entry.bounds.size_m(),

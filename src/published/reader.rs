@@ -242,7 +242,7 @@ impl SceneReader {
         let Some(record) = self.cell_record(cell).await? else {
             return Ok(None);
         };
-        let seen: Vec<&Visible> = record.visible().collect();
+        let seen = record.visible();
         let start = match after {
             None => 0,
             Some(after) => match seen.iter().position(|visible| visible.object == after) {

@@ -135,12 +135,14 @@ fn cell_record(i: u32) -> CellRecord {
             .map(|o| Visible {
                 object: ObjectId(o),
                 fraction: 0.5,
+                solid_angle_sr: 0.1,
                 doors: vec![],
             })
             .collect(),
         lpvs: vec![Visible {
             object: ObjectId(i),
             fraction: 1.0,
+            solid_angle_sr: 1.0,
             doors: vec![],
         }],
         method: "sampled".to_owned(),

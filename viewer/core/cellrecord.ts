@@ -41,8 +41,15 @@ export interface Visible {
   readonly object: number;
   /** The share of sight lines from the cell that arrive, in (0, 1]. */
   readonly fraction: number;
+  /** The solid angle that what is visible of it fills on average over all eyes in the cell, steradians. */
+  readonly solidAngle: number;
   /** Doors that hide it when they are closed. */
   readonly doors: readonly number[];
+}
+
+/** A solid angle is stored as the n that stands for 4π · 2^(−n/256) steradians. */
+export function solidAngleOf(code: number): number {
+  return 4 * Math.PI * 2 ** (-code / 256);
 }
 
 export class CellRecordError extends Error {
@@ -53,9 +60,9 @@ const MAGIC = [0x42, 0x56, 0x43, 0x52];
 const VERSION = 1;
 const FRACTION_STEPS = 65535;
 
-/** Objects of both sets, those inside the cell first; each set is ordered by solid angle. */
+/** Objects of both sets, largest visible solid angle first. */
 export function visibleObjects(record: CellRecord): readonly Visible[] {
-  return [...record.lpvs, ...record.opvs];
+  return [...record.lpvs, ...record.opvs].sort((a, b) => b.solidAngle - a.solidAngle || a.object - b.object);
 }
 
 /** Reads the binary form. */
@@ -183,7 +190,8 @@ class Reader {
     const object = this.u32();
     const fraction = this.varint(FRACTION_STEPS) / FRACTION_STEPS;
     if (fraction === 0) this.fail("a visible fraction is 0");
-    return { object, fraction, doors: this.u32s() };
+    const solidAngle = solidAngleOf(this.varint(0xffff));
+    return { object, fraction, solidAngle, doors: this.u32s() };
   }
 
   finish(): void {

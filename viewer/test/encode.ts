@@ -24,9 +24,10 @@ export function encodeCellRecord(record: CellRecord): Uint8Array {
     for (const item of items) write(item);
   };
   const point = (p: Vec3) => p.forEach(f64);
-  const visible = ({ object, fraction, doors }: Visible) => {
+  const visible = ({ object, fraction, solidAngle, doors }: Visible) => {
     varint(object);
     varint(Math.min(65535, Math.max(1, Math.ceil(fraction * 65535))));
+    varint(Math.round(-256 * Math.log2(solidAngle / (4 * Math.PI))));
     list(doors, varint);
   };
   varint(record.cell);

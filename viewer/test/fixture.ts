@@ -196,7 +196,7 @@ class Publisher {
     const list = (lpvs: boolean): Visible[] =>
       visible
         .filter(({ placed }) => inside(placed) === lpvs)
-        .map(({ object }) => ({ object, fraction: 0.5, doors: [] }));
+        .map(({ object }) => ({ object, fraction: 0.5, solidAngle: 1 / (1 + object), doors: [] }));
     const models = [...new Set(visible.map(({ placed }) => placed.model))];
     const texture = models.includes(0) ? ([...this.files].find(([url]) => url.endsWith(".png"))?.[1].length ?? 0) : 0;
     const sum = (level: "coarsest" | "finest") =>

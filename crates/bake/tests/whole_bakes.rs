@@ -122,7 +122,7 @@ impl Baked {
             for entry in chunk.cells {
                 cells += 1;
                 let record = CellRecord::decode(&self.blobs[&entry.record]).unwrap();
-                assert!(record.visible().all(|v| v.object.0 < manifest.counts.objects), "{name}");
+                assert!(record.visible().iter().all(|v| v.object.0 < manifest.counts.objects), "{name}");
                 assert!(record.adjacent.iter().all(|c| c.0 < manifest.counts.cells), "{name}");
                 assert!(sizes.contains_key(&entry.record_json), "{name}");
             }

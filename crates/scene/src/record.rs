@@ -85,6 +85,8 @@ pub struct Visible {
     pub object: ObjectId,
     /// The share of sight lines from the cell to the object that arrive, in (0, 1].
     pub fraction: f32,
+    /// What is visible of it fills this solid angle on average over all eyes in the cell, in steradians, in (0, 4π].
+    pub solid_angle_sr: f32,
     /// Doors that hide it when they are closed.
     pub doors: Vec<ObjectId>,
 }
@@ -100,9 +102,12 @@ pub enum Guarantee {
 }
 
 impl CellRecord {
-    /// Objects of both sets, those inside the cell first.
-    pub fn visible(&self) -> impl Iterator<Item = &Visible> {
-        self.lpvs.iter().chain(&self.opvs)
+    /// Objects of both sets, largest visible solid angle first: the order in which a client fetches them.
+    #[must_use]
+    pub fn visible(&self) -> Vec<&Visible> {
+        let mut all: Vec<_> = self.lpvs.iter().chain(&self.opvs).collect();
+        all.sort_by(|a, b| b.solid_angle_sr.total_cmp(&a.solid_angle_sr).then(a.object.cmp(&b.object)));
+        all
     }
 }
 
@@ -255,7 +260,7 @@ impl CellRecord {
         {
             return damaged("a hull face names a point that is not there");
         }
-        if !self.visible().all(|v| v.fraction > 0.0 && v.fraction <= 1.0) {
+        if !self.visible().iter().all(|v| v.fraction > 0.0 && v.fraction <= 1.0) {
             return damaged("a visible fraction is not in (0, 1]");
         }
         if !(self.miss_bound >= 0.0 && self.miss_bound <= 1.0) {
@@ -273,6 +278,17 @@ mod binary {
 
     /// Fractions are stored as u16, rounded up so that what is visible never becomes 0.
     const FRACTION_STEPS: f32 = 65535.0;
+    /// Solid angles are stored as the u16 n that stands for 4π · 2^(−n/256) steradians: 0.3 % apart, down to 2^−255.
+    const STEPS_PER_HALVING: f64 = 256.0;
+
+    fn solid_angle_code(solid_angle_sr: f32) -> u16 {
+        let halvings = -(f64::from(solid_angle_sr) / (4.0 * std::f64::consts::PI)).log2();
+        (halvings * STEPS_PER_HALVING).round().clamp(0.0, f64::from(u16::MAX)) as u16
+    }
+
+    fn solid_angle_sr(code: u16) -> f32 {
+        (4.0 * std::f64::consts::PI * (-f64::from(code) / STEPS_PER_HALVING).exp2()) as f32
+    }
 
     #[derive(bincode::Encode, bincode::Decode)]
     struct Payload {
@@ -301,6 +317,7 @@ mod binary {
     struct VisiblePayload {
         object: u32,
         fraction: u16,
+        solid_angle: u16,
         doors: Vec<u32>,
     }
 
@@ -310,6 +327,7 @@ mod binary {
                 .map(|v| VisiblePayload {
                     object: v.object.0,
                     fraction: (v.fraction * FRACTION_STEPS).ceil().clamp(1.0, FRACTION_STEPS) as u16,
+                    solid_angle: solid_angle_code(v.solid_angle_sr),
                     doors: v.doors.iter().map(|d| d.0).collect(),
                 })
                 .collect()
@@ -360,6 +378,7 @@ mod binary {
                 .map(|v| Visible {
                     object: ObjectId(v.object),
                     fraction: f32::from(v.fraction) / FRACTION_STEPS,
+                    solid_angle_sr: solid_angle_sr(v.solid_angle),
                     doors: v.doors.into_iter().map(ObjectId).collect(),
                 })
                 .collect()
@@ -415,11 +434,13 @@ mod tests {
             opvs: vec![Visible {
                 object: ObjectId(9),
                 fraction: 0.25,
+                solid_angle_sr: 0.5,
                 doors: vec![ObjectId(7)],
             }],
             lpvs: vec![Visible {
                 object: ObjectId(1),
                 fraction: 1.0,
+                solid_angle_sr: 1e-6,
                 doors: vec![],
             }],
             method: "sampled".to_owned(),
@@ -435,10 +456,30 @@ mod tests {
         let decoded = CellRecord::decode(&sample().encode()).unwrap();
         assert_eq!(decoded.encode(), sample().encode());
         assert_eq!(
-            (decoded.cell, decoded.adjacent, decoded.cpvs),
-            (sample().cell, sample().adjacent, sample().cpvs)
+            (decoded.cell, &decoded.adjacent, &decoded.cpvs),
+            (sample().cell, &sample().adjacent, &sample().cpvs)
         );
         assert!((decoded.opvs[0].fraction - 0.25).abs() < 1e-4);
+        for (decoded, given) in decoded.visible().iter().zip(sample().visible()) {
+            assert!((decoded.solid_angle_sr / given.solid_angle_sr - 1.0).abs() < 0.002);
+        }
+    }
+
+    /// The viewer's tests read the same bytes.
+    const GOLDEN_HEX: &str = concat!(
+        "4256435201000c08000000000000000000000000000000000000000000000000000000000000f03f00000000000000000000000000000000",
+        "000000000000000000000000000000400000000000000000000000000000f03f000000000000004000000000000000000000000000000000",
+        "00000000000000000000000000000840000000000000f03f0000000000000000000000000000084000000000000000000000000000000040",
+        "0000000000000840000000000000f03f00000000000000400000000000000840060400040602040103070504000105040402060703040002",
+        "03010404050706020bfb2c01010b0300000000000000000000000000000000000000000000f03f0000000000000000000000000000004000",
+        "0000000000f03f0000000000000000000000000000004000000000000000400107020bfc701101000109fb0040fba70401070101fbfffffb",
+        "9517000773616d706c6564002d431cebe2361a3ffc40e20100fb1503",
+    );
+
+    #[test]
+    fn the_bytes_are_those_that_the_format_promises() {
+        let hex: String = sample().encode().iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(hex, GOLDEN_HEX);
     }
 
     #[test]

@@ -56,6 +56,7 @@ fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectE
             .map(|s| Visible {
                 object: ObjectId(s.object),
                 fraction: s.fraction,
+                solid_angle_sr: s.solid_angle,
                 doors: Vec::new(),
             })
             .collect()
