@@ -7,7 +7,7 @@
 //!
 //! * [`id`]: names of things (`o9`, `c12`, `m3`, a [`BlobHash`], a [`SceneName`]).
 //! * [`bounds`]: axis-aligned boxes in metres.
-//! * [`pointer`]: the one small mutable document of a scene, and the list of scenes.
+//! * [`mod@pointer`]: the one small mutable document of a scene, and the list of scenes.
 //! * [`manifest`]: the immutable entry of one revision; it names the roots of the two index trees.
 //! * [`index`]: pages and chunks, through which a client finds a cell or an object without reading the whole world.
 //! * [`object`]: object infos: where an object stands and which levels of detail it has.

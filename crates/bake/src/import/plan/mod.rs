@@ -1,6 +1,6 @@
 //! What world does a floor plan describe?
 //!
-//! A `.plan` is a drawing in characters with a legend (`docs/PLAN.md`). [`parse`] reads it once and checks all of it;
+//! A `.plan` is a drawing in characters with a legend (`docs/PLAN.md`). [`parse()`] reads it once and checks all of it;
 //! [`Plan::to_scene`] then cannot fail. The world is in metres, +Y is up, x grows to the right of the drawing (east), z
 //! downwards (south); the drawing's upper left corner is the origin.
 //!
