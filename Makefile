@@ -18,6 +18,7 @@ test: tools check test-rust test-viewer test-browser test-api
 check: viewer
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --workspace --no-deps --quiet
 	cd viewer && $(NPM) run check
 
 test-rust: viewer

@@ -13,7 +13,7 @@ use belvedere_scene::{
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
     manifest::Manifest,
     object::{ObjectChunk, ObjectInfo},
-    record::{CellRecord, Visible},
+    record::CellRecord,
 };
 use quick_cache::{Weighter, sync::Cache};
 use serde::{Serialize, de::DeserializeOwned};

@@ -7,6 +7,9 @@ use belvedere_scene::SceneName;
 
 use crate::program::{Data, THREE_ROOMS};
 
+/// The side of a tile of a plan that does not state it.
+const TILE_M: f64 = 1.0;
+
 async fn open<S: ByteSource>(client: &Client<S>, scene: &str) -> Scene<S> {
     client
         .open(&scene.parse::<SceneName>().expect("a name"))
@@ -21,10 +24,9 @@ async fn names_visible_at<S: ByteSource>(scene: &Scene<S>, point: [f64; 3]) -> B
     infos.into_iter().map(|info| info.source_node).collect()
 }
 
-fn marker(names: &BTreeSet<String>, letter: &str) -> bool {
-    names
-        .iter()
-        .any(|name| name.split(['/', ' ']).any(|word| word == letter))
+/// Whether anything of a room is seen.
+fn sees(names: &BTreeSet<String>, room: &str) -> bool {
+    names.iter().any(|name| name.split('/').next() == Some(room))
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -34,15 +36,15 @@ async fn a_client_sees_what_stands_in_open_sight_and_not_what_a_wall_hides() {
     let server = data.serve();
     let scene = open(&server.client(), "rooms").await;
 
-    let bounds = scene.pointer().bounds;
-    let tile = (bounds.max[0] - bounds.min[0]) / 13.0;
-    let at = |x: f64, z: f64| [bounds.min[0] + x * tile, bounds.min[1] + 1.5, bounds.min[2] + z * tile];
+    // The upper left corner of the drawing is the origin.
+    let at = |x: f64, z: f64| [x * TILE_M, 1.5, z * TILE_M];
     let west = names_visible_at(&scene, at(2.5, 2.5)).await;
-    assert!(marker(&west, "a"), "from the west room: {west:?}");
-    assert!(!marker(&west, "c"), "the closed room is hidden: {west:?}");
+    assert!(sees(&west, "Room A"), "from the west room: {west:?}");
+    assert!(sees(&west, "Room B"), "through the doorway: {west:?}");
+    assert!(!sees(&west, "Room C"), "the closed room is hidden: {west:?}");
     let closed = names_visible_at(&scene, at(10.5, 2.5)).await;
     assert!(
-        marker(&closed, "c") && !marker(&closed, "a") && !marker(&closed, "b"),
+        sees(&closed, "Room C") && !sees(&closed, "Room A") && !sees(&closed, "Room B"),
         "from the closed room: {closed:?}"
     );
 }

@@ -23,7 +23,10 @@ struct Memory(Mutex<BTreeMap<BlobName, Vec<u8>>>);
 impl BlobSink for Memory {
     fn put(&self, name: &BlobName, bytes: Vec<u8>) -> Result<(), SinkError> {
         assert_eq!(BlobHash::of(&bytes), name.hash());
-        self.0.lock().unwrap().insert(name.clone(), bytes);
+        self.0
+            .lock()
+            .expect("no other thread has panicked")
+            .insert(name.clone(), bytes);
         Ok(())
     }
 }
@@ -59,10 +62,11 @@ fn baked(name: &str, bytes: Vec<u8>, folder: &Path, rays_per_cell: u32) -> Baked
         title: name.to_owned(),
         bytes: 0,
     };
-    let written = bake(source, &settings, &mut defects, &sink, &Silent).unwrap();
+    let written =
+        bake(source, &settings, &mut defects, &sink, &Silent).unwrap_or_else(|cause| panic!("{name}: {cause}"));
     Baked {
         written,
-        blobs: sink.0.into_inner().unwrap(),
+        blobs: sink.0.into_inner().expect("no thread has panicked"),
         defects,
     }
 }
@@ -79,7 +83,7 @@ impl Baked {
             .filter(|(name, _)| name.ext() == "json")
             .map(|(_, bytes)| bytes);
         json.filter(|bytes| bytes.starts_with(has.as_bytes()))
-            .map(|bytes| serde_json::from_slice(bytes).unwrap())
+            .map(|bytes| serde_json::from_slice(bytes).expect("a document of the format"))
             .collect()
     }
 
@@ -121,8 +125,11 @@ impl Baked {
         for chunk in self.documents::<CellChunk>(r#"{"cells":"#) {
             for entry in chunk.cells {
                 cells += 1;
-                let record = CellRecord::decode(&self.blobs[&entry.record]).unwrap();
-                assert!(record.visible().iter().all(|v| v.object.0 < manifest.counts.objects), "{name}");
+                let record = CellRecord::decode(&self.blobs[&entry.record]).expect("a record");
+                assert!(
+                    record.visible().iter().all(|v| v.object.0 < manifest.counts.objects),
+                    "{name}"
+                );
                 assert!(record.adjacent.iter().all(|c| c.0 < manifest.counts.cells), "{name}");
                 assert!(sizes.contains_key(&entry.record_json), "{name}");
             }
@@ -163,13 +170,21 @@ fn the_same_source_gives_the_same_bytes_for_one_two_and_eight_threads() {
     }
 }
 
-#[test]
-fn every_world_beside_this_checkout_bakes() {
+/// Enough to see that all stages work together; what is seen is checked elsewhere.
+const FEW_RAYS: u32 = 400;
+
+fn scenes() -> Option<PathBuf> {
     let scenes = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes"));
     if !scenes.is_dir() {
         eprintln!("skipped: the test scenes are not beside this checkout");
-        return;
+        return None;
     }
+    Some(scenes.to_owned())
+}
+
+#[test]
+fn every_world_beside_this_checkout_bakes() {
+    let Some(scenes) = scenes() else { return };
     for file in [
         "apartment/apartment.glb",
         "avatars/fox/Fox.gltf",
@@ -191,14 +206,41 @@ fn every_world_beside_this_checkout_bakes() {
     ] {
         let path = scenes.join(file);
         let bytes = std::fs::read(&path).unwrap();
-        let started = std::time::Instant::now();
-        let baked = baked(file, bytes, path.parent().unwrap(), 2_000);
+        baked(file, bytes, path.parent().unwrap(), FEW_RAYS).check(file);
+    }
+}
+
+#[test]
+fn every_ill_behaved_file_beside_this_checkout_is_refused_or_bakes_after_mending() {
+    let Some(scenes) = scenes() else { return };
+    let folder = scenes.join("edge-cases/ill-behaved");
+    for file in [
+        "IndexOutOfRange.gltf",
+        "BoxBadNormals.glb",
+        "IncorrectVertexArrays/Cube.gltf",
+        "badUint.gltf",
+    ] {
+        let path = folder.join(file);
+        let baked = baked(file, std::fs::read(&path).unwrap(), path.parent().unwrap(), FEW_RAYS);
         baked.check(file);
-        let (manifest, seconds) = (&baked.written.manifest, started.elapsed().as_secs_f64());
-        let (counts, visible) = (manifest.counts, manifest.visibility.mean_visible);
-        println!(
-            "{file}: {counts:?}, {visible:.1} visible, {seconds:.1} s, {:?}",
-            manifest.bytes
+        assert!(
+            baked.defects.iter().count() > 0,
+            "{file}: nothing is said of what was mended"
         );
+    }
+    for (file, reason) in [
+        ("RecursiveNodes.gltf", "node below itself"),
+        ("BoxWithInfinites.glb", "position that is not finite"),
+        ("MissingBin/BoxTextured.gltf", "BoxTextured0.bin"),
+        ("NoScene.gltf", "no node with a mesh"),
+        ("SceneWithoutNodes.gltf", "no node with a mesh"),
+        ("badArray.gltf", "/meshes/0/primitives"),
+    ] {
+        let path = folder.join(file);
+        let files = Folder(path.parent().unwrap().to_owned());
+        let bytes = std::fs::read(&path).unwrap();
+        let refused = import(file, bytes, &files, &Limits::default(), &Silent);
+        let cause = refused.map(drop).unwrap_err().to_string();
+        assert!(cause.contains(reason), "{file}: {cause}");
     }
 }

@@ -106,7 +106,11 @@ impl CellRecord {
     #[must_use]
     pub fn visible(&self) -> Vec<&Visible> {
         let mut all: Vec<_> = self.lpvs.iter().chain(&self.opvs).collect();
-        all.sort_by(|a, b| b.solid_angle_sr.total_cmp(&a.solid_angle_sr).then(a.object.cmp(&b.object)));
+        all.sort_by(|a, b| {
+            b.solid_angle_sr
+                .total_cmp(&a.solid_angle_sr)
+                .then(a.object.cmp(&b.object))
+        });
         all
     }
 }

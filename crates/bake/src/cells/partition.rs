@@ -217,8 +217,8 @@ fn split_of(voxels: &Voxels, node: usize, within: &IndexBox, settings: &CellSett
         return None;
     }
     let sections = sections(voxels, within);
-    let (worth_m2, plane) = wall_in(voxels, within, &sections, settings)
-        .or_else(|| halving_of(voxels, within, &sections, settings))?;
+    let (worth_m2, plane) =
+        wall_in(voxels, within, &sections, settings).or_else(|| halving_of(voxels, within, &sections, settings))?;
     Some(Open { worth_m2, node, plane })
 }
 
@@ -264,8 +264,8 @@ fn halving_of(
     let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
     let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
     let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
-    let sparse =
-        (max - min)[axis] > MIN_HALVED * grid.scale_m() && filled_m3(voxels, within) < MIN_FILL * size.element_product();
+    let sparse = (max - min)[axis] > MIN_HALVED * grid.scale_m()
+        && filled_m3(voxels, within) < MIN_FILL * size.element_product();
     let divisible = within.max[axis] - within.min[axis] > 1 && (excess(axis) > 1.0 || sparse);
     divisible.then(|| {
         let index = middle(voxels, within, axis, &sections[axis]);
