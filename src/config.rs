@@ -165,6 +165,10 @@ impl TryFrom<Settings> for Config {
         let log = settings.log.unwrap_or_else(|| "info".to_owned());
         log.parse::<tracing_subscriber::filter::Targets>()
             .map_err(|error| ConfigError::Log(error.to_string()))?;
+        let request_timeout = within("request_timeout_s", settings.request_timeout_s.unwrap_or(30), 1, 3600)?;
+        let request_timeout = Duration::from_secs(request_timeout);
+        // A handler that takes its whole time must not look like a peer that is silent.
+        let answer = limits.answer + request_timeout;
         Ok(Self {
             listen: settings
                 .listen
@@ -174,14 +178,10 @@ impl TryFrom<Settings> for Config {
             connections: ConnectionLimits {
                 connections: within("max_connections", connections, 1, 1_000_000)? as usize,
                 drain: Duration::from_secs(within("drain_s", settings.drain_s.unwrap_or(10), 0, 3600)?),
-                ..limits
+                answer,
+                quiet: limits.quiet.max(answer),
             },
-            request_timeout: Duration::from_secs(within(
-                "request_timeout_s",
-                settings.request_timeout_s.unwrap_or(30),
-                1,
-                3600,
-            )?),
+            request_timeout,
             poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),
             log,
             log_format: settings.log_format.unwrap_or_default(),

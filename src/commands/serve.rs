@@ -10,7 +10,7 @@ use tracing_subscriber::{Layer, filter::Targets, layer::SubscriberExt, util::Sub
 use crate::{
     config::{Config, LogFormat, Settings},
     db::Catalogue,
-    http::{AppState, Metrics, RequestLimits, accept::serve_connections, routes::router},
+    http::{AppState, Metrics, RequestLimits, accept::serve_connections, front::Front},
     published::Publications,
     store::BlobStore,
 };
@@ -74,18 +74,17 @@ pub async fn serve(
             config.listen
         )
     })?;
-    let metrics = Metrics::default();
-    let router = router(AppState {
+    let front = Front::new(AppState {
         publications,
         blobs,
         catalogue,
-        metrics: metrics.clone(),
+        metrics: Metrics::default(),
         limits: RequestLimits {
             timeout: config.request_timeout,
         },
     });
     on_listen(listener.local_addr().context("the listening socket has no address")?);
-    serve_connections(listener, router, metrics, config.connections, shutdown).await;
+    serve_connections(listener, front, config.connections, shutdown).await;
     Ok(())
 }
 

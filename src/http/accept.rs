@@ -6,11 +6,10 @@
 
 use std::{sync::Arc, time::Duration};
 
-use axum::Router;
+use hyper::service::service_fn;
 use hyper_util::{
     rt::{TokioExecutor, TokioIo, TokioTimer},
     server::conn::auto::Builder,
-    service::TowerToHyperService,
 };
 use tokio::{
     net::{TcpListener, TcpStream},
@@ -18,15 +17,18 @@ use tokio::{
 };
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
-use super::{Metrics, quiet::Quiet};
+use super::{
+    front::Front,
+    quiet::{Patience, Quiet},
+};
 
 /// Limits on connections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConnectionLimits {
     /// How many may be open.
     pub connections: usize,
-    /// From the end of one request (or the connection) to the whole head of the next, HTTP/1.1.
-    pub head: Duration,
+    /// From the first byte of a request to the first byte of its answer.
+    pub answer: Duration,
     /// A connection on which no byte moves for this long is closed.
     pub quiet: Duration,
     /// How long open requests may take to finish at the end.
@@ -37,7 +39,7 @@ impl Default for ConnectionLimits {
     fn default() -> Self {
         Self {
             connections: 10_000,
-            head: Duration::from_secs(30),
+            answer: Duration::from_secs(30),
             quiet: Duration::from_secs(75),
             drain: Duration::from_secs(10),
         }
@@ -46,18 +48,19 @@ impl Default for ConnectionLimits {
 
 /// The largest head that hyper reads; larger ones get its bare 431.
 const MAX_HEAD_BYTES: usize = 64 << 10;
+/// Between pings on a quiet HTTP/2 connection, and how long their answers may take.
+const PING_INTERVAL: Duration = Duration::from_secs(30);
 const MAX_STREAMS: u32 = 200;
 
 /// Takes connections until `stopping`, then lets them go.
 pub async fn serve_connections(
     listener: TcpListener,
-    router: Router,
-    metrics: Metrics,
+    front: Front,
     limits: ConnectionLimits,
     stopping: CancellationToken,
 ) {
     let permits = Arc::new(Semaphore::new(limits.connections));
-    let builder = Arc::new(builder(&limits));
+    let builder = Arc::new(builder());
     let (tasks, cutting) = (TaskTracker::new(), CancellationToken::new());
     let accepting = async {
         loop {
@@ -75,11 +78,14 @@ pub async fn serve_connections(
             };
             let connection = Connection {
                 builder: builder.clone(),
-                router: router.clone(),
-                quiet: limits.quiet,
+                front: front.clone(),
+                patience: Patience {
+                    quiet: limits.quiet,
+                    answer: limits.answer,
+                },
                 stopping: stopping.clone(),
             };
-            let (open, cut) = (metrics.connection(), cutting.clone());
+            let (open, cut) = (front.state().metrics.connection(), cutting.clone());
             tasks.spawn(async move {
                 cut.run_until_cancelled(connection.run(stream)).await;
                 drop((permit, open));
@@ -96,20 +102,17 @@ pub async fn serve_connections(
     }
 }
 
-fn builder(limits: &ConnectionLimits) -> Builder<TokioExecutor> {
+fn builder() -> Builder<TokioExecutor> {
     let mut builder = Builder::new(TokioExecutor::new());
-    builder
-        .http1()
-        .timer(TokioTimer::new())
-        .header_read_timeout(limits.head)
-        .max_buf_size(MAX_HEAD_BYTES);
+    // Without hyper's timer for heads, which is made and dropped for each request; `Quiet` covers slow heads too.
+    builder.http1().header_read_timeout(None).max_buf_size(MAX_HEAD_BYTES);
     builder
         .http2()
         .timer(TokioTimer::new())
         .max_concurrent_streams(MAX_STREAMS)
         .max_header_list_size(MAX_HEAD_BYTES as u32)
-        .keep_alive_interval(limits.head)
-        .keep_alive_timeout(limits.head);
+        .keep_alive_interval(PING_INTERVAL)
+        .keep_alive_timeout(PING_INTERVAL);
     builder
 }
 
@@ -124,8 +127,8 @@ async fn pause_after(error: &std::io::Error) {
 
 struct Connection {
     builder: Arc<Builder<TokioExecutor>>,
-    router: Router,
-    quiet: Duration,
+    front: Front,
+    patience: Patience,
     stopping: CancellationToken,
 }
 
@@ -133,8 +136,10 @@ impl Connection {
     async fn run(self, stream: TcpStream) {
         // Without it small answers wait for the peer's delayed acknowledgements.
         let _ = stream.set_nodelay(true);
-        let io = TokioIo::new(Quiet::new(stream, self.quiet));
-        let serving = self.builder.serve_connection(io, TowerToHyperService::new(self.router));
+        let io = TokioIo::new(Quiet::new(stream, self.patience));
+        let serving = self
+            .builder
+            .serve_connection(io, service_fn(move |request| self.front.clone().answer(request)));
         tokio::pin!(serving);
         let ended = tokio::select! {
             ended = serving.as_mut() => ended,

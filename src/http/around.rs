@@ -3,27 +3,35 @@
 //! From the outside in: limits on the head, preflights, the time limit, a panic caught; then on the way out problem
 //! details get their body, CORS headers are set, and the request is counted and logged. Query strings are not logged:
 //! they may hold tokens.
+//!
+//! tower-http catches panics. Its `CorsLayer` takes every OPTIONS for a preflight, which would hide
+//! our 405; its `TimeoutLayer` and `RequestBodyLimitLayer` answer without a problem; its `TraceLayer` logs before the
+//! problem's cause is known, and its request ids are sent with every answer. Those stay ours.
 
 use std::{
     any::Any,
-    panic::AssertUnwindSafe,
-    time::{Duration, Instant},
+    sync::{
+        LazyLock,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant, UNIX_EPOCH},
 };
 
 use axum::{
     body::{Body, HttpBody},
     extract::{MatchedPath, Request, State},
-    http::{HeaderMap, HeaderValue, Method, Uri, header},
+    http::{HeaderMap, HeaderName, HeaderValue, Method, Uri, header},
     middleware::Next,
     response::{IntoResponse, Response},
 };
-use futures_util::FutureExt;
 
 use super::{
     AppState, cors,
     error::{ApiError, Problem},
     routes::{TEMPLATES, UNMATCHED},
 };
+
+pub(super) const X_REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 const MAX_URI_BYTES: usize = 8 << 10;
 const MAX_HEADERS_BYTES: usize = 16 << 10;
@@ -34,6 +42,8 @@ const MAX_IGNORED_BODY_BYTES: u64 = 64 << 10;
 pub(super) async fn around(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let started = Instant::now();
     let (method, uri) = (request.method().clone(), request.uri().clone());
+    let theirs = request.headers().get(X_REQUEST_ID).cloned();
+    let id = theirs.clone().unwrap_or_else(made_id);
     let matched = request.extensions().get::<MatchedPath>().map(MatchedPath::as_str);
     let route = matched
         .and_then(|m| TEMPLATES.into_iter().find(|t| *t == m))
@@ -47,10 +57,11 @@ pub(super) async fn around(State(state): State<AppState>, request: Request, next
     if let Some(problem) = &problem {
         write_problem(&mut response, problem, &uri);
     }
-    cors::allow_reading(response.headers_mut());
-    response
-        .headers_mut()
-        .insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    for_everybody(response.headers_mut());
+    // Answers outlive their request in caches, so they carry its number only for who sent one or must report an error.
+    if theirs.is_some() || problem.is_some() {
+        response.headers_mut().insert(X_REQUEST_ID, id.clone());
+    }
     let (status, took) = (response.status().as_u16(), started.elapsed());
     let body_bytes = if method == Method::HEAD {
         0
@@ -61,14 +72,28 @@ pub(super) async fn around(State(state): State<AppState>, request: Request, next
     let ms = took.as_secs_f64() * 1e3;
     match problem.and_then(|problem| problem.cause) {
         Some(cause) => {
-            tracing::error!(%method, route, path = uri.path(), status, ms, error = format!("{cause:#}"), "request failed");
+            tracing::error!(%method, route, path = uri.path(), status, ms, ?id, error = format!("{cause:#}"), "request failed");
         }
-        None => tracing::debug!(%method, route, path = uri.path(), status, body_bytes, ms, "request"),
+        None => tracing::debug!(%method, route, path = uri.path(), status, body_bytes, ms, ?id, "request"),
     }
     response
 }
 
-fn refused(request: &Request) -> Option<ApiError> {
+/// What every answer has.
+pub(super) fn for_everybody(headers: &mut HeaderMap) {
+    cors::allow_reading(headers);
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+}
+
+/// Names a request that came without an id: when this process first made one, and a count.
+fn made_id() -> HeaderValue {
+    static SINCE_MS: LazyLock<u128> = LazyLock::new(|| UNIX_EPOCH.elapsed().map_or(0, |since| since.as_millis()));
+    static COUNT: AtomicU64 = AtomicU64::new(1);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    HeaderValue::try_from(format!("{:x}-{count:x}", *SINCE_MS)).expect("hex digits")
+}
+
+pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
     let uri = request.uri();
     let uri_bytes = uri.path().len() + uri.query().map_or(0, str::len);
     if uri_bytes > MAX_URI_BYTES {
@@ -98,14 +123,15 @@ fn is_preflight(request: &Request) -> bool {
 }
 
 async fn answered(answering: impl Future<Output = Response>, patience: Duration) -> Response {
-    let answering = tokio::time::timeout(patience, AssertUnwindSafe(answering).catch_unwind());
-    match answering.await {
-        Ok(Ok(response)) => response,
-        Ok(Err(panic)) => {
-            ApiError::Internal(anyhow::anyhow!("a handler panicked: {}", panic_text(&*panic))).into_response()
-        }
+    match tokio::time::timeout(patience, answering).await {
+        Ok(response) => response,
         Err(_) => ApiError::TimedOut.into_response(),
     }
+}
+
+/// The answer of a handler that panicked.
+pub(super) fn panicked(panic: Box<dyn Any + Send>) -> Response {
+    ApiError::Internal(anyhow::anyhow!("a handler panicked: {}", panic_text(&*panic))).into_response()
 }
 
 fn panic_text(panic: &(dyn Any + Send)) -> &str {
@@ -131,9 +157,9 @@ mod tests {
 
     use super::*;
 
-    #[tokio::test]
-    async fn a_panic_is_a_500_that_keeps_its_message_to_itself() {
-        let response = answered(async { panic!("secret") }, Duration::from_secs(5)).await;
+    #[test]
+    fn a_panic_is_a_500_that_keeps_its_message_to_itself() {
+        let response = panicked(Box::new("secret"));
         assert_eq!(response.status(), StatusCode::INTERNAL_SERVER_ERROR);
         let problem = response.extensions().get::<Problem>().unwrap();
         assert!(!String::from_utf8(problem.json("/x")).unwrap().contains("secret"));

@@ -50,6 +50,8 @@ pub enum ApiError {
     RangeNotSatisfiable {
         /// How many bytes there are.
         len: u64,
+        /// Whether the object has encoded forms, so that a cache must tell requests apart.
+        varies: bool,
     },
     /// It took too long.
     TimedOut,
@@ -171,7 +173,7 @@ impl ApiError {
                 "The header fields are too long",
                 "send up to 16384 bytes of header fields".to_owned(),
             ),
-            Self::RangeNotSatisfiable { len } => (
+            Self::RangeNotSatisfiable { len, .. } => (
                 S::RANGE_NOT_SATISFIABLE,
                 "range-not-satisfiable",
                 "No part of the range lies inside the object",
@@ -218,11 +220,14 @@ impl ApiError {
 impl IntoResponse for ApiError {
     fn into_response(self) -> Response<Body> {
         let content_range = match &self {
-            Self::RangeNotSatisfiable { len } => HeaderValue::try_from(format!("bytes */{len}")).ok(),
+            Self::RangeNotSatisfiable { len, .. } => HeaderValue::try_from(format!("bytes */{len}")).ok(),
             _ => None,
         };
         let retry = matches!(self, Self::TimedOut | Self::Unavailable(_));
-        let varies = matches!(self, Self::NotAcceptable);
+        let varies = matches!(
+            self,
+            Self::NotAcceptable | Self::RangeNotSatisfiable { varies: true, .. }
+        );
         let problem = self.problem();
         let mut response = Response::new(Body::empty());
         *response.status_mut() = problem.status;

@@ -7,6 +7,7 @@
 use std::{
     collections::VecDeque,
     convert::Infallible,
+    mem,
     ops::Range,
     pin::Pin,
     task::{Context, Poll},
@@ -15,14 +16,15 @@ use std::{
 use axum::{
     body::{Body, HttpBody},
     extract::State,
-    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
+    http::{HeaderMap, HeaderName, HeaderValue, Method, Request, StatusCode, header},
     response::{IntoResponse, Response},
 };
 use belvedere_scene::BlobName;
-use bytes::{Buf, Bytes};
+use bytes::Bytes;
 use hyper::body::{Frame, SizeHint};
 
 use super::{
+    around,
     conditional::{self, Verdict},
     error::ApiError,
     extract::Path,
@@ -47,6 +49,22 @@ pub(super) async fn object(
         life: Life::Immutable,
     }
     .answer(&method, &headers)
+    .map(|response| response.map(Body::new))
+}
+
+/// The same without waiting, when the object is in memory and nothing about the request needs an explanation.
+pub(super) fn object_in_memory<B>(blobs: &BlobStore, request: &Request<B>) -> Option<Response<BlobBody>> {
+    if !matches!(*request.method(), Method::GET | Method::HEAD) {
+        return None;
+    }
+    let name = request.uri().path().strip_prefix("/o/")?.parse().ok()?;
+    let forms = blobs.in_memory(&name)?;
+    let response = BlobResponse {
+        name: &name,
+        forms: &forms,
+        life: Life::Immutable,
+    };
+    response.answer(request.method(), request.headers()).ok()
 }
 
 /// How long an answer may be kept.
@@ -62,6 +80,37 @@ pub(super) enum Life {
 pub(super) const CURRENT: HeaderValue = HeaderValue::from_static("public, max-age=2, stale-while-revalidate=30");
 const IMMUTABLE: HeaderValue = HeaderValue::from_static("public, max-age=31536000, immutable");
 
+/// The header fields of one form as an immutable object, complete: made once, cloned for each answer.
+#[derive(Debug)]
+struct Heads {
+    whole: HeaderMap,
+    /// Of a 304.
+    unchanged: HeaderMap,
+}
+
+impl Heads {
+    fn of(name: &BlobName, forms: &Representations, coding: Option<Coding>) -> Self {
+        let form = forms.of(coding).expect("heads are made of stored forms");
+        // With room for what a slice adds.
+        let mut unchanged = HeaderMap::with_capacity(16);
+        let etag = HeaderValue::from_maybe_shared(form.etag.clone()).expect("a tag is quoted hex digits");
+        unchanged.insert(header::ETAG, etag);
+        unchanged.insert(header::CACHE_CONTROL, IMMUTABLE);
+        if forms.has_variants() {
+            insert(&mut unchanged, header::VARY, "Accept-Encoding");
+        }
+        around::for_everybody(&mut unchanged);
+        let mut whole = unchanged.clone();
+        insert(&mut whole, header::CONTENT_TYPE, media_type(name.ext()));
+        insert(&mut whole, header::ACCEPT_RANGES, "bytes");
+        if let Some(coding) = coding {
+            insert(&mut whole, header::CONTENT_ENCODING, coding.token());
+        }
+        whole.insert(header::CONTENT_LENGTH, form.bytes.len().into());
+        Self { whole, unchanged }
+    }
+}
+
 /// A blob and how it is to be sent.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BlobResponse<'a> {
@@ -72,7 +121,7 @@ pub(super) struct BlobResponse<'a> {
 
 impl BlobResponse<'_> {
     /// Answers a GET or HEAD.
-    pub(super) fn answer(&self, method: &Method, headers: &HeaderMap) -> Result<Response, ApiError> {
+    pub(super) fn answer(&self, method: &Method, headers: &HeaderMap) -> Result<Response<BlobBody>, ApiError> {
         let identity = &self.forms.identity;
         let len = identity.bytes.len() as u64;
         // A range means the identity, and HEAD has none (RFC 9110 §14.2).
@@ -93,69 +142,48 @@ impl BlobResponse<'_> {
             _ => None,
         };
         let form = self.forms.of(coding).expect("only stored forms are chosen");
-        match conditional::evaluate(headers, &form.etag) {
-            Verdict::Failed => return Err(ApiError::PreconditionFailed),
-            Verdict::NotModified => return Ok((StatusCode::NOT_MODIFIED, self.common(form)).into_response()),
-            Verdict::Proceed => {}
-        }
-        match asked {
-            Asked::Whole => Ok(self.whole(form, coding)),
-            Asked::One(slice) => Ok(self.slice(slice)),
-            Asked::Many(slices) => Ok(self.slices(&slices)),
-            Asked::Nothing => {
-                let mut refused = ApiError::RangeNotSatisfiable { len }.into_response();
-                if self.forms.has_variants() {
-                    insert(refused.headers_mut(), header::VARY, "Accept-Encoding");
-                }
-                Ok(refused)
+        let heads = form.derived.get_or_make(|| Heads::of(self.name, self.forms, coding));
+        let mut response = match (conditional::evaluate(headers, &form.etag), asked) {
+            (Verdict::Failed, _) => return Err(ApiError::PreconditionFailed),
+            (Verdict::NotModified, _) => {
+                respond(StatusCode::NOT_MODIFIED, heads.unchanged.clone(), BlobBody::default())
             }
-        }
-    }
-
-    /// What a 304 has as well.
-    fn common(&self, form: &Representation) -> HeaderMap {
-        let mut headers = HeaderMap::with_capacity(16);
-        let etag = HeaderValue::from_maybe_shared(form.etag.clone()).expect("a tag is quoted hex digits");
-        headers.insert(header::ETAG, etag);
-        match self.life {
-            Life::Immutable => headers.insert(header::CACHE_CONTROL, IMMUTABLE),
-            Life::Current => headers.insert(header::CACHE_CONTROL, CURRENT),
+            (Verdict::Proceed, Asked::Whole) => self.whole(heads, form),
+            (Verdict::Proceed, Asked::One(slice)) => self.slice(heads, slice),
+            (Verdict::Proceed, Asked::Many(slices)) => self.slices(heads, &slices),
+            (Verdict::Proceed, Asked::Nothing) => {
+                let varies = self.forms.has_variants();
+                return Err(ApiError::RangeNotSatisfiable { len, varies });
+            }
         };
         if self.life == Life::Current {
+            let headers = response.headers_mut();
+            headers.insert(header::CACHE_CONTROL, CURRENT);
             let location = HeaderValue::try_from(self.name.url()).expect("a blob's URL is hex digits and an extension");
             headers.insert(header::CONTENT_LOCATION, location);
         }
-        if self.forms.has_variants() {
-            insert(&mut headers, header::VARY, "Accept-Encoding");
+        if *method == Method::HEAD {
+            *response.body_mut() = BlobBody::default();
         }
-        headers
+        Ok(response)
     }
 
-    fn whole(&self, form: &Representation, coding: Option<Coding>) -> Response {
-        let mut headers = self.common(form);
-        insert(&mut headers, header::CONTENT_TYPE, media_type(self.name.ext()));
-        insert(&mut headers, header::ACCEPT_RANGES, "bytes");
-        if let Some(coding) = coding {
-            insert(&mut headers, header::CONTENT_ENCODING, coding.token());
-        }
-        headers.insert(header::CONTENT_LENGTH, form.bytes.len().into());
-        (StatusCode::OK, headers, Body::from(form.bytes.clone())).into_response()
+    fn whole(&self, heads: &Heads, form: &Representation) -> Response<BlobBody> {
+        respond(StatusCode::OK, heads.whole.clone(), BlobBody::One(form.bytes.clone()))
     }
 
-    fn slice(&self, slice: Range<u64>) -> Response {
+    fn slice(&self, heads: &Heads, slice: Range<u64>) -> Response<BlobBody> {
         let form = &self.forms.identity;
-        let mut headers = self.common(form);
-        insert(&mut headers, header::CONTENT_TYPE, media_type(self.name.ext()));
-        insert(&mut headers, header::ACCEPT_RANGES, "bytes");
+        let mut headers = heads.whole.clone();
         let content_range = content_range(&slice, form.bytes.len());
         let content_range = HeaderValue::try_from(content_range).expect("digits and punctuation");
         headers.insert(header::CONTENT_RANGE, content_range);
         headers.insert(header::CONTENT_LENGTH, (slice.end - slice.start).into());
-        let body = Body::from(form.bytes.slice(slice.start as usize..slice.end as usize));
-        (StatusCode::PARTIAL_CONTENT, headers, body).into_response()
+        let body = BlobBody::One(form.bytes.slice(slice.start as usize..slice.end as usize));
+        respond(StatusCode::PARTIAL_CONTENT, headers, body)
     }
 
-    fn slices(&self, slices: &[Range<u64>]) -> Response {
+    fn slices(&self, heads: &Heads, slices: &[Range<u64>]) -> Response<BlobBody> {
         let form = &self.forms.identity;
         // Derived from the content's own hash, which nothing can contain but by breaking SHA-256.
         let boundary = format!("belvedere-{}", &self.name.hash().to_string()[..40]);
@@ -170,16 +198,15 @@ impl BlobResponse<'_> {
             parts.push_back(form.bytes.slice(slice.start as usize..slice.end as usize));
         }
         parts.push_back(format!("\r\n--{boundary}--\r\n").into());
-        let body = Parted(parts);
-        let mut headers = self.common(form);
+        let body = BlobBody::Many(parts);
+        let mut headers = heads.whole.clone();
         let content_type = HeaderValue::try_from(format!("multipart/byteranges; boundary={boundary}"));
         headers.insert(
             header::CONTENT_TYPE,
             content_type.expect("a boundary is letters and digits"),
         );
-        insert(&mut headers, header::ACCEPT_RANGES, "bytes");
         headers.insert(header::CONTENT_LENGTH, body.len().into());
-        (StatusCode::PARTIAL_CONTENT, headers, Body::new(body)).into_response()
+        respond(StatusCode::PARTIAL_CONTENT, headers, body)
     }
 }
 
@@ -225,26 +252,50 @@ pub(super) fn media_type(ext: &str) -> &'static str {
     }
 }
 
-/// A body of several slices that are sent without being copied together.
-#[derive(Debug)]
-struct Parted(VecDeque<Bytes>);
+fn respond(status: StatusCode, headers: HeaderMap, body: BlobBody) -> Response<BlobBody> {
+    let mut response = Response::new(body);
+    *response.status_mut() = status;
+    *response.headers_mut() = headers;
+    response
+}
 
-impl Parted {
-    fn len(&self) -> u64 {
-        self.0.iter().map(|part| part.remaining() as u64).sum()
+/// A body of slices that are sent without being copied together.
+#[derive(Debug, Default)]
+pub(super) enum BlobBody {
+    #[default]
+    Empty,
+    One(Bytes),
+    Many(VecDeque<Bytes>),
+}
+
+impl BlobBody {
+    /// How many bytes are still to be sent.
+    pub(super) fn len(&self) -> u64 {
+        match self {
+            Self::Empty => 0,
+            Self::One(bytes) => bytes.len() as u64,
+            Self::Many(parts) => parts.iter().map(|part| part.len() as u64).sum(),
+        }
     }
 }
 
-impl HttpBody for Parted {
+impl HttpBody for BlobBody {
     type Data = Bytes;
     type Error = Infallible;
 
     fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
-        Poll::Ready(self.0.pop_front().map(|part| Ok(Frame::data(part))))
+        let next = match &mut *self {
+            Self::Many(parts) => parts.pop_front(),
+            one => match mem::take(one) {
+                Self::One(bytes) => Some(bytes),
+                _ => None,
+            },
+        };
+        Poll::Ready(next.map(|part| Ok(Frame::data(part))))
     }
 
     fn is_end_stream(&self) -> bool {
-        self.0.is_empty()
+        self.len() == 0
     }
 
     fn size_hint(&self) -> SizeHint {

@@ -8,7 +8,7 @@ use std::{
 
 use axum::{
     extract::State,
-    http::header,
+    http::{StatusCode, header},
     response::{IntoResponse, Response},
 };
 use prometheus_client::{
@@ -22,7 +22,7 @@ use prometheus_client::{
     registry::{Registry, Unit},
 };
 
-use super::error::ApiError;
+use super::{error::ApiError, routes::IMMUTABLE_OBJECT};
 use crate::store::BlobStore;
 
 /// Counters of one server. Cheap to clone.
@@ -35,11 +35,20 @@ struct Inner {
     registry: Registry,
     requests: Family<RequestLabels, Counter>,
     seconds: Family<RouteLabel, Histogram>,
+    immutable: Immutable,
     sent_bytes: Counter,
     cache_hits: Counter,
     cache_misses: Counter,
     cache_bytes: Gauge,
     connections: Gauge,
+}
+
+/// The counters of immutable objects from memory, looked up once: a label lookup costs more than the answer.
+struct Immutable {
+    whole: Counter,
+    slices: Counter,
+    unchanged: Counter,
+    seconds: Histogram,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
@@ -62,7 +71,7 @@ impl fmt::Debug for Metrics {
 impl Default for Metrics {
     fn default() -> Self {
         let mut registry = Registry::with_prefix("belvedere");
-        let requests = Family::default();
+        let requests = Family::<RequestLabels, Counter>::default();
         let seconds = Family::<RouteLabel, Histogram>::new_with_constructor(|| {
             Histogram::new(exponential_buckets(0.0001, 4.0, 9))
         });
@@ -88,8 +97,17 @@ impl Default for Metrics {
         registry.register("blob_cache_misses", "Blobs read from the store", cache_misses.clone());
         registry.register("blob_cache_bytes", "Bytes of blobs in memory", cache_bytes.clone());
         registry.register("http_connections", "Open connections", connections.clone());
+        let route = IMMUTABLE_OBJECT;
+        let answered = |status| requests.get_or_create_owned(&RequestLabels { route, status });
+        let immutable = Immutable {
+            whole: answered(200),
+            slices: answered(206),
+            unchanged: answered(304),
+            seconds: seconds.get_or_create_owned(&RouteLabel { route }),
+        };
         Self {
             inner: Arc::new(Inner {
+                immutable,
                 registry,
                 requests,
                 seconds,
@@ -117,6 +135,19 @@ impl Metrics {
     pub(super) fn connection(&self) -> OpenConnection {
         self.inner.connections.inc();
         OpenConnection(self.inner.connections.clone())
+    }
+
+    /// An immutable object was answered from memory.
+    pub(super) fn immutable(&self, status: StatusCode, body_bytes: u64, took: Duration) {
+        let immutable = &self.inner.immutable;
+        match status {
+            StatusCode::PARTIAL_CONTENT => &immutable.slices,
+            StatusCode::NOT_MODIFIED => &immutable.unchanged,
+            _ => &immutable.whole,
+        }
+        .inc();
+        immutable.seconds.observe(took.as_secs_f64());
+        self.inner.sent_bytes.inc_by(body_bytes);
     }
 
     pub(super) fn request(&self, route: &'static str, status: u16, body_bytes: u64, took: Duration) {

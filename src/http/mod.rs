@@ -7,7 +7,7 @@
 //! * `extract`, `error`: how requests are read, and the one shape of every error.
 //! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes.
 //! * `queries`: cells, objects and what is visible.
-//! * `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
+//! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
 //! * [`accept`]: the accept loop with its limits and its end.
 
 pub mod accept;
@@ -17,6 +17,7 @@ mod cors;
 mod documents;
 mod error;
 mod extract;
+pub mod front;
 mod health;
 mod immutable;
 mod metrics;

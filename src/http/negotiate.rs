@@ -122,10 +122,7 @@ mod tests {
     use crate::store::Representation;
 
     fn forms(variants: bool) -> Representations {
-        let form = || Representation {
-            bytes: Bytes::new(),
-            etag: Bytes::new(),
-        };
+        let form = || Representation::new(Bytes::new(), Bytes::new());
         Representations {
             identity: form(),
             zstd: variants.then(form),

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use axum::{
+    body::Body,
     extract::State,
     http::{HeaderMap, Method},
     response::Response,
@@ -160,6 +161,7 @@ async fn blob(blobs: &BlobStore, name: &BlobName, method: &Method, headers: &Hea
         life: Life::Current,
     }
     .answer(method, headers)
+    .map(|response| response.map(Body::new))
 }
 
 fn json<T: Serialize>(headers: &HeaderMap, published: &Published, answer: &T) -> Result<Response, ApiError> {

@@ -1,7 +1,9 @@
-//! When has a connection gone quiet? When no byte has moved in either direction for a while.
+//! When has a connection gone quiet? When no byte has moved in either direction for a while, or when the peer has been
+//! talking for long without having said enough for an answer.
 //!
-//! Covers what hyper's own timer does not: a client that connects and says nothing, and one that stops reading in the
-//! middle of a body. Progress only notes the time; the timer is re-armed when it fires, not on every byte.
+//! So it covers a client that connects and says nothing, one that says its head or its body byte by byte, and one that
+//! stops reading in the middle of an answer. Progress only notes the time; the timer is re-armed when it fires, not on
+//! every byte or request, so a limit may be overrun by the shorter of the two.
 
 use std::{
     io,
@@ -15,37 +17,64 @@ use tokio::{
     time::{Instant, Sleep},
 };
 
-/// Fails with `TimedOut` when nothing has moved for `limit`.
+/// How long a peer is waited for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patience {
+    /// While no byte moves.
+    pub(super) quiet: Duration,
+    /// From the first byte read after the last one written to the next one written.
+    pub(super) answer: Duration,
+}
+
+impl Patience {
+    fn shorter(&self) -> Duration {
+        self.quiet.min(self.answer)
+    }
+}
+
+/// Fails with `TimedOut` when patience has ended.
 #[derive(Debug)]
 pub(super) struct Quiet<T> {
     io: T,
-    limit: Duration,
+    patience: Patience,
     last_progress: Instant,
+    asked_since: Option<Instant>,
     timer: Pin<Box<Sleep>>,
 }
 
 impl<T> Quiet<T> {
-    pub(super) fn new(io: T, limit: Duration) -> Self {
+    pub(super) fn new(io: T, patience: Patience) -> Self {
         Self {
             io,
-            limit,
+            patience,
             last_progress: Instant::now(),
-            timer: Box::pin(tokio::time::sleep(limit)),
+            asked_since: None,
+            timer: Box::pin(tokio::time::sleep(patience.shorter())),
         }
     }
 
-    /// Notes progress, or fails when there has been none for too long.
-    fn watch<R>(&mut self, polled: Poll<io::Result<R>>, cx: &mut Context<'_>) -> Poll<io::Result<R>> {
-        if polled.is_ready() {
-            self.last_progress = Instant::now();
-            return polled;
-        }
+    fn has_read(&mut self) {
+        self.last_progress = Instant::now();
+        self.asked_since.get_or_insert(self.last_progress);
+    }
+
+    fn has_written(&mut self) {
+        self.last_progress = Instant::now();
+        self.asked_since = None;
+    }
+
+    /// Fails when there has been no progress for too long.
+    fn wait<R>(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<R>> {
         while self.timer.as_mut().poll(cx).is_ready() {
-            let due = self.last_progress + self.limit;
-            if due <= Instant::now() {
+            let (now, quiet) = (Instant::now(), self.last_progress + self.patience.quiet);
+            let due = match self.asked_since {
+                Some(since) => quiet.min(since + self.patience.answer),
+                None => quiet,
+            };
+            if due <= now {
                 return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
             }
-            self.timer.as_mut().reset(due);
+            self.timer.as_mut().reset(due.min(now + self.patience.shorter()));
         }
         Poll::Pending
     }
@@ -54,14 +83,22 @@ impl<T> Quiet<T> {
 impl<T: AsyncRead + Unpin> AsyncRead for Quiet<T> {
     fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         let polled = Pin::new(&mut self.io).poll_read(cx, buf);
-        self.watch(polled, cx)
+        if polled.is_pending() {
+            return self.wait(cx);
+        }
+        self.has_read();
+        polled
     }
 }
 
 impl<T: AsyncWrite + Unpin> AsyncWrite for Quiet<T> {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let polled = Pin::new(&mut self.io).poll_write(cx, bytes);
-        self.watch(polled, cx)
+        if polled.is_pending() {
+            return self.wait(cx);
+        }
+        self.has_written();
+        polled
     }
 
     fn poll_write_vectored(
@@ -70,7 +107,11 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Quiet<T> {
         slices: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
         let polled = Pin::new(&mut self.io).poll_write_vectored(cx, slices);
-        self.watch(polled, cx)
+        if polled.is_pending() {
+            return self.wait(cx);
+        }
+        self.has_written();
+        polled
     }
 
     fn is_write_vectored(&self) -> bool {
@@ -93,11 +134,15 @@ mod tests {
     use super::*;
 
     const LIMIT: Duration = Duration::from_secs(1);
+    const PATIENCE: Patience = Patience {
+        quiet: LIMIT,
+        answer: Duration::from_secs(10),
+    };
 
     #[tokio::test]
     async fn silence_ends_the_connection_and_progress_keeps_it() {
         let (mut far, near) = tokio::io::duplex(16);
-        let mut near = Quiet::new(near, LIMIT);
+        let mut near = Quiet::new(near, PATIENCE);
         for _ in 0..15 {
             tokio::time::sleep(LIMIT / 10).await;
             far.write_all(b"x").await.unwrap();
@@ -110,8 +155,32 @@ mod tests {
     #[tokio::test]
     async fn a_reader_that_stops_reading_is_given_up() {
         let (_far, near) = tokio::io::duplex(16);
-        let mut near = Quiet::new(near, LIMIT);
+        let mut near = Quiet::new(near, PATIENCE);
         let stuck = near.write_all(&[0; 64]).await.unwrap_err();
         assert_eq!(stuck.kind(), io::ErrorKind::TimedOut);
+    }
+
+    #[tokio::test]
+    async fn a_peer_that_talks_without_end_and_never_gets_an_answer_is_given_up() {
+        let (mut far, near) = tokio::io::duplex(16);
+        let patience = Patience {
+            quiet: Duration::from_secs(60),
+            answer: LIMIT,
+        };
+        let mut near = Quiet::new(near, patience);
+        let talking = tokio::spawn(async move {
+            while far.write_all(b"x").await.is_ok() {
+                tokio::time::sleep(LIMIT / 50).await;
+            }
+        });
+        let ended = loop {
+            if let Err(error) = near.read_u8().await {
+                break error;
+            }
+            tokio::time::sleep(LIMIT / 100).await;
+        };
+        assert_eq!(ended.kind(), io::ErrorKind::TimedOut);
+        drop(near);
+        talking.await.unwrap();
     }
 }

@@ -5,6 +5,8 @@ use axum::{
     routing::{MethodRouter, get},
 };
 
+use tower_http::catch_panic::CatchPanicLayer;
+
 use super::{AppState, around, documents, error::ApiError, health, immutable, metrics, openapi, queries, viewer};
 
 /// The routes and their handlers.
@@ -20,7 +22,7 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
         ("/v1/scenes/{scene}/objects", get(queries::objects)),
         ("/v1/scenes/{scene}/objects/{object}", get(queries::object)),
         ("/v1/scenes/{scene}/objects/{object}/lods/{level}", get(queries::level)),
-        ("/o/{name}", get(immutable::object)),
+        (IMMUTABLE_OBJECT, get(immutable::object)),
         ("/healthz", get(health::alive)),
         ("/readyz", get(health::ready)),
         ("/metrics", get(metrics::metrics)),
@@ -29,7 +31,7 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
     ]
 }
 
-/// The service of one server.
+/// The routes with what happens around them.
 pub fn router(state: AppState) -> Router {
     let routes = table()
         .into_iter()
@@ -37,6 +39,7 @@ pub fn router(state: AppState) -> Router {
     routes
         .fallback(viewer::file)
         .method_not_allowed_fallback(async || ApiError::MethodNotAllowed)
+        .layer(CatchPanicLayer::custom(around::panicked))
         .layer(middleware::from_fn_with_state(state.clone(), around::around))
         .with_state(state)
 }
@@ -44,9 +47,12 @@ pub fn router(state: AppState) -> Router {
 /// What no route template covers, in metrics and in the log.
 pub(super) const UNMATCHED: &str = "unmatched";
 
+/// The template of immutable objects.
+pub(super) const IMMUTABLE_OBJECT: &str = "/o/{name}";
+
 /// The templates, as they label metrics.
 pub(super) const TEMPLATES: [&str; 16] = [
-    "/o/{name}",
+    IMMUTABLE_OBJECT,
     "/v1/scenes",
     "/v1/scenes/index.json",
     "/v1/scenes/{scene}",

@@ -26,9 +26,10 @@ const PLACEHOLDER: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-
 in <code>viewer/</code>, then build the server again. What is published: <a href=\"/v1/scenes\">/v1/scenes</a>; \
 what can be asked: <a href=\"/openapi.json\">/openapi.json</a>.</p></html>";
 
-/// three.js needs no `eval`; decoders run in workers made from blobs; textures and GLBs come as blobs.
-const CONTENT_SECURITY_POLICY: &str = "default-src 'self'; script-src 'self' blob:; worker-src 'self' blob:; \
-connect-src 'self' blob: data:; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; font-src 'self' data:; \
+/// three.js needs no `eval`, but mesh decoders are WebAssembly, which has a keyword of its own. Some decoders run in
+/// workers made from blobs; textures and GLBs come as blobs.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'self'; script-src 'self' blob: 'wasm-unsafe-eval'; \
+worker-src 'self' blob:; connect-src 'self' blob: data:; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; font-src 'self' data:; \
 object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
 
 /// The viewer's files by path, for a static tree; empty when the program was built without the viewer.

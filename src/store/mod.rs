@@ -16,10 +16,11 @@
 mod coding;
 
 use std::{
+    any::Any,
     collections::BTreeMap,
     path::Path,
     sync::{
-        Arc,
+        Arc, OnceLock,
         atomic::{AtomicU64, Ordering},
     },
 };
@@ -101,12 +102,41 @@ pub enum PutOutcome {
 }
 
 /// One stored form of a blob.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Representation {
     /// The bytes as they go over the wire.
     pub bytes: Bytes,
     /// The strong entity tag with its quotes: `"{hash}"`, `"{hash}-zstd"` or `"{hash}-gzip"`.
     pub etag: Bytes,
+    /// What whoever sends this form has worked out once.
+    pub derived: Derived,
+}
+
+impl Representation {
+    /// A form from which nothing is derived yet.
+    #[must_use]
+    pub fn new(bytes: Bytes, etag: Bytes) -> Self {
+        Self {
+            bytes,
+            etag,
+            derived: Derived::default(),
+        }
+    }
+}
+
+/// A value that a reader derives from a stored form; it is kept as long as the form is in memory.
+#[derive(Debug, Default)]
+pub struct Derived(OnceLock<Box<dyn Any + Send + Sync>>);
+
+impl Derived {
+    /// The derived value, made at the first call.
+    ///
+    /// # Panics
+    /// When it was made as another type: one form has one kind of reader.
+    pub fn get_or_make<T: Any + Send + Sync>(&self, make: impl FnOnce() -> T) -> &T {
+        let made = self.0.get_or_init(|| Box::new(make()));
+        made.downcast_ref().expect("one form has one kind of reader")
+    }
 }
 
 /// Every stored form of one blob.
@@ -173,8 +203,8 @@ struct ByBytes;
 
 impl Weighter<BlobName, Arc<Representations>> for ByBytes {
     fn weight(&self, _: &BlobName, forms: &Arc<Representations>) -> u64 {
-        /// Names, tags and the cache's own entry.
-        const OVERHEAD_BYTES: u64 = 512;
+        /// Names, tags, what is derived from each form, and the cache's own entry.
+        const OVERHEAD_BYTES: u64 = 4096;
         forms.bytes() + OVERHEAD_BYTES
     }
 }
@@ -351,6 +381,14 @@ impl BlobStore {
         }
     }
 
+    /// A blob if it is in memory: no waiting and, if it is not, no trace.
+    #[must_use]
+    pub fn in_memory(&self, name: &BlobName) -> Option<Arc<Representations>> {
+        let forms = self.inner.cache.get(name)?;
+        self.inner.hits.fetch_add(1, Ordering::Relaxed);
+        Some(forms)
+    }
+
     /// Whether the store is there and can be read.
     ///
     /// # Errors
@@ -390,16 +428,10 @@ impl BlobStore {
                 return Ok(None);
             }
             let bytes = self.read(&variant_key(name, coding)).await.map_err(Some)?;
-            Ok(bytes.map(|bytes| Representation {
-                bytes,
-                etag: format!("\"{}-{}\"", name.hash(), coding.token()).into(),
-            }))
+            Ok(bytes.map(|bytes| Representation::new(bytes, format!("\"{}-{}\"", name.hash(), coding.token()).into())))
         };
         Ok(Arc::new(Representations {
-            identity: Representation {
-                bytes: identity,
-                etag: format!("\"{}\"", name.hash()).into(),
-            },
+            identity: Representation::new(identity, format!("\"{}\"", name.hash()).into()),
             zstd: variant(Coding::Zstd).await?,
             gzip: variant(Coding::Gzip).await?,
         }))

@@ -204,9 +204,8 @@ async fn the_front_page_is_a_page_with_a_policy() {
         (200, Some("text/html; charset=utf-8"))
     );
     assert_eq!(page.header("cache-control"), Some("no-cache"));
-    assert!(
-        page.header("content-security-policy")
-            .unwrap()
-            .contains("default-src 'self'")
-    );
+    let policy = page.header("content-security-policy").unwrap();
+    for directive in ["default-src 'self'", "script-src 'self' blob: 'wasm-unsafe-eval'"] {
+        assert!(policy.contains(directive), "{policy}");
+    }
 }

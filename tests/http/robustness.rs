@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use belvedere::config::Settings;
+use belvedere_scene::BlobName;
 use http_body_util::{BodyExt, Empty};
 use hyper_util::rt::{TokioExecutor, TokioIo};
 use tokio::{
@@ -11,8 +12,8 @@ use tokio::{
 };
 
 use crate::{
-    scene::Server,
-    wire::{get, parse, raw, send},
+    scene::{Server, glb},
+    wire::{Answer, get, parse, raw, send},
 };
 
 #[tokio::test]
@@ -167,4 +168,182 @@ async fn connections_over_the_limit_wait_their_turn() {
     assert!(!second.is_finished());
     drop(first);
     assert_eq!(second.await.unwrap(), 200);
+}
+
+/// Addresses of immutable objects, spelt in ways that must not lead anywhere else.
+#[tokio::test]
+async fn escapes_in_the_name_of_an_object_lead_nowhere() {
+    let server = Server::start().await;
+    let name = BlobName::of(&glb(), "glb").unwrap().to_string();
+    let escaped = name.replace('.', "%2e");
+    for path in [
+        "/o/..%2f..%2fetc%2fpasswd",
+        "/o/%2e%2e/%2e%2e/catalogue.db",
+        "/o/../catalogue.db",
+        "/o/belvedere-store",
+        "/o/%00",
+        "/o/",
+        &format!("/o//{name}"),
+        &format!("/o/{name}/"),
+        &format!("/o/{name}%00"),
+        &format!("/o/{}", name.to_uppercase()),
+    ] {
+        assert_eq!(get(server.address, path).await.problem()["status"], 404, "{path}");
+    }
+    assert_eq!(get(server.address, "/o/%ff").await.problem()["status"], 400);
+    assert_eq!(get(server.address, &format!("/o/{escaped}")).await.body, glb());
+}
+
+#[tokio::test]
+async fn old_and_absolute_forms_of_a_request_are_understood() {
+    let server = Server::start().await;
+    let name = BlobName::of(&glb(), "glb").unwrap();
+    for request in [
+        format!("GET {} HTTP/1.0\r\n\r\n", name.url()),
+        format!(
+            "GET http://elsewhere{} HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n",
+            name.url()
+        ),
+    ] {
+        // Once from the store, once from memory.
+        for _ in 0..2 {
+            let answer = parse(&raw(server.address, request.as_bytes()).await);
+            assert_eq!((answer.status, answer.body), (200, glb()), "{request}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_head_has_the_fields_of_the_get_and_no_body() {
+    let server = Server::start().await;
+    let url = BlobName::of(&glb(), "glb").unwrap().url();
+    for headers in [[("Range", "bytes=0-9")], [("Accept-Encoding", "zstd")]] {
+        let whole = send(
+            server.address,
+            "GET",
+            &url,
+            &headers[..usize::from(headers[0].0 != "Range")],
+        )
+        .await;
+        for _ in 0..2 {
+            let head = send(server.address, "HEAD", &url, &headers).await;
+            assert_eq!((head.status, head.body.len()), (200, 0));
+            for field in [
+                "content-length",
+                "etag",
+                "content-type",
+                "cache-control",
+                "content-encoding",
+            ] {
+                assert_eq!(head.header(field), whole.header(field), "{field}");
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn endless_lists_in_fields_are_answered_or_refused_at_once() {
+    let server = Server::start().await;
+    let url = BlobName::of(&glb(), "glb").unwrap().url();
+    let ranges = |n: usize| format!("bytes={}", vec!["0-0"; n].join(","));
+    let tags = |n: usize| vec!["\"x\""; n].join(", ");
+    let accept = |n: usize| vec!["gzip;q=0.5"; n].join(",");
+    for (field, value, expected) in [
+        ("Range", ranges(3_000), 200),
+        ("Range", ranges(1_000_000), 431),
+        ("If-None-Match", tags(2_000), 200),
+        ("If-None-Match", tags(100_000), 431),
+        ("Accept-Encoding", accept(1_000), 200),
+    ] {
+        let answer = send(server.address, "GET", &url, &[(field, &value)]).await;
+        assert_eq!(answer.status, expected, "{field} with {} bytes", value.len());
+    }
+    let query = format!("{url}?{}", "x".repeat(1 << 20));
+    let answer = get(server.address, &query).await;
+    assert!((400..500).contains(&answer.status), "{}", answer.status);
+    assert_eq!(get(server.address, "/healthz").await.status, 200);
+}
+
+#[tokio::test]
+async fn queries_that_cannot_be_read_are_told_what_is_wrong() {
+    let server = Server::start().await;
+    for (path, detail) in [
+        ("/v1/scenes/row/cells", "`at`"),
+        ("/v1/scenes/row/cells?at=%ff%fe", "UTF-8"),
+        ("/v1/scenes/row/cells?at=1,2,3&at=1,2,3", "more than once"),
+        ("/v1/scenes/row/cells/c0/visible?limit=0", "1 to 1000"),
+        ("/v1/scenes/row/objects", "`bbox`"),
+    ] {
+        let problem = get(server.address, path).await.problem();
+        assert_eq!(problem["status"], 400, "{path}");
+        assert!(problem["detail"].as_str().unwrap().contains(detail), "{problem}");
+    }
+}
+
+#[tokio::test]
+async fn many_silent_connections_do_not_keep_others_out() {
+    let server = Server::start().await;
+    let mut silent = vec![];
+    for i in 0..400 {
+        let mut stream = TcpStream::connect(server.address).await.unwrap();
+        if i % 2 == 0 {
+            stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: ").await.unwrap();
+        }
+        silent.push(stream);
+    }
+    assert_eq!(get(server.address, "/healthz").await.status, 200);
+    drop(silent);
+}
+
+#[tokio::test]
+async fn a_request_id_comes_back_and_an_error_always_has_one() {
+    let server = Server::start().await;
+    let url = BlobName::of(&glb(), "glb").unwrap().url();
+    for path in ["/v1/scenes", &url, &url, "/v1/scenes/none"] {
+        let answer = send(server.address, "GET", path, &[("X-Request-Id", "walk-7")]).await;
+        assert_eq!(answer.header("x-request-id"), Some("walk-7"), "{path}");
+    }
+    assert!(
+        get(server.address, "/v1/scenes/none")
+            .await
+            .header("x-request-id")
+            .is_some()
+    );
+    assert!(get(server.address, &url).await.header("x-request-id").is_none());
+}
+
+#[tokio::test]
+async fn an_object_from_memory_is_answered_like_one_from_the_store() {
+    let server = Server::start().await;
+    let url = BlobName::of(&glb(), "glb").unwrap().url();
+    let etag = format!("\"{}\"", BlobName::of(&glb(), "glb").unwrap().hash());
+    for headers in [
+        vec![],
+        vec![("Range", "bytes=1-2")],
+        vec![("Range", "bytes=1-2,5-6")],
+        vec![("If-None-Match", etag.as_str())],
+    ] {
+        // A request id takes the long way.
+        let traced: Vec<_> = headers.iter().copied().chain([("X-Request-Id", "1")]).collect();
+        let long = send(server.address, "GET", &url, &traced).await;
+        let short = send(server.address, "GET", &url, &headers).await;
+        assert_eq!((long.status, &long.body), (short.status, &short.body));
+        let fields = |answer: &Answer| {
+            let mut fields: Vec<_> = answer
+                .fields()
+                .filter(|(n, _)| !["date", "x-request-id"].contains(n))
+                .collect();
+            fields.sort_unstable();
+            fields
+                .into_iter()
+                .map(|(n, v)| (n.to_owned(), v.to_owned()))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(fields(&long), fields(&short));
+    }
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    for (status, count) in [(200, 2), (206, 4), (304, 2)] {
+        let line = format!("belvedere_http_requests_total{{route=\"/o/{{name}}\",status=\"{status}\"}} {count}\n");
+        assert!(metrics.contains(&line), "no {line} in {metrics}");
+    }
 }

@@ -54,11 +54,11 @@ impl Default for SampledSettings {
 }
 
 impl SampledSettings {
-    /// Settings for many cells: as hard as possible while all cells together cast no more than about 200 million
+    /// Settings for many cells: as hard as possible while all cells together cast no more than about 100 million
     /// rays, but never less than 40,000 for each.
     #[must_use]
     pub fn for_cells(cells: usize) -> Self {
-        const ALL_RAYS: usize = 200_000_000;
+        const ALL_RAYS: usize = 100_000_000;
         let each = (ALL_RAYS / cells.max(1)).clamp(40_000, 400_000);
         Self {
             rays_per_cell: each as u32,

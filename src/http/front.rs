@@ -1,0 +1,65 @@
+//! Who answers? Immutable objects that are in memory are answered at once; everything else takes the router.
+//!
+//! Most requests are for such objects, and beside two system calls each the router's own work would show. The short
+//! way has no `await`, hence no time limit, and takes only what needs no explanation: errors, first reads and requests
+//! that are traced go the long way, where the same code answers them.
+
+use std::{convert::Infallible, sync::Arc, time::Instant};
+
+use axum::{Router, body::Body, http::Request, response::Response};
+use http_body_util::Either;
+use hyper::body::Incoming;
+use tower::ServiceExt;
+
+use super::{
+    AppState, around,
+    immutable::{self, BlobBody},
+    routes,
+};
+
+/// The service of one server. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Front(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    state: AppState,
+    router: Router,
+}
+
+impl Front {
+    /// Serves what this state knows.
+    #[must_use]
+    pub fn new(state: AppState) -> Self {
+        let router = routes::router(state.clone());
+        Self(Arc::new(Inner { state, router }))
+    }
+
+    /// The state that requests are answered from.
+    pub(super) fn state(&self) -> &AppState {
+        &self.0.state
+    }
+
+    pub(super) async fn answer(
+        self,
+        request: Request<Incoming>,
+    ) -> Result<Response<Either<BlobBody, Body>>, Infallible> {
+        if let Some(response) = self.at_once(&request) {
+            return Ok(response.map(Either::Left));
+        }
+        let response = self.0.router.clone().oneshot(request.map(Body::new)).await?;
+        Ok(response.map(Either::Right))
+    }
+
+    fn at_once(&self, request: &Request<Incoming>) -> Option<Response<BlobBody>> {
+        let traced = request.headers().contains_key(around::X_REQUEST_ID) || tracing::enabled!(tracing::Level::DEBUG);
+        if traced || around::refused(request).is_some() {
+            return None;
+        }
+        let started = Instant::now();
+        let response = immutable::object_in_memory(&self.0.state.blobs, request)?;
+        let metrics = &self.0.state.metrics;
+        metrics.immutable(response.status(), response.body().len(), started.elapsed());
+        Some(response)
+    }
+}
