@@ -12,7 +12,8 @@ end_all() {
 trap end_all EXIT
 
 serve_museum() {
-  cargo build --locked --quiet
+  # All targets, so that what `cargo test` has built is used: without them dependencies lose features and are built again.
+  cargo build --locked --workspace --all-targets --quiet
   belvedere="${CARGO_TARGET_DIR:-target}/debug/belvedere"
   data="$work/data"
   "$belvedere" demo --listen 127.0.0.1:0 --data "$data" >"$work/serve.out" 2>"$work/serve.err" &
