@@ -5,11 +5,9 @@
 pub enum ImportError {
     /// Not a format that is read here.
     #[error(
-        "{file}: this is {found}; give a glTF 2.0 file (.glb, or .gltf with its files), a .zip that holds one, or a floor plan (.plan)"
+        "this is {found}; give a glTF 2.0 file (.glb, or .gltf with its files), a .zip that holds one, or a floor plan (.plan)"
     )]
     UnknownFormat {
-        /// The file's name as given.
-        file: String,
         /// What it looks like.
         found: String,
     },

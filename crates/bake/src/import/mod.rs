@@ -181,10 +181,7 @@ impl Document {
                 })
             }
             Format::Zip => Err(ImportError::Zip(format!("\"{file_name}\" in it is an archive again"))),
-            Format::Other(found) => Err(ImportError::UnknownFormat {
-                file: file_name.to_owned(),
-                found,
-            }),
+            Format::Other(found) => Err(ImportError::UnknownFormat { found }),
         }
     }
 
