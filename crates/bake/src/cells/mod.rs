@@ -51,7 +51,8 @@ pub struct CellSettings {
     pub max_cells: usize,
     /// A plane splits a cell when at least this share of it is wall.
     pub wall_share: f64,
-    /// Without viewpoints, enclosed spaces of at least this share of the free volume are kept.
+    /// Without viewpoints, enclosed spaces of at least this share of the free volume are kept, unless they are the
+    /// inside of something solid.
     pub min_enclosed_share: f64,
 }
 
@@ -134,7 +135,7 @@ pub fn build(
     voxels.block(world, progress)?;
     step()?;
     let seeds: Vec<_> = viewpoints.iter().map(|p| world.relative(*p)).collect();
-    voxels.reach(&seeds, settings.min_enclosed_share);
+    voxels.reach(world, &seeds, settings.min_enclosed_share);
     step()?;
     // Where a handful of objects stand, a cell more tells nobody more.
     let worthwhile = world.object_bounds().len().max(FEW_CELLS);

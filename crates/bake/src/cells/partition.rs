@@ -17,9 +17,9 @@ const MIN_WALL: f64 = 4.0;
 /// A scene without walls is cut into about this many boxes along its longest edge.
 const BOXES_ALONG: f32 = 8.0;
 /// A box that holds a smaller share of reached space than this, as along a slanted wall, is halved …
-const MIN_FILL: f64 = 0.5;
+const MIN_FILL: f64 = 0.6;
 /// … unless its longest edge is at most this, in the same.
-const MIN_HALVED: f32 = 6.0;
+const MIN_HALVED: f32 = 3.0;
 /// How much a split through the middle is preferred over one at the side, in shares of wall.
 const BALANCE: f64 = 0.1;
 /// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.

@@ -22,6 +22,10 @@ const MIN_ROOM_VOXELS: u64 = 8;
 const SHRINK: f32 = 0.01;
 /// The share of a voxel face's edge that must stay clear of a face for it not to be blocked.
 const FACE_CORE: f32 = 0.5;
+/// So many places of an enclosed space are asked whether they lie behind surfaces instead of before them …
+const PROBED_PLACES: u64 = 64;
+/// … and with this share of looks ending on a back that is not drawn, the space is the inside of something solid.
+const SOLID_SHARE: f64 = 0.8;
 /// Triangles between two looks at whether to stop.
 const CANCEL_EVERY: usize = 4096;
 
@@ -166,9 +170,9 @@ impl<'a> Voxels<'a> {
         self.fill_box(corners, high);
     }
 
-    /// Marks what can be reached: from the seeds, or, without any, all open space and large enclosed spaces. When
-    /// nothing at all is free, everything counts as reached, so that there is always a place for an eye.
-    pub(super) fn reach(&mut self, seeds: &[Vec3], min_enclosed_share: f64) {
+    /// Marks what can be reached: from the seeds, or, without any, all open space and large enclosed spaces that are not
+    /// the inside of something solid. When nothing at all is free, everything counts as reached, so that there is always a place for an eye.
+    pub(super) fn reach(&mut self, world: &World, seeds: &[Vec3], min_enclosed_share: f64) {
         let (labels, spaces) = self.spaces();
         let fits = |space: &Space| space.voxels >= MIN_ROOM_VOXELS || space.open;
         let free = |index: usize| spaces.get(labels[index] as usize).is_some_and(fits);
@@ -180,8 +184,9 @@ impl<'a> Voxels<'a> {
         }
         if !kept.contains(&true) {
             let total: f64 = spaces.iter().map(|space| space.volume_m3).sum();
-            for (kept, space) in kept.iter_mut().zip(&spaces) {
-                *kept = space.open || space.volume_m3 >= min_enclosed_share * total;
+            for (label, space) in spaces.iter().enumerate() {
+                let large = space.volume_m3 >= min_enclosed_share * total;
+                kept[label] = space.open || (large && !self.is_inside_a_solid(world, &labels, label as u32, space));
             }
         }
         let nothing = !kept.contains(&true);
@@ -190,6 +195,34 @@ impl<'a> Voxels<'a> {
                 *bits |= REACHED;
             }
         }
+    }
+
+    /// Whether looks from a space mostly end on backs of faces that are drawn from their front only: rock around a cave,
+    /// masonry between rooms. Nobody stands there, and whoever did would see through everything.
+    fn is_inside_a_solid(&self, world: &World, labels: &[u32], label: u32, space: &Space) -> bool {
+        let every = (space.voxels / PROBED_PLACES).max(1) as usize;
+        let places = (0..labels.len()).filter(|index| labels[*index] == label).step_by(every);
+        let (mut looks, mut backs) = (0u32, 0u32);
+        let mut passed = Vec::new();
+        for index in places {
+            let voxel = self.voxel(index);
+            let end = [0, 1, 2].map(|axis| voxel[axis] + 1);
+            let [min, max] = self.grid.bounds(&IndexBox { min: voxel, max: end });
+            let eye = min.midpoint(max);
+            // Off the axes, so that no look runs along a wall.
+            for direction in [Vec3::new(1.0, 0.23, 0.37), Vec3::new(-0.31, 1.0, 0.19), Vec3::new(0.29, -0.17, 1.0)] {
+                for direction in [direction, -direction] {
+                    let end = world.cast(eye, direction, f32::INFINITY, &mut passed);
+                    let nearest = passed.iter().chain(&end).min_by(|a, b| a.t.total_cmp(&b.t));
+                    if let Some(hit) = nearest {
+                        let face = &world.triangles()[hit.triangle as usize];
+                        looks += 1;
+                        backs += u32::from(face.hides() && !face.hides_from(eye));
+                    }
+                }
+            }
+        }
+        f64::from(backs) > SOLID_SHARE * f64::from(looks)
     }
 
     /// The space each voxel belongs to, `u32::MAX` for solid ones.
