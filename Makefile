@@ -1,5 +1,5 @@
 # Two commands: `make demo` shows the built-in world, `make test` checks everything. Both say what is missing.
-# `just`-style helpers stand below them.
+# What they are made of stands below.
 
 CARGO ?= cargo
 NPM ?= npm
@@ -9,7 +9,9 @@ DATA ?= data
 .PHONY: demo test check viewer tools test-rust test-viewer test-browser test-api bless clean
 
 ## Build, bake the built-in world, serve it and print the address.
-demo: viewer
+demo:
+	@tests/tools/require.sh cargo cc node npm
+	@$(MAKE) --no-print-directory viewer
 	$(CARGO) run --release --locked -- demo --listen $(LISTEN) --data $(DATA)
 
 ## Every test: format, lints, unit, property, golden, end-to-end, a real browser, the API against its description.

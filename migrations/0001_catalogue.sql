@@ -1,7 +1,7 @@
 -- The catalogue: which scenes there are, which revisions each has had, and which blobs each revision needs.
 -- Blobs themselves are files in the store, named by their content; nothing here is needed to serve one.
 
--- One immutable bake of a scene. Rows are added and removed, never changed.
+-- One immutable bake of a scene. Publishing the same one again only makes it the newest.
 CREATE TABLE revisions (
     scene       TEXT    NOT NULL,
     revision    TEXT    NOT NULL,

@@ -25,7 +25,8 @@ pub(super) struct Args {
     #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
     data: PathBuf,
     /// The most memory that the decoded source may take, in MiB; a source that claims more is refused
-    #[arg(long, default_value_t = Limits::default().memory_bytes >> 20)]
+    #[arg(long, default_value_t = Limits::default().memory_bytes >> 20,
+        value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     memory_mib: u64,
     /// Threads to use; by default one for each core
     #[arg(long)]

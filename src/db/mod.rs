@@ -89,7 +89,8 @@ impl Catalogue {
         sqlx::query(
             "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES (?, ?, ?, ?, ?, ?) \
              ON CONFLICT DO UPDATE SET pointer = excluded.pointer, source_key = excluded.source_key, \
-             sources = excluded.sources, report = excluded.report",
+             sources = excluded.sources, report = excluded.report, \
+             published_at = strftime('%Y-%m-%dT%H:%M:%fZ', 'now')",
         )
         .bind(scene)
         .bind(&revision)

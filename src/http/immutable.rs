@@ -247,6 +247,7 @@ pub(super) fn media_type(ext: &str) -> &'static str {
         "png" => "image/png",
         "jpg" | "jpeg" => "image/jpeg",
         "webp" => "image/webp",
+        "avif" => "image/avif",
         "ktx2" => "image/ktx2",
         _ => "application/octet-stream",
     }

@@ -55,10 +55,21 @@ impl BakeInput {
         }
     }
 
-    fn read(&self) -> anyhow::Result<(Vec<u8>, SourceFolder)> {
+    /// The main file, which may take what `limits` let the whole source take, and the folder beside it.
+    fn read(&self, limits: &Limits) -> anyhow::Result<(Vec<u8>, SourceFolder)> {
         match self {
             Self::File(path) => {
-                let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+                let cannot = || format!("cannot read {}", path.display());
+                let about = std::fs::metadata(path).with_context(cannot)?;
+                anyhow::ensure!(about.is_file(), "{} is not a regular file", path.display());
+                anyhow::ensure!(
+                    about.len() <= limits.memory_bytes,
+                    "{} has {} bytes; the limit is {} (--memory-mib)",
+                    path.display(),
+                    about.len(),
+                    limits.memory_bytes,
+                );
+                let bytes = std::fs::read(path).with_context(cannot)?;
                 Ok((bytes, SourceFolder::beside(path)))
             }
             Self::BuiltIn { text, .. } => Ok((text.as_bytes().to_vec(), SourceFolder::none())),
@@ -153,7 +164,7 @@ struct Baked {
 
 fn run(request: Request, sink: &StoreSink, progress: &BakeProgress) -> anyhow::Result<Baked> {
     let file_name = request.input.file_name();
-    let (bytes, files) = request.input.read()?;
+    let (bytes, files) = request.input.read(&request.limits)?;
     let main_file = (file_name.clone(), BlobHash::of(&bytes).to_string());
     let main_bytes = bytes.len() as u64;
     let imported = import::import(&file_name, bytes, &files, &request.limits, progress)
@@ -177,7 +188,7 @@ fn run(request: Request, sink: &StoreSink, progress: &BakeProgress) -> anyhow::R
     let mut defects = imported.defects;
     let written = belvedere_bake::bake(source, &request.settings, &mut defects, sink, progress)?;
     let sources = std::iter::once(main_file)
-        .chain(read.into_iter().map(|f| (f.name, f.hash.to_string())))
+        .chain(read.into_iter().map(|f| (f.name, known(f.hash))))
         .collect();
     Ok(Baked {
         written,
@@ -200,7 +211,7 @@ async fn unchanged(data: &DataFolder, request: &Request, key: &str) -> anyhow::R
     let Some(baked) = data.catalogue().baked(&request.scene).await? else {
         return Ok(None);
     };
-    if baked.source_key != key || !same_files(&request.input, &baked.sources)? {
+    if baked.source_key != key || !same_files(request, &baked.sources)? {
         return Ok(None);
     }
     for (blob, _) in data
@@ -219,17 +230,22 @@ async fn unchanged(data: &DataFolder, request: &Request, key: &str) -> anyhow::R
     }))
 }
 
-fn same_files(input: &BakeInput, sources: &[(String, String)]) -> anyhow::Result<bool> {
+fn same_files(request: &Request, sources: &[(String, String)]) -> anyhow::Result<bool> {
     let Some(((main, main_hash), beside)) = sources.split_first() else {
         return Ok(false);
     };
-    let (bytes, files) = input.read()?;
-    if *main != input.file_name() || *main_hash != BlobHash::of(&bytes).to_string() {
+    let (bytes, files) = request.input.read(&request.limits)?;
+    if *main != request.input.file_name() || *main_hash != BlobHash::of(&bytes).to_string() {
         return Ok(false);
     }
     Ok(beside
         .iter()
-        .all(|(name, hash)| files.hash_of(name).is_some_and(|now| now.to_string() == *hash)))
+        .all(|(name, hash)| known(files.hash_of(name)) == *hash))
+}
+
+/// How the catalogue notes a file: its hash, or that it could not be read.
+fn known(hash: Option<BlobHash>) -> String {
+    hash.map_or_else(|| "absent".to_owned(), |hash| hash.to_string())
 }
 
 fn report(pointer: &Pointer, baked: &Baked, seconds: std::collections::BTreeMap<&'static str, f64>) -> Report {

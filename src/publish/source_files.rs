@@ -17,11 +17,12 @@ pub(crate) struct SourceFolder {
     read: Mutex<Vec<ReadFile>>,
 }
 
-/// A file that was read.
+/// A file that was asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct ReadFile {
     pub(crate) name: String,
-    pub(crate) hash: BlobHash,
+    /// `None` when it could not be read: adding it later changes the result.
+    pub(crate) hash: Option<BlobHash>,
     pub(crate) bytes: u64,
 }
 
@@ -46,7 +47,7 @@ impl SourceFolder {
         }
     }
 
-    /// Every file that was read, in order.
+    /// Every file that was asked for, in order.
     pub(crate) fn into_read(self) -> Vec<ReadFile> {
         self.read
             .into_inner()
@@ -88,16 +89,17 @@ impl SourceFolder {
 
 impl SourceFiles for SourceFolder {
     fn read(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
-        let bytes = self.open(relative, max_bytes)?;
+        let opened = self.open(relative, max_bytes);
+        let bytes = opened.as_deref().unwrap_or_default();
         let file = ReadFile {
             name: relative.to_owned(),
-            hash: BlobHash::of(&bytes),
+            hash: opened.is_ok().then(|| BlobHash::of(bytes)),
             bytes: bytes.len() as u64,
         };
         self.read
             .lock()
             .expect("no thread panics while it holds this lock")
             .push(file);
-        Ok(bytes)
+        opened
     }
 }

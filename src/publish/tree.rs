@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use tokio::io::AsyncWriteExt;
 use belvedere_scene::{
     SceneName,
     pointer::{Pointer, SceneList},
@@ -42,6 +43,7 @@ pub(crate) async fn write(
     to: &Path,
     mut wrote: impl FnMut(u64, u64),
 ) -> anyhow::Result<TreeReport> {
+    let _no_gc = data.lock_for_writing()?;
     let baked = data.catalogue().baked(scene).await?;
     let pointer = baked.with_context(|| no_such_scene(scene))?.pointer;
     let blobs = data.catalogue().blobs_of(scene, pointer.revision).await?;
@@ -104,7 +106,12 @@ async fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().with_context(cannot)?;
     tokio::fs::create_dir_all(folder).await.with_context(cannot)?;
     let mut half_done = PathBuf::from(path).into_os_string();
-    half_done.push(".new");
-    tokio::fs::write(&half_done, bytes).await.with_context(cannot)?;
-    tokio::fs::rename(&half_done, path).await.with_context(cannot)
+    half_done.push(format!(".{}.new", std::process::id()));
+    let mut file = tokio::fs::File::create(&half_done).await.with_context(cannot)?;
+    file.write_all(bytes).await.with_context(cannot)?;
+    file.sync_all().await.with_context(cannot)?;
+    drop(file);
+    tokio::fs::rename(&half_done, path).await.with_context(cannot)?;
+    // The rename itself must outlive a loss of power.
+    tokio::fs::File::open(folder).await.with_context(cannot)?.sync_all().await.with_context(cannot)
 }

@@ -57,7 +57,7 @@ impl Coding {
 
 /// Whether a blob of this kind can be expected to shrink. Pictures are entropy-coded already.
 pub(super) fn worth_trying(ext: &str) -> bool {
-    !matches!(ext, "png" | "jpg" | "jpeg" | "webp" | "ktx2")
+    !matches!(ext, "png" | "jpg" | "jpeg" | "webp" | "avif" | "ktx2")
 }
 
 /// At least 5 %: less would not pay for one more copy in every cache.

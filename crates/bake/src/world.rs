@@ -21,7 +21,7 @@ use obvhs::{
     ray::{Ray, RayHit},
 };
 
-use crate::source::{Material, Primitive, SourceObject, SourceScene, Topology};
+use crate::source::{Material, Primitive, Role, SourceObject, SourceScene, Topology};
 
 #[cfg(test)]
 mod tests;
@@ -386,7 +386,11 @@ fn flatten(scene: &SourceScene, object: &SourceObject, index: u32, origin: DVec3
     let matrix = &object.world_from_object;
     let mirrored = matrix.determinant() < 0.0;
     for primitive in &scene.models[object.model].primitives {
-        let hides = hides(primitive.material.map(|m| &scene.materials[m]));
+        // Until records know doors, an open door must hide nothing.
+        let hides = match object.role {
+            Role::Door => 0,
+            Role::Ordinary => hides(primitive.material.map(|m| &scene.materials[m])),
+        };
         out.extend(primitive.triangles().map(|corners| {
             let mut corners = corners.map(|p| (transformed(matrix, p) - origin).as_vec3());
             if mirrored {

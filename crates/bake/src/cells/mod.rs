@@ -51,7 +51,7 @@ pub struct CellSettings {
     pub max_cells: usize,
     /// A plane splits a cell when at least this share of it is wall.
     pub wall_share: f64,
-    /// Without viewpoints, enclosed spaces of at least this share of the free volume are kept, unless they are the
+    /// Without viewpoints, enclosed spaces of at least this share of the free volume, or of a small room's, are kept, unless they are the
     /// inside of something solid.
     pub min_enclosed_share: f64,
 }
@@ -110,7 +110,7 @@ impl CellGraph {
 }
 
 /// So many cells a scene may have however few objects it holds.
-const FEW_CELLS: usize = 64;
+const FEW_CELLS: usize = 128;
 
 /// Cuts the free space of a world into cells. Viewpoints are in world space; where there are none, all open space
 /// and every large enclosed space counts as reachable.

@@ -1,7 +1,7 @@
 //! Which boxes is the reachable space cut into?
 //!
 //! A k-d partition, best first: the box with the largest wall in it is split next, along that wall, or, when no plane of
-//! it is wall and it is too large or mostly unreachable, near its middle. A box without reachable voxels is dropped; what is left is
+//! it is mostly wall and it is too large or mostly unreachable, along whatever wall it has, or near its middle. A box without reachable voxels is dropped; what is left is
 //! shrunk to its reachable voxels and then grown by one voxel where a slanted surface leaves half-filled voxels.
 
 use std::{cmp::Ordering, collections::BinaryHeap};
@@ -26,7 +26,7 @@ const BALANCE: f64 = 0.1;
 const MIN_SECTION: f64 = 0.5;
 
 /// Halving a box where there is no wall is worth this share of the section in wall.
-const HALVING_WORTH: f64 = 0.25;
+const HALVING_WORTH: f64 = 0.02;
 
 struct Node {
     voxels: IndexBox,
@@ -229,7 +229,7 @@ fn wall_in(
     sections: &[Vec<Section>; 3],
     settings: &CellSettings,
 ) -> Option<(f64, Plane)> {
-    let min_wall_m2 = MIN_WALL * f64::from(voxels.grid.scale_m()).powi(2);
+    let min_wall_m2 = min_wall_m2(voxels);
     let [min, max] = voxels.grid.bounds(within);
     let size = (max - min).as_dvec3();
     let mut best: Option<(f64, f64, Plane)> = None;
@@ -249,8 +249,9 @@ fn wall_in(
     best.map(|(_, wall_m2, plane)| (wall_m2, plane))
 }
 
-/// A plane near the middle of a box that is too large or mostly unreachable. It is worth as much as a wall that covers
-/// [`HALVING_WORTH`] of it.
+/// How a box is cut that is too large or mostly unreachable: along the largest wall in it, be that ever so small a share
+/// of the plane, as a house is on a lawn; without any wall near its middle, which is worth [`HALVING_WORTH`] of the
+/// section.
 fn halving_of(
     voxels: &Voxels,
     within: &IndexBox,
@@ -264,14 +265,32 @@ fn halving_of(
     let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
     let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
     let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
-    let sparse = (max - min)[axis] > MIN_HALVED * grid.scale_m()
-        && filled_m3(voxels, within) < MIN_FILL * size.element_product();
-    let divisible = within.max[axis] - within.min[axis] > 1 && (excess(axis) > 1.0 || sparse);
-    divisible.then(|| {
-        let index = middle(voxels, within, axis, &sections[axis]);
-        let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
-        (HALVING_WORTH * full_m2, Plane { axis, index })
-    })
+    let sparse =
+        (max - min)[axis] > MIN_HALVED * grid.scale_m() && filled_m3(voxels, within) < MIN_FILL * size.element_product();
+    if within.max[axis] - within.min[axis] <= 1 || !(excess(axis) > 1.0 || sparse) {
+        return None;
+    }
+    let walls = (0..3).flat_map(|axis| {
+        let planes = sections[axis].iter().enumerate().skip(1);
+        planes.map(move |(offset, section)| (section.wall_m2, axis, offset))
+    });
+    let largest = walls.max_by(|a, b| a.0.total_cmp(&b.0).then((b.1, b.2).cmp(&(a.1, a.2))));
+    match largest {
+        Some((wall_m2, axis, offset)) if wall_m2 >= min_wall_m2(voxels) => {
+            let index = within.min[axis] + offset;
+            Some((wall_m2, Plane { axis, index }))
+        }
+        _ => {
+            let index = middle(voxels, within, axis, &sections[axis]);
+            let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
+            Some((HALVING_WORTH * full_m2, Plane { axis, index }))
+        }
+    }
+}
+
+/// The least area of a wall.
+fn min_wall_m2(voxels: &Voxels) -> f64 {
+    MIN_WALL * f64::from(voxels.grid.scale_m()).powi(2)
 }
 
 /// The plane of the middle third with the most wall, else the nearest to the middle.

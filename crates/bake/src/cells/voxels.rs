@@ -18,6 +18,8 @@ const REACHED: u8 = 16;
 const WALL: [u8; 3] = [2, 4, 8];
 /// An enclosed space of fewer voxels than this is no place to stand: the inside of a thing.
 const MIN_ROOM_VOXELS: u64 = 8;
+/// An enclosed space of so many cubic metres is a room, however large the scene is.
+const MIN_ROOM_M3: f64 = 6.0;
 /// The share of a voxel's edge by which its inside is smaller.
 const SHRINK: f32 = 0.01;
 /// The share of a voxel face's edge that must stay clear of a face for it not to be blocked.
@@ -183,9 +185,10 @@ impl<'a> Voxels<'a> {
             }
         }
         if !kept.contains(&true) {
+            let min_room_m3 = MIN_ROOM_M3 * f64::from(self.grid.metre()).powi(3);
             let total: f64 = spaces.iter().map(|space| space.volume_m3).sum();
             for (label, space) in spaces.iter().enumerate() {
-                let large = space.volume_m3 >= min_enclosed_share * total;
+                let large = space.volume_m3 >= (min_enclosed_share * total).min(min_room_m3);
                 kept[label] = space.open || (large && !self.is_inside_a_solid(world, &labels, label as u32, space));
             }
         }

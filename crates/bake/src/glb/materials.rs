@@ -102,6 +102,7 @@ impl<'a> MaterialTable<'a> {
 fn picture_extension(uri: &str) -> Option<&'static str> {
     match uri.rsplit_once('.').map(|(_, ext)| ext) {
         Some("webp") => Some("EXT_texture_webp"),
+        Some("avif") => Some("EXT_texture_avif"),
         Some("ktx2") => Some("KHR_texture_basisu"),
         _ => None,
     }

@@ -11,7 +11,6 @@ use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
 use super::{ImportError, Limits, materials};
-use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::{Role, SourceModel, SourceObject, SourceScene};
 
@@ -103,6 +102,10 @@ impl<'a> Assembly<'_, 'a> {
         let own_weights = item.member("weights").is_some() && self.has_targets(mesh, &mesh_item);
         let weighted = if own_weights { item } else { &mesh_item };
         if let Some(skin) = skin {
+            if item.value.pointer("/extensions/EXT_mesh_gpu_instancing").is_some() {
+                let kind = "instances of a skinned mesh: only one is published";
+                self.reader.defects.note(kind, 1, || item.place.clone());
+            }
             let read = self.read_mesh(&mesh_item, weighted, true)?;
             let vertices: usize = read.iter().map(|r| r.primitive.positions.len()).sum();
             self.reader
@@ -174,9 +177,8 @@ impl<'a> Assembly<'_, 'a> {
             .claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
         let name = shared.name.clone();
         self.reader.budget.claim(name.len(), 1, || node.name.clone())?;
-        // What becomes degenerate by flattening is no defect of the mesh.
-        let unnoted = &mut Defects::default();
-        match flatten(&shared.primitives, world_from_object, (unnoted, &node.name)) {
+        let flattened = flatten(&shared.primitives, world_from_object, (&mut self.reader.defects, &node.name));
+        match flattened {
             Some(placed) if !placed.primitives.is_empty() => {
                 self.reader
                     .defects

@@ -110,8 +110,7 @@ fn remap_textures(
 }
 
 fn is_texture_reference(key: &str, value: &Value) -> bool {
-    let named = key.ends_with("Texture") || key == "texture";
-    named && value.as_object().is_some_and(|o| o.contains_key("index"))
+    key.ends_with("Texture") && value.as_object().is_some_and(|o| o.contains_key("index"))
 }
 
 fn texture_index(
