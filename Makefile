@@ -24,7 +24,7 @@ check: viewer
 	cd viewer && $(NPM) run check
 
 test-rust: viewer
-	$(CARGO) test --locked --workspace
+	$(CARGO) test --locked --workspace --no-fail-fast
 
 test-viewer: viewer
 	cd viewer && $(NPM) test

@@ -1,5 +1,6 @@
 # Sourced by the other scripts: builds the program, bakes the built-in museum and serves it on a free port.
-# Afterwards `belvedere`, `data`, `base` and `work` are set; everything started is ended on exit.
+# Afterwards `belvedere`, `data`, `base` and `work` are set; everything started is ended on exit. The baked museum is
+# kept for the next script, until the program is built anew.
 
 work=$(mktemp -d)
 ended=()
@@ -14,14 +15,16 @@ trap end_all EXIT
 serve_museum() {
   # All targets, so that what `cargo test` has built is used: without them dependencies lose features and are built again.
   cargo build --locked --workspace --all-targets --quiet
-  belvedere="${CARGO_TARGET_DIR:-target}/debug/belvedere"
-  data="$work/data"
+  local target="${CARGO_TARGET_DIR:-target}"
+  belvedere="$target/debug/belvedere"
+  data="$target/museum"
+  if [ "$belvedere" -nt "$data/built" ]; then rm -rf "$data"; fi
   "$belvedere" demo --listen 127.0.0.1:0 --data "$data" >"$work/serve.out" 2>"$work/serve.err" &
   local server=$!
   also_end "$server"
   for _ in $(seq 3000); do
     base=$(grep -o 'http://127\.0\.0\.1:[0-9]*' "$work/serve.out" | head -1 || true)
-    [ -n "$base" ] && return
+    [ -n "$base" ] && { touch "$data/built"; return; }
     kill -0 "$server" 2>/dev/null || { cat "$work/serve.err" >&2; exit 1; }
     sleep 0.1
   done
