@@ -238,9 +238,7 @@ fn same_files(request: &Request, sources: &[(String, String)]) -> anyhow::Result
     if *main != request.input.file_name() || *main_hash != BlobHash::of(&bytes).to_string() {
         return Ok(false);
     }
-    Ok(beside
-        .iter()
-        .all(|(name, hash)| known(files.hash_of(name)) == *hash))
+    Ok(beside.iter().all(|(name, hash)| known(files.hash_of(name)) == *hash))
 }
 
 /// How the catalogue notes a file: its hash, or that it could not be read.

@@ -4,11 +4,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use tokio::io::AsyncWriteExt;
 use belvedere_scene::{
     SceneName,
     pointer::{Pointer, SceneList},
 };
+use tokio::io::AsyncWriteExt;
 
 use super::data::DataFolder;
 use crate::{
@@ -113,5 +113,10 @@ async fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     drop(file);
     tokio::fs::rename(&half_done, path).await.with_context(cannot)?;
     // The rename itself must outlive a loss of power.
-    tokio::fs::File::open(folder).await.with_context(cannot)?.sync_all().await.with_context(cannot)
+    tokio::fs::File::open(folder)
+        .await
+        .with_context(cannot)?
+        .sync_all()
+        .await
+        .with_context(cannot)
 }

@@ -265,8 +265,8 @@ fn halving_of(
     let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
     let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
     let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
-    let sparse =
-        (max - min)[axis] > MIN_HALVED * grid.scale_m() && filled_m3(voxels, within) < MIN_FILL * size.element_product();
+    let sparse = (max - min)[axis] > MIN_HALVED * grid.scale_m()
+        && filled_m3(voxels, within) < MIN_FILL * size.element_product();
     if within.max[axis] - within.min[axis] <= 1 || !(excess(axis) > 1.0 || sparse) {
         return None;
     }

@@ -213,7 +213,11 @@ impl<'a> Voxels<'a> {
             let [min, max] = self.grid.bounds(&IndexBox { min: voxel, max: end });
             let eye = min.midpoint(max);
             // Off the axes, so that no look runs along a wall.
-            for direction in [Vec3::new(1.0, 0.23, 0.37), Vec3::new(-0.31, 1.0, 0.19), Vec3::new(0.29, -0.17, 1.0)] {
+            for direction in [
+                Vec3::new(1.0, 0.23, 0.37),
+                Vec3::new(-0.31, 1.0, 0.19),
+                Vec3::new(0.29, -0.17, 1.0),
+            ] {
                 for direction in [direction, -direction] {
                     let end = world.cast(eye, direction, f32::INFINITY, &mut passed);
                     let nearest = passed.iter().chain(&end).min_by(|a, b| a.t.total_cmp(&b.t));

@@ -177,7 +177,11 @@ impl<'a> Assembly<'_, 'a> {
             .claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
         let name = shared.name.clone();
         self.reader.budget.claim(name.len(), 1, || node.name.clone())?;
-        let flattened = flatten(&shared.primitives, world_from_object, (&mut self.reader.defects, &node.name));
+        let flattened = flatten(
+            &shared.primitives,
+            world_from_object,
+            (&mut self.reader.defects, &node.name),
+        );
         match flattened {
             Some(placed) if !placed.primitives.is_empty() => {
                 self.reader
