@@ -10,7 +10,7 @@ async fn main() -> ExitCode {
     match commands::run(Cli::parse()).await {
         Ok(()) => ExitCode::SUCCESS,
         Err(cause) => {
-            eprintln!("belvedere: {cause:#}");
+            eprintln!("belvedere: {}", commands::sentence(&cause));
             ExitCode::FAILURE
         }
     }

@@ -28,9 +28,12 @@ pub(super) struct Args {
     #[arg(long, default_value_t = Limits::default().memory_bytes >> 20,
         value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     memory_mib: u64,
-    /// Threads to use; by default one for each core
+    /// Bake even when neither the source nor the settings have changed
     #[arg(long)]
-    threads: Option<usize>,
+    again: bool,
+    /// Threads to use, up to 256; by default one for each core
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -38,7 +41,9 @@ pub(super) struct Args {
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(threads))
+            .build_global()?;
     }
     let data = DataFolder::open(&args.data).await?;
     let request = Request {
@@ -46,6 +51,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         title: args.title,
         input: BakeInput::File(args.file),
         settings: BakeSettings::default(),
+        again: args.again,
         limits: Limits {
             memory_bytes: args.memory_mib << 20,
             ..Limits::default()

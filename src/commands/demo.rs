@@ -25,6 +25,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         },
         settings: belvedere_bake::BakeSettings::default(),
         limits: belvedere_bake::import::Limits::default(),
+        again: false,
     };
     let report = bake_until_interrupted(&data, request, false).await?;
     print(&summary(&report))?;

@@ -36,6 +36,22 @@ enum Command {
     Openapi,
 }
 
+/// An error with its causes, outermost first; a cause that was already told is not told again.
+#[must_use]
+pub fn sentence(error: &anyhow::Error) -> String {
+    let mut told = String::new();
+    for cause in error.chain().map(ToString::to_string).filter(|cause| !cause.is_empty()) {
+        if !told.contains(&cause) {
+            told = if told.is_empty() {
+                cause
+            } else {
+                format!("{told}: {cause}")
+            };
+        }
+    }
+    told
+}
+
 /// Runs what was asked for.
 ///
 /// # Errors

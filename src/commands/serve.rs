@@ -68,6 +68,7 @@ pub async fn serve(
     let catalogue = Catalogue::open(&config.data).await?;
     let blobs = BlobStore::open_folder(&config.data, config.cache_bytes).await?;
     let publications = Publications::follow(catalogue.clone(), blobs.clone(), config.poll, shutdown.clone()).await?;
+    let nothing_yet = publications.current().scenes.is_empty();
     let listener = TcpListener::bind(config.listen).await.with_context(|| {
         format!(
             "cannot listen on {}; choose another address with --listen",
@@ -83,6 +84,9 @@ pub async fn serve(
             timeout: config.request_timeout,
         },
     });
+    if nothing_yet {
+        tracing::info!(data = %config.data.display(), "nothing is published yet; `belvedere bake FILE --scene NAME` does that");
+    }
     on_listen(listener.local_addr().context("the listening socket has no address")?);
     serve_connections(listener, front, config.connections, shutdown).await;
     Ok(())

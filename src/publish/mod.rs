@@ -36,6 +36,8 @@ pub(crate) struct Request {
     pub(crate) input: BakeInput,
     pub(crate) settings: BakeSettings,
     pub(crate) limits: Limits,
+    /// Bake even when nothing has changed.
+    pub(crate) again: bool,
 }
 
 /// Where the source is.
@@ -130,7 +132,9 @@ impl From<Defect> for DefectReport {
 pub(crate) async fn bake(data: &DataFolder, request: Request, progress: Arc<BakeProgress>) -> anyhow::Result<Report> {
     let _no_gc = data.lock_for_writing()?;
     let key = source_key(&request);
-    if let Some(report) = unchanged(data, &request, &key).await? {
+    if !request.again
+        && let Some(report) = unchanged(data, &request, &key).await?
+    {
         return Ok(report);
     }
     let scene = request.scene.clone();
@@ -214,12 +218,12 @@ async fn unchanged(data: &DataFolder, request: &Request, key: &str) -> anyhow::R
     if baked.source_key != key || !same_files(request, &baked.sources)? {
         return Ok(None);
     }
-    for (blob, _) in data
+    for (blob, bytes) in data
         .catalogue()
         .blobs_of(&request.scene, baked.pointer.revision)
         .await?
     {
-        if !data.store().exists(&blob).await? {
+        if data.store().stored_bytes(&blob).await? != Some(bytes) {
             return Ok(None);
         }
     }

@@ -43,7 +43,9 @@ const MARKER: &str = "belvedere-store";
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum StoreError {
     /// The stored bytes are not those that the name promises.
-    #[error("blob {name} is damaged: its {bytes} stored bytes hash to {found}; delete the file and publish again")]
+    #[error(
+        "blob {name} is damaged: its {bytes} stored bytes hash to {found}; delete the file and bake its scene again"
+    )]
     Corrupt {
         /// The blob.
         name: BlobName,
@@ -314,12 +316,12 @@ impl BlobStore {
         Ok(true)
     }
 
-    /// Whether a blob is stored.
+    /// How many bytes are stored of a blob; `None` when there is no such blob.
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn exists(&self, name: &BlobName) -> Result<bool, StoreError> {
-        Ok(self.stored_len(name).await?.is_some())
+    pub async fn stored_bytes(&self, name: &BlobName) -> Result<Option<u64>, StoreError> {
+        self.stored_len(name).await
     }
 
     /// Removes a blob with its variants; removing what is not there is no error.

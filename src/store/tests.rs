@@ -81,7 +81,7 @@ async fn bytes_cannot_be_stored_under_a_name_that_is_not_theirs() {
         store.put(&name, text(2)).await,
         Err(StoreError::Misnamed { .. })
     ));
-    assert!(!store.exists(&name).await.unwrap());
+    assert_eq!(store.stored_bytes(&name).await.unwrap(), None);
 }
 
 #[tokio::test]

@@ -11,6 +11,8 @@ use crate::world::{Triangle, World};
 
 /// How much further apart each line outside the scene is than the one before.
 const OUTSIDE_GROWTH: f32 = 1.5;
+/// Viewpoints within so many lengths of the scene are reached.
+const VIEWPOINT_REACH: f32 = 20.0;
 /// Planes nearer to each other than this share of a voxel are one.
 const MIN_GAP: f32 = 0.2;
 /// A face is on a plane when it is no further away than this share of a voxel.
@@ -36,8 +38,9 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The grid of a world: voxels of the wanted size, or larger when that were too many.
-    pub(super) fn over(world: &World, settings: &CellSettings) -> Self {
+    /// The grid of a world: voxels of the wanted size, or larger when that were too many. It reaches out to the
+    /// viewpoints (relative to the world's origin), unless they are absurdly far away.
+    pub(super) fn over(world: &World, viewpoints: &[Vec3], settings: &CellSettings) -> Self {
         let bounds = world.bounds();
         let bounds = if bounds.is_empty() {
             Bounds::around([world.origin().to_array()])
@@ -49,6 +52,11 @@ impl Grid {
         // What stands for a metre: in a scene of less than four metres a quarter of it.
         let metre = if scene_m > 0.0 { (scene_m / 4.0).min(1.0) } else { 1.0 };
         let planes = [0, 1, 2].map(|axis| Planes::of(world.triangles(), axis, scene_m));
+        let beyond = |axis: usize| {
+            let reach = |p: &Vec3| (min[axis] - p[axis]).max(p[axis] - max[axis]);
+            let near = |reach: &f32| *reach <= VIEWPOINT_REACH * scene_m;
+            viewpoints.iter().map(reach).filter(near).fold(0.0, f32::max)
+        };
         let mut voxel_m = settings.voxel_m * metre;
         loop {
             let tolerance_m = (ON_PLANE * voxel_m).max(8.0 * f32::EPSILON * scene_m);
@@ -61,7 +69,8 @@ impl Grid {
                 } else {
                     above.max(0.05 * scene_m)
                 };
-                surround(&mut lines, room, voxel_m, axis != 1);
+                let room = room.max(1.05 * beyond(axis));
+                surround(&mut lines, room, voxel_m, axis != 1 || beyond(axis) > 0.0);
                 lines
             });
             let count = lines.iter().fold(1.0, |n, l| n * (l.len() - 1) as f64);

@@ -129,12 +129,12 @@ pub fn build(
         progress.advance(1);
         if progress.cancelled() { Err(Cancelled) } else { Ok(()) }
     };
-    let grid = Grid::over(world, settings);
+    let seeds: Vec<_> = viewpoints.iter().map(|p| world.relative(*p)).collect();
+    let grid = Grid::over(world, &seeds, settings);
     step()?;
     let mut voxels = voxels::Voxels::new(&grid);
     voxels.block(world, progress)?;
     step()?;
-    let seeds: Vec<_> = viewpoints.iter().map(|p| world.relative(*p)).collect();
     voxels.reach(world, &seeds, settings.min_enclosed_share);
     step()?;
     // Where a handful of objects stand, a cell more tells nobody more.

@@ -25,9 +25,6 @@ const BALANCE: f64 = 0.1;
 /// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.
 const MIN_SECTION: f64 = 0.5;
 
-/// Halving a box where there is no wall is worth this share of the section in wall.
-const HALVING_WORTH: f64 = 0.02;
-
 struct Node {
     voxels: IndexBox,
     children: Option<[usize; 2]>,
@@ -250,8 +247,8 @@ fn wall_in(
 }
 
 /// How a box is cut that is too large or mostly unreachable: along the largest wall in it, be that ever so small a share
-/// of the plane, as a house is on a lawn; without any wall near its middle, which is worth [`HALVING_WORTH`] of the
-/// section.
+/// of the plane, as a house is on a lawn; without any wall near its middle, which is worth less than any wall, larger
+/// boxes first.
 fn halving_of(
     voxels: &Voxels,
     within: &IndexBox,
@@ -283,7 +280,7 @@ fn halving_of(
         _ => {
             let index = middle(voxels, within, axis, &sections[axis]);
             let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
-            Some((HALVING_WORTH * full_m2, Plane { axis, index }))
+            Some((-1.0 / full_m2.max(f64::MIN_POSITIVE), Plane { axis, index }))
         }
     }
 }

@@ -168,11 +168,18 @@ impl<'a> Reader<'a> {
     fn load_buffer(&mut self, index: usize) -> Read<Bytes> {
         const MISSING: &str = "buffer missing: left out with what needs it";
         let buffer = self.root.listed("buffers", index)?;
-        match (buffer.text("uri")?, &self.bin) {
-            (Some(uri), _) => Ok(Bytes::new(self.load(uri, &buffer.place, MISSING)?)),
-            (None, Some(bin)) if index == 0 => Ok(bin.clone()),
-            (None, _) => flaw(MISSING, format!("{}: it has no uri and no binary chunk", buffer.place)),
-        }
+        let bytes = match (buffer.text("uri")?, &self.bin) {
+            (Some(uri), _) => Bytes::new(self.load(uri, &buffer.place, MISSING)?),
+            (None, Some(bin)) if index == 0 => bin.clone(),
+            (None, _) => return flaw(MISSING, format!("{}: it has no uri and no binary chunk", buffer.place)),
+        };
+        let (claimed, there) = (buffer.index("byteLength")?.unwrap_or(0), bytes.as_slice().len());
+        self.defects.note(
+            "buffer shorter than it says: read as far as it goes",
+            u64::from(there < claimed),
+            || format!("{}: {there} of {claimed} bytes", buffer.place),
+        );
+        Ok(bytes)
     }
 }
 

@@ -26,20 +26,28 @@ fn from_author(viewpoint: &SourceViewpoint, input: Input<'_>) -> Option<Viewpoin
     sound.then(|| at(viewpoint.name.clone(), position, orientation.normalize(), input))
 }
 
-/// From the cell that sees most objects (of equals the largest), looking at the middle of what it sees.
+/// From a cell with a floor below it, if there is one, and of these the one that sees most objects (of equals the
+/// largest), at eye height, looking level at the middle of what it sees.
 fn made_up(input: Input<'_>) -> Viewpoint {
-    let rank = |(id, cell): &(usize, &ViewCell)| {
+    let cells = input.graph.cells.iter().enumerate();
+    let ranked = cells.map(|(id, cell)| {
         let volume: f64 = cell.bounds.size_m().iter().product();
-        (input.visibility[*id].objects.len(), volume)
-    };
-    let best = input.graph.cells.iter().enumerate().max_by(|a, b| {
-        let (a, b) = (rank(a), rank(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        let floor_m = floor_below(cell, input);
+        (
+            floor_m.is_some(),
+            input.visibility[id].objects.len(),
+            volume,
+            id,
+            floor_m,
+        )
     });
-    let (id, cell) = best.expect("a graph has at least one cell");
+    let best = ranked.max_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+    let (_, _, _, id, floor_m) = best.expect("a graph has at least one cell");
+    let cell = &input.graph.cells[id];
     let mut eye = DVec3::from(cell.bounds.center());
-    if (2.0..8.0).contains(&cell.bounds.size_m()[1]) {
-        eye.y = cell.bounds.min[1] + EYE_HEIGHT_M;
+    if let Some(floor_m) = floor_m {
+        let height_m = cell.bounds.max[1] - floor_m;
+        eye.y = floor_m + EYE_HEIGHT_M.min(0.6 * height_m);
     }
     let bounds = input.world.object_bounds();
     let seen = &input.visibility[id].objects;
@@ -53,7 +61,34 @@ fn made_up(input: Input<'_>) -> Viewpoint {
     } else {
         DVec3::NEG_Z
     };
-    at("start".to_owned(), eye, looking(towards), input)
+    at("start".to_owned(), eye, looking(level(towards, eye, input)), input)
+}
+
+/// Where one would stand below the middle of a cell: the height of the first face that is seen from above.
+fn floor_below(cell: &ViewCell, input: Input<'_>) -> Option<f64> {
+    let eye = input.world.relative(cell.bounds.center());
+    let mut passed = Vec::new();
+    let floor = input.world.cast(eye, glam::Vec3::NEG_Y, f32::INFINITY, &mut passed)?;
+    let from_behind = passed
+        .iter()
+        .any(|hit| input.world.triangles()[hit.triangle as usize].hides());
+    let height_m = cell.bounds.center()[1] - f64::from(floor.t);
+    (!from_behind && height_m < cell.bounds.max[1]).then_some(height_m)
+}
+
+/// A direction with less of its up and down; straight up or down becomes towards the middle of the scene.
+fn level(towards: DVec3, eye: DVec3, input: Input<'_>) -> DVec3 {
+    const STEEPEST: f64 = 0.4;
+    let flat = DVec3::new(towards.x, 0.0, towards.z);
+    let flat = if flat.length() > 0.3 * towards.length() {
+        flat
+    } else {
+        let to_middle = DVec3::from(input.world.bounds().center()) - eye;
+        DVec3::new(to_middle.x, 0.0, to_middle.z)
+    };
+    let flat = flat.try_normalize().unwrap_or(DVec3::NEG_Z);
+    let slope = towards.y / towards.length().max(f64::MIN_POSITIVE);
+    flat + DVec3::Y * slope.clamp(-STEEPEST, STEEPEST)
 }
 
 /// The orientation that looks along a direction with +Y up.
