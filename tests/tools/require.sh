@@ -6,7 +6,6 @@ set -euo pipefail
 package_of() {
   case "$1" in
     cc) echo build-essential ;;
-    node) echo nodejs ;;
     python3) echo python3-venv ;;
     *) echo "$1" ;;
   esac
@@ -17,6 +16,13 @@ for program in "$@"; do
   case "$program" in
     cargo)
       command -v cargo >/dev/null || { echo "cargo is missing: install Rust with rustup, https://rustup.rs" >&2; exit 1; } ;;
+    node | npm)
+      # A distribution's own package is often too old, so none is installed.
+      command -v "$program" >/dev/null ||
+        { echo "$program is missing: install Node.js 20 or newer, https://nodejs.org" >&2; exit 1; } ;;
+    chromium)
+      # Ubuntu has no such package: install any Chromium or Chrome there and name it.
+      [ -x "${CHROMIUM:-/usr/bin/chromium}" ] || missing+=(chromium) ;;
     python3)
       python3 -c 'import venv, ensurepip' 2>/dev/null || missing+=("$(package_of python3)") ;;
     *)
@@ -28,9 +34,13 @@ if [ ${#missing[@]} -gt 0 ]; then
   if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     echo "installing ${missing[*]}" >&2
     apt-get update -qq
-    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "${missing[@]}" >/dev/null
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "${missing[@]}" >/dev/null || {
+      echo "cannot install ${missing[*]}; a Chromium or Chrome that is elsewhere is named by CHROMIUM=/path/to/it" >&2
+      exit 1
+    }
   else
     echo "missing: ${missing[*]}; install with: sudo apt-get install ${missing[*]}" >&2
+    echo "(a Chromium or Chrome that is elsewhere is named by CHROMIUM=/path/to/it)" >&2
     exit 1
   fi
 fi
