@@ -55,11 +55,11 @@ impl Default for SampledSettings {
 
 impl SampledSettings {
     /// Settings for many cells: as hard as possible while all cells together cast no more than about 100 million
-    /// rays, but never less than 40,000 nor more than 1,000,000 for each.
+    /// rays, but never less than 40,000 nor more than 2,000,000 for each.
     #[must_use]
     pub fn for_cells(cells: usize) -> Self {
         const ALL_RAYS: usize = 100_000_000;
-        let each = (ALL_RAYS / cells.max(1)).clamp(40_000, 1_000_000);
+        let each = (ALL_RAYS / cells.max(1)).clamp(40_000, 2_000_000);
         Self {
             rays_per_cell: each as u32,
             ..Self::default()
