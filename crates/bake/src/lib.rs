@@ -13,6 +13,7 @@
 //! the thread count. Progress and cancelling are arguments.
 
 pub mod cells;
+pub mod city;
 pub mod defect;
 pub mod glb;
 pub mod import;

@@ -96,6 +96,8 @@ pub struct Portal {
     pub to: u32,
     /// Its corners in world space, in order around it.
     pub polygon: [[f64; 3]; 4],
+    /// The object that closes it, if it is a door.
+    pub door: Option<u32>,
 }
 
 impl CellGraph {
@@ -152,8 +154,16 @@ pub fn build(
     for opening in openings {
         let polygon = opening.corners.map(|corner| world.absolute(corner));
         let [a, b] = opening.cells;
-        cells[a as usize].portals.push(Portal { to: b, polygon });
-        cells[b as usize].portals.push(Portal { to: a, polygon });
+        cells[a as usize].portals.push(Portal {
+            to: b,
+            polygon,
+            door: None,
+        });
+        cells[b as usize].portals.push(Portal {
+            to: a,
+            polygon,
+            door: None,
+        });
     }
     for cell in &mut cells {
         cell.portals.sort_by_key(|portal| portal.to);

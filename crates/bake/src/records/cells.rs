@@ -57,7 +57,7 @@ fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectE
                 object: ObjectId(s.object),
                 fraction: s.fraction,
                 solid_angle_sr: s.solid_angle,
-                doors: Vec::new(),
+                doors: s.doors.iter().map(|door| ObjectId(*door)).collect(),
             })
             .collect()
     };
@@ -77,7 +77,7 @@ fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectE
             .map(|p| Portal {
                 to: CellId(p.to),
                 polygon: p.polygon.to_vec(),
-                door: None,
+                door: p.door.map(ObjectId),
             })
             .collect(),
         cpvs: seen.cells.iter().map(|c| CellId(*c)).collect(),

@@ -5,7 +5,7 @@
 
 pub mod sampled;
 
-mod random;
+pub(crate) mod random;
 mod sampler;
 mod targets;
 
@@ -45,7 +45,7 @@ pub struct CellVisibility {
 }
 
 /// An object that can be seen from somewhere in a cell.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SeenObject {
     /// Its number.
     pub object: u32,
@@ -53,6 +53,8 @@ pub struct SeenObject {
     pub fraction: f32,
     /// Mean solid angle of what is visible of it over all eyes in the cell, in steradians, above 0.
     pub solid_angle: f32,
+    /// Doors each of which hides it from the whole cell when it is closed, rising.
+    pub doors: Vec<u32>,
 }
 
 impl Method {

@@ -5,11 +5,11 @@ use glam::Vec3;
 
 /// A stream of random numbers.
 #[derive(Debug, Clone)]
-pub(super) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
     /// The stream with this number; different numbers give unrelated streams.
-    pub(super) fn stream(seed: u64, number: u64) -> Self {
+    pub(crate) fn stream(seed: u64, number: u64) -> Self {
         let mut random = Self(seed ^ number.wrapping_mul(0xD6E8_FEB8_6659_FD93));
         Self(random.next())
     }
@@ -22,34 +22,34 @@ impl Random {
     }
 
     /// From 0 up to and excluding 1.
-    pub(super) fn unit(&mut self) -> f32 {
+    pub(crate) fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1u32 << 24) as f32
     }
 
     /// From 0 up to and excluding `count`, which is not 0.
-    pub(super) fn below(&mut self, count: usize) -> usize {
+    pub(crate) fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.next()) * count as u128) >> 64) as usize
     }
 
     /// Each coordinate from 0 to 1.
-    pub(super) fn cube(&mut self) -> Vec3 {
+    pub(crate) fn cube(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit())
     }
 
     /// Each coordinate from -1 to 1.
-    pub(super) fn around_zero(&mut self) -> Vec3 {
+    pub(crate) fn around_zero(&mut self) -> Vec3 {
         2.0 * self.cube() - Vec3::ONE
     }
 
     /// A direction, uniform on the unit sphere.
-    pub(super) fn direction(&mut self) -> Vec3 {
+    pub(crate) fn direction(&mut self) -> Vec3 {
         let (z, turn) = (2.0 * self.unit() - 1.0, std::f32::consts::TAU * self.unit());
         let ring = (1.0 - z * z).max(0.0).sqrt();
         Vec3::new(ring * turn.cos(), ring * turn.sin(), z)
     }
 
     /// Two weights of a point in a triangle, uniform by area.
-    pub(super) fn in_triangle(&mut self) -> [f32; 2] {
+    pub(crate) fn in_triangle(&mut self) -> [f32; 2] {
         let (a, b) = (self.unit(), self.unit());
         if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] }
     }

@@ -134,6 +134,7 @@ pub fn sampled(
                     object: sighting.object,
                     fraction: *fraction,
                     solid_angle: *solid_angle,
+                    doors: Vec::new(),
                 })
                 .collect();
             objects.sort_by(|a, b| b.solid_angle.total_cmp(&a.solid_angle).then(a.object.cmp(&b.object)));
