@@ -2,7 +2,11 @@
 
 use std::{path::PathBuf, sync::Arc};
 
-use belvedere_bake::{BakeSettings, import::Limits};
+use belvedere_bake::{
+    BakeSettings,
+    import::Limits,
+    visibility::{Method, VisibilitySettings},
+};
 use belvedere_scene::SceneName;
 
 use super::output::{bytes, percent, print, print_json};
@@ -34,6 +38,9 @@ pub(super) struct Args {
     /// Threads to use, up to 256; by default one for each core
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+    /// How visible sets are computed: auto, sampled, occluders, portals or conservative
+    #[arg(long, default_value_t)]
+    visibility: Method,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -50,7 +57,13 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         scene: args.scene,
         title: args.title,
         input: BakeInput::File(args.file),
-        settings: BakeSettings::default(),
+        settings: BakeSettings {
+            visibility: VisibilitySettings {
+                method: args.visibility,
+                ..VisibilitySettings::default()
+            },
+            ..BakeSettings::default()
+        },
         again: args.again,
         limits: Limits {
             memory_bytes: args.memory_mib << 20,
@@ -110,6 +123,7 @@ pub(super) fn summary(report: &Report) -> String {
         percent(report.visibility.mean_culled),
         report.visibility.method,
     ));
+    lines.push(format!("  {}: {}", report.visibility.method, report.visibility.reason));
     lines.push(format!(
         "  coarsest levels {}, finest {}",
         size("coarsest"),

@@ -26,7 +26,7 @@ use self::{data::DataFolder, source_files::SourceFolder};
 use crate::{db::NewRevision, progress::BakeProgress, store::BlobStore};
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 1;
+const BAKE_VERSION: u32 = 2;
 
 /// What to bake, and under which name.
 #[derive(Debug)]
@@ -106,6 +106,13 @@ pub(crate) struct VisibilityReport {
     pub(crate) guarantee: belvedere_scene::record::Guarantee,
     /// Mean number of objects visible from a cell.
     pub(crate) mean_visible: f64,
+    /// Mean number of objects that rays have seen from a cell: a lower bound of the truth.
+    pub(crate) mean_seen: f64,
+    /// Mean number of objects that cannot be proved hidden from a cell: an upper bound of the truth; null when nobody
+    /// asked.
+    pub(crate) mean_not_hidden: Option<f64>,
+    /// Why this method.
+    pub(crate) reason: String,
     /// Mean share of objects that are hidden from a cell, 0 to 1.
     pub(crate) mean_culled: f64,
 }
@@ -267,6 +274,9 @@ fn report(pointer: &Pointer, baked: &Baked, seconds: std::collections::BTreeMap<
             method: manifest.visibility.method.clone(),
             guarantee: manifest.visibility.guarantee,
             mean_visible,
+            mean_seen: manifest.visibility.mean_seen,
+            mean_not_hidden: manifest.visibility.mean_not_hidden,
+            reason: manifest.visibility.reason.clone(),
             mean_culled: 1.0 - mean_visible / f64::from(pointer.objects.max(1)),
         },
         whole: manifest.whole.is_some(),

@@ -18,6 +18,7 @@ pub mod defect;
 pub mod glb;
 pub mod import;
 pub mod lod;
+pub mod occluders;
 mod pipeline;
 pub mod progress;
 pub mod records;

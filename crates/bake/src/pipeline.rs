@@ -11,7 +11,7 @@ use crate::{
     progress::{Cancelled, Progress},
     records::{self, BlobSink, SinkError, Written},
     source::{Material, SourceScene},
-    visibility::{Method, SampledSettings},
+    visibility::{self, VisibilitySettings, conservative::Scenery},
     world::{World, WorldError},
 };
 
@@ -22,8 +22,8 @@ pub struct BakeSettings {
     pub split: SplitSettings,
     /// How free space is cut.
     pub cells: CellSettings,
-    /// How visible sets are found; by default sampled, as hard as the number of cells allows.
-    pub visibility: Option<Method>,
+    /// How visible sets are found.
+    pub visibility: VisibilitySettings,
     /// How levels are made.
     pub lod: LodSettings,
 }
@@ -68,9 +68,8 @@ pub fn bake(
         .map(|v| v.world_from_camera.w_axis.truncate().to_array())
         .collect();
     let graph = cells::build(&world, &viewpoints, &settings.cells, progress)?;
-    let method = settings.visibility.clone();
-    let method = method.unwrap_or_else(|| Method::Sampled(SampledSettings::for_cells(graph.cells.len())));
-    let visibility = method.compute(&world, &graph, progress)?;
+    let scenery = Scenery::of(&world);
+    let visibility = visibility::compute(&world, &graph, &scenery, &settings.visibility, progress)?;
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {
         double_sided: scene
@@ -88,7 +87,6 @@ pub fn bake(
         world: &world,
         graph: &graph,
         visibility: &visibility,
-        method: &method,
         lod: &lod,
     };
     records::write(input, sink, progress)

@@ -99,7 +99,7 @@ pub enum Role {
     /// Nothing special.
     #[default]
     Ordinary,
-    /// Can be opened and closed; does not hide anything in format 1.
+    /// Can be opened and closed. Visible sets are those with all doors open; entries name the doors that hide them.
     Door,
 }
 

@@ -68,6 +68,8 @@ pub struct World {
     origin: DVec3,
     bounds: Bounds,
     object_bounds: Vec<Bounds>,
+    /// Objects that are doors, rising.
+    doors: Vec<u32>,
     shapes: Vec<Shape>,
     /// Grouped by object, in source order.
     triangles: Vec<Triangle>,
@@ -137,6 +139,18 @@ impl Triangle {
             BACK_HIDES
         };
         self.hides & side != 0
+    }
+
+    /// Whether it hides what is behind it when seen from its front.
+    #[must_use]
+    pub fn hides_from_front(&self) -> bool {
+        self.hides & FRONT_HIDES != 0
+    }
+
+    /// Whether it hides what is before it when seen from its back.
+    #[must_use]
+    pub fn hides_from_back(&self) -> bool {
+        self.hides & BACK_HIDES != 0
     }
 
     /// Its area in m².
@@ -243,6 +257,10 @@ impl World {
                 points,
             });
         }
+        let is_door = |object: &u32| scene.objects[*object as usize].role == Role::Door;
+        let doors = (0..scene.objects.len() as u32)
+            .filter(|o| is_door(o) && !object_bounds[*o as usize].is_empty())
+            .collect();
         let hierarchy = hierarchy_over(triangles.iter().map(Triangle::padded_box).collect());
         let facets = hierarchy
             .primitive_indices
@@ -253,6 +271,7 @@ impl World {
             origin,
             bounds,
             object_bounds,
+            doors,
             shapes,
             triangles,
             area_sums,
@@ -291,6 +310,12 @@ impl World {
         &self.object_bounds
     }
 
+    /// Objects that are doors and have geometry, rising.
+    #[must_use]
+    pub fn doors(&self) -> &[u32] {
+        &self.doors
+    }
+
     /// All triangles, grouped by object.
     #[must_use]
     pub fn triangles(&self) -> &[Triangle] {
@@ -318,6 +343,25 @@ impl World {
         let wanted = share * sums.last()?;
         let index = sums.partition_point(|sum| *sum < wanted).min(sums.len() - 1);
         self.triangles.get(start as usize + index)
+    }
+
+    /// Calls with every triangle whose box meets a box.
+    pub fn near(&self, min: Vec3, max: Vec3, visit: &mut dyn FnMut(&Triangle)) {
+        if self.facets.is_empty() {
+            return;
+        }
+        let around = Aabb::new(min.into(), max.into());
+        self.hierarchy.aabb_traverse(around, |hierarchy, leaf| {
+            let leaf = &hierarchy.nodes[leaf as usize];
+            let first = leaf.first_index as usize;
+            for index in &hierarchy.primitive_indices[first..first + leaf.prim_count as usize] {
+                let triangle = &self.triangles[*index as usize];
+                if triangle.padded_box().0.intersect_aabb(&around) {
+                    visit(triangle);
+                }
+            }
+            true
+        });
     }
 
     /// Casts a ray up to `reach` lengths of `direction`. Returns its first hiding hit. `passed` is overwritten with the
@@ -386,7 +430,7 @@ fn flatten(scene: &SourceScene, object: &SourceObject, index: u32, origin: DVec3
     let matrix = &object.world_from_object;
     let mirrored = matrix.determinant() < 0.0;
     for primitive in &scene.models[object.model].primitives {
-        // Until records know doors, an open door must hide nothing.
+        // Sets are computed with all doors open; what a closed one hides is noted with the entries.
         let hides = match object.role {
             Role::Door => 0,
             Role::Ordinary => hides(primitive.material.map(|m| &scene.materials[m])),

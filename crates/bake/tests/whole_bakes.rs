@@ -12,7 +12,7 @@ use belvedere_bake::{
     import::{FileError, Imported, Limits, SourceFiles, import},
     progress::Silent,
     records::{BlobSink, SinkError, Written},
-    visibility::{Method, SampledSettings},
+    visibility::{SampledSettings, VisibilitySettings},
 };
 use belvedere_scene::{BlobHash, BlobName, index::CellChunk, object::ObjectChunk, record::CellRecord};
 
@@ -50,10 +50,13 @@ fn baked(name: &str, bytes: Vec<u8>, folder: &Path, rays_per_cell: u32) -> Baked
     let imported = import(name, bytes, &files, &Limits::default(), &Silent);
     let Imported { scene, mut defects } = imported.unwrap_or_else(|cause| panic!("{name}: {cause}"));
     let settings = BakeSettings {
-        visibility: Some(Method::Sampled(SampledSettings {
-            rays_per_cell,
-            ..SampledSettings::default()
-        })),
+        visibility: VisibilitySettings {
+            sampled: Some(SampledSettings {
+                rays_per_cell,
+                ..SampledSettings::default()
+            }),
+            ..VisibilitySettings::default()
+        },
         ..BakeSettings::default()
     };
     let sink = Memory::default();

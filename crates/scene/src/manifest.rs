@@ -56,10 +56,17 @@ pub struct Counts {
 /// How the visible sets of a revision were computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VisibilitySummary {
-    /// `sampled` in format 1.
+    /// `sampled`, `occluders`, `portals` or `conservative` (the intersection of the two before).
     pub method: String,
     /// Whether a set may miss something.
     pub guarantee: crate::record::Guarantee,
     /// Mean number of objects in a cell's set.
     pub mean_visible: f64,
+    /// Mean number of objects that rays from a cell have seen: a lower bound of the truth.
+    pub mean_seen: f64,
+    /// Mean number of objects that cannot be proved hidden from a cell: an upper bound of the truth; `None` when nobody
+    /// asked.
+    pub mean_not_hidden: Option<f64>,
+    /// Why this method, for people.
+    pub reason: String,
 }

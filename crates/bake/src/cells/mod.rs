@@ -36,6 +36,7 @@ use crate::{
     world::World,
 };
 use grid::Grid;
+pub(crate) use voxels::meets_box;
 
 /// How to cut.
 #[derive(Debug, Clone, PartialEq)]

@@ -315,7 +315,7 @@ fn meets_rectangle(corners: &[Vec2; 3], half: Vec2) -> bool {
 }
 
 /// Whether a triangle meets the inside of a box around zero (Akenine-Möller 2001).
-fn meets_box(corners: &[Vec3; 3], half: Vec3) -> bool {
+pub(crate) fn meets_box(corners: &[Vec3; 3], half: Vec3) -> bool {
     let [a, b, c] = *corners;
     let edges = [b - a, c - b, a - c];
     let apart = |axis: Vec3| {

@@ -28,13 +28,13 @@ pub(super) fn write_records(
     progress: &dyn Progress,
 ) -> Result<Vec<CellEntry>, BakeError> {
     let mut rows = Vec::with_capacity(input.graph.cells.len());
-    for (id, (cell, seen)) in input.graph.cells.iter().zip(input.visibility).enumerate() {
+    for (id, (cell, seen)) in input.graph.cells.iter().zip(&input.visibility.cells).enumerate() {
         if progress.cancelled() {
             return Err(BakeError::Cancelled);
         }
         let record = CellRecord {
-            method: input.method.name().to_owned(),
-            guarantee: input.method.guarantee(),
+            method: input.visibility.method.name().to_owned(),
+            guarantee: input.visibility.guarantee,
             ..record(CellId(id as u32), cell, seen, entries, models)
         };
         let binary = ledger.put("cell", record.encode())?;

@@ -28,7 +28,7 @@ use crate::{
     lod::LodSettings,
     progress::{Progress, Stage},
     source::{Role, SourceObject, SourceScene},
-    visibility::{CellVisibility, Method},
+    visibility::Visibility,
     world::World,
 };
 
@@ -52,9 +52,7 @@ pub struct Input<'a> {
     /// Its cells.
     pub graph: &'a CellGraph,
     /// What each cell sees.
-    pub visibility: &'a [CellVisibility],
-    /// How that was found.
-    pub method: &'a Method,
+    pub visibility: &'a Visibility,
     /// How levels are made.
     pub lod: &'a LodSettings,
 }
@@ -133,9 +131,12 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
         bytes,
         viewpoints: viewpoints::choose(input),
         visibility: VisibilitySummary {
-            method: input.method.name().to_owned(),
-            guarantee: input.method.guarantee(),
-            mean_visible: mean(input.visibility.iter().map(|cell| cell.objects.len() as f64)),
+            method: input.visibility.method.name().to_owned(),
+            guarantee: input.visibility.guarantee,
+            mean_seen: input.visibility.mean_seen,
+            mean_not_hidden: input.visibility.mean_not_hidden,
+            reason: input.visibility.reason.clone(),
+            mean_visible: mean(input.visibility.cells.iter().map(|cell| cell.objects.len() as f64)),
         },
         cells,
         objects,

@@ -35,7 +35,7 @@ fn made_up(input: Input<'_>) -> Viewpoint {
         let floor_m = floor_below(cell, input);
         (
             floor_m.is_some(),
-            input.visibility[id].objects.len(),
+            input.visibility.cells[id].objects.len(),
             volume,
             id,
             floor_m,
@@ -50,7 +50,7 @@ fn made_up(input: Input<'_>) -> Viewpoint {
         eye.y = floor_m + EYE_HEIGHT_M.min(0.6 * height_m);
     }
     let bounds = input.world.object_bounds();
-    let seen = &input.visibility[id].objects;
+    let seen = &input.visibility.cells[id].objects;
     let weight: f64 = seen.iter().map(|s| f64::from(s.solid_angle)).sum();
     let middle: DVec3 = seen
         .iter()

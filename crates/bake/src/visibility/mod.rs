@@ -1,8 +1,14 @@
 //! What can be seen from each cell?
 //!
-//! A method turns a [`World`] and its [`CellGraph`] into a [`CellVisibility`] for each cell. [`sampled`] may miss
-//! something and says how much at most; conservative methods stand beside it under the same [`Method`].
+//! Two answers bracket the truth. [`sampled`] finds what rays see: everything in it is visible, something may be
+//! missing, and it says how much at most. [`conservative`] keeps what cannot be proved hidden: nothing is missing,
+//! something may be too much. Both are computed; what the proofs leave open and rays have not seen is looked for once
+//! more. Then the [`Method`] decides which of the two is published.
 
+pub mod conservative;
+mod doors;
+pub mod fusion;
+pub mod prover;
 pub mod sampled;
 
 pub(crate) mod random;
@@ -10,24 +16,78 @@ mod sampler;
 mod targets;
 
 #[cfg(test)]
+mod conservative_tests;
+#[cfg(test)]
 mod oracle;
 #[cfg(test)]
 mod tests;
 
+use std::{fmt, str::FromStr};
+
 use belvedere_scene::record::Guarantee;
+use rayon::prelude::*;
 
 use crate::{
     cells::CellGraph,
-    progress::{Cancelled, Progress},
+    occluders::Region,
+    progress::{Cancelled, Progress, Stage},
     world::World,
 };
+use conservative::{ConservativeSettings, Observer, Scenery};
+use prover::Proofs;
 pub use sampled::SampledSettings;
+use sampled::Survey;
 
 /// How visible sets are computed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Rays from the cell: see [`sampled`].
-    Sampled(SampledSettings),
+    /// [`Conservative`](Self::Conservative) where that is tight, else [`Sampled`](Self::Sampled).
+    #[default]
+    Auto,
+    /// What rays saw: see [`sampled`].
+    Sampled,
+    /// What no convex bodies, alone or fused, hide: see [`prover`] and [`fusion`].
+    Occluders,
+    /// What no walls with openings hide: see [`prover`].
+    Portals,
+    /// What neither hides: the intersection of both.
+    Conservative,
+}
+
+/// Everything that decides visible sets besides world and cells.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct VisibilitySettings {
+    /// What is published.
+    pub method: Method,
+    /// How hard rays look; by default as hard as the number of cells allows.
+    pub sampled: Option<SampledSettings>,
+}
+
+/// A conservative set is tight when it holds at most so many times as many objects as rays have seen.
+pub const TIGHT: f64 = 1.25;
+/// Cells are halved so often for what could not be proved hidden from all of them.
+const HALVINGS: u32 = 2;
+/// An object that no ray has seen is taken to fill this solid angle, in steradians.
+const UNSEEN_SR: f32 = 1e-9;
+/// … and to be visible along this share of sight lines.
+const UNSEEN_FRACTION: f32 = 1.0 / 64.0;
+
+/// What all cells see, and how that came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Visibility {
+    /// One for each cell.
+    pub cells: Vec<CellVisibility>,
+    /// Which method's sets these are; never [`Method::Auto`].
+    pub method: Method,
+    /// What they promise.
+    pub guarantee: Guarantee,
+    /// Mean number of objects in a cell's set that rays have seen, a lower bound of the truth.
+    pub mean_seen: f64,
+    /// Mean number of objects in a cell's set that cannot be proved hidden, an upper bound of the truth; `None` when nobody
+    /// asked.
+    pub mean_not_hidden: Option<f64>,
+    /// Why this method, for people.
+    pub reason: String,
 }
 
 /// What one cell sees. Object and cell numbers are indices.
@@ -58,34 +118,203 @@ pub struct SeenObject {
 }
 
 impl Method {
-    /// Its name in records and reports.
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Auto,
+        Self::Sampled,
+        Self::Occluders,
+        Self::Portals,
+        Self::Conservative,
+    ];
+
+    /// Its name in records and reports, and on the command line.
     #[must_use]
-    pub fn name(&self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Sampled(_) => "sampled",
+            Self::Auto => "auto",
+            Self::Sampled => "sampled",
+            Self::Occluders => "occluders",
+            Self::Portals => "portals",
+            Self::Conservative => "conservative",
         }
     }
 
-    /// What it promises.
+    /// The proofs that it uses; `None` for one that proves nothing.
     #[must_use]
-    pub fn guarantee(&self) -> Guarantee {
+    pub fn proofs(self) -> Option<ConservativeSettings> {
+        let settings = |bodies, walls| ConservativeSettings {
+            proofs: Proofs { bodies, walls },
+            fusion: bodies,
+            halvings: HALVINGS,
+        };
         match self {
-            Self::Sampled(_) => Guarantee::Sampled,
+            Self::Sampled => None,
+            Self::Occluders => Some(settings(true, false)),
+            Self::Portals => Some(settings(false, true)),
+            Self::Auto | Self::Conservative => Some(settings(true, true)),
         }
     }
+}
 
-    /// Computes what each cell sees.
-    ///
-    /// # Errors
-    /// When cancelled.
-    pub fn compute(
-        &self,
-        world: &World,
-        graph: &CellGraph,
-        progress: &dyn Progress,
-    ) -> Result<Vec<CellVisibility>, Cancelled> {
-        match self {
-            Self::Sampled(settings) => sampled::sampled(world, graph, settings, progress),
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A name that no method has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no way to compute visible sets: use auto, sampled, occluders, portals or conservative")]
+pub struct UnknownMethod(String);
+
+impl FromStr for Method {
+    type Err = UnknownMethod;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let found = Self::ALL.into_iter().find(|method| method.name() == name);
+        found.ok_or_else(|| UnknownMethod(name.to_owned()))
+    }
+}
+
+/// Computes what each cell sees.
+///
+/// # Errors
+/// When cancelled.
+pub fn compute(
+    world: &World,
+    graph: &CellGraph,
+    scenery: &Scenery,
+    settings: &VisibilitySettings,
+    progress: &dyn Progress,
+) -> Result<Visibility, Cancelled> {
+    let count = graph.cells.len();
+    let sampled = settings
+        .sampled
+        .clone()
+        .unwrap_or_else(|| SampledSettings::for_cells(count));
+    // Sampling; then proofs, a last search and doors.
+    progress.start(Stage::Visibility, sampled.steps(count) + 3 * count as u64);
+    let mut survey = Survey::new(world, graph, &sampled, progress);
+    survey.look()?;
+    let proofs = settings.method.proofs();
+    let not_hidden = match proofs {
+        Some(proofs) => {
+            let not_hidden = not_hidden(world, graph, scenery, proofs, &survey.seen(), progress)?;
+            survey.search(&unseen(&not_hidden, &survey.seen()))?;
+            Some(not_hidden)
+        }
+        None => {
+            progress.advance(2 * count as u64);
+            None
+        }
+    };
+    let sightings = survey.sightings();
+    let mut cells = survey.measured()?;
+    let mean = |total: usize| total as f64 / count.max(1) as f64;
+    let mean_seen = mean(cells.iter().map(|cell| cell.objects.len()).sum());
+    let mean_not_hidden = not_hidden.as_ref().map(|sets| {
+        // Whatever measuring rays still found is in both.
+        let extra = unseen(
+            sets,
+            &cells
+                .iter()
+                .map(|c| c.objects.iter().map(|s| s.object).collect())
+                .collect::<Vec<_>>(),
+        );
+        mean_seen + mean(extra.iter().map(Vec::len).sum())
+    });
+    let (method, reason) = decide(settings.method, mean_seen, mean_not_hidden);
+    if let Some(not_hidden) = not_hidden.filter(|_| method != Method::Sampled) {
+        for (cell, not_hidden) in cells.iter_mut().zip(not_hidden) {
+            add_unseen(cell, &not_hidden);
         }
     }
+    doors::mark(world, graph, scenery, &sightings, &mut cells, progress)?;
+    Ok(Visibility {
+        cells,
+        method,
+        guarantee: if method == Method::Sampled {
+            Guarantee::Sampled
+        } else {
+            Guarantee::Conservative
+        },
+        mean_seen,
+        mean_not_hidden,
+        reason,
+    })
+}
+
+fn decide(wanted: Method, mean_seen: f64, mean_not_hidden: Option<f64>) -> (Method, String) {
+    let ratio = mean_not_hidden.map(|n| n / mean_seen.max(f64::MIN_POSITIVE));
+    match (wanted, ratio) {
+        (Method::Auto, Some(ratio)) if ratio <= TIGHT => (
+            Method::Conservative,
+            format!("sets that are proved complete hold {ratio:.2} times what rays have seen"),
+        ),
+        (Method::Auto, Some(ratio)) => (
+            Method::Sampled,
+            format!("sets that are proved complete would hold {ratio:.2} times what rays have seen, more than {TIGHT}"),
+        ),
+        (wanted, Some(ratio)) => (wanted, format!("asked for; {ratio:.2} times what rays have seen")),
+        (wanted, None) => (wanted, "asked for".to_owned()),
+    }
+}
+
+/// For each cell the objects that cannot be proved hidden, rising.
+fn not_hidden(
+    world: &World,
+    graph: &CellGraph,
+    scenery: &Scenery,
+    settings: ConservativeSettings,
+    seen: &[Vec<u32>],
+    progress: &dyn Progress,
+) -> Result<Vec<Vec<u32>>, Cancelled> {
+    graph
+        .cells
+        .par_iter()
+        .zip(seen)
+        .map_init(
+            || Observer::new(scenery, settings),
+            |observer, (cell, seen)| {
+                if progress.cancelled() {
+                    return Err(Cancelled);
+                }
+                let visible = observer.visible(&Region::around(world, &cell.bounds), seen);
+                progress.advance(1);
+                Ok(visible)
+            },
+        )
+        .collect()
+}
+
+fn unseen(not_hidden: &[Vec<u32>], seen: &[Vec<u32>]) -> Vec<Vec<u32>> {
+    not_hidden
+        .iter()
+        .zip(seen)
+        .map(|(not_hidden, seen)| {
+            let mut seen = seen.clone();
+            seen.sort_unstable();
+            not_hidden
+                .iter()
+                .copied()
+                .filter(|o| seen.binary_search(o).is_err())
+                .collect()
+        })
+        .collect()
+}
+
+/// Completes what rays saw with what nobody can prove hidden.
+fn add_unseen(cell: &mut CellVisibility, not_hidden: &[u32]) {
+    let mut seen: Vec<_> = cell.objects.iter().map(|s| s.object).collect();
+    seen.sort_unstable();
+    let unseen = not_hidden.iter().filter(|o| seen.binary_search(o).is_err());
+    cell.objects.extend(unseen.map(|object| SeenObject {
+        object: *object,
+        fraction: UNSEEN_FRACTION,
+        solid_angle: UNSEEN_SR,
+        doors: Vec::new(),
+    }));
+    cell.objects
+        .sort_by(|a, b| b.solid_angle.total_cmp(&a.solid_angle).then(a.object.cmp(&b.object)));
+    cell.miss_bound = 0.0;
 }

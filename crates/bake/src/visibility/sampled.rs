@@ -65,6 +65,11 @@ impl SampledSettings {
             ..Self::default()
         }
     }
+
+    /// How many steps of progress sampling so many cells takes: a first look, the rounds, and measuring.
+    pub(super) fn steps(&self, cells: usize) -> u64 {
+        (u64::from(self.rounds) + 2) * cells as u64
+    }
 }
 
 /// Samples what each cell of the graph sees.
@@ -77,75 +82,154 @@ pub fn sampled(
     settings: &SampledSettings,
     progress: &dyn Progress,
 ) -> Result<Vec<CellVisibility>, Cancelled> {
-    let count = graph.cells.len();
-    // A first look, the rounds, and measuring.
-    let passes = u64::from(settings.rounds) + 2;
-    progress.start(Stage::Visibility, passes * count as u64);
-    let scenery = Scenery::new(world, Lookout::all(world, graph));
-    let share = |part: u32| settings.rays_per_cell / 8 * part;
-    let mut states: Vec<_> = (0..count)
-        .map(|cell| CellState {
-            random: Random::stream(settings.seed, cell as u64),
-            seen: Vec::new(),
-            cells: (0..count).map(|other| other == cell).collect(),
-            searched: vec![false; count],
-            tried: Vec::new(),
-            rays: 0,
-        })
-        .collect();
-    let pass = Pass {
-        scenery: &scenery,
-        progress,
-    };
-    pass.run(&mut states, |_, mut sampler| {
-        sampler.look_around(share(1));
-        sampler.search_cells(share(2), share(2));
-    })?;
-    let mut done = 2;
-    for _ in 0..settings.rounds {
-        let lessons = lessons(graph, &states);
-        if lessons.iter().all(Lesson::is_empty) {
-            break;
-        }
-        let before: Vec<_> = states.iter().map(|s| s.seen.len()).collect();
-        pass.run(&mut states, |cell, mut sampler| {
-            lessons[cell].learn(&mut sampler, share(2));
-            sampler.search_cells(share(1) / 4, share(1) / 4);
-        })?;
-        done += 1;
-        if states
-            .iter()
-            .zip(before)
-            .all(|(state, before)| state.seen.len() == before)
-        {
-            break;
+    progress.start(Stage::Visibility, settings.steps(graph.cells.len()));
+    let mut survey = Survey::new(world, graph, settings, progress);
+    survey.look()?;
+    survey.measured()
+}
+
+/// Sampling in steps, so that others can say where to look.
+pub(super) struct Survey<'a> {
+    graph: &'a CellGraph,
+    scenery: Scenery<'a>,
+    settings: &'a SampledSettings,
+    progress: &'a dyn Progress,
+    states: Vec<CellState>,
+}
+
+impl<'a> Survey<'a> {
+    pub(super) fn new(
+        world: &'a World,
+        graph: &'a CellGraph,
+        settings: &'a SampledSettings,
+        progress: &'a dyn Progress,
+    ) -> Self {
+        let count = graph.cells.len();
+        let states = (0..count)
+            .map(|cell| CellState {
+                random: Random::stream(settings.seed, cell as u64),
+                seen: Vec::new(),
+                cells: (0..count).map(|other| other == cell).collect(),
+                searched: vec![false; count],
+                tried: Vec::new(),
+                rays: 0,
+            })
+            .collect();
+        Self {
+            graph,
+            scenery: Scenery::new(world, Lookout::all(world, graph)),
+            settings,
+            progress,
+            states,
         }
     }
-    progress.advance((passes - done) * count as u64);
-    let measure_rays = share(1).max(1024);
-    let measured = pass.run(&mut states, |_, mut sampler| sampler.measure(measure_rays))?;
-    Ok((0..count)
-        .map(|cell| {
-            let mut objects: Vec<_> = states[cell]
-                .seen
-                .iter()
-                .zip(&measured[cell].seen)
-                .map(|(sighting, [fraction, solid_angle])| SeenObject {
-                    object: sighting.object,
-                    fraction: *fraction,
-                    solid_angle: *solid_angle,
-                    doors: Vec::new(),
-                })
-                .collect();
-            objects.sort_by(|a, b| b.solid_angle.total_cmp(&a.solid_angle).then(a.object.cmp(&b.object)));
-            CellVisibility {
-                objects,
-                cells: visible_cells(graph, &states, cell),
-                miss_bound: (poisson_bound(measured[cell].surprises) / f64::from(measure_rays)).min(1.0),
-                rays: states[cell].rays,
+
+    fn share(&self, part: u32) -> u32 {
+        self.settings.rays_per_cell / 8 * part
+    }
+
+    /// Looks around from every cell, then lets cells learn from each other.
+    pub(super) fn look(&mut self) -> Result<(), Cancelled> {
+        let [one, two] = [1, 2].map(|part| self.share(part));
+        self.run(|_, mut sampler| {
+            sampler.look_around(one);
+            sampler.search_cells(two, two);
+        })?;
+        for done in 0..self.settings.rounds {
+            let lessons = lessons(self.graph, &self.states);
+            let before: Vec<_> = self.states.iter().map(|s| s.seen.len()).collect();
+            if !lessons.iter().all(Lesson::is_empty) {
+                self.run(|cell, mut sampler| {
+                    lessons[cell].learn(&mut sampler, two);
+                    sampler.search_cells(one / 4, one / 4);
+                })?;
             }
-        })
-        .collect())
+            if self
+                .states
+                .iter()
+                .zip(before)
+                .all(|(state, before)| state.seen.len() == before)
+            {
+                let left = u64::from(self.settings.rounds - done - u32::from(!lessons.iter().all(Lesson::is_empty)));
+                self.progress.advance(left * self.states.len() as u64);
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// What each cell has seen so far, in order of discovery.
+    pub(super) fn seen(&self) -> Vec<Vec<u32>> {
+        let objects = |state: &CellState| state.seen.iter().map(|s| s.object).collect();
+        self.states.iter().map(objects).collect()
+    }
+
+    /// Known sight lines of each cell, one for each object that it has seen.
+    pub(super) fn sightings(&self) -> Vec<Vec<Sighting>> {
+        self.states.iter().map(|state| state.seen.clone()).collect()
+    }
+
+    /// Looks for the given objects of each cell once more.
+    pub(super) fn search(&mut self, wanted: &[Vec<u32>]) -> Result<(), Cancelled> {
+        let budget = self.share(4);
+        self.run(|cell, mut sampler| {
+            let each = (budget / wanted[cell].len().max(1) as u32).clamp(64, 8192);
+            for object in &wanted[cell] {
+                sampler.search_for(*object, each);
+            }
+        })?;
+        Ok(())
+    }
+
+    /// Measures what was seen.
+    pub(super) fn measured(mut self) -> Result<Vec<CellVisibility>, Cancelled> {
+        let measure_rays = self.share(1).max(1024);
+        let measured = self.run(|_, mut sampler| sampler.measure(measure_rays))?;
+        let states = &self.states;
+        Ok((0..states.len())
+            .map(|cell| {
+                let mut objects: Vec<_> = states[cell]
+                    .seen
+                    .iter()
+                    .zip(&measured[cell].seen)
+                    .map(|(sighting, [fraction, solid_angle])| SeenObject {
+                        object: sighting.object,
+                        fraction: *fraction,
+                        solid_angle: *solid_angle,
+                        doors: Vec::new(),
+                    })
+                    .collect();
+                objects.sort_by(|a, b| b.solid_angle.total_cmp(&a.solid_angle).then(a.object.cmp(&b.object)));
+                CellVisibility {
+                    objects,
+                    cells: visible_cells(self.graph, states, cell),
+                    miss_bound: (poisson_bound(measured[cell].surprises) / f64::from(measure_rays)).min(1.0),
+                    rays: states[cell].rays,
+                }
+            })
+            .collect())
+    }
+
+    /// Works on all cells, in parallel.
+    fn run<T: Send>(&mut self, work: impl Fn(usize, Sampler) -> T + Sync) -> Result<Vec<T>, Cancelled> {
+        let objects = self.scenery.world.object_bounds().len();
+        let (scenery, progress) = (&self.scenery, self.progress);
+        self.states
+            .par_iter_mut()
+            .enumerate()
+            .map_init(
+                || Scratch::new(objects),
+                |scratch, (cell, state)| {
+                    if progress.cancelled() {
+                        return Err(Cancelled);
+                    }
+                    let result = work(cell, Sampler::new(scenery, cell, state, scratch));
+                    progress.advance(1);
+                    Ok(result)
+                },
+            )
+            .collect()
+    }
 }
 
 /// The largest mean that is still 95 % sure to give more than this count: Wilson and Hilferty's approximation of the
@@ -166,37 +250,6 @@ fn visible_cells(graph: &CellGraph, states: &[CellState], cell: usize) -> Vec<u3
             states[cell].cells[index] || states[index].cells[cell] || adjacent.binary_search(other).is_ok()
         })
         .collect()
-}
-
-/// Work on all cells, in parallel.
-struct Pass<'a> {
-    scenery: &'a Scenery<'a>,
-    progress: &'a dyn Progress,
-}
-
-impl Pass<'_> {
-    fn run<T: Send>(
-        &self,
-        states: &mut [CellState],
-        work: impl Fn(usize, Sampler) -> T + Sync,
-    ) -> Result<Vec<T>, Cancelled> {
-        let objects = self.scenery.world.object_bounds().len();
-        states
-            .par_iter_mut()
-            .enumerate()
-            .map_init(
-                || Scratch::new(objects),
-                |scratch, (cell, state)| {
-                    if self.progress.cancelled() {
-                        return Err(Cancelled);
-                    }
-                    let result = work(cell, Sampler::new(self.scenery, cell, state, scratch));
-                    self.progress.advance(1);
-                    Ok(result)
-                },
-            )
-            .collect()
-    }
 }
 
 /// What a cell can learn from others before a round.

@@ -1,0 +1,115 @@
+//! Which convex bodies lie inside the geometry? One body blocks every segment that meets it.
+//!
+//! Positions are relative to the world's origin, in metres.
+
+use glam::{Vec3, Vec4};
+
+use super::Region;
+
+/// A face that looks down this much is a bottom.
+const BOTTOM: f32 = -0.999_9;
+
+/// A convex body that lies wholly inside something opaque: no segment that starts outside gets through it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// The box around it; the body itself when [`planes`](Self::planes) is empty.
+    pub min: Vec3,
+    /// The box around it.
+    pub max: Vec3,
+    /// Faces of a body that is not a box: it is where `xyz · p ≤ w` for each. Normals have length 1.
+    pub planes: Vec<Vec4>,
+    /// The height that it stands on, less what counts as no gap. A segment between places at or above it cannot pass
+    /// below the body, so there the body reaches down for ever.
+    pub stands_m: f32,
+    /// Nothing closes it from below: it blocks only segments between places at or above [`stands_m`](Self::stands_m).
+    pub open_below: bool,
+    /// The object that it lies in.
+    pub object: u32,
+}
+
+impl Body {
+    /// Whether a segment meets it.
+    #[must_use]
+    pub fn meets(&self, from: Vec3, to: Vec3) -> bool {
+        self.blocks(from, to, false)
+    }
+
+    /// Whether a segment meets it, or, when it `reaches_down`, what is below it.
+    fn blocks(&self, from: Vec3, to: Vec3, reaches_down: bool) -> bool {
+        let along = to - from;
+        let (mut enter, mut leave) = (0.0f32, 1.0f32);
+        if self.planes.is_empty() {
+            let bottom_m = if reaches_down { f32::MIN / 4.0 } else { self.min.y };
+            let min = Vec3::new(self.min.x, bottom_m, self.min.z);
+            for axis in 0..3 {
+                if along[axis] == 0.0 {
+                    if from[axis] < min[axis] || from[axis] > self.max[axis] {
+                        return false;
+                    }
+                    continue;
+                }
+                let inverse = 1.0 / along[axis];
+                let (a, b) = (
+                    (min[axis] - from[axis]) * inverse,
+                    (self.max[axis] - from[axis]) * inverse,
+                );
+                enter = enter.max(a.min(b));
+                leave = leave.min(a.max(b));
+            }
+        } else {
+            for plane in &self.planes {
+                let normal = plane.truncate();
+                if reaches_down && normal.y < BOTTOM {
+                    continue;
+                }
+                let (outside, rise) = (normal.dot(from) - plane.w, normal.dot(along));
+                if rise == 0.0 {
+                    if outside > 0.0 {
+                        return false;
+                    }
+                } else if rise < 0.0 {
+                    enter = enter.max(-outside / rise);
+                } else {
+                    leave = leave.min(-outside / rise);
+                }
+            }
+        }
+        enter <= leave
+    }
+
+    /// Whether all segments between two regions meet it, so that neither sees the other (seed: Cohen-Or & Zadicario
+    /// 1998, *Outline of the approach*): points hidden from an eye by a convex body form a convex set, and so do eyes
+    /// from which a point is hidden, hence corners suffice. `hull_rays_only` leaves out the segments that do not lie on
+    /// the convex hull of both; of two boxes these are all but the eight between equal corners, because a plane that
+    /// touches both touches them in equal corners.
+    #[must_use]
+    pub fn separates(&self, a: &Region, b: &Region, hull_rays_only: bool) -> bool {
+        let reaches_down = a.min.y.min(b.min.y) >= self.stands_m;
+        if (self.open_below && !reaches_down) || a.overlaps(b) {
+            return false;
+        }
+        let blocks = |from, to| self.blocks(from, to, reaches_down);
+        match (&a.points[..], &b.points[..]) {
+            ([], []) if hull_rays_only => (0..8).all(|i| blocks(a.corner(i), b.corner(i))),
+            _ => a.corners().all(|from| b.corners().all(|to| blocks(from, to))),
+        }
+    }
+
+    /// Whether a point lies in it.
+    #[must_use]
+    pub fn contains(&self, point: Vec3) -> bool {
+        point.cmpge(self.min).all()
+            && point.cmple(self.max).all()
+            && self.planes.iter().all(|plane| plane.truncate().dot(point) <= plane.w)
+    }
+
+    /// The solid angle of its box seen from a point, roughly, in steradians.
+    #[must_use]
+    pub fn solid_angle_sr(&self, eye: Vec3) -> f32 {
+        let size = self.max - self.min;
+        let faces = Vec3::new(size.y * size.z, size.z * size.x, size.x * size.y);
+        let away = 0.5 * (self.min + self.max) - eye;
+        let distance = away.length().max(f32::MIN_POSITIVE);
+        faces.dot(away.abs() / distance) / (distance * distance)
+    }
+}

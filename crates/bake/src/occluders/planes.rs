@@ -1,0 +1,277 @@
+//! Which walls are there? Groups hiding faces by plane, largest area first, and finds what they cover.
+//!
+//! Cost: linear in faces, and in squares times the faces that meet them.
+
+use std::collections::HashMap;
+
+use glam::{Vec2, Vec3};
+
+use super::wall::{Tolerance, Wall};
+use crate::world::{Triangle, World};
+
+/// At most this many walls.
+const MAX_WALLS: usize = 8192;
+/// A wall is at least this share of the scene's diagonal squared.
+const MIN_AREA: f32 = 1e-6;
+/// At most this many lines along an axis of a wall.
+const MAX_LINES: usize = 256;
+/// At most this many squares in all walls together.
+const MAX_SQUARES: usize = 24 << 20;
+/// Normals are told apart to one part in this many.
+const NORMAL_STEPS: f32 = 1024.0;
+
+/// Faces in one plane, and on which side of it they hide.
+struct Group {
+    normal: Vec3,
+    offset: f32,
+    area_m2: f32,
+    faces: Vec<(u32, [bool; 2])>,
+}
+
+/// All walls of a world, largest first.
+pub(super) fn walls(world: &World, tolerance: Tolerance) -> Vec<Wall> {
+    let triangles = world.triangles();
+    let mut groups = groups(triangles, tolerance);
+    let min_area_m2 = MIN_AREA * (world.bounds().diagonal_m() as f32).powi(2);
+    groups.retain(|group| group.area_m2 >= min_area_m2);
+    groups.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.faces[0].0.cmp(&b.faces[0].0)));
+    let mut squares = 0;
+    let mut walls = Vec::new();
+    for group in groups.iter().take(MAX_WALLS) {
+        let wall = group.wall(triangles, tolerance);
+        squares += wall.lines[0].len() * wall.lines[1].len();
+        if squares > MAX_SQUARES {
+            break;
+        }
+        walls.push(wall);
+    }
+    walls
+}
+
+fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
+    let step_m = 8.0 * tolerance.plane_m;
+    let mut groups: Vec<Group> = Vec::new();
+    let mut by_key: HashMap<([i32; 3], i64), Vec<u32>> = HashMap::new();
+    for (index, triangle) in triangles.iter().enumerate() {
+        let [a, b, c] = triangle.corners;
+        let Some(front) = (b - a).cross(c - a).try_normalize() else {
+            continue;
+        };
+        // One normal for both sides of a plane: its largest part points up its axis.
+        let flip = front[front.abs().max_position()] < 0.0;
+        let normal = if flip { -front } else { front };
+        let mut hides = [triangle.hides_from_front(), triangle.hides_from_back()];
+        if flip {
+            hides.reverse();
+        }
+        if hides == [false; 2] {
+            continue;
+        }
+        let offset = normal.dot((a + b + c) / 3.0);
+        let steps = normal.to_array().map(|x| (x * NORMAL_STEPS).round() as i32);
+        let step = f64::from(offset / step_m).floor() as i64;
+        let near = [step, step - 1, step + 1].into_iter().find_map(|step| {
+            let found = by_key.get(&(steps, step))?;
+            found.iter().copied().find(|group| {
+                let group = &groups[*group as usize];
+                triangle
+                    .corners
+                    .iter()
+                    .all(|p| (group.normal.dot(*p) - group.offset).abs() <= tolerance.plane_m)
+            })
+        });
+        let index_of = near.unwrap_or_else(|| {
+            groups.push(Group {
+                normal,
+                offset,
+                area_m2: 0.0,
+                faces: Vec::new(),
+            });
+            by_key.entry((steps, step)).or_default().push(groups.len() as u32 - 1);
+            groups.len() as u32 - 1
+        });
+        let group = &mut groups[index_of as usize];
+        group.area_m2 += triangle.area_m2();
+        group.faces.push((index as u32, hides));
+    }
+    groups
+}
+
+impl Group {
+    fn axes(&self) -> [Vec3; 2] {
+        // For an upright or level plane these are the world's own axes or lie level, as most edges do.
+        let level = Vec3::Y.cross(self.normal);
+        let first = if level.length_squared() > 1e-6 {
+            level.normalize()
+        } else {
+            Vec3::X
+        };
+        [first, self.normal.cross(first)]
+    }
+
+    fn wall(&self, triangles: &[Triangle], tolerance: Tolerance) -> Wall {
+        let axes = self.axes();
+        let flat: Vec<([Vec2; 3], [bool; 2])> = self
+            .faces
+            .iter()
+            .map(|(index, hides)| {
+                let place = |p: Vec3| Vec2::new(axes[0].dot(p), axes[1].dot(p));
+                (triangles[*index as usize].corners.map(place), *hides)
+            })
+            .collect();
+        let lines = [0, 1].map(|axis| lines(&flat, axis, tolerance));
+        let squares = [0, 1].map(|side| {
+            let faces = flat.iter().filter(|(_, hides)| hides[side]).map(|(corners, _)| corners);
+            covered(faces, &lines, tolerance)
+        });
+        Wall::new(self.normal, self.offset, axes, lines, squares)
+    }
+}
+
+/// Where corners lie along an axis; where there are too many, those on the longest edges across it.
+fn lines(faces: &[([Vec2; 3], [bool; 2])], axis: usize, tolerance: Tolerance) -> Vec<f32> {
+    let mut corners: Vec<(f32, f32)> = Vec::with_capacity(3 * faces.len());
+    for (face, _) in faces {
+        for i in 0..3 {
+            let (from, to) = (face[i], face[(i + 1) % 3]);
+            let straight = (from[axis] - to[axis]).abs() <= tolerance.plane_m;
+            let length = if straight { (from - to).length() } else { 0.0 };
+            corners.push((from[axis], length));
+            corners.push((to[axis], length));
+        }
+    }
+    corners.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut lines: Vec<(f32, f32)> = Vec::new();
+    for (at, length) in corners {
+        match lines.last_mut() {
+            Some(last) if at - last.0 <= tolerance.plane_m => last.1 += length,
+            _ => lines.push((at, length)),
+        }
+    }
+    let ends = [lines[0].0, lines[lines.len() - 1].0];
+    if lines.len() > MAX_LINES {
+        lines.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.total_cmp(&b.0)));
+        lines.truncate(MAX_LINES - 2);
+    }
+    let mut lines: Vec<f32> = lines.into_iter().map(|(at, _)| at).chain(ends).collect();
+    lines.sort_by(f32::total_cmp);
+    lines.dedup();
+    if lines.len() == 1 {
+        lines.push(lines[0] + tolerance.plane_m);
+    }
+    lines
+}
+
+/// For each square whether the faces cover all of it, but for gaps narrower than a hole.
+fn covered<'a>(faces: impl Iterator<Item = &'a [Vec2; 3]>, lines: &[Vec<f32>; 2], tolerance: Tolerance) -> Vec<bool> {
+    let width = lines[0].len() - 1;
+    let height = lines[1].len() - 1;
+    let grow_m = 0.5 * tolerance.hole_m;
+    let mut left: Vec<Option<Vec<Vec<Vec2>>>> = vec![None; width * height];
+    for face in faces {
+        let face = counter_clockwise(*face);
+        let min = face[0].min(face[1]).min(face[2]);
+        let max = face[0].max(face[1]).max(face[2]);
+        let range = |axis: usize| {
+            let first = lines[axis]
+                .partition_point(|line| *line <= min[axis] - grow_m)
+                .saturating_sub(1);
+            let end = lines[axis].partition_point(|line| *line < max[axis] + grow_m);
+            first..end.min(lines[axis].len() - 1)
+        };
+        for j in range(1) {
+            for i in range(0) {
+                let rest = left[j * width + i].get_or_insert_with(|| {
+                    let [u, v] = [[lines[0][i], lines[0][i + 1]], [lines[1][j], lines[1][j + 1]]];
+                    let corner = |a: usize, b: usize| Vec2::new(u[a], v[b]);
+                    vec![vec![corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)]]
+                });
+                *rest = rest.iter().flat_map(|piece| without(piece, &face, grow_m)).collect();
+            }
+        }
+    }
+    left.into_iter()
+        .map(|rest| rest.is_some_and(|rest| rest.is_empty()))
+        .collect()
+}
+
+fn counter_clockwise(mut face: [Vec2; 3]) -> [Vec2; 3] {
+    if (face[1] - face[0]).perp_dot(face[2] - face[0]) < 0.0 {
+        face.swap(1, 2);
+    }
+    face
+}
+
+/// What is left of a convex polygon when a triangle, grown by a little, is taken away: convex polygons again.
+fn without(polygon: &[Vec2], face: &[Vec2; 3], grow_m: f32) -> Vec<Vec<Vec2>> {
+    let mut pieces = Vec::new();
+    let mut rest = polygon.to_vec();
+    for i in 0..3 {
+        let (from, to) = (face[i], face[(i + 1) % 3]);
+        let Some(along) = (to - from).try_normalize() else {
+            return vec![polygon.to_vec()];
+        };
+        // Positive inside, also for what is within the growth.
+        let inside = |p: Vec2| along.perp_dot(p - from) + grow_m;
+        let outer = clipped(&rest, |p| -inside(p));
+        if outer.len() > 2 {
+            pieces.push(outer);
+        }
+        rest = clipped(&rest, inside);
+        if rest.len() < 3 {
+            return vec![polygon.to_vec()];
+        }
+    }
+    pieces
+}
+
+/// The part of a convex polygon where a linear function is not negative.
+fn clipped(polygon: &[Vec2], height: impl Fn(Vec2) -> f32) -> Vec<Vec2> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (i, a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        let (here, there) = (height(*a), height(b));
+        if here >= 0.0 {
+            kept.push(*a);
+        }
+        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
+            kept.push(*a + here / (here - there) * (b - *a));
+        }
+    }
+    let area: f32 = (2..kept.len())
+        .map(|i| (kept[i - 1] - kept[0]).perp_dot(kept[i] - kept[0]))
+        .sum();
+    if area <= f32::MIN_POSITIVE { Vec::new() } else { kept }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOLERANCE: Tolerance = Tolerance {
+        plane_m: 1e-5,
+        hole_m: 1e-3,
+    };
+
+    fn p(u: f32, v: f32) -> Vec2 {
+        Vec2::new(u, v)
+    }
+
+    #[test]
+    fn two_triangles_cover_their_rectangle_and_a_cut_corner_does_not() {
+        let lines = [vec![0.0, 2.0, 4.0], vec![0.0, 3.0]];
+        let faces = [[p(0., 0.), p(4., 0.), p(4., 3.)], [p(0., 0.), p(4., 3.), p(0., 3.)]];
+        assert_eq!(covered(faces.iter(), &lines, TOLERANCE), [true, true]);
+        let cut = [[p(0., 0.), p(4., 0.), p(4., 3.)], [p(0., 0.), p(4., 3.), p(1., 3.)]];
+        assert_eq!(covered(cut.iter(), &lines, TOLERANCE), [false, true]);
+    }
+
+    #[test]
+    fn a_gap_as_wide_as_a_hole_stays_open() {
+        let lines = [vec![0.0, 2.0], vec![0.0, 1.0]];
+        let rectangle = |a: f32, b: f32| [[p(a, 0.), p(b, 0.), p(b, 1.)], [p(a, 0.), p(b, 1.), p(a, 1.)]];
+        let with_gap = |gap_m: f32| [rectangle(0.0, 1.0), rectangle(1.0 + gap_m, 2.0)].concat();
+        assert_eq!(covered(with_gap(0.9e-3).iter(), &lines, TOLERANCE), [true]);
+        assert_eq!(covered(with_gap(1.2e-3).iter(), &lines, TOLERANCE), [false]);
+    }
+}

@@ -1,0 +1,99 @@
+//! What do sight lines start from, pass through and end in? Convex regions.
+
+use belvedere_scene::Bounds;
+use glam::Vec3;
+
+use crate::world::World;
+
+/// A convex region, relative to the world's origin: a box, or the hull of a few points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Region {
+    /// The box around it.
+    pub min: Vec3,
+    /// The box around it.
+    pub max: Vec3,
+    /// Its corners when it is not a box.
+    pub points: Vec<Vec3>,
+}
+
+impl Region {
+    /// A box.
+    #[must_use]
+    pub fn of_box(min: Vec3, max: Vec3) -> Self {
+        Self {
+            min,
+            max,
+            points: Vec::new(),
+        }
+    }
+
+    /// A box in world space, rounded outwards.
+    #[must_use]
+    pub fn around(world: &World, bounds: &Bounds) -> Self {
+        let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+        let rounding = f32::EPSILON * min.abs().max(max.abs());
+        Self::of_box(min - rounding, max + rounding)
+    }
+
+    /// The hull of points, which are not none.
+    #[must_use]
+    pub fn hull(points: Vec<Vec3>) -> Self {
+        let min = points.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+        let max = points.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
+        Self { min, max, points }
+    }
+
+    /// One of the eight corners of its box: bits 0, 1, 2 choose the larger x, y, z.
+    #[must_use]
+    pub fn corner(&self, index: usize) -> Vec3 {
+        Vec3::select(
+            glam::BVec3::new(index & 1 != 0, index & 2 != 0, index & 4 != 0),
+            self.max,
+            self.min,
+        )
+    }
+
+    /// Points whose hull it is.
+    pub fn corners(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let of_box = if self.points.is_empty() { 0..8 } else { 0..0 };
+        of_box.map(|i| self.corner(i)).chain(self.points.iter().copied())
+    }
+
+    /// The middle of its box.
+    #[must_use]
+    pub fn center(&self) -> Vec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Whether the boxes share a point.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && self.max.cmpge(other.min).all()
+    }
+
+    /// Distance between the boxes, zero when they meet.
+    #[must_use]
+    pub fn distance_m(&self, other: &Self) -> f32 {
+        (other.min - self.max)
+            .max(self.min - other.max)
+            .max(Vec3::ZERO)
+            .length()
+    }
+
+    /// The smallest and largest value of `normal · p − offset` in it.
+    #[must_use]
+    pub fn heights(&self, normal: Vec3, offset: f32) -> [f32; 2] {
+        if self.points.is_empty() {
+            let middle = normal.dot(self.center()) - offset;
+            let reach = normal.abs().dot(0.5 * (self.max - self.min));
+            [middle - reach, middle + reach]
+        } else {
+            self.points
+                .iter()
+                .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], p| {
+                    let height = normal.dot(*p) - offset;
+                    [low.min(height), high.max(height)]
+                })
+        }
+    }
+}

@@ -1,0 +1,414 @@
+//! Can one region be seen from another? Proofs that it cannot, from what hides between them.
+//!
+//! Two kinds of proof, either of which can be left out:
+//!
+//! * **one body** ([`Body::separates`]; Cohen-Or & Zadicario, *Visibility streaming for network-based walkthroughs*,
+//!   1998): every segment between the two regions meets one convex body. The first ray, between the middles, finds the
+//!   bodies that come into question; bodies that worked lately are tried before.
+//! * **walls with openings** (portal sequences; Teller & Séquin, *Visibility preprocessing for interactive
+//!   walkthroughs*, 1991): where all sight lines cross a wall, they cross it inside a rectangle. If that is opaque, nothing
+//!   gets through. Else they go through its openings, and for each of these the proof starts again with sight lines that
+//!   also pass the opening: the separating planes of every two of the regions they pass clip the next rectangle. A sequence ends
+//!   when a wall is opaque or clipping leaves nothing.
+//!
+//! Departure from Teller: openings belong to walls, not to faces of cells, so open space costs no steps and cells may
+//! be cut freely. Guarantee: conservative; walls down to [`Tolerance::hole_m`]. Cost: a ray and a few box tests where a
+//! proof is short, at most [`MAX_STEPS`] wall tests where there is none.
+//!
+//! [`Tolerance::hole_m`]: crate::occluders::Tolerance::hole_m
+
+use glam::{Vec2, Vec3, Vec3A};
+use obvhs::{
+    Boundable, BvhBuildParams,
+    aabb::Aabb,
+    bvh2::{Bvh2, builder::build_bvh2},
+    ray::Ray,
+};
+
+use crate::occluders::{Body, Occluders, Rectangle, Region, Wall, Way};
+
+/// At most this many tests of a wall for one question.
+pub const MAX_STEPS: u32 = 300;
+/// Sight lines are followed through at most this many openings.
+const MAX_OPENINGS_PASSED: usize = 4;
+/// A wall with more openings than this in the way proves nothing.
+const MAX_OPENINGS: usize = 6;
+/// How many walls are tried before a question is given up, by how many openings were passed.
+const WALLS_TRIED: [usize; MAX_OPENINGS_PASSED] = [3, 2, 1, 1];
+/// How many bodies that worked lately are tried first.
+const RECENT: usize = 8;
+/// How many bodies on the first ray are tried.
+const BODIES_TRIED: usize = 24;
+/// A wall hides only what lies further behind its plane than so many times the distance within which faces lie in it.
+const BEHIND: f32 = 4.0;
+
+/// What hides, ready for questions.
+pub struct Blocker {
+    /// What it was made from.
+    pub occluders: Occluders,
+    bodies: Bvh2,
+    walls: Bvh2,
+}
+
+/// Which proofs may be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Proofs {
+    /// One convex body between.
+    pub bodies: bool,
+    /// Walls and their openings.
+    pub walls: bool,
+}
+
+/// Why something cannot be seen.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Witness {
+    /// This body of [`Occluders::bodies`] blocks every sight line.
+    Body(u32),
+    /// These walls of [`Occluders::walls`] do, one after the other: what an opening of one lets through, another stops.
+    Walls(Vec<u32>),
+    /// Several bodies do together ([`super::fusion`]).
+    Fused,
+}
+
+struct Padded(Aabb);
+
+impl Boundable for Padded {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+fn tree(boxes: impl Iterator<Item = [Vec3; 2]>, pad_m: f32) -> Bvh2 {
+    let boxes: Vec<_> = boxes
+        .map(|[min, max]| Padded(Aabb::new(Vec3A::from(min - pad_m), Vec3A::from(max + pad_m))))
+        .collect();
+    if boxes.is_empty() {
+        Bvh2::default()
+    } else {
+        build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Default::default())
+    }
+}
+
+impl Blocker {
+    /// Makes occluders ready for questions.
+    #[must_use]
+    pub fn new(occluders: Occluders) -> Self {
+        let pad_m = occluders.tolerance.plane_m;
+        Self {
+            bodies: tree(occluders.bodies.iter().map(|b| [b.min, b.max]), 0.0),
+            walls: tree(occluders.walls.iter().map(Wall::around), pad_m),
+            occluders,
+        }
+    }
+
+    fn body(&self, index: u32) -> &Body {
+        &self.occluders.bodies[index as usize]
+    }
+
+    /// Bodies that a segment meets, nearest first.
+    fn bodies_on(&self, from: Vec3, to: Vec3, found: &mut Vec<u32>) {
+        found.clear();
+        if self.bodies.nodes.is_empty() {
+            return;
+        }
+        let ray = Ray::new(from.into(), (to - from).into(), 0.0, 1.0);
+        self.bodies.ray_traverse_anyhit(ray, |_, at| {
+            let index = self.bodies.primitive_indices[at];
+            if self.body(index).meets(from, to) {
+                found.push(index);
+            }
+        });
+        let distance = |index: &u32| {
+            let body = self.body(*index);
+            (0.5 * (body.min + body.max) - from).length_squared()
+        };
+        found.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
+    }
+
+    /// Objects that are doors, rising.
+    #[must_use]
+    pub fn doors(&self) -> Vec<u32> {
+        let mut doors: Vec<_> = self.occluders.walls.iter().filter_map(|wall| wall.door).collect();
+        doors.sort_unstable();
+        doors
+    }
+
+    /// Whether a segment passes a door.
+    #[must_use]
+    pub fn door_is_on(&self, door: u32, from: Vec3, to: Vec3) -> bool {
+        let mut doors = self.occluders.walls.iter().filter(|wall| wall.door == Some(door));
+        doors.any(|wall| stops(wall, from, to))
+    }
+
+    /// Walls that stop a segment; of doors only these.
+    fn walls_on(&self, from: Vec3, to: Vec3, closed: &[u32], found: &mut Vec<u32>) {
+        if self.walls.nodes.is_empty() {
+            return;
+        }
+        let ray = Ray::new(from.into(), (to - from).into(), 0.0, 1.0);
+        self.walls.ray_traverse_anyhit(ray, |_, at| {
+            let index = self.walls.primitive_indices[at];
+            let wall = &self.occluders.walls[index as usize];
+            if wall.door.is_none_or(|door| closed.contains(&door)) && !found.contains(&index) && stops(wall, from, to) {
+                found.push(index);
+            }
+        });
+    }
+}
+
+/// Whether a segment ends on a wall.
+fn stops(wall: &Wall, from: Vec3, to: Vec3) -> bool {
+    let [a, b] = [from, to].map(|p| wall.normal.dot(p) - wall.offset);
+    let way = if a > 0.0 { Way::Against } else { Way::Along };
+    a * b < 0.0 && wall.opaque_at(way, wall.place(from.lerp(to, a / (a - b))))
+}
+
+/// Asks questions about one blocker; remembers what worked.
+pub struct Prover<'a> {
+    blocker: &'a Blocker,
+    proofs: Proofs,
+    closed: Vec<u32>,
+    recent: Vec<u32>,
+    on_ray: Vec<u32>,
+    steps_left: u32,
+}
+
+/// How sight lines cross a wall.
+struct Crossing {
+    wall: u32,
+    way: Way,
+    /// All of them cross inside.
+    rectangle: Rectangle,
+}
+
+impl<'a> Prover<'a> {
+    /// A prover that knows nothing yet.
+    #[must_use]
+    pub fn new(blocker: &'a Blocker, proofs: Proofs) -> Self {
+        Self {
+            blocker,
+            proofs,
+            closed: Vec::new(),
+            recent: Vec::with_capacity(RECENT),
+            on_ray: Vec::new(),
+            steps_left: 0,
+        }
+    }
+
+    /// From now on these doors are closed, and no others.
+    pub fn close(&mut self, doors: &[u32]) {
+        self.closed = doors.to_vec();
+    }
+
+    /// A proof that no point of the target can be seen from any point of the eye region, if one is found.
+    pub fn hides(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
+        if eye.overlaps(target) {
+            return None;
+        }
+        if self.proofs.bodies
+            && let Some(body) = self.one_body(eye, target)
+        {
+            return Some(Witness::Body(body));
+        }
+        if self.proofs.walls {
+            self.steps_left = MAX_STEPS;
+            let mut passed = vec![eye.clone(), target.clone()];
+            let mut chain = Vec::new();
+            if self.walls_block(&mut passed, &mut chain) {
+                chain.sort_unstable();
+                chain.dedup();
+                return Some(Witness::Walls(chain));
+            }
+        }
+        None
+    }
+
+    fn one_body(&mut self, eye: &Region, target: &Region) -> Option<u32> {
+        let separates = |index: u32| self.blocker.body(index).separates(eye, target, true);
+        if let Some(at) = self.recent.iter().position(|index| separates(*index)) {
+            let index = self.recent.remove(at);
+            self.recent.insert(0, index);
+            return Some(index);
+        }
+        self.blocker.bodies_on(eye.center(), target.center(), &mut self.on_ray);
+        let found = self.on_ray.iter().copied().take(BODIES_TRIED).find(|i| separates(*i))?;
+        self.recent.truncate(RECENT - 1);
+        self.recent.insert(0, found);
+        Some(found)
+    }
+
+    /// Whether walls block all sight lines that pass through these regions: from the first, to the second, and through
+    /// the openings after them. Walls that it took are added to `chain`.
+    fn walls_block(&mut self, passed: &mut Vec<Region>, chain: &mut Vec<u32>) -> bool {
+        let openings_passed = passed.len() - 2;
+        let mut candidates = Vec::new();
+        match passed.last().filter(|_| openings_passed > 0) {
+            None => self
+                .blocker
+                .walls_on(passed[0].center(), passed[1].center(), &self.closed, &mut candidates),
+            Some(opening) => {
+                self.blocker
+                    .walls_on(passed[0].center(), opening.center(), &self.closed, &mut candidates);
+                self.blocker
+                    .walls_on(opening.center(), passed[1].center(), &self.closed, &mut candidates);
+                if self.proofs.bodies && self.body_beside(passed) {
+                    return true;
+                }
+            }
+        }
+        let margin_m = 2.0 * self.blocker.occluders.tolerance.plane_m;
+        let mut partial: Vec<(f32, Crossing)> = Vec::new();
+        for index in candidates {
+            if self.steps_left == 0 {
+                return false;
+            }
+            self.steps_left -= 1;
+            let wall = &self.blocker.occluders.walls[index as usize];
+            match self.crossing(index, passed) {
+                Some(crossing)
+                    if is_empty(&crossing.rectangle, margin_m)
+                        || wall.covers(crossing.way, &crossing.rectangle, margin_m) =>
+                {
+                    chain.push(index);
+                    return true;
+                }
+                Some(crossing) => partial.push((wall.opaque_share(crossing.way, &crossing.rectangle), crossing)),
+                None => {}
+            }
+        }
+        if openings_passed == MAX_OPENINGS_PASSED {
+            return false;
+        }
+        partial.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.wall.cmp(&b.1.wall)));
+        partial.truncate(WALLS_TRIED[openings_passed]);
+        partial.into_iter().any(|(_, crossing)| {
+            let wall = &self.blocker.occluders.walls[crossing.wall as usize];
+            let Some(openings) = wall.openings(crossing.way, &crossing.rectangle, margin_m, MAX_OPENINGS) else {
+                return false;
+            };
+            let known = chain.len();
+            let blocked = openings.iter().all(|opening| {
+                passed.push(region_of(wall, opening));
+                let blocked = self.walls_block(passed, chain);
+                passed.pop();
+                blocked
+            });
+            if blocked {
+                chain.push(crossing.wall);
+            } else {
+                chain.truncate(known);
+            }
+            blocked
+        })
+    }
+
+    /// Whether a body that worked lately separates the last opening from the eye or the target.
+    fn body_beside(&self, passed: &[Region]) -> bool {
+        let (eye, target) = (&passed[0], &passed[1]);
+        let opening = &passed[passed.len() - 1];
+        self.recent.iter().any(|index| {
+            let body = self.blocker.body(*index);
+            body.separates(eye, opening, true) || body.separates(opening, target, true)
+        })
+    }
+
+    /// How sight lines that pass these regions cross a wall, if they surely do.
+    fn crossing(&self, index: u32, passed: &[Region]) -> Option<Crossing> {
+        let occluders = &self.blocker.occluders;
+        let wall = &occluders.walls[index as usize];
+        let plane_m = occluders.tolerance.plane_m;
+        let sides: Vec<i8> = passed
+            .iter()
+            .enumerate()
+            .map(|(i, region)| {
+                let [low, high] = region.heights(wall.normal, wall.offset);
+                let beyond_m = if i == 1 { BEHIND * plane_m } else { -2.0 * plane_m };
+                if low >= beyond_m {
+                    1
+                } else if high <= -beyond_m {
+                    -1
+                } else {
+                    0
+                }
+            })
+            .collect();
+        // Where sight lines come from: the eye's side, or the side away from the target.
+        let near = if sides[0] != 0 { sides[0] } else { -sides[1] };
+        if near == 0 || sides[1] == near {
+            return None;
+        }
+        let way = if near > 0 { Way::Against } else { Way::Along };
+        if !wall.hides(way) {
+            return None;
+        }
+        let mut rectangle = [[f32::NEG_INFINITY, f32::INFINITY]; 2];
+        let mut crossed = false;
+        for (a, _) in sides.iter().enumerate().filter(|(_, side)| **side == near) {
+            for (b, _) in sides.iter().enumerate().filter(|(_, side)| **side == -near) {
+                crossed = true;
+                let between = between(wall, &passed[a], &passed[b]);
+                for axis in 0..2 {
+                    rectangle[axis][0] = rectangle[axis][0].max(between[axis][0]);
+                    rectangle[axis][1] = rectangle[axis][1].min(between[axis][1]);
+                }
+            }
+        }
+        crossed.then_some(Crossing {
+            wall: index,
+            way,
+            rectangle,
+        })
+    }
+}
+
+/// Clipping left nothing, for certain.
+fn is_empty(rectangle: &Rectangle, margin_m: f32) -> bool {
+    rectangle.iter().any(|[low, high]| low - high > 0.5 * margin_m)
+}
+
+/// A rectangle in which all segments between two regions on different sides cross a wall. Only segments on the convex hull
+/// of both can cross at its border; for two boxes these join equal corners.
+fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
+    let mut rectangle = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
+    let mut include = |place: Vec2| {
+        for axis in 0..2 {
+            rectangle[axis][0] = rectangle[axis][0].min(place[axis]);
+            rectangle[axis][1] = rectangle[axis][1].max(place[axis]);
+        }
+    };
+    let at = |p: Vec3| (wall.normal.dot(p) - wall.offset, wall.place(p));
+    let mut segment = |(height_a, place_a): (f32, Vec2), (height_b, place_b): (f32, Vec2)| {
+        let drop = height_a - height_b;
+        if drop.abs() <= f32::MIN_POSITIVE {
+            include(place_a);
+            include(place_b);
+        } else {
+            include(place_a.lerp(place_b, (height_a / drop).clamp(0.0, 1.0)));
+        }
+    };
+    if a.points.is_empty() && b.points.is_empty() {
+        for i in 0..8 {
+            segment(at(a.corner(i)), at(b.corner(i)));
+        }
+    } else {
+        for from in a.corners() {
+            let from = at(from);
+            for to in b.corners() {
+                segment(from, at(to));
+            }
+        }
+    }
+    rectangle
+}
+
+/// An opening as a region: a flat box where the wall stands along the world's axes.
+fn region_of(wall: &Wall, opening: &Rectangle) -> Region {
+    let [u, v] = *opening;
+    let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| wall.point(Vec2::new(u[i], v[j])));
+    let hull = Region::hull(corners.to_vec());
+    if wall.normal.abs().max_element() > 1.0 - 1e-6 {
+        Region::of_box(hull.min, hull.max)
+    } else {
+        hull
+    }
+}
