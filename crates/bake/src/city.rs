@@ -77,6 +77,29 @@ impl City {
         buildings
     }
 
+    /// Cells of the paper's size scattered over the streets, free of buildings, as `[min, max]` in metres.
+    #[must_use]
+    pub fn street_cells(&self, count: usize) -> Vec<[DVec3; 2]> {
+        let mut random = Random::stream(self.seed, 1);
+        let houses = self.buildings();
+        let size_m = DVec3::new(self.blocks[0] as f64, 0.0, self.blocks[1] as f64) * self.spacing_m;
+        let mut cells = Vec::with_capacity(count);
+        while cells.len() < count {
+            let min = random.cube().as_dvec3() * size_m;
+            let cell = [min, min + Self::CELL_M];
+            let free = houses.iter().all(|boxes| {
+                let house = boxes[0];
+                [0, 2]
+                    .iter()
+                    .any(|axis| cell[0][*axis] > house[1][*axis] || cell[1][*axis] < house[0][*axis])
+            });
+            if free {
+                cells.push(cell);
+            }
+        }
+        cells
+    }
+
     /// The city as an importer would give it, with a viewpoint in a street.
     #[must_use]
     pub fn scene(&self) -> SourceScene {
@@ -140,6 +163,20 @@ mod tests {
                 let ([a_min, a_max], [b_min, b_max]) = (a[0], b[0]);
                 assert!(a_min.x > b_max.x || b_min.x > a_max.x || a_min.z > b_max.z || b_min.z > a_max.z);
             }
+        }
+    }
+
+    #[test]
+    fn street_cells_keep_clear_of_houses() {
+        let city = City {
+            blocks: [6, 5],
+            ..City::DENSE
+        };
+        let houses = city.buildings();
+        for [min, max] in city.street_cells(40) {
+            assert!(min.y >= 0.0 && (max - min - City::CELL_M).abs().max_element() < 1e-6);
+            let meets = |house: &[DVec3; 2]| min.cmple(house[1]).all() && max.cmpge(house[0]).all();
+            assert!(!houses.iter().flatten().any(meets));
         }
     }
 

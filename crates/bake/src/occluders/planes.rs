@@ -2,7 +2,7 @@
 //!
 //! Cost: linear in faces, and in squares times the faces that meet them.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
 
@@ -51,7 +51,7 @@ pub(super) fn walls(world: &World, tolerance: Tolerance) -> Vec<Wall> {
 fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
     let step_m = 8.0 * tolerance.plane_m;
     let mut groups: Vec<Group> = Vec::new();
-    let mut by_key: HashMap<([i32; 3], i64), Vec<u32>> = HashMap::new();
+    let mut by_key: BTreeMap<([i32; 3], i64), Vec<u32>> = BTreeMap::new();
     for (index, triangle) in triangles.iter().enumerate() {
         let [a, b, c] = triangle.corners;
         let Some(front) = (b - a).cross(c - a).try_normalize() else {

@@ -15,7 +15,7 @@
 //! (or from any side if the part hides from both). Bodies are smaller by a margin, which turns rounding into
 //! overestimate. An eye inside opaque matter is no eye: sight lines from there are not looked at.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3, Vec4};
 
@@ -77,7 +77,7 @@ fn bits(point: Vec3) -> [u32; 3] {
 }
 
 fn parts(triangles: &[Triangle]) -> Vec<Part<'_>> {
-    let mut ids: HashMap<[u32; 3], u32> = HashMap::new();
+    let mut ids: BTreeMap<[u32; 3], u32> = BTreeMap::new();
     let mut parents: Vec<u32> = Vec::new();
     fn root(parents: &mut [u32], mut id: u32) -> u32 {
         while parents[id as usize] != id {
@@ -100,7 +100,7 @@ fn parts(triangles: &[Triangle]) -> Vec<Part<'_>> {
         }
         first_corner.push(corners[0]);
     }
-    let mut index_of: HashMap<u32, usize> = HashMap::new();
+    let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
     let mut parts: Vec<Part<'_>> = Vec::new();
     for (triangle, corner) in triangles.iter().zip(first_corner) {
         let index = *index_of.entry(root(&mut parents, corner)).or_insert_with(|| {
@@ -160,7 +160,7 @@ impl Part<'_> {
 
     /// Triangles of others that reach further than a margin into its box.
     fn foreign(&self, world: &World, object: u32, margin_m: f32) -> Vec<[Vec3; 3]> {
-        let own: std::collections::HashSet<_> = self.triangles.iter().map(|t| t.corners.map(bits)).collect();
+        let own: std::collections::BTreeSet<_> = self.triangles.iter().map(|t| t.corners.map(bits)).collect();
         let mut foreign = Vec::new();
         let (middle, half) = (0.5 * (self.min + self.max), 0.5 * (self.max - self.min) - margin_m);
         world.near(self.min, self.max, &mut |triangle| {
@@ -178,7 +178,7 @@ impl Part<'_> {
 
     /// How it is closed, if it is and hides from outside.
     fn closed(&self) -> Option<Closed> {
-        let mut edges: HashMap<([u32; 3], [u32; 3]), i32> = HashMap::new();
+        let mut edges: BTreeMap<([u32; 3], [u32; 3]), i32> = BTreeMap::new();
         let mut both_sides = true;
         let mut volume_m3 = 0.0;
         let base = DVec3::new(f64::from(self.min.x), f64::from(self.min.y), f64::from(self.min.z));
@@ -254,7 +254,7 @@ fn stand_on_each_other(bodies: &mut [Body], margin_m: f32) {
     // From the ground up, so that a tower stands on what its storeys stand on.
     let mut order: Vec<_> = (0..bodies.len()).collect();
     order.sort_by(|a, b| bodies[*a].min.y.total_cmp(&bodies[*b].min.y).then(a.cmp(b)));
-    let mut by_object: HashMap<u32, Vec<usize>> = HashMap::new();
+    let mut by_object: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for upper in order {
         let body = &bodies[upper];
         let others = by_object.entry(body.object).or_default();

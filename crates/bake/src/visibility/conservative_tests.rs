@@ -1,154 +1,166 @@
-//! Are conservative sets right, and how tight are they?
+//! Are conservative sets right, and how tight are they? On small cities, where rays can look everywhere.
+
+use std::collections::BTreeSet;
 
 use glam::Vec3;
 
 use super::{
+    Method,
     conservative::{ConservativeSettings, Observer, Scenery},
     prover::Proofs,
     random::Random,
+    targets,
 };
 use crate::{city::City, occluders::Region, world::World};
 
-const ALL: ConservativeSettings = ConservativeSettings {
+const ONE_BODY: ConservativeSettings = ConservativeSettings {
     proofs: Proofs {
         bodies: true,
         walls: false,
     },
-    fusion: true,
-    halvings: 3,
+    fusion: false,
+    halvings: 0,
 };
+const FUSED: ConservativeSettings = ConservativeSettings {
+    fusion: true,
+    ..ONE_BODY
+};
+const WALLS: ConservativeSettings = ConservativeSettings {
+    proofs: Proofs {
+        bodies: false,
+        walls: true,
+    },
+    ..ONE_BODY
+};
+const CELLS: usize = 12;
 
-/// Cells of the paper's size in the streets of a city: at least so far from every building.
-fn street_cells(city: &City, count: usize) -> Vec<[Vec3; 2]> {
-    let mut random = Random::stream(7, 7);
-    let houses = city.buildings();
-    let size = City::CELL_M as f32;
-    let mut cells = Vec::new();
-    while cells.len() < count {
-        let at = random.cube()
-            * Vec3::new(
-                (city.blocks[0] as f64 * city.spacing_m) as f32,
-                0.0,
-                (city.blocks[1] as f64 * city.spacing_m) as f32,
-            );
-        let cell = [at, at + Vec3::splat(size)];
-        let free = houses.iter().all(|boxes| {
-            let [min, max] = boxes[0].map(|p| p.as_vec3());
-            cell[0].x > max.x || cell[1].x < min.x || cell[0].z > max.z || cell[1].z < min.z
-        });
-        if free {
-            cells.push(cell);
+/// A city with cells in its streets, and what each cell surely sees.
+struct Town {
+    world: World,
+    scenery: Scenery,
+    cells: Vec<Region>,
+    seen: Vec<Vec<u32>>,
+}
+
+impl Town {
+    fn new(city: City) -> Self {
+        let world = World::new(&city.scene()).unwrap();
+        let scenery = Scenery::of(&world);
+        let relative = |point: glam::DVec3| world.relative(point.to_array());
+        let cells: Vec<_> = city
+            .street_cells(CELLS)
+            .into_iter()
+            .map(|[min, max]| Region::of_box(relative(min), relative(max)))
+            .collect();
+        let seen = cells
+            .iter()
+            .enumerate()
+            .map(|(i, cell)| look(&world, cell, &mut Random::stream(5, i as u64)))
+            .collect();
+        Self {
+            world,
+            scenery,
+            cells,
+            seen,
         }
     }
-    cells
+
+    fn not_hidden(&self, settings: ConservativeSettings) -> Vec<Vec<u32>> {
+        let mut observer = Observer::new(&self.scenery, settings);
+        self.cells.iter().map(|cell| observer.visible(cell, &[])).collect()
+    }
+}
+
+/// Objects that random rays see, and rays to points of each object from corners, edges and faces of the cell.
+fn look(world: &World, cell: &Region, random: &mut Random) -> Vec<u32> {
+    let mut seen = BTreeSet::new();
+    let mut passed = Vec::new();
+    let size = cell.max - cell.min;
+    for _ in 0..60_000 {
+        let eye = cell.min + random.cube() * size;
+        seen.extend(
+            world
+                .cast(eye, random.direction(), f32::MAX, &mut passed)
+                .map(|hit| hit.object),
+        );
+    }
+    for object in 0..world.object_bounds().len() as u32 {
+        for _ in 0..400 {
+            let snap = |x: f32, snaps: bool| if snaps { x.round() } else { x };
+            let at = random.cube().to_array().map(|x| snap(x, random.unit() < 0.5));
+            let eye = cell.min + (Vec3::from(at) * 0.999_8 + 0.000_1) * size;
+            let target = targets::on_object(world, object, random).unwrap();
+            seen.extend(
+                world
+                    .cast(eye, target - eye, f32::MAX, &mut passed)
+                    .map(|hit| hit.object),
+            );
+        }
+    }
+    seen.into_iter().collect()
+}
+
+fn towns() -> [Town; 2] {
+    let blocks = [12, 9];
+    [City::DENSE, City::SPARSE].map(|city| Town::new(City { blocks, ..city }))
 }
 
 #[test]
-fn table_of_the_city() {
-    for (name, city) in [("dense", City::DENSE), ("sparse", City::SPARSE)] {
-        let world = World::new(&city.scene()).unwrap();
-        let start = std::time::Instant::now();
-        let scenery = Scenery::of(&world);
-        println!(
-            "{name}: {} bodies {} walls, {:?}",
-            scenery.blocker.occluders.bodies.len(),
-            scenery.blocker.occluders.walls.len(),
-            start.elapsed()
-        );
-        let cells = street_cells(&city, 24);
-        let origin = world.origin().as_vec3();
-        let mut random = Random::stream(1, 2);
-        let mut passed = Vec::new();
-        let seen: Vec<Vec<u32>> = cells
-            .iter()
-            .map(|[min, max]| {
-                let mut seen = std::collections::BTreeSet::new();
-                for _ in 0..400_000 {
-                    let eye = *min + random.cube() * (*max - *min) - origin;
-                    if let Some(hit) = world.cast(eye, random.direction(), f32::MAX, &mut passed) {
-                        seen.insert(hit.object);
-                    }
-                }
-                let region = Region::of_box(*min - origin, *max - origin);
-                let rays = seen.len();
-                let open = Observer::new(&scenery, ALL).visible(&region, &[]);
-                for object in open {
-                    if seen.contains(&object) {
-                        continue;
-                    }
-                    for _ in 0..20_000 {
-                        let mut at = random.cube();
-                        for axis in 0..3 {
-                            if random.unit() < 0.5 {
-                                at[axis] = at[axis].round();
-                            }
-                        }
-                        let eye = *min + (at * 0.9998 + 0.0001) * (*max - *min) - origin;
-                        let Some(target) = crate::visibility::targets::on_object(&world, object, &mut random) else {
-                            break;
-                        };
-                        if let Some(hit) = world.cast(eye, target - eye, f32::MAX, &mut passed)
-                            && hit.object == object
-                        {
-                            seen.insert(object);
-                            break;
-                        }
-                    }
-                }
-                if rays != seen.len() {
-                    print!("{rays}->{} ", seen.len());
-                }
-                seen.into_iter().collect()
-            })
-            .collect();
-        for (label, settings) in [
-            (
-                "one body",
-                ConservativeSettings {
-                    fusion: false,
-                    halvings: 0,
-                    ..ALL
-                },
-            ),
-            (
-                "one body, halved 3 times",
-                ConservativeSettings { fusion: false, ..ALL },
-            ),
-            ("fused", ConservativeSettings { halvings: 0, ..ALL }),
-            ("fused, halved 3 times", ALL),
-            ("fused, halved 5 times", ConservativeSettings { halvings: 5, ..ALL }),
-            (
-                "walls too, fused, halved 3",
-                ConservativeSettings {
-                    proofs: Proofs {
-                        bodies: true,
-                        walls: true,
-                    },
-                    ..ALL
-                },
-            ),
-        ] {
-            let mut observer = Observer::new(&scenery, settings);
-            let start = std::time::Instant::now();
-            let mut visible = 0;
-            let mut missing = 0;
-            for ([min, max], seen) in cells.iter().zip(&seen) {
-                let found = observer.visible(&Region::of_box(*min - origin, *max - origin), &[]);
-                visible += found.len();
-                for o in seen.iter().filter(|o| found.binary_search(o).is_err()) {
-                    missing += 1;
-                    println!(
-                        "dense-or-sparse missing {o} from {min} at {:?}",
-                        scenery.targets[*o as usize]
-                    );
-                }
+fn whatever_rays_see_is_in_every_conservative_set() {
+    for town in towns() {
+        let all = Method::Conservative.proofs().unwrap();
+        for settings in [ONE_BODY, FUSED, WALLS, all] {
+            for ((sets, seen), cell) in town.not_hidden(settings).iter().zip(&town.seen).zip(&town.cells) {
+                let missing: Vec<_> = seen.iter().filter(|o| sets.binary_search(o).is_err()).collect();
+                assert!(missing.is_empty(), "{missing:?} from {:?} with {settings:?}", cell.min);
             }
-            println!(
-                "{name} {label}: visible {:.1}, seen by rays {:.1}, missing {missing}, {:?} per cell",
-                visible as f64 / 24.0,
-                seen.iter().map(Vec::len).sum::<usize>() as f64 / 24.0,
-                start.elapsed() / 24
-            );
         }
     }
+}
+
+#[test]
+fn more_proofs_leave_less_and_all_of_them_little_more_than_rays_see() {
+    let count = |sets: &[Vec<u32>]| sets.iter().map(Vec::len).sum::<usize>();
+    for (town, worst) in towns().iter().zip([1.2, 1.3]) {
+        let [one, fused, all] =
+            [ONE_BODY, FUSED, Method::Conservative.proofs().unwrap()].map(|s| count(&town.not_hidden(s)));
+        assert!(one > fused && fused > all, "{one} {fused} {all}");
+        let ratio = all as f64 / count(&town.seen) as f64;
+        assert!(ratio <= worst, "{ratio} times what rays see");
+    }
+}
+
+#[test]
+fn what_an_observer_knows_to_be_visible_changes_no_set() {
+    let [town, _] = towns();
+    let settings = Method::Conservative.proofs().unwrap();
+    let unaided = town.not_hidden(settings);
+    let mut observer = Observer::new(&town.scenery, settings);
+    for ((cell, seen), unaided) in town.cells.iter().zip(&town.seen).zip(&unaided) {
+        let aided = observer.visible(cell, seen);
+        assert!(seen.iter().all(|o| aided.binary_search(o).is_ok()));
+        let extra: Vec<_> = aided.iter().filter(|o| unaided.binary_search(o).is_err()).collect();
+        assert!(extra.is_empty(), "{extra:?}");
+    }
+}
+
+#[test]
+fn a_witness_is_named_for_what_is_hidden_and_none_for_what_is_seen() {
+    let [town, _] = towns();
+    let mut observer = Observer::new(&town.scenery, FUSED);
+    let mut named = 0;
+    for (cell, seen) in town.cells.iter().zip(&town.seen) {
+        let sets = observer.visible(cell, &[]);
+        for object in 0..town.world.object_bounds().len() as u32 {
+            let witness = observer.witness(cell, object);
+            assert!(witness.is_none() || seen.binary_search(&object).is_err());
+            assert_eq!(
+                witness.is_none(),
+                sets.binary_search(&object).is_ok(),
+                "object {object}"
+            );
+            named += usize::from(witness.is_some());
+        }
+    }
+    assert!(named > 0);
 }

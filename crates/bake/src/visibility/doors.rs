@@ -5,7 +5,7 @@
 //! not answers the question without a proof. Two doors neither of which hides an object alone, but which do together,
 //! are not noted: whoever asks with both closed may get an object too many, never one too few.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
@@ -51,7 +51,7 @@ pub(super) fn mark(
                     return Err(Cancelled);
                 }
                 let eye = Region::around(world, &graph.cells[index].bounds);
-                let known: HashMap<u32, &Sighting> = sightings[index].iter().map(|s| (s.object, s)).collect();
+                let known: BTreeMap<u32, &Sighting> = sightings[index].iter().map(|s| (s.object, s)).collect();
                 for entry in &mut cell.objects {
                     let Some(target) = &scenery.targets[entry.object as usize] else {
                         continue;

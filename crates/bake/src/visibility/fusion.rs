@@ -47,7 +47,7 @@ impl Default for Shadows {
 
 /// A face of the cube: its axis, and the direction along it.
 fn face(index: usize) -> (usize, f32) {
-    (index / 2, if index % 2 == 0 { 1.0 } else { -1.0 })
+    (index / 2, if index.is_multiple_of(2) { 1.0 } else { -1.0 })
 }
 
 /// Lattice line to the tangent of its angle, −1 to 1.

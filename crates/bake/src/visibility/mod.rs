@@ -188,10 +188,7 @@ pub fn compute(
     progress: &dyn Progress,
 ) -> Result<Visibility, Cancelled> {
     let count = graph.cells.len();
-    let sampled = settings
-        .sampled
-        .clone()
-        .unwrap_or_else(|| SampledSettings::for_cells(count));
+    let sampled = settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count));
     // Sampling; then proofs, a last search and doors.
     progress.start(Stage::Visibility, sampled.steps(count) + 3 * count as u64);
     let mut survey = Survey::new(world, graph, &sampled, progress);
