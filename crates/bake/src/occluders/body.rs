@@ -36,6 +36,11 @@ impl Body {
 
     /// Whether a segment meets it, or, when it `reaches_down`, what is below it.
     fn blocks(&self, from: Vec3, to: Vec3, reaches_down: bool) -> bool {
+        self.enters(from, to, reaches_down).is_some()
+    }
+
+    /// Where a segment first meets it, or, when it `reaches_down`, what is below it, as a share of the segment.
+    pub(crate) fn enters(&self, from: Vec3, to: Vec3, reaches_down: bool) -> Option<f32> {
         let along = to - from;
         let (mut enter, mut leave) = (0.0f32, 1.0f32);
         if self.planes.is_empty() {
@@ -44,7 +49,7 @@ impl Body {
             for axis in 0..3 {
                 if along[axis] == 0.0 {
                     if from[axis] < min[axis] || from[axis] > self.max[axis] {
-                        return false;
+                        return None;
                     }
                     continue;
                 }
@@ -65,7 +70,7 @@ impl Body {
                 let (outside, rise) = (normal.dot(from) - plane.w, normal.dot(along));
                 if rise == 0.0 {
                     if outside > 0.0 {
-                        return false;
+                        return None;
                     }
                 } else if rise < 0.0 {
                     enter = enter.max(-outside / rise);
@@ -74,7 +79,7 @@ impl Body {
                 }
             }
         }
-        enter <= leave
+        (enter <= leave).then_some(enter)
     }
 
     /// Whether all segments between two regions meet it, so that neither sees the other (seed: Cohen-Or & Zadicario

@@ -96,4 +96,15 @@ impl Region {
                 })
         }
     }
+
+    /// Two boxes that together are the box around it, cut across its longest edge.
+    #[must_use]
+    pub fn halves(&self) -> [Self; 2] {
+        let axis = (self.max - self.min).max_position();
+        let middle = self.center()[axis];
+        let (mut low, mut high) = (self.max, self.min);
+        low[axis] = middle;
+        high[axis] = middle;
+        [Self::of_box(self.min, low), Self::of_box(high, self.max)]
+    }
 }

@@ -251,7 +251,7 @@ impl<'a> Observer<'a> {
             }
             return;
         }
-        for half in halves(eye) {
+        for half in eye.halves() {
             let mut left: Vec<u32> = Vec::with_capacity(open.len());
             for object in open.iter() {
                 let target = self.scenery.targets[*object as usize].as_ref();
@@ -262,15 +262,4 @@ impl<'a> Observer<'a> {
             self.refine(&half, &mut left, halvings - 1, visible);
         }
     }
-}
-
-/// Two boxes that together are the box around a region, cut across its longest edge.
-fn halves(region: &Region) -> [Region; 2] {
-    let size = region.max - region.min;
-    let axis = size.max_position();
-    let middle = region.center()[axis];
-    let (mut low, mut high) = (region.max, region.min);
-    low[axis] = middle;
-    high[axis] = middle;
-    [Region::of_box(region.min, low), Region::of_box(high, region.max)]
 }

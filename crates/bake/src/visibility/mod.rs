@@ -7,6 +7,7 @@
 
 pub mod conservative;
 mod doors;
+pub mod epsilon;
 pub mod fusion;
 pub mod prover;
 pub mod sampled;
