@@ -81,7 +81,9 @@ pub struct Superset {
     pub objects: Vec<u32>,
     /// Triangles that may be seen: `(object, index among its triangles)`, rising.
     pub triangles: Vec<(u32, u32)>,
-    /// Objects that the first occluder which was tried hides.
+    /// Objects whose boxes one occluder hides.
+    pub hidden_boxes: u32,
+    /// … the first that was tried.
     pub first_occluders: u32,
     /// What it took.
     pub tally: Tally,
@@ -102,6 +104,7 @@ struct Question<'a> {
     /// Occluders that take part.
     active: Vec<bool>,
     tally: Tally,
+    hidden_boxes: u32,
     first_occluders: u32,
 }
 
@@ -129,6 +132,7 @@ impl<'a> Neighbourhoods<'a> {
             use_of: accelerations,
             active: self.bodies.iter().map(large).collect(),
             tally: Tally::default(),
+            hidden_boxes: 0,
             first_occluders: 0,
         };
         let objects: Vec<_> = (0..self.boxes.len() as u32)
@@ -140,6 +144,7 @@ impl<'a> Neighbourhoods<'a> {
         Superset {
             objects,
             triangles,
+            hidden_boxes: question.hidden_boxes,
             first_occluders: question.first_occluders,
             tally: question.tally,
         }
@@ -261,8 +266,9 @@ impl Question<'_> {
             }
         }
         let found = left[0].1;
-        if is_box && first == Some(found) {
-            self.first_occluders += 1;
+        if is_box {
+            self.hidden_boxes += 1;
+            self.first_occluders += u32::from(first == Some(found));
         }
         Some(found)
     }

@@ -1,0 +1,349 @@
+//! How fast and how tight are visible sets? Prints tables; asserts nothing. `cargo bench -p belvedere-bake`
+//!
+//! The scene is the city of Cohen-Or & Zadicario (1998), 2,128 buildings, with street cells of a quarter of a building.
+//! Times are CPU time of one thread.
+
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
+
+use std::fs;
+
+use belvedere_bake::{
+    city::City,
+    occluders::Region,
+    visibility::{
+        Method,
+        conservative::{ConservativeSettings, Observer, Scenery},
+        epsilon::{Accelerations, Neighbourhoods, Tally},
+        prover::Proofs,
+    },
+    world::World,
+};
+use glam::Vec3;
+
+const CELLS: usize = 48;
+/// Rays for the truth, from each cell.
+const RAYS: usize = 2_000_000;
+
+fn main() {
+    papers_tables();
+    methods();
+    growth();
+}
+
+/// CPU time of this thread so far, in milliseconds.
+fn cpu_ms() -> f64 {
+    let stat = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = stat.split(' ').next().and_then(|n| n.parse::<f64>().ok());
+    nanoseconds.unwrap_or(0.0) * 1e-6
+}
+
+/// The least of a few runs, and what the last one gave.
+fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
+    let mut least_ms = f64::INFINITY;
+    let mut result = None;
+    for _ in 0..3 {
+        let start_ms = cpu_ms();
+        result = Some(run());
+        least_ms = least_ms.min(cpu_ms() - start_ms);
+    }
+    (least_ms, result.unwrap())
+}
+
+fn regions(world: &World, city: &City) -> Vec<Region> {
+    let relative = |p: glam::DVec3| world.relative(p.to_array());
+    let cells = city.street_cells(CELLS).into_iter();
+    cells
+        .map(|[min, max]| Region::of_box(relative(min), relative(max)))
+        .collect()
+}
+
+fn papers_tables() {
+    println!("Cohen-Or & Zadicario 1998, table 1: means over {CELLS} cells; theirs in brackets\n");
+    println!("| model | triangles | hidden triangles | buildings | hidden buildings | hidden by the first occluder |");
+    println!("|---|---|---|---|---|---|");
+    for (name, city, paper) in [
+        ("city 1, dense", City::DENSE, [20_062, 1_954, 1_427]),
+        ("city 2, sparse", City::SPARSE, [18_713, 1_755, 1_225]),
+    ] {
+        let world = World::new(&city.scene()).unwrap();
+        let scenery = Scenery::of(&world);
+        let scene = Neighbourhoods::new(&world, &scenery.blocker.occluders.bodies);
+        let (mut triangles, mut boxes, mut first) = (0, 0, 0);
+        for cell in regions(&world, &city) {
+            let superset = scene.superset(&cell, Accelerations::ALL);
+            triangles += superset.triangles.len();
+            first += superset.first_occluders as usize;
+            boxes += superset.hidden_boxes as usize;
+        }
+        let mean = |sum: usize| sum as f64 / CELLS as f64;
+        let all = world.triangles().len();
+        let hidden = all as f64 - mean(triangles);
+        println!(
+            "| {name} | {all} [21280] | {hidden:.0} = {:.1} % [{} = {:.1} %] | {} [2128] | {:.0} [{}] | {:.0} [{}] |",
+            100.0 * hidden / all as f64,
+            paper[0],
+            f64::from(paper[0]) / 212.80,
+            world.object_bounds().len(),
+            mean(boxes),
+            paper[1],
+            mean(first),
+            paper[2],
+        );
+    }
+    let city = City::DENSE;
+    let world = World::new(&city.scene()).unwrap();
+    let scenery = Scenery::of(&world);
+    let scene = Neighbourhoods::new(&world, &scenery.blocker.occluders.bodies);
+    let cells = regions(&world, &city);
+    let none = Accelerations::NONE;
+    let columns = [
+        (
+            "no grid, boxes",
+            Accelerations {
+                grid: false,
+                boxes_first: true,
+                ..none
+            },
+            None,
+        ),
+        ("no optimisation", none, Some([1.0, 517_800.0])),
+        (
+            "bounding box",
+            Accelerations {
+                boxes_first: true,
+                ..none
+            },
+            Some([8_900.0 / 30_170.0, 135_278.0 + 38_648.0]),
+        ),
+        (
+            "redundant occluders",
+            Accelerations {
+                boxes_first: true,
+                redundant_occluders: true,
+                ..none
+            },
+            Some([8_850.0 / 30_170.0, 135_089.0 + 38_648.0]),
+        ),
+        (
+            "redundant rays",
+            Accelerations {
+                boxes_first: true,
+                hull_rays_only: true,
+                ..none
+            },
+            Some([7_040.0 / 30_170.0, 45_570.0 + 38_648.0]),
+        ),
+        (
+            "first ray traverses",
+            Accelerations {
+                boxes_first: true,
+                first_ray_traverses: true,
+                ..none
+            },
+            None,
+        ),
+        (
+            "fully optimised",
+            Accelerations::ALL,
+            Some([7_030.0 / 30_170.0, 42_414.0 + 38_648.0]),
+        ),
+        (
+            "all, halved twice",
+            Accelerations {
+                subcells: 2,
+                ..Accelerations::ALL
+            },
+            None,
+        ),
+        (
+            "all, occluders ≥ 0.01 sr",
+            Accelerations {
+                least_occluder_sr: 0.01,
+                ..Accelerations::ALL
+            },
+            None,
+        ),
+        (
+            "all, first hit only",
+            Accelerations {
+                first_hit: true,
+                ..Accelerations::ALL
+            },
+            None,
+        ),
+    ];
+    println!("\ntable 2, dense city, per cell; theirs in brackets (of their 30,170 ms)\n");
+    println!(
+        "| accelerations | ms | share of «no optimisation» | rays that traverse | tests for boxes | for triangles | both | visible triangles |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    let few = &cells[..8];
+    let mut base_ms = None;
+    for (name, accelerations, paper) in columns {
+        let (ms, (tally, visible)) = timed(|| {
+            let (mut tally, mut visible) = (Tally::default(), 0);
+            for cell in few {
+                let superset = scene.superset(cell, accelerations);
+                tally.traversals += superset.tally.traversals;
+                tally.box_tests += superset.tally.box_tests;
+                tally.triangle_tests += superset.tally.triangle_tests;
+                visible += superset.triangles.len();
+            }
+            (tally, visible)
+        });
+        let count = few.len() as f64;
+        if accelerations == none {
+            base_ms = Some(ms);
+        }
+        let share = base_ms.map_or_else(|| "–".to_owned(), |base| format!("{:.2}", ms / base));
+        let [time, tests] = paper.map_or([String::new(), String::new()], |[time, tests]| {
+            [format!(" [{time:.2}]"), format!(" [{tests:.0}]")]
+        });
+        println!(
+            "| {name} | {:.2} | {share}{time} | {:.0} | {:.0} | {:.0} | {:.0}{tests} | {:.0} |",
+            ms / count,
+            tally.traversals as f64 / count,
+            tally.box_tests as f64 / count,
+            tally.triangle_tests as f64 / count,
+            (tally.box_tests + tally.triangle_tests) as f64 / count,
+            visible as f64 / count
+        );
+    }
+}
+
+fn settings() -> [(&'static str, ConservativeSettings); 5] {
+    let plain = ConservativeSettings {
+        proofs: Proofs {
+            bodies: true,
+            walls: false,
+        },
+        fusion: false,
+        halvings: 0,
+    };
+    [
+        ("one occluder", plain),
+        ("fused", ConservativeSettings { fusion: true, ..plain }),
+        ("`occluders`", Method::Occluders.proofs().unwrap()),
+        ("`portals`", Method::Portals.proofs().unwrap()),
+        ("`conservative`", Method::Conservative.proofs().unwrap()),
+    ]
+}
+
+fn methods() {
+    println!(
+        "\nproofs by the tree of objects; truth: {RAYS} rays from each cell and as many as help at what is left\n"
+    );
+    println!("| city | method | ms for a cell | not hidden | seen by rays | extra | missing |");
+    println!("|---|---|---|---|---|---|---|");
+    for (name, city) in [("dense", City::DENSE), ("sparse", City::SPARSE)] {
+        let world = World::new(&city.scene()).unwrap();
+        let scenery = Scenery::of(&world);
+        let cells = regions(&world, &city);
+        let start_ms = cpu_ms();
+        let mut rays = 0;
+        let truth: Vec<_> = cells.iter().map(|cell| look(&world, cell, &mut rays)).collect();
+        let rays_ms = cpu_ms() - start_ms;
+        let seen: usize = truth.iter().map(Vec::len).sum();
+        for (method, settings) in settings() {
+            let (ms, sets) = timed(|| {
+                let mut observer = Observer::new(&scenery, settings);
+                cells.iter().map(|cell| observer.visible(cell, &[])).collect::<Vec<_>>()
+            });
+            let open: usize = sets.iter().map(Vec::len).sum();
+            let missing: usize = truth
+                .iter()
+                .zip(&sets)
+                .map(|(seen, set)| seen.iter().filter(|o| set.binary_search(o).is_err()).count())
+                .sum();
+            println!(
+                "| {name} | {method} | {:.2} | {:.1} | {:.1} | {:+.0} % | {missing} |",
+                ms / CELLS as f64,
+                open as f64 / CELLS as f64,
+                seen as f64 / CELLS as f64,
+                100.0 * (open as f64 / seen as f64 - 1.0)
+            );
+        }
+        println!(
+            "| {name} | rays alone | {:.0} | | {:.1} | | | {:.1} M rays/s",
+            rays_ms / CELLS as f64,
+            seen as f64 / CELLS as f64,
+            1e-3 * rays as f64 / rays_ms
+        );
+    }
+}
+
+/// Objects that random rays see from a cell, half of them upwards from the ground.
+fn look(world: &World, cell: &Region, rays: &mut u64) -> Vec<u32> {
+    let mut state = 0x9E37_79B9_u64;
+    let mut unit = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / (1u32 << 24) as f32
+    };
+    let mut seen = vec![false; world.object_bounds().len()];
+    let mut passed = Vec::new();
+    for _ in 0..RAYS {
+        let eye = cell.min + Vec3::new(unit(), unit(), unit()) * (cell.max - cell.min);
+        let (height, turn) = (unit() * unit(), std::f32::consts::TAU * unit());
+        let ring = (1.0 - height * height).sqrt();
+        let direction = Vec3::new(ring * turn.cos(), height, ring * turn.sin());
+        if let Some(hit) = world.cast(eye, direction, f32::MAX, &mut passed) {
+            seen[hit.object as usize] = true;
+        }
+    }
+    *rays += RAYS as u64;
+    (0..seen.len() as u32).filter(|o| seen[*o as usize]).collect()
+}
+
+fn growth() {
+    println!("\ngrowth at equal density: ms for a cell; a naive sampler asks every object with 16 sight lines\n");
+    println!("| buildings | one occluder | fused | `conservative` | naive sampler | not hidden |");
+    println!("|---|---|---|---|---|---|");
+    for blocks in [[28, 19], [56, 38], [112, 76], [224, 152]] {
+        let city = City { blocks, ..City::DENSE };
+        let world = World::new(&city.scene()).unwrap();
+        let scenery = Scenery::of(&world);
+        let cells = regions(&world, &city);
+        let mut open = 0;
+        let mut per_cell = |settings: ConservativeSettings| {
+            let (ms, found) = timed(|| {
+                let mut observer = Observer::new(&scenery, settings);
+                cells
+                    .iter()
+                    .map(|cell| observer.visible(cell, &[]).len())
+                    .sum::<usize>()
+            });
+            open = found;
+            ms / CELLS as f64
+        };
+        let all = settings();
+        let [one, fused, conservative] = [all[0].1, all[1].1, all[4].1].map(&mut per_cell);
+        let naive = timed(|| naive(&world, &cells[..4])).0 / 4.0;
+        println!(
+            "| {} | {one:.2} | {fused:.2} | {conservative:.2} | {naive:.1} | {:.1} |",
+            world.object_bounds().len(),
+            open as f64 / CELLS as f64
+        );
+    }
+}
+
+/// Sight lines from each cell to points in the box of every object.
+fn naive(world: &World, cells: &[Region]) -> usize {
+    let mut passed = Vec::new();
+    let mut seen = 0;
+    for cell in cells {
+        for (object, bounds) in world.object_bounds().iter().enumerate() {
+            let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+            let hits = (0..16).any(|i| {
+                let share = |bit: i32| if i >> bit & 1 == 0 { 0.1 } else { 0.9 };
+                let at = Vec3::new(share(0), share(1), share(2));
+                let (eye, target) = (cell.min + at * (cell.max - cell.min), min + at * (max - min));
+                let hit = world.cast(eye, target - eye, f32::MAX, &mut passed);
+                hit.is_some_and(|hit| hit.object == object as u32)
+            });
+            seen += usize::from(hits);
+        }
+    }
+    seen
+}
