@@ -155,9 +155,12 @@ impl<'a> Observer<'a> {
         if let Some(witness) = self.prover.hides(eye, target) {
             return Some(witness);
         }
+        if !self.settings.fusion {
+            return None;
+        }
         let mut open = self.not_hidden_by_one(eye);
         self.fuse(eye, &mut open);
-        (open.binary_search(&object).is_err()).then_some(Witness::Fused)
+        open.binary_search(&object).is_err().then_some(Witness::Fused)
     }
 
     /// Objects that no single proof hides from all of the region, rising.
@@ -179,12 +182,12 @@ impl<'a> Observer<'a> {
                     let object = tree.primitive_indices[at as usize];
                     let target = self.scenery.targets[object as usize].as_ref();
                     if self.known[object as usize]
-                        || target.is_some_and(|target| self.prover.hides(eye, target).is_none())
+                        || target.is_some_and(|target| self.prover.hides_by_one(eye, target).is_none())
                     {
                         open.push(object);
                     }
                 }
-            } else if self.prover.hides(eye, &region(index)).is_none() {
+            } else if self.prover.hides_lately(eye, &region(index)).is_none() {
                 // The nearer child last, so that it is looked at first.
                 let children = [node.first_index, node.first_index + 1];
                 let [a, b] = children.map(|child| region(child).distance_m(eye));
@@ -230,32 +233,39 @@ impl<'a> Observer<'a> {
         open.retain(|object| hidden.binary_search(object).is_err());
     }
 
+    /// Takes out what walls hide whose openings have to be looked through.
+    fn look_through_openings(&mut self, eye: &Region, open: &mut Vec<u32>) {
+        open.retain(|object| {
+            self.known[*object as usize]
+                || self.scenery.targets[*object as usize]
+                    .as_ref()
+                    .is_some_and(|target| self.prover.hides_by_openings(eye, target).is_none())
+        });
+    }
+
     /// Adds to `visible` what of `open` may be seen from this part of the region.
     fn refine(&mut self, eye: &Region, open: &mut Vec<u32>, halvings: u32, visible: &mut Vec<u32>) {
         if self.settings.fusion {
             self.fuse(eye, open);
         }
-        let questions = open.iter().filter(|o| !self.known[**o as usize]).count();
-        if questions == 0 {
+        self.look_through_openings(eye, open);
+        let questions: Vec<_> = open.iter().copied().filter(|o| !self.known[*o as usize]).collect();
+        if questions.is_empty() {
             return;
         }
         if halvings == 0 {
-            for object in open
-                .iter()
-                .filter(|o| !self.known[**o as usize])
-                .copied()
-                .collect::<Vec<_>>()
-            {
-                self.known[object as usize] = true;
-                visible.push(object);
+            for object in &questions {
+                self.known[*object as usize] = true;
             }
+            visible.extend(questions);
             return;
         }
         for half in eye.halves() {
             let mut left: Vec<u32> = Vec::with_capacity(open.len());
             for object in open.iter() {
                 let target = self.scenery.targets[*object as usize].as_ref();
-                if self.known[*object as usize] || target.is_some_and(|t| self.prover.hides(&half, t).is_none()) {
+                if self.known[*object as usize] || target.is_some_and(|t| self.prover.hides_by_one(&half, t).is_none())
+                {
                     left.push(*object);
                 }
             }

@@ -14,6 +14,7 @@ pub mod sampled;
 
 pub(crate) mod random;
 mod sampler;
+mod segment;
 mod targets;
 
 #[cfg(test)]

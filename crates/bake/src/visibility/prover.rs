@@ -17,14 +17,16 @@
 //!
 //! [`Tolerance::hole_m`]: crate::occluders::Tolerance::hole_m
 
+use std::{borrow::Borrow, ops::ControlFlow};
+
 use glam::{Vec2, Vec3, Vec3A};
 use obvhs::{
     Boundable, BvhBuildParams,
     aabb::Aabb,
     bvh2::{Bvh2, builder::build_bvh2},
-    ray::Ray,
 };
 
+use super::segment;
 use crate::occluders::{Body, Occluders, Rectangle, Region, Wall, Way};
 
 /// At most this many tests of a wall for one question.
@@ -35,10 +37,13 @@ const MAX_OPENINGS_PASSED: usize = 4;
 const MAX_OPENINGS: usize = 6;
 /// How many walls are tried before a question is given up, by how many openings were passed.
 const WALLS_TRIED: [usize; MAX_OPENINGS_PASSED] = [3, 2, 1, 1];
-/// How many bodies that worked lately are tried first.
+/// How many bodies, and how many walls, that worked lately are tried first.
 const RECENT: usize = 8;
-/// How many bodies on the first ray are tried.
-const BODIES_TRIED: usize = 24;
+/// Which of the two.
+const BODIES: usize = 0;
+const WALLS: usize = 1;
+/// How many bodies on the first ray are tried, from the eye on.
+const BODIES_TRIED: usize = 16;
 /// A wall hides only what lies further behind its plane than so many times the distance within which faces lie in it.
 const BEHIND: f32 = 4.0;
 
@@ -105,26 +110,6 @@ impl Blocker {
         &self.occluders.bodies[index as usize]
     }
 
-    /// Bodies that a segment meets, nearest first.
-    fn bodies_on(&self, from: Vec3, to: Vec3, found: &mut Vec<u32>) {
-        found.clear();
-        if self.bodies.nodes.is_empty() {
-            return;
-        }
-        let ray = Ray::new(from.into(), (to - from).into(), 0.0, 1.0);
-        self.bodies.ray_traverse_anyhit(ray, |_, at| {
-            let index = self.bodies.primitive_indices[at];
-            if self.body(index).meets(from, to) {
-                found.push(index);
-            }
-        });
-        let distance = |index: &u32| {
-            let body = self.body(*index);
-            (0.5 * (body.min + body.max) - from).length_squared()
-        };
-        found.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
-    }
-
     /// Objects that are doors, rising.
     #[must_use]
     pub fn doors(&self) -> Vec<u32> {
@@ -142,16 +127,12 @@ impl Blocker {
 
     /// Walls that stop a segment; of doors only these.
     fn walls_on(&self, from: Vec3, to: Vec3, closed: &[u32], found: &mut Vec<u32>) {
-        if self.walls.nodes.is_empty() {
-            return;
-        }
-        let ray = Ray::new(from.into(), (to - from).into(), 0.0, 1.0);
-        self.walls.ray_traverse_anyhit(ray, |_, at| {
-            let index = self.walls.primitive_indices[at];
+        segment::along(&self.walls, from, to, &mut |index| {
             let wall = &self.occluders.walls[index as usize];
             if wall.door.is_none_or(|door| closed.contains(&door)) && !found.contains(&index) && stops(wall, from, to) {
                 found.push(index);
             }
+            ControlFlow::Continue(())
         });
     }
 }
@@ -168,8 +149,8 @@ pub struct Prover<'a> {
     blocker: &'a Blocker,
     proofs: Proofs,
     closed: Vec<u32>,
-    recent: Vec<u32>,
-    on_ray: Vec<u32>,
+    /// Bodies and walls that worked lately, the last one first.
+    recent: [Vec<u32>; 2],
     steps_left: u32,
 }
 
@@ -189,8 +170,7 @@ impl<'a> Prover<'a> {
             blocker,
             proofs,
             closed: Vec::new(),
-            recent: Vec::with_capacity(RECENT),
-            on_ray: Vec::new(),
+            recent: [Vec::with_capacity(RECENT), Vec::with_capacity(RECENT)],
             steps_left: 0,
         }
     }
@@ -198,43 +178,112 @@ impl<'a> Prover<'a> {
     /// From now on these doors are closed, and no others.
     pub fn close(&mut self, doors: &[u32]) {
         self.closed = doors.to_vec();
+        self.recent[WALLS].clear();
     }
 
     /// A proof that no point of the target can be seen from any point of the eye region, if one is found.
     pub fn hides(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
+        self.hides_by_one(eye, target)
+            .or_else(|| self.hides_by_openings(eye, target))
+    }
+
+    /// Such a proof with what worked lately, one body or one wall: the cheapest, for groups of targets.
+    pub fn hides_lately(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
         if eye.overlaps(target) {
             return None;
         }
-        if self.proofs.bodies
-            && let Some(body) = self.one_body(eye, target)
-        {
-            return Some(Witness::Body(body));
+        let body = |index: &u32| self.blocker.body(*index).separates(eye, target, true);
+        if let Some(at) = self.recent[BODIES].iter().position(body) {
+            return Some(Witness::Body(self.remember(BODIES, at)));
         }
-        if self.proofs.walls {
-            self.steps_left = MAX_STEPS;
-            let mut passed = vec![eye.clone(), target.clone()];
-            let mut chain = Vec::new();
-            if self.walls_block(&mut passed, &mut chain) {
-                chain.sort_unstable();
-                chain.dedup();
-                return Some(Witness::Walls(chain));
-            }
-        }
-        None
+        let wall = |index: &u32| self.opaque(*index, &[eye, target]);
+        let at = self.recent[WALLS].iter().position(wall)?;
+        Some(Witness::Walls(vec![self.remember(WALLS, at)]))
     }
 
-    fn one_body(&mut self, eye: &Region, target: &Region) -> Option<u32> {
-        let separates = |index: u32| self.blocker.body(index).separates(eye, target, true);
-        if let Some(at) = self.recent.iter().position(|index| separates(*index)) {
-            let index = self.recent.remove(at);
-            self.recent.insert(0, index);
-            return Some(index);
+    /// Such a proof with one body or one wall.
+    pub fn hides_by_one(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
+        if let Some(witness) = self.hides_lately(eye, target) {
+            return Some(witness);
         }
-        self.blocker.bodies_on(eye.center(), target.center(), &mut self.on_ray);
-        let found = self.on_ray.iter().copied().take(BODIES_TRIED).find(|i| separates(*i))?;
-        self.recent.truncate(RECENT - 1);
-        self.recent.insert(0, found);
-        Some(found)
+        if eye.overlaps(target) {
+            return None;
+        }
+        let found = self.first_body(eye, target).map(|body| (BODIES, body));
+        let (kind, index) = found.or_else(|| self.first_wall(eye, target).map(|wall| (WALLS, wall)))?;
+        self.recent[kind].truncate(RECENT - 1);
+        self.recent[kind].insert(0, index);
+        Some(if kind == BODIES {
+            Witness::Body(index)
+        } else {
+            Witness::Walls(vec![index])
+        })
+    }
+
+    /// Such a proof with sequences of walls: the dearest.
+    pub fn hides_by_openings(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
+        if !self.proofs.walls || eye.overlaps(target) {
+            return None;
+        }
+        self.steps_left = MAX_STEPS;
+        let mut passed = vec![eye.clone(), target.clone()];
+        let mut chain = Vec::new();
+        self.walls_block(&mut passed, &mut chain).then(|| {
+            chain.sort_unstable();
+            chain.dedup();
+            Witness::Walls(chain)
+        })
+    }
+
+    /// Moves what worked again to the front.
+    fn remember(&mut self, kind: usize, at: usize) -> u32 {
+        self.recent[kind][..=at].rotate_right(1);
+        self.recent[kind][0]
+    }
+
+    /// The first body on the ray between the middles that hides the target.
+    fn first_body(&self, eye: &Region, target: &Region) -> Option<u32> {
+        if !self.proofs.bodies {
+            return None;
+        }
+        let (from, to) = (eye.center(), target.center());
+        let mut tries_left = BODIES_TRIED;
+        let mut found = None;
+        segment::along(&self.blocker.bodies, from, to, &mut |index| {
+            let body = self.blocker.body(index);
+            if body.meets(from, to) {
+                tries_left -= 1;
+                found = body.separates(eye, target, true).then_some(index);
+            }
+            go_on(found.is_none() && tries_left > 0)
+        });
+        found
+    }
+
+    /// The first wall on the ray between the middles that is opaque wherever sight lines cross it.
+    fn first_wall(&self, eye: &Region, target: &Region) -> Option<u32> {
+        if !self.proofs.walls {
+            return None;
+        }
+        let (from, to) = (eye.center(), target.center());
+        let mut found = None;
+        segment::along(&self.blocker.walls, from, to, &mut |index| {
+            let wall = &self.blocker.occluders.walls[index as usize];
+            let takes_part = wall.door.is_none_or(|door| self.closed.contains(&door));
+            if takes_part && stops(wall, from, to) && self.opaque(index, &[eye, target]) {
+                found = Some(index);
+            }
+            go_on(found.is_none())
+        });
+        found
+    }
+
+    /// Whether a wall is opaque wherever sight lines between two regions cross it.
+    fn opaque(&self, index: u32, between: &[&Region; 2]) -> bool {
+        let margin_m = 2.0 * self.blocker.occluders.tolerance.plane_m;
+        let wall = &self.blocker.occluders.walls[index as usize];
+        self.crossing(index, between)
+            .is_some_and(|crossing| wall.covers(crossing.way, &crossing.rectangle, margin_m))
     }
 
     /// Whether walls block all sight lines that pass through these regions: from the first, to the second, and through
@@ -306,14 +355,14 @@ impl<'a> Prover<'a> {
     fn body_beside(&self, passed: &[Region]) -> bool {
         let (eye, target) = (&passed[0], &passed[1]);
         let opening = &passed[passed.len() - 1];
-        self.recent.iter().any(|index| {
+        self.recent[BODIES].iter().any(|index| {
             let body = self.blocker.body(*index);
             body.separates(eye, opening, true) || body.separates(opening, target, true)
         })
     }
 
     /// How sight lines that pass these regions cross a wall, if they surely do.
-    fn crossing(&self, index: u32, passed: &[Region]) -> Option<Crossing> {
+    fn crossing<R: Borrow<Region>>(&self, index: u32, passed: &[R]) -> Option<Crossing> {
         let occluders = &self.blocker.occluders;
         let wall = &occluders.walls[index as usize];
         let plane_m = occluders.tolerance.plane_m;
@@ -321,7 +370,7 @@ impl<'a> Prover<'a> {
             .iter()
             .enumerate()
             .map(|(i, region)| {
-                let [low, high] = region.heights(wall.normal, wall.offset);
+                let [low, high] = region.borrow().heights(wall.normal, wall.offset);
                 let beyond_m = if i == 1 { BEHIND * plane_m } else { -2.0 * plane_m };
                 if low >= beyond_m {
                     1
@@ -346,7 +395,7 @@ impl<'a> Prover<'a> {
         for (a, _) in sides.iter().enumerate().filter(|(_, side)| **side == near) {
             for (b, _) in sides.iter().enumerate().filter(|(_, side)| **side == -near) {
                 crossed = true;
-                let between = between(wall, &passed[a], &passed[b]);
+                let between = between(wall, passed[a].borrow(), passed[b].borrow());
                 for axis in 0..2 {
                     rectangle[axis][0] = rectangle[axis][0].max(between[axis][0]);
                     rectangle[axis][1] = rectangle[axis][1].min(between[axis][1]);
@@ -358,6 +407,14 @@ impl<'a> Prover<'a> {
             way,
             rectangle,
         })
+    }
+}
+
+fn go_on(go_on: bool) -> ControlFlow<()> {
+    if go_on {
+        ControlFlow::Continue(())
+    } else {
+        ControlFlow::Break(())
     }
 }
 

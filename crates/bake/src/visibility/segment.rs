@@ -1,0 +1,95 @@
+//! Which boxes of a tree does a segment meet, nearest first? Stops as soon as the asker has what it needs, so that a long
+//! segment costs no more than what stands at its beginning.
+
+use std::ops::ControlFlow;
+
+use glam::Vec3;
+use obvhs::bvh2::Bvh2;
+
+/// Deepest path of a tree that is followed; a tree over 2³² boxes that halves is half as deep.
+const DEPTH: usize = 64;
+
+/// Visits boxes that a segment meets, by primitive: leaves nearest first as their boxes are entered.
+pub(super) fn along(tree: &Bvh2, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
+    if tree.nodes.is_empty() {
+        return;
+    }
+    let inverse = 1.0 / (to - from);
+    let enters = |index: u32| {
+        let aabb = tree.nodes[index as usize].aabb();
+        let (a, b) = (
+            (Vec3::from(aabb.min) - from) * inverse,
+            (Vec3::from(aabb.max) - from) * inverse,
+        );
+        // A segment in the plane of a side gives 0 · ∞, which `min` and `max` leave out.
+        let enter = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z)).max(0.0);
+        let leave = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z)).min(1.0);
+        (enter <= leave).then_some(enter)
+    };
+    let mut stack = Vec::with_capacity(DEPTH);
+    stack.extend(enters(0).map(|_| 0));
+    while let Some(index) = stack.pop() {
+        let node = &tree.nodes[index as usize];
+        if node.is_leaf() {
+            for at in node.first_index..node.first_index + node.prim_count {
+                if visit(tree.primitive_indices[at as usize]).is_break() {
+                    return;
+                }
+            }
+            continue;
+        }
+        let [a, b] = [node.first_index, node.first_index + 1];
+        match (enters(a), enters(b)) {
+            (Some(enter_a), Some(enter_b)) => stack.extend(if enter_a <= enter_b { [b, a] } else { [a, b] }),
+            (a_enters, b_enters) => stack.extend(a_enters.map(|_| a).or(b_enters.map(|_| b))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
+
+    use super::*;
+
+    struct Cube(Vec3);
+
+    impl Boundable for Cube {
+        fn aabb(&self) -> Aabb {
+            Aabb::new(self.0.into(), (self.0 + 1.0).into())
+        }
+    }
+
+    fn row() -> Bvh2 {
+        let cubes: Vec<_> = (0..40).map(|i| Cube(Vec3::new(3.0 * i as f32, 0.0, 0.0))).collect();
+        build_bvh2(&cubes, BvhBuildParams::medium_build(), &mut Default::default())
+    }
+
+    fn met(from: Vec3, to: Vec3, most: usize) -> Vec<u32> {
+        let mut met = Vec::new();
+        along(&row(), from, to, &mut |index| {
+            met.push(index);
+            if met.len() == most {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        met
+    }
+
+    #[test]
+    fn boxes_come_nearest_first_and_no_more_than_wanted() {
+        let (left, right) = (Vec3::new(-5.0, 0.5, 0.5), Vec3::new(200.0, 0.5, 0.5));
+        assert_eq!(met(left, right, 3), [0, 1, 2]);
+        assert_eq!(met(right, left, 2), [39, 38]);
+        assert_eq!(met(left, right, 99), (0..40).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_segment_ends_where_it_ends() {
+        assert_eq!(met(Vec3::new(-5.0, 0.5, 0.5), Vec3::new(3.5, 0.5, 0.5), 99), [0, 1]);
+        assert!(met(Vec3::new(-5.0, 2.0, 0.5), Vec3::new(200.0, 2.0, 0.5), 99).is_empty());
+        assert_eq!(met(Vec3::new(6.5, -9.0, 0.5), Vec3::new(6.5, 9.0, 0.5), 99), [2]);
+    }
+}
