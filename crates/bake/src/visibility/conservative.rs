@@ -1,12 +1,14 @@
 //! What may be seen from a region? Everything that cannot be proved hidden.
 //!
 //! Works down the tree of object boxes, nearest first: a box of the tree that is hidden takes all it holds with it (boxes
-//! before primitives; Cohen-Or & Zadicario 1998, *Ray shooting*), so cost grows with what is visible. What is left is
-//! asked about once more with bodies fused ([`super::fusion`]); bodies of hidden objects take no part (occluded
-//! occluders are redundant). What is still left is asked about from halves of the region, coarse to fine: seen from the
+//! before primitives; Cohen-Or & Zadicario 1998, *Ray shooting*), by one body or by all nearer ones together
+//! ([`super::fusion`]), so cost grows with what is visible. What is left is asked about once more with the shadows of all
+//! that is left; bodies of hidden objects take no part (occluded occluders are redundant). Then walls are looked through. What is still left is asked about from halves of the region, coarse to fine: seen from the
 //! region is what is seen from one of its halves.
 //!
 //! Guarantee: never misses an object, see [`super::prover`] and [`super::fusion`] for what is assumed.
+
+use std::{cmp::Reverse, collections::BinaryHeap};
 
 use glam::Vec3;
 use obvhs::{
@@ -114,6 +116,13 @@ pub struct Observer<'a> {
     known: Vec<bool>,
 }
 
+/// What is looked at next.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum What {
+    Node(u32),
+    Object(u32),
+}
+
 impl<'a> Observer<'a> {
     /// An observer that knows nothing yet.
     #[must_use]
@@ -132,7 +141,7 @@ impl<'a> Observer<'a> {
         for object in seen {
             self.known[*object as usize] = true;
         }
-        let mut open = self.not_hidden_by_one(eye);
+        let mut open = self.not_hidden(eye);
         // Asked again from halves, objects that are already known to be visible are no question any more; but they still
         // take part in hiding others.
         let mut visible: Vec<u32> = open.iter().copied().filter(|o| self.known[*o as usize]).collect();
@@ -158,14 +167,16 @@ impl<'a> Observer<'a> {
         if !self.settings.fusion {
             return None;
         }
-        let mut open = self.not_hidden_by_one(eye);
+        let mut open = self.not_hidden(eye);
         self.fuse(eye, &mut open);
         open.binary_search(&object).is_err().then_some(Witness::Fused)
     }
 
-    /// Objects that no single proof hides from all of the region, rising.
-    fn not_hidden_by_one(&mut self, eye: &Region) -> Vec<u32> {
-        let tree = &self.scenery.tree;
+    /// Objects that neither one body or wall nor, if wanted, the bodies of nearer ones together hide from all of the
+    /// region, rising. Nearest first, so that what hides is known before what it hides.
+    fn not_hidden(&mut self, eye: &Region) -> Vec<u32> {
+        let scenery = self.scenery;
+        let tree = &scenery.tree;
         let mut open = Vec::new();
         if tree.nodes.is_empty() {
             return open;
@@ -174,60 +185,91 @@ impl<'a> Observer<'a> {
             let aabb = tree.nodes[index as usize].aabb();
             Region::of_box(Vec3::from(aabb.min), Vec3::from(aabb.max))
         };
-        let mut stack = vec![0u32];
-        while let Some(index) = stack.pop() {
-            let node = &tree.nodes[index as usize];
-            if node.is_leaf() {
-                for at in node.first_index..node.first_index + node.prim_count {
-                    let object = tree.primitive_indices[at as usize];
-                    let target = self.scenery.targets[object as usize].as_ref();
-                    if self.known[object as usize]
-                        || target.is_some_and(|target| self.prover.hides_by_one(eye, target).is_none())
-                    {
-                        open.push(object);
+        let fused = self.settings.fusion;
+        if fused {
+            self.shadows.begin(eye, eye.min.y.min(region(0).min.y));
+        }
+        // Distances are not negative, so their bits are in order.
+        let place = |region: &Region, what: What| Reverse((region.distance_m(eye).to_bits(), what));
+        let mut queue = BinaryHeap::from([place(&region(0), What::Node(0))]);
+        while let Some(Reverse((_, what))) = queue.pop() {
+            match what {
+                What::Node(index) => {
+                    let group = region(index);
+                    if (fused && self.shadows.hide(&group)) || self.prover.hides_lately(eye, &group).is_some() {
+                        continue;
+                    }
+                    let node = &tree.nodes[index as usize];
+                    if node.is_leaf() {
+                        let objects = &tree.primitive_indices[node.first_index as usize..][..node.prim_count as usize];
+                        let targets = objects
+                            .iter()
+                            .filter_map(|o| Some((o, scenery.targets[*o as usize].as_ref()?)));
+                        queue.extend(targets.map(|(object, target)| place(target, What::Object(*object))));
+                    } else {
+                        let children = [node.first_index, node.first_index + 1];
+                        queue.extend(children.map(|child| place(&region(child), What::Node(child))));
                     }
                 }
-            } else if self.prover.hides_lately(eye, &region(index)).is_none() {
-                // The nearer child last, so that it is looked at first.
-                let children = [node.first_index, node.first_index + 1];
-                let [a, b] = children.map(|child| region(child).distance_m(eye));
-                stack.extend(if a <= b { [children[1], children[0]] } else { children });
+                What::Object(object) => {
+                    let Some(target) = &scenery.targets[object as usize] else {
+                        continue;
+                    };
+                    let hidden = !self.known[object as usize]
+                        && ((fused && self.shadows.hide(target)) || self.prover.hides_by_one(eye, target).is_some());
+                    if !hidden {
+                        open.push(object);
+                        if fused {
+                            self.draw(object);
+                        }
+                    }
+                }
             }
         }
         open.sort_unstable();
         open
     }
 
+    fn draw(&mut self, object: u32) {
+        let bodies = self.scenery.bodies_of[object as usize].clone();
+        for index in bodies {
+            self.shadows.add(&self.scenery.blocker.occluders.bodies[index as usize]);
+        }
+    }
+
     /// Takes out what bodies of the others hide together. Objects that are known to be visible stay.
     fn fuse(&mut self, eye: &Region, open: &mut Vec<u32>) {
+        if !self.settings.fusion {
+            return;
+        }
         let scenery = self.scenery;
-        let occluders = &scenery.blocker.occluders;
-        let target = |object: u32| scenery.targets[object as usize].as_ref();
-        let lowest = |objects: &[u32]| {
-            objects
-                .iter()
-                .filter_map(|o| target(*o))
-                .map(|t| t.min.y)
-                .fold(f32::MAX, f32::min)
+        let questions = |open: &[u32], known: &[bool], level: bool| -> Vec<u32> {
+            let unknown = open.iter().filter(|o| !known[**o as usize]);
+            let on_level = |o: &&u32| {
+                scenery.targets[**o as usize]
+                    .as_ref()
+                    .is_some_and(|t| (t.min.y >= eye.min.y) == level)
+            };
+            unknown.filter(on_level).copied().collect()
         };
         let mut hidden: Vec<u32> = Vec::new();
         // What lies below the eyes has its own floor.
-        let (level, below): (Vec<u32>, Vec<u32>) = open
-            .iter()
-            .partition(|o| target(**o).is_none_or(|t| t.min.y >= eye.min.y));
-        for (floor_m, questions) in [(eye.min.y, level), (lowest(&below), below)] {
-            let questions: Vec<_> = questions.into_iter().filter(|o| !self.known[*o as usize]).collect();
-            if questions.is_empty() {
+        for level in [true, false] {
+            let questions = questions(open, &self.known, level);
+            let heights = questions.iter().filter_map(|o| scenery.targets[*o as usize].as_ref());
+            let Some(lowest_m) = heights.map(|t| t.min.y).reduce(f32::min) else {
                 continue;
+            };
+            let floor_m = lowest_m.min(eye.min.y);
+            if !self.shadows.are_of(eye, floor_m) {
+                self.shadows.begin(eye, floor_m);
+                for object in open.iter() {
+                    self.draw(*object);
+                }
             }
-            let bodies = open.iter().flat_map(|o| scenery.bodies_of[*o as usize].clone());
-            let bodies = bodies.map(|index| &occluders.bodies[index as usize]);
-            self.shadows.draw(eye, floor_m, bodies);
-            hidden.extend(
-                questions
-                    .iter()
-                    .filter(|o| target(**o).is_some_and(|t| self.shadows.hide(t))),
-            );
+            let shadows = &self.shadows;
+            let is_hidden = |o: &u32| scenery.targets[*o as usize].as_ref().is_some_and(|t| shadows.hide(t));
+            hidden.extend(questions.into_iter().filter(is_hidden));
         }
         hidden.sort_unstable();
         open.retain(|object| hidden.binary_search(object).is_err());
@@ -245,9 +287,7 @@ impl<'a> Observer<'a> {
 
     /// Adds to `visible` what of `open` may be seen from this part of the region.
     fn refine(&mut self, eye: &Region, open: &mut Vec<u32>, halvings: u32, visible: &mut Vec<u32>) {
-        if self.settings.fusion {
-            self.fuse(eye, open);
-        }
+        self.fuse(eye, open);
         self.look_through_openings(eye, open);
         let questions: Vec<_> = open.iter().copied().filter(|o| !self.known[*o as usize]).collect();
         if questions.is_empty() {

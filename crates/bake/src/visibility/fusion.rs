@@ -56,31 +56,40 @@ fn tangent(line: usize) -> f32 {
 }
 
 impl Shadows {
-    /// Draws the shadows of bodies over an eye box, for targets that lie at or above `floor_m`, as the eye box must. A
-    /// sight line between two places above a height stays above it, so what stands on the floor may as well reach below
-    /// it; eroded from below, it would let sight lines through under it. Bodies that reach into the eye box or are thinner than it cast no shadow.
-    pub fn draw<'a>(&mut self, eye: &Region, floor_m: f32, bodies: impl Iterator<Item = &'a Body>) {
+    /// Starts anew for an eye box and targets that lie at or above `floor_m`, as the eye box must. A sight line between
+    /// two places above a height stays above it, so what stands on the floor may as well reach below it; eroded from
+    /// below, it would let sight lines through under it.
+    pub fn begin(&mut self, eye: &Region, floor_m: f32) {
         self.eye = eye.center();
         self.half = 0.5 * (eye.max - eye.min);
         self.floor_m = floor_m;
         self.cover.fill(f32::INFINITY);
-        for body in bodies.filter(|body| body.planes.is_empty()) {
-            let stands = body.stands_m <= floor_m;
-            if body.open_below && !stands {
-                continue;
-            }
-            let (mut min, max) = (body.min + self.half - self.eye, body.max - self.half - self.eye);
-            if stands {
-                // As far down as any target shows, and a square more.
-                let furthest_m = min.abs().max(max.abs()).length();
-                let lowest_m = floor_m - self.half.y - self.eye.y - 4.0 / SIZE as f32 * furthest_m;
-                min.y = min.y.min(lowest_m);
-            }
-            let meets_eye = min.cmple(Vec3::ZERO).all() && max.cmpge(Vec3::ZERO).all();
-            if min.cmplt(max).all() && !meets_eye {
-                for index in 0..6 {
-                    self.cast(index, min, max);
-                }
+    }
+
+    /// Whether they were begun for this eye box and floor.
+    #[must_use]
+    pub fn are_of(&self, eye: &Region, floor_m: f32) -> bool {
+        let half = 0.5 * (eye.max - eye.min);
+        self.eye == eye.center() && self.half == half && self.floor_m == floor_m
+    }
+
+    /// Draws the shadow of a body. One that reaches into the eye box or is thinner than it casts none.
+    pub fn add(&mut self, body: &Body) {
+        let stands = body.stands_m <= self.floor_m;
+        if !body.planes.is_empty() || (body.open_below && !stands) {
+            return;
+        }
+        let (mut min, max) = (body.min + self.half - self.eye, body.max - self.half - self.eye);
+        if stands {
+            // As far down as any target shows, and a square more.
+            let furthest_m = min.abs().max(max.abs()).length();
+            let lowest_m = self.floor_m - self.half.y - self.eye.y - 4.0 / SIZE as f32 * furthest_m;
+            min.y = min.y.min(lowest_m);
+        }
+        let meets_eye = min.cmple(Vec3::ZERO).all() && max.cmpge(Vec3::ZERO).all();
+        if min.cmplt(max).all() && !meets_eye {
+            for index in 0..6 {
+                self.cast(index, min, max);
             }
         }
     }

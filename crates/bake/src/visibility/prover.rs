@@ -37,8 +37,10 @@ const MAX_OPENINGS_PASSED: usize = 4;
 const MAX_OPENINGS: usize = 6;
 /// How many walls are tried before a question is given up, by how many openings were passed.
 const WALLS_TRIED: [usize; MAX_OPENINGS_PASSED] = [3, 2, 1, 1];
-/// How many bodies, and how many walls, that worked lately are tried first.
-const RECENT: usize = 8;
+/// How many bodies, and how many walls, that worked lately in the same direction are tried first.
+const RECENT: usize = 6;
+/// So many directions all around.
+const SECTORS: usize = 64;
 /// Which of the two.
 const BODIES: usize = 0;
 const WALLS: usize = 1;
@@ -149,8 +151,8 @@ pub struct Prover<'a> {
     blocker: &'a Blocker,
     proofs: Proofs,
     closed: Vec<u32>,
-    /// Bodies and walls that worked lately, the last one first.
-    recent: [Vec<u32>; 2],
+    /// Bodies and walls that worked lately, by the direction of the target, the last one first.
+    recent: Vec<[Vec<u32>; 2]>,
     steps_left: u32,
 }
 
@@ -170,7 +172,7 @@ impl<'a> Prover<'a> {
             blocker,
             proofs,
             closed: Vec::new(),
-            recent: [Vec::with_capacity(RECENT), Vec::with_capacity(RECENT)],
+            recent: vec![Default::default(); SECTORS],
             steps_left: 0,
         }
     }
@@ -178,7 +180,9 @@ impl<'a> Prover<'a> {
     /// From now on these doors are closed, and no others.
     pub fn close(&mut self, doors: &[u32]) {
         self.closed = doors.to_vec();
-        self.recent[WALLS].clear();
+        for [_, walls] in &mut self.recent {
+            walls.clear();
+        }
     }
 
     /// A proof that no point of the target can be seen from any point of the eye region, if one is found.
@@ -193,12 +197,14 @@ impl<'a> Prover<'a> {
             return None;
         }
         let body = |index: &u32| self.blocker.body(*index).separates(eye, target, true);
-        if let Some(at) = self.recent[BODIES].iter().position(body) {
-            return Some(Witness::Body(self.remember(BODIES, at)));
+        let sector = sector(eye, target);
+        let [bodies, walls] = &self.recent[sector];
+        if let Some(at) = bodies.iter().position(body) {
+            return Some(Witness::Body(self.remember(sector, BODIES, at)));
         }
         let wall = |index: &u32| self.opaque(*index, &[eye, target]);
-        let at = self.recent[WALLS].iter().position(wall)?;
-        Some(Witness::Walls(vec![self.remember(WALLS, at)]))
+        let at = walls.iter().position(wall)?;
+        Some(Witness::Walls(vec![self.remember(sector, WALLS, at)]))
     }
 
     /// Such a proof with one body or one wall.
@@ -211,8 +217,9 @@ impl<'a> Prover<'a> {
         }
         let found = self.first_body(eye, target).map(|body| (BODIES, body));
         let (kind, index) = found.or_else(|| self.first_wall(eye, target).map(|wall| (WALLS, wall)))?;
-        self.recent[kind].truncate(RECENT - 1);
-        self.recent[kind].insert(0, index);
+        let recent = &mut self.recent[sector(eye, target)][kind];
+        recent.truncate(RECENT - 1);
+        recent.insert(0, index);
         Some(if kind == BODIES {
             Witness::Body(index)
         } else {
@@ -236,9 +243,10 @@ impl<'a> Prover<'a> {
     }
 
     /// Moves what worked again to the front.
-    fn remember(&mut self, kind: usize, at: usize) -> u32 {
-        self.recent[kind][..=at].rotate_right(1);
-        self.recent[kind][0]
+    fn remember(&mut self, sector: usize, kind: usize, at: usize) -> u32 {
+        let recent = &mut self.recent[sector][kind];
+        recent[..=at].rotate_right(1);
+        recent[0]
     }
 
     /// The first body on the ray between the middles that hides the target.
@@ -355,7 +363,7 @@ impl<'a> Prover<'a> {
     fn body_beside(&self, passed: &[Region]) -> bool {
         let (eye, target) = (&passed[0], &passed[1]);
         let opening = &passed[passed.len() - 1];
-        self.recent[BODIES].iter().any(|index| {
+        self.recent[sector(eye, target)][BODIES].iter().any(|index| {
             let body = self.blocker.body(*index);
             body.separates(eye, opening, true) || body.separates(opening, target, true)
         })
@@ -408,6 +416,16 @@ impl<'a> Prover<'a> {
             rectangle,
         })
     }
+}
+
+/// Which way a target lies.
+fn sector(eye: &Region, target: &Region) -> usize {
+    let away = target.center() - eye.center();
+    // A diamond instead of a circle: 0 to 4 once around.
+    let across = away.x.abs() + away.z.abs();
+    let turn = if across > 0.0 { away.x / across } else { 0.0 };
+    let turn = if away.z < 0.0 { 3.0 - turn } else { 1.0 + turn };
+    (turn * (SECTORS as f32 / 4.0)) as usize % SECTORS
 }
 
 fn go_on(go_on: bool) -> ControlFlow<()> {
