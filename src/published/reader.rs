@@ -18,6 +18,7 @@ use belvedere_scene::{
 use quick_cache::{Weighter, sync::Cache};
 use serde::{Serialize, de::DeserializeOwned};
 
+use super::Blockers;
 use crate::store::{BlobStore, StoreError};
 
 /// A page of objects in a box is cut after this many chunks, even when it is not full yet.
@@ -168,6 +169,17 @@ impl SceneReader {
         };
         let decode = |bytes: &[u8]| CellRecord::decode(bytes).map_err(|e| e.to_string());
         self.decode(&entry.record, decode).await.map(Some)
+    }
+
+    /// What hides, for questions about any place; `None` when the revision holds none.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub async fn blockers(&self) -> Result<Option<Arc<Blockers>>, ReadError> {
+        match &self.manifest().await?.occluders {
+            Some(occluders) => self.decode(&occluders.url, Blockers::read).await.map(Some),
+            None => Ok(None),
+        }
     }
 
     /// Everything a client needs to know of an object.

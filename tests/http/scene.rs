@@ -225,6 +225,7 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
             mean_not_hidden: None,
             reason: "asked for".to_owned(),
         },
+        occluders: None,
         cells,
         objects,
         whole: None,

@@ -225,6 +225,7 @@ fn settings() -> [(&'static str, ConservativeSettings); 5] {
         },
         fusion: false,
         halvings: 0,
+        steps: u32::MAX,
     };
     [
         ("one occluder", plain),

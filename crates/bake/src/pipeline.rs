@@ -86,6 +86,7 @@ pub fn bake(
         source_bytes: source.bytes,
         world: &world,
         graph: &graph,
+        scenery: &scenery,
         visibility: &visibility,
         lod: &lod,
     };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, index::Page, object::ObjectChunk, pointer::Viewpoint};
+use crate::{BlobName, Bounds, index::Page, object::ObjectChunk, pointer::Viewpoint};
 
 /// The version of the published format that this build writes and reads.
 pub const FORMAT: u32 = 1;
@@ -31,6 +31,8 @@ pub struct Manifest {
     pub viewpoints: Vec<Viewpoint>,
     /// How the sets were computed.
     pub visibility: VisibilitySummary,
+    /// What hides, for questions about places that are no view cells; none when nobody can ask.
+    pub occluders: Option<OccludersRef>,
     /// Root of the tree that finds cells by place; leads to [`crate::index::CellChunk`]s.
     pub cells: Page,
     /// Root of the tree that finds objects by id; leads to [`ObjectChunk`]s.
@@ -38,6 +40,15 @@ pub struct Manifest {
     /// A small world loses with cells: below a size that the bake decides, every object is listed here and clients
     /// load them all.
     pub whole: Option<ObjectChunk>,
+}
+
+/// Where the occluders of a revision are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OccludersRef {
+    /// An object with extension `.occ`.
+    pub url: BlobName,
+    /// Its size.
+    pub bytes: u64,
 }
 
 /// How many things a revision has.

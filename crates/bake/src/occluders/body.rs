@@ -107,14 +107,4 @@ impl Body {
             && point.cmple(self.max).all()
             && self.planes.iter().all(|plane| plane.truncate().dot(point) <= plane.w)
     }
-
-    /// The solid angle of its box seen from a point, roughly, in steradians.
-    #[must_use]
-    pub fn solid_angle_sr(&self, eye: Vec3) -> f32 {
-        let size = self.max - self.min;
-        let faces = Vec3::new(size.y * size.z, size.z * size.x, size.x * size.y);
-        let away = 0.5 * (self.min + self.max) - eye;
-        let distance = away.length().max(f32::MIN_POSITIVE);
-        faces.dot(away.abs() / distance) / (distance * distance)
-    }
 }

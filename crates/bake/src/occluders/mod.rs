@@ -9,12 +9,14 @@ mod fill;
 mod planes;
 mod region;
 mod solids;
+mod stored;
 mod wall;
 
 pub(crate) use self::wall::Rectangle;
 pub use self::{
     body::Body,
     region::Region,
+    stored::StoredError,
     wall::{Tolerance, Wall, Way},
 };
 use crate::world::World;

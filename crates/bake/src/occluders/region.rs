@@ -80,6 +80,21 @@ impl Region {
             .length()
     }
 
+    /// The solid angle of its box seen from a point, in steradians: roughly its faces over the square of the distance to its
+    /// middle, 4π from within.
+    #[must_use]
+    pub fn solid_angle_sr(&self, eye: Vec3) -> f32 {
+        const ALL_AROUND: f32 = 4.0 * std::f32::consts::PI;
+        if eye.cmpge(self.min).all() && eye.cmple(self.max).all() {
+            return ALL_AROUND;
+        }
+        let size = self.max - self.min;
+        let faces = Vec3::new(size.y * size.z, size.z * size.x, size.x * size.y);
+        let away = self.center() - eye;
+        let distance = away.length().max(f32::MIN_POSITIVE);
+        (faces.dot(away.abs() / distance) / (distance * distance)).min(ALL_AROUND)
+    }
+
     /// The smallest and largest value of `normal · p − offset` in it.
     #[must_use]
     pub fn heights(&self, normal: Vec3, offset: f32) -> [f32; 2] {

@@ -111,6 +111,14 @@ impl Wall {
         !self.opaque[way as usize].is_empty()
     }
 
+    /// Whether each square is opaque this way, rows along the first axis; `None` where it hides nothing.
+    pub(super) fn opaque_squares(&self, way: Way) -> Option<Vec<bool>> {
+        let [columns, rows] = [self.lines[0].len(), self.lines[1].len()];
+        let all = (1..rows).flat_map(|j| (1..columns).map(move |i| (i, j)));
+        self.hides(way)
+            .then(|| all.map(|(i, j)| self.opaque_square(way, i, j)).collect())
+    }
+
     /// Where a point is in the wall's grid.
     #[must_use]
     pub fn place(&self, point: Vec3) -> Vec2 {

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use belvedere_scene::{
     BlobName, Bounds, ModelId, ObjectId, Revision, SceneName,
-    manifest::{Counts, FORMAT, Manifest, VisibilitySummary},
+    manifest::{Counts, FORMAT, Manifest, OccludersRef, VisibilitySummary},
     object::{Model, ObjectChunk, ObjectEntry},
     pointer::Pointer,
 };
@@ -28,7 +28,7 @@ use crate::{
     lod::LodSettings,
     progress::{Progress, Stage},
     source::{Role, SourceObject, SourceScene},
-    visibility::Visibility,
+    visibility::{Visibility, conservative::Scenery},
     world::World,
 };
 
@@ -51,6 +51,8 @@ pub struct Input<'a> {
     pub world: &'a World,
     /// Its cells.
     pub graph: &'a CellGraph,
+    /// What hides in it.
+    pub scenery: &'a Scenery,
     /// What each cell sees.
     pub visibility: &'a Visibility,
     /// How levels are made.
@@ -117,6 +119,12 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
         &ledger,
     )?;
 
+    let (url, occluders_bytes) = ledger.put("occ", input.scenery.encode(input.world.origin()))?;
+    let occluders = OccludersRef {
+        url,
+        bytes: occluders_bytes,
+    };
+
     let bytes = sizes(input, &models, record_bytes, ledger.total_bytes());
     let small = bytes["level0"] <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
     let manifest = Manifest {
@@ -138,6 +146,7 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
             reason: input.visibility.reason.clone(),
             mean_visible: mean(input.visibility.cells.iter().map(|cell| cell.objects.len() as f64)),
         },
+        occluders: Some(occluders),
         cells,
         objects,
         whole: small.then(|| chunk(&entries, &models)),

@@ -35,6 +35,21 @@ pub struct ConservativeSettings {
     pub fusion: bool,
     /// How often a region is halved for what could not be proved hidden from all of it.
     pub halvings: u32,
+    /// All questions about openings of one region together take at most so many tests of a wall.
+    pub steps: u32,
+}
+
+impl ConservativeSettings {
+    /// For answers within milliseconds.
+    pub const ON_LINE: Self = Self {
+        proofs: Proofs {
+            bodies: true,
+            walls: true,
+        },
+        fusion: true,
+        halvings: 0,
+        steps: 3000,
+    };
 }
 
 /// All objects as boxes, and what hides them.
@@ -136,11 +151,17 @@ impl<'a> Observer<'a> {
         }
     }
 
+    /// From now on these doors are closed, and no others.
+    pub fn close(&mut self, doors: &[u32]) {
+        self.prover.close(doors);
+    }
+
     /// Objects that may be seen from a region, rising. `seen` are known to be visible: nobody has to ask about them.
     pub fn visible(&mut self, eye: &Region, seen: &[u32]) -> Vec<u32> {
         for object in seen {
             self.known[*object as usize] = true;
         }
+        self.prover.allow(self.settings.steps);
         let mut open = self.not_hidden(eye);
         // Asked again from halves, objects that are already known to be visible are no question any more; but they still
         // take part in hiding others.

@@ -126,7 +126,9 @@ impl<'a> Neighbourhoods<'a> {
     /// What may be seen from a region.
     #[must_use]
     pub fn superset(&self, eye: &Region, accelerations: Accelerations) -> Superset {
-        let large = |body: &Body| body.solid_angle_sr(eye.center()) >= accelerations.least_occluder_sr;
+        let large = |body: &Body| {
+            Region::of_box(body.min, body.max).solid_angle_sr(eye.center()) >= accelerations.least_occluder_sr
+        };
         let mut question = Question {
             scene: self,
             use_of: accelerations,

@@ -68,7 +68,7 @@ pub struct VisibilitySettings {
 /// A conservative set is tight when it holds at most so many times as many objects as rays have seen.
 pub const TIGHT: f64 = 1.25;
 /// Cells are halved so often for what could not be proved hidden from all of them.
-const HALVINGS: u32 = 2;
+const HALVINGS: u32 = 4;
 /// An object that no ray has seen is taken to fill this solid angle, in steradians.
 const UNSEEN_SR: f32 = 1e-9;
 /// … and to be visible along this share of sight lines.
@@ -148,6 +148,7 @@ impl Method {
             proofs: Proofs { bodies, walls },
             fusion: bodies,
             halvings: HALVINGS,
+            steps: u32::MAX,
         };
         match self {
             Self::Sampled => None,

@@ -154,6 +154,8 @@ pub struct Prover<'a> {
     /// Bodies and walls that worked lately, by the direction of the target, the last one first.
     recent: Vec<[Vec<u32>; 2]>,
     steps_left: u32,
+    /// Tests of a wall for all questions about openings.
+    budget: u32,
 }
 
 /// How sight lines cross a wall.
@@ -174,7 +176,13 @@ impl<'a> Prover<'a> {
             closed: Vec::new(),
             recent: vec![Default::default(); SECTORS],
             steps_left: 0,
+            budget: u32::MAX,
         }
+    }
+
+    /// From now on all questions about openings together take no more tests of a wall than this.
+    pub fn allow(&mut self, steps: u32) {
+        self.budget = steps;
     }
 
     /// From now on these doors are closed, and no others.
@@ -229,13 +237,16 @@ impl<'a> Prover<'a> {
 
     /// Such a proof with sequences of walls: the dearest.
     pub fn hides_by_openings(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
-        if !self.proofs.walls || eye.overlaps(target) {
+        if !self.proofs.walls || self.budget == 0 || eye.overlaps(target) {
             return None;
         }
-        self.steps_left = MAX_STEPS;
+        let allowed = MAX_STEPS.min(self.budget);
+        self.steps_left = allowed;
         let mut passed = vec![eye.clone(), target.clone()];
         let mut chain = Vec::new();
-        self.walls_block(&mut passed, &mut chain).then(|| {
+        let blocked = self.walls_block(&mut passed, &mut chain);
+        self.budget -= allowed - self.steps_left;
+        blocked.then(|| {
             chain.sort_unstable();
             chain.dedup();
             Witness::Walls(chain)

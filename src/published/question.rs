@@ -1,0 +1,104 @@
+//! What may be seen from a place that is no view cell? Asked on line, of the occluders that the revision holds.
+//!
+//! The ε-superset of Cohen-Or & Zadicario (1998, *Introduction*): whoever stays inside the region needs nothing else.
+
+use belvedere_bake::{
+    occluders::Region,
+    visibility::conservative::{ConservativeSettings, Observer, Scenery},
+};
+use belvedere_scene::{Bounds, ObjectId};
+use glam::DVec3;
+use serde::Serialize;
+
+/// What hides in one revision.
+pub struct Blockers {
+    scenery: Scenery,
+    /// Where positions are relative to, in world space.
+    origin: DVec3,
+    doors: Vec<u32>,
+}
+
+/// A region and the doors that are closed.
+#[derive(Debug, Clone)]
+pub struct Question {
+    /// The eye is somewhere in here, in world space, metres.
+    pub eye: Bounds,
+    /// No others are closed.
+    pub closed: Vec<ObjectId>,
+}
+
+/// An object that cannot be proved hidden.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NotHidden {
+    /// The object.
+    pub object: ObjectId,
+    /// The box around it, rounded outwards.
+    pub bounds: Bounds,
+    /// From the region to that box, metres.
+    pub distance_m: f32,
+    /// About what that box fills, seen from the middle of the region, steradians.
+    pub solid_angle_sr: f32,
+}
+
+/// The door that is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoDoor(pub ObjectId);
+
+impl Blockers {
+    /// Reads what the bake stored.
+    ///
+    /// # Errors
+    /// Says what is wrong with it.
+    pub fn read(bytes: &[u8]) -> Result<Self, String> {
+        let (scenery, origin) = Scenery::decode(bytes).map_err(|error| error.to_string())?;
+        Ok(Self {
+            doors: scenery.blocker.doors(),
+            scenery,
+            origin,
+        })
+    }
+
+    /// A region in world space, rounded outwards.
+    fn region(&self, bounds: &Bounds) -> Region {
+        let [min, max] = [bounds.min, bounds.max].map(|p| (DVec3::from(p) - self.origin).as_vec3());
+        let rounding = f32::EPSILON * min.abs().max(max.abs());
+        Region::of_box(min - rounding, max + rounding)
+    }
+
+    /// Everything that may be seen from somewhere in the region, largest solid angle first, then by id. Takes
+    /// milliseconds of CPU.
+    ///
+    /// # Errors
+    /// When a door is none.
+    pub fn not_hidden(&self, question: &Question) -> Result<Vec<NotHidden>, NoDoor> {
+        let is_door = |object: &&ObjectId| self.doors.binary_search(&object.0).is_ok();
+        if let Some(other) = question.closed.iter().find(|object| !is_door(object)) {
+            return Err(NoDoor(*other));
+        }
+        let closed: Vec<_> = question.closed.iter().map(|door| door.0).collect();
+        let eye = self.region(&question.eye);
+        let mut observer = Observer::new(&self.scenery, ConservativeSettings::ON_LINE);
+        observer.close(&closed);
+        let visible = observer.visible(&eye, &[]);
+        let described = visible.into_iter().filter_map(|object| {
+            let target = self.scenery.targets[object as usize].as_ref()?;
+            let absolute = |p: glam::Vec3| (self.origin + p.as_dvec3()).to_array();
+            Some(NotHidden {
+                object: ObjectId(object),
+                bounds: Bounds {
+                    min: absolute(target.min),
+                    max: absolute(target.max),
+                },
+                distance_m: target.distance_m(&eye),
+                solid_angle_sr: target.solid_angle_sr(eye.center()),
+            })
+        });
+        let mut found: Vec<_> = described.collect();
+        found.sort_by(|a, b| {
+            b.solid_angle_sr
+                .total_cmp(&a.solid_angle_sr)
+                .then(a.object.cmp(&b.object))
+        });
+        Ok(found)
+    }
+}
