@@ -10,7 +10,7 @@ use tracing_subscriber::{Layer, filter::Targets, layer::SubscriberExt, util::Sub
 use crate::{
     config::{Config, LogFormat, Settings},
     db::Catalogue,
-    http::{AppState, Metrics, RequestLimits, accept::serve_connections, front::Front},
+    http::{AppState, Metrics, OnLine, RequestLimits, accept::serve_connections, front::Front},
     published::Publications,
     store::BlobStore,
 };
@@ -83,6 +83,7 @@ pub async fn serve(
         limits: RequestLimits {
             timeout: config.request_timeout,
         },
+        on_line: OnLine::default(),
     });
     if nothing_yet {
         tracing::info!(data = %config.data.display(), "nothing is published yet; `belvedere bake FILE --scene NAME` does that");

@@ -29,6 +29,15 @@ pub enum ApiError {
         /// What is wrong and what would be right.
         detail: String,
     },
+    /// The body cannot be read.
+    BadBody {
+        /// A JSON pointer to what is wrong.
+        pointer: &'static str,
+        /// What is wrong and what would be right.
+        detail: String,
+    },
+    /// The body is no JSON.
+    UnsupportedMediaType,
     /// The route is there, but not for this method. `Allow` is set by the router.
     MethodNotAllowed,
     /// None of the stored codings is acceptable.
@@ -69,6 +78,7 @@ pub(super) struct Problem {
     pub(super) title: &'static str,
     pub(super) detail: String,
     pub(super) parameter: Option<&'static str>,
+    pub(super) pointer: Option<&'static str>,
     pub(super) cause: Option<Arc<anyhow::Error>>,
 }
 
@@ -81,6 +91,8 @@ struct Document<'a> {
     instance: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     parameter: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pointer: Option<&'a str>,
 }
 
 impl Problem {
@@ -93,6 +105,7 @@ impl Problem {
             detail: &self.detail,
             instance,
             parameter: self.parameter,
+            pointer: self.pointer,
         };
         serde_json::to_vec(&document).expect("a problem holds nothing that JSON cannot say")
     }
@@ -115,6 +128,14 @@ impl ApiError {
         }
     }
 
+    /// A body in which the member at a JSON pointer is wrong.
+    pub(super) fn bad_body(pointer: &'static str, detail: impl ToString) -> Self {
+        Self::BadBody {
+            pointer,
+            detail: detail.to_string(),
+        }
+    }
+
     fn problem(self) -> Problem {
         use StatusCode as S;
         let (status, kind, title, detail) = match &self {
@@ -125,11 +146,17 @@ impl ApiError {
                 "see /openapi.json for what there is".to_owned(),
             ),
             Self::NotFound(what) => (S::NOT_FOUND, "not-found", "Not found", format!("there is no {what}")),
-            Self::BadRequest { detail, .. } => (
+            Self::BadRequest { detail, .. } | Self::BadBody { detail, .. } => (
                 S::BAD_REQUEST,
                 "bad-request",
                 "The request cannot be read",
                 detail.clone(),
+            ),
+            Self::UnsupportedMediaType => (
+                S::UNSUPPORTED_MEDIA_TYPE,
+                "unsupported-media-type",
+                "The body has another media type than this address takes",
+                "send JSON with Content-Type: application/json".to_owned(),
             ),
             Self::MethodNotAllowed => (
                 S::METHOD_NOT_ALLOWED,
@@ -159,7 +186,7 @@ impl ApiError {
                 S::PAYLOAD_TOO_LARGE,
                 "body-too-large",
                 "The request has too large a body",
-                "send this request without a body".to_owned(),
+                "send at most 65536 bytes; GET and HEAD need none".to_owned(),
             ),
             Self::UriTooLong => (
                 S::URI_TOO_LONG,
@@ -202,6 +229,10 @@ impl ApiError {
             Self::BadRequest { parameter, .. } => *parameter,
             _ => None,
         };
+        let pointer = match &self {
+            Self::BadBody { pointer, .. } => Some(*pointer),
+            _ => None,
+        };
         let cause = match self {
             Self::Unavailable(cause) | Self::Internal(cause) => Some(Arc::new(cause)),
             _ => None,
@@ -212,6 +243,7 @@ impl ApiError {
             title,
             detail,
             parameter,
+            pointer,
             cause,
         }
     }

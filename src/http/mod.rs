@@ -6,7 +6,7 @@
 //! * [`routes`]: the table of routes. `openapi`: the same for machines.
 //! * `extract`, `error`: how requests are read, and the one shape of every error.
 //! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes.
-//! * `queries`: cells, objects and what is visible.
+//! * `queries`: cells, objects and what is visible. `visible`: the same for any place, computed on line.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
 //! * [`accept`]: the accept loop with its limits and its end.
 
@@ -28,6 +28,7 @@ mod quiet;
 mod ranges;
 pub mod routes;
 mod viewer;
+mod visible;
 
 use std::time::Duration;
 
@@ -37,6 +38,7 @@ pub use error::ApiError;
 pub use metrics::Metrics;
 pub use openapi::OPENAPI_JSON;
 pub use viewer::viewer_files;
+pub use visible::OnLine;
 
 use crate::{db::Catalogue, published::Publications, store::BlobStore};
 
@@ -53,6 +55,8 @@ pub struct AppState {
     pub metrics: Metrics,
     /// Limits on one request.
     pub limits: RequestLimits,
+    /// Limits on what is computed on line.
+    pub on_line: OnLine,
 }
 
 /// Limits on one request.

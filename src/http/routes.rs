@@ -2,12 +2,14 @@
 
 use axum::{
     Router, middleware,
-    routing::{MethodRouter, get},
+    routing::{MethodRouter, get, post},
 };
 
 use tower_http::catch_panic::CatchPanicLayer;
 
-use super::{AppState, around, documents, error::ApiError, health, immutable, metrics, openapi, queries, viewer};
+use super::{
+    AppState, around, documents, error::ApiError, health, immutable, metrics, openapi, queries, viewer, visible,
+};
 
 /// The routes and their handlers.
 fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
@@ -19,6 +21,7 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
         ("/v1/scenes/{scene}/cells", get(queries::cell_at)),
         ("/v1/scenes/{scene}/cells/{cell}", get(queries::cell)),
         ("/v1/scenes/{scene}/cells/{cell}/visible", get(queries::visible)),
+        ("/v1/scenes/{scene}/visible", post(visible::from_anywhere)),
         ("/v1/scenes/{scene}/objects", get(queries::objects)),
         ("/v1/scenes/{scene}/objects/{object}", get(queries::object)),
         ("/v1/scenes/{scene}/objects/{object}/lods/{level}", get(queries::level)),
@@ -51,7 +54,7 @@ pub(super) const UNMATCHED: &str = "unmatched";
 pub(super) const IMMUTABLE_OBJECT: &str = "/o/{name}";
 
 /// The templates, as they label metrics.
-pub(super) const TEMPLATES: [&str; 16] = [
+pub(super) const TEMPLATES: [&str; 17] = [
     IMMUTABLE_OBJECT,
     "/v1/scenes",
     "/v1/scenes/index.json",
@@ -60,6 +63,7 @@ pub(super) const TEMPLATES: [&str; 16] = [
     "/v1/scenes/{scene}/cells",
     "/v1/scenes/{scene}/cells/{cell}",
     "/v1/scenes/{scene}/cells/{cell}/visible",
+    "/v1/scenes/{scene}/visible",
     "/v1/scenes/{scene}/objects",
     "/v1/scenes/{scene}/objects/{object}",
     "/v1/scenes/{scene}/objects/{object}/lods/{level}",
