@@ -4,6 +4,8 @@
 //! inside, next to walls. The others stand anywhere. A cell is a convex polyhedron, given by its faces; nothing here
 //! takes it for a box.
 
+use std::fmt;
+
 use belvedere_scene::record::{CellRecord, Hull};
 use glam::DVec3;
 use serde::Serialize;
@@ -30,6 +32,19 @@ pub enum Place {
     Edge,
     /// On the border of an opening.
     Jamb,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Inside => "inside",
+            Self::Doorway => "doorway",
+            Self::Corner => "corner",
+            Self::Face => "face",
+            Self::Edge => "edge",
+            Self::Jamb => "jamb",
+        })
+    }
 }
 
 /// The order in which places are tried; with few eyes the first ones count.
@@ -96,6 +111,12 @@ impl Room {
             portals,
             tetrahedra,
         }
+    }
+
+    /// A point inside.
+    #[must_use]
+    pub fn middle(&self) -> DVec3 {
+        self.middle
     }
 
     /// Eye `number` of a cell: always the same for the same seed.
