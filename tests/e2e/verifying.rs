@@ -121,9 +121,9 @@ fn a_baked_scene_is_clean_and_its_figures_agree_with_each_other() {
     assert_eq!(report["false_negative_rate"], 0.0);
     let eyes = report["eyes"].as_u64().expect("a count");
     assert_eq!(eyes, 60.max(baked["cells"].as_u64().expect("a count")));
-    // A closed world shows something at almost every pixel.
+    // Floor and walls fill a good part of every view; the rest is sky.
     let pixels = report["pixels"].as_u64().expect("a count");
-    assert!(pixels > eyes * 6 * 128 * 128 / 2 && pixels <= eyes * 6 * 128 * 128);
+    assert!(pixels > eyes * 6 * 128 * 128 / 10 && pixels <= eyes * 6 * 128 * 128);
     let tightness = report["tightness_mean"].as_f64().expect("a ratio");
     assert!((1.0..20.0).contains(&tightness), "{tightness}");
 

@@ -63,6 +63,8 @@ pub struct Miss {
     pub eye: [f64; 3],
     /// What kind of place that is.
     pub place: Place,
+    /// Where from there one sees it, a unit vector.
+    pub direction: [f64; 3],
     /// What it sees.
     pub object: ObjectId,
     /// In how many pixels of faces of [`FINE_PX`]² pixels; for what is not confirmed, as many as that would be.
@@ -188,6 +190,8 @@ pub fn eyes_of(cells: usize, eyes: u64) -> u64 {
 /// What one eye claims of one object.
 struct Claim {
     object: u32,
+    /// Towards a pixel, confirmed if any is.
+    direction: DVec3,
     pixels: u64,
     confirmed: u64,
 }
@@ -246,14 +250,14 @@ fn claims(scene: &Scene, eye: DVec3, cube: &Cube) -> Vec<Claim> {
     by_object
         .map(|sightings| {
             let rays = sightings.len().min(CONFIRMED_RAYS);
-            let sure = (0..rays)
-                .filter(|ray| confirmed(scene, eye, cube, &sightings[ray * sightings.len() / rays]))
-                .count();
-            let confirmed = (sure * sightings.len()).div_ceil(rays);
+            let tried = (0..rays).map(|ray| &sightings[ray * sightings.len() / rays]);
+            let sure: Vec<_> = tried.filter(|at| confirmed(scene, eye, cube, at)).collect();
+            let example = sure.first().map_or(&sightings[0], |at| *at);
             Claim {
-                object: sightings[0].object,
+                object: example.object,
+                direction: towards(cube, example).normalize(),
                 pixels: sightings.len() as u64,
-                confirmed: confirmed as u64,
+                confirmed: (sure.len() * sightings.len()).div_ceil(rays) as u64,
             }
         })
         .collect()
@@ -261,8 +265,12 @@ fn claims(scene: &Scene, eye: DVec3, cube: &Cube) -> Vec<Claim> {
 
 /// Whether the object surely shows at a pixel.
 fn confirmed(scene: &Scene, eye: DVec3, cube: &Cube, at: &Sighting) -> bool {
-    let direction = cube.direction(at.face.into(), at.x.into(), at.y.into());
+    let direction = towards(cube, at);
     sees(scene, eye, direction, at.object, Doubt::Hides) || sees_thin(scene, eye, direction, at.object, Doubt::Hides)
+}
+
+fn towards(cube: &Cube, at: &Sighting) -> DVec3 {
+    cube.direction(at.face.into(), at.x.into(), at.y.into())
 }
 
 /// Confirmed pixels on faces of [`FINE_PX`] of the objects missed in some views, by view and object.
@@ -320,6 +328,7 @@ fn summary(cells: &[Cell], views: &[View], fine: &BTreeMap<(usize, u32), u64>, s
                 cell: cell.id,
                 eye: view.eye.position.to_array(),
                 place: view.eye.place,
+                direction: claim.direction.to_array(),
                 object: ObjectId(claim.object),
                 pixels: fine
                     .get(&(number, claim.object))

@@ -1,10 +1,10 @@
 //! What does a view look like?
 //!
 //! The six faces of a cube unfolded to a cross: left, ahead, right and behind in a row, above and below ahead. Each object
-//! has a colour of its own, shaded by how it faces the eye; one that is marked is red, with a ring around each place where it
-//! shows, because it may be a pixel.
+//! has a colour of its own, shaded by how it faces the eye. One that is marked is red, with a ring around one place
+//! where it shows, because that may be less than a pixel.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::cube::{Cube, NOTHING};
 
@@ -26,12 +26,19 @@ const SKY: [u8; 3] = [214, 228, 240];
 const MARK: [u8; 3] = [230, 0, 20];
 /// Inner and outer radius of a ring, in pixels.
 const RING: (f32, f32) = (9.0, 12.0);
-/// At most so many rings, and none in another.
-const RINGS: usize = 64;
 
-/// The picture of what a cube has drawn; `marked` is shown in red where it was unexpected.
+/// What is shown in red.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mark {
+    /// The object.
+    pub object: u32,
+    /// Where it shows; the ring is around that.
+    pub direction: DVec3,
+}
+
+/// The picture of what a cube has drawn.
 #[must_use]
-pub fn cross(cube: &Cube, marked: Option<u32>) -> Picture {
+pub fn cross(cube: &Cube, mark: Option<Mark>) -> Picture {
     let size = cube.size();
     let (width, height) = (4 * size, 3 * size);
     let mut picture = Picture {
@@ -46,18 +53,14 @@ pub fn cross(cube: &Cube, marked: Option<u32>) -> Picture {
             }
         }
     }
-    let mut rings: Vec<(usize, usize)> = Vec::new();
-    for at in cube.unexpected().iter().filter(|at| Some(at.object) == marked) {
+    let Some(mark) = mark else { return picture };
+    for at in cube.unexpected().iter().filter(|at| at.object == mark.object) {
         let (column, row) = CROSS[usize::from(at.face)];
-        let (x, y) = (column * size + usize::from(at.x), row * size + usize::from(at.y));
-        picture.paint(x, y, MARK);
-        let apart = |(a, b): &(usize, usize)| a.abs_diff(x).max(b.abs_diff(y)) as f32 > 2.0 * RING.1;
-        if rings.len() < RINGS && rings.iter().all(apart) {
-            rings.push((x, y));
-        }
+        picture.paint(column * size + usize::from(at.x), row * size + usize::from(at.y), MARK);
     }
-    for (x, y) in rings {
-        picture.ring(x, y);
+    if let Some((face, x, y)) = cube.pixel_towards(mark.direction) {
+        let (column, row) = CROSS[face];
+        picture.ring(column * size + x, row * size + y);
     }
     picture
 }
@@ -109,5 +112,35 @@ impl Picture {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{OPAQUE, quad, scene};
+
+    #[test]
+    fn what_is_marked_is_red_where_it_shows_and_has_a_ring() {
+        let scene = scene(vec![
+            quad([-9.0, -9.0], [9.0, 9.0], -2.0, OPAQUE),
+            quad([-0.1, -0.1], [0.1, 0.1], -1.0, OPAQUE),
+        ]);
+        let mut cube = Cube::new(64);
+        cube.draw(&scene, DVec3::ZERO, &[true, false]);
+        let mark = Mark {
+            object: 1,
+            direction: DVec3::NEG_Z,
+        };
+        let red = |picture: &Picture, x: usize, y: usize| picture.rgb[3 * (y * picture.width + x)..][..3] == MARK;
+        let marked = cross(&cube, Some(mark));
+        assert_eq!((marked.width, marked.height), (256, 192));
+        // The face ahead stands in the middle of the cross.
+        assert!(red(&marked, 64 + 32, 64 + 32));
+        assert!(red(&marked, 64 + 32 + 10, 64 + 32), "the ring");
+        assert!(!red(&marked, 64 + 32 + 6, 64 + 32), "between both");
+        let plain = cross(&cube, None);
+        assert!((0..256 * 192).all(|at| !red(&plain, at % 256, at / 256)));
+        assert_eq!(plain.rgb[..3], PAPER);
     }
 }

@@ -59,6 +59,7 @@ mod tests {
                 cell: CellId(0),
                 eye: [0.0; 3],
                 place: Place::Inside,
+                direction: [1.0, 0.0, 0.0],
                 object: ObjectId(0),
                 pixels,
                 conservative,

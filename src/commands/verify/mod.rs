@@ -12,7 +12,7 @@ use belvedere_scene::{CellId, SceneName};
 use belvedere_verify::{
     check::{Cell, Outcome, Settings, check, eyes_of},
     cube::Cube,
-    picture,
+    picture::{self, Mark},
     scene::Scene,
     verdict,
 };
@@ -108,13 +108,17 @@ fn progress(wanted: bool) -> ProgressBar {
 /// Draws the worst view there is; says what it shows, or nothing when there was no eye.
 fn draw(file: &std::path::Path, scene: &Scene, cells: &[Cell], outcome: &Outcome) -> anyhow::Result<Option<String>> {
     let worst = outcome.misses.first().or(outcome.unconfirmed.first());
-    let (cell, eye, marked, what) = match (worst, outcome.loosest()) {
+    let (cell, eye, mark, what) = match (worst, outcome.loosest()) {
         (Some(miss), _) => {
             let what = format!(
                 "{} from {} at {:?}, {} in red",
                 miss.place, miss.cell, miss.eye, miss.object
             );
-            (miss.cell, miss.eye, Some(miss.object), what)
+            let mark = Mark {
+                object: miss.object.0,
+                direction: DVec3::from(miss.direction),
+            };
+            (miss.cell, miss.eye, Some(mark), what)
         }
         (None, Some(loosest)) => {
             let eye = cells
@@ -131,7 +135,7 @@ fn draw(file: &std::path::Path, scene: &Scene, cells: &[Cell], outcome: &Outcome
     };
     let mut cube = Cube::new(PICTURE_PX);
     cube.draw(scene, DVec3::from(eye), &cell.expected(scene));
-    let cross = picture::cross(&cube, marked.map(|object| object.0));
+    let cross = picture::cross(&cube, mark);
     let bytes = png::encode(cross.width, cross.height, &cross.rgb)?;
     std::fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
     Ok(Some(format!("{}: {what}", file.display())))

@@ -42,6 +42,14 @@ impl Face {
         Vec3::new(along(self.right), along(self.up), along(self.forward))
     }
 
+    /// Where on the face a direction points: to the right and up, from −1 to 1; `None` when at another face.
+    pub(super) fn point(&self, direction: DVec3) -> Option<(f64, f64)> {
+        let along = |(axis, sign): (usize, f32)| f64::from(sign) * direction[axis];
+        let ahead = along(self.forward);
+        let (right, up) = (along(self.right) / ahead, along(self.up) / ahead);
+        (ahead > 0.0 && right.abs() <= 1.0 && up.abs() <= 1.0).then_some((right, up))
+    }
+
     /// The direction in which a point of the face lies; `right` and `up` run from −1 to 1.
     pub(super) fn direction(&self, right: f64, up: f64) -> DVec3 {
         let mut direction = DVec3::ZERO;

@@ -124,6 +124,17 @@ impl Cube {
         FACES[face].direction(at(x), -at(y))
     }
 
+    /// The face, column and row of the pixel in a direction.
+    #[must_use]
+    pub fn pixel_towards(&self, direction: DVec3) -> Option<(usize, usize, usize)> {
+        let pixel = |at: f64| ((0.5 * (at + 1.0) * self.size as f64) as usize).min(self.size - 1);
+        FACES.iter().enumerate().find_map(|(face, about)| {
+            about
+                .point(direction)
+                .map(|(right, up)| (face, pixel(right), pixel(-up)))
+        })
+    }
+
     /// Draws what an eye sees. `expected` says of each object whether it may be seen.
     pub fn draw(&mut self, scene: &Scene, eye: DVec3, expected: &[bool]) {
         self.near = (NEAR * scene.bounds().diagonal_m()) as f32;
@@ -214,16 +225,10 @@ impl Cube {
         (face * self.size + y) * self.size + x
     }
 
-    /// Puts a pixel of something at one over a depth.
-    #[inline]
-    fn put(&mut self, at: usize, inverse_depth: f32, paint: Paint) {
-        if inverse_depth <= self.inverse_depth[at] {
-            return;
-        }
-        if paint.hides {
-            self.inverse_depth[at] = inverse_depth;
-            self.item[at] = paint.object;
-        } else if self.layer[at] != paint.object && self.item[at] != paint.object {
+    /// Shows a pixel of something that hides nothing, at one over a depth.
+    fn show(&mut self, at: usize, inverse_depth: f32, paint: Paint) {
+        let hidden = inverse_depth <= self.inverse_depth[at];
+        if !hidden && self.layer[at] != paint.object && self.item[at] != paint.object {
             self.layer[at] = paint.object;
             self.pixels[paint.object as usize] += 1;
             if !paint.expected {

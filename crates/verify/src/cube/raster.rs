@@ -13,6 +13,8 @@ use super::{Cube, FACES, Paint};
 const CORNERS: usize = 8;
 /// The clipping pyramid is this much wider than the face.
 const WIDE: f32 = 1.01;
+/// An edge that rises by less, in pixels, is too level for a guess of where it crosses a row.
+const LEVEL: f64 = 1e-6;
 
 struct Polygon {
     corners: [Vec3; CORNERS],
@@ -116,6 +118,31 @@ struct Slope {
     most: f64,
 }
 
+/// The columns from `left` to `right` whose middles lie in a triangle. Each edge function is monotone along a row, also
+/// when rounded, so they are one run: a guess from where edges cross the row is put right at both ends.
+fn span(edges: &[Edge; 3], middle_y: f64, left: usize, right: usize) -> Option<(usize, usize)> {
+    let inside = |x: usize| edges.iter().all(|edge| edge.at(x as f64 + 0.5, middle_y) >= 0.0);
+    let (mut first, mut last) = (left as f64, right as f64);
+    for edge in edges {
+        let crossing = -(edge.y * middle_y + edge.constant) / edge.x - 0.5;
+        if edge.x > LEVEL {
+            first = first.max(crossing.ceil());
+        } else if edge.x < -LEVEL {
+            last = last.min(crossing.floor());
+        }
+    }
+    // Rounding moves a crossing by far less than a pixel.
+    let mut first = ((first - 1.0).max(left as f64)) as usize;
+    let mut last = (last + 1.0).clamp(0.0, right as f64) as usize;
+    while first <= last && !inside(first) {
+        first += 1;
+    }
+    while first < last && !inside(last) {
+        last -= 1;
+    }
+    (first <= last).then_some((first, last))
+}
+
 impl Cube {
     pub(super) fn fill_triangle(&mut self, face: usize, corners: [Vec3; 3], paint: Paint) {
         let views = corners.map(|p| FACES[face].view(p));
@@ -190,13 +217,28 @@ impl Cube {
         let edges = [Edge::between(a, b), Edge::between(b, c), Edge::between(c, a)];
         for y in top..=bottom {
             let middle_y = y as f64 + 0.5;
+            let Some((first, last)) = span(&edges, middle_y, left, right) else {
+                continue;
+            };
             let row = self.index(face, 0, y);
             let depth_of_row = slope.y * middle_y + slope.constant;
-            for x in left..=right {
-                let middle_x = x as f64 + 0.5;
-                if edges.iter().all(|edge| edge.at(middle_x, middle_y) >= 0.0) {
-                    let depth = slope.x * middle_x + depth_of_row;
-                    self.put(row + x, depth.clamp(slope.least, slope.most) as f32, paint);
+            let depth_at = |x: usize| {
+                let depth = slope.x * (x as f64 + 0.5) + depth_of_row;
+                depth.clamp(slope.least, slope.most) as f32
+            };
+            if paint.hides {
+                let depths = &mut self.inverse_depth[row + first..=row + last];
+                let items = &mut self.item[row + first..=row + last];
+                for (i, (known, item)) in depths.iter_mut().zip(items).enumerate() {
+                    let depth = depth_at(first + i);
+                    if depth > *known {
+                        *known = depth;
+                        *item = paint.object;
+                    }
+                }
+            } else {
+                for x in first..=last {
+                    self.show(row + x, depth_at(x), paint);
                 }
             }
         }
@@ -224,7 +266,7 @@ impl Cube {
             let size = self.size as f64;
             if (0.0..size).contains(&p.x) && (0.0..size).contains(&p.y) {
                 let at = self.index(face, p.x as usize, p.y as usize);
-                self.put(at, (near + share * (far - near)) as f32, paint);
+                self.show(at, (near + share * (far - near)) as f32, paint);
             }
         }
     }

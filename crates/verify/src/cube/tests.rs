@@ -60,6 +60,16 @@ fn a_picture_is_neither_turned_nor_mirrored() {
 }
 
 #[test]
+fn every_direction_leads_back_to_its_pixel() {
+    let cube = Cube::new(5);
+    for face in 0..6 {
+        for (x, y) in (0..25).map(|i| (i % 5, i / 5)) {
+            assert_eq!(cube.pixel_towards(7.0 * cube.direction(face, x, y)), Some((face, x, y)));
+        }
+    }
+}
+
+#[test]
 fn what_surrounds_the_eye_covers_every_pixel_once() {
     let scene = scene(vec![closed_box(-3.0, BOTH_SIDES)]);
     for eye in [DVec3::ZERO, DVec3::new(2.9999, -2.9999, 1.0), DVec3::splat(2.9)] {
