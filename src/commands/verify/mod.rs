@@ -23,8 +23,8 @@ use super::output::{print, print_json};
 use crate::publish::data::DataFolder;
 use report::Report;
 
-/// Eyes in a cell when nobody says how many in all.
-const EYES_A_CELL: u64 = 4;
+/// Eyes in a cell when nobody says how many in all: one in each kind of place.
+const EYES_A_CELL: u64 = 8;
 /// … but at least so many in all.
 const LEAST_EYES: u64 = 1000;
 /// Pixels along the side of a cube face of a picture.
@@ -34,7 +34,7 @@ const PICTURE_PX: usize = 512;
 pub(super) struct Args {
     /// The scene
     scene: SceneName,
-    /// Eyes in all cells together [default: 4 a cell, at least 1000]
+    /// Eyes in all cells together [default: 8 a cell, at least 1000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     eyes: Option<u64>,
     /// Check one cell only

@@ -61,25 +61,27 @@ impl Face {
 }
 
 /// The face through which a point is seen.
-fn face_of(p: Vec3) -> usize {
+pub(super) fn face_of(p: Vec3) -> u8 {
     let size = p.abs();
-    let axis = if size.x >= size.y && size.x >= size.z {
-        X
+    let (axis, along) = if size.x >= size.y && size.x >= size.z {
+        (X, p.x)
     } else if size.y >= size.z {
-        Y
+        (Y, p.y)
     } else {
-        Z
+        (Z, p.z)
     };
-    2 * axis + usize::from(p[axis] < 0.0)
+    2 * axis as u8 + u8::from(along < 0.0)
 }
 
-/// The faces that a triangle may touch: never too few.
-pub(super) fn touched(corners: [Vec3; 3]) -> impl Iterator<Item = usize> {
-    // The pyramid of a face is convex: what has all its corners in it lies in it. On a common plane both faces matter,
-    // but only for a triangle that has corners on both sides, or in that plane, where it is seen edge on.
-    let [a, b, c] = corners.map(face_of);
-    let only = (a == b && b == c).then_some(a);
-    (0..6).filter(move |face| only.map_or_else(|| may_touch(*face, corners), |only| only == *face))
+/// The faces that a triangle may touch, given the face of each corner: never too few.
+pub(super) fn touched(corners: [(Vec3, u8); 3]) -> impl Iterator<Item = usize> {
+    // The pyramid of a face is convex: what has all its corners in it lies in it. A corner between two pyramids belongs
+    // to both, but there a triangle is seen edge on, or has other corners to tell.
+    let [a, b, c] = corners.map(|(_, face)| usize::from(face));
+    let alone = a == b && b == c;
+    let points = corners.map(|(corner, _)| corner);
+    let faces = if alone { a..a + 1 } else { 0..6 };
+    faces.filter(move |face| alone || may_touch(*face, points))
 }
 
 fn may_touch(face: usize, corners: [Vec3; 3]) -> bool {

@@ -11,14 +11,18 @@
 //! Costs one transform of each vertex and at most one rasterisation of each triangle per face that it touches.
 
 mod faces;
+mod occlusion;
 mod raster;
 
+use belvedere_scene::Bounds;
 use glam::{DVec3, Mat4, Vec3};
 
 use crate::scene::{Patch, Scene};
 pub use faces::FACES;
-use faces::touched;
+use faces::{face_of, touched};
 
+/// Looking whether a triangle is hidden may cost so many pixels; drawing it costs about as much.
+const EFFORT_A_TRIANGLE: usize = 64;
 /// No object.
 pub const NOTHING: u32 = u32::MAX;
 /// The near plane lies at this share of the scene's diagonal.
@@ -50,8 +54,8 @@ pub struct Cube {
     /// Pixels in which each object shows.
     pixels: Vec<u32>,
     unexpected: Vec<Sighting>,
-    /// Vertices of the object that is being drawn, relative to the eye.
-    vertices: Vec<Vec3>,
+    /// Vertices of the object that is being drawn, relative to the eye, each with the face through which it is seen.
+    vertices: Vec<(Vec3, u8)>,
 }
 
 /// How something is drawn.
@@ -181,16 +185,28 @@ impl Cube {
         if !shapes && !model.patches.iter().any(|patch| wanted(&patch)) {
             return;
         }
+        let Bounds { min, max } = scene.bounds_of(paint.object as usize);
+        let effort = EFFORT_A_TRIANGLE * model.triangle_count();
+        if self.hides_box(DVec3::from(*min) - eye, DVec3::from(*max) - eye, effort) {
+            return;
+        }
         let exact = scene.eye_from_object(paint.object as usize, eye);
         let place: Mat4 = exact.as_mat4();
         let mut vertices = std::mem::take(&mut self.vertices);
         vertices.clear();
-        vertices.extend(model.positions.iter().map(|p| place.transform_point3(*p)));
+        vertices.extend(model.positions.iter().map(|p| {
+            let vertex = place.transform_point3(*p);
+            (vertex, face_of(vertex))
+        }));
         let mirrored = object.mirrored();
         for patch in model.patches.iter().filter(wanted) {
+            let (min, max) = patch.bounds(&exact);
+            if self.hides_box(min, max, EFFORT_A_TRIANGLE * patch.triangles.len()) {
+                continue;
+            }
             for triangle in &patch.triangles {
                 let corners = triangle.map(|i| vertices[i as usize]);
-                let [a, b, c] = corners;
+                let [a, b, c] = corners.map(|(vertex, _)| vertex);
                 let towards = (b - a).cross(c - a).dot(a) < 0.0;
                 if patch.surface.double_sided || towards != mirrored {
                     self.draw_triangle(corners, paint);
@@ -202,22 +218,21 @@ impl Cube {
                 self.draw_line(ends.map(|i| vertices[i as usize]), paint);
             }
             for point in &model.points {
-                let point = vertices[*point as usize];
-                self.draw_line([point; 2], paint);
+                self.draw_line([vertices[*point as usize]; 2], paint);
             }
         }
         self.vertices = vertices;
     }
 
-    fn draw_triangle(&mut self, corners: [Vec3; 3], paint: Paint) {
+    fn draw_triangle(&mut self, corners: [(Vec3, u8); 3], paint: Paint) {
         for face in touched(corners) {
-            self.fill_triangle(face, corners, paint);
+            self.fill_triangle(face, corners.map(|(corner, _)| corner), paint);
         }
     }
 
-    fn draw_line(&mut self, [a, b]: [Vec3; 2], paint: Paint) {
+    fn draw_line(&mut self, [a, b]: [(Vec3, u8); 2], paint: Paint) {
         for face in touched([a, b, b]) {
-            self.trace_line(face, [a, b], paint);
+            self.trace_line(face, [a.0, b.0], paint);
         }
     }
 

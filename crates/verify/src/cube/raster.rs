@@ -126,14 +126,14 @@ fn span(edges: &[Edge; 3], middle_y: f64, left: usize, right: usize) -> Option<(
     for edge in edges {
         let crossing = -(edge.y * middle_y + edge.constant) / edge.x - 0.5;
         if edge.x > LEVEL {
-            first = first.max(crossing.ceil());
+            first = first.max(crossing);
         } else if edge.x < -LEVEL {
-            last = last.min(crossing.floor());
+            last = last.min(crossing);
         }
     }
     // Rounding moves a crossing by far less than a pixel.
-    let mut first = ((first - 1.0).max(left as f64)) as usize;
-    let mut last = (last + 1.0).clamp(0.0, right as f64) as usize;
+    let mut first = (first - 0.5).max(left as f64) as usize;
+    let mut last = (last + 1.5).clamp(0.0, right as f64) as usize;
     while first <= last && !inside(first) {
         first += 1;
     }
@@ -141,6 +141,12 @@ fn span(edges: &[Edge; 3], middle_y: f64, left: usize, right: usize) -> Option<(
         last -= 1;
     }
     (first <= last).then_some((first, last))
+}
+
+/// The ceiling of a number that is not negative; `f64::ceil` is a call on processors without rounding instructions.
+fn rounded_up(value: f64) -> usize {
+    let below = value as usize;
+    below + usize::from((below as f64) < value)
 }
 
 impl Cube {
@@ -197,9 +203,10 @@ impl Cube {
         let (min, max) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), v| {
             (min.min(v), max.max(v))
         });
-        let (first, last) = ((min - 0.5).ceil().max(0.0), (max - 0.5).floor());
-        let last = last.min(self.size as f64 - 1.0);
-        (first <= last).then_some((first as usize, last as usize))
+        let size = self.size as f64;
+        let first = rounded_up((min - 0.5).clamp(0.0, size));
+        let last = (max + 0.5).clamp(0.0, size) as usize;
+        (first < last).then(|| (first, last - 1))
     }
 
     fn fill(&mut self, face: usize, [a, b, c]: [DVec2; 3], slope: &Slope, paint: Paint) {
