@@ -181,7 +181,8 @@ impl Cube {
         let object = &scene.objects[paint.object as usize];
         let model = scene.model_of(paint.object as usize);
         let wanted = |patch: &&Patch| (!patch.surface.see_through && !object.door) == paint.hides;
-        let shapes = !paint.hides && !(model.lines.is_empty() && model.points.is_empty());
+        let thin = !model.lines.is_empty() || !model.points.is_empty();
+        let shapes = thin && !paint.hides;
         if !shapes && !model.patches.iter().any(|patch| wanted(&patch)) {
             return;
         }
