@@ -46,6 +46,8 @@ pub struct Sighting {
 pub struct Cube {
     size: usize,
     near: f32,
+    /// How many pixels may be looked at for each triangle to find it hidden.
+    effort: usize,
     /// One over the depth of what hides, 0 for nothing; face by face, row by row.
     inverse_depth: Vec<f32>,
     item: Vec<u32>,
@@ -74,6 +76,7 @@ impl Cube {
         Self {
             size,
             near: 0.0,
+            effort: EFFORT_A_TRIANGLE,
             inverse_depth: vec![0.0; all],
             item: vec![NOTHING; all],
             layer: vec![NOTHING; all],
@@ -187,7 +190,7 @@ impl Cube {
             return;
         }
         let Bounds { min, max } = scene.bounds_of(paint.object as usize);
-        let effort = EFFORT_A_TRIANGLE * model.triangle_count();
+        let effort = self.effort * model.triangle_count();
         if self.hides_box(DVec3::from(*min) - eye, DVec3::from(*max) - eye, effort) {
             return;
         }
@@ -202,7 +205,7 @@ impl Cube {
         let mirrored = object.mirrored();
         for patch in model.patches.iter().filter(wanted) {
             let (min, max) = patch.bounds(&exact);
-            if self.hides_box(min, max, EFFORT_A_TRIANGLE * patch.triangles.len()) {
+            if self.hides_box(min, max, self.effort * patch.triangles.len()) {
                 continue;
             }
             for triangle in &patch.triangles {

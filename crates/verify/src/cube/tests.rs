@@ -218,6 +218,36 @@ fn where_two_surfaces_lie_in_one_plane_the_expected_one_shows() {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Walls of all sizes at all distances, some of them before others; the second picture draws everything.
+    #[test]
+    fn skipping_what_is_hidden_changes_nothing(
+        quads in prop::collection::vec((prop::array::uniform3(-3.0f32..3.0), 0.05f32..3.0, any::<bool>()), 4..40),
+        eye in prop::array::uniform3(-0.5f64..0.5),
+    ) {
+        let models: Vec<_> = quads
+            .iter()
+            .map(|([x, y, z], half, glass)| {
+                let surface = if *glass { GLASS } else { BOTH_SIDES };
+                quad([x - half, y - half], [x + half, y + half], *z, surface)
+            })
+            .collect();
+        let scene = scene(models);
+        let expected: Vec<_> = (0..quads.len()).map(|i| i % 3 != 0).collect();
+        let [skipping, plain] = [usize::MAX >> 8, 0].map(|effort| {
+            let mut cube = Cube::new(48);
+            cube.effort = effort;
+            cube.draw(&scene, DVec3::from(eye), &expected);
+            cube
+        });
+        prop_assert_eq!(skipping.pixels(), plain.pixels());
+        prop_assert_eq!(skipping.unexpected(), plain.unexpected());
+        prop_assert_eq!(&skipping.inverse_depth, &plain.inverse_depth);
+    }
+}
+
 prop_compose! {
     fn triangle()(corners in prop::array::uniform3(prop::array::uniform3(-4.0f32..4.0)), both in any::<bool>()) -> Model {
         let mut model = Model {
