@@ -258,6 +258,17 @@ mod tests {
         // The centroid of the right triangle, and half the length.
         let expected = DVec3::new(4.0 / 3.0, 1.0, 2.5);
         assert!((mean - expected).length() < 0.05, "{mean}");
+        // An eighth of them lies in the same hull at half the size.
+        let half = Hull {
+            points: hull
+                .points
+                .iter()
+                .map(|p| room.middle().midpoint(DVec3::from(*p)).to_array())
+                .collect(),
+            ..hull
+        };
+        let within = points.iter().filter(|p| inside(&half, **p)).count() as f64 / points.len() as f64;
+        assert!((within - 0.125).abs() < 0.01, "{within}");
     }
 
     #[test]

@@ -77,6 +77,55 @@ fn what_surrounds_the_eye_covers_every_pixel_once() {
     }
 }
 
+/// A ball of many triangles around the origin: rings of latitude, with vertices shared.
+fn ball(rings: u32, segments: u32, turn: glam::DQuat) -> Model {
+    let at = |ring: u32, segment: u32| {
+        let polar = std::f64::consts::PI * f64::from(ring) / f64::from(rings);
+        let around = std::f64::consts::TAU * f64::from(segment % segments) / f64::from(segments);
+        let (across, up) = polar.sin_cos();
+        // All corners at a pole are one point.
+        let across = if ring == rings { 0.0 } else { across };
+        (turn * DVec3::new(across * around.cos(), up, across * around.sin())).as_vec3()
+    };
+    let mut model = Model::default();
+    let mut triangles = Vec::new();
+    for ring in 0..rings {
+        for segment in 0..segments {
+            let first = model.positions.len() as u32;
+            let corners = [
+                (ring, segment),
+                (ring + 1, segment),
+                (ring + 1, segment + 1),
+                (ring, segment + 1),
+            ];
+            model.positions.extend(corners.map(|(ring, segment)| at(ring, segment)));
+            triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+    }
+    model.add_triangles(&triangles, BOTH_SIDES);
+    model
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Also where pixels' middles lie exactly on edges, as they do when nothing is turned.
+    #[test]
+    fn a_closed_surface_has_no_cracks(
+        rings in 2u32..40,
+        segments in 3u32..60,
+        turn in prop::option::of(prop::array::uniform3(-3.0f64..3.0)),
+        eye in prop::array::uniform3(-0.3f64..0.3),
+    ) {
+        let turn = turn.map_or(glam::DQuat::IDENTITY, |v| glam::DQuat::from_scaled_axis(v.into()));
+        let scene = scene(vec![ball(rings, segments, turn)]);
+        let size = 33;
+        for eye in [DVec3::ZERO, DVec3::from(eye) * 0.1] {
+            prop_assert_eq!(drawn(&scene, size, eye).covered(), 6 * (size * size) as u64);
+        }
+    }
+}
+
 /// A cube around the origin; its fronts are outside when `half` is positive.
 fn closed_box(half: f32, surface: crate::scene::Surface) -> Model {
     let mut model = Model {
