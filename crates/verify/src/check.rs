@@ -28,7 +28,10 @@ pub const FINE_PX: usize = 1024;
 /// At most so many eyes are drawn once more; the sizes of all other misses are scaled.
 const FINE_EYES: usize = 256;
 /// At most so many of the pixels of one object from one eye are confirmed one by one; the share holds for the others.
-const CONFIRMED_RAYS: usize = 64;
+const RAYS_A_CLAIM: usize = 64;
+/// … and at most so many of all objects from one eye, but at least one of each, so that a scene whose sets are all
+/// wrong is told so in good time.
+const RAYS_A_VIEW: usize = 1024;
 
 /// A cell whose record is checked.
 #[derive(Debug)]
@@ -246,10 +249,12 @@ fn look(scene: &Scene, cells: &[Cell], cell: usize, eye: Eye, cube: &mut Cube) -
 
 /// The unexpected objects of a view, confirmed as far as they can be.
 fn claims(scene: &Scene, eye: DVec3, cube: &Cube) -> Vec<Claim> {
-    let by_object = cube.unexpected().chunk_by(|a, b| a.object == b.object);
+    let by_object: Vec<&[Sighting]> = cube.unexpected().chunk_by(|a, b| a.object == b.object).collect();
+    let most = (RAYS_A_VIEW / by_object.len().max(1)).clamp(1, RAYS_A_CLAIM);
     by_object
+        .iter()
         .map(|sightings| {
-            let rays = sightings.len().min(CONFIRMED_RAYS);
+            let rays = sightings.len().min(most);
             let tried = (0..rays).map(|ray| &sightings[ray * sightings.len() / rays]);
             let sure: Vec<_> = tried.filter(|at| confirmed(scene, eye, cube, at)).collect();
             let example = sure.first().map_or(&sightings[0], |at| *at);
