@@ -26,6 +26,7 @@ pub(super) struct Published {
 
 /// Reads the current revision of a scene, with one of its cells or all.
 pub(super) async fn published(data: &DataFolder, name: &SceneName, only: Option<CellId>) -> anyhow::Result<Published> {
+    let _no_gc = data.lock_for_writing()?;
     let Some(baked) = data.catalogue().baked(name).await? else {
         anyhow::bail!(unknown(data, name).await?);
     };
