@@ -9,10 +9,11 @@ use std::{
 
 /// Which of our crates each of our crates may know.
 const ALLOWED: &[(&str, &[&str])] = &[
-    ("belvedere", &["belvedere-bake", "belvedere-scene"]),
+    ("belvedere", &["belvedere-bake", "belvedere-scene", "belvedere-verify"]),
     ("belvedere-bake", &["belvedere-scene"]),
     ("belvedere-client", &["belvedere-scene"]),
     ("belvedere-scene", &[]),
+    ("belvedere-verify", &["belvedere-scene"]),
 ];
 
 /// Words that a folder's sources must not hold outside their tests, and why.
@@ -38,6 +39,20 @@ const FORBIDDEN: &[(&str, &[&str], &str)] = &[
         "crates/bake/src",
         &["tokio", "async fn", "std::fs", "std::time", "std::env", "println!"],
         "the bake is pure",
+    ),
+    (
+        "crates/verify/src",
+        &[
+            "belvedere_bake",
+            "obvhs",
+            "tokio",
+            "async fn",
+            "std::fs",
+            "std::time",
+            "std::env",
+            "println!",
+        ],
+        "the oracle is pure, and an oracle that shares code with the bake shares its errors",
     ),
     (
         "viewer/core",

@@ -7,6 +7,7 @@ mod inspect;
 mod output;
 mod publish;
 pub mod serve;
+mod verify;
 
 use clap::{Parser, Subcommand};
 
@@ -30,6 +31,8 @@ enum Command {
     Publish(publish::Args),
     /// Show what is in a published scene or in a source file
     Inspect(inspect::Args),
+    /// Look for visible objects that the visible sets lack; fails when there are too many
+    Verify(verify::Args),
     /// Remove blobs and old revisions that nothing needs
     Gc(gc::Args),
     /// Print the OpenAPI document of the HTTP interface
@@ -63,6 +66,7 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Serve(args) => serve::run(args).await,
         Command::Publish(args) => publish::run(args).await,
         Command::Inspect(args) => inspect::run(args).await,
+        Command::Verify(args) => verify::run(args).await,
         Command::Gc(args) => gc::run(args).await,
         Command::Openapi => output::print(crate::http::OPENAPI_JSON),
     }

@@ -5,4 +5,5 @@ mod bad_input;
 mod program;
 mod publishing;
 mod triangles;
+mod verifying;
 mod walking;

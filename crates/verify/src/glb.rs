@@ -1,0 +1,250 @@
+//! What does a published level 0 hold?
+//!
+//! Reads the GLBs that `docs/FORMAT.md` describes (glTF 2.0 §3.6, §3.7, §4.4): one mesh in model space, positions as
+//! f32, triangles, lines and points. Written from the format's description, apart from the bake's own code, and without
+//! trust: whatever is out of range is an error that says where.
+
+use glam::Vec3;
+use serde_json::Value;
+
+use crate::scene::{Model, Surface};
+
+const JSON_CHUNK: u32 = 0x4E4F_534A;
+const BINARY_CHUNK: u32 = 0x004E_4942;
+const FLOAT: u64 = 5126;
+
+/// Why bytes are not a level that can be drawn.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("not a level of detail of this format: {0}")]
+pub struct GlbError(String);
+
+fn wrong<T>(what: impl Into<String>) -> Result<T, GlbError> {
+    Err(GlbError(what.into()))
+}
+
+/// Reads a level of detail.
+///
+/// # Errors
+/// When the bytes are not a GLB of the published format.
+pub fn read(bytes: &[u8]) -> Result<Model, GlbError> {
+    let (json, binary) = chunks(bytes)?;
+    let root: Value = serde_json::from_slice(json).map_err(|e| GlbError(e.to_string()))?;
+    let document = Document { root: &root, binary };
+    let mut model = Model::default();
+    let meshes = root.get("meshes").and_then(Value::as_array);
+    for primitive in meshes
+        .into_iter()
+        .flatten()
+        .filter_map(|mesh| mesh.get("primitives")?.as_array())
+        .flatten()
+    {
+        document.add_primitive(primitive, &mut model)?;
+    }
+    Ok(model)
+}
+
+/// The JSON and the binary chunk.
+fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), GlbError> {
+    let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?)) };
+    if bytes.get(..4) != Some(b"glTF") || word(4) != Some(2) {
+        return wrong("it does not start as a GLB of version 2");
+    }
+    let (mut json, mut binary) = (None, &[][..]);
+    let mut at = 12;
+    while let (Some(length), Some(kind)) = (word(at), word(at + 4)) {
+        let end = at.saturating_add(8).saturating_add(length as usize);
+        let Some(chunk) = bytes.get(at + 8..end) else {
+            return wrong("a chunk reaches beyond the end");
+        };
+        match kind {
+            JSON_CHUNK if json.is_none() => json = Some(chunk),
+            BINARY_CHUNK => binary = chunk,
+            _ => {}
+        }
+        at = end;
+    }
+    json.map_or_else(|| wrong("it has no JSON chunk"), |json| Ok((json, binary)))
+}
+
+struct Document<'a> {
+    root: &'a Value,
+    binary: &'a [u8],
+}
+
+/// Elements of an accessor.
+struct Elements<'a> {
+    bytes: &'a [u8],
+    component: u64,
+    count: usize,
+    stride: usize,
+}
+
+impl<'a> Document<'a> {
+    fn add_primitive(&self, primitive: &Value, model: &mut Model) -> Result<(), GlbError> {
+        let Some(position) = primitive.pointer("/attributes/POSITION").and_then(Value::as_u64) else {
+            return wrong("a primitive has no positions");
+        };
+        let first = model.positions.len() as u32;
+        model.positions.extend(self.positions(position)?);
+        let count = model.positions.len() as u32 - first;
+        let indices = match primitive.get("indices").and_then(Value::as_u64) {
+            Some(accessor) => self.indices(accessor)?,
+            None => (0..count).collect(),
+        };
+        if let Some(index) = indices.iter().find(|i| **i >= count) {
+            return wrong(format!("index {index} of {count} vertices"));
+        }
+        let indices: Vec<u32> = indices.into_iter().map(|i| first + i).collect();
+        match primitive.get("mode").and_then(Value::as_u64).unwrap_or(4) {
+            0 => model.points.extend(indices),
+            1 => model.lines.extend(indices.as_chunks().0),
+            4 => model.add_triangles(indices.as_chunks().0, self.surface(primitive)),
+            mode => return wrong(format!("a primitive of mode {mode}")),
+        }
+        Ok(())
+    }
+
+    fn positions(&self, accessor: u64) -> Result<Vec<Vec3>, GlbError> {
+        let elements = self.elements(accessor, 3)?;
+        if elements.component != FLOAT {
+            return wrong(format!("positions of component type {}", elements.component));
+        }
+        let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+        let points = elements
+            .iter()
+            .map(|b| Vec3::new(float(b), float(&b[4..]), float(&b[8..])));
+        let points: Vec<_> = points.collect();
+        if points.iter().any(|p| !p.is_finite()) {
+            return wrong("a position is not finite");
+        }
+        Ok(points)
+    }
+
+    fn indices(&self, accessor: u64) -> Result<Vec<u32>, GlbError> {
+        let elements = self.elements(accessor, 1)?;
+        let read: fn(&[u8]) -> u32 = match elements.component {
+            5121 => |b| u32::from(b[0]),
+            5123 => |b| u32::from(u16::from_le_bytes([b[0], b[1]])),
+            5125 => |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]),
+            other => return wrong(format!("indices of component type {other}")),
+        };
+        Ok(elements.iter().map(read).collect())
+    }
+
+    /// The bytes of an accessor whose elements have `width` components.
+    fn elements(&self, accessor: u64, width: usize) -> Result<Elements<'a>, GlbError> {
+        let place = format!("accessor {accessor}");
+        let item = |list: &str, index: u64| self.root.get(list)?.get(usize::try_from(index).ok()?);
+        let number = |value: &Value, name: &str| value.get(name).and_then(Value::as_u64);
+        let found = || {
+            let about = item("accessors", accessor)?;
+            let view = item("bufferViews", number(about, "bufferView")?)?;
+            let component = number(about, "componentType")?;
+            let size = match component {
+                5120 | 5121 => 1,
+                5122 | 5123 => 2,
+                _ => 4,
+            } * width;
+            let count = usize::try_from(number(about, "count")?).ok()?;
+            let stride = number(view, "byteStride").map_or(Some(size), |s| usize::try_from(s).ok())?;
+            let start = number(view, "byteOffset").unwrap_or(0);
+            let start = usize::try_from(start.checked_add(number(about, "byteOffset").unwrap_or(0))?).ok()?;
+            let reach = match count.checked_sub(1) {
+                Some(last) => last.checked_mul(stride)?.checked_add(size)?,
+                None => 0,
+            };
+            let bytes = self.binary.get(start..start.checked_add(reach)?)?;
+            (stride >= size).then_some(Elements {
+                bytes,
+                component,
+                count,
+                stride,
+            })
+        };
+        found().map_or_else(|| wrong(format!("{place} does not lie in the binary chunk")), Ok)
+    }
+
+    /// How a primitive's material shows; glTF's default is opaque and has a front only.
+    fn surface(&self, primitive: &Value) -> Surface {
+        let material = || {
+            let index = primitive.get("material")?.as_u64()?;
+            self.root.get("materials")?.get(usize::try_from(index).ok()?)
+        };
+        let Some(material) = material() else {
+            return Surface::default();
+        };
+        let alpha = material.get("alphaMode").and_then(Value::as_str);
+        let transmits = material
+            .pointer("/extensions/KHR_materials_transmission")
+            .is_some_and(|glass| {
+                let factor = glass.get("transmissionFactor").and_then(Value::as_f64);
+                factor.unwrap_or(0.0) > 0.0 || glass.get("transmissionTexture").is_some()
+            });
+        Surface {
+            double_sided: material.get("doubleSided").and_then(Value::as_bool).unwrap_or(false),
+            see_through: transmits || matches!(alpha, Some("MASK" | "BLEND")),
+        }
+    }
+}
+
+impl<'a> Elements<'a> {
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
+        let (bytes, stride) = (self.bytes, self.stride);
+        (0..self.count).map(move |i| &bytes[i * stride..])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::glb;
+
+    const TRIANGLE: &str = r#"{"asset":{"version":"2.0"},
+        "materials":[{"alphaMode":"BLEND","doubleSided":true},{}],
+        "meshes":[{"primitives":[
+            {"attributes":{"POSITION":0},"indices":1,"material":0},
+            {"attributes":{"POSITION":0},"indices":1},
+            {"attributes":{"POSITION":0},"mode":0}]}],
+        "accessors":[
+            {"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+            {"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":6}],
+        "buffers":[{"byteLength":44}]}"#;
+
+    fn binary(indices: [u16; 3]) -> Vec<u8> {
+        let floats = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        let mut bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
+        bytes.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+        bytes.extend([0, 0]);
+        bytes
+    }
+
+    #[test]
+    fn faces_points_and_materials_are_read() {
+        let model = read(&glb(TRIANGLE, &binary([0, 1, 2]))).unwrap();
+        assert_eq!(model.positions.len(), 9);
+        assert_eq!(model.positions[1], Vec3::X);
+        assert_eq!(model.patches[0].triangles, [[0, 1, 2]]);
+        assert_eq!(
+            model.patches[0].surface,
+            Surface {
+                double_sided: true,
+                see_through: true
+            }
+        );
+        assert_eq!(model.patches[1].surface, Surface::default());
+        assert_eq!(model.points, [6, 7, 8]);
+    }
+
+    #[test]
+    fn damaged_bytes_are_refused_with_a_reason() {
+        let whole = glb(TRIANGLE, &binary([0, 1, 2]));
+        for length in 0..whole.len() {
+            assert!(read(&whole[..length]).is_err(), "{length} bytes");
+        }
+        let outside = read(&glb(TRIANGLE, &binary([0, 1, 3]))).unwrap_err();
+        assert!(outside.to_string().contains("index 3 of 3"), "{outside}");
+        let strip = TRIANGLE.replace("\"mode\":0", "\"mode\":5");
+        assert!(read(&glb(&strip, &binary([0, 1, 2]))).is_err());
+    }
+}

@@ -1,0 +1,182 @@
+//! What is drawn, and which sides of it show and hide?
+//!
+//! The semantics of visibility, stated once: a face *shows* on the sides that a glTF renderer draws, its front and, if
+//! its material is double-sided, its back. It *hides* what is behind it on the sides where it shows, unless its material
+//! lets light through (`MASK`, `BLEND`, transmission) or it belongs to a door: sets are made with all doors open. Lines
+//! and points show and hide nothing. A transform that mirrors swaps front and back, as glTF 2.0 §3.7.4 says.
+
+use belvedere_scene::{Bounds, ObjectId};
+use glam::{DMat4, DVec3, Vec3};
+
+/// At most so many triangles make a patch: few enough that its box is tight, enough that testing it pays.
+const PATCH_TRIANGLES: usize = 64;
+
+/// How a material shows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Surface {
+    /// Whether its back is drawn too.
+    pub double_sided: bool,
+    /// Whether light passes in places, so that it hides nothing.
+    pub see_through: bool,
+}
+
+/// Neighbouring triangles of one surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// Indices into [`Model::positions`], counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// How they show.
+    pub surface: Surface,
+    /// The box around them in model space.
+    min: Vec3,
+    max: Vec3,
+}
+
+/// Geometry in model space.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Model {
+    /// Vertices.
+    pub positions: Vec<Vec3>,
+    /// Faces.
+    pub patches: Vec<Patch>,
+    /// Lines by the indices of their ends.
+    pub lines: Vec<[u32; 2]>,
+    /// Points by their indices.
+    pub points: Vec<u32>,
+}
+
+/// A placed model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    /// Its id in the revision.
+    pub id: ObjectId,
+    /// Index into [`Scene::models`].
+    pub model: usize,
+    /// Where it stands.
+    pub world_from_object: DMat4,
+    /// Whether it is a door, which hides nothing.
+    pub door: bool,
+}
+
+/// Everything there is to see.
+#[derive(Debug)]
+pub struct Scene {
+    /// Unique geometries.
+    pub models: Vec<Model>,
+    /// Objects; their position in this list is their id.
+    pub objects: Vec<Object>,
+    /// The box around each object in world space, empty for one without geometry.
+    bounds: Vec<Bounds>,
+    /// The box around everything.
+    all: Bounds,
+}
+
+impl Model {
+    /// Adds triangles of one surface.
+    pub fn add_triangles(&mut self, triangles: &[[u32; 3]], surface: Surface) {
+        for part in triangles.chunks(PATCH_TRIANGLES) {
+            let points = part.iter().flatten().map(|i| self.positions[*i as usize]);
+            let (min, max) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), p| {
+                (min.min(p), max.max(p))
+            });
+            self.patches.push(Patch {
+                triangles: part.to_vec(),
+                surface,
+                min,
+                max,
+            });
+        }
+    }
+
+    /// How many triangles it has.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.patches.iter().map(|p| p.triangles.len()).sum()
+    }
+
+    /// A vertex in double precision.
+    #[must_use]
+    pub fn position(&self, index: u32) -> DVec3 {
+        self.positions[index as usize].as_dvec3()
+    }
+
+    fn used(&self) -> impl Iterator<Item = u32> {
+        let corners = self.patches.iter().flat_map(|p| p.triangles.iter().flatten());
+        let ends = self.lines.iter().flatten();
+        corners.chain(ends).chain(&self.points).copied()
+    }
+}
+
+impl Patch {
+    /// The box around it after a transform.
+    #[must_use]
+    pub fn bounds(&self, transform: &DMat4) -> (DVec3, DVec3) {
+        let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
+        let middle = transform.transform_point3(0.5 * (min + max));
+        let half = 0.5 * (max - min);
+        let reach = transform.x_axis.truncate().abs() * half.x
+            + transform.y_axis.truncate().abs() * half.y
+            + transform.z_axis.truncate().abs() * half.z;
+        (middle - reach, middle + reach)
+    }
+}
+
+impl Object {
+    /// Whether its transform swaps front and back.
+    #[must_use]
+    pub fn mirrored(&self) -> bool {
+        self.world_from_object.determinant() < 0.0
+    }
+}
+
+impl Scene {
+    /// Puts a scene together; objects must stand at the position of their id and name models that are there.
+    #[must_use]
+    pub fn new(models: Vec<Model>, objects: Vec<Object>) -> Self {
+        let around = |object: &Object| {
+            let model = &models[object.model];
+            let place = |i| object.world_from_object.transform_point3(model.position(i)).to_array();
+            Bounds::around(model.used().map(place))
+        };
+        let bounds: Vec<_> = objects.iter().map(around).collect();
+        let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
+        Self {
+            models,
+            objects,
+            bounds,
+            all,
+        }
+    }
+
+    /// The model of an object.
+    #[must_use]
+    pub fn model_of(&self, object: usize) -> &Model {
+        &self.models[self.objects[object].model]
+    }
+
+    /// The box around an object in world space.
+    #[must_use]
+    pub fn bounds_of(&self, object: usize) -> &Bounds {
+        &self.bounds[object]
+    }
+
+    /// The box around everything.
+    #[must_use]
+    pub fn bounds(&self) -> &Bounds {
+        &self.all
+    }
+
+    /// How many triangles are drawn, instances counted.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        (0..self.objects.len()).map(|o| self.model_of(o).triangle_count()).sum()
+    }
+
+    /// An object's transform into the space around an eye.
+    #[must_use]
+    pub fn eye_from_object(&self, object: usize, eye: DVec3) -> DMat4 {
+        let mut matrix = self.objects[object].world_from_object;
+        matrix.w_axis -= eye.extend(0.0);
+        matrix
+    }
+}

@@ -1,0 +1,177 @@
+//! Does one sight line really arrive?
+//!
+//! A plain ray in `f64` against every triangle whose box it meets: the distance to the triangle's plane, then the side
+//! of each edge. A rasteriser errs at edges and where surfaces touch; this says how clearly something is seen. Shares
+//! nothing with the item buffer but the scene.
+//!
+//! Vertices are f32 and a bake may move them by their rounding, so what is nearer than [`slack_m`] to being hidden cannot
+//! be decided, and counts as not confirmed.
+
+use glam::DVec3;
+
+use crate::scene::{Scene, Surface};
+
+/// Of a distance, what counts as no difference.
+const RELATIVE: f64 = 1e-5;
+/// Of the scene's diagonal, what counts as no difference: eight times the rounding of an f32.
+const ROUNDING: f64 = 8.0 / (1 << 24) as f64;
+
+/// How far apart two things must be at some distance from the eye to be told apart, in metres.
+#[must_use]
+pub fn slack_m(scene: &Scene, distance_m: f64) -> f64 {
+    RELATIVE * distance_m + ROUNDING * scene.bounds().diagonal_m()
+}
+
+/// How undecidable cases count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Doubt {
+    /// What is almost hidden is hidden: hiding faces are larger and nearer by the slack.
+    Hides,
+    /// What is almost seen is seen: hiding faces are smaller and farther by the slack, the object is larger.
+    Shows,
+}
+
+/// Whether an object is seen in a direction: the ray meets a side of it that shows, and no other object hides that.
+#[must_use]
+pub fn sees(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Doubt) -> bool {
+    let direction = direction.normalize();
+    let grown = match doubt {
+        Doubt::Hides => 0.0,
+        Doubt::Shows => 1.0,
+    };
+    let mut nearest = f64::INFINITY;
+    meet(scene, eye, direction, object as usize, grown, &mut |hit| {
+        if hit.shows {
+            nearest = nearest.min(hit.distance_m);
+        }
+    });
+    nearest.is_finite() && !hidden(scene, eye, direction, nearest, object, doubt)
+}
+
+/// Whether a point of an object is seen, of which the item buffer draws more than there is: a point or a line. The one
+/// nearest to the direction counts.
+#[must_use]
+pub fn sees_thin(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Doubt) -> bool {
+    let direction = direction.normalize();
+    let model = scene.model_of(object as usize);
+    let place = scene.eye_from_object(object as usize, eye);
+    let at = |i: u32| place.transform_point3(model.position(i));
+    let on_lines = model
+        .lines
+        .iter()
+        .map(|[a, b]| nearest_to_ray(at(*a), at(*b), direction));
+    let all = on_lines.chain(model.points.iter().map(|p| at(*p)));
+    let off = |p: &DVec3| 1.0 - p.normalize_or_zero().dot(direction);
+    let target = all.min_by(|a, b| off(a).total_cmp(&off(b)));
+    target.is_some_and(|p| {
+        let distance_m = p.length();
+        distance_m > 0.0 && !hidden(scene, eye, p / distance_m, distance_m, object, doubt)
+    })
+}
+
+/// The point of a line from `a` to `b` that is nearest to a ray from the origin.
+fn nearest_to_ray(a: DVec3, b: DVec3, direction: DVec3) -> DVec3 {
+    let across = |v: DVec3| v - v.dot(direction) * direction;
+    let (from, along) = (across(a), across(b - a));
+    let share = -from.dot(along) / along.length_squared();
+    if share.is_finite() {
+        a.lerp(b, share.clamp(0.0, 1.0))
+    } else {
+        a
+    }
+}
+
+fn hidden(scene: &Scene, eye: DVec3, direction: DVec3, distance_m: f64, object: u32, doubt: Doubt) -> bool {
+    let sign = match doubt {
+        Doubt::Hides => 1.0,
+        Doubt::Shows => -1.0,
+    };
+    let limit = distance_m + sign * slack_m(scene, distance_m);
+    (0..scene.objects.len())
+        .filter(|other| *other != object as usize)
+        .any(|other| {
+            let mut hides = false;
+            meet(scene, eye, direction, other, sign, &mut |hit| {
+                hides |= hit.hides && hit.distance_m < limit;
+            });
+            hides
+        })
+}
+
+struct Hit {
+    distance_m: f64,
+    shows: bool,
+    hides: bool,
+}
+
+/// Calls with every face of an object that a ray meets, faces being larger by `grown` times the slack.
+fn meet(scene: &Scene, eye: DVec3, direction: DVec3, object: usize, grown: f64, found: &mut dyn FnMut(&Hit)) {
+    let bounds = scene.bounds_of(object);
+    let (min, max) = (DVec3::from(bounds.min) - eye, DVec3::from(bounds.max) - eye);
+    let slack = |min: DVec3, max: DVec3| slack_m(scene, min.abs().max(max.abs()).length());
+    if bounds.is_empty() || !meets_box(min, max, slack(min, max), direction) {
+        return;
+    }
+    let place = scene.eye_from_object(object, eye);
+    let (mirrored, door) = (scene.objects[object].mirrored(), scene.objects[object].door);
+    let model = scene.model_of(object);
+    for patch in &model.patches {
+        let (min, max) = patch.bounds(&place);
+        if !meets_box(min, max, slack(min, max), direction) {
+            continue;
+        }
+        for triangle in &patch.triangles {
+            let corners = triangle.map(|i| place.transform_point3(model.position(i)));
+            let Some((distance_m, towards)) = meet_triangle(scene, corners, direction, grown) else {
+                continue;
+            };
+            let Surface {
+                double_sided,
+                see_through,
+            } = patch.surface;
+            let shows = double_sided || towards != mirrored;
+            found(&Hit {
+                distance_m,
+                shows,
+                hides: shows && !see_through && !door,
+            });
+        }
+    }
+}
+
+/// Distance to a triangle along a ray from the origin, and whether its counter-clockwise side faces the origin.
+fn meet_triangle(scene: &Scene, [a, b, c]: [DVec3; 3], direction: DVec3, grown: f64) -> Option<(f64, bool)> {
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let approach = normal.dot(direction);
+    let distance_m = normal.dot(a) / approach;
+    // A face that is degenerate or seen edge on gives no finite distance.
+    if !distance_m.is_finite() || distance_m <= 0.0 {
+        return None;
+    }
+    let point = distance_m * direction;
+    let margin = grown * slack_m(scene, distance_m);
+    let inside = [(a, b), (b, c), (c, a)].iter().all(|(from, to)| {
+        let edge = *to - *from;
+        // The distance of the point from the edge, in the plane, positive inside.
+        normal.cross(edge).dot(point - *from) >= -margin * edge.length()
+    });
+    inside.then_some((distance_m, approach < 0.0))
+}
+
+/// Whether a ray from the origin meets a box that is larger by `slack`.
+fn meets_box(min: DVec3, max: DVec3, slack: f64, direction: DVec3) -> bool {
+    let (mut enter, mut leave) = (0.0f64, f64::INFINITY);
+    for axis in 0..3 {
+        let (low, high) = (min[axis] - slack, max[axis] + slack);
+        if direction[axis] == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        let (a, b) = (low / direction[axis], high / direction[axis]);
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
+    }
+    enter <= leave
+}
