@@ -2,8 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use belvedere_client::{ByteSource, Client, FolderSource, HttpSource, Scene};
-use belvedere_scene::SceneName;
+use belvedere_client::{ByteSource, Client, FolderSource, HttpSource, Scene, Walk};
+use belvedere_scene::{
+    CellId, SceneName,
+    record::{CellJson, CellRecord},
+};
 
 use crate::program::{Data, THREE_ROOMS};
 
@@ -83,6 +86,41 @@ async fn the_static_tree_is_byte_for_byte_what_the_server_serves() {
         names_visible_at(&from_folder, start).await,
         names_visible_at(&from_server, start).await
     );
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_step_leads_to_the_same_record_as_the_record() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve();
+    let scene = open(&server.client(), "rooms").await;
+    let mut steps = 0;
+    for id in 0..scene.pointer().cells {
+        let cell = |id| scene.cell(id);
+        let here = cell(CellId(id)).await.expect("the index").expect("a cell");
+        let twin = scene.blob(&here.record_json).await.expect("a twin");
+        let twin: CellJson = serde_json::from_slice(&twin).expect("a twin");
+        assert_eq!(here.steps.is_some(), !here.adjacent.is_empty());
+        for next in &here.adjacent {
+            let next = cell(*next).await.expect("the index").expect("a cell");
+            let there = scene.record(&next).await.expect("a record");
+            let mut walk = Walk::start(&scene, next.clone()).await.expect("a start");
+            walk.look_around().await.expect("steps");
+            let record = walk.enter(here.clone()).await.expect("the way back").clone();
+            assert_eq!(record, scene.record(&here).await.expect("a record"));
+            assert_eq!(walk.enter(next.clone()).await.expect("the way there"), &there);
+
+            let all = scene.steps(&next).await.expect("steps").expect("steps");
+            let bytes = all.step(here.cell).expect("a step").len() as u64;
+            assert_eq!(twin.bytes.delta[&next.cell], bytes);
+            let crossing = twin.bytes.crossing[&next.cell] - bytes;
+            assert!(crossing <= twin.bytes.visible_coarsest);
+            let seen = |record: &CellRecord| record.visible().iter().map(|v| v.object).collect::<BTreeSet<_>>();
+            assert!(crossing == 0 || !seen(&record).is_subset(&seen(&there)));
+            steps += 1;
+        }
+    }
+    assert!(steps > 1, "{steps} steps");
 }
 
 #[tokio::test(flavor = "multi_thread")]
