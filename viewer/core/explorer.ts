@@ -40,6 +40,8 @@ export interface ExplorerEvents {
 
 /** A portal this near, straight ahead, names the cell to prefetch. */
 const PREFETCH_RANGE_M = 6;
+/** About what the headers of a request and its answer cost. */
+const REQUEST_BYTES = 200;
 
 export class Explorer implements NavigationSpace {
   readonly directory: ObjectDirectory;
@@ -165,12 +167,12 @@ export class Explorer implements NavigationSpace {
     }
   }
 
-  /** Learns what is visible from every neighbour: from one object with all steps where that has fewer bytes. */
+  /** Learns what is visible from every neighbour: from one object with all steps where that costs less. */
   private async learnNeighbours(entry: CellEntry, neighbours: readonly CellEntry[]): Promise<void> {
     const unknown = neighbours.filter(({ cell }) => !this.records.has(cell));
-    const apart = unknown.reduce((sum, { recordBytes }) => sum + recordBytes, 0);
+    const apart = unknown.reduce((sum, { recordBytes }) => sum + recordBytes + REQUEST_BYTES, 0);
     const decoded = this.records.get(entry.cell);
-    if (decoded && entry.steps && entry.steps.bytes < apart) this.stepping = { entry, decoded };
+    if (decoded && entry.steps && entry.steps.bytes + REQUEST_BYTES < apart) this.stepping = { entry, decoded };
     // Nothing depends on these yet; entering a cell asks again and reports what is wrong.
     await Promise.allSettled(unknown.map(({ cell }) => this.record(cell, PRIORITY.prefetch)));
   }

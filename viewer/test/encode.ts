@@ -67,7 +67,9 @@ function geometryOf(record: CellRecord): Uint8Array {
   };
   const points = [...record.hull.points, ...record.portals.flatMap(({ polygon }) => polygon)];
   const axes = ([0, 1, 2] as const).map((axis) => [...new Set(points.map((p) => p[axis]))].sort((a, b) => a - b));
-  const corner = (p: Vec3) => axes.forEach((values, axis) => varint(values.indexOf(p[axis as 0 | 1 | 2])));
+  const corner = (p: Vec3) => {
+    for (const [axis, values] of axes.entries()) varint(values.indexOf(p[axis as 0 | 1 | 2]));
+  };
   varint(record.cell);
   for (const values of axes) list(values, (value) => out.push(...new Uint8Array(new Float64Array([value]).buffer)));
   varint(1);
