@@ -277,7 +277,7 @@ fn line(entry: &CellEntry, record: &CellRecord, steps: Option<&Steps>, objects: 
         visible_coarsest_bytes: record.visible_coarsest_bytes,
         visible_level0_bytes: record.visible_level0_bytes,
         record_bytes: entry.record_bytes,
-        record_set_bytes: record.set_bytes(None),
+        record_set_bytes: record.set_bytes([]),
         mean_step_bytes,
         miss_bound: record.miss_bound,
     }

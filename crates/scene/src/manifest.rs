@@ -82,6 +82,10 @@ pub struct RecordSizes {
     pub record_bytes: u64,
     /// Those of them that say which objects are visible.
     pub record_set_bytes: u64,
+    /// What these would be if an object that lies wholly inside one cell were known from that cell's record to every
+    /// cell that sees into it (the hybrid relation of Marvie and Bouatouch). Who enters a cell would have to fetch the
+    /// records of all cells that it sees into first.
+    pub hybrid_set_bytes: u64,
     /// How many steps there are: one for each ordered pair of adjacent cells.
     pub steps: u64,
     /// Bytes of all steps, without the headers of the objects that hold them.

@@ -76,11 +76,14 @@ pub(super) fn write_records(
         let (json, _) = ledger.put_json(&CellJson::of(record, binary.1, &crossings))?;
         sizes.records += 1;
         sizes.record_bytes += binary.1;
-        sizes.record_set_bytes += record.set_bytes(None);
+        let set_bytes = record.set_bytes([]);
+        let local_elsewhere = record.cpvs.iter().flat_map(|cell| records[cell.index()].lpvs.iter());
+        sizes.record_set_bytes += set_bytes;
+        sizes.hybrid_set_bytes += record.set_bytes(local_elsewhere.map(|visible| visible.object));
         for (to, step) in &from.to {
             sizes.steps += 1;
             sizes.step_bytes += step.len() as u64;
-            sizes.step_set_bytes += records[to.index()].set_bytes(Some(record));
+            sizes.step_set_bytes += records[to.index()].set_bytes(record.objects());
         }
         rows.push(index_entry(record, binary, stepping, json));
         progress.advance(1);

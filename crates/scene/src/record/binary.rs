@@ -1,9 +1,12 @@
 //! What are the bytes around a record or its steps? Magic, version, lengths; and the functions that give and take them.
 
+use std::collections::BTreeSet;
+
 use super::{
     CellRecord,
     coded::{self, Coded},
 };
+use crate::ObjectId;
 
 /// Why bytes are not a cell record or steps.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -86,12 +89,18 @@ impl CellRecord {
         rounded.expect("what was just encoded can be decoded")
     }
 
-    /// How many bytes of [`CellRecord::encode`], or of a step from `before`, say which objects are visible: without
-    /// solid angles, fractions, doors, cells and geometry.
+    /// How many bytes say which objects are visible to someone who starts from the set `known`: nothing for
+    /// [`CellRecord::encode`], what is visible next door for a step. Without solid angles, fractions, doors, cells and
+    /// geometry.
     #[must_use]
-    pub fn set_bytes(&self, before: Option<&Self>) -> u64 {
-        let before = before.map(Coded::of).unwrap_or_default();
-        coded::set_bytes(&before, &Coded::of(self)) as u64
+    pub fn set_bytes(&self, known: impl IntoIterator<Item = ObjectId>) -> u64 {
+        let known: BTreeSet<u32> = known.into_iter().map(|object| object.0).collect();
+        coded::set_bytes(&Vec::from_iter(known), &Coded::of(self)) as u64
+    }
+
+    /// The objects of both sets, in no particular order.
+    pub fn objects(&self) -> impl Iterator<Item = ObjectId> {
+        self.lpvs.iter().chain(&self.opvs).map(|visible| visible.object)
     }
 }
 

@@ -69,10 +69,10 @@ pub(super) fn follow(before: &Coded, step: &[u8]) -> Result<Coded, DecodeError> 
     Ok(after)
 }
 
-/// How many bytes of a step say which objects are visible.
-pub(super) fn set_bytes(before: &Coded, after: &Coded) -> usize {
+/// How many bytes say which objects are visible after `known`, which rises.
+pub(super) fn set_bytes(known: &[u32], after: &Coded) -> usize {
     let mut encoder = Encoder::new();
-    let coded = Set::default().code(&mut encoder, &before.ids(), &after.ids());
+    let coded = Set::default().code(&mut encoder, known, &after.ids());
     coded.expect("writing into memory cannot fail");
     encoder.finish().len()
 }
