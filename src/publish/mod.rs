@@ -126,6 +126,8 @@ pub(crate) struct RecordsReport {
     pub(crate) mean_record: f64,
     /// What of it says which objects are visible.
     pub(crate) mean_record_set: f64,
+    /// What that would be if objects inside a cell were known from its record to the cells that see into it.
+    pub(crate) mean_hybrid_set: f64,
     /// A step to an adjacent cell.
     pub(crate) mean_step: f64,
     /// What of it says which objects appear and vanish.
@@ -138,6 +140,7 @@ impl From<RecordSizes> for RecordsReport {
         Self {
             mean_record,
             mean_record_set,
+            mean_hybrid_set: sizes.hybrid_set_bytes as f64 / sizes.records.max(1) as f64,
             mean_step,
             mean_step_set,
         }

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::{
     BakeError, Input,
     models::{UniqueBytes, coarsest},
+    settle::settle,
     sink::Ledger,
 };
 use crate::{
@@ -38,7 +39,7 @@ pub(super) fn write_records(
     progress: &dyn Progress,
 ) -> Result<WrittenCells, BakeError> {
     let cells: Vec<_> = input.graph.cells.iter().zip(&input.visibility.cells).collect();
-    let records: Vec<CellRecord> = cells
+    let mut records: Vec<CellRecord> = cells
         .par_iter()
         .enumerate()
         .map(|(id, (cell, seen))| CellRecord {
@@ -47,6 +48,7 @@ pub(super) fn write_records(
             ..record(CellId(id as u32), cell, seen, entries, models)
         })
         .collect();
+    settle(&mut records);
     let steps: Vec<Steps> = records
         .par_iter()
         .map(|from| Steps::between(from, from.adjacent.iter().map(|to| &records[to.index()])))

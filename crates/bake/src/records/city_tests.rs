@@ -103,4 +103,7 @@ fn records_and_steps_of_a_city_are_small() {
     );
     assert!(record_set <= 60.0, "sets of {record_set} bytes");
     assert!(step_set <= 30.0, "steps whose sets have {step_set} bytes");
+    // With solid angles, fractions, hull, portals and sizes.
+    assert!(record <= 200.0, "records of {record} bytes");
+    assert!(step <= 0.5 * record, "steps of {step} bytes to records of {record}");
 }

@@ -7,6 +7,7 @@ mod cells;
 mod city_tests;
 mod models;
 mod pages;
+mod settle;
 mod sink;
 mod viewpoints;
 

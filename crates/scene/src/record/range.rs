@@ -64,7 +64,7 @@ impl Interval {
     /// The last number that stands for a 1.
     fn split(&self, chance: u16) -> u32 {
         let range = u64::from(self.high - self.low);
-        self.low + (range * u64::from(chance) >> 16) as u32
+        self.low + ((range * u64::from(chance)) >> 16) as u32
     }
 
     fn narrow(&mut self, split: u32, bit: bool) {
@@ -183,19 +183,10 @@ impl Coder for Decoder<'_> {
 }
 
 /// Learns how large numbers are: their length in bits in unary, the two bits below the first, the rest as they are.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Number {
     longer: [Bit; Self::LONGEST],
     leading: [[Bit; 3]; Self::LONGEST],
-}
-
-impl Default for Number {
-    fn default() -> Self {
-        Self {
-            longer: Default::default(),
-            leading: Default::default(),
-        }
-    }
 }
 
 impl Number {
