@@ -80,8 +80,8 @@ fn two_rooms() -> Vec<u8> {
         ("right of the door", [5.0, 0.0, 3.0], [5.2, 3.0, 5.0]),
         ("lintel", [5.0, 2.2, 2.0], [5.2, 3.0, 3.0]),
         ("door:between", [5.0, 0.0, 2.0], [5.2, 2.2, 3.0]),
-        ("near", [1.0, 0.0, 1.0], [1.4, 0.5, 1.4]),
-        ("far", [9.0, 0.0, 2.3], [9.4, 1.5, 2.7]),
+        ("beyond", [1.0, 0.0, 1.0], [1.4, 0.5, 1.4]),
+        ("here", [9.0, 0.0, 2.3], [9.4, 1.5, 2.7]),
     ])
 }
 
@@ -107,7 +107,7 @@ async fn a_closed_door_hides_what_stands_behind_it_and_nothing_else() {
     let server = data.serve();
     let source = HttpSource::new(&server.base).expect("an address");
 
-    let at = document(&source, "/v1/scenes/rooms/cells?at=2,1.5,2.5").await;
+    let at = document(&source, "/v1/scenes/rooms/cells?at=8,1.5,1").await;
     let cell = format!("/v1/scenes/rooms/cells/{}", at["cell"].as_str().expect("a cell"));
     let open = names(&document(&source, &format!("{cell}/visible?limit=1000")).await);
     let id = |name: &str| {
@@ -118,11 +118,11 @@ async fn a_closed_door_hides_what_stands_behind_it_and_nothing_else() {
             .clone()
     };
     let door = id("door:between");
-    let (near, far) = (id("near"), id("far"));
+    let (here, beyond) = (id("here"), id("beyond"));
 
     let closed = names(&document(&source, &format!("{cell}/visible?limit=1000&closed={door}")).await);
-    assert!(!closed.iter().any(|(_, object)| *object == far), "{closed:?}");
-    for seen in [&near, &door] {
+    assert!(!closed.iter().any(|(_, object)| *object == beyond), "{closed:?}");
+    for seen in [&here, &door] {
         assert!(closed.iter().any(|(_, object)| object == seen), "{closed:?}");
     }
     let record: CellJson = serde_json::from_value(document(&source, &cell).await).expect("a record");
@@ -132,5 +132,5 @@ async fn a_closed_door_hides_what_stands_behind_it_and_nothing_else() {
         let visible = seen.next().expect("an entry");
         visible.doors.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
-    assert_eq!((doors(&far), doors(&near)), (vec![door], vec![]));
+    assert_eq!((doors(&beyond), doors(&here)), (vec![door], vec![]));
 }
