@@ -218,13 +218,28 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
             info.source_node,
             place.to_owned(),
             format!("{:.4}", visible.fraction),
+            visible
+                .doors
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join(" "),
             info.levels.len().to_string(),
             finest.triangles.to_string(),
             bytes(finest.bytes),
         ]);
     }
     print(&table(
-        &["object", "node", "stands", "fraction", "levels", "triangles", "finest"],
+        &[
+            "object",
+            "node",
+            "stands",
+            "fraction",
+            "hidden by",
+            "levels",
+            "triangles",
+            "finest",
+        ],
         &rows,
     ))?;
     let portals: Vec<_> = record

@@ -266,7 +266,7 @@ impl SceneReader {
             return Ok(None);
         };
         let mut seen = record.visible();
-        seen.retain(|visible| !visible.doors.iter().any(|door| closed.contains(door)));
+        seen.retain(|visible| !visible.is_hidden_by(closed));
         let start = match after {
             None => 0,
             Some(after) => match seen.iter().position(|visible| visible.object == after) {

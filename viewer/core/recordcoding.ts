@@ -8,7 +8,7 @@ import { Bit, bits, ChangeModel, type Coder, damaged, NumberModel, SymbolModel, 
 const SMALLEST_ANGLE = 63;
 const SMALLEST_FRACTION = 7;
 /** No geometry section is larger. */
-const LONGEST_GEOMETRY = 16 << 20;
+const LONGEST_GEOMETRY = 1 << 20;
 
 /** A record as it is coded. Its lists rise. */
 export interface Coded {

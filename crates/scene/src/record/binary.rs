@@ -54,7 +54,7 @@ impl CellRecord {
     ///
     /// # Errors
     /// When the bytes are cut short, damaged, of another version, or hold indices out of range or numbers that are not
-    /// finite. Work and memory are linear in the bytes, but for a geometry section of up to 16 MiB.
+    /// finite. Work and memory are linear in the bytes, but for a geometry section of up to 1 MiB.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
         let mut rest = after_header(bytes, MAGIC)?;
         let length = take_integer(&mut rest)?;

@@ -102,6 +102,14 @@ pub struct Visible {
     pub doors: Vec<ObjectId>,
 }
 
+impl Visible {
+    /// Whether one of these doors hides it when they are closed.
+    #[must_use]
+    pub fn is_hidden_by(&self, closed: &[ObjectId]) -> bool {
+        self.doors.iter().any(|door| closed.contains(door))
+    }
+}
+
 /// Whether a visible set may miss something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

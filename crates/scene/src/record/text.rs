@@ -10,7 +10,7 @@ use super::{
 };
 
 /// No geometry section is larger. A decoder never allocates more for it.
-pub(super) const LONGEST_TEXT: usize = 16 << 20;
+pub(super) const LONGEST_TEXT: usize = 1 << 20;
 /// A copy from where the last one stopped is worth its bits from this length on …
 const SHORTEST_ON: usize = 2;
 /// … and one from anywhere else from this one on.
