@@ -30,16 +30,16 @@ pub enum Error {
         /// What does not fit.
         cause: String,
     },
-    /// The scene is published in a format of a later version.
-    #[error("the scene is of format {found}; this client reads format {newest}: update the client")]
-    TooNew {
+    /// The scene is published in another version of the format.
+    #[error("the scene is of format {found}; this client reads format {known}: update the client, or bake again")]
+    Format {
         /// The version in the manifest.
         found: u32,
         /// The version that this build reads.
-        newest: u32,
+        known: u32,
     },
-    /// A cell record is damaged.
-    #[error("record of {cell}: {cause}")]
+    /// A cell record, or the steps from one, are damaged.
+    #[error("record or steps of {cell}: {cause}")]
     Record {
         /// The cell.
         cell: CellId,

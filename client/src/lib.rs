@@ -19,13 +19,16 @@
 //! ```
 //!
 //! The client reads the published tree and nothing else, so a plain folder behind a web server is as good as a
-//! Belvedere server. Every immutable object is verified against the hash in its name. Two things hand to each other:
-//! a [`Client`] follows pointers and opens a [`Scene`], which is one revision and never changes under its reader.
+//! Belvedere server. Every immutable object is verified against the hash in its name. Three things hand to each
+//! other: a [`Client`] follows pointers and opens a [`Scene`], which is one revision and never changes under its reader; a
+//! [`Walk`] goes through it from cell to cell and fetches what changes.
 
 mod error;
 mod scene;
 mod source;
+mod walk;
 
 pub use error::Error;
 pub use scene::{Client, Scene};
 pub use source::{ByteSource, FolderSource, HttpSource};
+pub use walk::Walk;

@@ -9,7 +9,7 @@ use belvedere_scene::{
     manifest::{FORMAT, Manifest},
     object::{ObjectChunk, ObjectInfo},
     pointer::{Pointer, SceneList},
-    record::CellRecord,
+    record::{CellRecord, Steps},
 };
 use bytes::Bytes;
 use serde::de::DeserializeOwned;
@@ -49,10 +49,10 @@ impl<S: ByteSource> Client<S> {
         let pointer: Pointer = document(&path, &self.source.get(&path).await?)?;
         let bytes = verified(&*self.source, &pointer.manifest).await?;
         let version: FormatOnly = document(&pointer.manifest.url(), &bytes)?;
-        if version.format > FORMAT {
-            return Err(Error::TooNew {
+        if version.format != FORMAT {
+            return Err(Error::Format {
                 found: version.format,
-                newest: FORMAT,
+                known: FORMAT,
             });
         }
         let manifest = document(&pointer.manifest.url(), &bytes)?;
@@ -134,6 +134,19 @@ impl<S: ByteSource> Scene<S> {
     pub async fn record(&self, cell: &CellEntry) -> Result<CellRecord, Error> {
         let bytes = self.blob(&cell.record).await?;
         CellRecord::decode(&bytes).map_err(|cause| Error::Record { cell: cell.cell, cause })
+    }
+
+    /// What changes on the way to each neighbour of a cell; `None` when it has none.
+    ///
+    /// # Errors
+    /// When the steps cannot be fetched, or are damaged.
+    pub async fn steps(&self, cell: &CellEntry) -> Result<Option<Steps>, Error> {
+        let Some(name) = &cell.steps else { return Ok(None) };
+        let bytes = self.blob(name).await?;
+        let steps = Steps::decode(&bytes);
+        steps
+            .map(Some)
+            .map_err(|cause| Error::Record { cell: cell.cell, cause })
     }
 
     /// The infos of everything visible, in the record's order: objects inside the cell first.

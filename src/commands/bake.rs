@@ -129,6 +129,12 @@ pub(super) fn summary(report: &Report) -> String {
         size("coarsest"),
         size("level0")
     ));
+    let records = &report.records;
+    lines.push(format!(
+        "  a cell record has {:.1} B on average, {:.1} of them its set; a step to the next cell {:.1} B, {:.1} of them the \
+         change of the set",
+        records.mean_record, records.mean_record_set, records.mean_step, records.mean_step_set,
+    ));
     if report.whole {
         lines.push("  a small world: the manifest lists every object, and clients load all of them".to_owned());
     }

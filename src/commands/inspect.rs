@@ -12,7 +12,7 @@ use belvedere_scene::{
     index::CellEntry,
     object::ObjectInfo,
     pointer::Pointer,
-    record::{CellJson, CellRecord},
+    record::{CellJson, CellRecord, Steps},
 };
 use serde::Serialize;
 
@@ -85,6 +85,10 @@ struct CellLine {
     visible_coarsest_bytes: u64,
     visible_level0_bytes: u64,
     record_bytes: u64,
+    /// What of the record says which objects are visible.
+    record_set_bytes: u64,
+    /// Mean size of a step to an adjacent cell; null when there is none.
+    mean_step_bytes: Option<f64>,
     miss_bound: f64,
 }
 
@@ -109,7 +113,8 @@ async fn inspect_scene(scene: &Opened, report: Report, json: bool) -> anyhow::Re
     let mut cells = Vec::new();
     for id in 0..scene.pointer.cells {
         let (entry, record) = cell(scene, CellId(id)).await?;
-        cells.push(line(&entry, &record, scene.pointer.objects));
+        let steps = scene.reader.steps(CellId(id)).await?;
+        cells.push(line(&entry, &record, steps.as_deref(), scene.pointer.objects));
     }
     let levels = levels(scene).await?;
     if json {
@@ -137,6 +142,8 @@ async fn inspect_scene(scene: &Opened, report: Report, json: bool) -> anyhow::Re
         "coarsest",
         "finest",
         "record",
+        "set",
+        "step",
     ];
     let rows: Vec<_> = cells
         .iter()
@@ -151,6 +158,9 @@ async fn inspect_scene(scene: &Opened, report: Report, json: bool) -> anyhow::Re
                 bytes(c.visible_coarsest_bytes),
                 bytes(c.visible_level0_bytes),
                 bytes(c.record_bytes),
+                bytes(c.record_set_bytes),
+                c.mean_step_bytes
+                    .map_or_else(|| "–".to_owned(), |mean| format!("{mean:.0} B")),
             ]
         })
         .collect();
@@ -177,11 +187,13 @@ async fn inspect_scene(scene: &Opened, report: Report, json: bool) -> anyhow::Re
 async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<()> {
     let (entry, record) = cell(scene, id).await?;
     if json {
-        return print_json(&CellJson::of(&record, entry.record_bytes));
+        let twin: CellJson = scene.reader.cell_json(&entry).await?;
+        return print_json(&twin);
     }
-    let line = line(&entry, &record, scene.pointer.objects);
+    let steps = scene.reader.steps(id).await?;
+    let line = line(&entry, &record, steps.as_deref(), scene.pointer.objects);
     print(&format!(
-        "{id}: {} m from {:?}, {} of {} objects visible ({} culled), {} cells, miss bound {:.1e}",
+        "{id}: {} m from {:?}, {} of {} objects visible ({} culled), {} cells, miss bound {:.1e}; record {}, its set {}",
         line.size_m.map(|s| format!("{s:.1}")).join(" × "),
         entry.bounds.min,
         line.visible_objects,
@@ -189,6 +201,8 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
         percent(line.culled),
         line.visible_cells,
         record.miss_bound,
+        bytes(line.record_bytes),
+        bytes(line.record_set_bytes),
     ))?;
     let mut rows = Vec::new();
     for (visible, place) in record
@@ -204,13 +218,28 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
             info.source_node,
             place.to_owned(),
             format!("{:.4}", visible.fraction),
+            visible
+                .doors
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join(" "),
             info.levels.len().to_string(),
             finest.triangles.to_string(),
             bytes(finest.bytes),
         ]);
     }
     print(&table(
-        &["object", "node", "stands", "fraction", "levels", "triangles", "finest"],
+        &[
+            "object",
+            "node",
+            "stands",
+            "fraction",
+            "hidden by",
+            "levels",
+            "triangles",
+            "finest",
+        ],
         &rows,
     ))?;
     let portals: Vec<_> = record
@@ -247,8 +276,12 @@ async fn object(scene: &Opened, id: ObjectId) -> anyhow::Result<ObjectInfo> {
         .with_context(|| format!("the scene's index does not lead to {id}"))
 }
 
-fn line(entry: &CellEntry, record: &CellRecord, objects: u32) -> CellLine {
+fn line(entry: &CellEntry, record: &CellRecord, steps: Option<&Steps>, objects: u32) -> CellLine {
     let seen = record.visible().len();
+    let mean_step_bytes = steps.filter(|steps| !steps.to.is_empty()).map(|steps| {
+        let total: usize = steps.to.iter().map(|(_, step)| step.len()).sum();
+        total as f64 / steps.to.len() as f64
+    });
     CellLine {
         cell: record.cell,
         size_m: entry.bounds.size_m(),
@@ -259,6 +292,8 @@ fn line(entry: &CellEntry, record: &CellRecord, objects: u32) -> CellLine {
         visible_coarsest_bytes: record.visible_coarsest_bytes,
         visible_level0_bytes: record.visible_level0_bytes,
         record_bytes: entry.record_bytes,
+        record_set_bytes: record.set_bytes([]),
+        mean_step_bytes,
         miss_bound: record.miss_bound,
     }
 }

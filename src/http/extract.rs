@@ -12,6 +12,9 @@ use percent_encoding::percent_decode_str;
 
 use super::error::ApiError;
 
+/// So many doors a query may close.
+const MOST_DOORS: usize = 64;
+
 /// Path parameters; a segment that cannot be read is a 400 that says why.
 #[derive(Debug, FromRequestParts)]
 #[from_request(via(axum::extract::Path), rejection(ApiError))]
@@ -106,6 +109,23 @@ impl Query {
             ApiError::bad_query(name, detail)
         })?;
         Ok(Bounds::around([[ax, ay, az], [bx, by, bz]]))
+    }
+
+    /// Ids of objects, separated by commas, at most [`MOST_DOORS`]; none when it is missing.
+    pub(super) fn closed(&self) -> Result<Vec<ObjectId>, ApiError> {
+        let Some(text) = self.text("closed")? else {
+            return Ok(Vec::new());
+        };
+        let doors: Result<Vec<ObjectId>, _> = text.split(',').take(MOST_DOORS + 1).map(str::parse).collect();
+        let doors = doors.map_err(|error| {
+            let detail = format!("`closed` must be doors separated by commas, such as o7,o9: {error}");
+            ApiError::bad_query("closed", detail)
+        })?;
+        if doors.len() > MOST_DOORS {
+            let detail = format!("`closed` must name at most {MOST_DOORS} doors");
+            return Err(ApiError::bad_query("closed", detail));
+        }
+        Ok(doors)
     }
 
     /// A parameter as it was given, escapes decoded; empty when it is missing.

@@ -241,6 +241,7 @@ pub(super) fn media_type(ext: &str) -> &'static str {
         "json" => "application/json",
         "glb" => "model/gltf-binary",
         "cell" => "application/vnd.belvedere.cell",
+        "steps" => "application/vnd.belvedere.steps",
         "slod" => "application/vnd.belvedere.slod",
         "pack" => "application/vnd.belvedere.pack",
         "dcg" => "text/plain; charset=utf-8",

@@ -19,14 +19,14 @@ use belvedere_bake::{
     import::{self, Limits},
     records::{BlobSink, SinkError, Written},
 };
-use belvedere_scene::{BlobHash, BlobName, SceneName, pointer::Pointer};
+use belvedere_scene::{BlobHash, BlobName, SceneName, manifest::RecordSizes, pointer::Pointer};
 use serde::{Deserialize, Serialize};
 
 use self::{data::DataFolder, source_files::SourceFolder};
 use crate::{db::NewRevision, progress::BakeProgress, store::BlobStore};
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 2;
+const BAKE_VERSION: u32 = 3;
 
 /// What to bake, and under which name.
 #[derive(Debug)]
@@ -89,6 +89,8 @@ pub(crate) struct Report {
     pub(crate) models: u32,
     pub(crate) triangles: u64,
     pub(crate) visibility: VisibilityReport,
+    /// What the binary records and the steps between adjacent cells cost.
+    pub(crate) records: RecordsReport,
     /// Whether the manifest lists every object because the world is small.
     pub(crate) whole: bool,
     pub(crate) bytes: std::collections::BTreeMap<String, u64>,
@@ -115,6 +117,34 @@ pub(crate) struct VisibilityReport {
     pub(crate) reason: String,
     /// Mean share of objects that are hidden from a cell, 0 to 1.
     pub(crate) mean_culled: f64,
+}
+
+/// Mean sizes of cell records and steps, in bytes.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct RecordsReport {
+    /// A binary record.
+    pub(crate) mean_record: f64,
+    /// What of it says which objects are visible.
+    pub(crate) mean_record_set: f64,
+    /// What that would be if objects inside a cell were known from its record to the cells that see into it.
+    pub(crate) mean_hybrid_set: f64,
+    /// A step to an adjacent cell.
+    pub(crate) mean_step: f64,
+    /// What of it says which objects appear and vanish.
+    pub(crate) mean_step_set: f64,
+}
+
+impl From<RecordSizes> for RecordsReport {
+    fn from(sizes: RecordSizes) -> Self {
+        let [mean_record, mean_record_set, mean_step, mean_step_set] = sizes.means();
+        Self {
+            mean_record,
+            mean_record_set,
+            mean_hybrid_set: sizes.hybrid_set_bytes as f64 / sizes.records.max(1) as f64,
+            mean_step,
+            mean_step_set,
+        }
+    }
 }
 
 /// One kind of defect of the source.
@@ -279,6 +309,7 @@ fn report(pointer: &Pointer, baked: &Baked, seconds: std::collections::BTreeMap<
             reason: manifest.visibility.reason.clone(),
             mean_culled: 1.0 - mean_visible / f64::from(pointer.objects.max(1)),
         },
+        records: manifest.records.into(),
         whole: manifest.whole.is_some(),
         bytes: pointer.bytes.clone(),
         seconds,

@@ -13,7 +13,7 @@ use belvedere_scene::{
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
     manifest::Manifest,
     object::{ObjectChunk, ObjectInfo},
-    record::CellRecord,
+    record::{CellJson, CellRecord, Steps},
 };
 use quick_cache::{Weighter, sync::Cache};
 use serde::{Serialize, de::DeserializeOwned};
@@ -182,6 +182,27 @@ impl SceneReader {
         }
     }
 
+    /// What changes on the way to each neighbour of a cell; `None` when there is no such cell or it has no neighbour.
+    ///
+    /// # Errors
+    /// When the index or the steps cannot be read.
+    pub async fn steps(&self, cell: CellId) -> Result<Option<Arc<Steps>>, ReadError> {
+        let Some(name) = self.cell_entry(cell).await?.and_then(|entry| entry.steps) else {
+            return Ok(None);
+        };
+        let decode = |bytes: &[u8]| Steps::decode(bytes).map_err(|e| e.to_string());
+        self.decode(&name, decode).await.map(Some)
+    }
+
+    /// The JSON form of a cell's record.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub async fn cell_json(&self, entry: &CellEntry) -> Result<CellJson, ReadError> {
+        let json: Arc<CellJson> = self.json(&entry.record_json).await?;
+        Ok(CellJson::clone(&json))
+    }
+
     /// Everything a client needs to know of an object.
     ///
     /// # Errors
@@ -240,21 +261,24 @@ impl SceneReader {
         Ok(page)
     }
 
-    /// At most `limit` of the objects that can be seen from a cell, those after `after` in the order of its record.
-    /// `None` when there is no such cell, or `after` cannot be seen from it.
+    /// At most `limit` of the objects that can be seen from a cell, those after `after` in the order of its record,
+    /// without those that one of the `closed` doors hides. `None` when there is no such cell, or `after` cannot be seen
+    /// from it.
     ///
     /// # Errors
     /// When the index or the record cannot be read.
     pub async fn visible(
         &self,
         cell: CellId,
+        closed: &[ObjectId],
         after: Option<ObjectId>,
         limit: usize,
     ) -> Result<Option<VisiblePage>, ReadError> {
         let Some(record) = self.cell_record(cell).await? else {
             return Ok(None);
         };
-        let seen = record.visible();
+        let mut seen = record.visible();
+        seen.retain(|visible| !visible.is_hidden_by(closed));
         let start = match after {
             None => 0,
             Some(after) => match seen.iter().position(|visible| visible.object == after) {

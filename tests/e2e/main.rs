@@ -2,6 +2,7 @@
 //! at the result through the client crate, as any program of a user would.
 
 mod bad_input;
+mod doors;
 mod program;
 mod publishing;
 mod triangles;

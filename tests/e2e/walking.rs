@@ -1,9 +1,17 @@
 //! A client walks: from cell to cell, through what a server or a folder gives.
 
-use std::collections::BTreeSet;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Arc, Mutex},
+};
 
-use belvedere_client::{ByteSource, Client, FolderSource, HttpSource, Scene};
-use belvedere_scene::SceneName;
+use belvedere_client::{ByteSource, Client, Error, FolderSource, HttpSource, Scene, Walk};
+use belvedere_scene::{
+    CellId, SceneName,
+    record::{CellJson, CellRecord},
+};
+
+use bytes::Bytes;
 
 use crate::program::{Data, THREE_ROOMS};
 
@@ -83,6 +91,104 @@ async fn the_static_tree_is_byte_for_byte_what_the_server_serves() {
         names_visible_at(&from_folder, start).await,
         names_visible_at(&from_server, start).await
     );
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_step_leads_to_the_same_record_as_the_record() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve();
+    let scene = open(&server.client(), "rooms").await;
+    let mut steps = 0;
+    for id in 0..scene.pointer().cells {
+        let cell = |id| scene.cell(id);
+        let here = cell(CellId(id)).await.expect("the index").expect("a cell");
+        let twin = scene.blob(&here.record_json).await.expect("a twin");
+        let twin: CellJson = serde_json::from_slice(&twin).expect("a twin");
+        assert_eq!(here.steps.is_some(), !here.adjacent.is_empty());
+        for next in &here.adjacent {
+            let next = cell(*next).await.expect("the index").expect("a cell");
+            let there = scene.record(&next).await.expect("a record");
+            let mut walk = Walk::start(&scene, next.clone()).await.expect("a start");
+            walk.look_around().await.expect("steps");
+            let record = walk.enter(here.clone()).await.expect("the way back").clone();
+            assert_eq!(record, scene.record(&here).await.expect("a record"));
+            assert_eq!(walk.enter(next.clone()).await.expect("the way there"), &there);
+
+            let all = scene.steps(&next).await.expect("steps").expect("steps");
+            let bytes = all.step(here.cell).expect("a step").len() as u64;
+            assert_eq!(twin.bytes.delta[&next.cell], bytes);
+            let crossing = twin.bytes.crossing[&next.cell] - bytes;
+            assert!(crossing <= twin.bytes.visible_coarsest);
+            let seen = |record: &CellRecord| record.visible().iter().map(|v| v.object).collect::<BTreeSet<_>>();
+            assert!(crossing == 0 || !seen(&record).is_subset(&seen(&there)));
+            steps += 1;
+        }
+    }
+    assert!(steps > 1, "{steps} steps");
+}
+
+/// A cache in front of a server, as a CDN would be: whatever was asked for once never reaches the server again.
+#[derive(Clone)]
+struct Cache {
+    origin: HttpSource,
+    kept: Arc<Mutex<BTreeMap<String, Bytes>>>,
+}
+
+impl ByteSource for Cache {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        let kept = self.kept.lock().expect("the cache").get(path).cloned();
+        if let Some(bytes) = kept {
+            return Ok(bytes);
+        }
+        let bytes = self.origin.get(path).await?;
+        self.kept
+            .lock()
+            .expect("the cache")
+            .insert(path.to_owned(), bytes.clone());
+        Ok(bytes)
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn behind_one_cold_cache_the_second_walk_costs_the_server_nothing() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve();
+    let cache = Cache {
+        origin: HttpSource::new(&server.base).expect("an address"),
+        kept: Arc::default(),
+    };
+    let mut asked = Vec::new();
+    for _ in 0..2 {
+        let scene = open(&Client::new(cache.clone()), "rooms").await;
+        let start = scene
+            .locate(scene.pointer().viewpoints[0].position)
+            .await
+            .expect("a cell");
+        let mut walk = Walk::start(&scene, start.cell).await.expect("a start");
+        for _ in 0..4 {
+            walk.look_around().await.expect("steps");
+            let Some(next) = walk.cell().adjacent.first() else {
+                break;
+            };
+            let next = scene.cell(*next).await.expect("the index").expect("a cell");
+            walk.enter(next).await.expect("a record");
+            scene.visible(walk.record()).await.expect("infos");
+        }
+        asked.push(
+            cache
+                .kept
+                .lock()
+                .expect("the cache")
+                .keys()
+                .cloned()
+                .collect::<Vec<_>>(),
+        );
+    }
+    assert_eq!(asked[0], asked[1]);
+    let of = |ext: &str| asked[0].iter().filter(|path| path.ends_with(ext)).count();
+    assert_eq!((of(".cell"), of(".steps") > 0), (1, true), "{:?}", asked[0]);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -141,6 +141,25 @@ async fn pages_of_any_size_lead_through_everything_once_and_in_order() {
 }
 
 #[tokio::test]
+async fn a_closed_door_leaves_out_what_is_seen_through_it_alone() {
+    let server = Server::start().await;
+    for limit in [1, 3, 100] {
+        let before = all_pages(
+            &server,
+            &format!("/v1/scenes/row/cells/c3/visible?limit={limit}&closed=o6"),
+        )
+        .await;
+        assert_eq!(before, ["o3", "o0", "o1", "o2", "o4", "o5", "o6"], "limit {limit}");
+        let behind = all_pages(
+            &server,
+            &format!("/v1/scenes/row/cells/c7/visible?limit={limit}&closed=o6%2Co6"),
+        )
+        .await;
+        assert_eq!(behind.len(), CELLS as usize, "limit {limit}");
+    }
+}
+
+#[tokio::test]
 async fn what_cannot_be_read_is_told_with_its_parameter() {
     let server = Server::start().await;
     for (path, status, parameter) in [
@@ -155,6 +174,12 @@ async fn what_cannot_be_read_is_told_with_its_parameter() {
         ("/v1/scenes/row/cells/c0/visible?limit=0", 400, Some("limit")),
         ("/v1/scenes/row/cells/c0/visible?after=x", 400, Some("after")),
         ("/v1/scenes/row/cells/c0/visible?after=o99", 404, None),
+        ("/v1/scenes/row/cells/c0/visible?closed=", 400, Some("closed")),
+        ("/v1/scenes/row/cells/c0/visible?closed=o6,", 400, Some("closed")),
+        ("/v1/scenes/row/cells/c0/visible?closed=c6", 400, Some("closed")),
+        ("/v1/scenes/row/cells/c0/visible?closed=o5", 400, Some("closed")),
+        ("/v1/scenes/row/cells/c0/visible?closed=o6,o99", 400, Some("closed")),
+        ("/v1/scenes/row/cells/c0/visible?after=o7&closed=o6", 404, None),
         ("/v1/scenes/row/cells/12", 400, None),
         ("/v1/scenes/row/cells/c%ff", 400, None),
         ("/v1/scenes/row/cells/c99", 404, None),

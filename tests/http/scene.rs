@@ -11,15 +11,17 @@ use belvedere::{
 use belvedere_scene::{
     BlobHash, BlobName, Bounds, CellId, ModelId, ObjectId, Revision,
     index::{CellChunk, Page, PageEntry, PageKind},
-    manifest::{Counts, FORMAT, Manifest, VisibilitySummary},
+    manifest::{Counts, FORMAT, Manifest, RecordSizes, VisibilitySummary},
     object::{Level, Model, ObjectChunk, ObjectEntry},
     pointer::{Pointer, Viewpoint},
-    record::{self, CellJson, CellRecord, Guarantee, Hull, Visible},
+    record::{self, CellJson, CellRecord, Guarantee, Hull, Steps, Visible},
 };
 use tokio_util::sync::CancellationToken;
 
 pub(crate) const CELLS: u32 = 8;
 const A_CHUNK: usize = 4;
+/// The object that is a door.
+const DOOR: u32 = CELLS - 2;
 
 /// A running server; dropped, it stops.
 pub(crate) struct Server {
@@ -136,7 +138,11 @@ fn cell_record(i: u32) -> CellRecord {
                 object: ObjectId(o),
                 fraction: 0.5,
                 solid_angle_sr: 0.1,
-                doors: vec![],
+                // The last object is seen through the door before it.
+                doors: (o == CELLS - 1 && i < DOOR)
+                    .then_some(ObjectId(DOOR))
+                    .into_iter()
+                    .collect(),
             })
             .collect(),
         lpvs: vec![Visible {
@@ -177,8 +183,12 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
         for i in ids {
             let record = cell_record(*i);
             let binary = blobs.put(record.encode(), "cell").await;
-            let json = blobs.json(&CellJson::of(&record, binary.1)).await;
-            chunk.cells.push(record::index_entry(&record, binary, json.0));
+            let neighbours: Vec<_> = record.adjacent.iter().map(|cell| cell_record(cell.0)).collect();
+            let steps = blobs.put(Steps::between(&record, &neighbours).encode(), "steps").await;
+            let json = blobs.json(&CellJson::of(&record, binary.1, &[])).await;
+            chunk
+                .cells
+                .push(record::index_entry(&record, binary, Some(steps), json.0));
         }
         let written = blobs.json(&chunk).await;
         cells
@@ -226,6 +236,7 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
             reason: "asked for".to_owned(),
         },
         occluders: None,
+        records: RecordSizes::default(),
         cells,
         objects,
         whole: None,
@@ -276,6 +287,6 @@ fn object(i: u32) -> ObjectEntry {
         scale: 1.0,
         model: ModelId(0),
         mover: false,
-        door: false,
+        door: i == DOOR,
     }
 }

@@ -1,40 +1,22 @@
 /**
- * What is visible from one view cell? Decodes the binary record (`.cell`): `BVCR`, a u16 version, then a payload in
- * bincode 2's standard encoding. Integers are little-endian and variable in length: below 251 one byte; 251, 252 and 253
- * announce 2, 4 and 8 bytes.
- *
- * Guarantee: bytes that are cut short, have anything after their end, or hold a value that makes no sense are refused;
- * no list is allocated larger than the bytes that are there could fill.
+ * What is visible from one view cell, and from those next door? Decodes the binary record (`.cell`): `BVCR`, a u16 version,
+ * the length of the rest, the rest; and the steps from a cell to its neighbours (`.steps`): `BVST`, a u16 version, the cell,
+ * how many steps, for each where it leads and its length, then the steps. A record that a step led to can be stepped from.
  */
-import type { Vec3 } from "./geometry.ts";
+import { type GeometrySection, readGeometrySection } from "./geometrysection.ts";
+import { CellRecordError, Decoder, damaged } from "./rangecoder.ts";
+import { type Coded, codeChanges, NOTHING } from "./recordcoding.ts";
 
-export interface CellRecord {
-  readonly cell: number;
-  readonly hull: { readonly points: readonly Vec3[]; readonly faces: readonly (readonly number[])[] };
-  /** Cells that share an opening with it, rising. */
-  readonly adjacent: readonly number[];
-  readonly portals: readonly Portal[];
+export type { Portal } from "./geometrysection.ts";
+export { CellRecordError } from "./rangecoder.ts";
+
+export interface CellRecord extends GeometrySection {
   /** Cells that can be seen into from here, rising, without the cell itself. */
   readonly cpvs: readonly number[];
   /** Visible objects that do not lie wholly inside the cell, largest visible solid angle first. */
   readonly opvs: readonly Visible[];
   /** Visible objects that lie wholly inside the cell, largest visible solid angle first. */
   readonly lpvs: readonly Visible[];
-  readonly method: string;
-  /** Whether the sets never miss anything. */
-  readonly conservative: boolean;
-  readonly missBound: number;
-  readonly visibleLevel0Bytes: number;
-  readonly visibleCoarsestBytes: number;
-}
-
-export interface Portal {
-  /** The cell on the other side. */
-  readonly to: number;
-  /** A convex polygon in world space, metres. */
-  readonly polygon: readonly Vec3[];
-  /** The door that closes it. */
-  readonly door: number | undefined;
 }
 
 export interface Visible {
@@ -47,18 +29,21 @@ export interface Visible {
   readonly doors: readonly number[];
 }
 
-/** A solid angle is stored as the n that stands for 4π · 2^(−n/256) steradians. */
-export function solidAngleOf(code: number): number {
-  return 4 * Math.PI * 2 ** (-code / 256);
+/** A record with what steps start from. */
+export interface DecodedRecord {
+  readonly record: CellRecord;
+  readonly coded: Coded;
 }
 
-export class CellRecordError extends Error {
-  override readonly name = "CellRecordError";
+/** What changes on the way from one cell to each neighbour. */
+export interface Steps {
+  readonly from: number;
+  readonly to: ReadonlyMap<number, Uint8Array>;
 }
 
-const MAGIC = [0x42, 0x56, 0x43, 0x52];
-const VERSION = 1;
-const FRACTION_STEPS = 65535;
+const RECORD = [0x42, 0x56, 0x43, 0x52];
+const STEPS = [0x42, 0x56, 0x53, 0x54];
+export const VERSION = 2;
 
 /** Objects of both sets, largest visible solid angle first. */
 export function visibleObjects(record: CellRecord): readonly Visible[] {
@@ -66,136 +51,94 @@ export function visibleObjects(record: CellRecord): readonly Visible[] {
 }
 
 /** Reads the binary form. */
-export function decodeCellRecord(bytes: Uint8Array): CellRecord {
-  if (MAGIC.some((byte, i) => bytes[i] !== byte)) {
-    throw new CellRecordError("not a cell record: it does not start with BVCR");
-  }
-  const reader = new Reader(bytes, MAGIC.length);
-  const version = reader.u16le();
-  if (version !== VERSION) {
-    throw new CellRecordError(`cell record of version ${version}; this viewer reads version ${VERSION}`);
-  }
-  const record: CellRecord = {
-    cell: reader.u32(),
-    hull: { points: reader.points(), faces: reader.list(1, () => reader.u32s()) },
-    adjacent: reader.u32s(),
-    portals: reader.list(3, () => ({ to: reader.u32(), polygon: reader.points(), door: reader.option() })),
-    cpvs: reader.u32s(),
-    opvs: reader.list(3, () => reader.visible()),
-    lpvs: reader.list(3, () => reader.visible()),
-    method: reader.text(),
-    conservative: reader.boolean(),
-    missBound: reader.f64(),
-    visibleLevel0Bytes: reader.varint(Number.MAX_SAFE_INTEGER),
-    visibleCoarsestBytes: reader.varint(Number.MAX_SAFE_INTEGER),
-  };
-  reader.finish();
-  if (record.hull.faces.some((face) => face.some((index) => index >= record.hull.points.length))) {
-    reader.fail("a hull face names a point that is not there");
-  }
-  if (!(record.missBound >= 0 && record.missBound <= 1)) reader.fail("the miss bound is not in [0, 1]");
-  return record;
+export function decodeCellRecord(bytes: Uint8Array): DecodedRecord {
+  const header = new Header(bytes, RECORD, "a cell record");
+  const length = header.integer();
+  const stream = header.take(length);
+  header.finish();
+  return changed(NOTHING, stream);
 }
 
-/** Walks forward through the payload; every step checks that its bytes are there. */
-class Reader {
-  private readonly view: DataView;
+/** What a step makes of the record that it starts from. */
+export function followStep(from: DecodedRecord, step: Uint8Array): DecodedRecord {
+  return changed(from.coded, step);
+}
+
+export function decodeSteps(bytes: Uint8Array): Steps {
+  const header = new Header(bytes, STEPS, "the steps of a cell");
+  const from = header.integer();
+  const count = header.integer();
+  const lengths: (readonly [number, number])[] = [];
+  for (let i = 0; i < count; i += 1) {
+    const cell = header.integer();
+    if (cell <= (lengths.at(-1)?.[0] ?? -1)) damaged("the cells that it leads to do not rise");
+    lengths.push([cell, header.integer()]);
+  }
+  const to = new Map(lengths.map(([cell, length]) => [cell, header.take(length)]));
+  header.finish();
+  return { from, to };
+}
+
+function changed(before: Coded, stream: Uint8Array): DecodedRecord {
+  const decoder = new Decoder(stream);
+  const coded = codeChanges(decoder, before);
+  decoder.finish();
+  const byAngle = [...coded.objects].sort((a, b) => a.angle - b.angle || a.object - b.object);
+  const list = (inside: boolean): Visible[] =>
+    byAngle
+      .filter(({ local }) => local === inside)
+      .map(({ object, fraction, angle, doors }) => ({
+        object,
+        fraction: 2 ** -fraction,
+        solidAngle: solidAngleOf(angle),
+        doors,
+      }));
+  const record = { ...readGeometrySection(coded.geometry), cpvs: coded.cells, opvs: list(false), lpvs: list(true) };
+  return { record, coded };
+}
+
+/** A solid angle is stored as the n that stands for 4π · 2⁻ⁿ steradians. */
+export function solidAngleOf(code: number): number {
+  return 4 * Math.PI * 2 ** -code;
+}
+
+/** Walks through magic, version and integers of seven bits to a byte, lowest first. */
+class Header {
+  private at = 6;
 
   constructor(
     private readonly bytes: Uint8Array,
-    private at: number,
+    magic: readonly number[],
+    what: string,
   ) {
-    this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  }
-
-  fail(what: string): never {
-    throw new CellRecordError(`cell record is damaged: ${what}`);
-  }
-
-  /** Moves on by `length` bytes and returns where they start. */
-  private take(length: number): number {
-    const start = this.at;
-    if (length > this.bytes.length - start) {
-      this.fail(`it ends at byte ${this.bytes.length}, where ${start + length} are needed`);
+    if (magic.some((byte, i) => bytes[i] !== byte)) {
+      throw new CellRecordError(`not ${what}: it does not start with ${String.fromCharCode(...magic)}`);
     }
-    this.at = start + length;
-    return start;
-  }
-
-  u8(): number {
-    return this.view.getUint8(this.take(1));
-  }
-
-  u16le(): number {
-    return this.view.getUint16(this.take(2), true);
-  }
-
-  varint(max: number): number {
-    const first = this.u8();
-    let value = first;
-    if (first === 251) value = this.u16le();
-    else if (first === 252) value = this.view.getUint32(this.take(4), true);
-    else if (first === 253) value = Number(this.view.getBigUint64(this.take(8), true));
-    else if (first > 253) this.fail(`byte ${first} does not start a number here`);
-    if (value > max) this.fail(`${value} is more than ${max}`);
-    return value;
-  }
-
-  u32(): number {
-    return this.varint(0xffff_ffff);
-  }
-
-  f64(): number {
-    const value = this.view.getFloat64(this.take(8), true);
-    return Number.isFinite(value) ? value : this.fail("a number is not finite");
-  }
-
-  boolean(): boolean {
-    const byte = this.u8();
-    return byte <= 1 ? byte === 1 : this.fail(`byte ${byte} is neither true nor false`);
-  }
-
-  option(): number | undefined {
-    return this.boolean() ? this.u32() : undefined;
-  }
-
-  text(): string {
-    const length = this.u32();
-    const start = this.take(length);
-    try {
-      return new TextDecoder("utf-8", { fatal: true }).decode(this.bytes.subarray(start, start + length));
-    } catch {
-      return this.fail("a text is not UTF-8");
+    const version = (bytes[4] ?? damaged("no version")) + 256 * (bytes[5] ?? damaged("no version"));
+    if (version !== VERSION) {
+      throw new CellRecordError(`${what} of version ${version}; this viewer reads version ${VERSION}`);
     }
   }
 
-  /** A list whose items take at least `itemBytes` bytes each, so that a claimed length can be believed or refused. */
-  list<T>(itemBytes: number, read: () => T): T[] {
-    const length = this.varint(Number.MAX_SAFE_INTEGER);
-    if (length * itemBytes > this.bytes.length - this.at) this.fail(`it claims a list of ${length} items`);
-    const items: T[] = [];
-    for (let i = 0; i < length; i += 1) items.push(read());
-    return items;
+  integer(): number {
+    let value = 0;
+    for (let weight = 1; weight < 2 ** 35; weight *= 128) {
+      const byte = this.bytes[this.at] ?? damaged("it ends in its header");
+      this.at += 1;
+      value += (byte & 0x7f) * weight;
+      if (byte < 0x80) return value;
+    }
+    return damaged("an integer of its header has more than five bytes");
   }
 
-  u32s(): number[] {
-    return this.list(1, () => this.u32());
-  }
-
-  points(): Vec3[] {
-    return this.list(24, () => [this.f64(), this.f64(), this.f64()] as const);
-  }
-
-  visible(): Visible {
-    const object = this.u32();
-    const fraction = this.varint(FRACTION_STEPS) / FRACTION_STEPS;
-    if (fraction === 0) this.fail("a visible fraction is 0");
-    const solidAngle = solidAngleOf(this.varint(0xffff));
-    return { object, fraction, solidAngle, doors: this.u32s() };
+  take(length: number): Uint8Array {
+    if (length > this.bytes.length - this.at) damaged(`it claims ${length} bytes that are not there`);
+    this.at += length;
+    return this.bytes.subarray(this.at - length, this.at);
   }
 
   finish(): void {
     const after = this.bytes.length - this.at;
-    if (after > 0) this.fail(`${after} bytes follow its end`);
+    if (after > 0) damaged(`${after} bytes follow its end`);
   }
 }

@@ -6,7 +6,7 @@ import type { Bounds, Vec3 } from "./geometry.ts";
 import { denseId, type Json } from "./json.ts";
 
 /** The version of the published format that this build reads. */
-export const FORMAT = 1;
+export const FORMAT = 2;
 
 export interface SceneSummary {
   readonly scene: string;
@@ -66,6 +66,8 @@ export interface CellEntry {
   readonly adjacent: readonly number[];
   readonly record: string;
   readonly recordBytes: number;
+  /** What changes on the way to each adjacent cell; `undefined` when there is none. */
+  readonly steps: { readonly url: string; readonly bytes: number } | undefined;
 }
 
 export interface TextureRef {
@@ -178,6 +180,7 @@ export function readCellChunk(json: Json): CellEntry[] {
     adjacent: cell.field("adjacent").list((id) => id.id("c")),
     record: cell.field("record").blob(),
     recordBytes: cell.field("record_bytes").count(),
+    steps: cell.field("steps").optional((url) => ({ url: url.blob(), bytes: cell.field("steps_bytes").count() })),
   }));
 }
 

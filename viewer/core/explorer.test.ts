@@ -142,6 +142,31 @@ describe("an explorer", () => {
     expect(explorer.cell(1)?.portals?.map(({ to }) => to)).toEqual([0, 2]);
   });
 
+  const fetched = (requests: readonly string[], ext: string) => requests.filter((path) => path.endsWith(ext)).length;
+
+  it("learns what is next door by steps, one request for all neighbours, and the same as from their records", async () => {
+    const { explorer, requests, problems, go, quiet } = await explore();
+    go(room(2));
+    await quiet();
+    expect([fetched(requests, ".cell"), fetched(requests, ".steps")]).toEqual([1, 1]);
+    const apart = await explore({
+      spoil: (all) => {
+        for (const path of [...all.keys()].filter((name) => name.endsWith(".steps"))) all.delete(path);
+      },
+    });
+    apart.go(room(2));
+    await apart.quiet();
+    expect(fetched(apart.requests, ".cell")).toBe(3);
+    for (const cell of [3, 4, 5]) expect(await explorer.record(cell)).toEqual(await apart.explorer.record(cell));
+    expect([problems, apart.problems]).toEqual([[], []]);
+    for (let x = 2 * PITCH_M; x < 3 * PITCH_M + 2; x += 0.5) {
+      go([x, 1.6, 3]);
+      await quiet();
+    }
+    expect(explorer.cellId).toBe(6);
+    expect(new Set(requests).size).toBe(requests.length);
+  });
+
   it("finds a cell after a jump, and the nearest one outside", async () => {
     const { explorer, go, quiet } = await explore();
     go(ROOM_0);

@@ -5,7 +5,7 @@
  * While a new cell's record and object infos are on their way, the set of the cell before stays in the picture.
  */
 import { CellIndex } from "./cellindex.ts";
-import { type CellRecord, visibleObjects } from "./cellrecord.ts";
+import { type CellRecord, type DecodedRecord, followStep, visibleObjects } from "./cellrecord.ts";
 import type { CellEntry } from "./documents.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import {
@@ -40,6 +40,8 @@ export interface ExplorerEvents {
 
 /** A portal this near, straight ahead, names the cell to prefetch. */
 const PREFETCH_RANGE_M = 6;
+/** About what the headers of a request and its answer cost. */
+const REQUEST_BYTES = 200;
 
 export class Explorer implements NavigationSpace {
   readonly directory: ObjectDirectory;
@@ -47,7 +49,9 @@ export class Explorer implements NavigationSpace {
   private readonly index: CellIndex;
   private readonly loads: ModelLoads;
   private readonly navigation = new Map<number, NavigationCell>();
-  private readonly records = new Map<number, CellRecord>();
+  private readonly records = new Map<number, DecodedRecord>();
+  /** The cell whose neighbours are learnt from its steps. */
+  private stepping: { readonly entry: CellEntry; readonly decoded: DecodedRecord } | undefined;
   private current: CellEntry | undefined;
   private currentInside = false;
   private shown: readonly PlacedObject[] = [];
@@ -129,7 +133,7 @@ export class Explorer implements NavigationSpace {
     if (known?.portals) return known;
     const entry = this.index.known(id);
     if (!entry) return undefined;
-    const record = this.records.get(id);
+    const record = this.records.get(id)?.record;
     if (known && !record) return known;
     const cell: NavigationCell = {
       cell: id,
@@ -143,9 +147,34 @@ export class Explorer implements NavigationSpace {
 
   /** The record of any cell, fetched when needed. */
   async record(cell: number, priority: number = PRIORITY.document): Promise<CellRecord> {
-    const record = await this.scene.record(await this.index.entry(cell, priority), priority);
-    this.records.set(cell, record);
-    return record;
+    const known = this.records.get(cell) ?? (await this.stepped(cell, priority));
+    const decoded = known ?? (await this.scene.record(await this.index.entry(cell, priority), priority));
+    this.records.set(cell, decoded);
+    return decoded.record;
+  }
+
+  /** The record of a neighbour of the cell whose steps are wanted anyway; `undefined` when they do not lead there. */
+  private async stepped(cell: number, priority: number): Promise<DecodedRecord | undefined> {
+    const from = this.stepping;
+    if (!from?.entry.adjacent.includes(cell)) return undefined;
+    try {
+      const step = (await this.scene.steps(from.entry, priority))?.to.get(cell);
+      const decoded = step && followStep(from.decoded, step);
+      return decoded?.record.cell === cell ? decoded : undefined;
+    } catch {
+      // The record itself is still to be had, and says what is wrong when it is not.
+      return undefined;
+    }
+  }
+
+  /** Learns what is visible from every neighbour: from one object with all steps where that costs less. */
+  private async learnNeighbours(entry: CellEntry, neighbours: readonly CellEntry[]): Promise<void> {
+    const unknown = neighbours.filter(({ cell }) => !this.records.has(cell));
+    const apart = unknown.reduce((sum, { recordBytes }) => sum + recordBytes + REQUEST_BYTES, 0);
+    const decoded = this.records.get(entry.cell);
+    if (decoded && entry.steps && entry.steps.bytes + REQUEST_BYTES < apart) this.stepping = { entry, decoded };
+    // Nothing depends on these yet; entering a cell asks again and reports what is wrong.
+    await Promise.allSettled(unknown.map(({ cell }) => this.record(cell, PRIORITY.prefetch)));
   }
 
   /** Follows the eye; cheap enough to call in every frame in which it moved. */
@@ -209,11 +238,10 @@ export class Explorer implements NavigationSpace {
         if (this.closed || this.current?.cell !== entry.cell) return;
         this.show(objects, entry.cell);
       }
-      await neighbours;
+      const known = await neighbours;
       if (this.closed || this.current?.cell !== entry.cell) return;
       this.events.changed();
-      // Nothing depends on these yet; entering a cell asks again and reports what is wrong.
-      await Promise.allSettled(entry.adjacent.map((cell) => this.record(cell, PRIORITY.prefetch)));
+      await this.learnNeighbours(entry, known);
     } catch (error) {
       if (!this.closed && this.current?.cell === entry.cell) this.events.problem(error);
     }
@@ -231,7 +259,7 @@ export class Explorer implements NavigationSpace {
 
   /** Names the neighbour that the walker heads for, and learns what is visible from there. */
   private lookAhead(velocity: Vec3): void {
-    const record = this.current && this.records.get(this.current.cell);
+    const record = this.current && this.records.get(this.current.cell)?.record;
     if (!record || !this.eye || length(velocity) < 0.2 || this.scene.manifest.whole) return;
     const from = this.eye.position;
     let best: { cell: number; distance_m: number } | undefined;

@@ -2,7 +2,7 @@
  * How are the documents of one revision read? Fetches pages, chunks and records through the queue, decodes each once and
  * keeps the recently used ones.
  */
-import { type CellRecord, decodeCellRecord } from "./cellrecord.ts";
+import { type DecodedRecord, decodeCellRecord, decodeSteps, type Steps } from "./cellrecord.ts";
 import {
   type CellEntry,
   type Manifest,
@@ -68,11 +68,22 @@ export class PublishedScene {
     return this.document(url, priority, (bytes) => readObjectChunk(jsonOf(bytes, `the object chunk ${url}`)));
   }
 
-  record(entry: CellEntry, priority: number): Promise<CellRecord> {
+  record(entry: CellEntry, priority: number): Promise<DecodedRecord> {
     return this.document(entry.record, priority, (bytes) => {
-      const record = decodeCellRecord(new Uint8Array(bytes));
-      if (record.cell !== entry.cell) throw new Error(`the record of c${entry.cell} is one of c${record.cell}`);
-      return record;
+      const decoded = decodeCellRecord(new Uint8Array(bytes));
+      const { cell } = decoded.record;
+      if (cell !== entry.cell) throw new Error(`the record of c${entry.cell} is one of c${cell}`);
+      return decoded;
+    });
+  }
+
+  /** What changes on the way from a cell to its neighbours, or `undefined` when it has none. */
+  async steps(entry: CellEntry, priority: number): Promise<Steps | undefined> {
+    if (!entry.steps) return undefined;
+    return this.document(entry.steps.url, priority, (bytes) => {
+      const steps = decodeSteps(new Uint8Array(bytes));
+      if (steps.from !== entry.cell) throw new Error(`the steps from c${entry.cell} are those from c${steps.from}`);
+      return steps;
     });
   }
 

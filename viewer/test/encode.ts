@@ -1,55 +1,119 @@
 /**
- * How would the bake write it? A second, independent writing of the published format, for tests: cell records, GLBs
- * and pictures.
+ * How would the bake write it? A second writing of the published format, for tests: cell records, steps, GLBs and
+ * pictures.
  */
 import { crc32, deflateSync } from "node:zlib";
-import type { CellRecord, Visible } from "../core/cellrecord.ts";
+import { type CellRecord, VERSION, type Visible } from "../core/cellrecord.ts";
 import type { Vec3 } from "../core/geometry.ts";
+import { METHODS, missBoundOf } from "../core/geometrysection.ts";
+import { type Bit, type Coder, Interval } from "../core/rangecoder.ts";
+import { type Coded, codeChanges, NOTHING } from "../core/recordcoding.ts";
 
-/** The binary form of a cell record. */
-export function encodeCellRecord(record: CellRecord): Uint8Array {
-  const out: number[] = [0x42, 0x56, 0x43, 0x52, 1, 0];
-  const little = (value: bigint, bytes: number) => {
-    for (let i = 0; i < bytes; i += 1) out.push(Number((value >> BigInt(8 * i)) & 0xffn));
+/** Writes decisions. */
+class Encoder implements Coder {
+  private readonly interval = new Interval();
+  private readonly bytes: number[] = [];
+
+  bit(model: Bit, bit: boolean): boolean {
+    this.interval.narrow(this.interval.split(model.chance), bit);
+    model.learn(bit);
+    for (let byte = this.interval.shift(); byte !== undefined; byte = this.interval.shift()) this.bytes.push(byte);
+    return bit;
+  }
+
+  finish(): Uint8Array {
+    const { low, high } = this.interval;
+    for (let length = 0; length <= 4; length += 1) {
+      const unit = 2 ** (32 - 8 * length);
+      const number = Math.ceil(low / unit) * unit;
+      if (number > high) continue;
+      for (let i = 0; i < length; i += 1) this.bytes.push(Math.floor(number / 2 ** (24 - 8 * i)) % 256);
+      break;
+    }
+    return Uint8Array.from(this.bytes);
+  }
+}
+
+/** What has to be written of a record. */
+function codedOf(record: CellRecord): Coded {
+  const entry = (local: boolean) => (visible: Visible) => ({
+    object: visible.object,
+    angle: Math.min(63, Math.max(0, Math.round(-Math.log2(visible.solidAngle / (4 * Math.PI))))),
+    fraction: Math.min(7, Math.max(0, Math.round(-Math.log2(visible.fraction)))),
+    local,
+    doors: visible.doors,
+  });
+  const objects = [...record.lpvs.map(entry(true)), ...record.opvs.map(entry(false))];
+  const doors = new Set(objects.flatMap((object) => object.doors));
+  return {
+    geometry: geometryOf(record),
+    objects: objects.sort((a, b) => a.object - b.object),
+    doors: [...doors].sort((a, b) => a - b),
+    cells: record.cpvs,
   };
+}
+
+function geometryOf(record: CellRecord): Uint8Array {
+  const out: number[] = [];
   const varint = (value: number) => {
-    if (value < 251) return out.push(value);
-    if (value < 2 ** 16) return [out.push(251), little(BigInt(value), 2)];
-    if (value < 2 ** 32) return [out.push(252), little(BigInt(value), 4)];
-    return [out.push(253), little(BigInt(value), 8)];
+    const bytes = value < 251 ? 0 : value < 2 ** 16 ? 2 : value < 2 ** 32 ? 4 : 8;
+    if (bytes === 0) out.push(value);
+    else out.push(bytes === 2 ? 251 : bytes === 4 ? 252 : 253);
+    for (let i = 0; i < bytes; i += 1) out.push(Number((BigInt(value) >> BigInt(8 * i)) & 0xffn));
   };
-  const f64 = (value: number) => out.push(...new Uint8Array(new Float64Array([value]).buffer));
   const list = <T>(items: readonly T[], write: (item: T) => unknown) => {
     varint(items.length);
     for (const item of items) write(item);
   };
-  const point = (p: Vec3) => p.forEach(f64);
-  const visible = ({ object, fraction, solidAngle, doors }: Visible) => {
-    varint(object);
-    varint(Math.min(65535, Math.max(1, Math.ceil(fraction * 65535))));
-    varint(Math.round(-256 * Math.log2(solidAngle / (4 * Math.PI))));
-    list(doors, varint);
+  const points = [...record.hull.points, ...record.portals.flatMap(({ polygon }) => polygon)];
+  const axes = ([0, 1, 2] as const).map((axis) => [...new Set(points.map((p) => p[axis]))].sort((a, b) => a - b));
+  const corner = (p: Vec3) => {
+    for (const [axis, values] of axes.entries()) varint(values.indexOf(p[axis as 0 | 1 | 2]));
   };
   varint(record.cell);
-  list(record.hull.points, point);
+  for (const values of axes) list(values, (value) => out.push(...new Uint8Array(new Float64Array([value]).buffer)));
+  varint(1);
+  list(record.hull.points, corner);
   list(record.hull.faces, (face) => list(face, varint));
   list(record.adjacent, varint);
-  list(record.portals, (portal) => {
-    varint(portal.to);
-    list(portal.polygon, point);
-    if (portal.door === undefined) out.push(0);
-    else [out.push(1), varint(portal.door)];
+  list(record.portals, ({ to, polygon, door }) => {
+    varint(to);
+    list(polygon, corner);
+    out.push(door === undefined ? 0 : 1);
+    if (door !== undefined) varint(door);
   });
-  list(record.cpvs, varint);
-  list(record.opvs, visible);
-  list(record.lpvs, visible);
-  const method = new TextEncoder().encode(record.method);
-  varint(method.length);
-  out.push(...method, record.conservative ? 1 : 0);
-  f64(record.missBound);
+  out.push(0, METHODS.indexOf(record.method), record.conservative ? 1 : 0);
+  let miss = 1000;
+  while (miss > 0 && missBoundOf(miss) < record.missBound) miss -= 1;
+  varint(record.missBound === 0 ? 0 : miss);
   varint(record.visibleLevel0Bytes);
   varint(record.visibleCoarsestBytes);
   return Uint8Array.from(out);
+}
+
+function changes(before: Coded, after: Coded): Uint8Array {
+  const encoder = new Encoder();
+  codeChanges(encoder, before, after);
+  return encoder.finish();
+}
+
+/** Seven bits to a byte, lowest first. */
+function integer(value: number): number[] {
+  return value < 128 ? [value] : [(value % 128) + 128, ...integer(Math.floor(value / 128))];
+}
+
+/** The binary form of a cell record. */
+export function encodeCellRecord(record: CellRecord): Uint8Array {
+  const stream = changes(NOTHING, codedOf(record));
+  return Uint8Array.from([0x42, 0x56, 0x43, 0x52, VERSION, 0, ...integer(stream.length), ...stream]);
+}
+
+/** The steps from a record to others, whose cells rise. */
+export function encodeSteps(from: CellRecord, to: readonly CellRecord[]): Uint8Array {
+  const steps = to.map((next) => changes(codedOf(from), codedOf(next)));
+  const table = to.flatMap(({ cell }, i) => [...integer(cell), ...integer(steps[i]?.length ?? 0)]);
+  const head = [0x42, 0x56, 0x53, 0x54, VERSION, 0, ...integer(from.cell), ...integer(to.length), ...table];
+  return Uint8Array.from([...head, ...steps.flatMap((step) => [...step])]);
 }
 
 export interface Shape {

@@ -11,7 +11,7 @@
 import { createHash } from "node:crypto";
 import type { CellRecord, Portal, Visible } from "../core/cellrecord.ts";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
-import { ball, box, encodeCellRecord, encodeGlb, encodePng, type Shape } from "./encode.ts";
+import { ball, box, encodeCellRecord, encodeGlb, encodePng, encodeSteps, type Shape } from "./encode.ts";
 
 export const ROOM_M = 6;
 export const WALL_M = 0.4;
@@ -87,7 +87,7 @@ class Publisher {
     };
     const counts = { cells: cells.length, objects: objects.length, models: this.sizes.size, triangles: 1 };
     const manifest = this.json({
-      format: 1,
+      format: 2,
       ...shared,
       counts,
       visibility: { method: "sampled", guarantee: "sampled", mean_visible: 1 },
@@ -185,9 +185,12 @@ class Publisher {
     return { objects, models: Object.fromEntries(used.map((id) => [id, this.models[id]])) };
   }
 
-  private cellEntry(cell: number) {
-    const cells = this.options.rooms * 2 - 1;
-    const adjacent = [cell - 1, cell + 1].filter((id) => id >= 0 && id < cells);
+  private adjacent(cell: number): number[] {
+    return [cell - 1, cell + 1].filter((id) => id >= 0 && id < this.options.rooms * 2 - 1);
+  }
+
+  private record(cell: number): CellRecord {
+    const adjacent = this.adjacent(cell);
     const bounds = cellBounds(cell);
     const seen = cell % 2 === 0 ? [cell / 2 - 1, cell / 2, cell / 2 + 1] : [(cell - 1) / 2, (cell + 1) / 2];
     const inside = (placed: Placed) => cell === placed.room * 2 && (placed.model === 3 || placed.model > 4);
@@ -201,7 +204,7 @@ class Publisher {
     const texture = models.includes(0) ? ([...this.files].find(([url]) => url.endsWith(".png"))?.[1].length ?? 0) : 0;
     const sum = (level: "coarsest" | "finest") =>
       texture + models.reduce((total, model) => total + (this.sizes.get(model)?.[level] ?? 0), 0);
-    const record: CellRecord = {
+    return {
       cell,
       hull: hullOf(bounds),
       adjacent,
@@ -215,13 +218,20 @@ class Publisher {
       visibleLevel0Bytes: sum("finest"),
       visibleCoarsestBytes: sum("coarsest"),
     };
+  }
+
+  private cellEntry(cell: number) {
+    const record = this.record(cell);
     const bytes = encodeCellRecord(record);
+    const neighbours = this.adjacent(cell).map((id) => this.record(id));
+    const steps = encodeSteps(record, neighbours);
     return {
       cell: `c${cell}`,
-      bounds,
-      adjacent: adjacent.map((id) => `c${id}`),
+      bounds: cellBounds(cell),
+      adjacent: record.adjacent.map((id) => `c${id}`),
       record: this.blob(bytes, "cell"),
       record_bytes: bytes.length,
+      ...(neighbours.length > 0 && { steps: this.blob(steps, "steps"), steps_bytes: steps.length }),
       record_json: this.json({ cell: `c${cell}` }),
     };
   }

@@ -106,7 +106,7 @@ pub struct Source {
 
 /// Orders objects along a Z-order curve through their middles, so that ids of neighbours are near each other and the
 /// index trees above them are tight. Models follow in order of first use.
-fn in_spatial_order(mut scene: SourceScene) -> SourceScene {
+pub(crate) fn in_spatial_order(mut scene: SourceScene) -> SourceScene {
     let middles: Vec<DVec3> = scene
         .objects
         .iter()

@@ -77,7 +77,7 @@ pub struct CellChunk {
 pub struct CellEntry {
     /// Its id in this revision.
     pub cell: CellId,
-    /// The box around its hull; in format 1 the hull is this box.
+    /// The box around its hull.
     pub bounds: Bounds,
     /// Cells that one can step into from here.
     pub adjacent: Vec<CellId>,
@@ -85,6 +85,12 @@ pub struct CellEntry {
     pub record: BlobName,
     /// Size of the binary record.
     pub record_bytes: u64,
+    /// What changes on the way to each adjacent cell (`.steps`); absent when there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<BlobName>,
+    /// Its size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps_bytes: Option<u64>,
     /// The same record as JSON.
     pub record_json: BlobName,
 }
@@ -203,6 +209,8 @@ mod tests {
             adjacent: vec![],
             record: name.clone(),
             record_bytes: 4,
+            steps: None,
+            steps_bytes: None,
             record_json: name,
         }
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::{BlobName, Bounds, index::Page, object::ObjectChunk, pointer::Viewpoint};
 
 /// The version of the published format that this build writes and reads.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// The immutable entry of a revision (`/o/{hash}.json`). It stays small however large the world is: the two roots
 /// hold at most [`crate::index::PAGE_ENTRIES`] entries each.
@@ -33,6 +33,8 @@ pub struct Manifest {
     pub visibility: VisibilitySummary,
     /// What hides, for questions about places that are no view cells; none when nobody can ask.
     pub occluders: Option<OccludersRef>,
+    /// What records and steps cost.
+    pub records: RecordSizes,
     /// Root of the tree that finds cells by place; leads to [`crate::index::CellChunk`]s.
     pub cells: Page,
     /// Root of the tree that finds objects by id; leads to [`ObjectChunk`]s.
@@ -80,4 +82,39 @@ pub struct VisibilitySummary {
     pub mean_not_hidden: Option<f64>,
     /// Why this method, for people.
     pub reason: String,
+}
+
+/// Totals over the binary records of a revision and the steps between adjacent cells.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordSizes {
+    /// How many records there are: one for each cell.
+    pub records: u64,
+    /// Bytes of all records.
+    pub record_bytes: u64,
+    /// Those of them that say which objects are visible.
+    pub record_set_bytes: u64,
+    /// What these would be if an object that lies wholly inside one cell were known from that cell's record to every
+    /// cell that sees into it (the hybrid relation of Marvie and Bouatouch). Who enters a cell would have to fetch the
+    /// records of all cells that it sees into first.
+    pub hybrid_set_bytes: u64,
+    /// How many steps there are: one for each ordered pair of adjacent cells.
+    pub steps: u64,
+    /// Bytes of all steps, without the headers of the objects that hold them.
+    pub step_bytes: u64,
+    /// Those of them that say which objects appear and vanish.
+    pub step_set_bytes: u64,
+}
+
+impl RecordSizes {
+    /// Means in bytes: of a record, of its set, of a step, of its set.
+    #[must_use]
+    pub fn means(&self) -> [f64; 4] {
+        let mean = |bytes: u64, count: u64| bytes as f64 / count.max(1) as f64;
+        [
+            mean(self.record_bytes, self.records),
+            mean(self.record_set_bytes, self.records),
+            mean(self.step_bytes, self.steps),
+            mean(self.step_set_bytes, self.steps),
+        ]
+    }
 }

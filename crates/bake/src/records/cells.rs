@@ -4,13 +4,16 @@
 use belvedere_scene::{
     CellId, ObjectId,
     index::CellEntry,
+    manifest::RecordSizes,
     object::{Model, ObjectEntry},
-    record::{CellJson, CellRecord, Hull, Portal, Visible, index_entry},
+    record::{CellJson, CellRecord, Crossing, Hull, Portal, Steps, Visible, index_entry},
 };
+use rayon::prelude::*;
 
 use super::{
     BakeError, Input,
     models::{UniqueBytes, coarsest},
+    settle::settle,
     sink::Ledger,
 };
 use crate::{
@@ -19,30 +22,87 @@ use crate::{
     visibility::{CellVisibility, SeenObject},
 };
 
-/// Writes every record in both forms; gives the rows of the index in the order of their ids.
+/// The rows of the cell index, and what they lead to.
+pub(super) struct WrittenCells {
+    /// In the order of their ids.
+    pub(super) rows: Vec<CellEntry>,
+    /// Totals over all records and steps.
+    pub(super) sizes: RecordSizes,
+}
+
+/// Writes every record in both forms, and the steps between neighbours.
 pub(super) fn write_records(
     input: Input<'_>,
     entries: &[ObjectEntry],
     models: &[Model],
     ledger: &Ledger<'_>,
     progress: &dyn Progress,
-) -> Result<Vec<CellEntry>, BakeError> {
-    let mut rows = Vec::with_capacity(input.graph.cells.len());
-    for (id, (cell, seen)) in input.graph.cells.iter().zip(&input.visibility.cells).enumerate() {
-        if progress.cancelled() {
-            return Err(BakeError::Cancelled);
-        }
-        let record = CellRecord {
+) -> Result<WrittenCells, BakeError> {
+    let cells: Vec<_> = input.graph.cells.iter().zip(&input.visibility.cells).collect();
+    let mut records: Vec<CellRecord> = cells
+        .par_iter()
+        .enumerate()
+        .map(|(id, (cell, seen))| CellRecord {
             method: input.visibility.method.name().to_owned(),
             guarantee: input.visibility.guarantee,
             ..record(CellId(id as u32), cell, seen, entries, models)
-        };
+        })
+        .collect();
+    settle(&mut records);
+    let steps: Vec<Steps> = records
+        .par_iter()
+        .map(|from| Steps::between(from, from.adjacent.iter().map(|to| &records[to.index()])))
+        .collect();
+    let mut sizes = RecordSizes::default();
+    let mut rows = Vec::with_capacity(records.len());
+    for (record, from) in records.iter().zip(&steps) {
+        if progress.cancelled() {
+            return Err(BakeError::Cancelled);
+        }
         let binary = ledger.put("cell", record.encode())?;
-        let (json, _) = ledger.put_json(&CellJson::of(&record, binary.1))?;
-        rows.push(index_entry(&record, binary, json));
+        let stepping = match from.to.len() {
+            0 => None,
+            _ => Some(ledger.put("steps", from.encode())?),
+        };
+        let crossings: Vec<Crossing> = record
+            .adjacent
+            .iter()
+            .filter_map(|before| {
+                Some(Crossing {
+                    from: *before,
+                    step_bytes: steps[before.index()].step(record.cell)?.len() as u64,
+                    model_bytes: newly_visible_bytes(&records[before.index()], record, entries, models),
+                })
+            })
+            .collect();
+        let (json, _) = ledger.put_json(&CellJson::of(record, binary.1, &crossings))?;
+        sizes.records += 1;
+        sizes.record_bytes += binary.1;
+        let set_bytes = record.set_bytes([]);
+        let local_elsewhere = record.cpvs.iter().flat_map(|cell| records[cell.index()].lpvs.iter());
+        sizes.record_set_bytes += set_bytes;
+        sizes.hybrid_set_bytes += record.set_bytes(local_elsewhere.map(|visible| visible.object));
+        for (to, step) in &from.to {
+            sizes.steps += 1;
+            sizes.step_bytes += step.len() as u64;
+            sizes.step_set_bytes += records[to.index()].set_bytes(record.objects());
+        }
+        rows.push(index_entry(record, binary, stepping, json));
         progress.advance(1);
     }
-    Ok(rows)
+    Ok(WrittenCells { rows, sizes })
+}
+
+/// The coarsest level of everything that is visible from `to` but shares no geometry with what is visible from `from`.
+fn newly_visible_bytes(from: &CellRecord, to: &CellRecord, entries: &[ObjectEntry], models: &[Model]) -> u64 {
+    let lowest = |record: &CellRecord| {
+        let mut lowest = UniqueBytes::default();
+        for seen in record.visible() {
+            lowest.add(coarsest(&models[entries[seen.object.index()].model.index()]));
+        }
+        lowest
+    };
+    lowest(to).without(&lowest(from)).total()
 }
 
 fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectEntry], models: &[Model]) -> CellRecord {

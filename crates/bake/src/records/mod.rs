@@ -3,8 +3,11 @@
 //! moves the scene's pointer.
 
 mod cells;
+#[cfg(test)]
+mod city_tests;
 mod models;
 mod pages;
+mod settle;
 mod sink;
 mod viewpoints;
 
@@ -12,7 +15,7 @@ use std::collections::BTreeMap;
 
 use belvedere_scene::{
     BlobName, Bounds, ModelId, ObjectId, Revision, SceneName,
-    manifest::{Counts, FORMAT, Manifest, OccludersRef, VisibilitySummary},
+    manifest::{Counts, FORMAT, Manifest, OccludersRef, RecordSizes, VisibilitySummary},
     object::{Model, ObjectChunk, ObjectEntry},
     pointer::Pointer,
 };
@@ -110,10 +113,9 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
     progress.start(Stage::Publish, input.graph.cells.len() as u64);
     let entries = object_entries(input);
     let objects = pages::write_tree(&entries, |entry| entry.bounds, |row| chunk(row, &models), &ledger)?;
-    let rows = cells::write_records(input, &entries, &models, &ledger, progress)?;
-    let record_bytes = rows.iter().map(|row| row.record_bytes).sum();
+    let written = cells::write_records(input, &entries, &models, &ledger, progress)?;
     let cells = pages::write_tree(
-        &rows,
+        &written.rows,
         |row| row.bounds,
         |row| belvedere_scene::index::CellChunk { cells: row.to_vec() },
         &ledger,
@@ -125,7 +127,7 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
         bytes: occluders_bytes,
     };
 
-    let bytes = sizes(input, &models, record_bytes, ledger.total_bytes());
+    let bytes = sizes(input, &models, &written.sizes, ledger.total_bytes());
     let small = bytes["level0"] <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
     let manifest = Manifest {
         format: FORMAT,
@@ -147,6 +149,7 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
             mean_visible: mean(input.visibility.cells.iter().map(|cell| cell.objects.len() as f64)),
         },
         occluders: Some(occluders),
+        records: written.sizes,
         cells,
         objects,
         whole: small.then(|| chunk(&entries, &models)),
@@ -212,7 +215,7 @@ fn counts(input: Input<'_>, entries: &[ObjectEntry], models: &[Model]) -> Counts
     }
 }
 
-fn sizes(input: Input<'_>, models: &[Model], records: u64, published: u64) -> BTreeMap<String, u64> {
+fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, published: u64) -> BTreeMap<String, u64> {
     let (mut level0, mut lowest) = (UniqueBytes::default(), UniqueBytes::default());
     for model in models {
         level0.add(&model.levels[0]);
@@ -230,7 +233,8 @@ fn sizes(input: Input<'_>, models: &[Model], records: u64, published: u64) -> BT
         ("level0", level0.total()),
         ("coarsest", lowest.total()),
         ("textures", textures.values().sum()),
-        ("records", records),
+        ("records", records.record_bytes),
+        ("steps", records.step_bytes),
     ]
     .map(|(name, bytes)| (name.to_owned(), bytes))
     .into()

@@ -115,6 +115,12 @@ impl UniqueBytes {
         );
     }
 
+    /// What is not in the other sum.
+    pub(super) fn without(mut self, other: &Self) -> Self {
+        self.0.retain(|name, _| !other.0.contains_key(name));
+        self
+    }
+
     pub(super) fn total(&self) -> u64 {
         self.0.values().sum()
     }

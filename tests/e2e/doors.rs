@@ -1,0 +1,136 @@
+//! Two rooms and a door between them: what does closing it hide?
+
+use belvedere_client::{ByteSource, HttpSource};
+use belvedere_scene::record::CellJson;
+use serde_json::{Value, json};
+
+use crate::program::Data;
+
+/// A cube from 0 to 1, faces outwards: corner i has x, y, z at 1 where bits 0, 1, 2 are set.
+fn cube() -> (Vec<u8>, Vec<u8>) {
+    const QUADS: [[u16; 4]; 6] = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2 & 1];
+    let positions = (0..8).flat_map(|i| corner(i).map(|bit| bit as f32));
+    let indices = QUADS.iter().flat_map(|[a, b, c, d]| [a, b, c, a, c, d]);
+    (
+        positions.flat_map(f32::to_le_bytes).collect(),
+        indices.flat_map(|i| i.to_le_bytes()).collect(),
+    )
+}
+
+/// A GLB of boxes, each with its name, lowest and highest corner.
+fn boxes(boxes: &[(&str, [f64; 3], [f64; 3])]) -> Vec<u8> {
+    let (positions, indices) = cube();
+    let nodes: Vec<Value> = boxes
+        .iter()
+        .map(|(name, min, max)| {
+            let size: [f64; 3] = std::array::from_fn(|axis| max[axis] - min[axis]);
+            json!({"name": name, "mesh": 0, "translation": min, "scale": size})
+        })
+        .collect();
+    let document = json!({
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": (0..nodes.len()).collect::<Vec<_>>()}],
+        "nodes": nodes,
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 8, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+            {"bufferView": 1, "componentType": 5123, "count": 36, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": positions.len()},
+            {"buffer": 0, "byteOffset": positions.len(), "byteLength": indices.len()},
+        ],
+        "buffers": [{"byteLength": positions.len() + indices.len()}],
+    });
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let binary = [positions, indices].concat();
+    let length = |bytes: &[u8]| u32::try_from(bytes.len()).expect("a small file").to_le_bytes();
+    let chunks = [
+        &length(&text)[..],
+        b"JSON",
+        &text,
+        &length(&binary)[..],
+        b"BIN\0",
+        &binary,
+    ]
+    .concat();
+    let total = u32::try_from(12 + chunks.len()).expect("a small file").to_le_bytes();
+    [&b"glTF"[..], &2u32.to_le_bytes(), &total, &chunks].concat()
+}
+
+fn two_rooms() -> Vec<u8> {
+    boxes(&[
+        ("floor", [-0.2, -0.2, -0.2], [10.4, 0.0, 5.2]),
+        ("ceiling", [-0.2, 3.0, -0.2], [10.4, 3.2, 5.2]),
+        ("west", [-0.2, 0.0, -0.2], [0.0, 3.0, 5.2]),
+        ("east", [10.2, 0.0, -0.2], [10.4, 3.0, 5.2]),
+        ("south", [0.0, 0.0, -0.2], [10.2, 3.0, 0.0]),
+        ("north", [0.0, 0.0, 5.0], [10.2, 3.0, 5.2]),
+        ("left of the door", [5.0, 0.0, 0.0], [5.2, 3.0, 2.0]),
+        ("right of the door", [5.0, 0.0, 3.0], [5.2, 3.0, 5.0]),
+        ("lintel", [5.0, 2.2, 2.0], [5.2, 3.0, 3.0]),
+        ("door:between", [5.0, 0.0, 2.0], [5.2, 2.2, 3.0]),
+        ("beyond", [1.0, 0.0, 1.0], [1.4, 0.5, 1.4]),
+        ("here", [9.0, 0.0, 2.3], [9.4, 1.5, 2.7]),
+    ])
+}
+
+async fn document(source: &HttpSource, path: &str) -> Value {
+    serde_json::from_slice(&source.get(path).await.expect(path)).expect(path)
+}
+
+/// The objects of a page by their names in the source.
+fn names(page: &Value) -> Vec<(String, String)> {
+    assert!(page["next"].is_null(), "{page}");
+    let objects = page["objects"].as_array().expect("objects");
+    let text = |object: &Value, name: &str| object[name].as_str().expect(name).to_owned();
+    objects
+        .iter()
+        .map(|object| (text(object, "source_node"), text(object, "object")))
+        .collect()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_closed_door_hides_what_stands_behind_it_and_nothing_else() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.glb", two_rooms()), "rooms");
+    let server = data.serve();
+    let source = HttpSource::new(&server.base).expect("an address");
+
+    let at = document(&source, "/v1/scenes/rooms/cells?at=8,1.5,1").await;
+    let cell = format!("/v1/scenes/rooms/cells/{}", at["cell"].as_str().expect("a cell"));
+    let open = names(&document(&source, &format!("{cell}/visible?limit=1000")).await);
+    let id = |name: &str| {
+        let found = open.iter().find(|(node, _)| node == name);
+        found
+            .unwrap_or_else(|| panic!("{name} is not seen: {open:?}"))
+            .1
+            .clone()
+    };
+    let door = id("door:between");
+    let (here, beyond) = (id("here"), id("beyond"));
+
+    let closed = names(&document(&source, &format!("{cell}/visible?limit=1000&closed={door}")).await);
+    assert!(!closed.iter().any(|(_, object)| *object == beyond), "{closed:?}");
+    for seen in [&here, &door] {
+        assert!(closed.iter().any(|(_, object)| object == seen), "{closed:?}");
+    }
+    let record: CellJson = serde_json::from_value(document(&source, &cell).await).expect("a record");
+    let doors = |object: &str| {
+        let seen = record.opvs.iter().chain(&record.lpvs);
+        let mut seen = seen.filter(|visible| visible.object.to_string() == object);
+        let visible = seen.next().expect("an entry");
+        visible.doors.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!((doors(&beyond), doors(&here)), (vec![door], vec![]));
+}
