@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BlobName, CellId, ObjectId, index::CellEntry};
+use crate::{BlobName, CellId, ObjectId, convex::HalfSpace, index::CellEntry};
 
 /// Everything that a record says of one cell. Ids are those of its revision.
 #[derive(Debug, Clone, PartialEq)]
@@ -181,12 +181,13 @@ impl CellJson {
     }
 }
 
-/// What the index says of a record that was written.
+/// What the index says of a record that was written; `planes` are those of a cell that is not a box.
 #[must_use]
-pub fn index_entry(record: &CellRecord, binary: (BlobName, u64), json: BlobName) -> CellEntry {
+pub fn index_entry(record: &CellRecord, planes: &[HalfSpace], binary: (BlobName, u64), json: BlobName) -> CellEntry {
     CellEntry {
         cell: record.cell,
         bounds: crate::Bounds::around(record.hull.points.iter().copied()),
+        planes: planes.to_vec(),
         adjacent: record.adjacent.clone(),
         record: binary.0,
         record_bytes: binary.1,

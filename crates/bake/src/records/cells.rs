@@ -39,7 +39,7 @@ pub(super) fn write_records(
         };
         let binary = ledger.put("cell", record.encode())?;
         let (json, _) = ledger.put_json(&CellJson::of(&record, binary.1))?;
-        rows.push(index_entry(&record, binary, json));
+        rows.push(index_entry(&record, &[], binary, json));
         progress.advance(1);
     }
     Ok(rows)
