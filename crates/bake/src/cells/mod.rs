@@ -19,11 +19,18 @@
 //! Guarantee: cells are disjoint; every voxel that can be reached lies in exactly one; voxels are closed against walls
 //! to within one voxel. Cost: linear in triangles and in voxels times the depth of the partition.
 
+pub mod author;
+mod doors;
 mod grid;
+mod hull;
+mod overlap;
 mod partition;
 mod portals;
+mod view_cell;
 mod voxels;
 
+#[cfg(test)]
+mod author_tests;
 #[cfg(test)]
 pub(crate) mod plan;
 #[cfg(test)]
@@ -36,6 +43,8 @@ use crate::{
     world::World,
 };
 use grid::Grid;
+pub use hull::CellHull;
+pub use view_cell::{CellGraph, Portal, ViewCell};
 pub(crate) use voxels::meets_box;
 
 /// How to cut.
@@ -67,48 +76,6 @@ impl Default for CellSettings {
             wall_share: 0.3,
             min_enclosed_share: 0.02,
         }
-    }
-}
-
-/// All view cells of a scene; a cell's index is its id. Neighbours in space have near ids.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct CellGraph {
-    /// At least one.
-    pub cells: Vec<ViewCell>,
-    /// The longest edge of a voxel inside the scene, in metres: openings smaller than that may be closed.
-    pub voxel_m: f64,
-}
-
-/// A region of eye positions.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ViewCell {
-    /// The region, in world space.
-    pub bounds: Bounds,
-    /// Openings to neighbours, by neighbour.
-    pub portals: Vec<Portal>,
-    /// Cells with which it shares an opening, rising.
-    pub adjacent: Vec<u32>,
-}
-
-/// A rectangular opening between two cells. Both cells know it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Portal {
-    /// Index of the cell on the other side.
-    pub to: u32,
-    /// Its corners in world space, in order around it.
-    pub polygon: [[f64; 3]; 4],
-    /// The object that closes it, if it is a door.
-    pub door: Option<u32>,
-}
-
-impl CellGraph {
-    /// The cell that contains a point in world space; the one with the smallest id where two touch.
-    #[must_use]
-    pub fn cell_at(&self, point: [f64; 3]) -> Option<u32> {
-        self.cells
-            .iter()
-            .position(|cell| cell.bounds.contains(point))
-            .map(|index| index as u32)
     }
 }
 
@@ -144,38 +111,21 @@ pub fn build(
     let worthwhile = world.object_bounds().len().max(FEW_CELLS);
     let leaves = partition::leaves(&voxels, settings, settings.max_cells.min(worthwhile));
     let openings = portals::openings(&voxels, &leaves);
-    let mut cells: Vec<_> = leaves
-        .iter()
-        .map(|leaf| ViewCell {
-            bounds: absolute(world, grid.bounds(leaf)),
-            portals: Vec::new(),
-            adjacent: Vec::new(),
-        })
-        .collect();
-    for opening in openings {
-        let polygon = opening.corners.map(|corner| world.absolute(corner));
-        let [a, b] = opening.cells;
-        cells[a as usize].portals.push(Portal {
-            to: b,
-            polygon,
-            door: None,
-        });
-        cells[b as usize].portals.push(Portal {
-            to: a,
-            polygon,
-            door: None,
-        });
-    }
-    for cell in &mut cells {
-        cell.portals.sort_by_key(|portal| portal.to);
-        cell.adjacent = cell.portals.iter().map(|portal| portal.to).collect();
-        cell.adjacent.dedup();
-    }
-    step()?;
-    Ok(CellGraph {
-        cells,
+    let mut graph = CellGraph {
+        cells: leaves
+            .iter()
+            .map(|leaf| ViewCell::of_box(absolute(world, grid.bounds(leaf))))
+            .collect(),
         voxel_m: f64::from(grid.voxel_m()),
-    })
+        reason: format!("{} cells cut along walls", leaves.len()),
+    };
+    for opening in openings {
+        graph.join(opening.cells, &opening.corners.map(|corner| world.absolute(corner)));
+    }
+    graph.settle();
+    graph.name_doors(world);
+    step()?;
+    Ok(graph)
 }
 
 fn absolute(world: &World, [min, max]: [glam::Vec3; 2]) -> Bounds {

@@ -41,7 +41,7 @@ fn assert_sound(graph: &CellGraph) {
                     .iter()
                     .any(|p| p.to == id as u32 && p.polygon == portal.polygon)
             );
-            for corner in portal.polygon {
+            for corner in portal.polygon.iter().copied() {
                 assert!(cell.bounds.distance_m(corner) < 1e-3 && other.bounds.distance_m(corner) < 1e-3);
             }
         }

@@ -37,7 +37,7 @@ const HOLE: f32 = 2e-6;
 
 /// A closed door fills its opening: gaps around the leaf up to this share of its longest edge are closed, six
 /// centimetres around a common door.
-const DOOR_GAP: f32 = 0.03;
+pub(crate) const DOOR_GAP: f32 = 0.03;
 
 impl Occluders {
     /// Finds what hides in a world.

@@ -5,7 +5,7 @@ use belvedere_scene::{
     CellId, ObjectId,
     index::CellEntry,
     object::{Model, ObjectEntry},
-    record::{CellJson, CellRecord, Hull, Portal, Visible, index_entry},
+    record::{CellJson, CellRecord, Portal, Visible, index_entry},
 };
 
 use super::{
@@ -39,17 +39,14 @@ pub(super) fn write_records(
         };
         let binary = ledger.put("cell", record.encode())?;
         let (json, _) = ledger.put_json(&CellJson::of(&record, binary.1))?;
-        rows.push(index_entry(&record, &[], binary, json));
+        rows.push(index_entry(&record, cell.planes(), binary, json));
         progress.advance(1);
     }
     Ok(rows)
 }
 
 fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectEntry], models: &[Model]) -> CellRecord {
-    let inside = |seen: &&SeenObject| {
-        let bounds = &entries[seen.object as usize].bounds;
-        cell.bounds.contains(bounds.min) && cell.bounds.contains(bounds.max)
-    };
+    let inside = |seen: &&SeenObject| cell.contains_box(&entries[seen.object as usize].bounds);
     let (local, shared): (Vec<_>, Vec<_>) = seen.objects.iter().partition(inside);
     let visible = |seen: Vec<&SeenObject>| -> Vec<Visible> {
         seen.into_iter()
@@ -69,14 +66,14 @@ fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectE
     }
     CellRecord {
         cell: id,
-        hull: Hull::of_box(&cell.bounds),
+        hull: cell.shape(),
         adjacent: cell.adjacent.iter().map(|c| CellId(*c)).collect(),
         portals: cell
             .portals
             .iter()
             .map(|p| Portal {
                 to: CellId(p.to),
-                polygon: p.polygon.to_vec(),
+                polygon: p.polygon.clone(),
                 door: p.door.map(ObjectId),
             })
             .collect(),

@@ -13,6 +13,7 @@ pub mod sampled;
 
 pub(crate) mod random;
 mod sampler;
+mod solid;
 mod targets;
 
 #[cfg(test)]
@@ -279,7 +280,7 @@ fn not_hidden(
                 if progress.cancelled() {
                     return Err(Cancelled);
                 }
-                let visible = observer.visible(&Region::around(world, &cell.bounds), seen);
+                let visible = observer.visible(&Region::of_cell(world, cell), seen);
                 progress.advance(1);
                 Ok(visible)
             },

@@ -10,6 +10,7 @@ use obvhs::{
 
 use super::{
     random::Random,
+    solid::Solid,
     targets::{Lookout, facing, on_object},
 };
 use crate::world::{Hit, World};
@@ -56,11 +57,15 @@ impl CellTree {
         Self { boxes, tree }
     }
 
-    fn mark(&self, eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
+    fn mark(&self, lookouts: &[Lookout], eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
         let ray = Ray::new(eye.into(), direction.into(), 0.0, reach);
         self.tree.ray_traverse_anyhit(ray, |ray, index| {
             let cell = self.tree.primitive_indices[index] as usize;
-            if !marks[cell] && self.boxes[cell].0.intersect_ray(ray) < reach {
+            let passes = |solid: &Solid| solid.meets(eye, direction, reach);
+            if !marks[cell]
+                && self.boxes[cell].0.intersect_ray(ray) < reach
+                && lookouts[cell].solid.as_ref().is_none_or(passes)
+            {
                 marks[cell] = true;
             }
         });
@@ -95,6 +100,11 @@ impl<'a> Scenery<'a> {
             lookouts,
             objects_in,
         }
+    }
+
+    /// Marks the cells that a sight line passes.
+    fn mark(&self, eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
+        self.cells.mark(&self.lookouts, eye, direction, reach, marks);
     }
 }
 
@@ -226,7 +236,7 @@ impl<'a> Sampler<'a> {
     fn explore(&mut self, eye: Vec3, direction: Vec3) {
         let end = self.shoot(eye, direction);
         let reach = end.map_or(f32::MAX, |hit| hit.t);
-        self.scenery.cells.mark(eye, direction, reach, &mut self.state.cells);
+        self.scenery.mark(eye, direction, reach, &mut self.state.cells);
     }
 
     fn explore_towards(&mut self, eye: Vec3, target: Vec3) {
@@ -273,7 +283,7 @@ impl<'a> Sampler<'a> {
                 let end = self.shoot(eye, direction);
                 if i % 4 == 0 {
                     let reach = end.map_or(f32::MAX, |hit| hit.t);
-                    self.scenery.cells.mark(eye, direction, reach, &mut self.state.cells);
+                    self.scenery.mark(eye, direction, reach, &mut self.state.cells);
                 }
                 for hit in self.scratch.passed.iter().chain(&end) {
                     self.scratch.hits[hit.object as usize] += 1;
