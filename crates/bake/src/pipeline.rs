@@ -8,6 +8,7 @@ use crate::{
     defect::Defects,
     import::split::{self, SplitSettings},
     lod::LodSettings,
+    occluders::Occluders,
     progress::{Cancelled, Progress},
     records::{self, BlobSink, SinkError, Written},
     source::{Material, SourceScene, SourceViewpoint},
@@ -76,7 +77,9 @@ pub fn bake(
         cells::author::build(&world, &scene.authored, defects)?
     };
     note_strays(&graph, &scene, defects);
-    let scenery = Scenery::of(&world);
+    let mut occluders = Occluders::of(&world);
+    occluders.add(cells::author::occluders(&world, &scene.authored, defects));
+    let scenery = Scenery::with(&world, occluders);
     let visibility = visibility::compute(&world, &graph, &scenery, &settings.visibility, progress)?;
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {

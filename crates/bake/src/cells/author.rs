@@ -18,6 +18,7 @@ use super::{
 };
 use crate::{
     defect::Defects,
+    occluders::{Body, MARGIN},
     source::{Authored, AuthoredShape},
     world::World,
 };
@@ -155,6 +156,43 @@ pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Resul
         );
     }
     Ok(graph)
+}
+
+/// The author's occluders as bodies. Whether one lies inside of what is drawn is taken on the author's word; it counts
+/// as a part of the smallest object around its middle. Only proofs use it: what a ray has seen stays seen.
+pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Body> {
+    let margin_m = f64::from(MARGIN) * world.bounds().diagonal_m();
+    let mut bodies = Vec::new();
+    for shape in &authored.occluders {
+        let Ok(hull) = Checked::of(shape).and_then(|solid| solid.hull()) else {
+            let kind = "author's occluder that is no closed convex solid: not used";
+            defects.note(kind, 1, || shape.node.clone());
+            continue;
+        };
+        let bounds = hull.bounds();
+        let boxes = (0u32..).zip(world.object_bounds());
+        let around = boxes.filter(|(_, object)| object.contains(bounds.center()));
+        let smallest = around.min_by(|a, b| a.1.diagonal_m().total_cmp(&b.1.diagonal_m()));
+        let Some((object, _)) = smallest else {
+            let kind = "author's occluder inside no object: not used";
+            defects.note(kind, 1, || shape.node.clone());
+            continue;
+        };
+        let planes = hull.planes.iter().map(|half| {
+            let offset = half[3] - normal(half).dot(world.origin()) - margin_m;
+            normal(half).extend(offset).as_vec4()
+        });
+        let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+        bodies.push(Body {
+            min: min + margin_m as f32,
+            max: max - margin_m as f32,
+            planes: planes.collect(),
+            stands_m: min.y,
+            open_below: false,
+            object,
+        });
+    }
+    bodies
 }
 
 /// A box where the planes are those of one.

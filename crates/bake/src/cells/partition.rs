@@ -25,6 +25,14 @@ const BALANCE: f64 = 0.1;
 /// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.
 const MIN_SECTION: f64 = 0.5;
 
+/// A horizontal plane is preferred to none but upright walls, unless this share of it is floor: rooms side by side may
+/// differ in height.
+const STOREY: f64 = 0.85;
+/// A slab is free when this share of each of its layers is …
+const VOID: f64 = 0.99;
+/// … and it is no seam when it is as thick as this, in metres.
+const MIN_VOID: f32 = 1.5;
+
 struct Node {
     voxels: IndexBox,
     children: Option<[usize; 2]>,
@@ -174,9 +182,11 @@ fn filled_m3(voxels: &Voxels, node: &IndexBox) -> f64 {
 struct Section {
     wall_m2: f64,
     beside_free_m2: f64,
+    /// How much of the layer of voxels behind the plane can be reached.
+    reached_m2: f64,
 }
 
-/// All planes across each axis inside a box.
+/// All planes across each axis inside a box; the first lies on its lower side.
 fn sections(voxels: &Voxels, node: &IndexBox) -> [Vec<Section>; 3] {
     let widths = [0, 1, 2].map(|axis| {
         let range = node.min[axis]..node.max[axis];
@@ -188,14 +198,20 @@ fn sections(voxels: &Voxels, node: &IndexBox) -> [Vec<Section>; 3] {
     for voxel in voxels_in(node) {
         let here = voxels.reached(voxel);
         let local = [0, 1, 2].map(|axis| voxel[axis] - node.min[axis]);
-        for axis in (0..3).filter(|axis| local[*axis] > 0) {
+        for axis in 0..3 {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let area_m2 = widths[u][local[u]] * widths[v][local[v]];
+            let section = &mut sections[axis][local[axis]];
+            if here {
+                section.reached_m2 += area_m2;
+            }
+            if local[axis] == 0 {
+                continue;
+            }
             let mut before = voxel;
             before[axis] -= 1;
             let there = voxels.reached(before);
             if here || there {
-                let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-                let area_m2 = widths[u][local[u]] * widths[v][local[v]];
-                let section = &mut sections[axis][local[axis]];
                 section.beside_free_m2 += area_m2;
                 if here != there || voxels.wall_below(voxel, axis) {
                     section.wall_m2 += area_m2;
@@ -229,7 +245,8 @@ fn wall_in(
     let min_wall_m2 = min_wall_m2(voxels);
     let [min, max] = voxels.grid.bounds(within);
     let size = (max - min).as_dvec3();
-    let mut best: Option<(f64, f64, Plane)> = None;
+    // Whether it stands upright, or else is a floor all over; how good it is; its area.
+    let mut best: Option<(bool, f64, f64, Plane)> = None;
     for (axis, sections) in sections.iter().enumerate() {
         let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
         for (offset, section) in sections.iter().enumerate().skip(1) {
@@ -237,13 +254,14 @@ fn wall_in(
             let index = within.min[axis] + offset;
             let at = f64::from(voxels.grid.lines(axis)[index] - min[axis]) / size[axis];
             let score = share + BALANCE * at.min(1.0 - at);
+            let first = axis != 1 || share >= STOREY;
             let wall = share >= settings.wall_share && section.wall_m2 >= min_wall_m2;
-            if wall && best.as_ref().is_none_or(|(least, ..)| score > *least) {
-                best = Some((score, section.wall_m2, Plane { axis, index }));
+            if wall && best.as_ref().is_none_or(|best| (first, score) > (best.0, best.1)) {
+                best = Some((first, score, section.wall_m2, Plane { axis, index }));
             }
         }
     }
-    best.map(|(_, wall_m2, plane)| (wall_m2, plane))
+    best.map(|(_, _, wall_m2, plane)| (wall_m2, plane))
 }
 
 /// How a box is cut that is too large or mostly unreachable: along the largest wall in it, be that ever so small a share
@@ -267,6 +285,10 @@ fn halving_of(
     if within.max[axis] - within.min[axis] <= 1 || !(excess(axis) > 1.0 || sparse) {
         return None;
     }
+    if let Some((volume_m3, plane)) = void_in(voxels, within, sections) {
+        let full_m2 = volume_m3 / size.max_element().max(f64::MIN_POSITIVE);
+        return Some((full_m2, plane));
+    }
     let walls = (0..3).flat_map(|axis| {
         let planes = sections[axis].iter().enumerate().skip(1);
         planes.map(move |(offset, section)| (section.wall_m2, axis, offset))
@@ -283,6 +305,35 @@ fn halving_of(
             Some((-1.0 / full_m2.max(f64::MIN_POSITIVE), Plane { axis, index }))
         }
     }
+}
+
+/// The larger side of the largest slab through all of a box that is all free, like the air over a town or a street: its
+/// volume, and the plane where it ends.
+fn void_in(voxels: &Voxels, within: &IndexBox, sections: &[Vec<Section>; 3]) -> Option<(f64, Plane)> {
+    let [min, max] = voxels.grid.bounds(within);
+    let size = (max - min).as_dvec3();
+    let mut best: Option<(f64, Plane)> = None;
+    for (axis, sections) in sections.iter().enumerate() {
+        let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
+        let lines = voxels.grid.lines(axis);
+        let free = |section: &Section| section.reached_m2 >= VOID * full_m2;
+        let mut start = 0;
+        while start < sections.len() {
+            let open = |section: &&Section| free(section) && section.wall_m2 <= (1.0 - VOID) * full_m2;
+            let run = usize::from(free(&sections[start]));
+            let end = start + run + sections[start + 1..].iter().take_while(|s| run == 1 && open(s)).count();
+            let thick_m = lines[within.min[axis] + end] - lines[within.min[axis] + start];
+            let inner = if start > 0 { start } else { end };
+            let volume_m3 = f64::from(thick_m) * full_m2;
+            let wide = thick_m >= MIN_VOID * voxels.grid.metre() && inner < sections.len();
+            if run == 1 && wide && best.as_ref().is_none_or(|(most, _)| volume_m3 > *most) {
+                let index = within.min[axis] + inner;
+                best = Some((volume_m3, Plane { axis, index }));
+            }
+            start = end.max(start + 1);
+        }
+    }
+    best
 }
 
 /// The least area of a wall.
