@@ -72,7 +72,8 @@ pub fn bake(
         .map(|v| v.world_from_camera.w_axis.truncate().to_array())
         .collect();
     let graph = if scene.authored.cells.is_empty() {
-        cells::build(&world, &viewpoints, &settings.cells, progress)?
+        let estimate = |graph: &CellGraph| visibility::glance(&world, graph, progress);
+        cells::build_refined(&world, &viewpoints, &settings.cells, &estimate, progress)?
     } else {
         cells::author::build(&world, &scene.authored, defects)?
     };

@@ -11,7 +11,10 @@
 //! 2. [`voxels`]: faces block grid faces or voxels; a flood from the viewpoints finds the space that can be reached;
 //! 3. [`partition`]: boxes are split where the plane is mostly wall, then where they are too large, then shrunk to the
 //!    space that can be reached;
-//! 4. [`portals`]: unblocked grid faces between two boxes, merged to rectangles.
+//! 4. [`merge`]: cuts after which about the same is seen on both sides are taken back;
+//! 5. [`portals`]: unblocked grid faces between two boxes, merged to rectangles.
+//!
+//! Where an author drew cells, these are the cells instead: [`author`].
 //!
 //! Departures: Haumont floods from a distance field and finds portals at its necks; here, as in Teller's work, large
 //! planes decide, which is stable in furnished rooms. Clutter does not split: a cell may contain furniture.
@@ -23,6 +26,7 @@ pub mod author;
 mod doors;
 mod grid;
 mod hull;
+mod merge;
 mod overlap;
 mod partition;
 mod portals;
@@ -44,7 +48,9 @@ use crate::{
 };
 use grid::Grid;
 pub use hull::CellHull;
+use partition::Tree;
 pub use view_cell::{CellGraph, Portal, ViewCell};
+use voxels::Voxels;
 pub(crate) use voxels::meets_box;
 
 /// How to cut.
@@ -82,8 +88,14 @@ impl Default for CellSettings {
 /// So many cells a scene may have however few objects it holds.
 const FEW_CELLS: usize = 128;
 
-/// Cuts the free space of a world into cells. Viewpoints are in world space; where there are none, all open space
-/// and every large enclosed space counts as reachable.
+/// Before cells are merged there may be so many times as many.
+const TRIALS: usize = 2;
+
+/// Estimates what each cell sees, rising.
+pub type Estimate<'a> = dyn Fn(&CellGraph) -> Result<Vec<Vec<u32>>, Cancelled> + 'a;
+
+/// Cuts the free space of a world into cells by its walls alone. Viewpoints are in world space; where there are none,
+/// all open space and every large enclosed space counts as reachable.
 ///
 /// # Errors
 /// When cancelled.
@@ -93,7 +105,31 @@ pub fn build(
     settings: &CellSettings,
     progress: &dyn Progress,
 ) -> Result<CellGraph, Cancelled> {
-    const STEPS: u64 = 4;
+    cut(world, viewpoints, settings, None, progress)
+}
+
+/// As [`build`], but cut finer where that makes visible sets smaller and less fine where it does not.
+///
+/// # Errors
+/// When cancelled.
+pub fn build_refined(
+    world: &World,
+    viewpoints: &[[f64; 3]],
+    settings: &CellSettings,
+    estimate: &Estimate,
+    progress: &dyn Progress,
+) -> Result<CellGraph, Cancelled> {
+    cut(world, viewpoints, settings, Some(estimate), progress)
+}
+
+fn cut(
+    world: &World,
+    viewpoints: &[[f64; 3]],
+    settings: &CellSettings,
+    estimate: Option<&Estimate>,
+    progress: &dyn Progress,
+) -> Result<CellGraph, Cancelled> {
+    const STEPS: u64 = 5;
     progress.start(Stage::Cells, STEPS);
     let step = || {
         progress.advance(1);
@@ -102,15 +138,30 @@ pub fn build(
     let seeds: Vec<_> = viewpoints.iter().map(|p| world.relative(*p)).collect();
     let grid = Grid::over(world, &seeds, settings);
     step()?;
-    let mut voxels = voxels::Voxels::new(&grid);
+    let mut voxels = Voxels::new(&grid);
     voxels.block(world, progress)?;
     step()?;
     voxels.reach(world, &seeds, settings.min_enclosed_share);
     step()?;
     // Where a handful of objects stand, a cell more tells nobody more.
-    let worthwhile = world.object_bounds().len().max(FEW_CELLS);
-    let leaves = partition::leaves(&voxels, settings, settings.max_cells.min(worthwhile));
-    let openings = portals::openings(&voxels, &leaves);
+    let most = settings.max_cells.min(world.object_bounds().len().max(FEW_CELLS));
+    let Some(estimate) = estimate else {
+        let tree = Tree::cut(&voxels, settings, most);
+        progress.advance(2);
+        return Ok(graph_of(world, &tree));
+    };
+    let mut tree = Tree::cut(&voxels, settings, (TRIALS * most).min(settings.max_cells));
+    step()?;
+    let seen = estimate(&graph_of(world, &tree))?;
+    merge::merge(&mut tree, &seen, most);
+    step()?;
+    Ok(graph_of(world, &tree))
+}
+
+/// The leaves of a tree as cells, with the openings between them.
+fn graph_of(world: &World, tree: &Tree) -> CellGraph {
+    let grid = tree.voxels.grid;
+    let leaves: Vec<_> = tree.leaves().into_iter().map(|leaf| tree.cell(leaf)).collect();
     let mut graph = CellGraph {
         cells: leaves
             .iter()
@@ -119,13 +170,12 @@ pub fn build(
         voxel_m: f64::from(grid.voxel_m()),
         reason: format!("{} cells cut along walls", leaves.len()),
     };
-    for opening in openings {
+    for opening in portals::openings(tree.voxels, &leaves) {
         graph.join(opening.cells, &opening.corners.map(|corner| world.absolute(corner)));
     }
     graph.settle();
     graph.name_doors(world);
-    step()?;
-    Ok(graph)
+    graph
 }
 
 fn absolute(world: &World, [min, max]: [glam::Vec3; 2]) -> Bounds {

@@ -33,14 +33,11 @@ const VOID: f64 = 0.99;
 /// … and it is no seam when it is as thick as this, in metres.
 const MIN_VOID: f32 = 1.5;
 
-struct Node {
-    voxels: IndexBox,
-    children: Option<[usize; 2]>,
-}
-
 /// A box that can be split, and how much that is worth.
 struct Open {
     worth_m2: f64,
+    /// The share of the plane that is wall.
+    wall_share: f64,
     node: usize,
     plane: Plane,
 }
@@ -73,49 +70,75 @@ struct Plane {
     index: usize,
 }
 
-/// Disjoint boxes that hold all reached voxels, neighbours near each other.
-pub(super) fn leaves(voxels: &Voxels, settings: &CellSettings, max_cells: usize) -> Vec<IndexBox> {
-    let Some(root) = shrunk(voxels, voxels.grid.everything()) else {
-        return vec![voxels.grid.everything()];
-    };
-    let mut nodes = vec![Node {
-        voxels: root,
-        children: None,
-    }];
-    let mut open: BinaryHeap<Open> = split_of(voxels, 0, &root, settings).into_iter().collect();
-    // What each half may grow into: the box before it was shrunk.
-    let mut regions = vec![voxels.grid.everything()];
-    let mut count = 1;
-    while let Some(Open { node, plane, .. }) = open.pop() {
-        if count >= max_cells.max(1) {
-            break;
-        }
-        let (mut low, mut high) = (regions[node], regions[node]);
-        low.max[plane.axis] = plane.index;
-        high.min[plane.axis] = plane.index;
-        let children = [low, high].map(|region| {
-            // The plane was chosen inside the shrunk box, so both halves hold reached voxels.
-            let half = shrunk(voxels, region).unwrap_or(region);
-            nodes.push(Node {
-                voxels: half,
-                children: None,
+/// A box of the partition, and whether it was split.
+pub(super) struct Node {
+    /// Shrunk to what can be reached of the region.
+    pub(super) voxels: IndexBox,
+    /// What it may grow into: the box before it was shrunk.
+    region: IndexBox,
+    pub(super) children: Option<[usize; 2]>,
+    /// The share of the plane between its children that is wall.
+    pub(super) wall_share: f64,
+}
+
+/// The tree of boxes; the root is the first node.
+pub(super) struct Tree<'a> {
+    pub(super) voxels: &'a Voxels<'a>,
+    pub(super) nodes: Vec<Node>,
+}
+
+impl<'a> Tree<'a> {
+    /// Cuts all reached voxels into at most so many boxes.
+    pub(super) fn cut(voxels: &'a Voxels, settings: &CellSettings, max_cells: usize) -> Self {
+        let everything = voxels.grid.everything();
+        let node = |region: IndexBox| Node {
+            // Planes are chosen inside shrunk boxes, so both halves hold reached voxels.
+            voxels: shrunk(voxels, region).unwrap_or(region),
+            region,
+            children: None,
+            wall_share: 0.0,
+        };
+        let mut nodes = vec![node(everything)];
+        let mut open: BinaryHeap<Open> = split_of(voxels, 0, &nodes[0].voxels, settings).into_iter().collect();
+        let mut count = 1;
+        while let Some(split) = open.pop() {
+            if count >= max_cells.max(1) {
+                break;
+            }
+            let Plane { axis, index } = split.plane;
+            let (mut low, mut high) = (nodes[split.node].region, nodes[split.node].region);
+            low.max[axis] = index;
+            high.min[axis] = index;
+            let children = [low, high].map(|region| {
+                nodes.push(node(region));
+                let child = nodes.len() - 1;
+                open.extend(split_of(voxels, child, &nodes[child].voxels, settings));
+                child
             });
-            regions.push(region);
-            open.extend(split_of(voxels, nodes.len() - 1, &half, settings));
-            nodes.len() - 1
-        });
-        nodes[node].children = Some(children);
-        count += 1;
-    }
-    let mut leaves = Vec::with_capacity(count);
-    let mut stack = vec![0];
-    while let Some(node) = stack.pop() {
-        match nodes[node].children {
-            Some([low, high]) => stack.extend([high, low]),
-            None => leaves.push(grown(voxels, nodes[node].voxels, &regions[node])),
+            nodes[split.node].children = Some(children);
+            nodes[split.node].wall_share = split.wall_share;
+            count += 1;
         }
+        Self { voxels, nodes }
     }
-    leaves
+
+    /// The boxes that are not split, disjoint, neighbours near each other; together they hold all reached voxels.
+    pub(super) fn leaves(&self) -> Vec<usize> {
+        let mut leaves = Vec::new();
+        let mut stack = vec![0];
+        while let Some(node) = stack.pop() {
+            match self.nodes[node].children {
+                Some([low, high]) => stack.extend([high, low]),
+                None => leaves.push(node),
+            }
+        }
+        leaves
+    }
+
+    /// A box as it becomes a cell.
+    pub(super) fn cell(&self, node: usize) -> IndexBox {
+        grown(self.voxels, self.nodes[node].voxels, &self.nodes[node].region)
+    }
 }
 
 fn voxels_in(node: &IndexBox) -> impl Iterator<Item = [usize; 3]> {
@@ -168,7 +191,7 @@ fn grown(voxels: &Voxels, node: IndexBox, region: &IndexBox) -> IndexBox {
 }
 
 /// The volume of the reached voxels of a box.
-fn filled_m3(voxels: &Voxels, node: &IndexBox) -> f64 {
+pub(super) fn filled_m3(voxels: &Voxels, node: &IndexBox) -> f64 {
     let volume = |voxel: [usize; 3]| {
         (0..3)
             .map(|a| f64::from(voxels.grid.width_m(a, voxel[a])))
@@ -232,7 +255,13 @@ fn split_of(voxels: &Voxels, node: usize, within: &IndexBox, settings: &CellSett
     let sections = sections(voxels, within);
     let (worth_m2, plane) =
         wall_in(voxels, within, &sections, settings).or_else(|| halving_of(voxels, within, &sections, settings))?;
-    Some(Open { worth_m2, node, plane })
+    let section = sections[plane.axis][plane.index - within.min[plane.axis]];
+    Some(Open {
+        worth_m2,
+        wall_share: section.wall_m2 / section.beside_free_m2.max(f64::MIN_POSITIVE),
+        node,
+        plane,
+    })
 }
 
 /// The plane that is most of all a wall, and the area of that wall.

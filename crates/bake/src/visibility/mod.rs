@@ -8,6 +8,7 @@
 pub mod conservative;
 mod doors;
 pub mod fusion;
+mod glance;
 pub mod prover;
 pub mod sampled;
 
@@ -35,6 +36,7 @@ use crate::{
     world::World,
 };
 use conservative::{ConservativeSettings, Observer, Scenery};
+pub use glance::glance;
 use prover::Proofs;
 pub use sampled::SampledSettings;
 use sampled::Survey;

@@ -28,7 +28,7 @@ use super::{
 };
 use crate::{
     cells::CellGraph,
-    progress::{Cancelled, Progress, Stage},
+    progress::{Cancelled, Progress, Silent, Stage},
     world::World,
 };
 
@@ -154,6 +154,26 @@ impl<'a> Survey<'a> {
                 self.progress.advance(left * self.states.len() as u64);
                 break;
             }
+        }
+        Ok(())
+    }
+
+    /// Casts a few random rays from every cell, then lets cells try what their neighbours have seen. Reports no progress.
+    pub(super) fn glance(&mut self, rays: u32, tries: u32, rounds: u32) -> Result<(), Cancelled> {
+        let progress = std::mem::replace(&mut self.progress, &Silent);
+        self.run(|_, mut sampler| sampler.glance(rays))?;
+        for _ in 0..rounds {
+            if progress.cancelled() {
+                return Err(Cancelled);
+            }
+            let lessons = lessons(self.graph, &self.states);
+            self.run(|cell, mut sampler| {
+                for sightings in lessons[cell].sightings.chunk_by(|a, b| a.object == b.object) {
+                    sampler.try_from_here(&sightings[0], tries);
+                    sampler.state.tried.push(sightings[0].object);
+                }
+                sampler.state.tried.sort_unstable();
+            })?;
         }
         Ok(())
     }

@@ -303,6 +303,37 @@ impl<'a> Sampler<'a> {
         self.follow();
     }
 
+    /// Casts random rays and leaves it at that.
+    pub(super) fn glance(&mut self, rays: u32) {
+        let lookout = self.lookout();
+        for i in 0..rays {
+            let random = &mut self.state.random;
+            let eye = if i % 3 == 0 {
+                lookout.surface(random)
+            } else {
+                lookout.uniform(random)
+            };
+            let direction = random.direction();
+            self.shoot(eye, direction);
+        }
+    }
+
+    /// Looks from here and there at what another cell has seen.
+    pub(super) fn try_from_here(&mut self, other: &Sighting, tries: u32) {
+        let lookout = self.lookout();
+        for i in 0..tries {
+            let random = &mut self.state.random;
+            let eye = if i == 0 {
+                lookout.clamp(other.eye)
+            } else {
+                lookout.uniform(random)
+            };
+            if self.look_at(other.object, eye, other.target) {
+                break;
+            }
+        }
+    }
+
     fn forget_hits(&mut self) {
         for sighting in &self.state.seen {
             self.scratch.hits[sighting.object as usize] = 0;
