@@ -9,7 +9,7 @@
 use super::partition::{Tree, filled_m3};
 
 /// Each cut must make the mean visible set smaller by this share of what is seen without it.
-const MIN_GAIN: f64 = 0.12;
+const MIN_GAIN: f64 = 0.2;
 /// When there are too many cells, so many times more, again and again.
 const STRICTER: f64 = 1.5;
 /// A plane of which a larger share is wall stays.
@@ -32,8 +32,8 @@ struct Summary {
 }
 
 /// Takes back cuts that are not worth it, and more of them while there are more than so many cells. `seen` is what each
-/// leaf sees, rising, in the order of the leaves.
-pub(super) fn merge(tree: &mut Tree, seen: &[Vec<u32>], max_cells: usize) {
+/// leaf sees, rising, in the order of the leaves. Whether there are few enough now.
+pub(super) fn merge(tree: &mut Tree, seen: &[Vec<u32>], max_cells: usize) -> bool {
     let mut min_gain = MIN_GAIN;
     let seen: Vec<_> = tree
         .leaves()
@@ -54,7 +54,7 @@ pub(super) fn merge(tree: &mut Tree, seen: &[Vec<u32>], max_cells: usize) {
                     node.children = None;
                 }
             }
-            return;
+            return cells <= max_cells;
         }
         min_gain *= STRICTER;
     }

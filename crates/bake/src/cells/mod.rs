@@ -60,9 +60,11 @@ pub struct CellSettings {
     pub voxel_m: f32,
     /// At most about this many voxels; larger scenes get larger voxels.
     pub max_voxels: usize,
-    /// Cells without walls are cut until no horizontal edge is longer, in metres, or longer than an eighth of the
-    /// scene, whichever is more.
+    /// Cells without walls are cut until no horizontal edge is longer, in metres, or longer than the next, whichever is
+    /// more.
     pub max_cell_m: f32,
+    /// The same as a share of the scene's longest edge.
+    pub max_cell_share: f32,
     /// At most this many cells, and at most as many as there are objects where those are more than a few.
     pub max_cells: usize,
     /// A plane splits a cell when at least this share of it is wall.
@@ -78,6 +80,7 @@ impl Default for CellSettings {
             voxel_m: 0.25,
             max_voxels: 8_000_000,
             max_cell_m: 12.0,
+            max_cell_share: 0.125,
             max_cells: 4096,
             wall_share: 0.3,
             min_enclosed_share: 0.02,
@@ -88,8 +91,10 @@ impl Default for CellSettings {
 /// So many cells a scene may have however few objects it holds.
 const FEW_CELLS: usize = 128;
 
-/// Before cells are merged there may be so many times as many.
+/// Before cells are merged there may be so many times as many …
 const TRIALS: usize = 2;
+/// … and none is larger than this share of what it may be without an estimate.
+const FINER: f32 = 0.5;
 
 /// Estimates what each cell sees, rising.
 pub type Estimate<'a> = dyn Fn(&CellGraph) -> Result<Vec<Vec<u32>>, Cancelled> + 'a;
@@ -150,10 +155,20 @@ fn cut(
         progress.advance(2);
         return Ok(graph_of(world, &tree));
     };
-    let mut tree = Tree::cut(&voxels, settings, (TRIALS * most).min(settings.max_cells));
+    let finer = CellSettings {
+        max_cell_m: FINER * settings.max_cell_m,
+        max_cell_share: FINER * settings.max_cell_share,
+        ..settings.clone()
+    };
+    let mut tree = Tree::cut(&voxels, &finer, (TRIALS * most).min(settings.max_cells));
     step()?;
     let seen = estimate(&graph_of(world, &tree))?;
-    merge::merge(&mut tree, &seen, most);
+    if !merge::merge(&mut tree, &seen, most) {
+        // Too many of them are held apart by walls: leave out the smallest walls.
+        tree = Tree::cut(&voxels, settings, most);
+        let seen = estimate(&graph_of(world, &tree))?;
+        merge::merge(&mut tree, &seen, most);
+    }
     step()?;
     Ok(graph_of(world, &tree))
 }

@@ -14,8 +14,6 @@ const HEIGHT_SHARE: f32 = 0.5;
 const MIN_CELL: f32 = 3.0;
 /// A plane is a wall when at least this much of it is, in squares of the same: furniture has smaller sides.
 const MIN_WALL: f64 = 4.0;
-/// A scene without walls is cut into about this many boxes along its longest edge.
-const BOXES_ALONG: f32 = 8.0;
 /// A box that holds a smaller share of reached space than this, as along a slanted wall, is halved …
 const MIN_FILL: f64 = 0.6;
 /// … unless its longest edge is at most this, in the same.
@@ -28,6 +26,8 @@ const MIN_SECTION: f64 = 0.5;
 /// A horizontal plane is preferred to none but upright walls, unless this share of it is floor: rooms side by side may
 /// differ in height.
 const STOREY: f64 = 0.85;
+/// Nothing thinner than this is cut off along the side of a thing, in metres.
+const MIN_SLAB: f32 = 1.0;
 /// A slab is free when this share of each of its layers is …
 const VOID: f64 = 0.99;
 /// … and it is no seam when it is as thick as this, in metres.
@@ -305,7 +305,7 @@ fn halving_of(
     let grid = voxels.grid;
     let [min, max] = grid.bounds(within);
     let size = (max - min).as_dvec3();
-    let across_m = (settings.max_cell_m * grid.metre()).max(grid.scene_m() / BOXES_ALONG);
+    let across_m = (settings.max_cell_m * grid.metre()).max(settings.max_cell_share * grid.scene_m());
     let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
     let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
     let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
@@ -314,13 +314,21 @@ fn halving_of(
     if within.max[axis] - within.min[axis] <= 1 || !(excess(axis) > 1.0 || sparse) {
         return None;
     }
-    if let Some((volume_m3, plane)) = void_in(voxels, within, sections) {
-        let full_m2 = volume_m3 / size.max_element().max(f64::MIN_POSITIVE);
-        return Some((full_m2, plane));
+    // Large boxes first, whatever their walls, so that streets come before what is between them.
+    let surface_m2 = size.x * size.y + size.y * size.z + size.z * size.x;
+    if let Some((_, plane)) = void_in(voxels, within, sections) {
+        return Some((surface_m2, plane));
     }
     let walls = (0..3).flat_map(|axis| {
         let planes = sections[axis].iter().enumerate().skip(1);
-        planes.map(move |(offset, section)| (section.wall_m2, axis, offset))
+        let lines = &grid.lines(axis)[within.min[axis]..=within.max[axis]];
+        let room = move |offset: &usize| {
+            let at = lines[*offset];
+            (at - lines[0]).min(lines[lines.len() - 1] - at) >= MIN_SLAB * grid.metre()
+        };
+        planes
+            .filter(move |(offset, _)| room(offset))
+            .map(move |(offset, section)| (section.wall_m2, axis, offset))
     });
     let largest = walls.max_by(|a, b| a.0.total_cmp(&b.0).then((b.1, b.2).cmp(&(a.1, a.2))));
     match largest {
