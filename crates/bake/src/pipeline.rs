@@ -12,7 +12,7 @@ use crate::{
     progress::{Cancelled, Progress},
     records::{self, BlobSink, SinkError, Written},
     source::{Material, SourceScene, SourceViewpoint},
-    visibility::{self, VisibilitySettings, conservative::Scenery},
+    visibility::{self, Visibility, VisibilitySettings, conservative::Scenery},
     world::{World, WorldError},
 };
 
@@ -81,7 +81,8 @@ pub fn bake(
     let mut occluders = Occluders::of(&world);
     occluders.add(cells::author::occluders(&world, &scene.authored, defects));
     let scenery = Scenery::with(&world, occluders);
-    let visibility = visibility::compute(&world, &graph, &scenery, &settings.visibility, progress)?;
+    let mut visibility = visibility::compute(&world, &graph, &scenery, &settings.visibility, progress)?;
+    visibility.reason = format!("{}; {}", visibility.reason, how_cut(&world, &graph, &visibility));
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {
         double_sided: scene
@@ -102,6 +103,16 @@ pub fn bake(
         lod: &lod,
     };
     records::write(input, sink, progress)
+}
+
+/// How the cells came about, and whether they were of any use.
+fn how_cut(world: &World, graph: &CellGraph, visibility: &Visibility) -> String {
+    let drawn = world.object_bounds().iter().filter(|bounds| !bounds.is_empty()).count();
+    if graph.cells.len() == 1 && visibility.cells[0].objects.len() == drawn {
+        "one cell, because no wall hides anything: everything is visible".to_owned()
+    } else {
+        graph.reason.clone()
+    }
 }
 
 /// Notes viewpoints from which nobody may look around.

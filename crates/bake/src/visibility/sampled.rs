@@ -178,6 +178,21 @@ impl<'a> Survey<'a> {
         Ok(())
     }
 
+    /// Objects that each cell has seen, and all that stand in cells which it sees into, rising.
+    pub(super) fn seen_or_near_it(&self) -> Vec<Vec<u32>> {
+        self.states
+            .par_iter()
+            .map(|state| {
+                let into = (0..state.cells.len()).filter(|cell| state.cells[*cell]);
+                let near = into.flat_map(|cell| self.scenery.objects_in[cell].iter().copied());
+                let mut all: Vec<u32> = state.seen.iter().map(|s| s.object).chain(near).collect();
+                all.sort_unstable();
+                all.dedup();
+                all
+            })
+            .collect()
+    }
+
     /// What each cell has seen so far, in order of discovery.
     pub(super) fn seen(&self) -> Vec<Vec<u32>> {
         let objects = |state: &CellState| state.seen.iter().map(|s| s.object).collect();

@@ -314,7 +314,7 @@ impl<'a> Sampler<'a> {
                 lookout.uniform(random)
             };
             let direction = random.direction();
-            self.shoot(eye, direction);
+            self.explore(eye, direction);
         }
     }
 
