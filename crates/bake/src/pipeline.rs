@@ -110,6 +110,8 @@ fn how_cut(world: &World, graph: &CellGraph, visibility: &Visibility) -> String 
     let drawn = world.object_bounds().iter().filter(|bounds| !bounds.is_empty()).count();
     if graph.cells.len() == 1 && visibility.cells[0].objects.len() == drawn {
         "one cell, because no wall hides anything: everything is visible".to_owned()
+    } else if visibility.cells.iter().all(|cell| cell.objects.len() == drawn) {
+        format!("{}, but everything is visible from each", graph.reason)
     } else {
         graph.reason.clone()
     }

@@ -4,28 +4,30 @@
 //! large or uneven that another cut pays. So space is cut finer than needed, what each piece sees is estimated with a
 //! few rays, and from the leaves up a subtree becomes one cell again unless its pieces see clearly less than it does:
 //! the pruning of Breiman, Friedman, Olshen & Stone, *Classification and Regression Trees* (1984), with the mean size of
-//! the visible set for the cost. A plane that is partly wall is never taken back: a cell must not lead through walls.
+//! the visible set for the cost. A cut along a wall stays however little differs: a cell must
+//! not lead through walls.
+
+use glam::DVec3;
 
 use super::partition::{Tree, filled_m3};
 
-/// Each cut must make the mean visible set smaller by this share of what is seen without it.
-const MIN_GAIN: f64 = 0.2;
+/// The pieces of a cell together must see less on average than it does by at least this share of what it sees.
+const MIN_GAIN: f64 = 0.25;
 /// When there are too many cells, so many times more, again and again.
 const STRICTER: f64 = 1.5;
-/// A plane of which a larger share is wall stays.
-const MAX_WALL_SHARE: f64 = 0.05;
+/// The walls along cuts inside a cell may be as large as this share of half its surface: more of them and it stays cut.
+const MAX_WALL_SHARE: f64 = 0.02;
 /// What can be reached of a box together must be at least this share of what can be reached of its pieces.
-const MIN_FILL_KEPT: f64 = 0.95;
+const MIN_FILL_KEPT: f64 = 0.98;
 
 /// What is known of a subtree.
 struct Summary {
     /// What is seen from anywhere in it, rising.
     seen: Vec<u32>,
-    /// The mean number of objects in its cells' sets, by volume.
+    /// The mean number of objects that are seen from its finest pieces, by volume.
     mean_seen: f64,
-    cells: usize,
-    /// Whether it may be one cell.
-    whole: bool,
+    /// The walls along all its cuts, in m².
+    wall_m2: f64,
     /// Volume of the boxes, and what can be reached of them, in m³.
     boxes_m3: f64,
     filled_m3: f64,
@@ -80,22 +82,21 @@ fn prune(tree: &Tree, of_leaf: &[Vec<u32>], min_gain: f64) -> Vec<bool> {
     for index in (0..tree.nodes.len()).rev() {
         let node = &tree.nodes[index];
         let [min, max] = tree.voxels.grid.bounds(&node.voxels);
-        let box_m3 = (max - min).as_dvec3().element_product();
+        let size = (max - min).as_dvec3();
         let children = node
             .children
             .map(|children| children.map(|child| summaries[child].take()));
         summaries[index] = match children {
             Some([Some(low), Some(high)]) => {
-                let (summary, one) = joined(low, high, node.wall_share, box_m3, min_gain);
+                let (summary, one) = joined([low, high], node.wall_m2, size, min_gain);
                 merged[index] = one;
                 Some(summary)
             }
             _ => Some(Summary {
                 mean_seen: of_leaf[index].len() as f64,
                 seen: of_leaf[index].clone(),
-                cells: 1,
-                whole: true,
-                boxes_m3: box_m3,
+                wall_m2: 0.0,
+                boxes_m3: size.element_product(),
                 filled_m3: filled_m3(tree.voxels, &node.voxels),
             }),
         };
@@ -104,20 +105,21 @@ fn prune(tree: &Tree, of_leaf: &[Vec<u32>], min_gain: f64) -> Vec<bool> {
 }
 
 /// Two subtrees together, and whether they become one cell.
-fn joined(low: Summary, high: Summary, wall_share: f64, box_m3: f64, min_gain: f64) -> (Summary, bool) {
+fn joined([low, high]: [Summary; 2], wall_m2: f64, size: DVec3, min_gain: f64) -> (Summary, bool) {
     let filled_m3 = low.filled_m3 + high.filled_m3;
-    let boxes_m3 = low.boxes_m3 + high.boxes_m3;
-    let mean = (low.mean_seen * low.filled_m3 + high.mean_seen * high.filled_m3) / filled_m3.max(f64::MIN_POSITIVE);
+    let (boxes_m3, box_m3) = (low.boxes_m3 + high.boxes_m3, size.element_product());
+    let mean_seen =
+        (low.mean_seen * low.filled_m3 + high.mean_seen * high.filled_m3) / filled_m3.max(f64::MIN_POSITIVE);
     let seen = union(&low.seen, &high.seen);
-    let cells = low.cells + high.cells;
-    let whole = low.whole && high.whole && wall_share <= MAX_WALL_SHARE && boxes_m3 >= MIN_FILL_KEPT * box_m3;
-    let gain = (seen.len() as f64 - mean) / (seen.len() as f64).max(1.0);
-    let one = whole && gain <= min_gain * (cells - 1) as f64;
+    let wall_m2 = low.wall_m2 + high.wall_m2 + wall_m2;
+    let half_m2 = size.x * size.y + size.y * size.z + size.z * size.x;
+    let whole = wall_m2 <= MAX_WALL_SHARE * half_m2 && boxes_m3 >= MIN_FILL_KEPT * box_m3;
+    let gain = (seen.len() as f64 - mean_seen) / (seen.len() as f64).max(1.0);
+    let one = whole && gain <= min_gain;
     let summary = Summary {
-        mean_seen: if one { seen.len() as f64 } else { mean },
         seen,
-        cells: if one { 1 } else { cells },
-        whole,
+        mean_seen,
+        wall_m2,
         boxes_m3: if one { box_m3 } else { boxes_m3 },
         filled_m3,
     };

@@ -36,8 +36,8 @@ const MIN_VOID: f32 = 1.5;
 /// A box that can be split, and how much that is worth.
 struct Open {
     worth_m2: f64,
-    /// The share of the plane that is wall.
-    wall_share: f64,
+    /// How much wall lies on the plane, in m².
+    wall_m2: f64,
     node: usize,
     plane: Plane,
 }
@@ -77,8 +77,8 @@ pub(super) struct Node {
     /// What it may grow into: the box before it was shrunk.
     region: IndexBox,
     pub(super) children: Option<[usize; 2]>,
-    /// The share of the plane between its children that is wall.
-    pub(super) wall_share: f64,
+    /// How much wall lies on the plane between its children, in m².
+    pub(super) wall_m2: f64,
 }
 
 /// The tree of boxes; the root is the first node.
@@ -96,7 +96,7 @@ impl<'a> Tree<'a> {
             voxels: shrunk(voxels, region).unwrap_or(region),
             region,
             children: None,
-            wall_share: 0.0,
+            wall_m2: 0.0,
         };
         let mut nodes = vec![node(everything)];
         let mut open: BinaryHeap<Open> = split_of(voxels, 0, &nodes[0].voxels, settings).into_iter().collect();
@@ -116,7 +116,7 @@ impl<'a> Tree<'a> {
                 child
             });
             nodes[split.node].children = Some(children);
-            nodes[split.node].wall_share = split.wall_share;
+            nodes[split.node].wall_m2 = split.wall_m2;
             count += 1;
         }
         Self { voxels, nodes }
@@ -258,7 +258,7 @@ fn split_of(voxels: &Voxels, node: usize, within: &IndexBox, settings: &CellSett
     let section = sections[plane.axis][plane.index - within.min[plane.axis]];
     Some(Open {
         worth_m2,
-        wall_share: section.wall_m2 / section.beside_free_m2.max(f64::MIN_POSITIVE),
+        wall_m2: section.wall_m2,
         node,
         plane,
     })
