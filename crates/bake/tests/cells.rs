@@ -414,6 +414,17 @@ fn open_leaking_doubled_and_inside_out_rooms_bake_to_sound_cells() {
 }
 
 #[test]
+fn a_small_thing_in_no_cell_is_seen_through_the_cell_next_to_it() {
+    let west = prism("cell:west", &[[0., 0.], [6., 0.], [6., 6.], [0., 6.]]);
+    let pin = |builder: Builder| builder.block("pin", [11.0, 1.0, 2.6], [11.01, 1.01, 2.61]);
+    let baked = baked(pin(two_rooms()).cells(vec![west]).0).unwrap();
+    assert!(
+        baked.seen_from(CellId(0)).contains(&"pin"),
+        "a centimetre, five metres behind the doorway"
+    );
+}
+
+#[test]
 fn whole_bakes_with_authors_cells_are_the_same_for_any_number_of_threads() {
     let scene = || {
         let west = prism("cell:west", &[[0., 0.], [6., 0.], [6., 6.], [3., 6.], [0., 3.]]);

@@ -28,7 +28,7 @@ const ARRIVED: f32 = 1e-5;
 pub(super) struct Scenery<'a> {
     pub(super) world: &'a World,
     pub(super) lookouts: Vec<Lookout>,
-    /// Objects whose boxes meet each cell, rising.
+    /// Objects whose boxes meet each cell, or meet none and this is the nearest, rising.
     pub(super) objects_in: Vec<Vec<u32>>,
     cells: CellTree,
 }
@@ -83,7 +83,7 @@ impl<'a> Scenery<'a> {
             let margin = 0.01 * (l.max - l.min);
             min.cmple(l.max + margin).all() && max.cmpge(l.min - margin).all()
         };
-        let objects_in = lookouts
+        let mut objects_in: Vec<Vec<u32>> = lookouts
             .iter()
             .map(|l| {
                 let met = |b: &Option<_>| b.as_ref().is_some_and(|b| meets(l, b));
@@ -94,6 +94,22 @@ impl<'a> Scenery<'a> {
                     .collect()
             })
             .collect();
+        // What meets no cell, in a niche or in the air, is looked for by those who see into the nearest one.
+        let mut met = vec![false; boxes.len()];
+        for object in objects_in.iter().flatten() {
+            met[*object as usize] = true;
+        }
+        for (object, (min, max)) in boxes.iter().enumerate().filter_map(|(i, b)| Some((i, (*b)?))) {
+            let away_m = |l: &Lookout| (l.min - max).max(min - l.max).max(Vec3::ZERO).length();
+            if met[object] {
+                continue;
+            }
+            let nearest = (0..lookouts.len()).min_by(|a, b| away_m(&lookouts[*a]).total_cmp(&away_m(&lookouts[*b])));
+            if let Some(nearest) = nearest {
+                let list = &mut objects_in[nearest];
+                list.insert(list.partition_point(|known| *known < object as u32), object as u32);
+            }
+        }
         Self {
             world,
             cells: CellTree::over(&lookouts),
