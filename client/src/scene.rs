@@ -10,6 +10,7 @@ use belvedere_scene::{
     object::{ObjectChunk, ObjectInfo},
     pointer::{Pointer, SceneList},
     record::{CellRecord, Steps},
+    walk::CellWalk,
 };
 use bytes::Bytes;
 use serde::de::DeserializeOwned;
@@ -113,6 +114,26 @@ impl<S: ByteSource> Scene<S> {
             }
         }
         search.finish().ok_or(Error::NoCells)
+    }
+
+    /// The cell at a point (world space, metres) for who knows the cell at a point nearby: the same answer as
+    /// [`Scene::locate`], mostly without a look at the index.
+    ///
+    /// # Errors
+    /// When a part of the index cannot be fetched or read.
+    pub async fn locate_from(&self, from: &CellEntry, point: [f64; 3]) -> Result<Located, Error> {
+        let mut walk = CellWalk::new(from, point);
+        while let Some(wanted) = walk.wants() {
+            let mut entries = Vec::with_capacity(wanted.len());
+            for cell in wanted {
+                entries.extend(self.cell(*cell).await?);
+            }
+            walk.give(&entries);
+        }
+        match walk.finish() {
+            Some(cell) => Ok(Located { cell, distance_m: 0.0 }),
+            None => self.locate(point).await,
+        }
     }
 
     /// What the index knows of a cell; `None` when there is no such cell.

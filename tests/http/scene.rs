@@ -188,7 +188,7 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
             let json = blobs.json(&CellJson::of(&record, binary.1, &[])).await;
             chunk
                 .cells
-                .push(record::index_entry(&record, binary, Some(steps), json.0));
+                .push(record::index_entry(&record, &[], binary, Some(steps), json.0));
         }
         let written = blobs.json(&chunk).await;
         cells

@@ -41,15 +41,16 @@ it("where cells touch, the lowest id wins; outside, the nearest", async () => {
   expect(await index.locate([-3, 1, 3])).toMatchObject({ entry: { cell: 0 }, distance_m: 3 });
 });
 
-it("a step next door needs no request, and a border does not flicker", async () => {
+it("a step next door needs no request; on a border the index decides", async () => {
   const { scene, requests } = await openRooms(5);
   const index = new CellIndex(scene);
   const from = await index.entry(1, PRIORITY.document);
   await index.entry(2, PRIORITY.document);
   const before = requests.length;
-  expect(index.nextDoor(from, [PITCH_M, 1, 3])?.cell).toBe(1);
+  expect(index.nextDoor(from, [PITCH_M - 0.1, 1, 3])?.cell).toBe(1);
+  expect(index.nextDoor(from, [PITCH_M, 1, 3])).toBeUndefined();
   expect(index.nextDoor(from, [PITCH_M + 0.1, 1, 3])?.cell).toBe(2);
-  expect(index.nextDoor(from, [PITCH_M * 3, 1, 3])).toBeUndefined();
+  expect(index.nextDoor(from, [PITCH_M * 3 + 0.1, 1, 3])).toBeUndefined();
   expect(requests.length).toBe(before);
 });
 

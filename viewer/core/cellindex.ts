@@ -3,6 +3,8 @@
  * a best-first search down the page tree, which reads as few pages as possible and finds the nearest cell when no cell
  * holds the point. Where cells touch, the search takes the lowest id, so that every client agrees on faces and corners.
  */
+import { walkTo } from "./cellwalk.ts";
+import { distanceToCell } from "./convex.ts";
 import type { CellEntry, Page, PageEntry } from "./documents.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
 import { PRIORITY, type PublishedScene } from "./published.ts";
@@ -47,7 +49,7 @@ export class CellSearch {
   giveChunk(cells: readonly CellEntry[]): void {
     this.open.shift();
     for (const entry of cells) {
-      const distance_m = distanceToBounds(entry.bounds, this.point);
+      const distance_m = distanceToCell(entry, this.point);
       const best = this.best;
       const better =
         !best || distance_m < best.distance_m || (distance_m === best.distance_m && entry.cell < best.entry.cell);
@@ -82,12 +84,9 @@ export class CellIndex {
     return this.entries.get(cell);
   }
 
-  /** The cell at a point among one and its known neighbours; the cell itself first, so that a border does not flicker. */
+  /** The cell that surely holds a point, found from a cell near by without a request; else `locate` has to say. */
   nextDoor(from: CellEntry, point: Vec3): CellEntry | undefined {
-    if (distanceToBounds(from.bounds, point) === 0) return from;
-    return from.adjacent
-      .map((id) => this.entries.get(id))
-      .find((entry) => entry && distanceToBounds(entry.bounds, point) === 0);
+    return walkTo(from, point, (cell) => this.entries.get(cell));
   }
 
   /** The cell at a point, or the nearest one. */

@@ -2,7 +2,7 @@
  * What do the JSON documents of a published tree hold? One type and one reader for each; the readers refuse anything
  * that the rest of the viewer would have to doubt. Dense ids (`c12`, `o9`, `m3`) become numbers here.
  */
-import type { Bounds, Vec3 } from "./geometry.ts";
+import type { Bounds, Plane, Vec3 } from "./geometry.ts";
 import { denseId, type Json } from "./json.ts";
 
 /** The version of the published format that this build reads. */
@@ -63,6 +63,8 @@ export interface Manifest {
 export interface CellEntry {
   readonly cell: number;
   readonly bounds: Bounds;
+  /** Half-spaces that together with the box are the cell; none when it is its box. */
+  readonly planes: readonly Plane[];
   readonly adjacent: readonly number[];
   readonly record: string;
   readonly recordBytes: number;
@@ -177,11 +179,17 @@ export function readCellChunk(json: Json): CellEntry[] {
   return json.field("cells").list((cell) => ({
     cell: cell.field("cell").id("c"),
     bounds: cell.field("bounds").bounds(),
+    planes: cell.field("planes").optional((planes) => planes.list(readPlane)) ?? [],
     adjacent: cell.field("adjacent").list((id) => id.id("c")),
     record: cell.field("record").blob(),
     recordBytes: cell.field("record_bytes").count(),
     steps: cell.field("steps").optional((url) => ({ url: url.blob(), bytes: cell.field("steps_bytes").count() })),
   }));
+}
+
+function readPlane(json: Json): Plane {
+  const [x = 0, y = 0, z = 0, offset = 0] = json.numbers(4);
+  return { normal: [x, y, z], offset };
 }
 
 export function readObjectChunk(json: Json): ObjectChunk {

@@ -6,18 +6,10 @@
  */
 import { CellIndex } from "./cellindex.ts";
 import { type CellRecord, type DecodedRecord, followStep, visibleObjects } from "./cellrecord.ts";
+import { planesOfCell } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import {
-  centre,
-  distanceToPolygon,
-  dot,
-  length,
-  planesOfBounds,
-  planesOfHull,
-  subtract,
-  type Vec3,
-} from "./geometry.ts";
+import { centre, distanceToPolygon, dot, length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
 import { type ModelHost, ModelLoads } from "./modelloads.ts";
 import { ObjectDirectory, type PlacedObject } from "./objects.ts";
 import { PRIORITY, type PublishedScene } from "./published.ts";
@@ -137,7 +129,7 @@ export class Explorer implements NavigationSpace {
     if (known && !record) return known;
     const cell: NavigationCell = {
       cell: id,
-      planes: record ? planesOfHull(record.hull.points, record.hull.faces) : planesOfBounds(entry.bounds),
+      planes: record ? planesOfHull(record.hull.points, record.hull.faces) : planesOfCell(entry),
       adjacent: entry.adjacent,
       portals: record?.portals,
     };

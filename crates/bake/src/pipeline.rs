@@ -4,14 +4,15 @@ use belvedere_scene::Bounds;
 use glam::DVec3;
 
 use crate::{
-    cells::{self, CellSettings},
+    cells::{self, CellGraph, CellSettings, author::AuthorError},
     defect::Defects,
     import::split::{self, SplitSettings},
     lod::LodSettings,
+    occluders::Occluders,
     progress::{Cancelled, Progress},
     records::{self, BlobSink, SinkError, Written},
-    source::{Material, SourceScene},
-    visibility::{self, VisibilitySettings, conservative::Scenery},
+    source::{Material, SourceScene, SourceViewpoint},
+    visibility::{self, Visibility, VisibilitySettings, conservative::Scenery},
     world::{World, WorldError},
 };
 
@@ -37,6 +38,9 @@ pub enum BakeError {
     /// The scene cannot be flattened.
     #[error(transparent)]
     World(#[from] WorldError),
+    /// The author's cells cannot be used.
+    #[error(transparent)]
+    Author(#[from] AuthorError),
     /// The store refused an object.
     #[error(transparent)]
     Sink(#[from] SinkError),
@@ -67,9 +71,18 @@ pub fn bake(
         .iter()
         .map(|v| v.world_from_camera.w_axis.truncate().to_array())
         .collect();
-    let graph = cells::build(&world, &viewpoints, &settings.cells, progress)?;
-    let scenery = Scenery::of(&world);
-    let visibility = visibility::compute(&world, &graph, &scenery, &settings.visibility, progress)?;
+    let graph = if scene.authored.cells.is_empty() {
+        let estimate = |graph: &CellGraph| visibility::glance(&world, graph, progress);
+        cells::build_refined(&world, &viewpoints, &settings.cells, &estimate, progress)?
+    } else {
+        cells::author::build(&world, &scene.authored, defects)?
+    };
+    note_strays(&graph, &scene, defects);
+    let mut occluders = Occluders::of(&world);
+    occluders.add(cells::author::occluders(&world, &scene.authored, defects));
+    let scenery = Scenery::with(&world, occluders);
+    let mut visibility = visibility::compute(&world, &graph, &scenery, &settings.visibility, progress)?;
+    visibility.reason = format!("{}; {}", visibility.reason, how_cut(&world, &graph, &visibility));
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {
         double_sided: scene
@@ -91,6 +104,29 @@ pub fn bake(
         lod: &lod,
     };
     records::write(input, sink, progress)
+}
+
+/// How the cells came about, and whether they were of any use.
+fn how_cut(world: &World, graph: &CellGraph, visibility: &Visibility) -> String {
+    let drawn = world.object_bounds().iter().filter(|bounds| !bounds.is_empty()).count();
+    if graph.cells.len() == 1 && visibility.cells[0].objects.len() == drawn {
+        "one cell, because no wall hides anything: everything is visible".to_owned()
+    } else if visibility.cells.iter().all(|cell| cell.objects.len() == drawn) {
+        format!("{}, but everything is visible from each", graph.reason)
+    } else {
+        graph.reason.clone()
+    }
+}
+
+/// Notes viewpoints from which nobody may look around.
+fn note_strays(graph: &CellGraph, scene: &SourceScene, defects: &mut Defects) {
+    let stray = |viewpoint: &&SourceViewpoint| {
+        let eye = viewpoint.world_from_camera.w_axis.truncate().to_array();
+        graph.cell_at(eye).is_none()
+    };
+    let strays: Vec<_> = scene.viewpoints.iter().filter(stray).collect();
+    let kind = "viewpoint outside every cell, as inside a wall: linked to the nearest";
+    defects.note(kind, strays.len() as u64, || strays[0].name.clone());
 }
 
 /// An imported scene with what its file system knows of it.
@@ -136,7 +172,7 @@ pub(crate) fn in_spatial_order(mut scene: SourceScene) -> SourceScene {
 }
 
 /// Interleaves 21 bits of each coordinate, relative to a box.
-fn z_order(point: DVec3, around: &Bounds) -> u64 {
+pub(crate) fn z_order(point: DVec3, around: &Bounds) -> u64 {
     let size = around.size_m().into_iter().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let steps = f64::from((1u32 << 21) - 1);
     let mut key = 0;

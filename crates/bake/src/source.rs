@@ -3,7 +3,7 @@
 //! Spaces: positions are in model space; `world_from_object` places them. Lengths are metres, +Y is up, faces are
 //! counter-clockwise seen from their front, angles are radians, as in glTF 2.0.
 
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 
 /// A scene as read from a source file, before anything was computed.
 #[derive(Debug, Clone, Default)]
@@ -22,6 +22,28 @@ pub struct SourceScene {
     pub images: Vec<Image>,
     /// Cameras and author's viewpoints.
     pub viewpoints: Vec<SourceViewpoint>,
+    /// What the author drew for the bake and not for the eye.
+    pub authored: Authored,
+}
+
+/// Shapes that an author drew for the bake: nobody sees them. In source order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Authored {
+    /// View cells: closed convex polyhedra (`cell:`).
+    pub cells: Vec<AuthoredShape>,
+    /// Openings between two cells: plane polygons (`portal:`).
+    pub portals: Vec<AuthoredShape>,
+    /// Bodies that hide: closed convex polyhedra inside of what is drawn (`occluder:`).
+    pub occluders: Vec<AuthoredShape>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AuthoredShape {
+    /// The name of its node, or `node[i]`.
+    pub node: String,
+    /// Its triangles in world space, either way round.
+    pub triangles: Vec<[DVec3; 3]>,
 }
 
 /// Unique geometry.

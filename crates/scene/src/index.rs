@@ -8,7 +8,10 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BlobName, Bounds, CellId};
+use crate::{
+    BlobName, Bounds, CellId,
+    convex::{self, HalfSpace},
+};
 
 /// The largest number of entries of one page.
 pub const PAGE_ENTRIES: usize = 64;
@@ -79,6 +82,9 @@ pub struct CellEntry {
     pub cell: CellId,
     /// The box around its hull.
     pub bounds: Bounds,
+    /// The half-spaces that together with the box are the cell, see [`convex`]; none when the cell is its box.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub planes: Vec<HalfSpace>,
     /// Cells that one can step into from here.
     pub adjacent: Vec<CellId>,
     /// Its binary record (`.cell`).
@@ -93,6 +99,20 @@ pub struct CellEntry {
     pub steps_bytes: Option<u64>,
     /// The same record as JSON.
     pub record_json: BlobName,
+}
+
+impl CellEntry {
+    /// Zero when the point lies in the cell or on its surface, else how far away it is, see [`convex::distance_m`].
+    #[must_use]
+    pub fn distance_m(&self, point: [f64; 3]) -> f64 {
+        convex::distance_m(&self.bounds, &self.planes, point)
+    }
+
+    /// Whether the point lies so deep in the cell that no other holds it.
+    #[must_use]
+    pub fn holds_alone(&self, point: [f64; 3]) -> bool {
+        convex::holds_alone(&self.bounds, &self.planes, point)
+    }
 }
 
 /// The cell at a point, or the nearest one.
@@ -166,7 +186,7 @@ impl CellSearch {
     pub fn give_chunk(&mut self, chunk: &CellChunk) {
         self.open.pop_front();
         for cell in &chunk.cells {
-            let distance_m = cell.bounds.distance_m(self.point);
+            let distance_m = cell.distance_m(self.point);
             let better = self
                 .best
                 .as_ref()
@@ -206,6 +226,7 @@ mod tests {
         CellEntry {
             cell: CellId(id),
             bounds: Bounds { min, max },
+            planes: vec![],
             adjacent: vec![],
             record: name.clone(),
             record_bytes: 4,

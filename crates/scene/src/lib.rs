@@ -7,21 +7,25 @@
 //!
 //! * [`id`]: names of things (`o9`, `c12`, `m3`, a [`BlobHash`], a [`SceneName`]).
 //! * [`bounds`]: axis-aligned boxes in metres.
+//! * [`convex`]: convex cells: is a point inside?
 //! * [`mod@pointer`]: the one small mutable document of a scene, and the list of scenes.
 //! * [`manifest`]: the immutable entry of one revision; it names the roots of the two index trees.
 //! * [`index`]: pages and chunks, through which a client finds a cell or an object without reading the whole world.
+//! * [`walk`]: from a known cell to the cell at a point nearby.
 //! * [`object`]: object infos: where an object stands and which levels of detail it has.
 //! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
 //!
 //! `docs/FORMAT.md` specifies all of it to the byte.
 
 pub mod bounds;
+pub mod convex;
 pub mod id;
 pub mod index;
 pub mod manifest;
 pub mod object;
 pub mod pointer;
 pub mod record;
+pub mod walk;
 
 pub use bounds::Bounds;
 pub use id::{BlobHash, BlobName, CellId, IdError, ModelId, ObjectId, Revision, SceneName};

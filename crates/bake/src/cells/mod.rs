@@ -11,7 +11,10 @@
 //! 2. [`voxels`]: faces block grid faces or voxels; a flood from the viewpoints finds the space that can be reached;
 //! 3. [`partition`]: boxes are split where the plane is mostly wall, then where they are too large, then shrunk to the
 //!    space that can be reached;
-//! 4. [`portals`]: unblocked grid faces between two boxes, merged to rectangles.
+//! 4. [`merge`]: cuts after which about the same is seen on both sides are taken back;
+//! 5. [`portals`]: unblocked grid faces between two boxes, merged to rectangles.
+//!
+//! Where an author drew cells, these are the cells instead: [`author`].
 //!
 //! Departures: Haumont floods from a distance field and finds portals at its necks; here, as in Teller's work, large
 //! planes decide, which is stable in furnished rooms. Clutter does not split: a cell may contain furniture.
@@ -19,11 +22,19 @@
 //! Guarantee: cells are disjoint; every voxel that can be reached lies in exactly one; voxels are closed against walls
 //! to within one voxel. Cost: linear in triangles and in voxels times the depth of the partition.
 
+pub mod author;
+mod doors;
 mod grid;
+mod hull;
+mod merge;
+mod overlap;
 mod partition;
 mod portals;
+mod view_cell;
 mod voxels;
 
+#[cfg(test)]
+mod author_tests;
 #[cfg(test)]
 pub(crate) mod plan;
 #[cfg(test)]
@@ -36,6 +47,10 @@ use crate::{
     world::World,
 };
 use grid::Grid;
+pub use hull::CellHull;
+use partition::Tree;
+pub use view_cell::{CellGraph, Portal, ViewCell};
+use voxels::Voxels;
 pub(crate) use voxels::meets_box;
 
 /// How to cut.
@@ -45,9 +60,11 @@ pub struct CellSettings {
     pub voxel_m: f32,
     /// At most about this many voxels; larger scenes get larger voxels.
     pub max_voxels: usize,
-    /// Cells without walls are cut until no horizontal edge is longer, in metres, or longer than an eighth of the
-    /// scene, whichever is more.
+    /// Cells without walls are cut until no horizontal edge is longer, in metres, or longer than the next, whichever is
+    /// more.
     pub max_cell_m: f32,
+    /// The same as a share of the scene's longest edge.
+    pub max_cell_share: f32,
     /// At most this many cells, and at most as many as there are objects where those are more than a few.
     pub max_cells: usize,
     /// A plane splits a cell when at least this share of it is wall.
@@ -63,6 +80,7 @@ impl Default for CellSettings {
             voxel_m: 0.25,
             max_voxels: 8_000_000,
             max_cell_m: 12.0,
+            max_cell_share: 0.125,
             max_cells: 4096,
             wall_share: 0.3,
             min_enclosed_share: 0.02,
@@ -70,53 +88,19 @@ impl Default for CellSettings {
     }
 }
 
-/// All view cells of a scene; a cell's index is its id. Neighbours in space have near ids.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct CellGraph {
-    /// At least one.
-    pub cells: Vec<ViewCell>,
-    /// The longest edge of a voxel inside the scene, in metres: openings smaller than that may be closed.
-    pub voxel_m: f64,
-}
-
-/// A region of eye positions.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ViewCell {
-    /// The region, in world space.
-    pub bounds: Bounds,
-    /// Openings to neighbours, by neighbour.
-    pub portals: Vec<Portal>,
-    /// Cells with which it shares an opening, rising.
-    pub adjacent: Vec<u32>,
-}
-
-/// A rectangular opening between two cells. Both cells know it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Portal {
-    /// Index of the cell on the other side.
-    pub to: u32,
-    /// Its corners in world space, in order around it.
-    pub polygon: [[f64; 3]; 4],
-    /// The object that closes it, if it is a door.
-    pub door: Option<u32>,
-}
-
-impl CellGraph {
-    /// The cell that contains a point in world space; the one with the smallest id where two touch.
-    #[must_use]
-    pub fn cell_at(&self, point: [f64; 3]) -> Option<u32> {
-        self.cells
-            .iter()
-            .position(|cell| cell.bounds.contains(point))
-            .map(|index| index as u32)
-    }
-}
-
 /// So many cells a scene may have however few objects it holds.
 const FEW_CELLS: usize = 128;
 
-/// Cuts the free space of a world into cells. Viewpoints are in world space; where there are none, all open space
-/// and every large enclosed space counts as reachable.
+/// Before cells are merged there may be so many times as many …
+const TRIALS: usize = 2;
+/// … and none is larger than this share of what it may be without an estimate.
+const FINER: f32 = 0.5;
+
+/// Estimates what each cell sees, rising.
+pub type Estimate<'a> = dyn Fn(&CellGraph) -> Result<Vec<Vec<u32>>, Cancelled> + 'a;
+
+/// Cuts the free space of a world into cells by its walls alone. Viewpoints are in world space; where there are none,
+/// all open space and every large enclosed space counts as reachable.
 ///
 /// # Errors
 /// When cancelled.
@@ -126,7 +110,31 @@ pub fn build(
     settings: &CellSettings,
     progress: &dyn Progress,
 ) -> Result<CellGraph, Cancelled> {
-    const STEPS: u64 = 4;
+    cut(world, viewpoints, settings, None, progress)
+}
+
+/// As [`build`], but cut finer where that makes visible sets smaller and less fine where it does not.
+///
+/// # Errors
+/// When cancelled.
+pub fn build_refined(
+    world: &World,
+    viewpoints: &[[f64; 3]],
+    settings: &CellSettings,
+    estimate: &Estimate,
+    progress: &dyn Progress,
+) -> Result<CellGraph, Cancelled> {
+    cut(world, viewpoints, settings, Some(estimate), progress)
+}
+
+fn cut(
+    world: &World,
+    viewpoints: &[[f64; 3]],
+    settings: &CellSettings,
+    estimate: Option<&Estimate>,
+    progress: &dyn Progress,
+) -> Result<CellGraph, Cancelled> {
+    const STEPS: u64 = 5;
     progress.start(Stage::Cells, STEPS);
     let step = || {
         progress.advance(1);
@@ -135,47 +143,54 @@ pub fn build(
     let seeds: Vec<_> = viewpoints.iter().map(|p| world.relative(*p)).collect();
     let grid = Grid::over(world, &seeds, settings);
     step()?;
-    let mut voxels = voxels::Voxels::new(&grid);
+    let mut voxels = Voxels::new(&grid);
     voxels.block(world, progress)?;
     step()?;
     voxels.reach(world, &seeds, settings.min_enclosed_share);
     step()?;
     // Where a handful of objects stand, a cell more tells nobody more.
-    let worthwhile = world.object_bounds().len().max(FEW_CELLS);
-    let leaves = partition::leaves(&voxels, settings, settings.max_cells.min(worthwhile));
-    let openings = portals::openings(&voxels, &leaves);
-    let mut cells: Vec<_> = leaves
-        .iter()
-        .map(|leaf| ViewCell {
-            bounds: absolute(world, grid.bounds(leaf)),
-            portals: Vec::new(),
-            adjacent: Vec::new(),
-        })
-        .collect();
-    for opening in openings {
-        let polygon = opening.corners.map(|corner| world.absolute(corner));
-        let [a, b] = opening.cells;
-        cells[a as usize].portals.push(Portal {
-            to: b,
-            polygon,
-            door: None,
-        });
-        cells[b as usize].portals.push(Portal {
-            to: a,
-            polygon,
-            door: None,
-        });
-    }
-    for cell in &mut cells {
-        cell.portals.sort_by_key(|portal| portal.to);
-        cell.adjacent = cell.portals.iter().map(|portal| portal.to).collect();
-        cell.adjacent.dedup();
+    let most = settings.max_cells.min(world.object_bounds().len().max(FEW_CELLS));
+    let Some(estimate) = estimate else {
+        let tree = Tree::cut(&voxels, settings, most);
+        progress.advance(2);
+        return Ok(graph_of(world, &tree));
+    };
+    let finer = CellSettings {
+        max_cell_m: FINER * settings.max_cell_m,
+        max_cell_share: FINER * settings.max_cell_share,
+        ..settings.clone()
+    };
+    let mut tree = Tree::cut(&voxels, &finer, (TRIALS * most).min(settings.max_cells));
+    step()?;
+    let seen = estimate(&graph_of(world, &tree))?;
+    if !merge::merge(&mut tree, &seen, most) {
+        // Too many of them are held apart by walls: leave out the smallest walls.
+        tree = Tree::cut(&voxels, settings, most);
+        let seen = estimate(&graph_of(world, &tree))?;
+        merge::merge(&mut tree, &seen, most);
     }
     step()?;
-    Ok(CellGraph {
-        cells,
+    Ok(graph_of(world, &tree))
+}
+
+/// The leaves of a tree as cells, with the openings between them.
+fn graph_of(world: &World, tree: &Tree) -> CellGraph {
+    let grid = tree.voxels.grid;
+    let leaves: Vec<_> = tree.leaves().into_iter().map(|leaf| tree.cell(leaf)).collect();
+    let mut graph = CellGraph {
+        cells: leaves
+            .iter()
+            .map(|leaf| ViewCell::of_box(absolute(world, grid.bounds(leaf))))
+            .collect(),
         voxel_m: f64::from(grid.voxel_m()),
-    })
+        reason: format!("{} cells cut along walls", leaves.len()),
+    };
+    for opening in portals::openings(tree.voxels, &leaves) {
+        graph.join(opening.cells, &opening.corners.map(|corner| world.absolute(corner)));
+    }
+    graph.settle();
+    graph.name_doors(world);
+    graph
 }
 
 fn absolute(world: &World, [min, max]: [glam::Vec3; 2]) -> Bounds {

@@ -14,8 +14,6 @@ const HEIGHT_SHARE: f32 = 0.5;
 const MIN_CELL: f32 = 3.0;
 /// A plane is a wall when at least this much of it is, in squares of the same: furniture has smaller sides.
 const MIN_WALL: f64 = 4.0;
-/// A scene without walls is cut into about this many boxes along its longest edge.
-const BOXES_ALONG: f32 = 8.0;
 /// A box that holds a smaller share of reached space than this, as along a slanted wall, is halved …
 const MIN_FILL: f64 = 0.6;
 /// … unless its longest edge is at most this, in the same.
@@ -25,14 +23,21 @@ const BALANCE: f64 = 0.1;
 /// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.
 const MIN_SECTION: f64 = 0.5;
 
-struct Node {
-    voxels: IndexBox,
-    children: Option<[usize; 2]>,
-}
+/// A horizontal plane is preferred to none but upright walls, unless this share of it is floor: rooms side by side may
+/// differ in height.
+const STOREY: f64 = 0.85;
+/// Nothing thinner than this is cut off along the side of a thing, in metres.
+const MIN_SLAB: f32 = 1.0;
+/// A slab is free when this share of each of its layers is …
+const VOID: f64 = 0.99;
+/// … and it is no seam when it is as thick as this, in metres.
+const MIN_VOID: f32 = 1.5;
 
 /// A box that can be split, and how much that is worth.
 struct Open {
     worth_m2: f64,
+    /// How much wall lies on the plane, in m².
+    wall_m2: f64,
     node: usize,
     plane: Plane,
 }
@@ -65,49 +70,75 @@ struct Plane {
     index: usize,
 }
 
-/// Disjoint boxes that hold all reached voxels, neighbours near each other.
-pub(super) fn leaves(voxels: &Voxels, settings: &CellSettings, max_cells: usize) -> Vec<IndexBox> {
-    let Some(root) = shrunk(voxels, voxels.grid.everything()) else {
-        return vec![voxels.grid.everything()];
-    };
-    let mut nodes = vec![Node {
-        voxels: root,
-        children: None,
-    }];
-    let mut open: BinaryHeap<Open> = split_of(voxels, 0, &root, settings).into_iter().collect();
-    // What each half may grow into: the box before it was shrunk.
-    let mut regions = vec![voxels.grid.everything()];
-    let mut count = 1;
-    while let Some(Open { node, plane, .. }) = open.pop() {
-        if count >= max_cells.max(1) {
-            break;
-        }
-        let (mut low, mut high) = (regions[node], regions[node]);
-        low.max[plane.axis] = plane.index;
-        high.min[plane.axis] = plane.index;
-        let children = [low, high].map(|region| {
-            // The plane was chosen inside the shrunk box, so both halves hold reached voxels.
-            let half = shrunk(voxels, region).unwrap_or(region);
-            nodes.push(Node {
-                voxels: half,
-                children: None,
+/// A box of the partition, and whether it was split.
+pub(super) struct Node {
+    /// Shrunk to what can be reached of the region.
+    pub(super) voxels: IndexBox,
+    /// What it may grow into: the box before it was shrunk.
+    region: IndexBox,
+    pub(super) children: Option<[usize; 2]>,
+    /// How much wall lies on the plane between its children, in m².
+    pub(super) wall_m2: f64,
+}
+
+/// The tree of boxes; the root is the first node.
+pub(super) struct Tree<'a> {
+    pub(super) voxels: &'a Voxels<'a>,
+    pub(super) nodes: Vec<Node>,
+}
+
+impl<'a> Tree<'a> {
+    /// Cuts all reached voxels into at most so many boxes.
+    pub(super) fn cut(voxels: &'a Voxels, settings: &CellSettings, max_cells: usize) -> Self {
+        let everything = voxels.grid.everything();
+        let node = |region: IndexBox| Node {
+            // Planes are chosen inside shrunk boxes, so both halves hold reached voxels.
+            voxels: shrunk(voxels, region).unwrap_or(region),
+            region,
+            children: None,
+            wall_m2: 0.0,
+        };
+        let mut nodes = vec![node(everything)];
+        let mut open: BinaryHeap<Open> = split_of(voxels, 0, &nodes[0].voxels, settings).into_iter().collect();
+        let mut count = 1;
+        while let Some(split) = open.pop() {
+            if count >= max_cells.max(1) {
+                break;
+            }
+            let Plane { axis, index } = split.plane;
+            let (mut low, mut high) = (nodes[split.node].region, nodes[split.node].region);
+            low.max[axis] = index;
+            high.min[axis] = index;
+            let children = [low, high].map(|region| {
+                nodes.push(node(region));
+                let child = nodes.len() - 1;
+                open.extend(split_of(voxels, child, &nodes[child].voxels, settings));
+                child
             });
-            regions.push(region);
-            open.extend(split_of(voxels, nodes.len() - 1, &half, settings));
-            nodes.len() - 1
-        });
-        nodes[node].children = Some(children);
-        count += 1;
-    }
-    let mut leaves = Vec::with_capacity(count);
-    let mut stack = vec![0];
-    while let Some(node) = stack.pop() {
-        match nodes[node].children {
-            Some([low, high]) => stack.extend([high, low]),
-            None => leaves.push(grown(voxels, nodes[node].voxels, &regions[node])),
+            nodes[split.node].children = Some(children);
+            nodes[split.node].wall_m2 = split.wall_m2;
+            count += 1;
         }
+        Self { voxels, nodes }
     }
-    leaves
+
+    /// The boxes that are not split, disjoint, neighbours near each other; together they hold all reached voxels.
+    pub(super) fn leaves(&self) -> Vec<usize> {
+        let mut leaves = Vec::new();
+        let mut stack = vec![0];
+        while let Some(node) = stack.pop() {
+            match self.nodes[node].children {
+                Some([low, high]) => stack.extend([high, low]),
+                None => leaves.push(node),
+            }
+        }
+        leaves
+    }
+
+    /// A box as it becomes a cell.
+    pub(super) fn cell(&self, node: usize) -> IndexBox {
+        grown(self.voxels, self.nodes[node].voxels, &self.nodes[node].region)
+    }
 }
 
 fn voxels_in(node: &IndexBox) -> impl Iterator<Item = [usize; 3]> {
@@ -160,7 +191,7 @@ fn grown(voxels: &Voxels, node: IndexBox, region: &IndexBox) -> IndexBox {
 }
 
 /// The volume of the reached voxels of a box.
-fn filled_m3(voxels: &Voxels, node: &IndexBox) -> f64 {
+pub(super) fn filled_m3(voxels: &Voxels, node: &IndexBox) -> f64 {
     let volume = |voxel: [usize; 3]| {
         (0..3)
             .map(|a| f64::from(voxels.grid.width_m(a, voxel[a])))
@@ -174,9 +205,11 @@ fn filled_m3(voxels: &Voxels, node: &IndexBox) -> f64 {
 struct Section {
     wall_m2: f64,
     beside_free_m2: f64,
+    /// How much of the layer of voxels behind the plane can be reached.
+    reached_m2: f64,
 }
 
-/// All planes across each axis inside a box.
+/// All planes across each axis inside a box; the first lies on its lower side.
 fn sections(voxels: &Voxels, node: &IndexBox) -> [Vec<Section>; 3] {
     let widths = [0, 1, 2].map(|axis| {
         let range = node.min[axis]..node.max[axis];
@@ -188,14 +221,20 @@ fn sections(voxels: &Voxels, node: &IndexBox) -> [Vec<Section>; 3] {
     for voxel in voxels_in(node) {
         let here = voxels.reached(voxel);
         let local = [0, 1, 2].map(|axis| voxel[axis] - node.min[axis]);
-        for axis in (0..3).filter(|axis| local[*axis] > 0) {
+        for axis in 0..3 {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let area_m2 = widths[u][local[u]] * widths[v][local[v]];
+            let section = &mut sections[axis][local[axis]];
+            if here {
+                section.reached_m2 += area_m2;
+            }
+            if local[axis] == 0 {
+                continue;
+            }
             let mut before = voxel;
             before[axis] -= 1;
             let there = voxels.reached(before);
             if here || there {
-                let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-                let area_m2 = widths[u][local[u]] * widths[v][local[v]];
-                let section = &mut sections[axis][local[axis]];
                 section.beside_free_m2 += area_m2;
                 if here != there || voxels.wall_below(voxel, axis) {
                     section.wall_m2 += area_m2;
@@ -216,7 +255,13 @@ fn split_of(voxels: &Voxels, node: usize, within: &IndexBox, settings: &CellSett
     let sections = sections(voxels, within);
     let (worth_m2, plane) =
         wall_in(voxels, within, &sections, settings).or_else(|| halving_of(voxels, within, &sections, settings))?;
-    Some(Open { worth_m2, node, plane })
+    let section = sections[plane.axis][plane.index - within.min[plane.axis]];
+    Some(Open {
+        worth_m2,
+        wall_m2: section.wall_m2,
+        node,
+        plane,
+    })
 }
 
 /// The plane that is most of all a wall, and the area of that wall.
@@ -229,7 +274,8 @@ fn wall_in(
     let min_wall_m2 = min_wall_m2(voxels);
     let [min, max] = voxels.grid.bounds(within);
     let size = (max - min).as_dvec3();
-    let mut best: Option<(f64, f64, Plane)> = None;
+    // Whether it stands upright, or else is a floor all over; how good it is; its area.
+    let mut best: Option<(bool, f64, f64, Plane)> = None;
     for (axis, sections) in sections.iter().enumerate() {
         let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
         for (offset, section) in sections.iter().enumerate().skip(1) {
@@ -237,13 +283,14 @@ fn wall_in(
             let index = within.min[axis] + offset;
             let at = f64::from(voxels.grid.lines(axis)[index] - min[axis]) / size[axis];
             let score = share + BALANCE * at.min(1.0 - at);
+            let first = axis != 1 || share >= STOREY;
             let wall = share >= settings.wall_share && section.wall_m2 >= min_wall_m2;
-            if wall && best.as_ref().is_none_or(|(least, ..)| score > *least) {
-                best = Some((score, section.wall_m2, Plane { axis, index }));
+            if wall && best.as_ref().is_none_or(|best| (first, score) > (best.0, best.1)) {
+                best = Some((first, score, section.wall_m2, Plane { axis, index }));
             }
         }
     }
-    best.map(|(_, wall_m2, plane)| (wall_m2, plane))
+    best.map(|(_, _, wall_m2, plane)| (wall_m2, plane))
 }
 
 /// How a box is cut that is too large or mostly unreachable: along the largest wall in it, be that ever so small a share
@@ -258,7 +305,7 @@ fn halving_of(
     let grid = voxels.grid;
     let [min, max] = grid.bounds(within);
     let size = (max - min).as_dvec3();
-    let across_m = (settings.max_cell_m * grid.metre()).max(grid.scene_m() / BOXES_ALONG);
+    let across_m = (settings.max_cell_m * grid.metre()).max(settings.max_cell_share * grid.scene_m());
     let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
     let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
     let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;
@@ -267,9 +314,21 @@ fn halving_of(
     if within.max[axis] - within.min[axis] <= 1 || !(excess(axis) > 1.0 || sparse) {
         return None;
     }
+    // Large boxes first, whatever their walls, so that streets come before what is between them.
+    let surface_m2 = size.x * size.y + size.y * size.z + size.z * size.x;
+    if let Some((_, plane)) = void_in(voxels, within, sections) {
+        return Some((surface_m2, plane));
+    }
     let walls = (0..3).flat_map(|axis| {
         let planes = sections[axis].iter().enumerate().skip(1);
-        planes.map(move |(offset, section)| (section.wall_m2, axis, offset))
+        let lines = &grid.lines(axis)[within.min[axis]..=within.max[axis]];
+        let room = move |offset: &usize| {
+            let at = lines[*offset];
+            (at - lines[0]).min(lines[lines.len() - 1] - at) >= MIN_SLAB * grid.metre()
+        };
+        planes
+            .filter(move |(offset, _)| room(offset))
+            .map(move |(offset, section)| (section.wall_m2, axis, offset))
     });
     let largest = walls.max_by(|a, b| a.0.total_cmp(&b.0).then((b.1, b.2).cmp(&(a.1, a.2))));
     match largest {
@@ -283,6 +342,35 @@ fn halving_of(
             Some((-1.0 / full_m2.max(f64::MIN_POSITIVE), Plane { axis, index }))
         }
     }
+}
+
+/// The larger side of the largest slab through all of a box that is all free, like the air over a town or a street: its
+/// volume, and the plane where it ends.
+fn void_in(voxels: &Voxels, within: &IndexBox, sections: &[Vec<Section>; 3]) -> Option<(f64, Plane)> {
+    let [min, max] = voxels.grid.bounds(within);
+    let size = (max - min).as_dvec3();
+    let mut best: Option<(f64, Plane)> = None;
+    for (axis, sections) in sections.iter().enumerate() {
+        let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
+        let lines = voxels.grid.lines(axis);
+        let free = |section: &Section| section.reached_m2 >= VOID * full_m2;
+        let mut start = 0;
+        while start < sections.len() {
+            let open = |section: &&Section| free(section) && section.wall_m2 <= (1.0 - VOID) * full_m2;
+            let run = usize::from(free(&sections[start]));
+            let end = start + run + sections[start + 1..].iter().take_while(|s| run == 1 && open(s)).count();
+            let thick_m = lines[within.min[axis] + end] - lines[within.min[axis] + start];
+            let inner = if start > 0 { start } else { end };
+            let volume_m3 = f64::from(thick_m) * full_m2;
+            let wide = thick_m >= MIN_VOID * voxels.grid.metre() && inner < sections.len();
+            if run == 1 && wide && best.as_ref().is_none_or(|(most, _)| volume_m3 > *most) {
+                let index = within.min[axis] + inner;
+                best = Some((volume_m3, Plane { axis, index }));
+            }
+            start = end.max(start + 1);
+        }
+    }
+    best
 }
 
 /// The least area of a wall.

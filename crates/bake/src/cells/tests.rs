@@ -41,7 +41,7 @@ fn assert_sound(graph: &CellGraph) {
                     .iter()
                     .any(|p| p.to == id as u32 && p.polygon == portal.polygon)
             );
-            for corner in portal.polygon {
+            for corner in portal.polygon.iter().copied() {
                 assert!(cell.bounds.distance_m(corner) < 1e-3 && other.bounds.distance_m(corner) < 1e-3);
             }
         }
@@ -256,4 +256,48 @@ fn the_number_of_cells_is_capped() {
     };
     let world = World::new(&museum([3, 3], 1).scene).unwrap();
     assert_eq!(build(&world, &[], &settings, &Silent).unwrap().cells.len(), 5);
+}
+
+/// In a city streets are cells: whoever stands in the middle of one is in a cell without houses, longer than wide.
+#[test]
+fn streets_of_a_city_become_cells() {
+    let city = crate::city::City {
+        blocks: [5, 4],
+        ..crate::city::City::DENSE
+    };
+    let world = World::new(&city.scene()).unwrap();
+    let estimate = |graph: &CellGraph| crate::visibility::glance(&world, graph, &Silent);
+    let graph = build_refined(
+        &world,
+        &[[8.5, 1.65, 8.5]],
+        &CellSettings::default(),
+        &estimate,
+        &Silent,
+    )
+    .unwrap();
+    assert_sound(&graph);
+    let houses = city.buildings();
+    let (mut clear, mut all) = (0, 0);
+    for street in 0..4 {
+        for along in 0..30 {
+            let (across, along) = (8.5 + 17.0 * f64::from(street), 2.0 * f64::from(along));
+            let mut eyes = vec![[across, 1.65, along.min(51.0)]];
+            if street < 3 {
+                eyes.push([along, 1.65, across]);
+            }
+            for eye in eyes {
+                let cell = &graph.cells[graph.cell_at(eye).expect("a street is free") as usize].bounds;
+                let in_cell = |[min, max]: [glam::DVec3; 2]| {
+                    (0..3).all(|a| min[a] + 0.3 < cell.max[a] && cell.min[a] + 0.3 < max[a])
+                };
+                all += 1;
+                clear += usize::from(!houses.iter().flatten().any(|house| in_cell(*house)));
+            }
+        }
+    }
+    assert!(
+        clear * 10 >= all * 9,
+        "{clear} of {all} places in streets are in cells without houses"
+    );
+    assert!(graph.cells.len() <= 128);
 }

@@ -179,13 +179,24 @@ impl<'a> Voxels<'a> {
         let fits = |space: &Space| space.voxels >= MIN_ROOM_VOXELS || space.open;
         let free = |index: usize| spaces.get(labels[index] as usize).is_some_and(fits);
         let mut kept = vec![false; spaces.len()];
+        let min_room_m3 = MIN_ROOM_M3 * f64::from(self.grid.metre()).powi(3);
+        // The masonry of a wall is no room, even when somebody put an eye there.
+        let mut masonry = vec![false; spaces.len()];
         for seed in seeds {
-            if let Some(index) = self.nearest(self.index(self.grid.voxel_at(*seed)), free) {
-                kept[labels[index] as usize] = true;
+            let start = self.index(self.grid.voxel_at(*seed));
+            while let Some(index) = self.nearest(start, |i| free(i) && !masonry[labels[i] as usize]) {
+                let label = labels[index];
+                let space = &spaces[label as usize];
+                let small = !space.open && space.volume_m3 < min_room_m3 && !kept[label as usize];
+                if small && self.is_inside_a_solid(world, &labels, label, space) {
+                    masonry[label as usize] = true;
+                } else {
+                    kept[label as usize] = true;
+                    break;
+                }
             }
         }
         if !kept.contains(&true) {
-            let min_room_m3 = MIN_ROOM_M3 * f64::from(self.grid.metre()).powi(3);
             let total: f64 = spaces.iter().map(|space| space.volume_m3).sum();
             for (label, space) in spaces.iter().enumerate() {
                 let large = space.volume_m3 >= (min_enclosed_share * total).min(min_room_m3);

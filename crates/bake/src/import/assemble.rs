@@ -6,13 +6,13 @@ use glam::{DMat3, DMat4};
 
 use super::document::Item;
 use super::instances::Instances;
-use super::nodes::{Mark, PlacedNode, walk};
+use super::nodes::{AuthoredKind, Mark, PlacedNode, walk};
 use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
 use super::{ImportError, Limits, materials};
 use crate::progress::{Progress, Stage};
-use crate::source::{Role, SourceModel, SourceObject, SourceScene};
+use crate::source::{AuthoredShape, Role, SourceModel, SourceObject, SourceScene};
 
 /// How many defects a refusal lists.
 const REASONS: usize = 5;
@@ -56,9 +56,10 @@ pub(super) fn assemble(
         if progress.cancelled() {
             return Err(ImportError::Cancelled);
         }
-        if let Mark::Drawn(role) = node.mark {
-            let item = assembly.reader.root.listed("nodes", node.index);
-            if let Some(item) = assembly.reader.settle(item)? {
+        let item = assembly.reader.root.listed("nodes", node.index);
+        match (node.mark, assembly.reader.settle(item)?) {
+            (Mark::Authored(kind), Some(item)) => assembly.keep_for_the_bake(node, &item, kind)?,
+            (Mark::Drawn(role), Some(item)) => {
                 let skin = assembly.reader.settle(item.index("skin"))?.flatten();
                 let skin = match skin {
                     Some(index) if item.member("mesh").is_some() => {
@@ -69,6 +70,7 @@ pub(super) fn assemble(
                 };
                 assembly.draw(node, &item, (role, skin))?;
             }
+            (_, None) | (Mark::Avatar, _) => {}
         }
         progress.advance(1);
     }
@@ -148,6 +150,44 @@ impl<'a> Assembly<'_, 'a> {
                 Ok(())
             }
         }
+    }
+
+    /// Adds the shape of a node that is not drawn: all triangles of its mesh where they stand.
+    fn keep_for_the_bake(&mut self, node: &PlacedNode, item: &Item<'a>, kind: AuthoredKind) -> Result<(), ImportError> {
+        let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
+            return Ok(());
+        };
+        let listed = self.reader.root.listed("meshes", mesh);
+        let Some(mesh) = self.reader.settle(listed)? else {
+            return Ok(());
+        };
+        let read = self.read_mesh(&mesh, &mesh, false)?;
+        let count: usize = read.iter().map(|r| r.primitive.count()).sum();
+        let claimed = size_of::<[[f64; 3]; 3]>();
+        self.reader.budget.claim(count, claimed, || node.name.clone())?;
+        let place = |p: [f32; 3]| node.world_from_node.transform_point3(p.map(f64::from).into());
+        let triangles: Vec<_> = read
+            .iter()
+            .flat_map(|r| r.primitive.triangles())
+            .map(|t| t.map(place))
+            .filter(|t| t.iter().all(|p| p.is_finite()))
+            .collect();
+        if triangles.is_empty() {
+            let defect = "author's cell, portal or occluder without triangles: left out";
+            self.reader.defects.note(defect, 1, || node.name.clone());
+            return Ok(());
+        }
+        let authored = &mut self.scene.authored;
+        let list = match kind {
+            AuthoredKind::Cell => &mut authored.cells,
+            AuthoredKind::Portal => &mut authored.portals,
+            AuthoredKind::Occluder => &mut authored.occluders,
+        };
+        list.push(AuthoredShape {
+            node: node.name.clone(),
+            triangles,
+        });
+        Ok(())
     }
 
     /// Adds an object of a shared model.

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::testing::{Gltf, import_bytes, rich};
 use super::{FileError, ImportError, Imported, Limits, NoFiles, SourceFiles, import};
 use crate::progress::{Progress, Silent, Stage};
-use crate::source::{Role, Topology};
+use crate::source::{AuthoredShape, Role, Topology};
 
 fn kinds(imported: &Imported) -> Vec<&'static str> {
     imported.defects.iter().map(|d| d.kind).collect()
@@ -361,13 +361,16 @@ fn a_bad_skin_leaves_its_mesh_unskinned() {
 #[test]
 fn authors_marks_are_heeded() {
     let nodes = json!([
-        {"children": [1, 2, 3, 4, 5]},
+        {"children": [1, 2, 3, 4, 5, 7, 8]},
         {"name": "door: front", "children": [6]},
         {"name": "viewpoint: hall", "translation": [1, 2, 3], "scale": [2, 2, 2]},
         {"extras": {"belvedere": {"kind": "viewpoint", "name": "roof"}}},
-        {"name": "cell: kitchen", "mesh": 0},
+        {"name": "cell: kitchen", "mesh": 0, "translation": [0, 5, 0]},
         {"name": "wall", "mesh": 0, "extras": {"belvedere": {"kind": "occluder"}}},
         {"mesh": 0},
+        {"name": "portal: hatch", "children": [9]},
+        {"name": "avatar: guest", "mesh": 0},
+        {"name": "hatch", "mesh": 0},
     ]);
     let imported = Gltf::triangle().with("/nodes", nodes).import().unwrap();
     let scene = &imported.scene;
@@ -382,9 +385,18 @@ fn authors_marks_are_heeded() {
         scene.viewpoints[0].world_from_camera,
         glam::DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0))
     );
+    let authored = &scene.authored;
+    let node = |shapes: &[AuthoredShape]| shapes.iter().map(|s| s.node.clone()).collect::<Vec<_>>();
+    assert_eq!(node(&authored.cells), ["cell: kitchen"]);
+    assert_eq!(node(&authored.portals), ["hatch"], "marked by its parent");
+    assert_eq!(node(&authored.occluders), ["wall"]);
+    assert!(
+        authored.cells[0].triangles[0].iter().all(|p| p.y >= 5.0),
+        "where it stands"
+    );
     assert_eq!(
         kinds(&imported),
-        ["author's cell: not used yet", "author's occluder: not used yet"]
+        ["avatar: not part of the scene that stands still, left out"]
     );
 }
 

@@ -18,8 +18,21 @@ use crate::source::{Role, SourceViewpoint};
 pub(super) enum Mark {
     /// Drawn.
     Drawn(Role),
-    /// Information for the bake and not drawn: a cell, a portal or an occluder.
-    Kept,
+    /// A shape for the bake, not drawn.
+    Authored(AuthoredKind),
+    /// Somebody's body, which moves and so is no part of the scene.
+    Avatar,
+}
+
+/// What a shape for the bake is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AuthoredKind {
+    /// A view cell.
+    Cell,
+    /// An opening between two cells.
+    Portal,
+    /// A body that hides.
+    Occluder,
 }
 
 /// A node that the scene reaches.
@@ -250,15 +263,18 @@ fn author_kind<'a>(node: &Item<'a>) -> Option<&'a str> {
 }
 
 fn author_mark(reader: &mut Reader, node: &Item) -> Option<Mark> {
-    let kind = match author_kind(node)? {
-        "door" => return Some(Mark::Drawn(Role::Door)),
-        "cell" => "author's cell: not used yet",
-        "portal" => "author's portal: not used yet",
-        "occluder" => "author's occluder: not used yet",
+    Some(match author_kind(node)? {
+        "door" => Mark::Drawn(Role::Door),
+        "cell" => Mark::Authored(AuthoredKind::Cell),
+        "portal" => Mark::Authored(AuthoredKind::Portal),
+        "occluder" => Mark::Authored(AuthoredKind::Occluder),
+        "avatar" => {
+            let kind = "avatar: not part of the scene that stands still, left out";
+            reader.defects.note(kind, 1, || node.place.clone());
+            Mark::Avatar
+        }
         _ => return None,
-    };
-    reader.defects.note(kind, 1, || node.place.clone());
-    Some(Mark::Kept)
+    })
 }
 
 /// Keeps cameras and nodes that are marked as viewpoints.

@@ -33,15 +33,21 @@ pub struct Occluders {
 }
 
 /// Bodies are this share of the scene's diagonal smaller than what they lie in.
-const MARGIN: f32 = 2e-6;
+pub(crate) const MARGIN: f32 = 2e-6;
 /// Gaps in walls narrower than this share of the scene's diagonal are closed: a tenth of a millimetre in a museum.
 const HOLE: f32 = 2e-6;
 
 /// A closed door fills its opening: gaps around the leaf up to this share of its longest edge are closed, six
 /// centimetres around a common door.
-const DOOR_GAP: f32 = 0.03;
+pub(crate) const DOOR_GAP: f32 = 0.03;
 
 impl Occluders {
+    /// Adds bodies that an author drew.
+    pub fn add(&mut self, bodies: Vec<Body>) {
+        self.bodies.extend(bodies);
+        self.bodies.sort_by_key(|body| body.object);
+    }
+
     /// Finds what hides in a world.
     #[must_use]
     pub fn of(world: &World) -> Self {

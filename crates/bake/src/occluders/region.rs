@@ -1,9 +1,9 @@
 //! What do sight lines start from, pass through and end in? Convex regions.
 
-use belvedere_scene::Bounds;
+use belvedere_scene::{Bounds, convex::outside_m};
 use glam::Vec3;
 
-use crate::world::World;
+use crate::{cells::ViewCell, world::World};
 
 /// A convex region, relative to the world's origin: a box, or the hull of a few points.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -33,6 +33,28 @@ impl Region {
         let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
         let rounding = f32::EPSILON * min.abs().max(max.abs());
         Self::of_box(min - rounding, max + rounding)
+    }
+
+    /// A view cell, rounded outwards.
+    #[must_use]
+    pub fn of_cell(world: &World, cell: &ViewCell) -> Self {
+        let around = Self::around(world, &cell.bounds);
+        if cell.hull.is_none() {
+            return around;
+        }
+        let center = cell.center();
+        let inside_m = cell
+            .planes()
+            .iter()
+            .map(|half| -outside_m(half, center))
+            .fold(f64::INFINITY, f64::min);
+        let (middle, reach) = (
+            world.relative(center),
+            around.min.abs().max(around.max.abs()).max_element(),
+        );
+        let grow = 1.0 + 8.0 * f32::EPSILON * reach / (inside_m as f32).max(f32::MIN_POSITIVE);
+        let points = cell.shape().points.into_iter();
+        Self::hull(points.map(|p| middle + grow * (world.relative(p) - middle)).collect())
     }
 
     /// The hull of points, which are not none.

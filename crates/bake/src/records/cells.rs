@@ -6,7 +6,7 @@ use belvedere_scene::{
     index::CellEntry,
     manifest::RecordSizes,
     object::{Model, ObjectEntry},
-    record::{CellJson, CellRecord, Crossing, Hull, Portal, Steps, Visible, index_entry},
+    record::{CellJson, CellRecord, Crossing, Portal, Steps, Visible, index_entry},
 };
 use rayon::prelude::*;
 
@@ -87,7 +87,13 @@ pub(super) fn write_records(
             sizes.step_bytes += step.len() as u64;
             sizes.step_set_bytes += records[to.index()].set_bytes(record.objects());
         }
-        rows.push(index_entry(record, binary, stepping, json));
+        rows.push(index_entry(
+            record,
+            input.graph.cells[rows.len()].planes(),
+            binary,
+            stepping,
+            json,
+        ));
         progress.advance(1);
     }
     Ok(WrittenCells { rows, sizes })
@@ -106,10 +112,7 @@ fn newly_visible_bytes(from: &CellRecord, to: &CellRecord, entries: &[ObjectEntr
 }
 
 fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectEntry], models: &[Model]) -> CellRecord {
-    let inside = |seen: &&SeenObject| {
-        let bounds = &entries[seen.object as usize].bounds;
-        cell.bounds.contains(bounds.min) && cell.bounds.contains(bounds.max)
-    };
+    let inside = |seen: &&SeenObject| cell.contains_box(&entries[seen.object as usize].bounds);
     let (local, shared): (Vec<_>, Vec<_>) = seen.objects.iter().partition(inside);
     let visible = |seen: Vec<&SeenObject>| -> Vec<Visible> {
         seen.into_iter()
@@ -129,14 +132,14 @@ fn record(id: CellId, cell: &ViewCell, seen: &CellVisibility, entries: &[ObjectE
     }
     CellRecord {
         cell: id,
-        hull: Hull::of_box(&cell.bounds),
+        hull: cell.shape(),
         adjacent: cell.adjacent.iter().map(|c| CellId(*c)).collect(),
         portals: cell
             .portals
             .iter()
             .map(|p| Portal {
                 to: CellId(p.to),
-                polygon: p.polygon.to_vec(),
+                polygon: p.polygon.clone(),
                 door: p.door.map(ObjectId),
             })
             .collect(),

@@ -44,7 +44,7 @@ fn made_up(input: Input<'_>) -> Viewpoint {
     let best = ranked.max_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
     let (_, _, _, id, floor_m) = best.expect("a graph has at least one cell");
     let cell = &input.graph.cells[id];
-    let mut eye = DVec3::from(cell.bounds.center());
+    let mut eye = DVec3::from(cell.center());
     if let Some(floor_m) = floor_m {
         let height_m = cell.bounds.max[1] - floor_m;
         eye.y = floor_m + EYE_HEIGHT_M.min(0.6 * height_m);
@@ -66,13 +66,13 @@ fn made_up(input: Input<'_>) -> Viewpoint {
 
 /// Where one would stand below the middle of a cell: the height of the first face that is seen from above.
 fn floor_below(cell: &ViewCell, input: Input<'_>) -> Option<f64> {
-    let eye = input.world.relative(cell.bounds.center());
+    let eye = input.world.relative(cell.center());
     let mut passed = Vec::new();
     let floor = input.world.cast(eye, glam::Vec3::NEG_Y, f32::INFINITY, &mut passed)?;
     let from_behind = passed
         .iter()
         .any(|hit| input.world.triangles()[hit.triangle as usize].hides());
-    let height_m = cell.bounds.center()[1] - f64::from(floor.t);
+    let height_m = cell.center()[1] - f64::from(floor.t);
     (!from_behind && height_m < cell.bounds.max[1]).then_some(height_m)
 }
 
@@ -99,7 +99,7 @@ fn looking(towards: DVec3) -> DQuat {
 }
 
 fn at(name: String, position: DVec3, orientation: DQuat, input: Input<'_>) -> Viewpoint {
-    let distance = |cell: &ViewCell| cell.bounds.distance_m(position.to_array());
+    let distance = |cell: &ViewCell| cell.distance_m(position.to_array());
     let nearest = input
         .graph
         .cells

@@ -75,12 +75,18 @@ impl Scenery {
     /// Prepares a world for questions.
     #[must_use]
     pub fn of(world: &World) -> Self {
+        Self::with(world, Occluders::of(world))
+    }
+
+    /// Prepares a world in which just these hide.
+    #[must_use]
+    pub fn with(world: &World, occluders: Occluders) -> Self {
         let targets = world
             .object_bounds()
             .iter()
             .map(|b| (!b.is_empty()).then(|| Region::around(world, b)))
             .collect();
-        Self::new(Occluders::of(world), targets)
+        Self::new(occluders, targets)
     }
 
     /// Prepares occluders, whose bodies stand in the order of their objects, and the boxes of objects.

@@ -50,7 +50,7 @@ pub(super) fn mark(
                 if progress.cancelled() {
                     return Err(Cancelled);
                 }
-                let eye = Region::around(world, &graph.cells[index].bounds);
+                let eye = Region::of_cell(world, &graph.cells[index]);
                 let known: BTreeMap<u32, &Sighting> = sightings[index].iter().map(|s| (s.object, s)).collect();
                 for entry in &mut cell.objects {
                     let Some(target) = &scenery.targets[entry.object as usize] else {

@@ -9,12 +9,14 @@ pub mod conservative;
 mod doors;
 pub mod epsilon;
 pub mod fusion;
+mod glance;
 pub mod prover;
 pub mod sampled;
 
 pub(crate) mod random;
 mod sampler;
 mod segment;
+mod solid;
 mod targets;
 
 #[cfg(test)]
@@ -36,6 +38,7 @@ use crate::{
     world::World,
 };
 use conservative::{ConservativeSettings, Observer, Scenery};
+pub use glance::glance;
 use prover::Proofs;
 pub use sampled::SampledSettings;
 use sampled::Survey;
@@ -279,7 +282,7 @@ fn not_hidden(
                 if progress.cancelled() {
                     return Err(Cancelled);
                 }
-                let visible = observer.visible(&Region::around(world, &cell.bounds), seen);
+                let visible = observer.visible(&Region::of_cell(world, cell), seen);
                 progress.advance(1);
                 Ok(visible)
             },

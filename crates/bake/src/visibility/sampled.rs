@@ -28,7 +28,7 @@ use super::{
 };
 use crate::{
     cells::CellGraph,
-    progress::{Cancelled, Progress, Stage},
+    progress::{Cancelled, Progress, Silent, Stage},
     world::World,
 };
 
@@ -156,6 +156,41 @@ impl<'a> Survey<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Casts a few random rays from every cell, then lets cells try what their neighbours have seen. Reports no progress.
+    pub(super) fn glance(&mut self, rays: u32, tries: u32, rounds: u32) -> Result<(), Cancelled> {
+        let progress = std::mem::replace(&mut self.progress, &Silent);
+        self.run(|_, mut sampler| sampler.glance(rays))?;
+        for _ in 0..rounds {
+            if progress.cancelled() {
+                return Err(Cancelled);
+            }
+            let lessons = lessons(self.graph, &self.states);
+            self.run(|cell, mut sampler| {
+                for sightings in lessons[cell].sightings.chunk_by(|a, b| a.object == b.object) {
+                    sampler.try_from_here(&sightings[0], tries);
+                    sampler.state.tried.push(sightings[0].object);
+                }
+                sampler.state.tried.sort_unstable();
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Objects that each cell has seen, and all that stand in cells which it sees into, rising.
+    pub(super) fn seen_or_near_it(&self) -> Vec<Vec<u32>> {
+        self.states
+            .par_iter()
+            .map(|state| {
+                let into = (0..state.cells.len()).filter(|cell| state.cells[*cell]);
+                let near = into.flat_map(|cell| self.scenery.objects_in[cell].iter().copied());
+                let mut all: Vec<u32> = state.seen.iter().map(|s| s.object).chain(near).collect();
+                all.sort_unstable();
+                all.dedup();
+                all
+            })
+            .collect()
     }
 
     /// What each cell has seen so far, in order of discovery.

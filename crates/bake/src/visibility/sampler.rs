@@ -10,6 +10,7 @@ use obvhs::{
 
 use super::{
     random::Random,
+    solid::Solid,
     targets::{Lookout, facing, on_object},
 };
 use crate::world::{Hit, World};
@@ -27,7 +28,7 @@ const ARRIVED: f32 = 1e-5;
 pub(super) struct Scenery<'a> {
     pub(super) world: &'a World,
     pub(super) lookouts: Vec<Lookout>,
-    /// Objects whose boxes meet each cell, rising.
+    /// Objects whose boxes meet each cell, or meet none and this is the nearest, rising.
     pub(super) objects_in: Vec<Vec<u32>>,
     cells: CellTree,
 }
@@ -56,11 +57,15 @@ impl CellTree {
         Self { boxes, tree }
     }
 
-    fn mark(&self, eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
+    fn mark(&self, lookouts: &[Lookout], eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
         let ray = Ray::new(eye.into(), direction.into(), 0.0, reach);
         self.tree.ray_traverse_anyhit(ray, |ray, index| {
             let cell = self.tree.primitive_indices[index] as usize;
-            if !marks[cell] && self.boxes[cell].0.intersect_ray(ray) < reach {
+            let passes = |solid: &Solid| solid.meets(eye, direction, reach);
+            if !marks[cell]
+                && self.boxes[cell].0.intersect_ray(ray) < reach
+                && lookouts[cell].solid.as_ref().is_none_or(passes)
+            {
                 marks[cell] = true;
             }
         });
@@ -78,7 +83,7 @@ impl<'a> Scenery<'a> {
             let margin = 0.01 * (l.max - l.min);
             min.cmple(l.max + margin).all() && max.cmpge(l.min - margin).all()
         };
-        let objects_in = lookouts
+        let mut objects_in: Vec<Vec<u32>> = lookouts
             .iter()
             .map(|l| {
                 let met = |b: &Option<_>| b.as_ref().is_some_and(|b| meets(l, b));
@@ -89,12 +94,33 @@ impl<'a> Scenery<'a> {
                     .collect()
             })
             .collect();
+        // What meets no cell, in a niche or in the air, is looked for by those who see into the nearest one.
+        let mut met = vec![false; boxes.len()];
+        for object in objects_in.iter().flatten() {
+            met[*object as usize] = true;
+        }
+        for (object, (min, max)) in boxes.iter().enumerate().filter_map(|(i, b)| Some((i, (*b)?))) {
+            let away_m = |l: &Lookout| (l.min - max).max(min - l.max).max(Vec3::ZERO).length();
+            if met[object] {
+                continue;
+            }
+            let nearest = (0..lookouts.len()).min_by(|a, b| away_m(&lookouts[*a]).total_cmp(&away_m(&lookouts[*b])));
+            if let Some(nearest) = nearest {
+                let list = &mut objects_in[nearest];
+                list.insert(list.partition_point(|known| *known < object as u32), object as u32);
+            }
+        }
         Self {
             world,
             cells: CellTree::over(&lookouts),
             lookouts,
             objects_in,
         }
+    }
+
+    /// Marks the cells that a sight line passes.
+    fn mark(&self, eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
+        self.cells.mark(&self.lookouts, eye, direction, reach, marks);
     }
 }
 
@@ -226,7 +252,7 @@ impl<'a> Sampler<'a> {
     fn explore(&mut self, eye: Vec3, direction: Vec3) {
         let end = self.shoot(eye, direction);
         let reach = end.map_or(f32::MAX, |hit| hit.t);
-        self.scenery.cells.mark(eye, direction, reach, &mut self.state.cells);
+        self.scenery.mark(eye, direction, reach, &mut self.state.cells);
     }
 
     fn explore_towards(&mut self, eye: Vec3, target: Vec3) {
@@ -273,7 +299,7 @@ impl<'a> Sampler<'a> {
                 let end = self.shoot(eye, direction);
                 if i % 4 == 0 {
                     let reach = end.map_or(f32::MAX, |hit| hit.t);
-                    self.scenery.cells.mark(eye, direction, reach, &mut self.state.cells);
+                    self.scenery.mark(eye, direction, reach, &mut self.state.cells);
                 }
                 for hit in self.scratch.passed.iter().chain(&end) {
                     self.scratch.hits[hit.object as usize] += 1;
@@ -291,6 +317,37 @@ impl<'a> Sampler<'a> {
         }
         self.forget_hits();
         self.follow();
+    }
+
+    /// Casts random rays and leaves it at that.
+    pub(super) fn glance(&mut self, rays: u32) {
+        let lookout = self.lookout();
+        for i in 0..rays {
+            let random = &mut self.state.random;
+            let eye = if i % 3 == 0 {
+                lookout.surface(random)
+            } else {
+                lookout.uniform(random)
+            };
+            let direction = random.direction();
+            self.explore(eye, direction);
+        }
+    }
+
+    /// Looks from here and there at what another cell has seen.
+    pub(super) fn try_from_here(&mut self, other: &Sighting, tries: u32) {
+        let lookout = self.lookout();
+        for i in 0..tries {
+            let random = &mut self.state.random;
+            let eye = if i == 0 {
+                lookout.clamp(other.eye)
+            } else {
+                lookout.uniform(random)
+            };
+            if self.look_at(other.object, eye, other.target) {
+                break;
+            }
+        }
     }
 
     fn forget_hits(&mut self) {

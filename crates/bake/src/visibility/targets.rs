@@ -9,7 +9,10 @@
 
 use glam::Vec3;
 
-use super::random::Random;
+use super::{
+    random::Random,
+    solid::{Polygon, Solid},
+};
 use crate::{
     cells::{CellGraph, ViewCell},
     world::World,
@@ -32,44 +35,39 @@ const BY_TRIANGLE: f32 = 0.3;
 pub(super) struct Lookout {
     pub(super) min: Vec3,
     pub(super) max: Vec3,
+    /// What is left of the box when the cell is not all of it.
+    pub(super) solid: Option<Solid>,
     pub(super) portals: Vec<Opening>,
 }
 
-/// A rectangle across one axis.
-#[derive(Debug, Clone, Copy)]
+/// An opening.
+#[derive(Debug, Clone)]
 pub(super) struct Opening {
-    corner: Vec3,
-    edges: [Vec3; 2],
+    polygon: Polygon,
     /// Out of the cell, as far as eyes may stand beyond.
     guard: Vec3,
 }
 
 impl Opening {
-    fn of(world: &World, cell: &ViewCell, polygon: &[[f64; 3]; 4], guard_m: f32) -> Self {
-        let [a, b, _, d] = polygon.map(|p| world.relative(p));
-        let edges = [b - a, d - a];
-        let normal = edges[0].cross(edges[1]).normalize_or_zero();
-        let outwards = normal.dot(a - world.relative(cell.bounds.center())).signum();
+    fn of(world: &World, cell: &ViewCell, polygon: &[[f64; 3]], guard_m: f32) -> Self {
+        let polygon = Polygon::new(polygon.iter().map(|p| world.relative(*p)).collect());
+        let normal = polygon.normal();
+        let outwards = normal.dot(polygon.center - world.relative(cell.center())).signum();
         Self {
-            corner: a,
-            edges,
+            polygon,
             guard: guard_m * outwards * normal,
         }
     }
 
     /// A point of it, often on its border or in a corner.
     pub(super) fn point(&self, random: &mut Random) -> Vec3 {
-        let mut at = [random.unit(), random.unit()];
-        if random.unit() < BORDER {
-            let side = random.below(2);
-            at[side] = at[side].round();
-            if random.unit() < BORDER {
-                at[1 - side] = at[1 - side].round();
-            }
-        }
+        let point = if random.unit() < BORDER {
+            self.polygon.border(random, BORDER)
+        } else {
+            self.polygon.uniform(random)
+        };
         // Not quite on the border, where rounding could put a point behind a jamb.
-        let [u, v] = at.map(|share| share.clamp(INSET, 1.0 - INSET));
-        self.corner + u * self.edges[0] + v * self.edges[1]
+        self.polygon.center.lerp(point, 1.0 - 2.0 * INSET)
     }
 }
 
@@ -78,6 +76,7 @@ impl Lookout {
         Self {
             min: world.relative(cell.bounds.min),
             max: world.relative(cell.bounds.max),
+            solid: Solid::of(world, cell),
             portals: cell
                 .portals
                 .iter()
@@ -95,19 +94,32 @@ impl Lookout {
             .collect()
     }
 
-    /// The nearest place where an eye may be.
+    /// A place near by where an eye may be.
     pub(super) fn clamp(&self, eye: Vec3) -> Vec3 {
         let inset = INSET * (self.max - self.min);
-        eye.clamp(self.min + inset, self.max - inset)
+        let eye = eye.clamp(self.min + inset, self.max - inset);
+        self.solid.as_ref().map_or(eye, |solid| solid.drawn_in(eye, INSET))
     }
 
     /// An eye anywhere in the cell.
     pub(super) fn uniform(&self, random: &mut Random) -> Vec3 {
-        self.clamp(self.min + random.cube() * (self.max - self.min))
+        const DRAWS: usize = 64;
+        let mut draw = || self.min + random.cube() * (self.max - self.min);
+        let first = draw();
+        let eye = match &self.solid {
+            Some(solid) if !solid.contains(first) => {
+                (1..DRAWS).map(|_| draw()).find(|p| solid.contains(*p)).unwrap_or(first)
+            }
+            _ => first,
+        };
+        self.clamp(eye)
     }
 
     /// An eye on the surface: on a face, an edge or a corner.
     pub(super) fn surface(&self, random: &mut Random) -> Vec3 {
+        if let Some(solid) = &self.solid {
+            return self.clamp(solid.surface(random));
+        }
         let mut share = random.cube();
         share[random.below(3)] = random.below(2) as f32;
         for axis in 0..3 {
@@ -123,7 +135,7 @@ impl Lookout {
         if self.portals.is_empty() {
             return self.surface(random);
         }
-        let portal = self.portals[random.below(self.portals.len())];
+        let portal = &self.portals[random.below(self.portals.len())];
         let eye = self.clamp(portal.point(random));
         if random.unit() < BEYOND {
             eye + random.unit() * portal.guard
@@ -143,7 +155,10 @@ impl Lookout {
 
     /// Distance to a point, zero inside.
     pub(super) fn distance_m(&self, point: Vec3) -> f32 {
-        (self.min - point).max(point - self.max).max(Vec3::ZERO).length()
+        let to_box_m = (self.min - point).max(point - self.max).max(Vec3::ZERO).length();
+        self.solid
+            .as_ref()
+            .map_or(to_box_m, |solid| to_box_m.max(solid.outside_m(point)))
     }
 }
 

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub use self::{binary::DecodeError, steps::Steps};
-use crate::{BlobName, CellId, ObjectId, index::CellEntry};
+use crate::{BlobName, CellId, ObjectId, convex::HalfSpace, index::CellEntry};
 
 /// Everything that a record says of one cell. Ids are those of its revision.
 #[derive(Debug, Clone, PartialEq)]
@@ -217,10 +217,11 @@ impl CellJson {
     }
 }
 
-/// What the index says of a record that was written.
+/// What the index says of a record that was written; `planes` are those of a cell that is not a box.
 #[must_use]
 pub fn index_entry(
     record: &CellRecord,
+    planes: &[HalfSpace],
     binary: (BlobName, u64),
     steps: Option<(BlobName, u64)>,
     json: BlobName,
@@ -229,6 +230,7 @@ pub fn index_entry(
     CellEntry {
         cell: record.cell,
         bounds: crate::Bounds::around(record.hull.points.iter().copied()),
+        planes: planes.to_vec(),
         adjacent: record.adjacent.clone(),
         record: binary.0,
         record_bytes: binary.1,

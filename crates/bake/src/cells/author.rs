@@ -1,0 +1,418 @@
+//! Which cells did the author draw? Checks them, makes neighbours share planes, and finds the openings between them.
+//!
+//! A cell is a closed convex polyhedron of any number of faces (Marvie & Bouatouch, *A VRML97-X3D extension for massive
+//! scenery management in virtual worlds*, 2004, §3.1). Its planes are those of its triangles, whichever way these face.
+//! What an author can draw no more exactly than a tolerance is taken as meant: faces that nearly lie in one plane are put
+//! on one, so that neighbours leave no gap. Two cells are adjacent where faces of theirs lie on each other; the common
+//! part is the opening, unless `portal:` polygons on it say which parts of it are open.
+//!
+//! Cost: quadratic in the number of faces of all cells.
+
+use belvedere_scene::{Bounds, convex::HalfSpace};
+use glam::DVec3;
+
+use super::{
+    hull::{CellHull, Unbounded, area_m2, clipped, normal},
+    overlap::overlap_m,
+    view_cell::{CellGraph, ViewCell},
+};
+use crate::{
+    defect::Defects,
+    occluders::{Body, MARGIN},
+    source::{Authored, AuthoredShape},
+    world::World,
+};
+
+/// How exactly authors draw, in metres; in a cell of less than a metre a thousandth of it.
+pub const TOLERANCE_M: f64 = 1e-3;
+/// A `portal:` polygon may lie so far off the faces that it is an opening of.
+const PORTAL_REACH_M: f64 = 0.05;
+/// A cell may have so many faces: each travels with the index.
+const MAX_FACES: usize = 128;
+/// Every face must be covered by triangles up to this share of its area, or the cell is not closed.
+const COVERED: f64 = 0.995;
+
+/// Why an author's cell cannot be a view cell.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AuthorError {
+    /// Nothing to stand in.
+    #[error("author's cell `{node}` has no volume: give it a closed convex mesh, or take its mark `cell:` away")]
+    NoVolume {
+        /// The name of its node.
+        node: String,
+    },
+    /// The mesh has a hole.
+    #[error(
+        "author's cell `{node}` is not closed: {missing_m2:.3} m² of its surface are missing; close its mesh, or take \
+         its mark `cell:` away"
+    )]
+    NotClosed {
+        /// The name of its node.
+        node: String,
+        /// How much of its surface is missing.
+        missing_m2: f64,
+    },
+    /// The mesh has a dent.
+    #[error(
+        "author's cell `{node}` is not convex: it reaches {by_m:.3} m beyond one of its own faces; cut it into convex \
+         cells"
+    )]
+    NotConvex {
+        /// The name of its node.
+        node: String,
+        /// How far it reaches beyond a face.
+        by_m: f64,
+    },
+    /// Too detailed.
+    #[error("author's cell `{node}` has more than {MAX_FACES} faces: draw a simpler one")]
+    TooManyFaces {
+        /// The name of its node.
+        node: String,
+    },
+    /// Two cells claim the same place.
+    #[error(
+        "author's cells `{node}` and `{other}` overlap by {by_m:.3} m: an eye there would be in both; make them touch \
+         instead"
+    )]
+    Overlap {
+        /// The name of one node.
+        node: String,
+        /// The name of the other.
+        other: String,
+        /// By how much.
+        by_m: f64,
+    },
+}
+
+/// A cell that was checked by itself.
+struct Checked<'a> {
+    node: &'a str,
+    tolerance_m: f64,
+    bounds: Bounds,
+    faces: Vec<FacePlane>,
+}
+
+/// The plane of a face: triangles on it, and then its place among all planes.
+struct FacePlane {
+    half: HalfSpace,
+    triangles: Vec<[DVec3; 3]>,
+}
+
+/// Makes the author's cells the view cells.
+///
+/// # Errors
+/// When a cell is not closed, not convex, without volume or overlaps another.
+pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Result<CellGraph, AuthorError> {
+    let mut checked = authored.cells.iter().map(Checked::of).collect::<Result<Vec<_>, _>>()?;
+    let middle_of = |cell: &Checked| DVec3::from(cell.bounds.center());
+    let around = Bounds::around(checked.iter().map(|cell| middle_of(cell).to_array()));
+    checked.sort_by_cached_key(|cell| crate::pipeline::z_order(middle_of(cell), &around));
+    share_planes(&mut checked);
+    let hulls = checked.iter().map(Checked::hull).collect::<Result<Vec<_>, _>>()?;
+    for (i, a) in checked.iter().enumerate() {
+        for (j, b) in checked.iter().enumerate().skip(i + 1) {
+            let by_m = overlap_m(&hulls[i], &hulls[j]);
+            if by_m > a.tolerance_m.max(b.tolerance_m) {
+                return Err(AuthorError::Overlap {
+                    node: a.node.into(),
+                    other: b.node.into(),
+                    by_m,
+                });
+            }
+        }
+    }
+    let mut graph = CellGraph {
+        cells: hulls.iter().map(cell_of).collect(),
+        voxel_m: TOLERANCE_M,
+        reason: format!("{} cells as their author drew them", hulls.len()),
+    };
+    let mut used = vec![false; authored.portals.len()];
+    for i in 0..hulls.len() {
+        for j in i + 1..hulls.len() {
+            for polygon in openings([&hulls[i], &hulls[j]], &authored.portals, &mut used) {
+                graph.join([i as u32, j as u32], &polygon);
+            }
+        }
+    }
+    graph.settle();
+    graph.name_doors(world);
+    let unused: Vec<_> = authored.portals.iter().zip(&used).filter(|(_, used)| !**used).collect();
+    defects.note(
+        "author's portal that lies between no two cells: not used",
+        unused.len() as u64,
+        || unused[0].0.node.clone(),
+    );
+    let alone: Vec<_> = graph
+        .cells
+        .iter()
+        .zip(&checked)
+        .filter(|(cell, _)| cell.adjacent.is_empty())
+        .collect();
+    if hulls.len() > 1 {
+        defects.note(
+            "isolated cell: an author's cell that touches no other",
+            alone.len() as u64,
+            || alone[0].1.node.to_owned(),
+        );
+    }
+    Ok(graph)
+}
+
+/// The author's occluders as bodies. Whether one lies inside of what is drawn is taken on the author's word; it counts
+/// as a part of the smallest object around its middle. Only proofs use it: what a ray has seen stays seen.
+pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Body> {
+    let margin_m = f64::from(MARGIN) * world.bounds().diagonal_m();
+    let mut bodies = Vec::new();
+    for shape in &authored.occluders {
+        let Ok(hull) = Checked::of(shape).and_then(|solid| solid.hull()) else {
+            let kind = "author's occluder that is no closed convex solid: not used";
+            defects.note(kind, 1, || shape.node.clone());
+            continue;
+        };
+        let bounds = hull.bounds();
+        let boxes = (0u32..).zip(world.object_bounds());
+        let around = boxes.filter(|(_, object)| object.contains(bounds.center()));
+        let smallest = around.min_by(|a, b| a.1.diagonal_m().total_cmp(&b.1.diagonal_m()));
+        let Some((object, _)) = smallest else {
+            let kind = "author's occluder inside no object: not used";
+            defects.note(kind, 1, || shape.node.clone());
+            continue;
+        };
+        let planes = hull.planes.iter().map(|half| {
+            let offset = half[3] - normal(half).dot(world.origin()) - margin_m;
+            normal(half).extend(offset).as_vec4()
+        });
+        let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+        bodies.push(Body {
+            min: min + margin_m as f32,
+            max: max - margin_m as f32,
+            planes: planes.collect(),
+            stands_m: min.y,
+            open_below: false,
+            object,
+        });
+    }
+    bodies
+}
+
+/// A box where the planes are those of one.
+fn cell_of(hull: &CellHull) -> ViewCell {
+    let straight = |half: &HalfSpace| half[..3].iter().any(|x| x.abs() == 1.0);
+    if hull.planes.len() == 6 && hull.planes.iter().all(straight) {
+        ViewCell::of_box(hull.bounds())
+    } else {
+        ViewCell::of_hull(hull.clone())
+    }
+}
+
+impl<'a> Checked<'a> {
+    /// The planes of a mesh; every corner of it lies behind each.
+    fn of(shape: &'a AuthoredShape) -> Result<Self, AuthorError> {
+        let node = &shape.node[..];
+        let bounds = Bounds::around(shape.triangles.iter().flatten().map(DVec3::to_array));
+        let tolerance_m = TOLERANCE_M.min(TOLERANCE_M * bounds.diagonal_m());
+        let mut triangles = shape.triangles.clone();
+        triangles.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)));
+        let mut faces: Vec<FacePlane> = Vec::new();
+        for triangle in triangles {
+            let [a, b, c] = triangle;
+            let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+            let thin = 2.0 * area_m2(&triangle) <= tolerance_m * longest;
+            let on = |face: &FacePlane| triangle.iter().all(|p| height(&face.half, p).abs() <= tolerance_m);
+            if let Some(face) = faces.iter_mut().find(|face| on(face)) {
+                face.triangles.push(triangle);
+            } else if !thin {
+                let n = (b - a).cross(c - a).normalize();
+                let half = [n.x, n.y, n.z, n.dot(a)];
+                let corners = shape.triangles.iter().flatten();
+                let [low, high] = corners.fold([0.0f64; 2], |[low, high], p| {
+                    let at = height(&half, p);
+                    [low.min(at), high.max(at)]
+                });
+                if low >= -tolerance_m && high <= tolerance_m {
+                    return Err(AuthorError::NoVolume { node: node.into() });
+                }
+                if high.min(-low) > tolerance_m {
+                    return Err(AuthorError::NotConvex {
+                        node: node.into(),
+                        by_m: high.min(-low),
+                    });
+                }
+                if faces.len() == MAX_FACES {
+                    return Err(AuthorError::TooManyFaces { node: node.into() });
+                }
+                let half = if high > -low { half.map(|x| -x) } else { half };
+                faces.push(FacePlane {
+                    half,
+                    triangles: vec![triangle],
+                });
+            }
+        }
+        if faces.is_empty() {
+            return Err(AuthorError::NoVolume { node: node.into() });
+        }
+        Ok(Self {
+            node,
+            tolerance_m,
+            bounds,
+            faces,
+        })
+    }
+
+    /// The polyhedron that its planes leave, if its triangles cover it.
+    fn hull(&self) -> Result<CellHull, AuthorError> {
+        let margin_m = 0.1 * self.bounds.diagonal_m();
+        let within = Bounds {
+            min: self.bounds.min.map(|x| x - margin_m),
+            max: self.bounds.max.map(|x| x + margin_m),
+        };
+        let planes: Vec<_> = self.faces.iter().map(|face| face.half).collect();
+        let drawn_m2 = |face: &FacePlane| face.triangles.iter().map(|t| area_m2(t)).sum::<f64>();
+        let hull = CellHull::of(&planes, &within).map_err(|why| match why {
+            Unbounded::Nothing => AuthorError::NoVolume { node: self.node.into() },
+            Unbounded::Open => AuthorError::NotClosed {
+                node: self.node.into(),
+                missing_m2: (box_area_m2(&self.bounds) - self.faces.iter().map(drawn_m2).sum::<f64>()).max(0.0),
+            },
+        })?;
+        let mut missing_m2 = 0.0;
+        for (face, half) in hull.planes.iter().enumerate() {
+            let whole_m2 = area_m2(&hull.corners_of(face).collect::<Vec<_>>());
+            let drawn = self
+                .faces
+                .iter()
+                .filter(|face| face.half == *half)
+                .map(drawn_m2)
+                .sum::<f64>();
+            if drawn < COVERED * whole_m2 {
+                missing_m2 += whole_m2 - drawn;
+            }
+        }
+        if missing_m2 > self.tolerance_m * self.bounds.diagonal_m() {
+            return Err(AuthorError::NotClosed {
+                node: self.node.into(),
+                missing_m2,
+            });
+        }
+        Ok(hull)
+    }
+}
+
+fn box_area_m2(bounds: &Bounds) -> f64 {
+    let [x, y, z] = bounds.size_m();
+    2.0 * (x * y + y * z + z * x)
+}
+
+fn height(half: &HalfSpace, point: &DVec3) -> f64 {
+    normal(half).dot(*point) - half[3]
+}
+
+/// Puts faces that lie in one plane, give or take the tolerance, on exactly one, turned either way.
+fn share_planes(cells: &mut [Checked]) {
+    let mut known: Vec<HalfSpace> = Vec::new();
+    for cell in cells {
+        for face in &mut cell.faces {
+            let near = |half: &HalfSpace| {
+                face.triangles
+                    .iter()
+                    .flatten()
+                    .all(|p| height(half, p).abs() <= cell.tolerance_m)
+            };
+            let straight = (0..3).find_map(|axis| {
+                let mut half = [0.0; 4];
+                half[axis] = face.half[axis].signum();
+                half[3] = half[axis] * face.triangles[0][0][axis];
+                near(&half).then_some(half)
+            });
+            let own = straight.unwrap_or(face.half);
+            let turned = |half: &HalfSpace| half.map(|x| -x);
+            let shared = known.iter().find(|half| near(half)).map(|half| {
+                let same_way = normal(half).dot(normal(&own)) > 0.0;
+                if same_way { *half } else { turned(half) }
+            });
+            face.half = shared.unwrap_or_else(|| {
+                known.push(own);
+                own
+            });
+        }
+    }
+}
+
+/// The openings between two cells.
+fn openings([a, b]: [&CellHull; 2], portals: &[AuthoredShape], used: &mut [bool]) -> Vec<Vec<[f64; 3]>> {
+    let near = 1e-9 * a.bounds().diagonal_m().max(b.bounds().diagonal_m());
+    let mut openings = Vec::new();
+    for (face, half) in a.planes.iter().enumerate() {
+        let Some(back) = b.planes.iter().position(|other| other.map(|x| -x) == *half) else {
+            continue;
+        };
+        let mut common: Vec<DVec3> = a.corners_of(face).collect();
+        for (_, half) in b.planes.iter().enumerate().filter(|(other, _)| *other != back) {
+            common = clipped(&common, &|p| height(half, p), near);
+        }
+        if area_m2(&common) <= least_area_m2(&common) {
+            continue;
+        }
+        let open: Vec<_> = (0..portals.len())
+            .filter_map(|index| Some((index, narrowed(&common, half, &portals[index])?)))
+            .collect();
+        for (index, _) in &open {
+            used[*index] = true;
+        }
+        let polygons = if open.is_empty() {
+            vec![common]
+        } else {
+            open.into_iter().map(|(_, p)| p).collect()
+        };
+        openings.extend(polygons.into_iter().map(|p| p.iter().map(DVec3::to_array).collect()));
+    }
+    openings
+}
+
+/// What is smaller is a seam and no opening: a strip as wide as the tolerance.
+fn least_area_m2(polygon: &[DVec3]) -> f64 {
+    let bounds = Bounds::around(polygon.iter().map(DVec3::to_array));
+    TOLERANCE_M * bounds.diagonal_m().min(1.0) * bounds.diagonal_m()
+}
+
+/// The part of an opening that an author's polygon leaves open: none when that lies elsewhere.
+fn narrowed(opening: &[DVec3], half: &HalfSpace, portal: &AuthoredShape) -> Option<Vec<DVec3>> {
+    let corners: Vec<DVec3> = portal.triangles.iter().flatten().copied().collect();
+    if corners.iter().any(|p| height(half, p).abs() > PORTAL_REACH_M) {
+        return None;
+    }
+    let n = normal(half);
+    let flat: Vec<DVec3> = corners.iter().map(|p| *p - height(half, p) * n).collect();
+    let outline = convex_outline(&flat, n);
+    let mut left = opening.to_vec();
+    for (i, a) in outline.iter().enumerate() {
+        let outwards = (outline[(i + 1) % outline.len()] - *a).cross(n).normalize_or_zero();
+        left = clipped(&left, &|p| outwards.dot(*p - *a), 1e-9);
+    }
+    (outline.len() >= 3 && area_m2(&left) > least_area_m2(&left)).then_some(left)
+}
+
+/// The convex outline of points in a plane, counter-clockwise about its normal (Andrew's monotone chain, 1979).
+fn convex_outline(points: &[DVec3], n: DVec3) -> Vec<DVec3> {
+    let (u, v) = n.any_orthonormal_pair();
+    let v = if u.cross(v).dot(n) > 0.0 { v } else { -v };
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.dot(u).total_cmp(&b.dot(u)).then(a.dot(v).total_cmp(&b.dot(v))));
+    sorted.dedup();
+    let chain = |points: &mut dyn Iterator<Item = &DVec3>| {
+        let mut chain: Vec<DVec3> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain[..]
+                && (b - a).cross(*point - b).dot(n) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(*point);
+        }
+        chain.pop();
+        chain
+    };
+    let mut outline = chain(&mut sorted.iter());
+    outline.extend(chain(&mut sorted.iter().rev()));
+    outline
+}

@@ -1,0 +1,291 @@
+use glam::DVec3;
+
+use super::{
+    author::{self, AuthorError},
+    plan::Builder,
+    *,
+};
+use crate::{
+    defect::Defects,
+    progress::Silent,
+    source::{Authored, AuthoredShape, Role},
+    visibility::{self, Method, SampledSettings, VisibilitySettings, conservative::Scenery},
+    world::World,
+};
+
+/// A prism over a footprint in x and z, rising from one height to another.
+fn prism(node: &str, footprint: &[[f64; 2]], [low, high]: [f64; 2]) -> AuthoredShape {
+    let at = |i: usize, y: f64| {
+        let [x, z] = footprint[i % footprint.len()];
+        DVec3::new(x, y, z)
+    };
+    let mut triangles = Vec::new();
+    for i in 0..footprint.len() {
+        triangles.push([at(i, low), at(i + 1, low), at(i + 1, high)]);
+        triangles.push([at(i, low), at(i + 1, high), at(i, high)]);
+        if (1..footprint.len() - 1).contains(&i) {
+            triangles.push([at(0, low), at(i, low), at(i + 1, low)]);
+            triangles.push([at(0, high), at(i + 1, high), at(i, high)]);
+        }
+    }
+    AuthoredShape {
+        node: node.to_owned(),
+        triangles,
+    }
+}
+
+fn rectangle(node: &str, [x0, x1]: [f64; 2], [z0, z1]: [f64; 2]) -> AuthoredShape {
+    prism(node, &[[x0, z0], [x1, z0], [x1, z1], [x0, z1]], [0.0, 3.0])
+}
+
+/// Seen from above, with corners in the east and the west.
+fn hexagon(node: &str, [x, z]: [f64; 2], radius: f64) -> AuthoredShape {
+    let corner = |i: u32| {
+        let (sin, cos) = (f64::from(i) * std::f64::consts::FRAC_PI_3).sin_cos();
+        [x + radius * cos, z + radius * sin]
+    };
+    prism(node, &(0..6).map(corner).collect::<Vec<_>>(), [0.0, 3.0])
+}
+
+fn cells(cells: Vec<AuthoredShape>, portals: Vec<AuthoredShape>) -> (Result<CellGraph, AuthorError>, Defects) {
+    let mut defects = Defects::default();
+    let authored = Authored {
+        cells,
+        portals,
+        occluders: Vec::new(),
+    };
+    let world = World::new(&Builder::default().scene).unwrap();
+    (author::build(&world, &authored, &mut defects), defects)
+}
+
+fn sound(shapes: Vec<AuthoredShape>) -> CellGraph {
+    cells(shapes, Vec::new()).0.unwrap()
+}
+
+fn refusal(shapes: Vec<AuthoredShape>) -> String {
+    cells(shapes, Vec::new()).0.unwrap_err().to_string()
+}
+
+fn area_m2(portal: &Portal) -> f64 {
+    hull::area_m2(&portal.polygon.iter().map(|p| DVec3::from(*p)).collect::<Vec<_>>())
+}
+
+#[test]
+fn hexagons_that_share_a_wall_are_adjacent_through_all_of_it() {
+    let south = [0.0, 3.0f64.sqrt()];
+    let graph = sound(vec![hexagon("cell:a", [0.0, 0.0], 1.0), hexagon("cell:b", south, 1.0)]);
+    assert_eq!(graph.cells.len(), 2);
+    for (cell, other) in [(0, 1), (1, 0)] {
+        let cell = &graph.cells[cell];
+        assert_eq!(cell.adjacent, [other]);
+        assert!((area_m2(&cell.portals[0]) - 3.0).abs() < 1e-6);
+        let hull = cell.hull.as_ref().expect("no box");
+        assert_eq!((hull.planes.len(), hull.shape.points.len()), (8, 12));
+    }
+    // In the boxes of both, but in neither.
+    assert_eq!(graph.cell_at([0.95, 1.0, 0.86]), None);
+    assert!(graph.cell_at([0.0, 1.0, 0.5]).is_some());
+    assert_ne!(graph.cell_at([0.0, 1.0, 0.5]), graph.cell_at([0.0, 1.0, 1.5]));
+}
+
+#[test]
+fn a_box_is_a_box_whichever_way_its_faces_look() {
+    let mut inside_out = rectangle("cell:a", [0.0, 4.0], [0.0, 5.0]);
+    inside_out.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
+    let graph = sound(vec![inside_out]);
+    let bounds = Bounds {
+        min: [0.0; 3],
+        max: [4.0, 3.0, 5.0],
+    };
+    assert_eq!((graph.cells[0].bounds, &graph.cells[0].hull), (bounds, &None));
+}
+
+#[test]
+fn a_portal_polygon_narrows_the_opening_and_one_elsewhere_is_a_defect() {
+    let quad = |node: &str, x: f64| AuthoredShape {
+        node: node.to_owned(),
+        triangles: vec![
+            [
+                DVec3::new(x, 0.0, 1.0),
+                DVec3::new(x, 0.0, 2.0),
+                DVec3::new(x, 2.0, 2.0),
+            ],
+            [
+                DVec3::new(x, 0.0, 1.0),
+                DVec3::new(x, 2.0, 2.0),
+                DVec3::new(x, 2.0, 1.0),
+            ],
+        ],
+    };
+    let rooms = vec![
+        rectangle("cell:a", [0.0, 4.0], [0.0, 4.0]),
+        rectangle("cell:b", [4.0, 8.0], [0.0, 4.0]),
+    ];
+    let (graph, defects) = cells(rooms, vec![quad("portal:door", 4.01), quad("portal:nowhere", 6.0)]);
+    let graph = graph.unwrap();
+    let portal = &graph.cells[0].portals[0];
+    assert!((area_m2(portal) - 2.0).abs() < 1e-9, "{portal:?}");
+    assert!(portal.polygon.iter().all(|p| p[0] == 4.0));
+    assert_eq!(
+        defects.count("author's portal that lies between no two cells: not used"),
+        1
+    );
+}
+
+#[test]
+fn a_small_cell_before_a_large_one_opens_over_its_own_face_only() {
+    let graph = sound(vec![
+        rectangle("cell:hall", [0.0, 10.0], [0.0, 10.0]),
+        rectangle("cell:bay", [10.0, 12.0], [3.0, 5.0]),
+    ]);
+    assert!((area_m2(&graph.cells[0].portals[0]) - 6.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_is_drawn_a_little_apart_is_meant_to_touch() {
+    let graph = sound(vec![
+        hexagon("cell:a", [0.0, 0.0], 1.0),
+        hexagon("cell:b", [0.0, 3.0f64.sqrt() + 4e-4], 1.0),
+    ]);
+    assert_eq!(graph.cells[0].adjacent, [1]);
+    let wall_m = 0.5 * 3.0f64.sqrt();
+    for z in [wall_m, wall_m + 1e-4, wall_m + 2e-4, wall_m + 4e-4] {
+        assert!(graph.cell_at([0.2, 1.0, z]).is_some(), "nobody holds z = {z}");
+    }
+}
+
+#[test]
+fn what_is_no_convex_polyhedron_is_refused_by_name() {
+    let dented = prism(
+        "cell:dent",
+        &[[0., 0.], [4., 0.], [4., 4.], [2., 1.], [0., 4.]],
+        [0.0, 3.0],
+    );
+    let cause = refusal(vec![dented]);
+    assert!(cause.contains("cell:dent") && cause.contains("not convex"), "{cause}");
+    let mut open = hexagon("cell:open", [0.0, 0.0], 2.0);
+    open.triangles.pop();
+    let cause = refusal(vec![open]);
+    assert!(cause.contains("cell:open") && cause.contains("not closed"), "{cause}");
+    let mut lidless = rectangle("cell:tub", [0.0, 4.0], [0.0, 4.0]);
+    lidless.triangles.retain(|triangle| triangle.iter().any(|p| p.y == 0.0));
+    let cause = refusal(vec![lidless]);
+    assert!(cause.contains("cell:tub") && cause.contains("not closed"), "{cause}");
+    let flat = prism("cell:flat", &[[0., 0.], [4., 0.], [4., 4.]], [1.0, 1.0]);
+    let cause = refusal(vec![flat]);
+    assert!(cause.contains("cell:flat") && cause.contains("no volume"), "{cause}");
+}
+
+#[test]
+fn cells_that_overlap_are_refused_by_both_names() {
+    let cause = refusal(vec![
+        hexagon("cell:a", [0.0, 0.0], 1.0),
+        hexagon("cell:b", [0.3, 1.6], 1.0),
+    ]);
+    assert!(
+        cause.contains("cell:a") && cause.contains("cell:b") && cause.contains("overlap"),
+        "{cause}"
+    );
+    let inside = refusal(vec![
+        rectangle("cell:out", [0., 9.], [0., 9.]),
+        hexagon("cell:in", [4.0, 4.0], 1.0),
+    ]);
+    assert!(inside.contains("cell:in"), "{inside}");
+}
+
+#[test]
+fn a_cell_that_touches_no_other_is_allowed_and_counted() {
+    let far = rectangle("cell:island", [20.0, 24.0], [0.0, 4.0]);
+    let rooms = vec![
+        rectangle("cell:a", [0., 4.], [0., 4.]),
+        rectangle("cell:b", [4., 8.], [0., 4.]),
+        far,
+    ];
+    let (graph, defects) = cells(rooms, Vec::new());
+    assert_eq!(
+        graph
+            .unwrap()
+            .cells
+            .iter()
+            .filter(|cell| cell.adjacent.is_empty())
+            .count(),
+        1
+    );
+    assert_eq!(
+        defects.count("isolated cell: an author's cell that touches no other"),
+        1
+    );
+}
+
+#[test]
+fn a_door_is_named_with_the_opening_that_its_box_covers() {
+    let mut builder = Builder::default();
+    let door = builder.block("door:a", [3.95, 0.0, 1.0], [4.05, 2.0, 2.0]);
+    let other = builder.block("door:b", [3.95, 0.0, 3.0], [4.05, 2.0, 3.4]);
+    for object in [door, other] {
+        builder.scene.objects[object as usize].role = Role::Door;
+    }
+    let world = World::new(&builder.scene).unwrap();
+    let mut authored = Authored {
+        cells: vec![
+            rectangle("cell:a", [0., 4.], [0., 4.]),
+            rectangle("cell:b", [4., 8.], [0., 4.]),
+        ],
+        ..Authored::default()
+    };
+    let graph = author::build(&world, &authored, &mut Defects::default()).unwrap();
+    assert_eq!(graph.cells[0].portals[0].door, None, "the wall is wider than the door");
+    authored.portals.push(AuthoredShape {
+        node: "portal:a".to_owned(),
+        triangles: vec![
+            [DVec3::new(4., 0., 1.), DVec3::new(4., 0., 2.), DVec3::new(4., 2., 2.)],
+            [DVec3::new(4., 0., 1.), DVec3::new(4., 2., 2.), DVec3::new(4., 2., 1.)],
+        ],
+    });
+    let graph = author::build(&world, &authored, &mut Defects::default()).unwrap();
+    assert_eq!(graph.cells[0].portals[0].door, Some(door));
+}
+
+/// A chest stands in the corner of the box around a cell, outside the cell.
+#[test]
+fn eyes_stand_in_the_hull_and_not_in_the_box_around_it() {
+    let mut builder = Builder::default();
+    let chest = builder.block("chest", [2.5, 0.2, 2.5], [3.9, 2.8, 3.9]);
+    let thing = builder.block("thing", [3.0, 1.0, 3.0], [3.4, 1.4, 3.4]);
+    let world = World::new(&builder.scene).unwrap();
+    let seen_from = |shape: AuthoredShape| {
+        let authored = Authored {
+            cells: vec![shape],
+            ..Authored::default()
+        };
+        let graph = author::build(&world, &authored, &mut Defects::default()).unwrap();
+        let settings = VisibilitySettings {
+            method: Method::Sampled,
+            sampled: Some(SampledSettings {
+                rays_per_cell: 40_000,
+                ..SampledSettings::default()
+            }),
+        };
+        let scenery = Scenery::of(&world);
+        let found = visibility::compute(&world, &graph, &scenery, &settings, &Silent).unwrap();
+        let objects = found.cells[0].objects.iter().map(|seen| seen.object);
+        objects.collect::<std::collections::BTreeSet<_>>()
+    };
+    let triangle = prism("cell:t", &[[0., 0.], [4., 0.], [0., 4.]], [0.0, 3.0]);
+    assert_eq!(seen_from(triangle), [chest].into());
+    assert_eq!(
+        seen_from(rectangle("cell:b", [0., 4.], [0., 4.])),
+        [chest, thing].into()
+    );
+}
+
+#[test]
+fn a_region_for_proofs_is_the_hull_and_a_little_more() {
+    let graph = sound(vec![prism("cell:t", &[[0., 0.], [4., 0.], [0., 4.]], [0.0, 3.0])]);
+    let world = World::new(&Builder::default().scene).unwrap();
+    let region = crate::occluders::Region::of_cell(&world, &graph.cells[0]);
+    assert_eq!(region.points.len(), 6);
+    let aslant = glam::Vec3::new(1.0, 0.0, 1.0).normalize();
+    let [_, high] = region.heights(aslant, 0.0);
+    assert!((2.0 * 2.0f32.sqrt()..2.829).contains(&high), "{high}");
+}

@@ -1,0 +1,43 @@
+/**
+ * Does a point lie in a convex cell, and does it surely lie in no other? A cell is a box, or where a box and some
+ * half-spaces meet. The arithmetic is that of every other client, to the last bit: see docs/FORMAT.md.
+ */
+import { type Bounds, distanceToBounds, dot, type Plane, planesOfBounds, type Vec3 } from "./geometry.ts";
+
+/** A point no further outside a half-space than this is inside: rounding must leave no gaps between cells. */
+const TOUCH_M = 1e-6;
+/** Published cells overlap by less than this, so a point that lies deeper than this in one lies in no other. */
+const SURE_M = 2e-3;
+
+/** What is known of the shape of a cell. */
+export interface Convex {
+  readonly bounds: Bounds;
+  /** Half-spaces that together with the box are the cell; none when it is its box. */
+  readonly planes: readonly Plane[];
+}
+
+/** The planes of a cell before its record has arrived. */
+export function planesOfCell(cell: Convex): readonly Plane[] {
+  return cell.planes.length > 0 ? cell.planes : planesOfBounds(cell.bounds);
+}
+
+const outside = (plane: Plane, point: Vec3): number => dot(plane.normal, point) - plane.offset;
+
+/** Zero when a point lies in a cell, else the largest of its distances in metres to the cell's box and to its planes. */
+export function distanceToCell(cell: Convex, point: Vec3): number {
+  let distance_m = distanceToBounds(cell.bounds, point);
+  for (const plane of cell.planes) {
+    const outside_m = outside(plane, point);
+    if (outside_m > TOUCH_M && outside_m > distance_m) distance_m = outside_m;
+  }
+  return distance_m;
+}
+
+/** Whether a point lies so deep in a cell that it lies in no other. */
+export function holdsAlone(cell: Convex, point: Vec3): boolean {
+  const { min, max } = cell.bounds;
+  for (const axis of [0, 1, 2] as const) {
+    if (!(min[axis] + SURE_M < point[axis] && point[axis] < max[axis] - SURE_M)) return false;
+  }
+  return cell.planes.every((plane) => outside(plane, point) < -SURE_M);
+}
