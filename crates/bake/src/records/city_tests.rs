@@ -45,7 +45,7 @@ fn streets(city: &City, count: usize, length: usize) -> CellGraph {
             let (min, max) = (bounds.min, bounds.max);
             let opening = |to: usize, x: f64| Portal {
                 to: to as u32,
-                polygon: [
+                polygon: vec![
                     [x, min[1], min[2]],
                     [x, max[1], min[2]],
                     [x, max[1], max[2]],
@@ -58,12 +58,17 @@ fn streets(city: &City, count: usize, length: usize) -> CellGraph {
             let portals: Vec<_> = back.into_iter().chain(ahead).collect();
             cells.push(ViewCell {
                 bounds: *bounds,
+                hull: None,
                 adjacent: portals.iter().map(|portal| portal.to).collect(),
                 portals,
             });
         }
     }
-    CellGraph { cells, voxel_m: 0.25 }
+    CellGraph {
+        cells,
+        voxel_m: 0.25,
+        reason: String::new(),
+    }
 }
 
 struct Nowhere;
