@@ -9,7 +9,7 @@ use obvhs::bvh2::Bvh2;
 /// Deepest path of a tree that is followed; a tree over 2³² boxes that halves is half as deep.
 const DEPTH: usize = 64;
 
-/// Visits boxes that a segment meets, by primitive: leaves nearest first as their boxes are entered.
+/// Visits what the leaves hold whose boxes a segment meets, nearest first: all of a leaf, met or not.
 pub(super) fn along(tree: &Bvh2, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
     if tree.nodes.is_empty() {
         return;
@@ -62,7 +62,12 @@ mod tests {
 
     fn row() -> Bvh2 {
         let cubes: Vec<_> = (0..40).map(|i| Cube(Vec3::new(3.0 * i as f32, 0.0, 0.0))).collect();
-        build_bvh2(&cubes, BvhBuildParams::medium_build(), &mut Default::default())
+        // One box a leaf, so that what a leaf holds is what a segment meets.
+        let params = BvhBuildParams {
+            max_prims_per_leaf: 1,
+            ..BvhBuildParams::medium_build()
+        };
+        build_bvh2(&cubes, params, &mut Default::default())
     }
 
     fn met(from: Vec3, to: Vec3, most: usize) -> Vec<u32> {
