@@ -137,6 +137,9 @@ pub struct Observer<'a> {
     known: Vec<bool>,
 }
 
+/// Looks for an object from a part of the region.
+type Look<'a> = &'a mut dyn FnMut(&Region, u32) -> bool;
+
 /// What is looked at next.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 enum What {
@@ -164,6 +167,21 @@ impl<'a> Observer<'a> {
 
     /// Objects that may be seen from a region, rising. `seen` are known to be visible: nobody has to ask about them.
     pub fn visible(&mut self, eye: &Region, seen: &[u32]) -> Vec<u32> {
+        self.settle(eye, seen, None)
+    }
+
+    /// The same, with somebody who looks for what could not be proved hidden from a part of the region, and says whether
+    /// it was seen.
+    pub fn visible_or_found(
+        &mut self,
+        eye: &Region,
+        seen: &[u32],
+        look: &mut dyn FnMut(&Region, u32) -> bool,
+    ) -> Vec<u32> {
+        self.settle(eye, seen, Some(look))
+    }
+
+    fn settle(&mut self, eye: &Region, seen: &[u32], look: Option<Look>) -> Vec<u32> {
         for object in seen {
             self.known[*object as usize] = true;
         }
@@ -173,11 +191,8 @@ impl<'a> Observer<'a> {
         // take part in hiding others.
         let mut visible: Vec<u32> = open.iter().copied().filter(|o| self.known[*o as usize]).collect();
         visible.extend(seen.iter().filter(|o| open.binary_search(o).is_err()));
-        self.refine(eye, &mut open, self.settings.halvings, &mut visible);
-        for object in &visible {
-            self.known[*object as usize] = false;
-        }
-        for object in seen {
+        self.refine(eye, &mut open, self.settings.halvings, &mut visible, look);
+        for object in visible.iter().chain(seen) {
             self.known[*object as usize] = false;
         }
         visible.sort_unstable();
@@ -312,17 +327,40 @@ impl<'a> Observer<'a> {
         });
     }
 
+    fn questions(&self, open: &[u32]) -> Vec<u32> {
+        let unknown = open.iter().filter(|object| !self.known[**object as usize]);
+        unknown.copied().collect()
+    }
+
     /// Adds to `visible` what of `open` may be seen from this part of the region.
-    fn refine(&mut self, eye: &Region, open: &mut Vec<u32>, halvings: u32, visible: &mut Vec<u32>) {
+    fn refine(
+        &mut self,
+        eye: &Region,
+        open: &mut Vec<u32>,
+        halvings: u32,
+        visible: &mut Vec<u32>,
+        mut look: Option<Look>,
+    ) {
         self.fuse(eye, open);
+        if let Some(look) = &mut look {
+            for object in self.questions(open) {
+                if look(eye, object) {
+                    self.known[object as usize] = true;
+                    visible.push(object);
+                }
+            }
+        }
         self.look_through_openings(eye, open);
-        let questions: Vec<_> = open.iter().copied().filter(|o| !self.known[*o as usize]).collect();
+        let questions = self.questions(open);
         if questions.is_empty() {
             return;
         }
         if halvings == 0 {
-            for object in &questions {
-                self.known[*object as usize] = true;
+            // What nobody looks for is settled here; else it is looked for from other parts too.
+            if look.is_none() {
+                for object in &questions {
+                    self.known[*object as usize] = true;
+                }
             }
             visible.extend(questions);
             return;
@@ -336,7 +374,8 @@ impl<'a> Observer<'a> {
                     left.push(*object);
                 }
             }
-            self.refine(&half, &mut left, halvings - 1, visible);
+            let look = look.as_mut().map(|look| &mut **look as _);
+            self.refine(&half, &mut left, halvings - 1, visible, look);
         }
     }
 }

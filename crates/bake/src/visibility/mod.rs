@@ -29,7 +29,6 @@ mod tests;
 use std::{fmt, str::FromStr};
 
 use belvedere_scene::record::Guarantee;
-use rayon::prelude::*;
 
 use crate::{
     cells::CellGraph,
@@ -195,19 +194,24 @@ pub fn compute(
 ) -> Result<Visibility, Cancelled> {
     let count = graph.cells.len();
     let sampled = settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count));
-    // Sampling; then proofs, a last search and doors.
-    progress.start(Stage::Visibility, sampled.steps(count) + 3 * count as u64);
+    // Sampling; then proofs with a last search, and doors.
+    progress.start(Stage::Visibility, sampled.steps(count) + 2 * count as u64);
     let mut survey = Survey::new(world, graph, &sampled, progress);
     survey.look()?;
     let proofs = settings.method.proofs();
     let not_hidden = match proofs {
         Some(proofs) => {
-            let not_hidden = not_hidden(world, graph, scenery, proofs, &survey.seen(), progress)?;
-            survey.search(&unseen(&not_hidden, &survey.seen()))?;
+            let not_hidden = survey.search(|cell, sampler| {
+                let mut observer = Observer::new(scenery, proofs);
+                let eye = Region::of_cell(world, &graph.cells[cell]);
+                let seen = sampler.seen();
+                let found = observer.visible_or_found(&eye, &seen, &mut |part, object| sampler.look_from(part, object));
+                found
+            })?;
             Some(not_hidden)
         }
         None => {
-            progress.advance(2 * count as u64);
+            progress.advance(count as u64);
             None
         }
     };
@@ -261,33 +265,6 @@ fn decide(wanted: Method, mean_seen: f64, mean_not_hidden: Option<f64>) -> (Meth
         (wanted, Some(ratio)) => (wanted, format!("asked for; {ratio:.2} times what rays have seen")),
         (wanted, None) => (wanted, "asked for".to_owned()),
     }
-}
-
-/// For each cell the objects that cannot be proved hidden, rising.
-fn not_hidden(
-    world: &World,
-    graph: &CellGraph,
-    scenery: &Scenery,
-    settings: ConservativeSettings,
-    seen: &[Vec<u32>],
-    progress: &dyn Progress,
-) -> Result<Vec<Vec<u32>>, Cancelled> {
-    graph
-        .cells
-        .par_iter()
-        .zip(seen)
-        .map_init(
-            || Observer::new(scenery, settings),
-            |observer, (cell, seen)| {
-                if progress.cancelled() {
-                    return Err(Cancelled);
-                }
-                let visible = observer.visible(&Region::of_cell(world, cell), seen);
-                progress.advance(1);
-                Ok(visible)
-            },
-        )
-        .collect()
 }
 
 fn unseen(not_hidden: &[Vec<u32>], seen: &[Vec<u32>]) -> Vec<Vec<u32>> {

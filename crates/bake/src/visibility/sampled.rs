@@ -193,27 +193,21 @@ impl<'a> Survey<'a> {
             .collect()
     }
 
-    /// What each cell has seen so far, in order of discovery.
-    pub(super) fn seen(&self) -> Vec<Vec<u32>> {
-        let objects = |state: &CellState| state.seen.iter().map(|s| s.object).collect();
-        self.states.iter().map(objects).collect()
-    }
-
     /// Known sight lines of each cell, one for each object that it has seen.
     pub(super) fn sightings(&self) -> Vec<Vec<Sighting>> {
         self.states.iter().map(|state| state.seen.clone()).collect()
     }
 
-    /// Looks for the given objects of each cell once more.
-    pub(super) fn search(&mut self, wanted: &[Vec<u32>]) -> Result<(), Cancelled> {
-        let budget = self.share(4);
+    /// Lets somebody who knows where to look search from every cell.
+    pub(super) fn search<T: Send>(
+        &mut self,
+        search: impl Fn(usize, &mut Sampler) -> T + Sync,
+    ) -> Result<Vec<T>, Cancelled> {
         self.run(|cell, mut sampler| {
-            let each = (budget / wanted[cell].len().max(1) as u32).clamp(64, 8192);
-            for object in &wanted[cell] {
-                sampler.search_for(*object, each);
-            }
-        })?;
-        Ok(())
+            let result = search(cell, &mut sampler);
+            sampler.follow();
+            result
+        })
     }
 
     /// Measures what was seen.

@@ -13,7 +13,10 @@ use super::{
     solid::Solid,
     targets::{Lookout, facing, on_object},
 };
-use crate::world::{Hit, World};
+use crate::{
+    occluders::Region,
+    world::{Hit, World},
+};
 
 /// Rays to perturbed sight lines after each discovery.
 const MUTATIONS: usize = 10;
@@ -457,6 +460,35 @@ impl<'a> Sampler<'a> {
             self.look_at(object, eye, target);
         }
         self.follow();
+    }
+
+    /// What the cell has seen so far, in order of discovery.
+    pub(super) fn seen(&self) -> Vec<u32> {
+        self.state.seen.iter().map(|sighting| sighting.object).collect()
+    }
+
+    /// Looks for an object from a part of the cell: from its corners, edges, faces and inside. Whether a sight line to it
+    /// is known now.
+    pub(super) fn look_from(&mut self, part: &Region, object: u32) -> bool {
+        const RAYS: u32 = 192;
+        const ROUNDED: f32 = 0.4;
+        for _ in 0..RAYS {
+            if self.knows(object) {
+                break;
+            }
+            let random = &mut self.state.random;
+            let place = random
+                .cube()
+                .to_array()
+                .map(|x| if random.unit() < ROUNDED { x.round() } else { x });
+            let eye = part.min + Vec3::from(place) * (part.max - part.min);
+            let Some(target) = on_object(self.scenery.world, object, random) else {
+                break;
+            };
+            let eye = self.lookout().clamp(eye);
+            self.look_at(object, eye, target);
+        }
+        self.knows(object)
     }
 
     /// Tries sight lines beside one that another cell has.
