@@ -233,6 +233,7 @@ fn settings() -> [(&'static str, ConservativeSettings); 5] {
         },
         fusion: false,
         halvings: 0,
+        target_halvings: 0,
         steps: u32::MAX,
     };
     [

@@ -35,6 +35,8 @@ pub struct ConservativeSettings {
     pub fusion: bool,
     /// How often a region is halved for what could not be proved hidden from all of it.
     pub halvings: u32,
+    /// How often the box around an object is halved, when the whole of it could not be proved hidden.
+    pub target_halvings: u32,
     /// All questions about openings of one region together take at most so many tests of a wall.
     pub steps: u32,
 }
@@ -48,6 +50,7 @@ impl ConservativeSettings {
         },
         fusion: true,
         halvings: 0,
+        target_halvings: 0,
         steps: 3000,
     };
 }
@@ -327,6 +330,16 @@ impl<'a> Observer<'a> {
         });
     }
 
+    /// Whether each part of a target is hidden, be it by different things.
+    fn hides_in_parts(&mut self, eye: &Region, target: &Region, halvings: u32) -> bool {
+        halvings > 0
+            && target.halves().iter().all(|part| {
+                (self.settings.fusion && self.shadows.hide(part))
+                    || self.prover.hides(eye, part).is_some()
+                    || self.hides_in_parts(eye, part, halvings - 1)
+            })
+    }
+
     fn questions(&self, open: &[u32]) -> Vec<u32> {
         let unknown = open.iter().filter(|object| !self.known[**object as usize]);
         unknown.copied().collect()
@@ -356,6 +369,11 @@ impl<'a> Observer<'a> {
             return;
         }
         if halvings == 0 {
+            let mut questions = questions;
+            questions.retain(|object| {
+                let target = self.scenery.targets[*object as usize].as_ref();
+                !target.is_some_and(|target| self.hides_in_parts(eye, target, self.settings.target_halvings))
+            });
             // What nobody looks for is settled here; else it is looked for from other parts too.
             if look.is_none() {
                 for object in &questions {

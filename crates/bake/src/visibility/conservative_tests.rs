@@ -20,6 +20,7 @@ const ONE_BODY: ConservativeSettings = ConservativeSettings {
     },
     fusion: false,
     halvings: 0,
+    target_halvings: 0,
     steps: u32::MAX,
 };
 const FUSED: ConservativeSettings = ConservativeSettings {

@@ -157,7 +157,9 @@ impl Shadows {
     /// Whether a target is hidden from the whole eye box.
     #[must_use]
     pub fn hide(&self, target: &Region) -> bool {
-        debug_assert!(target.min.y >= self.floor_m);
+        if target.min.y < self.floor_m {
+            return false;
+        }
         let (min, max) = (target.min - self.half - self.eye, target.max + self.half - self.eye);
         if min.cmple(Vec3::ZERO).all() && max.cmpge(Vec3::ZERO).all() {
             return false;

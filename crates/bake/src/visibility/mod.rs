@@ -41,6 +41,7 @@ pub use glance::glance;
 use prover::Proofs;
 pub use sampled::SampledSettings;
 use sampled::Survey;
+use sampler::Sampler;
 
 /// How visible sets are computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -68,9 +69,15 @@ pub struct VisibilitySettings {
 }
 
 /// A conservative set is tight when it holds at most so many times as many objects as rays have seen.
-pub const TIGHT: f64 = 1.25;
+pub const TIGHT: f64 = 1.3;
 /// Cells are halved so often for what could not be proved hidden from all of them.
 const HALVINGS: u32 = 4;
+/// … and so often the boxes of what is left then.
+const TARGET_HALVINGS: u32 = 3;
+/// … and less often where proofs only say where to look.
+const HINT_HALVINGS: u32 = 2;
+/// About so many cells tell whether proofs are tight.
+const TRIED_CELLS: usize = 24;
 /// An object that no ray has seen is taken to fill this solid angle, in steradians.
 const UNSEEN_SR: f32 = 1e-9;
 /// … and to be visible along this share of sight lines.
@@ -150,6 +157,7 @@ impl Method {
             proofs: Proofs { bodies, walls },
             fusion: bodies,
             halvings: HALVINGS,
+            target_halvings: TARGET_HALVINGS,
             steps: u32::MAX,
         };
         match self {
@@ -194,22 +202,36 @@ pub fn compute(
 ) -> Result<Visibility, Cancelled> {
     let count = graph.cells.len();
     let sampled = settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count));
-    // Sampling; then proofs with a last search, and doors.
-    progress.start(Stage::Visibility, sampled.steps(count) + 2 * count as u64);
+    // Sampling; then proofs for a few cells, for all of them, and doors.
+    progress.start(Stage::Visibility, sampled.steps(count) + 3 * count as u64);
     let mut survey = Survey::new(world, graph, &sampled, progress);
     survey.look()?;
-    let proofs = settings.method.proofs();
-    let not_hidden = match proofs {
-        Some(proofs) => {
-            let not_hidden = survey.search(|cell, sampler| {
-                let mut observer = Observer::new(scenery, proofs);
-                let eye = Region::of_cell(world, &graph.cells[cell]);
-                let seen = sampler.seen();
-                let found = observer.visible_or_found(&eye, &seen, &mut |part, object| sampler.look_from(part, object));
-                found
-            })?;
-            Some(not_hidden)
+    let mut proofs = settings.method.proofs();
+    let ask = |settings| {
+        move |cell: usize, sampler: &mut Sampler| {
+            let eye = Region::of_cell(world, &graph.cells[cell]);
+            let (seen, mut observer) = (sampler.seen(), Observer::new(scenery, settings));
+            observer.visible_or_found(&eye, &seen, &mut |part, object| sampler.look_from(part, object))
         }
+    };
+    if let (Method::Auto, Some(thorough)) = (settings.method, proofs) {
+        let step = count.div_ceil(TRIED_CELLS).max(1);
+        let tried = survey.search(|cell, sampler| (cell % step == 0).then(|| ask(thorough)(cell, sampler).len()))?;
+        let not_hidden: usize = tried.iter().flatten().sum();
+        let seen: usize = survey.seen_counts().step_by(step).sum();
+        if not_hidden as f64 > TIGHT * seen as f64 {
+            // They will not be published, but say where else to look.
+            proofs = Some(ConservativeSettings {
+                halvings: HINT_HALVINGS,
+                target_halvings: 0,
+                ..thorough
+            });
+        }
+    } else {
+        progress.advance(count as u64);
+    }
+    let not_hidden = match proofs {
+        Some(proofs) => Some(survey.search(ask(proofs))?),
         None => {
             progress.advance(count as u64);
             None

@@ -36,7 +36,7 @@ const MAX_OPENINGS_PASSED: usize = 4;
 /// A wall with more openings than this in the way proves nothing.
 const MAX_OPENINGS: usize = 20;
 /// How many walls are tried before a question is given up, by how many openings were passed.
-const WALLS_TRIED: [usize; MAX_OPENINGS_PASSED] = [6, 4, 2, 1];
+const WALLS_TRIED: [usize; MAX_OPENINGS_PASSED] = [4, 3, 2, 1];
 /// How many bodies, and how many walls, that worked lately in the same direction are tried first.
 const RECENT: usize = 6;
 /// So many directions all around.

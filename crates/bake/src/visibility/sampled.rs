@@ -193,6 +193,11 @@ impl<'a> Survey<'a> {
             .collect()
     }
 
+    /// How many objects each cell has seen so far.
+    pub(super) fn seen_counts(&self) -> impl Iterator<Item = usize> {
+        self.states.iter().map(|state| state.seen.len())
+    }
+
     /// Known sight lines of each cell, one for each object that it has seen.
     pub(super) fn sightings(&self) -> Vec<Vec<Sighting>> {
         self.states.iter().map(|state| state.seen.clone()).collect()
