@@ -68,14 +68,17 @@ pub struct VisibilitySettings {
     pub sampled: Option<SampledSettings>,
 }
 
-/// A conservative set is tight when it holds at most so many times as many objects as rays have seen.
-pub const TIGHT: f64 = 1.3;
+/// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
+/// anything may fetch a few things too many, last of all.
+pub const WORTH: f64 = 2.0;
+/// Where a few cells show that thorough proofs come this near, all cells get them.
+const TIGHT: f64 = 1.3;
 /// Cells are halved so often for what could not be proved hidden from all of them.
 const HALVINGS: u32 = 4;
 /// … and so often the boxes of what is left then.
 const TARGET_HALVINGS: u32 = 3;
-/// … and less often where proofs only say where to look.
-const HINT_HALVINGS: u32 = 2;
+/// … and less often where that is not tight anyway.
+const FEW_HALVINGS: u32 = 1;
 /// About so many cells tell whether proofs are tight.
 const TRIED_CELLS: usize = 24;
 /// An object that no ray has seen is taken to fill this solid angle, in steradians.
@@ -220,9 +223,8 @@ pub fn compute(
         let not_hidden: usize = tried.iter().flatten().sum();
         let seen: usize = survey.seen_counts().step_by(step).sum();
         if not_hidden as f64 > TIGHT * seen as f64 {
-            // They will not be published, but say where else to look.
             proofs = Some(ConservativeSettings {
-                halvings: HINT_HALVINGS,
+                halvings: FEW_HALVINGS,
                 target_halvings: 0,
                 ..thorough
             });
@@ -276,13 +278,13 @@ pub fn compute(
 fn decide(wanted: Method, mean_seen: f64, mean_not_hidden: Option<f64>) -> (Method, String) {
     let ratio = mean_not_hidden.map(|n| n / mean_seen.max(f64::MIN_POSITIVE));
     match (wanted, ratio) {
-        (Method::Auto, Some(ratio)) if ratio <= TIGHT => (
+        (Method::Auto, Some(ratio)) if ratio <= WORTH => (
             Method::Conservative,
             format!("sets that are proved complete hold {ratio:.2} times what rays have seen"),
         ),
         (Method::Auto, Some(ratio)) => (
             Method::Sampled,
-            format!("sets that are proved complete would hold {ratio:.2} times what rays have seen, more than {TIGHT}"),
+            format!("sets that are proved complete would hold {ratio:.2} times what rays have seen, more than {WORTH}"),
         ),
         (wanted, Some(ratio)) => (wanted, format!("asked for; {ratio:.2} times what rays have seen")),
         (wanted, None) => (wanted, "asked for".to_owned()),

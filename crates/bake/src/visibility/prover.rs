@@ -30,13 +30,13 @@ use super::segment;
 use crate::occluders::{Body, Occluders, Rectangle, Region, Wall, Way};
 
 /// At most this many tests of a wall for one question.
-pub const MAX_STEPS: u32 = 1500;
+pub const MAX_STEPS: u32 = 300;
 /// Sight lines are followed through at most this many openings.
 const MAX_OPENINGS_PASSED: usize = 4;
 /// A wall with more openings than this in the way proves nothing.
-const MAX_OPENINGS: usize = 20;
+const MAX_OPENINGS: usize = 8;
 /// How many walls are tried before a question is given up, by how many openings were passed.
-const WALLS_TRIED: [usize; MAX_OPENINGS_PASSED] = [4, 3, 2, 1];
+const WALLS_TRIED: [usize; MAX_OPENINGS_PASSED] = [3, 2, 1, 1];
 /// How many bodies, and how many walls, that worked lately in the same direction are tried first.
 const RECENT: usize = 6;
 /// So many directions all around.
