@@ -68,7 +68,8 @@ fn boxes(boxes: &[(&str, [f64; 3], [f64; 3])]) -> Vec<u8> {
     [&b"glTF"[..], &2u32.to_le_bytes(), &total, &chunks].concat()
 }
 
-fn two_rooms() -> Vec<u8> {
+/// Rooms to the west and the east of a wall at x = 5 m, a door in it from z = 2 m to 3 m.
+pub(crate) fn two_rooms() -> Vec<u8> {
     boxes(&[
         ("floor", [-0.2, -0.2, -0.2], [10.4, 0.0, 5.2]),
         ("ceiling", [-0.2, 3.0, -0.2], [10.4, 3.2, 5.2]),
@@ -85,7 +86,7 @@ fn two_rooms() -> Vec<u8> {
     ])
 }
 
-async fn document(source: &HttpSource, path: &str) -> Value {
+pub(crate) async fn document(source: &HttpSource, path: &str) -> Value {
     serde_json::from_slice(&source.get(path).await.expect(path)).expect(path)
 }
 

@@ -7,4 +7,5 @@ mod program;
 mod publishing;
 mod triangles;
 mod verifying;
+mod visible;
 mod walking;
