@@ -205,8 +205,7 @@ pub fn compute(
                 let mut observer = Observer::new(scenery, proofs);
                 let eye = Region::of_cell(world, &graph.cells[cell]);
                 let seen = sampler.seen();
-                let found = observer.visible_or_found(&eye, &seen, &mut |part, object| sampler.look_from(part, object));
-                found
+                observer.visible_or_found(&eye, &seen, &mut |part, object| sampler.look_from(part, object))
             })?;
             Some(not_hidden)
         }
