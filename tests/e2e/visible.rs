@@ -172,10 +172,10 @@ async fn what_was_seen_from_a_cell_is_in_the_answer_for_its_box() {
 #[tokio::test(flavor = "multi_thread")]
 async fn pages_together_are_the_whole_answer() {
     let rooms = Rooms::served().await;
-    let whole = rooms.answer(json!({"position": BEFORE_THE_DOOR})).await;
+    let whole = rooms.answer(json!({"position": BEFORE_THE_DOOR, "after": null})).await;
     assert!(whole["next_after"].is_null() && objects(&whole).len() > 3, "{whole}");
     let mut pages = Vec::new();
-    let mut question = json!({"position": BEFORE_THE_DOOR, "limit": 3, "revision": whole["revision"]});
+    let mut question = json!({"position": BEFORE_THE_DOOR, "limit": 3.0, "revision": whole["revision"]});
     loop {
         let page = rooms.answer(question.clone()).await;
         assert_eq!(page["total"], whole["total"]);
@@ -204,6 +204,7 @@ async fn what_cannot_be_answered_is_refused_with_a_reason() {
         (json!({"position": at, "radius_m": -1}), "/radius_m"),
         (json!({"box": {"min": [0, 0, -1e10], "max": at}}), "/box"),
         (json!({"position": at, "limit": 0}), "/limit"),
+        (json!({"position": at, "limit": 2.5}), "/limit"),
         (json!({"position": at, "closed": too_many}), "/closed"),
     ] {
         let reply = rooms.ask(question.clone()).await;
