@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod doors;
+mod explaining;
 mod program;
 mod publishing;
 mod triangles;
