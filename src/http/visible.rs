@@ -20,8 +20,8 @@ use super::{error::ApiError, extract::Path, queries::find};
 use crate::published::{NoDoor, NotHidden, Publications, Question};
 
 const MAX_BODY_BYTES: usize = 64 << 10;
-const DEFAULT_LIMIT: usize = 1000;
-const MOST: usize = 10_000;
+const DEFAULT_LIMIT: f64 = 1000.0;
+const MOST: f64 = 10_000.0;
 const MOST_DOORS: usize = 64;
 /// Places further than this from the origin are refused: single precision holds no scene out there.
 const FURTHEST_M: f64 = 1e9;
@@ -48,7 +48,8 @@ struct Asked {
     #[serde(alias = "bounds")]
     r#box: Option<Corners>,
     closed: Vec<ObjectId>,
-    limit: Option<usize>,
+    /// To JSON Schema 10.0 is an integer.
+    limit: Option<f64>,
     after: Option<ObjectId>,
     revision: Option<Revision>,
 }
@@ -117,13 +118,11 @@ impl Asked {
 
     fn limit(&self) -> Result<usize, ApiError> {
         let limit = self.limit.unwrap_or(DEFAULT_LIMIT);
-        if (1..=MOST).contains(&limit) {
-            Ok(limit)
+        if limit.fract() == 0.0 && (1.0..=MOST).contains(&limit) {
+            Ok(limit as usize)
         } else {
-            Err(ApiError::bad_body(
-                "/limit",
-                format!("the limit must be from 1 to {MOST}; got {limit}"),
-            ))
+            let detail = format!("the limit must be a whole number from 1 to {MOST}; got {limit}");
+            Err(ApiError::bad_body("/limit", detail))
         }
     }
 }

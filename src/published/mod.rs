@@ -4,6 +4,7 @@
 //! and a request never waits for SQL. A [`SceneReader`] answers questions about one revision from its blobs alone,
 //! exactly as a client would.
 
+mod hiding;
 mod question;
 mod reader;
 
@@ -17,6 +18,7 @@ use bytes::Bytes;
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
+pub use hiding::{Hiding, Plane};
 pub use question::{Blockers, NoDoor, NotHidden, Question};
 pub use reader::{DecodedCache, ObjectPage, ReadError, SceneReader, VisibleObject, VisiblePage};
 

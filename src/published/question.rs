@@ -12,9 +12,9 @@ use serde::Serialize;
 
 /// What hides in one revision.
 pub struct Blockers {
-    scenery: Scenery,
+    pub(super) scenery: Scenery,
     /// Where positions are relative to, in world space.
-    origin: DVec3,
+    pub(super) origin: DVec3,
     doors: Vec<u32>,
 }
 
@@ -59,7 +59,7 @@ impl Blockers {
     }
 
     /// A region in world space, rounded outwards.
-    fn region(&self, bounds: &Bounds) -> Region {
+    pub(super) fn region(&self, bounds: &Bounds) -> Region {
         let [min, max] = [bounds.min, bounds.max].map(|p| (DVec3::from(p) - self.origin).as_vec3());
         let rounding = f32::EPSILON * min.abs().max(max.abs());
         Region::of_box(min - rounding, max + rounding)
@@ -82,13 +82,9 @@ impl Blockers {
         let visible = observer.visible(&eye, &[]);
         let described = visible.into_iter().filter_map(|object| {
             let target = self.scenery.targets[object as usize].as_ref()?;
-            let absolute = |p: glam::Vec3| (self.origin + p.as_dvec3()).to_array();
             Some(NotHidden {
                 object: ObjectId(object),
-                bounds: Bounds {
-                    min: absolute(target.min),
-                    max: absolute(target.max),
-                },
+                bounds: self.absolute([target.min, target.max]),
                 distance_m: target.distance_m(&eye),
                 solid_angle_sr: target.solid_angle_sr(eye.center()),
             })

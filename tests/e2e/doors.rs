@@ -25,8 +25,8 @@ fn cube() -> (Vec<u8>, Vec<u8>) {
     )
 }
 
-/// A GLB of boxes, each with its name, lowest and highest corner.
-fn boxes(boxes: &[(&str, [f64; 3], [f64; 3])]) -> Vec<u8> {
+/// A GLB of boxes.
+pub(crate) fn boxes(boxes: &[Named]) -> Vec<u8> {
     let (positions, indices) = cube();
     let nodes: Vec<Value> = boxes
         .iter()
@@ -68,29 +68,35 @@ fn boxes(boxes: &[(&str, [f64; 3], [f64; 3])]) -> Vec<u8> {
     [&b"glTF"[..], &2u32.to_le_bytes(), &total, &chunks].concat()
 }
 
-fn two_rooms() -> Vec<u8> {
-    boxes(&[
-        ("floor", [-0.2, -0.2, -0.2], [10.4, 0.0, 5.2]),
-        ("ceiling", [-0.2, 3.0, -0.2], [10.4, 3.2, 5.2]),
-        ("west", [-0.2, 0.0, -0.2], [0.0, 3.0, 5.2]),
-        ("east", [10.2, 0.0, -0.2], [10.4, 3.0, 5.2]),
-        ("south", [0.0, 0.0, -0.2], [10.2, 3.0, 0.0]),
-        ("north", [0.0, 0.0, 5.0], [10.2, 3.0, 5.2]),
-        ("left of the door", [5.0, 0.0, 0.0], [5.2, 3.0, 2.0]),
-        ("right of the door", [5.0, 0.0, 3.0], [5.2, 3.0, 5.0]),
-        ("lintel", [5.0, 2.2, 2.0], [5.2, 3.0, 3.0]),
-        ("door:between", [5.0, 0.0, 2.0], [5.2, 2.2, 3.0]),
-        ("beyond", [1.0, 0.0, 1.0], [1.4, 0.5, 1.4]),
-        ("here", [9.0, 0.0, 2.3], [9.4, 1.5, 2.7]),
-    ])
+/// A box: its name, lowest and highest corner.
+pub(crate) type Named = (&'static str, [f64; 3], [f64; 3]);
+
+/// Rooms to the west and the east of a wall at x = 5 m, a door in it from z = 2 m to 3 m.
+pub(crate) const TWO_ROOMS: [Named; 12] = [
+    ("floor", [-0.2, -0.2, -0.2], [10.4, 0.0, 5.2]),
+    ("ceiling", [-0.2, 3.0, -0.2], [10.4, 3.2, 5.2]),
+    ("west", [-0.2, 0.0, -0.2], [0.0, 3.0, 5.2]),
+    ("east", [10.2, 0.0, -0.2], [10.4, 3.0, 5.2]),
+    ("south", [0.0, 0.0, -0.2], [10.2, 3.0, 0.0]),
+    ("north", [0.0, 0.0, 5.0], [10.2, 3.0, 5.2]),
+    ("left of the door", [5.0, 0.0, 0.0], [5.2, 3.0, 2.0]),
+    ("right of the door", [5.0, 0.0, 3.0], [5.2, 3.0, 5.0]),
+    ("lintel", [5.0, 2.2, 2.0], [5.2, 3.0, 3.0]),
+    ("door:between", [5.0, 0.0, 2.0], [5.2, 2.2, 3.0]),
+    ("beyond", [1.0, 0.0, 1.0], [1.4, 0.5, 1.4]),
+    ("here", [9.0, 0.0, 2.3], [9.4, 1.5, 2.7]),
+];
+
+pub(crate) fn two_rooms() -> Vec<u8> {
+    boxes(&TWO_ROOMS)
 }
 
-async fn document(source: &HttpSource, path: &str) -> Value {
+pub(crate) async fn document(source: &HttpSource, path: &str) -> Value {
     serde_json::from_slice(&source.get(path).await.expect(path)).expect(path)
 }
 
 /// The objects of a page by their names in the source.
-fn names(page: &Value) -> Vec<(String, String)> {
+pub(crate) fn names(page: &Value) -> Vec<(String, String)> {
     assert!(page["next"].is_null(), "{page}");
     let objects = page["objects"].as_array().expect("objects");
     let text = |object: &Value, name: &str| object[name].as_str().expect(name).to_owned();

@@ -3,8 +3,10 @@
 
 mod bad_input;
 mod doors;
+mod explaining;
 mod program;
 mod publishing;
 mod triangles;
 mod verifying;
+mod visible;
 mod walking;

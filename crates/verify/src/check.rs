@@ -172,7 +172,7 @@ impl Cell {
 
     /// Eye `number` of this cell. Kinds of places are tried from another one on in each cell, so that all kinds occur
     /// even with one eye a cell.
-    fn eye(&self, seed: u64, number: u64) -> Eye {
+    pub(crate) fn eye(&self, seed: u64, number: u64) -> Eye {
         self.room.eye(seed, self.id.0, number + u64::from(self.id.0))
     }
 }

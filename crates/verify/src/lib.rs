@@ -14,6 +14,7 @@
 //!   1984): which object shows at each pixel.
 //! * [`sight`]: single sight lines in `f64`, which confirm or reject what the item buffer claims.
 //! * [`check`]: all cells, all eyes, and what came out.
+//! * [`line`]: one sight line from a cell to an object.
 //! * [`verdict`]: whether that is good enough.
 //! * [`picture`]: a view for people.
 //!
@@ -23,6 +24,7 @@ pub mod check;
 pub mod cube;
 pub mod eyes;
 pub mod glb;
+pub mod line;
 pub mod picture;
 mod random;
 pub mod scene;

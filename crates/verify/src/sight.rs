@@ -34,6 +34,26 @@ pub enum Doubt {
 /// Whether an object is seen in a direction: the ray meets a side of it that shows, and no other object hides that.
 #[must_use]
 pub fn sees(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Doubt) -> bool {
+    face_seen(scene, eye, direction, object, doubt).is_some()
+}
+
+/// Whether a point of an object is seen, of which the item buffer draws more than there is: a point or a line. The one
+/// nearest to the direction counts.
+#[must_use]
+pub fn sees_thin(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Doubt) -> bool {
+    thin_seen(scene, eye, direction, object, doubt).is_some()
+}
+
+/// The point of an object that is seen in a direction, in world space: on a face, or else on a line or a point of it.
+#[must_use]
+pub fn point_seen(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Doubt) -> Option<DVec3> {
+    let from_eye = face_seen(scene, eye, direction, object, doubt);
+    let from_eye = from_eye.or_else(|| thin_seen(scene, eye, direction, object, doubt));
+    from_eye.map(|point| eye + point)
+}
+
+/// The nearest face that shows, unless something hides it, relative to the eye.
+fn face_seen(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Doubt) -> Option<DVec3> {
     let direction = direction.normalize();
     let grown = match doubt {
         Doubt::Hides => 0.0,
@@ -45,13 +65,12 @@ pub fn sees(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Dou
             nearest = nearest.min(hit.distance_m);
         }
     });
-    nearest.is_finite() && !hidden(scene, eye, direction, nearest, object, doubt)
+    let seen = nearest.is_finite() && !hidden(scene, eye, direction, nearest, object, doubt);
+    seen.then(|| nearest * direction)
 }
 
-/// Whether a point of an object is seen, of which the item buffer draws more than there is: a point or a line. The one
-/// nearest to the direction counts.
-#[must_use]
-pub fn sees_thin(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Doubt) -> bool {
+/// The point or place on a line that is nearest to the direction, unless something hides it, relative to the eye.
+fn thin_seen(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Doubt) -> Option<DVec3> {
     let direction = direction.normalize();
     let model = scene.model_of(object as usize);
     let place = scene.eye_from_object(object as usize, eye);
@@ -62,11 +81,10 @@ pub fn sees_thin(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt
         .map(|[a, b]| nearest_to_ray(at(*a), at(*b), direction));
     let all = on_lines.chain(model.points.iter().map(|p| at(*p)));
     let off = |p: &DVec3| 1.0 - p.normalize_or_zero().dot(direction);
-    let target = all.min_by(|a, b| off(a).total_cmp(&off(b)));
-    target.is_some_and(|p| {
-        let distance_m = p.length();
-        distance_m > 0.0 && !hidden(scene, eye, p / distance_m, distance_m, object, doubt)
-    })
+    let target = all.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+    let distance_m = target.length();
+    let seen = distance_m > 0.0 && !hidden(scene, eye, target / distance_m, distance_m, object, doubt);
+    seen.then_some(target)
 }
 
 /// The point of a line from `a` to `b` that is nearest to a ray from the origin.

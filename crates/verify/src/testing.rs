@@ -1,9 +1,15 @@
 //! Small worlds for tests.
 
-use belvedere_scene::ObjectId;
+use belvedere_scene::{
+    Bounds, CellId, ObjectId,
+    record::{CellRecord, Guarantee, Hull, Visible},
+};
 use glam::{DMat4, Vec3};
 
-use crate::scene::{Model, Object, Scene, Surface};
+use crate::{
+    check::Cell,
+    scene::{Model, Object, Scene, Surface},
+};
 
 /// A GLB of a JSON text and a binary chunk.
 pub(crate) fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
@@ -62,4 +68,34 @@ pub(crate) fn object(model: usize, world_from_object: DMat4) -> Object {
         world_from_object,
         door: false,
     }
+}
+
+/// The cell c4 from −1 to 1 m whose record lists objects.
+pub(crate) fn cell(listed: &[u32], guarantee: Guarantee) -> Cell {
+    let bounds = Bounds {
+        min: [-1.0; 3],
+        max: [1.0; 3],
+    };
+    Cell::of(&CellRecord {
+        cell: CellId(4),
+        hull: Hull::of_box(&bounds),
+        adjacent: vec![],
+        portals: vec![],
+        cpvs: vec![],
+        opvs: listed
+            .iter()
+            .map(|o| Visible {
+                object: ObjectId(*o),
+                fraction: 1.0,
+                solid_angle_sr: 1.0,
+                doors: vec![],
+            })
+            .collect(),
+        lpvs: vec![],
+        method: "by hand".to_owned(),
+        guarantee,
+        miss_bound: 0.0,
+        visible_level0_bytes: 0,
+        visible_coarsest_bytes: 0,
+    })
 }

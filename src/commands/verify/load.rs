@@ -15,17 +15,21 @@ use glam::DMat4;
 use crate::{publish::data::DataFolder, published::SceneReader, store::BlobStore};
 
 /// A published scene, ready to be checked.
-pub(super) struct Published {
-    pub(super) pointer: Pointer,
-    pub(super) visibility: VisibilitySummary,
-    pub(super) scene: Scene,
-    pub(super) cells: Vec<Cell>,
+pub(in crate::commands) struct Published {
+    pub(in crate::commands) pointer: Pointer,
+    pub(in crate::commands) visibility: VisibilitySummary,
+    pub(in crate::commands) scene: Scene,
+    pub(in crate::commands) cells: Vec<Cell>,
     /// The name of each object in the source.
-    pub(super) nodes: Vec<String>,
+    pub(in crate::commands) nodes: Vec<String>,
 }
 
 /// Reads the current revision of a scene, with one of its cells or all.
-pub(super) async fn published(data: &DataFolder, name: &SceneName, only: Option<CellId>) -> anyhow::Result<Published> {
+pub(in crate::commands) async fn published(
+    data: &DataFolder,
+    name: &SceneName,
+    only: Option<CellId>,
+) -> anyhow::Result<Published> {
     let _no_gc = data.lock_for_writing()?;
     let Some(baked) = data.catalogue().baked(name).await? else {
         anyhow::bail!(unknown(data, name).await?);

@@ -1,7 +1,7 @@
 //! `belvedere verify SCENE`: does any eye see what the record of its cell lacks? Reads the published files, asks the
 //! oracle of `belvedere-verify`, tells what came out, and fails when that is not good enough.
 
-mod load;
+pub(super) mod load;
 mod png;
 mod report;
 

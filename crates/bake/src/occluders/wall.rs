@@ -273,8 +273,9 @@ impl Wall {
         area(&inside) / total * self.count(way, u, v) as f32 / squares.max(1) as f32
     }
 
-    /// The box around its grid.
-    pub(crate) fn around(&self) -> [Vec3; 2] {
+    /// The box around its grid: the lowest corner and the highest.
+    #[must_use]
+    pub fn around(&self) -> [Vec3; 2] {
         let ends = |axis: usize| [self.lines[axis][0], self.lines[axis][self.lines[axis].len() - 1]];
         let corners = ends(0)
             .into_iter()

@@ -1,45 +1,15 @@
 use super::*;
 use crate::{
     scene::Model,
-    testing::{BOTH_SIDES, OPAQUE, quad, scene},
+    testing::{BOTH_SIDES, OPAQUE, cell, quad, scene},
     verdict::failures,
 };
-use belvedere_scene::{Bounds, record::Hull};
 
 /// A wall and, behind it, something that sticks out on one side by `out` metres.
 fn wall_and_pole(out: f32) -> Scene {
     let wall = quad([-4.0, -4.0], [4.0, 4.0], -2.0, OPAQUE);
     let pole = quad([0.0, -1.0], [4.0 + out, 1.0], -2.5, BOTH_SIDES);
     scene(vec![wall, pole])
-}
-
-fn cell(listed: &[u32], guarantee: Guarantee) -> Cell {
-    let bounds = Bounds {
-        min: [-1.0; 3],
-        max: [1.0; 3],
-    };
-    Cell::of(&CellRecord {
-        cell: CellId(4),
-        hull: Hull::of_box(&bounds),
-        adjacent: vec![],
-        portals: vec![],
-        cpvs: vec![],
-        opvs: listed
-            .iter()
-            .map(|o| belvedere_scene::record::Visible {
-                object: ObjectId(*o),
-                fraction: 1.0,
-                solid_angle_sr: 1.0,
-                doors: vec![],
-            })
-            .collect(),
-        lpvs: vec![],
-        method: "by hand".to_owned(),
-        guarantee,
-        miss_bound: 0.0,
-        visible_level0_bytes: 0,
-        visible_coarsest_bytes: 0,
-    })
 }
 
 fn settings(size_px: usize) -> Settings {

@@ -1,5 +1,7 @@
 //! `belvedere inspect SCENE|FILE`: what is in a published scene, cell by cell, or in a source file.
 
+mod explain;
+
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
@@ -29,6 +31,9 @@ pub(super) struct Args {
     /// Show one cell of a published scene
     #[arg(long)]
     cell: Option<CellId>,
+    /// Say why an object can be seen from that cell, or why not
+    #[arg(long, requires = "cell")]
+    object: Option<ObjectId>,
     /// The data folder
     #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
     data: PathBuf,
@@ -60,9 +65,10 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         reader: SceneReader::of(&baked.pointer, data.store().clone()),
         pointer: baked.pointer,
     };
-    match args.cell {
-        Some(cell) => inspect_cell(&scene, cell, args.json).await,
-        None => inspect_scene(&scene, serde_json::from_value(baked.report)?, args.json).await,
+    match (args.cell, args.object) {
+        (Some(cell), Some(object)) => explain::explain(&data, &name, &scene, (cell, object), args.json).await,
+        (Some(cell), None) => inspect_cell(&scene, cell, args.json).await,
+        (None, _) => inspect_scene(&scene, serde_json::from_value(baked.report)?, args.json).await,
     }
 }
 

@@ -1,0 +1,204 @@
+//! `belvedere inspect SCENE --cell C --object O`: why is the object in the cell's visible set, or why is it not?
+//!
+//! What is seen is shown by a sight line of the oracle (`belvedere-verify`); what is hidden, by what hides it. What is
+//! neither is said to be neither.
+
+use anyhow::Context;
+use belvedere_scene::{Bounds, CellId, ObjectId, SceneName, record::Visible};
+use belvedere_verify::line::{SightLine, sight_line};
+use serde::Serialize;
+
+use super::{Opened, cell, object};
+use crate::{
+    commands::{
+        output::{print, print_json},
+        verify::load,
+    },
+    publish::data::DataFolder,
+    published::{Hiding, Plane},
+};
+
+/// So many eyes look for an object before one gives up.
+const EYES: u64 = 200;
+/// Pixels along the side of a face of the cube around each.
+const SIZE_PX: usize = 256;
+
+/// What is known of one object and one cell.
+#[derive(Debug, Serialize)]
+struct Explained {
+    cell: CellId,
+    object: ObjectId,
+    source_node: String,
+    /// The record's entry; null when the record does not list the object.
+    listed: Option<Visible>,
+    /// Null when nobody looked or no eye saw it.
+    sight_line: Option<SightLine>,
+    /// What hides it from all of the cell while all doors are open; null when that was not proved or not asked.
+    hidden: Option<Vec<Reason>>,
+    /// How many eyes may have looked for it.
+    eyes: u64,
+}
+
+/// What hides it, with the name of the object that does.
+#[derive(Debug, Serialize)]
+struct Reason {
+    #[serde(flatten)]
+    hiding: Hiding,
+    source_node: Option<String>,
+}
+
+pub(super) async fn explain(
+    data: &DataFolder,
+    name: &SceneName,
+    scene: &Opened,
+    (in_cell, about): (CellId, ObjectId),
+    json: bool,
+) -> anyhow::Result<()> {
+    let (entry, record) = cell(scene, in_cell).await?;
+    let known = scene.pointer.objects;
+    anyhow::ensure!(
+        about.0 < known,
+        "there is no object {about}; the scene has {known}, the first is o0"
+    );
+    let listed = record
+        .visible()
+        .iter()
+        .find(|v| v.object == about)
+        .map(|v| Visible::clone(v));
+    let mut explained = Explained {
+        cell: in_cell,
+        object: about,
+        source_node: object(scene, about).await?.source_node,
+        listed,
+        sight_line: None,
+        hidden: None,
+        eyes: 0,
+    };
+    // The likelier answer first; the other only when there is none.
+    if explained.listed.is_none() {
+        explained.hidden = hidden(scene, &entry.bounds, about).await?;
+    }
+    if explained.hidden.is_none() {
+        explained.eyes = EYES;
+        explained.sight_line = look(data, name, in_cell, about).await?;
+        if explained.listed.is_some() && explained.sight_line.is_none() {
+            explained.hidden = hidden(scene, &entry.bounds, about).await?;
+        }
+    }
+    if json {
+        print_json(&explained)
+    } else {
+        print(&explained.text())
+    }
+}
+
+async fn look(
+    data: &DataFolder,
+    name: &SceneName,
+    in_cell: CellId,
+    about: ObjectId,
+) -> anyhow::Result<Option<SightLine>> {
+    let published = load::published(data, name, Some(in_cell)).await?;
+    let line = tokio::task::spawn_blocking(move || {
+        let mut cells = published.cells.iter();
+        cells.find_map(|cell| sight_line(&published.scene, cell, about.0, EYES, SIZE_PX))
+    });
+    Ok(line.await?)
+}
+
+async fn hidden(scene: &Opened, bounds: &Bounds, about: ObjectId) -> anyhow::Result<Option<Vec<Reason>>> {
+    let blockers = scene.reader.blockers().await?;
+    let blockers = blockers.context("the scene was baked without occluders: bake it again")?;
+    let bounds = *bounds;
+    let found = tokio::task::spawn_blocking(move || blockers.hiding(&bounds, about)).await?;
+    let Some(found) = found else {
+        return Ok(None);
+    };
+    let mut reasons = Vec::new();
+    for hiding in found {
+        let source_node = match &hiding {
+            Hiding::Body { object: by, .. } => Some(object(scene, *by).await?.source_node),
+            Hiding::Walls { .. } | Hiding::Bodies => None,
+        };
+        reasons.push(Reason { hiding, source_node });
+    }
+    Ok(Some(reasons))
+}
+
+impl Explained {
+    fn text(&self) -> String {
+        let mut lines = vec![match &self.listed {
+            Some(visible) => {
+                let doors: Vec<_> = visible.doors.iter().map(ToString::to_string).collect();
+                let doors = if doors.is_empty() {
+                    String::new()
+                } else {
+                    format!("; hidden when closed: {}", doors.join(" "))
+                };
+                format!(
+                    "{} ({}) is in the set of {}: {:.4} of the sight lines to it arrive, it fills {:.2e} sr{doors}",
+                    self.object, self.source_node, self.cell, visible.fraction, visible.solid_angle_sr
+                )
+            }
+            None => format!(
+                "{} ({}) is not in the set of {}",
+                self.object, self.source_node, self.cell
+            ),
+        }];
+        match (&self.sight_line, &self.hidden) {
+            (Some(line), _) => lines.push(format!(
+                "{}seen from {} ({}) at {}",
+                if self.listed.is_some() { "" } else { "missing: it is " },
+                place(line.eye),
+                line.place,
+                place(line.point)
+            )),
+            (None, Some(reasons)) => {
+                let all = match reasons.len() {
+                    1 => "from all of the cell",
+                    _ => "from one part of the cell or another",
+                };
+                lines.extend(reasons.iter().map(|reason| format!("hidden {all} {}", reason.text())));
+            }
+            (None, None) => lines.push(format!(
+                "not seen by {} eyes; cannot be proved hidden from the box around the cell",
+                self.eyes
+            )),
+        }
+        lines.join("\n")
+    }
+}
+
+impl Reason {
+    fn text(&self) -> String {
+        match &self.hiding {
+            Hiding::Body { object, bounds } => {
+                let node = self.source_node.as_deref().unwrap_or_default();
+                format!("by a body inside {object} ({node}), {}", span(bounds))
+            }
+            Hiding::Walls { walls } => {
+                let walls: Vec<_> = walls.iter().map(plane).collect();
+                format!("by walls: {}", walls.join("; then "))
+            }
+            Hiding::Bodies => "by bodies of several nearer objects together".to_owned(),
+        }
+    }
+}
+
+fn plane(wall: &Plane) -> String {
+    format!(
+        "the plane with normal {} at {:.3} m, {}",
+        place(wall.normal.map(f64::from)),
+        wall.offset_m,
+        span(&wall.bounds)
+    )
+}
+
+fn span(bounds: &Bounds) -> String {
+    format!("from {} to {}", place(bounds.min), place(bounds.max))
+}
+
+/// Three numbers, to the millimetre.
+fn place(point: [f64; 3]) -> String {
+    format!("[{}]", point.map(|x| format!("{x:.3}")).join(", "))
+}

@@ -1,0 +1,121 @@
+//! Why can an object not be seen from a view cell? The proof, in terms of what is published.
+//!
+//! A cell too large for one proof is halved, as the bake does: an object that is hidden from every part is hidden.
+
+use belvedere_bake::{
+    occluders::{Region, Wall},
+    visibility::{
+        conservative::{ConservativeSettings, Observer},
+        prover::Witness,
+    },
+};
+use belvedere_scene::{Bounds, ObjectId};
+use glam::Vec3;
+use serde::Serialize;
+
+use super::Blockers;
+
+/// A cell is cut into at most two to the power of so many parts.
+const HALVINGS: u32 = 5;
+
+/// What blocks every sight line from a part of a cell to the box around an object. All lengths in world space, metres.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "by", rename_all = "lowercase")]
+pub enum Hiding {
+    /// One convex body.
+    Body {
+        /// The object that it lies in.
+        object: ObjectId,
+        /// The box around it.
+        bounds: Bounds,
+    },
+    /// Walls one after the other: what an opening of one lets through, another stops.
+    Walls {
+        /// At least one.
+        walls: Vec<Plane>,
+    },
+    /// Bodies of several nearer objects together.
+    Bodies,
+}
+
+/// The plane of a wall: where `normal · p = offset_m`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plane {
+    /// A unit vector.
+    pub normal: [f32; 3],
+    /// How far it is from the origin of the world along the normal.
+    pub offset_m: f64,
+    /// The box around the wall, its openings included.
+    pub bounds: Bounds,
+}
+
+impl Blockers {
+    /// What hides an object from all of the box around a cell while all doors are open, each reason once; `None` when
+    /// that cannot be proved, or there is no such object.
+    #[must_use]
+    pub fn hiding(&self, cell: &Bounds, object: ObjectId) -> Option<Vec<Hiding>> {
+        // An object without geometry is seen by nobody, but there is nothing that hides it.
+        self.scenery.targets.get(object.0 as usize)?.as_ref()?;
+        let mut observer = Observer::new(&self.scenery, ConservativeSettings::ON_LINE);
+        let mut found = Vec::new();
+        self.prove(&mut observer, &self.region(cell), object, HALVINGS, &mut found)
+            .then_some(found)
+    }
+
+    /// Adds what hides an object from a part of the cell; says whether it is hidden from all of the part.
+    fn prove(
+        &self,
+        observer: &mut Observer,
+        eye: &Region,
+        object: ObjectId,
+        halvings: u32,
+        found: &mut Vec<Hiding>,
+    ) -> bool {
+        if let Some(witness) = observer.witness(eye, object.0) {
+            let hiding = self.told(&witness);
+            if !found.contains(&hiding) {
+                found.push(hiding);
+            }
+            return true;
+        }
+        halvings > 0
+            && eye
+                .halves()
+                .iter()
+                .all(|half| self.prove(observer, half, object, halvings - 1, found))
+    }
+
+    fn told(&self, witness: &Witness) -> Hiding {
+        let occluders = &self.scenery.blocker.occluders;
+        match witness {
+            Witness::Body(index) => {
+                let body = &occluders.bodies[*index as usize];
+                Hiding::Body {
+                    object: ObjectId(body.object),
+                    bounds: self.absolute([body.min, body.max]),
+                }
+            }
+            Witness::Walls(walls) => Hiding::Walls {
+                walls: walls
+                    .iter()
+                    .map(|index| self.plane(&occluders.walls[*index as usize]))
+                    .collect(),
+            },
+            Witness::Fused => Hiding::Bodies,
+        }
+    }
+
+    fn plane(&self, wall: &Wall) -> Plane {
+        Plane {
+            normal: wall.normal.to_array(),
+            offset_m: f64::from(wall.offset) + wall.normal.as_dvec3().dot(self.origin),
+            bounds: self.absolute(wall.around()),
+        }
+    }
+
+    /// A box in world space.
+    pub(super) fn absolute(&self, [min, max]: [Vec3; 2]) -> Bounds {
+        let [min, max] = [min, max].map(|p| (self.origin + p.as_dvec3()).to_array());
+        Bounds { min, max }
+    }
+}
