@@ -22,12 +22,12 @@ serve_museum() {
   "$belvedere" demo --listen 127.0.0.1:0 --data "$data" >"$work/serve.out" 2>"$work/serve.err" &
   local server=$!
   also_end "$server"
-  for _ in $(seq 3000); do
+  for _ in $(seq 9000); do
     base=$(grep -o 'http://127\.0\.0\.1:[0-9]*' "$work/serve.out" | head -1 || true)
     [ -n "$base" ] && { touch "$data/built"; return; }
     kill -0 "$server" 2>/dev/null || { cat "$work/serve.err" >&2; exit 1; }
     sleep 0.1
   done
-  echo "the server did not start within five minutes" >&2
+  echo "the server did not start within fifteen minutes" >&2
   exit 1
 }

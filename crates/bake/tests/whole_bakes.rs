@@ -12,7 +12,7 @@ use belvedere_bake::{
     import::{FileError, Imported, Limits, SourceFiles, import},
     progress::Silent,
     records::{BlobSink, SinkError, Written},
-    visibility::{SampledSettings, VisibilitySettings},
+    visibility::{Method, SampledSettings, VisibilitySettings},
 };
 use belvedere_scene::{BlobHash, BlobName, index::CellChunk, object::ObjectChunk, record::CellRecord};
 
@@ -45,7 +45,7 @@ struct Baked {
     defects: Defects,
 }
 
-fn baked(name: &str, bytes: Vec<u8>, folder: &Path, rays_per_cell: u32) -> Baked {
+fn baked(name: &str, bytes: Vec<u8>, folder: &Path, method: Method, rays_per_cell: u32) -> Baked {
     let files = Folder(folder.to_owned());
     let imported = import(name, bytes, &files, &Limits::default(), &Silent);
     let Imported { scene, mut defects } = imported.unwrap_or_else(|cause| panic!("{name}: {cause}"));
@@ -55,7 +55,7 @@ fn baked(name: &str, bytes: Vec<u8>, folder: &Path, rays_per_cell: u32) -> Baked
                 rays_per_cell,
                 ..SampledSettings::default()
             }),
-            ..VisibilitySettings::default()
+            method,
         },
         ..BakeSettings::default()
     };
@@ -75,7 +75,13 @@ fn baked(name: &str, bytes: Vec<u8>, folder: &Path, rays_per_cell: u32) -> Baked
 }
 
 fn baked_plan(text: &str) -> Baked {
-    baked("test.plan", text.as_bytes().to_vec(), Path::new("."), 20_000)
+    baked(
+        "test.plan",
+        text.as_bytes().to_vec(),
+        Path::new("."),
+        Method::Auto,
+        20_000,
+    )
 }
 
 impl Baked {
@@ -173,7 +179,7 @@ fn the_same_source_gives_the_same_bytes_for_one_two_and_eight_threads() {
     }
 }
 
-/// Enough to see that all stages work together; what is seen is checked elsewhere.
+/// Sampled, which is quickest, and enough to see that all stages work together; what is seen is checked elsewhere.
 const FEW_RAYS: u32 = 400;
 
 fn scenes() -> Option<PathBuf> {
@@ -209,7 +215,7 @@ fn every_world_beside_this_checkout_bakes() {
     ] {
         let path = scenes.join(file);
         let bytes = std::fs::read(&path).unwrap();
-        baked(file, bytes, path.parent().unwrap(), FEW_RAYS).check(file);
+        baked(file, bytes, path.parent().unwrap(), Method::Sampled, FEW_RAYS).check(file);
     }
 }
 
@@ -224,7 +230,13 @@ fn every_ill_behaved_file_beside_this_checkout_is_refused_or_bakes_after_mending
         "badUint.gltf",
     ] {
         let path = folder.join(file);
-        let baked = baked(file, std::fs::read(&path).unwrap(), path.parent().unwrap(), FEW_RAYS);
+        let baked = baked(
+            file,
+            std::fs::read(&path).unwrap(),
+            path.parent().unwrap(),
+            Method::Sampled,
+            FEW_RAYS,
+        );
         baked.check(file);
         assert!(
             baked.defects.iter().count() > 0,

@@ -1,5 +1,7 @@
 //! Do the walk, the index and a look at every cell name the same cell, also on faces, edges and corners?
 
+#![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
+
 use belvedere_scene::{
     BlobName, Bounds, CellId,
     convex::{HalfSpace, TOUCH_M, outside_m},
