@@ -15,7 +15,7 @@ use crate::{
     program::{Data, Server},
 };
 
-/// Rays miss what is seen through less than this share of a cell's sight lines; and only what was seen has a share.
+/// What no ray saw is listed with this fraction when it could not be proved hidden; what rays saw well has more.
 const SURELY_SEEN: f32 = 1.0 / 64.0;
 /// In the east room, level with the wall to the left of the door: all of the west room that it sees lies to the north.
 const BEHIND_THE_WALL: [f64; 3] = [8.0, 1.5, 1.0];

@@ -4,7 +4,10 @@
 //! neither is said to be neither.
 
 use anyhow::Context;
-use belvedere_scene::{Bounds, CellId, ObjectId, SceneName, record::Visible};
+use belvedere_scene::{
+    Bounds, CellId, ObjectId, SceneName,
+    record::{Guarantee, Visible},
+};
 use belvedere_verify::line::{SightLine, sight_line};
 use serde::Serialize;
 
@@ -29,6 +32,8 @@ struct Explained {
     cell: CellId,
     object: ObjectId,
     source_node: String,
+    /// Whether the cell's record may miss something.
+    guarantee: Guarantee,
     /// The record's entry; null when the record does not list the object.
     listed: Option<Visible>,
     /// Null when nobody looked or no eye saw it.
@@ -69,6 +74,7 @@ pub(super) async fn explain(
         cell: in_cell,
         object: about,
         source_node: object(scene, about).await?.source_node,
+        guarantee: record.guarantee,
         listed,
         sight_line: None,
         hidden: None,
@@ -136,7 +142,7 @@ impl Explained {
                     format!("; hidden when closed: {}", doors.join(" "))
                 };
                 format!(
-                    "{} ({}) is in the set of {}: {:.4} of the sight lines to it arrive, it fills {:.2e} sr{doors}",
+                    "{} ({}) is in the set of {}: fraction {:.4}, solid angle {:.2e} sr{doors}",
                     self.object, self.source_node, self.cell, visible.fraction, visible.solid_angle_sr
                 )
             }
@@ -160,10 +166,17 @@ impl Explained {
                 };
                 lines.extend(reasons.iter().map(|reason| format!("hidden {all} {}", reason.text())));
             }
-            (None, None) => lines.push(format!(
-                "not seen by {} eyes; cannot be proved hidden from the box around the cell",
-                self.eyes
-            )),
+            (None, None) => {
+                let why = match (&self.listed, self.guarantee) {
+                    (Some(_), Guarantee::Conservative) => "; so the record, which is conservative, lists it",
+                    (None, Guarantee::Sampled) => "; rays did not see it either, and the record is sampled",
+                    _ => "",
+                };
+                lines.push(format!(
+                    "not seen by {} eyes, and not proved hidden from the box around the cell{why}",
+                    self.eyes
+                ));
+            }
         }
         lines.join("\n")
     }
@@ -200,5 +213,7 @@ fn span(bounds: &Bounds) -> String {
 
 /// Three numbers, to the millimetre.
 fn place(point: [f64; 3]) -> String {
-    format!("[{}]", point.map(|x| format!("{x:.3}")).join(", "))
+    // Adding 0 makes −0 to 0.
+    let rounded = point.map(|x| (1000.0 * x).round() / 1000.0 + 0.0);
+    format!("[{}]", rounded.map(|x| format!("{x:.3}")).join(", "))
 }
