@@ -7,7 +7,7 @@ import type { Bounds, Plane, Vec3 } from "./geometry.ts";
 const url = `/o/${"0".repeat(64)}.json`;
 
 function cell(id: number, bounds: Bounds, planes: Plane[], adjacent: number[]): CellEntry {
-  return { cell: id, bounds, planes, adjacent, record: url, recordBytes: 1 };
+  return { cell: id, bounds, planes, adjacent, record: url, recordBytes: 1, steps: undefined };
 }
 
 /** A square of 2 m cut along its diagonal, and a row of boxes east of it, all 1 m high. */

@@ -14,7 +14,7 @@
 //!   1984): which object shows at each pixel.
 //! * [`sight`]: single sight lines in `f64`, which confirm or reject what the item buffer claims.
 //! * [`check`]: all cells, all eyes, and what came out.
-//! * [`line`]: one sight line from a cell to an object.
+//! * [`mod@line`]: one sight line from a cell to an object.
 //! * [`verdict`]: whether that is good enough.
 //! * [`picture`]: a view for people.
 //!

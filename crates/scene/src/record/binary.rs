@@ -67,7 +67,7 @@ impl CellRecord {
         coded::follow(&Coded::default(), rest)?.record()
     }
 
-    /// What changes on the way to an adjacent cell: one of the [`Steps`] of this record's cell.
+    /// What changes on the way to an adjacent cell: one of the [`Steps`](super::Steps) of this record's cell.
     #[must_use]
     pub fn step_to(&self, next: &Self) -> Vec<u8> {
         coded::step(&Coded::of(self), &Coded::of(next))
