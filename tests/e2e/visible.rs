@@ -15,8 +15,9 @@ use crate::{
     program::{Data, Server},
 };
 
-/// What no ray saw is listed with this fraction when it could not be proved hidden; what rays saw well has more.
-const SURELY_SEEN: f32 = 1.0 / 64.0;
+/// What no ray saw is listed with a fraction of 1/64 when it could not be proved hidden, which a neighbour's rounding may
+/// double; what rays saw well has more.
+const SURELY_SEEN: f32 = 1.0 / 32.0;
 /// In the east room, level with the wall to the left of the door: all of the west room that it sees lies to the north.
 const BEHIND_THE_WALL: [f64; 3] = [8.0, 1.5, 1.0];
 /// In the east room, where one looks through the door at what stands in the west room.

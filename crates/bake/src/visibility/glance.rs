@@ -25,7 +25,7 @@ const ROUNDS: u32 = 3;
 /// When cancelled.
 pub fn glance(world: &World, graph: &CellGraph, progress: &dyn Progress) -> Result<Vec<Vec<u32>>, Cancelled> {
     let settings = SampledSettings::default();
-    let mut survey = Survey::new(world, graph, &settings, progress);
+    let mut survey = Survey::new(world, graph, &settings, 0.0, progress);
     survey.glance(RAYS, TRIES, ROUNDS)?;
     Ok(survey.seen_or_near_it())
 }

@@ -207,7 +207,13 @@ pub fn compute(
     let sampled = settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count));
     // Sampling; then proofs for a few cells, for all of them, and doors.
     progress.start(Stage::Visibility, sampled.steps(count) + 3 * count as u64);
-    let mut survey = Survey::new(world, graph, &sampled, progress);
+    // Who proves needs no guard against what rays miss, which would show what lies beyond an opening that is a roof.
+    let guard_m = if settings.method == Method::Sampled {
+        graph.voxel_m as f32
+    } else {
+        0.0
+    };
+    let mut survey = Survey::new(world, graph, &sampled, guard_m, progress);
     survey.look()?;
     let mut proofs = settings.method.proofs();
     let ask = |settings| {

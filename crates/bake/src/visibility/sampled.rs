@@ -83,7 +83,7 @@ pub fn sampled(
     progress: &dyn Progress,
 ) -> Result<Vec<CellVisibility>, Cancelled> {
     progress.start(Stage::Visibility, settings.steps(graph.cells.len()));
-    let mut survey = Survey::new(world, graph, settings, progress);
+    let mut survey = Survey::new(world, graph, settings, graph.voxel_m as f32, progress);
     survey.look()?;
     survey.measured()
 }
@@ -98,10 +98,12 @@ pub(super) struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
+    /// Eyes in openings stand up to `guard_m` beyond them.
     pub(super) fn new(
         world: &'a World,
         graph: &'a CellGraph,
         settings: &'a SampledSettings,
+        guard_m: f32,
         progress: &'a dyn Progress,
     ) -> Self {
         let count = graph.cells.len();
@@ -117,7 +119,7 @@ impl<'a> Survey<'a> {
             .collect();
         Self {
             graph,
-            scenery: Scenery::new(world, Lookout::all(world, graph)),
+            scenery: Scenery::new(world, Lookout::all(world, graph, guard_m)),
             settings,
             progress,
             states,

@@ -86,12 +86,8 @@ impl Lookout {
     }
 
     /// All cells of a graph.
-    pub(super) fn all(world: &World, graph: &CellGraph) -> Vec<Self> {
-        graph
-            .cells
-            .iter()
-            .map(|cell| Self::of(world, cell, graph.voxel_m as f32))
-            .collect()
+    pub(super) fn all(world: &World, graph: &CellGraph, guard_m: f32) -> Vec<Self> {
+        graph.cells.iter().map(|cell| Self::of(world, cell, guard_m)).collect()
     }
 
     /// A place near by where an eye may be.

@@ -104,7 +104,7 @@ fn around_two_corners_nothing_is_seen() {
 /// Every sight line that a plain loop over all triangles finds from random eyes must be in the set.
 fn assert_nothing_is_missing(world: &World, graph: &CellGraph, visible: &[CellVisibility], lines: usize) {
     let mut random = Random::stream(99, 1);
-    for (cell, lookout) in Lookout::all(world, graph).iter().enumerate() {
+    for (cell, lookout) in Lookout::all(world, graph, graph.voxel_m as f32).iter().enumerate() {
         let set = set_of(&visible[cell]);
         for i in 0..lines {
             let eye = if i % 2 == 0 {
@@ -351,7 +351,7 @@ fn the_steps_announced_are_the_steps_made() {
 /// What item buffers of 512² pixels a face from many eyes see that the sets do not hold.
 fn missed_in_views(world: &World, graph: &CellGraph, visible: &[CellVisibility], eyes: usize) -> (usize, Vec<String>) {
     use rayon::prelude::*;
-    let lookouts = Lookout::all(world, graph);
+    let lookouts = Lookout::all(world, graph, graph.voxel_m as f32);
     let missed: Vec<Vec<String>> = (0..graph.cells.len())
         .into_par_iter()
         .map_init(
