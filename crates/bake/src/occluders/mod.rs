@@ -42,6 +42,11 @@ const HOLE: f32 = 2e-6;
 pub(crate) const DOOR_GAP: f32 = 0.03;
 
 impl Occluders {
+    /// The leaves of doors, which stand last among the walls.
+    pub(crate) fn leaves(&self) -> &[Wall] {
+        &self.walls[self.walls.partition_point(|wall| wall.door.is_none())..]
+    }
+
     /// Adds bodies that an author drew.
     pub fn add(&mut self, bodies: Vec<Body>) {
         self.bodies.extend(bodies);

@@ -11,15 +11,12 @@
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 use glam::Vec3;
-use obvhs::{
-    Boundable, BvhBuildParams,
-    aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2},
-};
+use obvhs::bvh2::Bvh2;
 
 use super::{
     fusion::Shadows,
     prover::{Blocker, Proofs, Prover, Witness},
+    segment,
 };
 use crate::{
     occluders::{Occluders, Region},
@@ -66,14 +63,6 @@ pub struct Scenery {
     bodies_of: Vec<std::ops::Range<u32>>,
 }
 
-struct TargetBox(Aabb);
-
-impl Boundable for TargetBox {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 impl Scenery {
     /// Prepares a world for questions.
     #[must_use]
@@ -95,24 +84,13 @@ impl Scenery {
     /// Prepares occluders, whose bodies stand in the order of their objects, and the boxes of objects.
     #[must_use]
     pub fn new(occluders: Occluders, targets: Vec<Option<Region>>) -> Self {
-        let boxes: Vec<_> = targets
-            .iter()
-            .map(|t| {
-                // An object without geometry is in the tree as a box that nothing meets.
-                let nowhere = Region::of_box(Vec3::INFINITY, Vec3::INFINITY);
-                let t = t.as_ref().unwrap_or(&nowhere);
-                TargetBox(Aabb::new(t.min.into(), t.max.into()))
-            })
-            .collect();
-        let known: Vec<_> = (0..targets.len()).filter(|i| targets[*i].is_some()).collect();
-        let boxes: Vec<_> = known.iter().map(|i| TargetBox(boxes[*i].0)).collect();
-        let mut tree = if boxes.is_empty() {
-            Bvh2::default()
-        } else {
-            build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Default::default())
-        };
+        let with_geometry = (0u32..)
+            .zip(&targets)
+            .filter_map(|(object, t)| Some((object, t.as_ref()?)));
+        let (objects, boxes): (Vec<_>, Vec<_>) = with_geometry.map(|(object, t)| (object, [t.min, t.max])).unzip();
+        let mut tree = segment::tree(boxes.into_iter(), 0.0);
         for index in &mut tree.primitive_indices {
-            *index = known[*index as usize] as u32;
+            *index = objects[*index as usize];
         }
         let bodies_of = (0..targets.len() as u32)
             .map(|object| {

@@ -251,14 +251,8 @@ pub fn compute(
     let mean_seen = mean(cells.iter().map(|cell| cell.objects.len()).sum());
     let mean_not_hidden = not_hidden.as_ref().map(|sets| {
         // Whatever measuring rays still found is in both.
-        let extra = unseen(
-            sets,
-            &cells
-                .iter()
-                .map(|c| c.objects.iter().map(|s| s.object).collect())
-                .collect::<Vec<_>>(),
-        );
-        mean_seen + mean(extra.iter().map(Vec::len).sum())
+        let extra = cells.iter().zip(sets).map(|(cell, set)| unseen(cell, set).len());
+        mean_seen + mean(extra.sum())
     });
     let (method, reason) = decide(settings.method, mean_seen, mean_not_hidden);
     if let Some(not_hidden) = not_hidden.filter(|_| method != Method::Sampled) {
@@ -297,29 +291,19 @@ fn decide(wanted: Method, mean_seen: f64, mean_not_hidden: Option<f64>) -> (Meth
     }
 }
 
-fn unseen(not_hidden: &[Vec<u32>], seen: &[Vec<u32>]) -> Vec<Vec<u32>> {
-    not_hidden
-        .iter()
-        .zip(seen)
-        .map(|(not_hidden, seen)| {
-            let mut seen = seen.clone();
-            seen.sort_unstable();
-            not_hidden
-                .iter()
-                .copied()
-                .filter(|o| seen.binary_search(o).is_err())
-                .collect()
-        })
-        .collect()
+/// What of a set no ray has seen.
+fn unseen(cell: &CellVisibility, not_hidden: &[u32]) -> Vec<u32> {
+    let mut seen: Vec<_> = cell.objects.iter().map(|s| s.object).collect();
+    seen.sort_unstable();
+    let unseen = not_hidden.iter().filter(|o| seen.binary_search(o).is_err());
+    unseen.copied().collect()
 }
 
 /// Completes what rays saw with what nobody can prove hidden.
 fn add_unseen(cell: &mut CellVisibility, not_hidden: &[u32]) {
-    let mut seen: Vec<_> = cell.objects.iter().map(|s| s.object).collect();
-    seen.sort_unstable();
-    let unseen = not_hidden.iter().filter(|o| seen.binary_search(o).is_err());
+    let unseen = unseen(cell, not_hidden).into_iter();
     cell.objects.extend(unseen.map(|object| SeenObject {
-        object: *object,
+        object,
         fraction: UNSEEN_FRACTION,
         solid_angle: UNSEEN_SR,
         doors: Vec::new(),

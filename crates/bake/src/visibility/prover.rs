@@ -19,12 +19,8 @@
 
 use std::{borrow::Borrow, ops::ControlFlow};
 
-use glam::{Vec2, Vec3, Vec3A};
-use obvhs::{
-    Boundable, BvhBuildParams,
-    aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2},
-};
+use glam::{Vec2, Vec3};
+use obvhs::bvh2::Bvh2;
 
 use super::segment;
 use crate::occluders::{Body, Occluders, Rectangle, Region, Wall, Way};
@@ -77,33 +73,14 @@ pub enum Witness {
     Fused,
 }
 
-struct Padded(Aabb);
-
-impl Boundable for Padded {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
-fn tree(boxes: impl Iterator<Item = [Vec3; 2]>, pad_m: f32) -> Bvh2 {
-    let boxes: Vec<_> = boxes
-        .map(|[min, max]| Padded(Aabb::new(Vec3A::from(min - pad_m), Vec3A::from(max + pad_m))))
-        .collect();
-    if boxes.is_empty() {
-        Bvh2::default()
-    } else {
-        build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Default::default())
-    }
-}
-
 impl Blocker {
     /// Makes occluders ready for questions.
     #[must_use]
     pub fn new(occluders: Occluders) -> Self {
         let pad_m = occluders.tolerance.plane_m;
         Self {
-            bodies: tree(occluders.bodies.iter().map(|b| [b.min, b.max]), 0.0),
-            walls: tree(occluders.walls.iter().map(Wall::around), pad_m),
+            bodies: segment::tree(occluders.bodies.iter().map(|b| [b.min, b.max]), 0.0),
+            walls: segment::tree(occluders.walls.iter().map(Wall::around), pad_m),
             occluders,
         }
     }
@@ -115,7 +92,7 @@ impl Blocker {
     /// Objects that are doors, rising.
     #[must_use]
     pub fn doors(&self) -> Vec<u32> {
-        let mut doors: Vec<_> = self.occluders.walls.iter().filter_map(|wall| wall.door).collect();
+        let mut doors: Vec<_> = self.occluders.leaves().iter().filter_map(|wall| wall.door).collect();
         doors.sort_unstable();
         doors
     }
@@ -123,7 +100,7 @@ impl Blocker {
     /// Whether a segment passes a door.
     #[must_use]
     pub fn door_is_on(&self, door: u32, from: Vec3, to: Vec3) -> bool {
-        let mut doors = self.occluders.walls.iter().filter(|wall| wall.door == Some(door));
+        let mut doors = self.occluders.leaves().iter().filter(|wall| wall.door == Some(door));
         doors.any(|wall| stops(wall, from, to))
     }
 

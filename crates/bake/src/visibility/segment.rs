@@ -3,11 +3,35 @@
 
 use std::ops::ControlFlow;
 
-use glam::Vec3;
-use obvhs::bvh2::Bvh2;
+use glam::{Vec3, Vec3A};
+use obvhs::{
+    Boundable, BvhBuildParams,
+    aabb::Aabb,
+    bvh2::{Bvh2, builder::build_bvh2},
+};
 
 /// Deepest path of a tree that is followed; a tree over 2³² boxes that halves is half as deep.
 const DEPTH: usize = 64;
+
+struct Padded(Aabb);
+
+impl Boundable for Padded {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+/// A tree over boxes, each grown by so much.
+pub(super) fn tree(boxes: impl Iterator<Item = [Vec3; 2]>, pad_m: f32) -> Bvh2 {
+    let boxes: Vec<_> = boxes
+        .map(|[min, max]| Padded(Aabb::new(Vec3A::from(min - pad_m), Vec3A::from(max + pad_m))))
+        .collect();
+    if boxes.is_empty() {
+        Bvh2::default()
+    } else {
+        build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Default::default())
+    }
+}
 
 /// Visits what the leaves hold whose boxes a segment meets, nearest first: all of a leaf, met or not.
 pub(super) fn along(tree: &Bvh2, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
@@ -48,8 +72,6 @@ pub(super) fn along(tree: &Bvh2, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32
 
 #[cfg(test)]
 mod tests {
-    use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
-
     use super::*;
 
     struct Cube(Vec3);
