@@ -124,6 +124,13 @@ pub(super) fn summary(report: &Report) -> String {
         report.visibility.method,
     ));
     lines.push(format!("  {}: {}", report.visibility.method, report.visibility.reason));
+    if report.visibility.remembered_cells > 0 {
+        lines.push(format!(
+            "  {} of these cells as an earlier bake found them, {} looked from anew",
+            report.visibility.remembered_cells,
+            report.cells - report.visibility.remembered_cells,
+        ));
+    }
     lines.push(format!(
         "  coarsest levels {}, finest {}",
         size("coarsest"),

@@ -12,7 +12,7 @@ use crate::{db::Catalogue, store::BlobStore};
 /// Commands read most blobs once; the server chooses its own limit.
 const CACHE_BYTES: u64 = 64 << 20;
 
-/// `{data}/catalogue.sqlite`, `{data}/o/…` and `{data}/lock`.
+/// `{data}/catalogue.sqlite`, `{data}/o/…`, `{data}/bakes/…` and `{data}/lock`.
 #[derive(Debug, Clone)]
 pub(crate) struct DataFolder {
     path: PathBuf,
@@ -58,6 +58,11 @@ impl DataFolder {
     /// The bytes.
     pub(crate) fn store(&self) -> &BlobStore {
         &self.store
+    }
+
+    /// Where bakes keep what they find while they go on.
+    pub(crate) fn bakes(&self) -> PathBuf {
+        self.path.join("bakes")
     }
 
     /// Says that new blobs are being written that no revision names yet. Several bakes may hold it.

@@ -4,6 +4,7 @@
 //! one transaction. A crash anywhere before leaves the old revision served and nothing but blobs that `gc` collects.
 
 pub(crate) mod data;
+mod found;
 pub(crate) mod source_files;
 pub(crate) mod tree;
 
@@ -22,11 +23,11 @@ use belvedere_bake::{
 use belvedere_scene::{BlobHash, BlobName, SceneName, manifest::RecordSizes, pointer::Pointer};
 use serde::{Deserialize, Serialize};
 
-use self::{data::DataFolder, source_files::SourceFolder};
+use self::{data::DataFolder, found::FoundFile, source_files::SourceFolder};
 use crate::{db::NewRevision, progress::BakeProgress, store::BlobStore};
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 3;
+const BAKE_VERSION: u32 = 4;
 
 /// What to bake, and under which name.
 #[derive(Debug)]
@@ -117,6 +118,9 @@ pub(crate) struct VisibilityReport {
     pub(crate) reason: String,
     /// Mean share of objects that are hidden from a cell, 0 to 1.
     pub(crate) mean_culled: f64,
+    /// Cells from which nothing had to be looked at again, because a bake before had and nothing has changed for them.
+    #[serde(default)]
+    pub(crate) remembered_cells: u32,
 }
 
 /// Mean sizes of cell records and steps, in bytes.
@@ -178,7 +182,13 @@ pub(crate) async fn bake(data: &DataFolder, request: Request, progress: Arc<Bake
     let store = data.store().clone();
     let handle = tokio::runtime::Handle::current();
     let baking = progress.clone();
-    let baked = tokio::task::spawn_blocking(move || run(request, &StoreSink { store, handle }, &baking)).await??;
+    let found = FoundFile::open(&data.bakes(), &scene)?;
+    let baked = tokio::task::spawn_blocking(move || {
+        let baked = run(request, &StoreSink { store, handle }, &found, &baking)?;
+        found.finish()?;
+        anyhow::Ok(baked)
+    })
+    .await??;
 
     let pointer = baked.written.pointer(scene);
     let seconds = progress.finish();
@@ -203,7 +213,12 @@ struct Baked {
     sources: Vec<(String, String)>,
 }
 
-fn run(request: Request, sink: &StoreSink, progress: &BakeProgress) -> anyhow::Result<Baked> {
+fn run(
+    request: Request,
+    sink: &StoreSink,
+    found: &FoundFile,
+    progress: &BakeProgress,
+) -> anyhow::Result<Baked> {
     let file_name = request.input.file_name();
     let (bytes, files) = request.input.read(&request.limits)?;
     let main_file = (file_name.clone(), BlobHash::of(&bytes).to_string());
@@ -227,7 +242,7 @@ fn run(request: Request, sink: &StoreSink, progress: &BakeProgress) -> anyhow::R
         bytes: main_bytes + read.iter().map(|file| file.bytes).sum::<u64>(),
     };
     let mut defects = imported.defects;
-    let written = belvedere_bake::bake(source, &request.settings, &mut defects, sink, progress)?;
+    let written = belvedere_bake::bake(source, &request.settings, &mut defects, sink, found, progress)?;
     let sources = std::iter::once(main_file)
         .chain(read.into_iter().map(|f| (f.name, known(f.hash))))
         .collect();
@@ -308,6 +323,7 @@ fn report(pointer: &Pointer, baked: &Baked, seconds: std::collections::BTreeMap<
             mean_not_hidden: manifest.visibility.mean_not_hidden,
             reason: manifest.visibility.reason.clone(),
             mean_culled: 1.0 - mean_visible / f64::from(pointer.objects.max(1)),
+            remembered_cells: baked.written.remembered_cells,
         },
         records: manifest.records.into(),
         whole: manifest.whole.is_some(),

@@ -240,9 +240,9 @@ fn settings() -> [(&'static str, ConservativeSettings); 6] {
         ("one occluder", plain),
         ("fused", ConservativeSettings { fusion: true, ..plain }),
         ("on line", ConservativeSettings::ON_LINE),
-        ("`occluders`", Method::Occluders.proofs().unwrap()),
-        ("`portals`", Method::Portals.proofs().unwrap()),
-        ("`conservative`", Method::Conservative.proofs().unwrap()),
+        ("`occluders`", Method::Occluders.proofs()),
+        ("`portals`", Method::Portals.proofs()),
+        ("`conservative`", Method::Conservative.proofs()),
     ]
 }
 
@@ -289,7 +289,7 @@ fn compare(name: &str, world: &World, cells: &[Region]) {
     let mut truth: Vec<_> = cells.iter().map(|cell| look(world, cell)).collect();
     let rays_ms = cpu_ms() - start_ms;
     let by_rays: usize = truth.iter().map(Vec::len).sum();
-    let mut observer = Observer::new(&scenery, Method::Conservative.proofs().unwrap());
+    let mut observer = Observer::new(&scenery, Method::Conservative.proofs());
     for (cell, seen) in cells.iter().zip(&mut truth) {
         let open = observer.visible(cell, &[]);
         look_at(world, cell, &open, seen);

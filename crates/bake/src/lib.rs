@@ -15,9 +15,11 @@
 pub mod cells;
 pub mod city;
 pub mod defect;
+pub mod digest;
 pub mod glb;
 pub mod import;
 pub mod lod;
+pub mod memory;
 pub mod occluders;
 mod pipeline;
 pub mod progress;

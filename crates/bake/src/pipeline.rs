@@ -8,7 +8,8 @@ use crate::{
     defect::Defects,
     import::split::{self, SplitSettings},
     lod::LodSettings,
-    occluders::Occluders,
+    memory::Memory,
+    occluders::Hiders,
     progress::{Cancelled, Progress},
     records::{self, BlobSink, SinkError, Written},
     source::{Material, SourceScene, SourceViewpoint},
@@ -53,7 +54,7 @@ impl From<Cancelled> for BakeError {
 }
 
 /// Bakes an imported scene: split → cells → visibility → levels → records. Everything goes to the sink; the caller
-/// moves the pointer. `source_bytes` is the size of the files that were read.
+/// moves the pointer. What was found for each cell is remembered, and recalled where nothing has changed.
 ///
 /// # Errors
 /// When the scene is too large, the sink refuses an object, or the caller cancels.
@@ -62,6 +63,7 @@ pub fn bake(
     settings: &BakeSettings,
     defects: &mut Defects,
     sink: &dyn BlobSink,
+    memory: &dyn Memory,
     progress: &dyn Progress,
 ) -> Result<Written, BakeError> {
     let scene = in_spatial_order(split::split(source.scene, &settings.split, defects));
@@ -78,10 +80,9 @@ pub fn bake(
         cells::author::build(&world, &scene.authored, defects)?
     };
     note_strays(&graph, &scene, defects);
-    let mut occluders = Occluders::of(&world);
-    occluders.add(cells::author::occluders(&world, &scene.authored, defects));
-    let scenery = Scenery::with(&world, occluders);
-    let mut visibility = visibility::compute(&world, &graph, &scenery, &settings.visibility, progress)?;
+    let hiders = Hiders::of(&world, cells::author::occluders(&world, &scene.authored, defects));
+    let mut visibility = visibility::compute(&world, &graph, &hiders, &settings.visibility, memory, progress)?;
+    let scenery = Scenery::with(&world, hiders.occluders());
     visibility.reason = format!("{}; {}", visibility.reason, how_cut(&world, &graph, &visibility));
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {

@@ -21,7 +21,10 @@ use obvhs::{
     ray::{Ray, RayHit},
 };
 
-use crate::source::{Material, Primitive, Role, SourceObject, SourceScene, Topology};
+use crate::{
+    digest::{Digest, Digester},
+    source::{Material, Primitive, Role, SourceObject, SourceScene, Topology},
+};
 
 #[cfg(test)]
 mod tests;
@@ -66,6 +69,7 @@ pub enum WorldError {
 /// The scene as rays see it.
 pub struct World {
     origin: DVec3,
+    scale_m: f32,
     bounds: Bounds,
     object_bounds: Vec<Bounds>,
     /// Objects that are doors, rising.
@@ -217,11 +221,7 @@ impl World {
         }
         let object_bounds: Vec<_> = scene.objects.iter().map(|o| bounds_of(scene, o)).collect();
         let bounds = object_bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
-        let origin = if bounds.is_empty() {
-            DVec3::ZERO
-        } else {
-            DVec3::from(bounds.center())
-        };
+        let (origin, scale_m) = frame(&bounds);
         for (object, b) in object_bounds.iter().enumerate().filter(|(_, b)| !b.is_empty()) {
             let reach_m = b
                 .corners()
@@ -269,6 +269,7 @@ impl World {
             .collect();
         Ok(Self {
             origin,
+            scale_m,
             bounds,
             object_bounds,
             doors,
@@ -284,6 +285,12 @@ impl World {
     #[must_use]
     pub fn origin(&self) -> DVec3 {
         self.origin
+    }
+
+    /// The diagonal of the box around everything, rounded up: what tolerances are shares of.
+    #[must_use]
+    pub fn scale_m(&self) -> f32 {
+        self.scale_m
     }
 
     /// A point in world space, relative to the origin.
@@ -329,6 +336,24 @@ impl World {
         &self.triangles[start as usize..end as usize]
     }
 
+    /// A digest of all that is known of one object but its number, relative to the origin.
+    pub(crate) fn digest_of(&self, object: u32) -> Digest {
+        let mut digester = Digester::default();
+        let bounds = &self.object_bounds[object as usize];
+        digester.doubles(&bounds.min).doubles(&bounds.max);
+        digester.flag(self.doors.binary_search(&object).is_ok());
+        let triangles = self.triangles_of(object);
+        digester.count(triangles.len());
+        for triangle in triangles {
+            triangle.corners.iter().for_each(|corner| _ = digester.point(*corner));
+            digester.count(usize::from(triangle.hides));
+        }
+        let points = self.points_of(object);
+        digester.count(points.len());
+        points.iter().for_each(|point| _ = digester.point(*point));
+        digester.finish()
+    }
+
     /// Points that stand for an object that has no triangles; nothing for all others.
     #[must_use]
     pub fn points_of(&self, object: u32) -> &[Vec3] {
@@ -364,42 +389,68 @@ impl World {
         });
     }
 
-    /// Casts a ray up to `reach` lengths of `direction`. Returns its first hiding hit. `passed` is overwritten with the
-    /// hits before that which hide nothing, in no particular order.
+    /// Casts a ray up to `reach` lengths of `direction`. Returns its first hiding hit, of several at one place that of
+    /// the first triangle. `passed` is overwritten with the hits before that which hide nothing, nearest first.
     pub fn cast(&self, eye: Vec3, direction: Vec3, reach: f32, passed: &mut Vec<Hit>) -> Option<Hit> {
         passed.clear();
         if self.facets.is_empty() {
             return None;
         }
+        let mut end: Option<Hit> = None;
         let mut nearest = RayHit::none();
         self.hierarchy.ray_traverse(
             Ray::new(eye.into(), direction.into(), 0.0, reach),
             &mut nearest,
             |ray, index| {
                 let facet = &self.facets[index];
-                match facet.hit(ray) {
-                    Some((t, true)) => t,
-                    Some((t, false)) => {
-                        passed.push(Hit {
-                            t,
-                            triangle: facet.triangle,
-                            object: facet.object,
-                        });
-                        f32::INFINITY
-                    }
-                    None => f32::INFINITY,
+                let Some((t, hides)) = facet.hit(ray) else {
+                    return f32::INFINITY;
+                };
+                let hit = Hit {
+                    t,
+                    triangle: facet.triangle,
+                    object: facet.object,
+                };
+                if !hides {
+                    passed.push(hit);
+                    return f32::INFINITY;
                 }
+                if end.is_none_or(|end| hit.is_before(&end)) {
+                    end = Some(hit);
+                }
+                t
             },
         );
-        let end = self.facets.get(nearest.primitive_id as usize).map(|facet| Hit {
-            t: nearest.t,
-            triangle: facet.triangle,
-            object: facet.object,
-        });
         if let Some(end) = end {
             passed.retain(|hit| hit.t <= end.t);
         }
+        // The order in which the hierarchy gave them says nothing about the scene.
+        passed.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         end
+    }
+}
+
+impl Hit {
+    fn is_before(&self, other: &Self) -> bool {
+        (self.t, self.triangle) < (other.t, other.triangle)
+    }
+}
+
+/// What positions are relative to, and what tolerances are shares of: both rounded, so that a house that moves at the
+/// edge of a town changes neither.
+fn frame(bounds: &Bounds) -> (DVec3, f32) {
+    const STEPS: f64 = 8.0;
+    if bounds.is_empty() {
+        return (DVec3::ZERO, 0.0);
+    }
+    let (center, diagonal_m) = (DVec3::from(bounds.center()), bounds.diagonal_m());
+    let step_m = diagonal_m.log2().floor().exp2() / STEPS;
+    let origin = (center / step_m).round() * step_m;
+    if origin.is_finite() {
+        (origin, ((diagonal_m / step_m).ceil() * step_m) as f32)
+    } else {
+        // All in one point, or nearly.
+        (center, diagonal_m as f32)
     }
 }
 

@@ -6,6 +6,7 @@ use std::{collections::BTreeMap, sync::Mutex};
 use belvedere_bake::{
     BakeError, BakeSettings, Source, bake,
     defect::Defects,
+    memory::Forgetful,
     progress::Silent,
     records::{BlobSink, SinkError, Written},
     source::{
@@ -60,7 +61,7 @@ fn baked(scene: SourceScene) -> Result<Baked, BakeError> {
         title: "test".to_owned(),
         bytes: 0,
     };
-    let written = bake(source, &settings, &mut defects, &sink, &Silent)?;
+    let written = bake(source, &settings, &mut defects, &sink, &Forgetful, &Silent)?;
     let blobs = sink.0.into_inner().expect("no thread has panicked");
     let documents = |has: &'static str| {
         let json = blobs

@@ -10,6 +10,7 @@ use belvedere_bake::{
     BakeSettings, Source, bake,
     defect::Defects,
     import::{FileError, Imported, Limits, SourceFiles, import},
+    memory::Forgetful,
     progress::Silent,
     records::{BlobSink, SinkError, Written},
     visibility::{Method, SampledSettings, VisibilitySettings},
@@ -66,7 +67,7 @@ fn baked(name: &str, bytes: Vec<u8>, folder: &Path, method: Method, rays_per_cel
         bytes: 0,
     };
     let written =
-        bake(source, &settings, &mut defects, &sink, &Silent).unwrap_or_else(|cause| panic!("{name}: {cause}"));
+        bake(source, &settings, &mut defects, &sink, &Forgetful, &Silent).unwrap_or_else(|cause| panic!("{name}: {cause}"));
     Baked {
         written,
         blobs: sink.0.into_inner().expect("no thread has panicked"),

@@ -7,9 +7,11 @@ use super::{
 };
 use crate::{
     defect::Defects,
+    memory::Forgetful,
+    occluders::Hiders,
     progress::Silent,
     source::{Authored, AuthoredShape, Role},
-    visibility::{self, Method, SampledSettings, VisibilitySettings, conservative::Scenery},
+    visibility::{self, Method, SampledSettings, VisibilitySettings},
     world::World,
 };
 
@@ -266,8 +268,8 @@ fn eyes_stand_in_the_hull_and_not_in_the_box_around_it() {
                 ..SampledSettings::default()
             }),
         };
-        let scenery = Scenery::of(&world);
-        let found = visibility::compute(&world, &graph, &scenery, &settings, &Silent).unwrap();
+        let hiders = Hiders::of(&world, Vec::new());
+        let found = visibility::compute(&world, &graph, &hiders, &settings, &Forgetful, &Silent).unwrap();
         let objects = found.cells[0].objects.iter().map(|seen| seen.object);
         objects.collect::<std::collections::BTreeSet<_>>()
     };

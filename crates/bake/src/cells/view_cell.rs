@@ -7,6 +7,7 @@ use belvedere_scene::{
 };
 
 use super::hull::CellHull;
+use crate::digest::{Digest, Digester};
 
 /// All view cells of a scene; a cell's index is its id. Neighbours in space have near ids.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -74,6 +75,27 @@ impl CellGraph {
 }
 
 impl ViewCell {
+    /// A digest of where it is.
+    pub(crate) fn digest_of_shape(&self) -> Digest {
+        let mut digester = Digester::default();
+        digester.doubles(&self.bounds.min).doubles(&self.bounds.max);
+        let planes = self.planes();
+        digester.count(planes.len());
+        planes.iter().for_each(|plane| _ = digester.doubles(plane));
+        digester.finish()
+    }
+
+    /// A digest of where it is and where its openings are.
+    pub(crate) fn digest(&self) -> Digest {
+        let mut digester = Digester::default();
+        digester.add(self.digest_of_shape()).count(self.portals.len());
+        for portal in &self.portals {
+            digester.count(portal.polygon.len());
+            portal.polygon.iter().for_each(|corner| _ = digester.doubles(corner));
+        }
+        digester.finish()
+    }
+
     /// A box without neighbours.
     #[must_use]
     pub fn of_box(bounds: Bounds) -> Self {

@@ -5,6 +5,7 @@
 use glam::{Vec3, Vec4};
 
 use super::Region;
+use crate::digest::Digester;
 
 /// A face that looks down this much is a bottom.
 const BOTTOM: f32 = -0.999_9;
@@ -28,6 +29,16 @@ pub struct Body {
 }
 
 impl Body {
+    /// Hands all that it is to a digester.
+    pub(super) fn feed(&self, digester: &mut Digester) {
+        digester.point(self.min).point(self.max).floats(&[self.stands_m]);
+        digester.flag(self.open_below).count(self.object as usize);
+        digester.count(self.planes.len());
+        for plane in &self.planes {
+            digester.floats(&plane.to_array());
+        }
+    }
+
     /// Whether a segment meets it.
     #[must_use]
     pub fn meets(&self, from: Vec3, to: Vec3) -> bool {

@@ -6,6 +6,7 @@
 
 mod body;
 mod fill;
+mod hiders;
 mod planes;
 mod region;
 mod solids;
@@ -15,10 +16,13 @@ mod wall;
 pub(crate) use self::wall::Rectangle;
 pub use self::{
     body::Body,
+    hiders::Hiders,
     region::Region,
     stored::StoredError,
     wall::{Tolerance, Wall, Way},
 };
+use std::sync::Arc;
+
 use crate::world::World;
 
 /// A blocker of sight lines.
@@ -27,7 +31,7 @@ pub struct Occluders {
     /// Convex bodies, by object.
     pub bodies: Vec<Body>,
     /// Walls, largest first, then the leaves of doors.
-    pub walls: Vec<Wall>,
+    pub walls: Vec<Arc<Wall>>,
     /// What counts as coplanar and as no hole.
     pub tolerance: Tolerance,
 }
@@ -42,39 +46,25 @@ const HOLE: f32 = 2e-6;
 pub(crate) const DOOR_GAP: f32 = 0.03;
 
 impl Occluders {
-    /// The leaves of doors, which stand last among the walls.
-    pub(crate) fn leaves(&self) -> &[Wall] {
-        &self.walls[self.walls.partition_point(|wall| wall.door.is_none())..]
-    }
-
-    /// Adds bodies that an author drew.
-    pub fn add(&mut self, bodies: Vec<Body>) {
-        self.bodies.extend(bodies);
-        self.bodies.sort_by_key(|body| body.object);
-    }
-
     /// Finds what hides in a world.
     #[must_use]
     pub fn of(world: &World) -> Self {
-        let diagonal_m = world.bounds().diagonal_m() as f32;
-        let tolerance = Tolerance {
-            plane_m: 0.01 * HOLE * diagonal_m,
-            hole_m: HOLE * diagonal_m,
-        };
+        Hiders::of(world, Vec::new()).occluders()
+    }
+
+    /// The leaves of doors, which stand last among the walls.
+    pub(crate) fn leaves(&self) -> &[Arc<Wall>] {
+        &self.walls[self.walls.partition_point(|wall| wall.door.is_none())..]
+    }
+}
+
+/// What counts as coplanar and as no hole in a world.
+fn tolerance_of(world: &World) -> Tolerance {
+    let scale_m = world.scale_m();
+    let plane_m = 0.01 * HOLE * scale_m;
+    Tolerance {
         // f32 cannot place points of a large scene more exactly than this.
-        let plane_m = tolerance.plane_m.max(2.0 * f32::EPSILON * diagonal_m);
-        let tolerance = Tolerance { plane_m, ..tolerance };
-        let leaves = world.doors().iter().map(|door| {
-            let bounds = &world.object_bounds()[*door as usize];
-            let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
-            Wall::leaf(*door, min, max, DOOR_GAP * (max - min).max_element())
-        });
-        let mut walls = planes::walls(world, tolerance);
-        walls.extend(leaves);
-        Self {
-            bodies: solids::bodies(world, MARGIN * diagonal_m),
-            walls,
-            tolerance,
-        }
+        plane_m: plane_m.max(2.0 * f32::EPSILON * scale_m),
+        hole_m: HOLE * scale_m,
     }
 }

@@ -1,4 +1,4 @@
-//! Which walls are there? Groups hiding faces by plane, largest area first, and finds what they cover.
+//! Which walls are there? Groups hiding faces by plane and finds what they cover.
 //!
 //! Cost: linear in faces, and in squares times the faces that meet them.
 
@@ -21,31 +21,40 @@ const MAX_SQUARES: usize = 24 << 20;
 const NORMAL_STEPS: f32 = 1024.0;
 
 /// Faces in one plane, and on which side of it they hide.
-struct Group {
+#[derive(Clone)]
+pub(super) struct Group {
     normal: Vec3,
     offset: f32,
-    area_m2: f32,
-    faces: Vec<(u32, [bool; 2])>,
+    /// Sum of the areas of the faces.
+    pub(super) area_m2: f32,
+    /// Rising.
+    pub(super) faces: Vec<(u32, [bool; 2])>,
 }
 
-/// All walls of a world, largest first.
-pub(super) fn walls(world: &World, tolerance: Tolerance) -> Vec<Wall> {
-    let triangles = world.triangles();
-    let mut groups = groups(triangles, tolerance);
-    let min_area_m2 = MIN_AREA * (world.bounds().diagonal_m() as f32).powi(2);
-    groups.retain(|group| group.area_m2 >= min_area_m2);
+/// A plane is a wall when the faces in it have this area together, in m².
+pub(super) fn min_area_m2(world: &World) -> f32 {
+    MIN_AREA * world.scale_m().powi(2)
+}
+
+/// Groups of faces that may be walls, largest first.
+pub(super) fn groups_by_area(world: &World, tolerance: Tolerance) -> Vec<Group> {
+    let mut groups = groups(world.triangles(), tolerance);
+    groups.retain(|group| group.area_m2 >= min_area_m2(world));
     groups.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.faces[0].0.cmp(&b.faces[0].0)));
+    groups.truncate(MAX_WALLS);
+    groups
+}
+
+/// The walls that groups make; none for those after which memory would not suffice.
+pub(super) fn walls(groups: &[Group], world: &World, tolerance: Tolerance) -> Vec<Wall> {
     let mut squares = 0;
-    let mut walls = Vec::new();
-    for group in groups.iter().take(MAX_WALLS) {
-        let wall = group.wall(triangles, tolerance);
-        squares += wall.lines[0].len() * wall.lines[1].len();
-        if squares > MAX_SQUARES {
-            break;
-        }
-        walls.push(wall);
-    }
+    let walls = groups.iter().map(|group| group.wall(world.triangles(), tolerance));
     walls
+        .take_while(|wall| {
+            squares += wall.lines[0].len() * wall.lines[1].len();
+            squares <= MAX_SQUARES
+        })
+        .collect()
 }
 
 fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
@@ -53,21 +62,9 @@ fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     let mut by_key: BTreeMap<([i32; 3], i64), Vec<u32>> = BTreeMap::new();
     for (index, triangle) in triangles.iter().enumerate() {
-        let [a, b, c] = triangle.corners;
-        let Some(front) = (b - a).cross(c - a).try_normalize() else {
+        let Some(Plane { normal, offset, hides }) = plane_of(triangle).filter(|plane| plane.hides != [false; 2]) else {
             continue;
         };
-        // One normal for both sides of a plane: its largest part points up its axis.
-        let flip = front[front.abs().max_position()] < 0.0;
-        let normal = if flip { -front } else { front };
-        let mut hides = [triangle.hides_from_front(), triangle.hides_from_back()];
-        if flip {
-            hides.reverse();
-        }
-        if hides == [false; 2] {
-            continue;
-        }
-        let offset = normal.dot((a + b + c) / 3.0);
         let steps = normal.to_array().map(|x| (x * NORMAL_STEPS).round() as i32);
         let step = f64::from(offset / step_m).floor() as i64;
         let near = [step, step - 1, step + 1].into_iter().find_map(|step| {
@@ -97,7 +94,44 @@ fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
     groups
 }
 
+/// The plane of a triangle, and whether it hides what is on the side away from the normal, or on the normal's.
+struct Plane {
+    normal: Vec3,
+    offset: f32,
+    hides: [bool; 2],
+}
+
+fn plane_of(triangle: &Triangle) -> Option<Plane> {
+    let [a, b, c] = triangle.corners;
+    let front = (b - a).cross(c - a).try_normalize()?;
+    // One normal for both sides of a plane: its largest part points up its axis.
+    let flip = front[front.abs().max_position()] < 0.0;
+    let normal = if flip { -front } else { front };
+    let mut hides = [triangle.hides_from_front(), triangle.hides_from_back()];
+    if flip {
+        hides.reverse();
+    }
+    Some(Plane {
+        normal,
+        offset: normal.dot((a + b + c) / 3.0),
+        hides,
+    })
+}
+
 impl Group {
+    /// The part of it in some triangles, `None` when that is empty.
+    pub(super) fn among(&self, triangles: &[Triangle], mut among: impl FnMut(u32) -> bool) -> Option<Self> {
+        let faces: Vec<_> = self.faces.iter().copied().filter(|(index, _)| among(*index)).collect();
+        let area_m2 = faces.iter().map(|(index, _)| triangles[*index as usize].area_m2()).sum();
+        let first = plane_of(&triangles[faces.first()?.0 as usize])?;
+        Some(Self {
+            normal: first.normal,
+            offset: first.offset,
+            area_m2,
+            faces,
+        })
+    }
+
     fn axes(&self) -> [Vec3; 2] {
         // For an upright or level plane these are the world's own axes or lie level, as most edges do.
         let level = Vec3::Y.cross(self.normal);
@@ -109,7 +143,7 @@ impl Group {
         [first, self.normal.cross(first)]
     }
 
-    fn wall(&self, triangles: &[Triangle], tolerance: Tolerance) -> Wall {
+    pub(super) fn wall(&self, triangles: &[Triangle], tolerance: Tolerance) -> Wall {
         let axes = self.axes();
         let flat: Vec<([Vec2; 3], [bool; 2])> = self
             .faces

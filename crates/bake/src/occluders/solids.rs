@@ -38,7 +38,7 @@ const CONVEX: f32 = 1e-5;
 
 /// The bodies of all objects, by object. They are `margin_m` smaller than the geometry on every side.
 pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
-    let min_size_m = MIN_SIZE_SHARE * world.bounds().diagonal_m() as f32;
+    let min_size_m = MIN_SIZE_SHARE * world.scale_m();
     let mut bodies = Vec::new();
     for object in 0..world.object_bounds().len() as u32 {
         if world.object_bounds()[object as usize].is_empty()

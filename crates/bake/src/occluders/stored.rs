@@ -4,6 +4,8 @@
 //! reads it back without the scene. `docs/FORMAT.md` gives the bytes. A reader refuses whatever could make a proof
 //! wrong or a search endless: numbers that are not finite, lines that do not rise, objects that do not exist.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3, Vec4};
 
 use super::{Body, Occluders, Region, Tolerance, Wall, Way};
@@ -120,7 +122,7 @@ impl Scenery {
         let walls = from.list(58, |from| {
             let wall = from.wall()?;
             from.check(wall.door.is_none_or(|door| (door as usize) < targets.len()))?;
-            Ok(wall)
+            Ok(Arc::new(wall))
         })?;
         from.check(from.at == bytes.len())?;
         let tolerance = Tolerance { plane_m, hole_m };
@@ -274,7 +276,7 @@ mod tests {
         assert_eq!(read_origin, origin);
         assert_eq!(read.blocker.occluders, scenery.blocker.occluders);
         assert_eq!(read.targets, scenery.targets);
-        let settings = Method::Conservative.proofs().unwrap();
+        let settings = Method::Conservative.proofs();
         let eye = Region::of_box(Vec3::new(-20.0, -5.0, -20.0), Vec3::new(-18.0, -3.0, -19.0));
         let visible = |scenery| Observer::new(scenery, settings).visible(&eye, &[]);
         assert_eq!(visible(&read), visible(&scenery));

@@ -12,6 +12,8 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::digest::{Digest, Digester};
+
 /// What counts as the same plane, and as no hole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
@@ -103,6 +105,22 @@ impl Wall {
                 [vec![true], vec![true]],
             )
         }
+    }
+
+    /// A digest of all that it is.
+    pub(super) fn digest(&self) -> Digest {
+        let mut digester = Digester::default();
+        digester.point(self.normal).floats(&[self.offset]);
+        digester.point(self.axes[0]).point(self.axes[1]);
+        digester.count(self.door.map_or(0, |door| door as usize + 1));
+        for lines in &self.lines {
+            digester.count(lines.len()).floats(lines);
+        }
+        for sums in &self.opaque {
+            digester.count(sums.len());
+            sums.iter().for_each(|sum| _ = digester.count(*sum as usize));
+        }
+        digester.finish()
     }
 
     /// Whether it hides anything this way.

@@ -8,6 +8,8 @@ use crate::{
     cells::{CellGraph, Portal, ViewCell},
     city::City,
     lod::LodSettings,
+    memory::Forgetful,
+    occluders::Hiders,
     pipeline::in_spatial_order,
     progress::Silent,
     visibility::{self, Method, SampledSettings, VisibilitySettings, conservative::Scenery},
@@ -88,8 +90,9 @@ fn records_and_steps_of_a_city_are_small() {
         method: Method::Occluders,
         sampled: Some(SampledSettings::for_cells(4096)),
     };
-    let scenery = Scenery::of(&world);
-    let visibility = visibility::compute(&world, &graph, &scenery, &settings, &Silent).unwrap();
+    let hiders = Hiders::of(&world, Vec::new());
+    let scenery = Scenery::with(&world, hiders.occluders());
+    let visibility = visibility::compute(&world, &graph, &hiders, &settings, &Forgetful, &Silent).unwrap();
     let input = Input {
         scene: &scene,
         title: "City",

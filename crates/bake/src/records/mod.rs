@@ -71,6 +71,8 @@ pub struct Written {
     pub manifest: Manifest,
     /// Every object with its size, the manifest included, by name.
     pub blobs: Vec<(BlobName, u64)>,
+    /// Cells that an earlier bake had looked from already.
+    pub remembered_cells: u32,
 }
 
 impl Written {
@@ -144,7 +146,7 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
             method: input.visibility.method.name().to_owned(),
             guarantee: input.visibility.guarantee,
             mean_seen: input.visibility.mean_seen,
-            mean_not_hidden: input.visibility.mean_not_hidden,
+            mean_not_hidden: Some(input.visibility.mean_not_hidden),
             reason: input.visibility.reason.clone(),
             mean_visible: mean(input.visibility.cells.iter().map(|cell| cell.objects.len() as f64)),
         },
@@ -159,6 +161,7 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
         manifest_name,
         manifest,
         blobs: ledger.into_blobs(),
+        remembered_cells: input.visibility.remembered,
     })
 }
 

@@ -39,6 +39,17 @@ pub struct ConservativeSettings {
 }
 
 impl ConservativeSettings {
+    /// Bodies together and nothing else: what is left depends on nothing that is hidden.
+    pub const FUSED_ALONE: Self = Self {
+        proofs: Proofs {
+            bodies: false,
+            walls: false,
+        },
+        fusion: true,
+        halvings: 0,
+        target_halvings: 0,
+        steps: 0,
+    };
     /// For answers within milliseconds.
     pub const ON_LINE: Self = Self {
         proofs: Proofs {
@@ -73,12 +84,16 @@ impl Scenery {
     /// Prepares a world in which just these hide.
     #[must_use]
     pub fn with(world: &World, occluders: Occluders) -> Self {
-        let targets = world
-            .object_bounds()
-            .iter()
+        Self::new(occluders, Self::targets_of(world))
+    }
+
+    /// The box around each object of a world.
+    #[must_use]
+    pub fn targets_of(world: &World) -> Vec<Option<Region>> {
+        let bounds = world.object_bounds().iter();
+        bounds
             .map(|b| (!b.is_empty()).then(|| Region::around(world, b)))
-            .collect();
-        Self::new(occluders, targets)
+            .collect()
     }
 
     /// Prepares occluders, whose bodies stand in the order of their objects, and the boxes of objects.

@@ -5,73 +5,58 @@
 //! not answers the question without a proof. Two doors neither of which hides an object alone, but which do together,
 //! are not noted: whoever asks with both closed may get an object too many, never one too few.
 
-use std::collections::BTreeMap;
-
-use rayon::prelude::*;
-
 use super::{
-    CellVisibility,
-    conservative::Scenery,
     prover::{Proofs, Prover},
     sampler::Sighting,
+    surroundings::Surroundings,
 };
-use crate::{
-    cells::CellGraph,
-    occluders::Region,
-    progress::{Cancelled, Progress},
-    world::World,
-};
+use crate::occluders::Region;
 
-/// Notes with each entry the doors that hide it. `sightings` are known sight lines of each cell.
-pub(super) fn mark(
-    world: &World,
-    graph: &CellGraph,
-    scenery: &Scenery,
-    sightings: &[Vec<Sighting>],
-    cells: &mut [CellVisibility],
-    progress: &dyn Progress,
-) -> Result<(), Cancelled> {
-    let blocker = &scenery.blocker;
-    let doors = blocker.doors();
-    if doors.is_empty() {
-        progress.advance(cells.len() as u64);
-        return Ok(());
+/// Finds the doors that hide objects from one cell.
+pub(super) struct Marker<'a> {
+    surroundings: &'a Surroundings,
+    eye: &'a Region,
+    /// In numbers of the surroundings.
+    doors: Vec<u32>,
+    prover: Prover<'a>,
+}
+
+impl<'a> Marker<'a> {
+    pub(super) fn new(surroundings: &'a Surroundings, eye: &'a Region) -> Self {
+        let blocker = &surroundings.scenery.blocker;
+        let proofs = Proofs {
+            bodies: true,
+            walls: true,
+        };
+        Self {
+            surroundings,
+            eye,
+            doors: blocker.doors(),
+            prover: Prover::new(blocker, proofs),
+        }
     }
-    let proofs = Proofs {
-        bodies: true,
-        walls: true,
-    };
-    cells
-        .par_iter_mut()
-        .enumerate()
-        .map_init(
-            || Prover::new(blocker, proofs),
-            |prover, (index, cell)| {
-                if progress.cancelled() {
-                    return Err(Cancelled);
-                }
-                let eye = Region::of_cell(world, &graph.cells[index]);
-                let known: BTreeMap<u32, &Sighting> = sightings[index].iter().map(|s| (s.object, s)).collect();
-                for entry in &mut cell.objects {
-                    let Some(target) = &scenery.targets[entry.object as usize] else {
-                        continue;
-                    };
-                    let [from, to] = known
-                        .get(&entry.object)
-                        .map_or([eye.center(), target.center()], |s| [s.eye, s.target]);
-                    for door in &doors {
-                        if *door != entry.object && blocker.door_is_on(*door, from, to) {
-                            prover.close(&[*door]);
-                            if prover.hides(&eye, target).is_some() {
-                                entry.doors.push(*door);
-                            }
-                        }
-                    }
-                }
-                prover.close(&[]);
-                progress.advance(1);
-                Ok(())
-            },
-        )
-        .collect()
+
+    /// Doors each of which hides an object when it is closed, rising. `known` is a sight line to it.
+    pub(super) fn doors_of(&mut self, object: u32, known: Option<&Sighting>) -> Vec<u32> {
+        if self.doors.is_empty() {
+            return Vec::new();
+        }
+        let Some(number) = self.surroundings.number_of(object) else {
+            return Vec::new();
+        };
+        let Some(target) = &self.surroundings.scenery.targets[number as usize] else {
+            return Vec::new();
+        };
+        let [from, to] = known.map_or([self.eye.center(), target.center()], |s| [s.eye, s.target]);
+        let blocker = &self.surroundings.scenery.blocker;
+        let (eye, prover) = (self.eye, &mut self.prover);
+        let hides = |door: &&u32| {
+            **door != number && blocker.door_is_on(**door, from, to) && {
+                prover.close(&[**door]);
+                prover.hides(eye, target).is_some()
+            }
+        };
+        let doors = self.doors.iter().filter(hides);
+        doors.map(|door| self.surroundings.objects[*door as usize]).collect()
+    }
 }

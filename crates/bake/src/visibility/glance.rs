@@ -5,7 +5,15 @@
 //! things, so everything that stands in a cell which is seen into counts: the cell-to-cell relation of Teller & Séquin,
 //! *Visibility preprocessing for interactive walkthroughs* (1991).
 
-use super::sampled::{SampledSettings, Survey};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{
+    random::Random,
+    sampler::{CellState, Sampler, Scratch, Sighting},
+    sights::Sights,
+    targets::Lookout,
+};
 use crate::{
     cells::CellGraph,
     progress::{Cancelled, Progress},
@@ -18,14 +26,111 @@ const RAYS: u32 = 3072;
 const TRIES: u32 = 8;
 /// How far word of a thing travels, in cells.
 const ROUNDS: u32 = 3;
+/// Where random streams start.
+const SEED: u64 = 0x61A9_CE00;
 
 /// For each cell objects that it sees or that stand near what it sees, rising.
 ///
 /// # Errors
 /// When cancelled.
 pub fn glance(world: &World, graph: &CellGraph, progress: &dyn Progress) -> Result<Vec<Vec<u32>>, Cancelled> {
-    let settings = SampledSettings::default();
-    let mut survey = Survey::new(world, graph, &settings, 0.0, progress);
-    survey.glance(RAYS, TRIES, ROUNDS)?;
-    Ok(survey.seen_or_near_it())
+    let count = graph.cells.len();
+    let sights = Sights::of(world, graph);
+    let stream = |cell| Random::stream(SEED, cell as u64);
+    let mut states: Vec<_> = (0..count).map(|cell| CellState::new(cell, count, stream(cell))).collect();
+    run(&sights, &mut states, progress, |_, sampler| sampler.glance(RAYS))?;
+    // Objects that were tried on a neighbour's word, rising.
+    let mut tried: Vec<Vec<u32>> = vec![Vec::new(); count];
+    for _ in 0..ROUNDS {
+        let news = news(graph, &states, &tried);
+        run(&sights, &mut states, progress, |cell, sampler| {
+            for sighting in &news[cell] {
+                sampler.try_from_here(sighting, TRIES);
+            }
+        })?;
+        for (tried, news) in tried.iter_mut().zip(&news) {
+            tried.extend(news.iter().map(|sighting| sighting.object));
+            tried.sort_unstable();
+        }
+    }
+    let objects_in = objects_in(&sights);
+    let all = states.par_iter().map(|state| {
+        let into = (0..count).filter(|cell| state.cells[*cell]);
+        let near = into.flat_map(|cell| objects_in[cell].iter().copied());
+        let mut all: Vec<u32> = state.seen.iter().map(|s| s.object).chain(near).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    });
+    Ok(all.collect())
+}
+
+/// Works on all cells, in parallel.
+fn run(
+    sights: &Sights<'_>,
+    states: &mut [CellState],
+    progress: &dyn Progress,
+    work: impl Fn(usize, &mut Sampler<'_>) + Sync,
+) -> Result<(), Cancelled> {
+    let objects = sights.world.object_bounds().len();
+    states.par_iter_mut().enumerate().try_for_each_init(
+        || Scratch::new(objects),
+        |scratch, (cell, state)| {
+            if progress.cancelled() {
+                return Err(Cancelled);
+            }
+            work(cell, &mut Sampler::new(sights, cell, state, scratch));
+            Ok(())
+        },
+    )
+}
+
+/// For each cell a sight line of a neighbour to every object that it has neither seen nor tried.
+fn news(graph: &CellGraph, states: &[CellState], tried: &[Vec<u32>]) -> Vec<Vec<Sighting>> {
+    let of = |cell: usize| {
+        let mut known: Vec<_> = states[cell].seen.iter().map(|s| s.object).chain(tried[cell].iter().copied()).collect();
+        known.sort_unstable();
+        let adjacent = graph.cells[cell].adjacent.iter();
+        let mut news: Vec<_> = adjacent
+            .flat_map(|other| &states[*other as usize].seen)
+            .filter(|s| known.binary_search(&s.object).is_err())
+            .copied()
+            .collect();
+        news.sort_by_key(|s| s.object);
+        news.dedup_by_key(|s| s.object);
+        news
+    };
+    (0..states.len()).into_par_iter().map(of).collect()
+}
+
+/// Objects whose boxes meet each cell, or meet none and this is the nearest, rising.
+fn objects_in(sights: &Sights<'_>) -> Vec<Vec<u32>> {
+    let world = sights.world;
+    let boxes: Vec<_> = (0u32..)
+        .zip(world.object_bounds())
+        .filter(|(_, bounds)| !bounds.is_empty())
+        .map(|(object, bounds)| (object, world.relative(bounds.min), world.relative(bounds.max)))
+        .collect();
+    let meets = |l: &Lookout, min: Vec3, max: Vec3| {
+        let margin = 0.01 * (l.max - l.min);
+        min.cmple(l.max + margin).all() && max.cmpge(l.min - margin).all()
+    };
+    let mut objects_in: Vec<Vec<u32>> = vec![Vec::new(); sights.lookouts.len()];
+    for (object, min, max) in boxes {
+        let mut met = false;
+        for (list, lookout) in objects_in.iter_mut().zip(&sights.lookouts) {
+            if meets(lookout, min, max) {
+                met = true;
+                list.push(object);
+            }
+        }
+        // What meets no cell, in a niche or in the air, stands near whoever is nearest.
+        let away_m = |l: &Lookout| (l.min - max).max(min - l.max).max(Vec3::ZERO).length();
+        let cells = 0..sights.lookouts.len();
+        let nearest = cells.min_by(|a, b| away_m(&sights.lookouts[*a]).total_cmp(&away_m(&sights.lookouts[*b])));
+        if let Some(nearest) = nearest.filter(|_| !met) {
+            objects_in[nearest].push(object);
+        }
+    }
+    objects_in
 }

@@ -80,7 +80,7 @@ impl Blocker {
         let pad_m = occluders.tolerance.plane_m;
         Self {
             bodies: segment::tree(occluders.bodies.iter().map(|b| [b.min, b.max]), 0.0),
-            walls: segment::tree(occluders.walls.iter().map(Wall::around), pad_m),
+            walls: segment::tree(occluders.walls.iter().map(|wall| wall.around()), pad_m),
             occluders,
         }
     }

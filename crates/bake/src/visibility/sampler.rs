@@ -1,131 +1,33 @@
 //! How does one cell look around? Casts its rays, notes what they see and follows every discovery.
+//!
+//! Follows Wonka et al., *Guided visibility sampling* (2006): random rays, then rays guided by what was found, past the
+//! borders of what was hit and a little beside known sight lines. Random rays alone miss what shows through narrow
+//! openings; so what no proof hides and no ray has seen is looked for from ever smaller parts of the cell, which whoever
+//! proves asks for ([`look_from`](Sampler::look_from)).
+//!
+//! Stopping: uniform rays end when the share of them that would show something new, were it not for all that is done besides,
+//! is estimated to be small: the number of objects hit by just one of them over their number (Good & Turing; Good, *The
+//! population frequencies of species and the estimation of population parameters*, 1953).
+//!
+//! Guarantee: whatever is noted was seen by a ray. Results depend on the random stream alone.
 
-use glam::{Vec3, Vec3A};
-use obvhs::{
-    Boundable, BvhBuildParams,
-    aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2},
-    ray::Ray,
-};
+use glam::Vec3;
 
 use super::{
     random::Random,
-    solid::Solid,
-    targets::{Lookout, facing, on_object},
+    sights::Sights,
+    targets::{Lookout, on_object},
 };
-use crate::{
-    occluders::Region,
-    world::{Hit, World},
-};
+use crate::{occluders::Region, world::Hit};
 
+/// Uniform rays are enough when less than this share of them would show something new.
+const FEW_UNSEEN: f64 = 1e-4;
 /// Rays to perturbed sight lines after each discovery.
 const MUTATIONS: usize = 10;
 /// Rays past the outline of each discovered object's box.
 const OUTLINE_RAYS: usize = 10;
-/// Rays per object that measure its fraction.
-const FRACTION_RAYS: u32 = 32;
 /// A segment arrives when it is blocked only this share of its length before its end: that is rounding.
-const ARRIVED: f32 = 1e-5;
-
-/// What all cells share.
-pub(super) struct Scenery<'a> {
-    pub(super) world: &'a World,
-    pub(super) lookouts: Vec<Lookout>,
-    /// Objects whose boxes meet each cell, or meet none and this is the nearest, rising.
-    pub(super) objects_in: Vec<Vec<u32>>,
-    cells: CellTree,
-}
-
-/// Which cells does a sight line pass through?
-struct CellTree {
-    boxes: Vec<CellBox>,
-    tree: Bvh2,
-}
-
-struct CellBox(Aabb);
-
-impl Boundable for CellBox {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
-impl CellTree {
-    fn over(lookouts: &[Lookout]) -> Self {
-        let boxes: Vec<_> = lookouts
-            .iter()
-            .map(|l| CellBox(Aabb::new(Vec3A::from(l.min), Vec3A::from(l.max))))
-            .collect();
-        let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Default::default());
-        Self { boxes, tree }
-    }
-
-    fn mark(&self, lookouts: &[Lookout], eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
-        let ray = Ray::new(eye.into(), direction.into(), 0.0, reach);
-        self.tree.ray_traverse_anyhit(ray, |ray, index| {
-            let cell = self.tree.primitive_indices[index] as usize;
-            let passes = |solid: &Solid| solid.meets(eye, direction, reach);
-            if !marks[cell]
-                && self.boxes[cell].0.intersect_ray(ray) < reach
-                && lookouts[cell].solid.as_ref().is_none_or(passes)
-            {
-                marks[cell] = true;
-            }
-        });
-    }
-}
-
-impl<'a> Scenery<'a> {
-    pub(super) fn new(world: &'a World, lookouts: Vec<Lookout>) -> Self {
-        let boxes: Vec<_> = world
-            .object_bounds()
-            .iter()
-            .map(|b| (!b.is_empty()).then(|| (world.relative(b.min), world.relative(b.max))))
-            .collect();
-        let meets = |l: &Lookout, (min, max): &(Vec3, Vec3)| {
-            let margin = 0.01 * (l.max - l.min);
-            min.cmple(l.max + margin).all() && max.cmpge(l.min - margin).all()
-        };
-        let mut objects_in: Vec<Vec<u32>> = lookouts
-            .iter()
-            .map(|l| {
-                let met = |b: &Option<_>| b.as_ref().is_some_and(|b| meets(l, b));
-                (0u32..)
-                    .zip(&boxes)
-                    .filter(|(_, b)| met(b))
-                    .map(|(object, _)| object)
-                    .collect()
-            })
-            .collect();
-        // What meets no cell, in a niche or in the air, is looked for by those who see into the nearest one.
-        let mut met = vec![false; boxes.len()];
-        for object in objects_in.iter().flatten() {
-            met[*object as usize] = true;
-        }
-        for (object, (min, max)) in boxes.iter().enumerate().filter_map(|(i, b)| Some((i, (*b)?))) {
-            let away_m = |l: &Lookout| (l.min - max).max(min - l.max).max(Vec3::ZERO).length();
-            if met[object] {
-                continue;
-            }
-            let nearest = (0..lookouts.len()).min_by(|a, b| away_m(&lookouts[*a]).total_cmp(&away_m(&lookouts[*b])));
-            if let Some(nearest) = nearest {
-                let list = &mut objects_in[nearest];
-                list.insert(list.partition_point(|known| *known < object as u32), object as u32);
-            }
-        }
-        Self {
-            world,
-            cells: CellTree::over(&lookouts),
-            lookouts,
-            objects_in,
-        }
-    }
-
-    /// Marks the cells that a sight line passes.
-    fn mark(&self, eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
-        self.cells.mark(&self.lookouts, eye, direction, reach, marks);
-    }
-}
+pub(super) const ARRIVED: f32 = 1e-5;
 
 /// One sight line to an object.
 #[derive(Debug, Clone, Copy)]
@@ -143,18 +45,35 @@ pub(super) struct CellState {
     pub(super) seen: Vec<Sighting>,
     /// For each cell whether a sight line passes through.
     pub(super) cells: Vec<bool>,
-    /// For each cell whether its portals and objects were searched.
-    pub(super) searched: Vec<bool>,
-    /// Objects that were searched for on a neighbour's word, rising.
-    pub(super) tried: Vec<u32>,
     pub(super) rays: u64,
+}
+
+impl CellState {
+    /// Knows nothing but itself.
+    pub(super) fn new(cell: usize, cells: usize, random: Random) -> Self {
+        Self {
+            random,
+            seen: Vec::new(),
+            cells: (0..cells).map(|other| other == cell).collect(),
+            rays: 0,
+        }
+    }
+}
+
+/// What uniform rays say.
+pub(super) struct Uniform {
+    pub(super) rays: u32,
+    /// How many of them met each object, in the order of sightings; nothing for what others found later.
+    pub(super) hits: Vec<u32>,
+    /// Objects that just one of them met.
+    pub(super) singles: u32,
 }
 
 /// What one thread needs besides, whichever cell it works on.
 pub(super) struct Scratch {
     known: Vec<bool>,
     hits: Vec<u32>,
-    passed: Vec<Hit>,
+    pub(super) passed: Vec<Hit>,
     fresh: Vec<Sighting>,
 }
 
@@ -171,10 +90,10 @@ impl Scratch {
 
 /// Casts rays for one cell.
 pub(super) struct Sampler<'a> {
-    scenery: &'a Scenery<'a>,
+    pub(super) sights: &'a Sights<'a>,
     cell: usize,
     pub(super) state: &'a mut CellState,
-    scratch: &'a mut Scratch,
+    pub(super) scratch: &'a mut Scratch,
 }
 
 /// Forgets on the way out what is known only of this cell.
@@ -187,39 +106,31 @@ impl Drop for Sampler<'_> {
     }
 }
 
-/// What uniform rays measured.
-pub(super) struct Measured {
-    /// For each sighting: share of sight lines that arrive, mean solid angle in steradians.
-    pub(super) seen: Vec<[f32; 2]>,
-    /// Rays that showed something unknown.
-    pub(super) surprises: u32,
-}
-
 impl<'a> Sampler<'a> {
-    pub(super) fn new(
-        scenery: &'a Scenery<'a>,
-        cell: usize,
-        state: &'a mut CellState,
-        scratch: &'a mut Scratch,
-    ) -> Self {
+    pub(super) fn new(sights: &'a Sights<'a>, cell: usize, state: &'a mut CellState, scratch: &'a mut Scratch) -> Self {
         for sighting in &state.seen {
             scratch.known[sighting.object as usize] = true;
         }
         Self {
-            scenery,
+            sights,
             cell,
             state,
             scratch,
         }
     }
 
-    fn lookout(&self) -> &'a Lookout {
-        &self.scenery.lookouts[self.cell]
+    pub(super) fn lookout(&self) -> &'a Lookout {
+        &self.sights.lookouts[self.cell]
     }
 
     /// Whether a sight line to the object is known.
     pub(super) fn knows(&self, object: u32) -> bool {
         self.scratch.known[object as usize]
+    }
+
+    /// What the cell has seen so far, in order of discovery.
+    pub(super) fn seen(&self) -> impl Iterator<Item = u32> {
+        self.state.seen.iter().map(|sighting| sighting.object)
     }
 
     fn note(&mut self, sighting: Sighting) {
@@ -230,12 +141,9 @@ impl<'a> Sampler<'a> {
     }
 
     /// Casts one ray in a unit direction; what it saw before its end is left in `passed`.
-    fn shoot(&mut self, eye: Vec3, direction: Vec3) -> Option<Hit> {
+    pub(super) fn shoot(&mut self, eye: Vec3, direction: Vec3) -> Option<Hit> {
         self.state.rays += 1;
-        let end = self
-            .scenery
-            .world
-            .cast(eye, direction, f32::MAX, &mut self.scratch.passed);
+        let end = self.sights.world.cast(eye, direction, f32::MAX, &mut self.scratch.passed);
         for index in 0..self.scratch.passed.len() + usize::from(end.is_some()) {
             if let Some(hit) = self.scratch.passed.get(index).copied().or(end)
                 && !self.knows(hit.object)
@@ -255,7 +163,7 @@ impl<'a> Sampler<'a> {
     fn explore(&mut self, eye: Vec3, direction: Vec3) {
         let end = self.shoot(eye, direction);
         let reach = end.map_or(f32::MAX, |hit| hit.t);
-        self.scenery.mark(eye, direction, reach, &mut self.state.cells);
+        self.sights.mark(eye, direction, reach, &mut self.state.cells);
     }
 
     fn explore_towards(&mut self, eye: Vec3, target: Vec3) {
@@ -283,43 +191,40 @@ impl<'a> Sampler<'a> {
         self.knows(object)
     }
 
-    /// Casts random rays until few objects were hit by just one of them (Good & Turing's estimate of what is still
-    /// unseen), or the budget is spent.
-    pub(super) fn look_around(&mut self, budget: u32) {
+    /// Casts rays that are uniform in place and direction until few are likely to show something new, or as many as there
+    /// may be.
+    pub(super) fn look_around(&mut self, most: u32) -> Uniform {
         const BATCH: u32 = 1024;
-        const FEW: f64 = 5e-4;
         let lookout = self.lookout();
-        let mut cast = 0;
-        while cast < budget {
+        let (mut rays, mut singles) = (0, 0);
+        while rays == 0 || (rays < most && f64::from(singles) > FEW_UNSEEN * f64::from(rays)) {
             for i in 0..BATCH {
-                let random = &mut self.state.random;
-                let eye = if i % 3 == 0 {
-                    lookout.surface(random)
-                } else {
-                    lookout.uniform(random)
-                };
-                let direction = random.direction();
+                let eye = lookout.uniform(&mut self.state.random);
+                let direction = self.state.random.direction();
                 let end = self.shoot(eye, direction);
                 if i % 4 == 0 {
                     let reach = end.map_or(f32::MAX, |hit| hit.t);
-                    self.scenery.mark(eye, direction, reach, &mut self.state.cells);
+                    self.sights.mark(eye, direction, reach, &mut self.state.cells);
                 }
-                for hit in self.scratch.passed.iter().chain(&end) {
+                // An object counts once for each ray.
+                let passed = &mut self.scratch.passed;
+                passed.extend(end);
+                passed.sort_unstable_by_key(|hit| hit.object);
+                passed.dedup_by_key(|hit| hit.object);
+                for hit in passed.iter() {
                     self.scratch.hits[hit.object as usize] += 1;
                 }
             }
-            cast += BATCH;
-            let singles = self
-                .state
-                .seen
-                .iter()
-                .filter(|s| self.scratch.hits[s.object as usize] == 1);
-            if (singles.count() as f64) < FEW * f64::from(cast) {
-                break;
-            }
+            rays += BATCH;
+            let once = |object: &u32| self.scratch.hits[*object as usize] == 1;
+            singles = self.seen().filter(once).count() as u32;
         }
-        self.forget_hits();
+        let hits: Vec<_> = self.seen().map(|object| self.scratch.hits[object as usize]).collect();
+        for sighting in &self.state.seen {
+            self.scratch.hits[sighting.object as usize] = 0;
+        }
         self.follow();
+        Uniform { rays, hits, singles }
     }
 
     /// Casts random rays and leaves it at that.
@@ -353,25 +258,19 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    fn forget_hits(&mut self) {
-        for sighting in &self.state.seen {
-            self.scratch.hits[sighting.object as usize] = 0;
-        }
-    }
-
     /// Follows fresh discoveries until there are none: past the edges of the triangle and the outline of the object
     /// that was hit, where more is behind it, and along sight lines a little beside (Wonka et al., *Guided visibility
     /// sampling*, 2006).
     pub(super) fn follow(&mut self) {
         while let Some(found) = self.scratch.fresh.pop() {
             let lookout = self.lookout();
-            let bounds = self.scenery.world.object_bounds()[found.object as usize];
+            let bounds = self.sights.world.object_bounds()[found.object as usize];
             let (min, max) = (
-                self.scenery.world.relative(bounds.min),
-                self.scenery.world.relative(bounds.max),
+                self.sights.world.relative(bounds.min),
+                self.sights.world.relative(bounds.max),
             );
             if let Some(triangle) = found.triangle {
-                let corners = self.scenery.world.triangles()[triangle as usize].corners;
+                let corners = self.sights.world.triangles()[triangle as usize].corners;
                 let center = (corners[0] + corners[1] + corners[2]) / 3.0;
                 for i in 0..3 {
                     let grow = 0.02 + 0.2 * self.state.random.unit();
@@ -403,70 +302,6 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Looks through the openings of every cell that sight lines reach, and from there on into the next, like down an
-    /// enfilade; then searches for every object there that was not seen yet.
-    pub(super) fn search_cells(&mut self, portal_budget: u32, object_budget: u32) {
-        let scenery = self.scenery;
-        let mut fresh_cells = Vec::new();
-        let mut portal_budget = i64::from(portal_budget);
-        loop {
-            let next: Vec<_> = (0..self.state.cells.len())
-                .filter(|cell| self.state.cells[*cell] && !self.state.searched[*cell])
-                .collect();
-            if next.is_empty() {
-                break;
-            }
-            let portals: usize = next.iter().map(|cell| scenery.lookouts[*cell].portals.len()).sum();
-            let each = (portal_budget.max(0) / 2 / portals.max(1) as i64).clamp(6, 512);
-            for cell in next {
-                self.state.searched[cell] = true;
-                fresh_cells.push(cell);
-                for portal in &scenery.lookouts[cell].portals {
-                    for _ in 0..each {
-                        let eye = scenery.lookouts[self.cell].searching(&mut self.state.random);
-                        let target = portal.point(&mut self.state.random);
-                        self.explore_towards(eye, target);
-                    }
-                    portal_budget -= each;
-                }
-            }
-            self.follow();
-        }
-        let mut wanted: Vec<_> = fresh_cells
-            .iter()
-            .flat_map(|cell| &scenery.objects_in[*cell])
-            .copied()
-            .collect();
-        wanted.sort_unstable();
-        wanted.dedup();
-        wanted.retain(|object| !self.knows(*object));
-        let each = (object_budget / wanted.len().max(1) as u32).clamp(64, 2048);
-        for object in wanted {
-            self.search_for(object, each);
-        }
-    }
-
-    /// Tries sight lines to one object until one arrives.
-    pub(super) fn search_for(&mut self, object: u32, tries: u32) {
-        for _ in 0..tries {
-            if self.knows(object) {
-                break;
-            }
-            let random = &mut self.state.random;
-            let eye = self.scenery.lookouts[self.cell].searching(random);
-            let Some(target) = on_object(self.scenery.world, object, random) else {
-                break;
-            };
-            self.look_at(object, eye, target);
-        }
-        self.follow();
-    }
-
-    /// What the cell has seen so far, in order of discovery.
-    pub(super) fn seen(&self) -> Vec<u32> {
-        self.state.seen.iter().map(|sighting| sighting.object).collect()
-    }
-
     /// Looks for an object from a part of the cell: from its corners, edges, faces and inside. Whether a sight line to it
     /// is known now.
     pub(super) fn look_from(&mut self, part: &Region, object: u32) -> bool {
@@ -482,99 +317,12 @@ impl<'a> Sampler<'a> {
                 .to_array()
                 .map(|x| if random.unit() < ROUNDED { x.round() } else { x });
             let eye = part.min + Vec3::from(place) * (part.max - part.min);
-            let Some(target) = on_object(self.scenery.world, object, random) else {
+            let Some(target) = on_object(self.sights.world, object, random) else {
                 break;
             };
             let eye = self.lookout().clamp(eye);
             self.look_at(object, eye, target);
         }
         self.knows(object)
-    }
-
-    /// Tries sight lines beside one that another cell has.
-    pub(super) fn search_beside(&mut self, other: &Sighting, tries: u32) {
-        let lookout = self.lookout();
-        let bounds = self.scenery.world.object_bounds()[other.object as usize];
-        let size = (self.scenery.world.relative(bounds.max) - self.scenery.world.relative(bounds.min)).abs();
-        let back = (other.eye - other.target).normalize_or_zero();
-        for _ in 0..tries {
-            if self.knows(other.object) {
-                break;
-            }
-            let random = &mut self.state.random;
-            let scale = 0.5f32.powi(random.below(6) as i32);
-            let target = other.target + 0.2 * scale * random.around_zero() * size;
-            // The sight line, drawn on beyond the other's eye, or the place nearest to that eye.
-            let beyond = lookout.distance_m(other.eye) + random.unit() * (lookout.max - lookout.min).length();
-            let eye = other.eye + if random.unit() < 0.5 { beyond * back } else { Vec3::ZERO };
-            let eye = lookout.clamp(eye + 0.5 * scale * random.around_zero() * (lookout.max - lookout.min));
-            self.look_at(other.object, eye, target);
-        }
-        self.follow();
-    }
-
-    /// Measures what is seen with rays that are uniform in place and direction.
-    pub(super) fn measure(&mut self, rays: u32) -> Measured {
-        let (lookout, world) = (self.lookout(), self.scenery.world);
-        let mut surprises = 0;
-        for _ in 0..rays {
-            let before = self.state.seen.len();
-            let eye = lookout.uniform(&mut self.state.random);
-            let direction = self.state.random.direction();
-            let end = self.shoot(eye, direction);
-            surprises += u32::from(self.state.seen.len() > before);
-            // An object counts once for each ray.
-            let passed = &mut self.scratch.passed;
-            passed.extend(end);
-            passed.sort_unstable_by_key(|hit| hit.object);
-            passed.dedup_by_key(|hit| hit.object);
-            for hit in passed.iter() {
-                self.scratch.hits[hit.object as usize] += 1;
-            }
-        }
-        let per_ray = 4.0 * std::f32::consts::PI / rays.max(1) as f32;
-        let angles: Vec<_> = self
-            .state
-            .seen
-            .iter()
-            .map(|s| per_ray * self.scratch.hits[s.object as usize] as f32)
-            .collect();
-        self.forget_hits();
-        self.follow();
-        let mut seen = Vec::with_capacity(self.state.seen.len());
-        let mut index = 0;
-        while let Some(sighting) = self.state.seen.get(index).copied() {
-            let mut arrived = 0;
-            for _ in 0..FRACTION_RAYS {
-                let eye = lookout.uniform(&mut self.state.random);
-                let Some(target) = facing(world, sighting.object, eye, &mut self.state.random) else {
-                    break;
-                };
-                let distance_m = (target - eye).length();
-                let direction = (target - eye) / distance_m;
-                if direction.is_finite() {
-                    let end = self.shoot(eye, direction);
-                    let mut met = self.scratch.passed.iter().chain(&end);
-                    let blocked = end.is_some_and(|hit| hit.t < distance_m * (1.0 - ARRIVED));
-                    arrived += u32::from(!blocked || met.any(|hit| hit.object == sighting.object));
-                }
-            }
-            let fraction = (arrived as f32).max(0.5) / FRACTION_RAYS as f32;
-            // Too small for random rays: what its box would cover, as far as it is visible.
-            let bounds = world.object_bounds()[sighting.object as usize];
-            let away = lookout
-                .distance_m(world.relative(bounds.center()))
-                .max(f32::MIN_POSITIVE);
-            let covered = (bounds.diagonal_m() as f32 / away)
-                .powi(2)
-                .min(4.0 * std::f32::consts::PI);
-            let floor = (fraction * covered).clamp(1e-9, 0.5 * per_ray);
-            let angle = angles.get(index).copied().unwrap_or(0.0).max(floor);
-            seen.push([fraction, angle]);
-            index += 1;
-        }
-        self.follow();
-        seen.resize(self.state.seen.len(), [0.5 / FRACTION_RAYS as f32, 1e-9]);
-        Measured { seen, surprises }
     }
 }

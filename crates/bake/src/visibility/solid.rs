@@ -34,15 +34,6 @@ impl Polygon {
         }
     }
 
-    /// A unit normal, zero for a polygon without area.
-    pub(super) fn normal(&self) -> Vec3 {
-        let fan = self.corners.windows(2);
-        let doubled: Vec3 = fan
-            .map(|pair| (pair[0] - self.corners[0]).cross(pair[1] - self.corners[0]))
-            .sum();
-        doubled.normalize_or_zero()
-    }
-
     /// A point anywhere in it.
     pub(super) fn uniform(&self, random: &mut Random) -> Vec3 {
         let whole_m2 = self.area_sums_m2.last().copied().unwrap_or(0.0);

@@ -3,11 +3,10 @@
 //! A sight line from inside a box to anything outside leaves the box through a point of its surface, from where the
 //! rest of it is a sight line too. So eyes on the surface suffice for what lies outside, and where walls surround the
 //! cell, eyes in its portals do: that is why most eyes are drawn there. Views begin and end at the borders of portals,
-//! so borders and corners are drawn often; and some eyes stand up to one voxel beyond a portal, so that what only just
-//! comes into view at the end of the cell is found surely. That guard is the one place where a set is larger than what
-//! eyes in the cell see.
+//! so borders and corners are drawn often.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
 
 use super::{
     random::Random,
@@ -26,8 +25,6 @@ const CORNERS: f32 = 0.4;
 const EDGES: f32 = 0.2;
 /// The share of points in a portal that lie on its border.
 const BORDER: f32 = 0.4;
-/// The share of eyes in portals that stand beyond them.
-const BEYOND: f32 = 0.5;
 /// The share of targets drawn by triangle instead of by area, so that small triangles count.
 const BY_TRIANGLE: f32 = 0.3;
 
@@ -37,42 +34,11 @@ pub(super) struct Lookout {
     pub(super) max: Vec3,
     /// What is left of the box when the cell is not all of it.
     pub(super) solid: Option<Solid>,
-    pub(super) portals: Vec<Opening>,
-}
-
-/// An opening.
-#[derive(Debug, Clone)]
-pub(super) struct Opening {
-    polygon: Polygon,
-    /// Out of the cell, as far as eyes may stand beyond.
-    guard: Vec3,
-}
-
-impl Opening {
-    fn of(world: &World, cell: &ViewCell, polygon: &[[f64; 3]], guard_m: f32) -> Self {
-        let polygon = Polygon::new(polygon.iter().map(|p| world.relative(*p)).collect());
-        let normal = polygon.normal();
-        let outwards = normal.dot(polygon.center - world.relative(cell.center())).signum();
-        Self {
-            polygon,
-            guard: guard_m * outwards * normal,
-        }
-    }
-
-    /// A point of it, often on its border or in a corner.
-    pub(super) fn point(&self, random: &mut Random) -> Vec3 {
-        let point = if random.unit() < BORDER {
-            self.polygon.border(random, BORDER)
-        } else {
-            self.polygon.uniform(random)
-        };
-        // Not quite on the border, where rounding could put a point behind a jamb.
-        self.polygon.center.lerp(point, 1.0 - 2.0 * INSET)
-    }
+    pub(super) portals: Vec<Polygon>,
 }
 
 impl Lookout {
-    fn of(world: &World, cell: &ViewCell, guard_m: f32) -> Self {
+    fn of(world: &World, cell: &ViewCell) -> Self {
         Self {
             min: world.relative(cell.bounds.min),
             max: world.relative(cell.bounds.max),
@@ -80,14 +46,19 @@ impl Lookout {
             portals: cell
                 .portals
                 .iter()
-                .map(|p| Opening::of(world, cell, &p.polygon, guard_m))
+                .map(|p| Polygon::new(p.polygon.iter().map(|corner| world.relative(*corner)).collect()))
                 .collect(),
         }
     }
 
     /// All cells of a graph.
-    pub(super) fn all(world: &World, graph: &CellGraph, guard_m: f32) -> Vec<Self> {
-        graph.cells.iter().map(|cell| Self::of(world, cell, guard_m)).collect()
+    pub(super) fn all(world: &World, graph: &CellGraph) -> Vec<Self> {
+        graph.cells.iter().map(|cell| Self::of(world, cell)).collect()
+    }
+
+    /// The box around it.
+    pub(super) fn around(&self) -> Aabb {
+        Aabb::new(Vec3A::from(self.min), Vec3A::from(self.max))
     }
 
     /// A place near by where an eye may be.
@@ -126,18 +97,19 @@ impl Lookout {
         self.clamp(self.min + share * (self.max - self.min))
     }
 
-    /// An eye in an opening or a little beyond, or on the surface when there is none.
+    /// An eye in an opening, often on its border or in a corner; on the surface when there is none.
     pub(super) fn in_portal(&self, random: &mut Random) -> Vec3 {
         if self.portals.is_empty() {
             return self.surface(random);
         }
         let portal = &self.portals[random.below(self.portals.len())];
-        let eye = self.clamp(portal.point(random));
-        if random.unit() < BEYOND {
-            eye + random.unit() * portal.guard
+        let point = if random.unit() < BORDER {
+            portal.border(random, BORDER)
         } else {
-            eye
-        }
+            portal.uniform(random)
+        };
+        // Not quite on the border, where rounding could put a point behind a jamb.
+        self.clamp(portal.center.lerp(point, 1.0 - 2.0 * INSET))
     }
 
     /// An eye from where something outside is most likely seen.

@@ -13,6 +13,7 @@ use crate::{
         self, CellSettings,
         plan::{Builder, floor_plan, museum},
     },
+    memory::Forgetful,
     progress::{Silent, Stage},
     source::Topology,
 };
@@ -27,8 +28,23 @@ fn quick() -> SampledSettings {
 fn bake(builder: &Builder, viewpoint: [f64; 3], settings: &SampledSettings) -> (World, CellGraph, Vec<CellVisibility>) {
     let world = World::new(&builder.scene).unwrap();
     let graph = cells::build(&world, &[viewpoint], &CellSettings::default(), &Silent).unwrap();
-    let visible = sampled::sampled(&world, &graph, settings, &Silent).unwrap();
+    let visible = sampled(&world, &graph, settings, &Silent).unwrap();
     (world, graph, visible)
+}
+
+/// What rays see from each cell.
+fn sampled(
+    world: &World,
+    graph: &CellGraph,
+    settings: &SampledSettings,
+    progress: &dyn Progress,
+) -> Result<Vec<CellVisibility>, Cancelled> {
+    let settings = VisibilitySettings {
+        method: Method::Sampled,
+        sampled: Some(*settings),
+    };
+    let hiders = Hiders::of(world, Vec::new());
+    compute(world, graph, &hiders, &settings, &Forgetful, progress).map(|visibility| visibility.cells)
 }
 
 fn set_of(visible: &CellVisibility) -> BTreeSet<u32> {
@@ -104,7 +120,7 @@ fn around_two_corners_nothing_is_seen() {
 /// Every sight line that a plain loop over all triangles finds from random eyes must be in the set.
 fn assert_nothing_is_missing(world: &World, graph: &CellGraph, visible: &[CellVisibility], lines: usize) {
     let mut random = Random::stream(99, 1);
-    for (cell, lookout) in Lookout::all(world, graph, graph.voxel_m as f32).iter().enumerate() {
+    for (cell, lookout) in Lookout::all(world, graph).iter().enumerate() {
         let set = set_of(&visible[cell]);
         for i in 0..lines {
             let eye = if i % 2 == 0 {
@@ -162,7 +178,7 @@ fn the_same_sets_come_from_one_and_two_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let graph = cells::build(&world, &[[4.0, 1.6, 4.0]], &CellSettings::default(), &Silent).unwrap();
-            let visible = sampled::sampled(&world, &graph, &quick(), &Silent).unwrap();
+            let visible = sampled(&world, &graph, &quick(), &Silent).unwrap();
             (graph, visible)
         })
     };
@@ -195,7 +211,7 @@ fn glass_and_culled_backs_hide_nothing() {
         let world = World::new(&builder.scene).unwrap();
         let eyes = [letters[0].2, letters[1].2];
         let graph = cells::build(&world, &eyes, &CellSettings::default(), &Silent).unwrap();
-        let visible = sampled::sampled(&world, &graph, &quick(), &Silent).unwrap();
+        let visible = sampled(&world, &graph, &quick(), &Silent).unwrap();
         [0, 1].map(|i| {
             let set = set_of(&visible[graph.cell_at(eyes[i]).unwrap() as usize]);
             (set.contains(&letters[1 - i].1), set.contains(&quad))
@@ -326,7 +342,7 @@ fn whoever_cancels_gets_no_result() {
         cells::build(&world, &[], &CellSettings::default(), &Impatient),
         Err(Cancelled)
     );
-    assert_eq!(sampled::sampled(&world, &graph, &quick(), &Impatient), Err(Cancelled));
+    assert_eq!(sampled(&world, &graph, &quick(), &Impatient), Err(Cancelled));
 }
 
 #[test]
@@ -344,14 +360,14 @@ fn the_steps_announced_are_the_steps_made() {
     let world = World::new(&museum([2, 1], 3).scene).unwrap();
     let counted = Counted::default();
     let graph = cells::build(&world, &[], &CellSettings::default(), &counted).unwrap();
-    sampled::sampled(&world, &graph, &quick(), &counted).unwrap();
+    sampled(&world, &graph, &quick(), &counted).unwrap();
     assert_eq!(counted.0.into_inner(), counted.1.into_inner());
 }
 
 /// What item buffers of 512² pixels a face from many eyes see that the sets do not hold.
 fn missed_in_views(world: &World, graph: &CellGraph, visible: &[CellVisibility], eyes: usize) -> (usize, Vec<String>) {
     use rayon::prelude::*;
-    let lookouts = Lookout::all(world, graph, graph.voxel_m as f32);
+    let lookouts = Lookout::all(world, graph);
     let missed: Vec<Vec<String>> = (0..graph.cells.len())
         .into_par_iter()
         .map_init(
@@ -438,7 +454,7 @@ fn a_large_scene_measured() {
     let cells_s = start.elapsed().as_secs_f64();
     let start = std::time::Instant::now();
     let settings = SampledSettings::for_cells(graph.cells.len());
-    let visible = sampled::sampled(&world, &graph, &settings, &Silent).unwrap();
+    let visible = sampled(&world, &graph, &settings, &Silent).unwrap();
     let visibility_s = start.elapsed().as_secs_f64();
     let objects = world.object_bounds().len();
     let rays: u64 = visible.iter().map(|v| v.rays).sum();

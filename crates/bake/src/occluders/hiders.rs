@@ -1,0 +1,189 @@
+//! What hides among some objects? Everything that hides in a world, found once, from which the occluders of any part of
+//! it are taken.
+//!
+//! What a cell sees depends only on what is near enough to be seen from it. So that this is also true of how it is found,
+//! its occluders are made from just these objects: a plane that many houses share makes another wall for each cell, from
+//! the faces of those houses that matter there. Planes of very many faces, as in large buildings, are taken as they are.
+
+use std::{
+    collections::BTreeMap,
+    ops::Range,
+    sync::{Arc, Mutex},
+};
+
+use super::{
+    Body, DOOR_GAP, MARGIN, Occluders, Tolerance, Wall,
+    planes::{self, Group},
+    solids, tolerance_of,
+};
+use crate::{
+    digest::{Digest, Digester},
+    world::World,
+};
+
+/// Planes of more faces than this make the same wall for all.
+const SHARED_FACES: usize = 512;
+/// Walls that were made for a part of the world are kept for the next that asks, up to so many squares.
+const KEPT_SQUARES: usize = 16 << 20;
+
+/// Everything that hides in a world.
+pub struct Hiders<'a> {
+    world: &'a World,
+    tolerance: Tolerance,
+    /// By object.
+    bodies: Vec<Body>,
+    groups: Vec<Group>,
+    /// The walls of the first groups.
+    walls: Vec<Known>,
+    /// Groups that have a face of an object, rising.
+    groups_of: Vec<Vec<u32>>,
+    leaves: Vec<Known>,
+    made: Mutex<Made>,
+}
+
+/// A wall, and a digest of all that it is.
+#[derive(Clone)]
+struct Known {
+    wall: Arc<Wall>,
+    digest: Digest,
+}
+
+/// Walls of parts of groups, by group and objects.
+#[derive(Default)]
+struct Made {
+    walls: BTreeMap<(u32, Vec<u32>), Option<Known>>,
+    squares: usize,
+}
+
+impl Known {
+    fn new(wall: Wall) -> Self {
+        Self {
+            digest: wall.digest(),
+            wall: Arc::new(wall),
+        }
+    }
+}
+
+impl<'a> Hiders<'a> {
+    /// Finds what hides in a world. `authored` are bodies that its author drew.
+    #[must_use]
+    pub fn of(world: &'a World, authored: Vec<Body>) -> Self {
+        let tolerance = tolerance_of(world);
+        let mut bodies = solids::bodies(world, MARGIN * world.scale_m());
+        bodies.extend(authored);
+        bodies.sort_by_key(|body| body.object);
+        let groups = planes::groups_by_area(world, tolerance);
+        let walls = planes::walls(&groups, world, tolerance);
+        let mut groups_of = vec![Vec::new(); world.object_bounds().len()];
+        for (index, group) in groups.iter().enumerate() {
+            for (face, _) in &group.faces {
+                let of: &mut Vec<u32> = &mut groups_of[world.triangles()[*face as usize].object as usize];
+                if of.last() != Some(&(index as u32)) {
+                    of.push(index as u32);
+                }
+            }
+        }
+        let leaf = |door: &u32| {
+            let bounds = &world.object_bounds()[*door as usize];
+            let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+            Wall::leaf(*door, min, max, DOOR_GAP * (max - min).max_element())
+        };
+        Self {
+            world,
+            tolerance,
+            bodies,
+            groups,
+            walls: walls.into_iter().map(Known::new).collect(),
+            groups_of,
+            leaves: world.doors().iter().map(leaf).map(Known::new).collect(),
+            made: Mutex::default(),
+        }
+    }
+
+    /// All of it.
+    #[must_use]
+    pub fn occluders(&self) -> Occluders {
+        let walls = self.walls.iter().chain(&self.leaves);
+        Occluders {
+            bodies: self.bodies.clone(),
+            walls: walls.map(|known| known.wall.clone()).collect(),
+            tolerance: self.tolerance,
+        }
+    }
+
+    /// What hides among some objects, rising, which are numbered from 0 on in it. `digester` takes all that it is.
+    pub(crate) fn among(&self, objects: &[u32], digester: &mut Digester) -> Occluders {
+        let mut bodies = Vec::new();
+        for (number, object) in (0u32..).zip(objects) {
+            bodies.extend(self.bodies[self.bodies_of(*object)].iter().map(|body| Body {
+                object: number,
+                ..body.clone()
+            }));
+        }
+        digester.count(bodies.len());
+        bodies.iter().for_each(|body| body.feed(digester));
+        let mut groups: Vec<u32> = objects
+            .iter()
+            .flat_map(|object| &self.groups_of[*object as usize])
+            .copied()
+            .collect();
+        groups.sort_unstable();
+        groups.dedup();
+        let mut walls: Vec<Known> = groups.iter().filter_map(|group| self.wall(*group, objects)).collect();
+        // In an order that nothing else in the world decides.
+        walls.sort_by_key(|known| known.digest);
+        let leaves = self.leaves.iter().filter_map(|known| {
+            let number = objects.binary_search(&known.wall.door?).ok()?;
+            let mut leaf = (*known.wall).clone();
+            leaf.door = Some(number as u32);
+            Some(Known::new(leaf))
+        });
+        walls.extend(leaves);
+        digester.count(walls.len());
+        for known in &walls {
+            digester.add(known.digest);
+        }
+        digester.floats(&[self.tolerance.plane_m, self.tolerance.hole_m]);
+        Occluders {
+            bodies,
+            walls: walls.into_iter().map(|known| known.wall).collect(),
+            tolerance: self.tolerance,
+        }
+    }
+
+    /// Bodies of an object.
+    fn bodies_of(&self, object: u32) -> Range<usize> {
+        let first = self.bodies.partition_point(|body| body.object < object);
+        first..self.bodies.partition_point(|body| body.object <= object)
+    }
+
+    /// The wall that a group makes among some objects, if any.
+    fn wall(&self, index: u32, objects: &[u32]) -> Option<Known> {
+        let group = &self.groups[index as usize];
+        let whole = || self.walls.get(index as usize).cloned();
+        if group.faces.len() > SHARED_FACES {
+            return whole();
+        }
+        let triangles = self.world.triangles();
+        let object_of = |face: &(u32, [bool; 2])| triangles[face.0 as usize].object;
+        let all: Vec<u32> = group.faces.chunk_by(|a, b| object_of(a) == object_of(b)).map(|f| object_of(&f[0])).collect();
+        let here: Vec<u32> = all.iter().copied().filter(|object| objects.binary_search(object).is_ok()).collect();
+        if here.len() == all.len() {
+            return whole();
+        }
+        let key = (index, here);
+        let known = self.made.lock().expect("nobody panics while holding this lock").walls.get(&key).cloned();
+        known.unwrap_or_else(|| {
+            let part = group.among(triangles, |face| key.1.binary_search(&triangles[face as usize].object).is_ok());
+            let large = part.filter(|part| part.area_m2 >= planes::min_area_m2(self.world));
+            let wall = large.map(|part| Known::new(part.wall(triangles, self.tolerance)));
+            let squares = wall.as_ref().map_or(1, |known| known.wall.lines[0].len() * known.wall.lines[1].len());
+            let mut made = self.made.lock().expect("nobody panics while holding this lock");
+            if made.squares + squares <= KEPT_SQUARES {
+                made.squares += squares;
+                made.walls.insert(key, wall.clone());
+            }
+            wall
+        })
+    }
+}

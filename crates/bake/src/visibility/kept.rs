@@ -1,0 +1,67 @@
+//! How is kept what was found for a cell? In the numbers of its surroundings, so that it is true wherever these are the
+//! same.
+
+use serde::{Deserialize, Serialize};
+
+use super::{CellVisibility, SeenObject, look::Found, surroundings::Surroundings};
+
+/// [`Found`] in numbers of the surroundings; floats as their bits.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    /// Object, fraction, solid angle, doors.
+    objects: Vec<(u32, u32, u32, Vec<u32>)>,
+    open: Vec<(u32, Vec<u32>)>,
+    cells: Vec<u32>,
+    miss_bound: u64,
+    rays: u64,
+}
+
+/// Writes it. `None` when it names something outside the surroundings: a ray slipped through a seam between two faces,
+/// and who looks again should see the same.
+pub(super) fn encode(found: &Found, surroundings: &Surroundings) -> Option<String> {
+    let number = |object: &u32| surroundings.number_of(*object);
+    let numbers = |objects: &[u32]| objects.iter().map(number).collect::<Option<Vec<_>>>();
+    let cell = |cell: &u32| Some(surroundings.cells.binary_search(cell).ok()? as u32);
+    let objects = found.seen.objects.iter().map(|seen| {
+        let doors = numbers(&seen.doors)?;
+        Some((number(&seen.object)?, seen.fraction.to_bits(), seen.solid_angle.to_bits(), doors))
+    });
+    let open = found.open.iter().map(|(object, doors)| Some((number(object)?, numbers(doors)?)));
+    let kept = Kept {
+        objects: objects.collect::<Option<_>>()?,
+        open: open.collect::<Option<_>>()?,
+        cells: found.seen.cells.iter().map(cell).collect::<Option<_>>()?,
+        miss_bound: found.seen.miss_bound.to_bits(),
+        rays: found.seen.rays,
+    };
+    serde_json::to_string(&kept).ok()
+}
+
+/// Reads it; `None` when it makes no sense, so that it is found anew.
+pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Found> {
+    let kept: Kept = serde_json::from_str(text).ok()?;
+    let object = |number: &u32| surroundings.objects.get(*number as usize).copied();
+    let objects = |numbers: &[u32]| numbers.iter().map(object).collect::<Option<Vec<_>>>();
+    let cell = |number: &u32| surroundings.cells.get(*number as usize).copied();
+    let seen = kept.objects.iter().map(|(number, fraction, solid_angle, doors)| {
+        Some(SeenObject {
+            object: object(number)?,
+            fraction: f32::from_bits(*fraction),
+            solid_angle: f32::from_bits(*solid_angle),
+            doors: objects(doors)?,
+        })
+    });
+    let open = kept.open.iter().map(|(number, doors)| Some((object(number)?, objects(doors)?)));
+    let mut seen: Vec<_> = seen.collect::<Option<_>>()?;
+    seen.sort_by(SeenObject::order);
+    Some(Found {
+        seen: CellVisibility {
+            objects: seen,
+            cells: kept.cells.iter().map(cell).collect::<Option<_>>()?,
+            miss_bound: f64::from_bits(kept.miss_bound),
+            rays: kept.rays,
+        },
+        open: open.collect::<Option<_>>()?,
+        remembered: true,
+    })
+}

@@ -1,0 +1,141 @@
+//! What does one cell see?
+//!
+//! 1. Uniform rays look around ([`Sampler::look_around`]).
+//! 2. What bodies and walls do not hide, and no ray has seen, is looked for from ever smaller parts of the cell
+//!    ([`Observer::visible_or_found`]). What is left is not hidden, as far as anybody can prove, and has not been seen.
+//! 3. Doors are closed one by one ([`doors`]), and what was seen is measured ([`measure`]).
+//!
+//! The answer is a function of the cell's [`Surroundings`] and the settings alone, so it can be remembered under their digest.
+
+use std::collections::BTreeMap;
+
+use super::{
+    CellVisibility, SeenObject, VisibilitySettings,
+    conservative::Observer,
+    doors,
+    kept,
+    measure::measure,
+    random::Random,
+    sampler::{CellState, Sampler, Scratch},
+    sights::Sights,
+    surroundings::{Atlas, Surroundings},
+};
+use crate::{
+    digest::{Digest, Digester},
+    memory::Memory,
+};
+
+/// Changes whenever the same surroundings would give another answer.
+const VERSION: usize = 1;
+
+/// What was found for one cell.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Found {
+    /// What rays have seen.
+    pub(super) seen: CellVisibility,
+    /// Objects that neither rays have seen nor proofs hide, rising, with the doors that hide them.
+    pub(super) open: Vec<(u32, Vec<u32>)>,
+    /// Whether it was found by an earlier bake.
+    pub(super) remembered: bool,
+}
+
+/// Finds what each cell sees.
+pub(super) struct Looker<'a> {
+    pub(super) atlas: &'a Atlas<'a>,
+    pub(super) sights: &'a Sights<'a>,
+    pub(super) settings: &'a VisibilitySettings,
+    pub(super) rays_per_cell: u32,
+    pub(super) memory: &'a dyn Memory,
+}
+
+/// What a thread uses again for the next cell.
+pub(super) struct Tools<'a> {
+    observer: Observer<'a>,
+    scratch: Scratch,
+}
+
+impl<'a> Looker<'a> {
+    pub(super) fn tools(&self) -> Tools<'a> {
+        Tools {
+            observer: self.atlas.observer(),
+            scratch: Scratch::new(self.sights.world.object_bounds().len()),
+        }
+    }
+
+    /// What one cell sees.
+    pub(super) fn see(&self, cell: usize, tools: &mut Tools<'a>) -> Found {
+        let surroundings = self.atlas.around(cell, &mut tools.observer);
+        let key = self.key(&surroundings);
+        if let Some(found) = self.memory.recall(&key).and_then(|text| kept::decode(&text, &surroundings)) {
+            return found;
+        }
+        let found = self.look(cell, &surroundings, Random::stream(self.seed(), key.number()), &mut tools.scratch);
+        if let Some(text) = kept::encode(&found, &surroundings) {
+            self.memory.keep(&key, &text);
+        }
+        found
+    }
+
+    fn seed(&self) -> u64 {
+        self.settings.sampled.unwrap_or_default().seed
+    }
+
+    /// A digest of all that decides the answer.
+    fn key(&self, surroundings: &Surroundings) -> Digest {
+        let mut digester = Digester::default();
+        let settings = self.settings.method.proofs();
+        digester.count(VERSION).text(&format!("{settings:?}"));
+        digester.count(self.rays_per_cell as usize).count(self.seed() as usize);
+        digester.add(surroundings.digest);
+        digester.finish()
+    }
+
+    fn look(&self, cell: usize, surroundings: &Surroundings, random: Random, scratch: &mut Scratch) -> Found {
+        let eye = &self.atlas.eyes[cell];
+        let mut state = CellState::new(cell, self.sights.lookouts.len(), random);
+        let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
+        let uniform = sampler.look_around(self.rays_per_cell);
+        let known: Vec<u32> = sampler.seen().filter_map(|object| surroundings.number_of(object)).collect();
+        let mut observer = Observer::new(&surroundings.scenery, self.settings.method.proofs());
+        let not_hidden = observer.visible_or_found(eye, &known, &mut |part, number| {
+            sampler.look_from(part, surroundings.objects[number as usize])
+        });
+        sampler.follow();
+        let measured = measure(&mut sampler, &uniform);
+        let sightings: BTreeMap<u32, _> = sampler.state.seen.iter().map(|s| (s.object, *s)).collect();
+        drop(sampler);
+
+        let mut marker = doors::Marker::new(surroundings, eye);
+        let mut objects: Vec<_> = measured
+            .iter()
+            .map(|measured| SeenObject {
+                object: measured.object,
+                fraction: measured.fraction,
+                solid_angle: measured.solid_angle_sr,
+                doors: marker.doors_of(measured.object, sightings.get(&measured.object)),
+            })
+            .collect();
+        objects.sort_by(SeenObject::order);
+        let not_hidden = not_hidden.iter().map(|number| surroundings.objects[*number as usize]);
+        let open = not_hidden.filter(|object| !sightings.contains_key(object));
+        let cells = (0u32..).zip(&state.cells).filter(|(_, passed)| **passed);
+        Found {
+            open: open.map(|object| (object, marker.doors_of(object, None))).collect(),
+            seen: CellVisibility {
+                objects,
+                cells: cells.map(|(cell, _)| cell).collect(),
+                miss_bound: (poisson_bound(uniform.singles) / f64::from(uniform.rays)).min(1.0),
+                rays: state.rays,
+            },
+            remembered: false,
+        }
+    }
+}
+
+/// The largest mean that is still 95 % sure to give more than this count: Wilson and Hilferty's approximation of the
+/// chi-square quantile (1931), within 1 %; 3.0 for a count of 0.
+fn poisson_bound(count: u32) -> f64 {
+    const QUANTILE_95: f64 = 1.645;
+    let n = f64::from(count) + 1.0;
+    n * (1.0 - 1.0 / (9.0 * n) + QUANTILE_95 / (3.0 * n.sqrt())).powi(3)
+}

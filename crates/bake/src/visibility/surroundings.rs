@@ -1,0 +1,96 @@
+//! What of a world can matter to one cell?
+//!
+//! Objects and cells that the bodies of nearer objects hide from a cell together ([`super::fusion`]) can neither be seen
+//! from it nor hide anything from it that is not hidden without them (Cohen-Or & Zadicario, *Visibility streaming for
+//! network-based walkthroughs*, 1998: occluded occluders are redundant). All questions about the cell are asked of what is
+//! left: cost grows with what is visible instead of with the world, and the answer can be used again in every world in which
+//! what is left is the same, however much has changed behind it.
+
+use super::conservative::{ConservativeSettings, Observer, Scenery};
+use crate::{
+    cells::CellGraph,
+    digest::{Digest, Digester},
+    occluders::{Hiders, Region},
+    world::World,
+};
+
+/// A world as its cells divide it up.
+pub(super) struct Atlas<'a> {
+    pub(super) hiders: &'a Hiders<'a>,
+    /// Cells as regions.
+    pub(super) eyes: Vec<Region>,
+    /// The box around each object.
+    targets: Vec<Option<Region>>,
+    /// Bodies, and the boxes of objects, then of cells.
+    all: Scenery,
+    objects: Vec<Digest>,
+    cells: Vec<Digest>,
+    shapes: Vec<Digest>,
+}
+
+/// What can matter to one cell.
+pub(super) struct Surroundings {
+    /// Objects, rising; their places here are their numbers in [`scenery`](Self::scenery).
+    pub(super) objects: Vec<u32>,
+    /// Cells, rising, itself among them.
+    pub(super) cells: Vec<u32>,
+    /// What hides here, and what it may hide.
+    pub(super) scenery: Scenery,
+    /// A digest of all this and of the cell.
+    pub(super) digest: Digest,
+}
+
+impl Surroundings {
+    /// The number of an object here.
+    pub(super) fn number_of(&self, object: u32) -> Option<u32> {
+        let found = self.objects.binary_search(&object);
+        found.ok().map(|place| place as u32)
+    }
+}
+
+impl<'a> Atlas<'a> {
+    pub(super) fn of(world: &World, graph: &CellGraph, hiders: &'a Hiders<'a>) -> Self {
+        let eyes: Vec<_> = graph.cells.iter().map(|cell| Region::of_cell(world, cell)).collect();
+        let targets = Scenery::targets_of(world);
+        let cells = eyes.iter().map(|eye| Some(Region::of_box(eye.min, eye.max)));
+        let all = Scenery::new(hiders.occluders(), targets.iter().cloned().chain(cells).collect());
+        Self {
+            hiders,
+            eyes,
+            all,
+            objects: (0..targets.len() as u32).map(|object| world.digest_of(object)).collect(),
+            targets,
+            cells: graph.cells.iter().map(|cell| cell.digest()).collect(),
+            shapes: graph.cells.iter().map(|cell| cell.digest_of_shape()).collect(),
+        }
+    }
+
+    /// Whoever asks it for the surroundings of cells, one after the other.
+    pub(super) fn observer(&self) -> Observer<'_> {
+        Observer::new(&self.all, ConservativeSettings::FUSED_ALONE)
+    }
+
+    /// The surroundings of a cell.
+    pub(super) fn around(&self, cell: usize, observer: &mut Observer<'_>) -> Surroundings {
+        let mut objects = observer.visible(&self.eyes[cell], &[]);
+        let count = self.targets.len() as u32;
+        let cells = objects.split_off(objects.partition_point(|number| *number < count));
+        let cells: Vec<u32> = cells.into_iter().map(|number| number - count).collect();
+        let mut digester = Digester::default();
+        digester.add(self.cells[cell]).count(objects.len()).count(cells.len());
+        for object in &objects {
+            digester.add(self.objects[*object as usize]);
+        }
+        for cell in &cells {
+            digester.add(self.shapes[*cell as usize]);
+        }
+        let occluders = self.hiders.among(&objects, &mut digester);
+        let targets = objects.iter().map(|object| self.targets[*object as usize].clone());
+        Surroundings {
+            scenery: Scenery::new(occluders, targets.collect()),
+            objects,
+            cells,
+            digest: digester.finish(),
+        }
+    }
+}
