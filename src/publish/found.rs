@@ -150,7 +150,10 @@ mod tests {
         second.recall(&KEYS[1]).unwrap();
         second.finish().unwrap();
         let third = open(folder.path());
-        assert_eq!((third.recall(&KEYS[0]), third.recall(&KEYS[1])), (None, Some("x".to_owned())));
+        assert_eq!(
+            (third.recall(&KEYS[0]), third.recall(&KEYS[1])),
+            (None, Some("x".to_owned()))
+        );
     }
 
     #[test]
@@ -165,7 +168,10 @@ mod tests {
             std::fs::write(&path, &text[..end]).unwrap();
             let cut = open(folder.path());
             let whole = text[..end].iter().filter(|byte| **byte == b'\n').count();
-            let found = KEYS.iter().filter(|key| cut.recall(key).as_deref() == Some("result")).count();
+            let found = KEYS
+                .iter()
+                .filter(|key| cut.recall(key).as_deref() == Some("result"))
+                .count();
             // The last line is whole without its end, too.
             assert!(found == whole || found == whole + 1, "{end}: {found}");
             cut.keep(&KEYS[1], "again");
@@ -176,7 +182,11 @@ mod tests {
             damaged[at] ^= 1;
             std::fs::write(&path, &damaged).unwrap();
             let found = open(folder.path());
-            assert!(KEYS.iter().all(|key| found.recall(key).is_none_or(|result| result == "result")), "{at}");
+            assert!(
+                KEYS.iter()
+                    .all(|key| found.recall(key).is_none_or(|result| result == "result")),
+                "{at}"
+            );
         }
     }
 

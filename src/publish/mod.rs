@@ -213,12 +213,7 @@ struct Baked {
     sources: Vec<(String, String)>,
 }
 
-fn run(
-    request: Request,
-    sink: &StoreSink,
-    found: &FoundFile,
-    progress: &BakeProgress,
-) -> anyhow::Result<Baked> {
+fn run(request: Request, sink: &StoreSink, found: &FoundFile, progress: &BakeProgress) -> anyhow::Result<Baked> {
     let file_name = request.input.file_name();
     let (bytes, files) = request.input.read(&request.limits)?;
     let main_file = (file_name.clone(), BlobHash::of(&bytes).to_string());

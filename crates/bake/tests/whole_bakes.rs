@@ -66,8 +66,8 @@ fn baked(name: &str, bytes: Vec<u8>, folder: &Path, method: Method, rays_per_cel
         title: name.to_owned(),
         bytes: 0,
     };
-    let written =
-        bake(source, &settings, &mut defects, &sink, &Forgetful, &Silent).unwrap_or_else(|cause| panic!("{name}: {cause}"));
+    let written = bake(source, &settings, &mut defects, &sink, &Forgetful, &Silent)
+        .unwrap_or_else(|cause| panic!("{name}: {cause}"));
     Baked {
         written,
         blobs: sink.0.into_inner().expect("no thread has panicked"),

@@ -166,18 +166,36 @@ impl<'a> Hiders<'a> {
         }
         let triangles = self.world.triangles();
         let object_of = |face: &(u32, [bool; 2])| triangles[face.0 as usize].object;
-        let all: Vec<u32> = group.faces.chunk_by(|a, b| object_of(a) == object_of(b)).map(|f| object_of(&f[0])).collect();
-        let here: Vec<u32> = all.iter().copied().filter(|object| objects.binary_search(object).is_ok()).collect();
+        let all: Vec<u32> = group
+            .faces
+            .chunk_by(|a, b| object_of(a) == object_of(b))
+            .map(|f| object_of(&f[0]))
+            .collect();
+        let here: Vec<u32> = all
+            .iter()
+            .copied()
+            .filter(|object| objects.binary_search(object).is_ok())
+            .collect();
         if here.len() == all.len() {
             return whole();
         }
         let key = (index, here);
-        let known = self.made.lock().expect("nobody panics while holding this lock").walls.get(&key).cloned();
+        let known = self
+            .made
+            .lock()
+            .expect("nobody panics while holding this lock")
+            .walls
+            .get(&key)
+            .cloned();
         known.unwrap_or_else(|| {
-            let part = group.among(triangles, |face| key.1.binary_search(&triangles[face as usize].object).is_ok());
+            let part = group.among(triangles, |face| {
+                key.1.binary_search(&triangles[face as usize].object).is_ok()
+            });
             let large = part.filter(|part| part.area_m2 >= planes::min_area_m2(self.world));
             let wall = large.map(|part| Known::new(part.wall(triangles, self.tolerance)));
-            let squares = wall.as_ref().map_or(1, |known| known.wall.lines[0].len() * known.wall.lines[1].len());
+            let squares = wall
+                .as_ref()
+                .map_or(1, |known| known.wall.lines[0].len() * known.wall.lines[1].len());
             let mut made = self.made.lock().expect("nobody panics while holding this lock");
             if made.squares + squares <= KEPT_SQUARES {
                 made.squares += squares;

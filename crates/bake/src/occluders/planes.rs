@@ -122,7 +122,10 @@ impl Group {
     /// The part of it in some triangles, `None` when that is empty.
     pub(super) fn among(&self, triangles: &[Triangle], mut among: impl FnMut(u32) -> bool) -> Option<Self> {
         let faces: Vec<_> = self.faces.iter().copied().filter(|(index, _)| among(*index)).collect();
-        let area_m2 = faces.iter().map(|(index, _)| triangles[*index as usize].area_m2()).sum();
+        let area_m2 = faces
+            .iter()
+            .map(|(index, _)| triangles[*index as usize].area_m2())
+            .sum();
         let first = plane_of(&triangles[faces.first()?.0 as usize])?;
         Some(Self {
             normal: first.normal,

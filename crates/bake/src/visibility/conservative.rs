@@ -3,8 +3,9 @@
 //! Works down the tree of object boxes, nearest first: a box of the tree that is hidden takes all it holds with it (boxes
 //! before primitives; Cohen-Or & Zadicario 1998, *Ray shooting*), by one body or by all nearer ones together
 //! ([`super::fusion`]), so cost grows with what is visible. What is left is asked about once more with the shadows of all
-//! that is left; bodies of hidden objects take no part (occluded occluders are redundant). Then walls are looked through. What is still left is asked about from halves of the region, coarse to fine: seen from the
-//! region is what is seen from one of its halves.
+//! that is left; bodies of hidden objects take no part (occluded occluders are redundant). Then walls are looked through.
+//! What is still left is asked about from halves of the region, coarse to fine, as long as that pays: seen from the region
+//! is what is seen from one of its halves.
 //!
 //! Guarantee: never misses an object, see [`super::prover`] and [`super::fusion`] for what is assumed.
 
@@ -22,6 +23,9 @@ use crate::{
     occluders::{Occluders, Region},
     world::World,
 };
+
+/// Halves are asked about as long as at least one out of so many questions was settled.
+const PAYS: usize = 8;
 
 /// Which proofs are used, and how finely.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -133,9 +137,6 @@ pub struct Observer<'a> {
     known: Vec<bool>,
 }
 
-/// Looks for an object from a part of the region.
-type Look<'a> = &'a mut dyn FnMut(&Region, u32) -> bool;
-
 /// What is looked at next.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 enum What {
@@ -163,37 +164,40 @@ impl<'a> Observer<'a> {
 
     /// Objects that may be seen from a region, rising. `seen` are known to be visible: nobody has to ask about them.
     pub fn visible(&mut self, eye: &Region, seen: &[u32]) -> Vec<u32> {
-        self.settle(eye, seen, None)
+        self.visible_or_found(eye, seen, &mut |_| false)
     }
 
-    /// The same, with somebody who looks for what could not be proved hidden from a part of the region, and says whether
+    /// The same, with somebody who looks for what the cheap proofs leave open before the dear ones begin, and says whether
     /// it was seen.
-    pub fn visible_or_found(
-        &mut self,
-        eye: &Region,
-        seen: &[u32],
-        look: &mut dyn FnMut(&Region, u32) -> bool,
-    ) -> Vec<u32> {
-        self.settle(eye, seen, Some(look))
-    }
-
-    fn settle(&mut self, eye: &Region, seen: &[u32], look: Option<Look>) -> Vec<u32> {
+    pub fn visible_or_found(&mut self, eye: &Region, seen: &[u32], look: &mut dyn FnMut(u32) -> bool) -> Vec<u32> {
         for object in seen {
             self.known[*object as usize] = true;
         }
         self.prover.allow(self.settings.steps);
         let mut open = self.not_hidden(eye);
-        // Asked again from halves, objects that are already known to be visible are no question any more; but they still
-        // take part in hiding others.
+        self.fuse(eye, &mut open);
+        for object in self.questions(&open) {
+            self.known[object as usize] = look(object);
+        }
+        // Objects that are already known to be visible are no question any more; but they still take part in hiding
+        // others.
         let mut visible: Vec<u32> = open.iter().copied().filter(|o| self.known[*o as usize]).collect();
         visible.extend(seen.iter().filter(|o| open.binary_search(o).is_err()));
-        self.refine(eye, &mut open, self.settings.halvings, &mut visible, look);
+        let asked = self.questions(&open).len();
+        self.refine(eye, &mut open, asked, self.settings.halvings, &mut visible);
         for object in visible.iter().chain(seen) {
             self.known[*object as usize] = false;
         }
         visible.sort_unstable();
         visible.dedup();
         visible
+    }
+
+    /// Openings through which an object might be seen from a region; `None` when it is hidden from there.
+    pub fn ways_to(&mut self, eye: &Region, object: u32) -> Option<Vec<Region>> {
+        let target = self.scenery.targets[object as usize].as_ref()?;
+        let hidden = self.prover.hides(eye, target).is_some();
+        (!hidden).then(|| self.prover.leak().to_vec())
     }
 
     /// Why an object cannot be seen from a region, if that can be proved for the region as a whole.
@@ -338,45 +342,29 @@ impl<'a> Observer<'a> {
         unknown.copied().collect()
     }
 
-    /// Adds to `visible` what of `open` may be seen from this part of the region.
-    fn refine(
-        &mut self,
-        eye: &Region,
-        open: &mut Vec<u32>,
-        halvings: u32,
-        visible: &mut Vec<u32>,
-        mut look: Option<Look>,
-    ) {
-        self.fuse(eye, open);
-        if let Some(look) = &mut look {
-            for object in self.questions(open) {
-                if look(eye, object) {
-                    self.known[object as usize] = true;
-                    visible.push(object);
-                }
-            }
-        }
+    /// Adds to `visible` what of `open` may be seen from this part of the region, out of so many that were asked about.
+    fn refine(&mut self, eye: &Region, open: &mut Vec<u32>, asked: usize, halvings: u32, visible: &mut Vec<u32>) {
         self.look_through_openings(eye, open);
-        let questions = self.questions(open);
+        let mut questions = self.questions(open);
         if questions.is_empty() {
             return;
         }
-        if halvings == 0 {
-            let mut questions = questions;
+        let pays = (asked - questions.len()) * PAYS >= asked;
+        if halvings == 0 || !pays {
+            let parts = if pays { self.settings.target_halvings } else { 0 };
             questions.retain(|object| {
                 let target = self.scenery.targets[*object as usize].as_ref();
-                !target.is_some_and(|target| self.hides_in_parts(eye, target, self.settings.target_halvings))
+                !target.is_some_and(|target| self.hides_in_parts(eye, target, parts))
             });
-            // What nobody looks for is settled here; else it is looked for from other parts too.
-            if look.is_none() {
-                for object in &questions {
-                    self.known[*object as usize] = true;
-                }
+            // What is left is in the set, whatever can be proved from other parts.
+            for object in &questions {
+                self.known[*object as usize] = true;
             }
             visible.extend(questions);
             return;
         }
         for half in eye.halves() {
+            let asked = self.questions(open).len();
             let mut left: Vec<u32> = Vec::with_capacity(open.len());
             for object in open.iter() {
                 let target = self.scenery.targets[*object as usize].as_ref();
@@ -385,8 +373,8 @@ impl<'a> Observer<'a> {
                     left.push(*object);
                 }
             }
-            let look = look.as_mut().map(|look| &mut **look as _);
-            self.refine(&half, &mut left, halvings - 1, visible, look);
+            self.fuse(&half, &mut left);
+            self.refine(&half, &mut left, asked, halvings - 1, visible);
         }
     }
 }

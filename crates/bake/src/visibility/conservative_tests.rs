@@ -124,8 +124,7 @@ fn whatever_rays_see_is_in_every_conservative_set() {
 fn more_proofs_leave_less_and_all_of_them_little_more_than_rays_see() {
     let count = |sets: &[Vec<u32>]| sets.iter().map(Vec::len).sum::<usize>();
     for (town, worst) in towns().iter().zip([1.2, 1.3]) {
-        let [one, fused, all] =
-            [ONE_BODY, FUSED, Method::Conservative.proofs()].map(|s| count(&town.not_hidden(s)));
+        let [one, fused, all] = [ONE_BODY, FUSED, Method::Conservative.proofs()].map(|s| count(&town.not_hidden(s)));
         assert!(one > fused && fused > all, "{one} {fused} {all}");
         let ratio = all as f64 / count(&town.seen) as f64;
         assert!(ratio <= worst, "{ratio} times what rays see");

@@ -37,7 +37,9 @@ pub fn glance(world: &World, graph: &CellGraph, progress: &dyn Progress) -> Resu
     let count = graph.cells.len();
     let sights = Sights::of(world, graph);
     let stream = |cell| Random::stream(SEED, cell as u64);
-    let mut states: Vec<_> = (0..count).map(|cell| CellState::new(cell, count, stream(cell))).collect();
+    let mut states: Vec<_> = (0..count)
+        .map(|cell| CellState::new(cell, count, stream(cell)))
+        .collect();
     run(&sights, &mut states, progress, |_, sampler| sampler.glance(RAYS))?;
     // Objects that were tried on a neighbour's word, rising.
     let mut tried: Vec<Vec<u32>> = vec![Vec::new(); count];
@@ -88,7 +90,12 @@ fn run(
 /// For each cell a sight line of a neighbour to every object that it has neither seen nor tried.
 fn news(graph: &CellGraph, states: &[CellState], tried: &[Vec<u32>]) -> Vec<Vec<Sighting>> {
     let of = |cell: usize| {
-        let mut known: Vec<_> = states[cell].seen.iter().map(|s| s.object).chain(tried[cell].iter().copied()).collect();
+        let mut known: Vec<_> = states[cell]
+            .seen
+            .iter()
+            .map(|s| s.object)
+            .chain(tried[cell].iter().copied())
+            .collect();
         known.sort_unstable();
         let adjacent = graph.cells[cell].adjacent.iter();
         let mut news: Vec<_> = adjacent

@@ -24,9 +24,17 @@ pub(super) fn encode(found: &Found, surroundings: &Surroundings) -> Option<Strin
     let cell = |cell: &u32| Some(surroundings.cells.binary_search(cell).ok()? as u32);
     let objects = found.seen.objects.iter().map(|seen| {
         let doors = numbers(&seen.doors)?;
-        Some((number(&seen.object)?, seen.fraction.to_bits(), seen.solid_angle.to_bits(), doors))
+        Some((
+            number(&seen.object)?,
+            seen.fraction.to_bits(),
+            seen.solid_angle.to_bits(),
+            doors,
+        ))
     });
-    let open = found.open.iter().map(|(object, doors)| Some((number(object)?, numbers(doors)?)));
+    let open = found
+        .open
+        .iter()
+        .map(|(object, doors)| Some((number(object)?, numbers(doors)?)));
     let kept = Kept {
         objects: objects.collect::<Option<_>>()?,
         open: open.collect::<Option<_>>()?,
@@ -51,7 +59,10 @@ pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Found> {
             doors: objects(doors)?,
         })
     });
-    let open = kept.open.iter().map(|(number, doors)| Some((object(number)?, objects(doors)?)));
+    let open = kept
+        .open
+        .iter()
+        .map(|(number, doors)| Some((object(number)?, objects(doors)?)));
     let mut seen: Vec<_> = seen.collect::<Option<_>>()?;
     seen.sort_by(SeenObject::order);
     Some(Found {

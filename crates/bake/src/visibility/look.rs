@@ -1,8 +1,8 @@
 //! What does one cell see?
 //!
 //! 1. Uniform rays look around ([`Sampler::look_around`]).
-//! 2. What bodies and walls do not hide, and no ray has seen, is looked for from ever smaller parts of the cell
-//!    ([`Observer::visible_or_found`]). What is left is not hidden, as far as anybody can prove, and has not been seen.
+//! 2. What no ray has seen is proved hidden, where that can be proved ([`Observer::visible_or_found`]), and hunted where
+//!    not ([`hunt`]). What is left is neither seen nor hidden.
 //! 3. Doors are closed one by one ([`doors`]), and what was seen is measured ([`measure`]).
 //!
 //! The answer is a function of the cell's [`Surroundings`] and the settings alone, so it can be remembered under their digest.
@@ -13,6 +13,7 @@ use super::{
     CellVisibility, SeenObject, VisibilitySettings,
     conservative::Observer,
     doors,
+    hunt::hunt,
     kept,
     measure::measure,
     random::Random,
@@ -23,10 +24,18 @@ use super::{
 use crate::{
     digest::{Digest, Digester},
     memory::Memory,
+    occluders::Region,
 };
 
 /// Changes whenever the same surroundings would give another answer.
 const VERSION: usize = 1;
+
+/// Rays at an object before anybody tries to prove it hidden.
+const FIRST_LOOK: u32 = 96;
+/// Rays at one that could not be proved hidden, from each part of the cell from where it cannot …
+const HUNT: u32 = 512;
+/// … which is halved so often by those who look thoroughly.
+const HALVINGS: u32 = 4;
 
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +54,8 @@ pub(super) struct Looker<'a> {
     pub(super) sights: &'a Sights<'a>,
     pub(super) settings: &'a VisibilitySettings,
     pub(super) rays_per_cell: u32,
+    /// Whether rays are all there is.
+    pub(super) thorough: bool,
     pub(super) memory: &'a dyn Memory,
 }
 
@@ -66,10 +77,19 @@ impl<'a> Looker<'a> {
     pub(super) fn see(&self, cell: usize, tools: &mut Tools<'a>) -> Found {
         let surroundings = self.atlas.around(cell, &mut tools.observer);
         let key = self.key(&surroundings);
-        if let Some(found) = self.memory.recall(&key).and_then(|text| kept::decode(&text, &surroundings)) {
+        if let Some(found) = self
+            .memory
+            .recall(&key)
+            .and_then(|text| kept::decode(&text, &surroundings))
+        {
             return found;
         }
-        let found = self.look(cell, &surroundings, Random::stream(self.seed(), key.number()), &mut tools.scratch);
+        let found = self.look(
+            cell,
+            &surroundings,
+            Random::stream(self.seed(), key.number()),
+            &mut tools.scratch,
+        );
         if let Some(text) = kept::encode(&found, &surroundings) {
             self.memory.keep(&key, &text);
         }
@@ -85,7 +105,10 @@ impl<'a> Looker<'a> {
         let mut digester = Digester::default();
         let settings = self.settings.method.proofs();
         digester.count(VERSION).text(&format!("{settings:?}"));
-        digester.count(self.rays_per_cell as usize).count(self.seed() as usize);
+        digester
+            .count(self.rays_per_cell as usize)
+            .count(self.seed() as usize)
+            .flag(self.thorough);
         digester.add(surroundings.digest);
         digester.finish()
     }
@@ -95,11 +118,33 @@ impl<'a> Looker<'a> {
         let mut state = CellState::new(cell, self.sights.lookouts.len(), random);
         let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
         let uniform = sampler.look_around(self.rays_per_cell);
-        let known: Vec<u32> = sampler.seen().filter_map(|object| surroundings.number_of(object)).collect();
+        let known: Vec<u32> = sampler
+            .seen()
+            .filter_map(|object| surroundings.number_of(object))
+            .collect();
         let mut observer = Observer::new(&surroundings.scenery, self.settings.method.proofs());
-        let not_hidden = observer.visible_or_found(eye, &known, &mut |part, number| {
-            sampler.look_from(part, surroundings.objects[number as usize])
+        let not_hidden = observer.visible_or_found(eye, &known, &mut |number| {
+            hunt(
+                &mut sampler,
+                eye,
+                surroundings.objects[number as usize],
+                &[],
+                FIRST_LOOK,
+            )
         });
+        for number in &not_hidden {
+            let prey = Prey {
+                number: *number,
+                object: surroundings.objects[*number as usize],
+            };
+            search(
+                &mut sampler,
+                &mut observer,
+                eye,
+                &prey,
+                if self.thorough { HALVINGS } else { 0 },
+            );
+        }
         sampler.follow();
         let measured = measure(&mut sampler, &uniform);
         let sightings: BTreeMap<u32, _> = sampler.state.seen.iter().map(|s| (s.object, *s)).collect();
@@ -124,7 +169,7 @@ impl<'a> Looker<'a> {
             seen: CellVisibility {
                 objects,
                 cells: cells.map(|(cell, _)| cell).collect(),
-                miss_bound: (poisson_bound(uniform.singles) / f64::from(uniform.rays)).min(1.0),
+                miss_bound: uniform.miss_bound,
                 rays: state.rays,
             },
             remembered: false,
@@ -132,10 +177,22 @@ impl<'a> Looker<'a> {
     }
 }
 
-/// The largest mean that is still 95 % sure to give more than this count: Wilson and Hilferty's approximation of the
-/// chi-square quantile (1931), within 1 %; 3.0 for a count of 0.
-fn poisson_bound(count: u32) -> f64 {
-    const QUANTILE_95: f64 = 1.645;
-    let n = f64::from(count) + 1.0;
-    n * (1.0 - 1.0 / (9.0 * n) + QUANTILE_95 / (3.0 * n.sqrt())).powi(3)
+/// Who is hunted.
+struct Prey {
+    /// Its number in the surroundings.
+    number: u32,
+    object: u32,
+}
+
+/// Hunts from a part of the cell, unless it is hidden from there, then from its halves, and so on.
+fn search(sampler: &mut Sampler<'_>, observer: &mut Observer<'_>, part: &Region, prey: &Prey, halvings: u32) -> bool {
+    let Some(ways) = observer.ways_to(part, prey.number) else {
+        return false;
+    };
+    hunt(sampler, part, prey.object, &ways, HUNT)
+        || (halvings > 0
+            && part
+                .halves()
+                .iter()
+                .any(|half| search(sampler, observer, half, prey, halvings - 1)))
 }

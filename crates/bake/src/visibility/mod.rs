@@ -12,6 +12,7 @@ pub mod prover;
 
 mod doors;
 mod glance;
+mod hunt;
 mod kept;
 mod look;
 mod measure;
@@ -92,7 +93,7 @@ impl SampledSettings {
 
 /// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
 /// anything may fetch a few things too many, last of all.
-pub const WORTH: f64 = 2.0;
+pub const WORTH: f64 = 2.5;
 /// An object that no ray has seen is taken to fill this solid angle, in steradians.
 const UNSEEN_SR: f32 = 1e-9;
 /// … and to be visible along this share of sight lines.
@@ -169,22 +170,37 @@ pub fn compute(
     let count = graph.cells.len();
     progress.start(Stage::Visibility, count as u64);
     let sampled = settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count));
-    let looker = Looker {
+    let mut looker = Looker {
         atlas: &Atlas::of(world, graph, hiders),
         sights: &Sights::of(world, graph),
         settings,
         rays_per_cell: sampled.rays_per_cell,
+        thorough: settings.method == Method::Sampled,
         memory,
     };
-    let found = look(&looker, count, progress)?;
+    let mut found = look(&looker, count, progress)?;
+    let mut ratio = tightness(&found);
+    if settings.method == Method::Auto && ratio > WORTH {
+        // Nothing but rays will do: they look once more, harder.
+        progress.start(Stage::Visibility, count as u64);
+        looker.thorough = true;
+        found = look(&looker, count, progress)?;
+        ratio = tightness(&found);
+    }
     let mean = |total: usize| total as f64 / count.max(1) as f64;
     let mean_seen = mean(found.iter().map(|cell| cell.seen.objects.len()).sum());
     let mean_not_hidden = mean_seen + mean(found.iter().map(|cell| cell.open.len()).sum());
-    let (method, reason) = decide(settings.method, mean_not_hidden / mean_seen.max(f64::MIN_POSITIVE));
+    let (method, reason) = decide(settings.method, ratio);
     let remembered = found.iter().filter(|cell| cell.remembered).count() as u32;
     let mut cells: Vec<_> = found
         .into_iter()
-        .map(|cell| if method == Method::Sampled { cell.seen } else { completed(cell) })
+        .map(|cell| {
+            if method == Method::Sampled {
+                cell.seen
+            } else {
+                completed(cell)
+            }
+        })
         .collect();
     join_both_ends(graph, &mut cells);
     Ok(Visibility {
@@ -222,6 +238,13 @@ fn look(looker: &Looker<'_>, count: usize, progress: &dyn Progress) -> Result<Ve
         .collect::<Result<_, _>>()?;
     found.sort_by_key(|(cell, _)| *cell);
     Ok(found.into_iter().map(|(_, found)| found).collect())
+}
+
+/// How many times as many objects cannot be proved hidden as rays have seen.
+fn tightness(found: &[Found]) -> f64 {
+    let seen: usize = found.iter().map(|cell| cell.seen.objects.len()).sum();
+    let open: usize = found.iter().map(|cell| cell.open.len()).sum();
+    (seen + open) as f64 / seen.max(1) as f64
 }
 
 fn decide(wanted: Method, ratio: f64) -> (Method, String) {

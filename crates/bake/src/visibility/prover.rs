@@ -133,6 +133,8 @@ pub struct Prover<'a> {
     steps_left: u32,
     /// Tests of a wall for all questions about openings.
     budget: u32,
+    /// The openings on the longest way that the last question left open.
+    leak: Vec<Region>,
 }
 
 /// How sight lines cross a wall.
@@ -154,7 +156,15 @@ impl<'a> Prover<'a> {
             recent: vec![Default::default(); SECTORS],
             steps_left: 0,
             budget: u32::MAX,
+            leak: Vec::new(),
         }
+    }
+
+    /// Openings through which sight lines may get, as far as the last question about openings could not say: where to
+    /// look for one.
+    #[must_use]
+    pub fn leak(&self) -> &[Region] {
+        &self.leak
     }
 
     /// From now on all questions about openings together take no more tests of a wall than this.
@@ -214,6 +224,7 @@ impl<'a> Prover<'a> {
 
     /// Such a proof with sequences of walls: the dearest.
     pub fn hides_by_openings(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
+        self.leak.clear();
         if !self.proofs.walls || self.budget == 0 || eye.overlaps(target) {
             return None;
         }
@@ -320,6 +331,9 @@ impl<'a> Prover<'a> {
                 Some(crossing) => partial.push((wall.opaque_share(crossing.way, &crossing.rectangle), crossing)),
                 None => {}
             }
+        }
+        if openings_passed > self.leak.len() {
+            self.leak = passed[2..].to_vec();
         }
         if openings_passed == MAX_OPENINGS_PASSED {
             return false;

@@ -30,9 +30,7 @@ impl<'a> Sights<'a> {
             let cell = self.tree.primitive_indices[index] as usize;
             let lookout = &self.lookouts[cell];
             let passes = |solid: &Solid| solid.meets(eye, direction, reach);
-            if !marks[cell]
-                && lookout.around().intersect_ray(ray) < reach
-                && lookout.solid.as_ref().is_none_or(passes)
+            if !marks[cell] && lookout.around().intersect_ray(ray) < reach && lookout.solid.as_ref().is_none_or(passes)
             {
                 marks[cell] = true;
             }

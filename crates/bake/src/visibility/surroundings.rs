@@ -58,7 +58,9 @@ impl<'a> Atlas<'a> {
             hiders,
             eyes,
             all,
-            objects: (0..targets.len() as u32).map(|object| world.digest_of(object)).collect(),
+            objects: (0..targets.len() as u32)
+                .map(|object| world.digest_of(object))
+                .collect(),
             targets,
             cells: graph.cells.iter().map(|cell| cell.digest()).collect(),
             shapes: graph.cells.iter().map(|cell| cell.digest_of_shape()).collect(),

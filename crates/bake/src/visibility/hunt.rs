@@ -1,0 +1,125 @@
+//! Is there a sight line to an object that nobody has seen and nobody can prove hidden?
+//!
+//! Sight lines are drawn in three ways: between places on the border of the cell and places on the object; through the
+//! openings that the proofs could not close ([`super::prover`]), which are as narrow as what can be seen through them; and,
+//! again and again, beside those that got nearest to the object, each time changed a little less. Only the last is
+//! what Wonka et al., *Guided visibility sampling* (2006), call guided; that proofs say where to look is added here.
+//!
+//! Guarantee: none; what is found was seen by a ray.
+
+use glam::Vec3;
+
+use super::{random::Random, sampler::Sampler, targets::on_object};
+use crate::occluders::Region;
+
+/// The share of coordinates that lie on a border, where views begin and end.
+const CORNERS: f32 = 0.35;
+/// So many attempts are tried again.
+const KEPT: usize = 16;
+/// They are changed by halves of the cell and the object, then by quarters, and so on.
+const WIDTHS: f32 = 8.0;
+
+/// A sight line that did not arrive.
+struct Attempt {
+    eye: Vec3,
+    target: Vec3,
+    /// The share of it behind where it was blocked.
+    left: f32,
+}
+
+/// Casts up to so many rays at an object from a part of the cell, `ways` being openings that may lead to it. Whether a
+/// sight line to it is known now.
+pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: &[Region], rays: u32) -> bool {
+    let lookout = sampler.lookout();
+    let world = sampler.sights.world;
+    let bounds = world.object_bounds()[object as usize];
+    let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+    let mut best: Vec<Attempt> = Vec::with_capacity(KEPT);
+    let fresh = rays / 3 * 2;
+    for i in 0..rays {
+        if sampler.knows(object) {
+            break;
+        }
+        let random = &mut sampler.state.random;
+        let [eye, target] = if i >= fresh && !best.is_empty() {
+            let from = &best[random.below(best.len())];
+            let share = (i - fresh) as f32 / (rays - fresh) as f32;
+            let width = 0.5f32.powi(1 + (share * WIDTHS) as i32);
+            let eye = from.eye + width * random.around_zero() * (part.max - part.min);
+            let target = from.target + width * random.around_zero() * (max - min);
+            [lookout.clamp(eye), target]
+        } else {
+            let Some(target) = on_object(world, object, random) else {
+                break;
+            };
+            if ways.is_empty() || i % 2 == 0 {
+                let eye = lookout.clamp(place_in(part, random));
+                if sampler.look_at(object, eye, target) {
+                    break;
+                }
+                [eye, target]
+            } else {
+                let [near, far] = through(ways, target, random);
+                let Some(eye) = meeting(part, near, far, random) else {
+                    continue;
+                };
+                let eye = lookout.clamp(eye);
+                [eye, eye + (far - near).normalize_or_zero() * (target - eye).length()]
+            }
+        };
+        let Some(left) = left_of(sampler, eye, target) else {
+            continue;
+        };
+        let place = best.partition_point(|other| other.left <= left);
+        if place < KEPT {
+            best.truncate(KEPT - 1);
+            best.insert(place, Attempt { eye, target, left });
+        }
+    }
+    sampler.knows(object)
+}
+
+/// Casts a ray at a place; the share of the way that was left when it was blocked. `None` when there is no way.
+fn left_of(sampler: &mut Sampler<'_>, eye: Vec3, target: Vec3) -> Option<f32> {
+    let distance_m = (target - eye).length();
+    let direction = (target - eye) / distance_m;
+    let end = direction.is_finite().then(|| sampler.shoot(eye, direction))?;
+    Some(1.0 - end.map_or(1.0, |hit| (hit.t / distance_m).min(1.0)))
+}
+
+/// A place inside a box, on a face, on an edge or in a corner.
+fn place_in(region: &Region, random: &mut Random) -> Vec3 {
+    let mut share = random.cube();
+    for axis in 0..3 {
+        if random.unit() < CORNERS {
+            share[axis] = share[axis].round();
+        }
+    }
+    region.min + share * (region.max - region.min)
+}
+
+/// Two places on a line towards the target that passes one opening, or two.
+fn through(ways: &[Region], target: Vec3, random: &mut Random) -> [Vec3; 2] {
+    let first = random.below(ways.len());
+    let near = place_in(&ways[first], random);
+    let second = random.below(ways.len());
+    if second == first {
+        return [near, target];
+    }
+    let far = place_in(&ways[second], random);
+    if (far - target).length() <= (near - target).length() {
+        [near, far]
+    } else {
+        [far, near]
+    }
+}
+
+/// A place where the line through two places meets a box, on the side of the first.
+fn meeting(region: &Region, near: Vec3, far: Vec3, random: &mut Random) -> Option<Vec3> {
+    let along = (far - near).try_normalize()?;
+    let (a, b) = ((region.min - near) / along, (region.max - near) / along);
+    // A line in the plane of a side gives 0 / 0, which `min` and `max` leave out.
+    let enter = a.min(b).max_element();
+    let leave = a.max(b).min_element().min(0.0);
+    (enter <= leave).then(|| near + (enter + (leave - enter) * random.unit()) * along)
+}
