@@ -39,12 +39,10 @@ impl BakeProgress {
     }
 
     /// Ends the last stage; gives the seconds that each stage took.
-    pub(crate) fn finish(&self) -> BTreeMap<&'static str, f64> {
+    pub(crate) fn seconds(&self) -> BTreeMap<String, f64> {
         self.end_current();
-        self.seconds
-            .lock()
-            .expect("no thread panics while it holds this lock")
-            .clone()
+        let seconds = self.seconds.lock().expect("no thread panics while it holds this lock");
+        seconds.iter().map(|(stage, s)| ((*stage).to_owned(), *s)).collect()
     }
 
     fn end_current(&self) {

@@ -12,7 +12,7 @@ use belvedere_scene::SceneName;
 use super::output::{bytes, percent, print, print_json};
 use crate::{
     progress::BakeProgress,
-    publish::{self, BakeInput, Report, Request, data::DataFolder},
+    publish::{self, BakeInput, OnFirst, Report, Request, data::DataFolder},
 };
 
 #[derive(Debug, clap::Args)]
@@ -41,6 +41,9 @@ pub(super) struct Args {
     /// How visible sets are computed: auto, sampled, occluders, portals or conservative
     #[arg(long, default_value_t)]
     visibility: Method,
+    /// Publish a first revision with larger visible sets within a minute or so, and go on
+    #[arg(long)]
+    preview: bool,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -70,7 +73,16 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             ..Limits::default()
         },
     };
-    let report = bake_until_interrupted(&data, request, args.json).await?;
+    let quiet = args.json;
+    let on_first: OnFirst = Box::new(move |report| {
+        if !quiet {
+            // Who cannot be told goes without; the bake goes on.
+            _ = print(&summary(report));
+        }
+    });
+    let progress = Arc::new(BakeProgress::new(args.json));
+    stop_on_interrupt(&progress);
+    let report = publish::bake(&data, request, progress, args.preview.then_some(on_first)).await?;
     if args.json {
         print_json(&report)
     } else {
@@ -78,18 +90,14 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     }
 }
 
-/// Bakes; an interrupt stops it at its next step and nothing is published.
-pub(super) async fn bake_until_interrupted(data: &DataFolder, request: Request, quiet: bool) -> anyhow::Result<Report> {
-    let progress = Arc::new(BakeProgress::new(quiet));
-    let interrupted = progress.clone();
-    let watcher = tokio::spawn(async move {
+/// An interrupt stops a bake at its next step: what is not published yet will not be, and what was found is kept.
+pub(super) fn stop_on_interrupt(progress: &Arc<BakeProgress>) {
+    let progress = progress.clone();
+    tokio::spawn(async move {
         if tokio::signal::ctrl_c().await.is_ok() {
-            interrupted.cancel();
+            progress.cancel();
         }
     });
-    let report = publish::bake(data, request, progress).await;
-    watcher.abort();
-    report
 }
 
 /// The report for a person.

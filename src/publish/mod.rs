@@ -15,16 +15,16 @@ use std::{
 
 use anyhow::Context;
 use belvedere_bake::{
-    BakeSettings, Source,
-    defect::{Defect, Defects},
+    BakeSettings, Host, Source,
+    defect::Defect,
     import::{self, Limits},
     records::{BlobSink, SinkError, Written},
 };
-use belvedere_scene::{BlobHash, BlobName, SceneName, manifest::RecordSizes, pointer::Pointer};
+use belvedere_scene::{BlobHash, BlobName, SceneName, manifest::RecordSizes};
 use serde::{Deserialize, Serialize};
 
 use self::{data::DataFolder, found::FoundFile, source_files::SourceFolder};
-use crate::{db::NewRevision, progress::BakeProgress, store::BlobStore};
+use crate::{db::NewRevision, progress::BakeProgress};
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
 const BAKE_VERSION: u32 = 4;
@@ -169,8 +169,17 @@ impl From<Defect> for DefectReport {
     }
 }
 
+/// Hears of a first revision, with larger visible sets, that is served while the bake goes on.
+pub(crate) type OnFirst = Box<dyn Fn(&Report) + Send + Sync>;
+
 /// Bakes and publishes; does nothing when the current revision was made from the same files with the same settings.
-pub(crate) async fn bake(data: &DataFolder, request: Request, progress: Arc<BakeProgress>) -> anyhow::Result<Report> {
+/// Where somebody wants to hear of it, a first revision is published long before the bake is done.
+pub(crate) async fn bake(
+    data: &DataFolder,
+    request: Request,
+    progress: Arc<BakeProgress>,
+    on_first: Option<OnFirst>,
+) -> anyhow::Result<Report> {
     let _no_gc = data.lock_for_writing()?;
     let key = source_key(&request);
     if !request.again
@@ -178,42 +187,29 @@ pub(crate) async fn bake(data: &DataFolder, request: Request, progress: Arc<Bake
     {
         return Ok(report);
     }
-    let scene = request.scene.clone();
-    let store = data.store().clone();
-    let handle = tokio::runtime::Handle::current();
-    let baking = progress.clone();
-    let found = FoundFile::open(&data.bakes(), &scene)?;
-    let baked = tokio::task::spawn_blocking(move || {
-        let baked = run(request, &StoreSink { store, handle }, &found, &baking)?;
-        found.finish()?;
-        anyhow::Ok(baked)
-    })
-    .await??;
-
-    let pointer = baked.written.pointer(scene);
-    let seconds = progress.finish();
-    let report = report(&pointer, &baked, seconds);
-    let new = NewRevision {
-        pointer: &pointer,
-        source_key: &key,
-        sources: &baked.sources,
-        report: &serde_json::to_value(&report)?,
-        blobs: &baked.written.blobs,
+    let found = FoundFile::open(&data.bakes(), &request.scene)?;
+    let publisher = Publisher {
+        data: data.clone(),
+        handle: tokio::runtime::Handle::current(),
+        scene: request.scene.clone(),
+        key,
     };
-    data.catalogue()
-        .publish(&new)
-        .await
-        .context("cannot move the scene's pointer; the old revision stays")?;
-    Ok(report)
+    tokio::task::spawn_blocking(move || {
+        let report = run(request, &publisher, &found, &progress, on_first.as_ref())?;
+        found.finish()?;
+        Ok(report)
+    })
+    .await?
 }
 
-struct Baked {
-    written: Written,
-    defects: Defects,
-    sources: Vec<(String, String)>,
-}
-
-fn run(request: Request, sink: &StoreSink, found: &FoundFile, progress: &BakeProgress) -> anyhow::Result<Baked> {
+/// Imports, bakes and publishes, on a thread that may wait.
+fn run(
+    request: Request,
+    publisher: &Publisher,
+    found: &FoundFile,
+    progress: &BakeProgress,
+    on_first: Option<&OnFirst>,
+) -> anyhow::Result<Report> {
     let file_name = request.input.file_name();
     let (bytes, files) = request.input.read(&request.limits)?;
     let main_file = (file_name.clone(), BlobHash::of(&bytes).to_string());
@@ -236,16 +232,85 @@ fn run(request: Request, sink: &StoreSink, found: &FoundFile, progress: &BakePro
         title,
         bytes: main_bytes + read.iter().map(|file| file.bytes).sum::<u64>(),
     };
-    let mut defects = imported.defects;
-    let written = belvedere_bake::bake(source, &request.settings, &mut defects, sink, found, progress)?;
-    let sources = std::iter::once(main_file)
+    let sources: Vec<_> = std::iter::once(main_file)
         .chain(read.into_iter().map(|f| (f.name, known(f.hash))))
         .collect();
-    Ok(Baked {
-        written,
-        defects,
-        sources,
-    })
+    let mut defects = imported.defects;
+    let first = |written: &Written| {
+        // Under another key, so that whoever bakes next goes on.
+        let report = publisher
+            .publish(
+                &format!("first of {}", publisher.key),
+                written,
+                &sources,
+                report(publisher, written, &[], progress),
+            )
+            .map_err(|cause| SinkError {
+                name: written.manifest_name.clone(),
+                cause: format!("{cause:#}"),
+            })?;
+        if let Some(hear) = on_first {
+            hear(&report);
+        }
+        Ok(())
+    };
+    let host = Host {
+        sink: publisher,
+        memory: found,
+        progress,
+        first: on_first.is_some().then_some(&first as _),
+    };
+    let written = belvedere_bake::bake(source, &request.settings, &mut defects, &host)?;
+    let defects: Vec<_> = defects.iter().map(DefectReport::from).collect();
+    publisher.publish(
+        &publisher.key,
+        &written,
+        &sources,
+        report(publisher, &written, &defects, progress),
+    )
+}
+
+/// Puts blobs into the store and moves the scene's pointer, for a bake that knows nothing of either.
+struct Publisher {
+    data: DataFolder,
+    handle: tokio::runtime::Handle,
+    scene: SceneName,
+    /// Everything but the files that decides the result.
+    key: String,
+}
+
+impl Publisher {
+    fn publish(
+        &self,
+        key: &str,
+        written: &Written,
+        sources: &[(String, String)],
+        report: Report,
+    ) -> anyhow::Result<Report> {
+        let new = NewRevision {
+            pointer: &written.pointer(self.scene.clone()),
+            source_key: key,
+            sources,
+            report: &serde_json::to_value(&report)?,
+            blobs: &written.blobs,
+        };
+        self.handle
+            .block_on(self.data.catalogue().publish(&new))
+            .context("cannot move the scene's pointer; the old revision stays")?;
+        Ok(report)
+    }
+}
+
+impl BlobSink for Publisher {
+    fn put(&self, name: &BlobName, bytes: Vec<u8>) -> Result<(), SinkError> {
+        self.handle
+            .block_on(self.data.store().put(name, bytes.into()))
+            .map(drop)
+            .map_err(|cause| SinkError {
+                name: name.clone(),
+                cause: cause.to_string(),
+            })
+    }
 }
 
 /// Everything but the files that decides the result.
@@ -297,19 +362,19 @@ fn known(hash: Option<BlobHash>) -> String {
     hash.map_or_else(|| "absent".to_owned(), |hash| hash.to_string())
 }
 
-fn report(pointer: &Pointer, baked: &Baked, seconds: std::collections::BTreeMap<&'static str, f64>) -> Report {
-    let manifest = &baked.written.manifest;
+fn report(publisher: &Publisher, written: &Written, defects: &[DefectReport], progress: &BakeProgress) -> Report {
+    let manifest = &written.manifest;
     let mean_visible = manifest.visibility.mean_visible;
-    let mut seconds: std::collections::BTreeMap<String, f64> =
-        seconds.into_iter().map(|(stage, s)| (stage.to_owned(), s)).collect();
+    let mut seconds = progress.seconds();
     seconds.entry("smooth".to_owned()).or_insert(0.0);
+    let counts = &manifest.counts;
     Report {
-        scene: pointer.scene.clone(),
-        revision: pointer.revision,
-        cells: pointer.cells,
-        objects: pointer.objects,
-        models: pointer.models,
-        triangles: pointer.triangles,
+        scene: publisher.scene.clone(),
+        revision: written.revision(),
+        cells: counts.cells,
+        objects: counts.objects,
+        models: counts.models,
+        triangles: counts.triangles,
         visibility: VisibilityReport {
             method: manifest.visibility.method.clone(),
             guarantee: manifest.visibility.guarantee,
@@ -317,32 +382,14 @@ fn report(pointer: &Pointer, baked: &Baked, seconds: std::collections::BTreeMap<
             mean_seen: manifest.visibility.mean_seen,
             mean_not_hidden: manifest.visibility.mean_not_hidden,
             reason: manifest.visibility.reason.clone(),
-            mean_culled: 1.0 - mean_visible / f64::from(pointer.objects.max(1)),
-            remembered_cells: baked.written.remembered_cells,
+            mean_culled: 1.0 - mean_visible / f64::from(counts.objects.max(1)),
+            remembered_cells: written.remembered_cells,
         },
         records: manifest.records.into(),
         whole: manifest.whole.is_some(),
-        bytes: pointer.bytes.clone(),
+        bytes: manifest.bytes.clone(),
         seconds,
-        defects: baked.defects.iter().map(DefectReport::from).collect(),
+        defects: defects.to_vec(),
         unchanged: false,
-    }
-}
-
-/// Lets the threads of a bake put blobs into the store.
-struct StoreSink {
-    store: BlobStore,
-    handle: tokio::runtime::Handle,
-}
-
-impl BlobSink for StoreSink {
-    fn put(&self, name: &BlobName, bytes: Vec<u8>) -> Result<(), SinkError> {
-        self.handle
-            .block_on(self.store.put(name, bytes.into()))
-            .map(drop)
-            .map_err(|cause| SinkError {
-                name: name.clone(),
-                cause: cause.to_string(),
-            })
     }
 }

@@ -28,4 +28,4 @@ pub mod source;
 pub mod visibility;
 pub mod world;
 
-pub use pipeline::{BakeError, BakeSettings, Source, bake};
+pub use pipeline::{BakeError, BakeSettings, FirstRevision, Host, Source, bake};

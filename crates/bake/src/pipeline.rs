@@ -8,10 +8,10 @@ use crate::{
     defect::Defects,
     import::split::{self, SplitSettings},
     lod::LodSettings,
-    memory::Memory,
+    memory::{Forgetful, Memory},
     occluders::Hiders,
-    progress::{Cancelled, Progress},
-    records::{self, BlobSink, SinkError, Written},
+    progress::{Cancelled, Progress, Silent},
+    records::{self, BlobSink, Models, SinkError, Written},
     source::{Material, SourceScene, SourceViewpoint},
     visibility::{self, Visibility, VisibilitySettings, conservative::Scenery},
     world::{World, WorldError},
@@ -53,7 +53,36 @@ impl From<Cancelled> for BakeError {
     }
 }
 
-/// Bakes an imported scene: split → cells → visibility → levels → records. Everything goes to the sink; the caller
+/// Who called a bake, and what it does for it.
+#[derive(Clone, Copy)]
+pub struct Host<'a> {
+    /// Takes what is finished.
+    pub sink: &'a dyn BlobSink,
+    /// Remembers what was found.
+    pub memory: &'a dyn Memory,
+    /// Hears how far it is.
+    pub progress: &'a dyn Progress,
+    /// Takes a first revision, of the same world with larger visible sets, long before the last one is done.
+    pub first: Option<&'a FirstRevision<'a>>,
+}
+
+/// Does something with a first revision.
+pub type FirstRevision<'a> = dyn Fn(&Written) -> Result<(), SinkError> + 'a;
+
+impl<'a> Host<'a> {
+    /// One that only takes what is finished.
+    #[must_use]
+    pub fn taking(sink: &'a dyn BlobSink) -> Self {
+        Self {
+            sink,
+            memory: &Forgetful,
+            progress: &Silent,
+            first: None,
+        }
+    }
+}
+
+/// Bakes an imported scene: split → cells → levels → visibility → records. Everything goes to the sink; the caller
 /// moves the pointer. What was found for each cell is remembered, and recalled where nothing has changed.
 ///
 /// # Errors
@@ -62,10 +91,9 @@ pub fn bake(
     source: Source,
     settings: &BakeSettings,
     defects: &mut Defects,
-    sink: &dyn BlobSink,
-    memory: &dyn Memory,
-    progress: &dyn Progress,
+    host: &Host<'_>,
 ) -> Result<Written, BakeError> {
+    let progress = host.progress;
     let scene = in_spatial_order(split::split(source.scene, &settings.split, defects));
     let world = World::new(&scene)?;
     let viewpoints: Vec<[f64; 3]> = scene
@@ -81,9 +109,7 @@ pub fn bake(
     };
     note_strays(&graph, &scene, defects);
     let hiders = Hiders::of(&world, cells::author::occluders(&world, &scene.authored, defects));
-    let mut visibility = visibility::compute(&world, &graph, &hiders, &settings.visibility, memory, progress)?;
     let scenery = Scenery::with(&world, hiders.occluders());
-    visibility.reason = format!("{}; {}", visibility.reason, how_cut(&world, &graph, &visibility));
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {
         double_sided: scene
@@ -94,17 +120,31 @@ pub fn bake(
             .collect(),
         ..settings.lod.clone()
     };
-    let input = records::Input {
-        scene: &scene,
-        title: &source.title,
-        source_bytes: source.bytes,
-        world: &world,
-        graph: &graph,
-        scenery: &scenery,
-        visibility: &visibility,
-        lod: &lod,
+    let models = Models::write(&scene, &lod, host.sink, progress)?;
+    let write = |mut visibility: Visibility| {
+        visibility.reason = format!("{}; {}", visibility.reason, how_cut(&world, &graph, &visibility));
+        let input = records::Input {
+            scene: &scene,
+            title: &source.title,
+            source_bytes: source.bytes,
+            world: &world,
+            graph: &graph,
+            scenery: &scenery,
+            visibility: &visibility,
+        };
+        records::write(input, &models, host.sink, progress)
     };
-    records::write(input, sink, progress)
+    if let Some(first) = host.first {
+        first(&write(visibility::preview(&world, &graph, &hiders, progress)?)?)?;
+    }
+    write(visibility::compute(
+        &world,
+        &graph,
+        &hiders,
+        &settings.visibility,
+        host.memory,
+        progress,
+    )?)
 }
 
 /// How the cells came about, and whether they were of any use.

@@ -9,10 +9,12 @@ pub enum Stage {
     Import,
     /// Cutting free space into view cells.
     Cells,
-    /// Computing each cell's visible set.
-    Visibility,
     /// Making levels of detail.
     Lod,
+    /// A first look at what each cell sees.
+    Preview,
+    /// Computing each cell's visible set.
+    Visibility,
     /// Writing records and storing everything.
     Publish,
 }
@@ -26,6 +28,7 @@ impl Stage {
             Self::Cells => "cells",
             Self::Visibility => "visibility",
             Self::Lod => "lod",
+            Self::Preview => "preview",
             Self::Publish => "publish",
         }
     }

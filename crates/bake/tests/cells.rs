@@ -4,10 +4,8 @@
 use std::{collections::BTreeMap, sync::Mutex};
 
 use belvedere_bake::{
-    BakeError, BakeSettings, Source, bake,
+    BakeError, BakeSettings, Host, Source, bake,
     defect::Defects,
-    memory::Forgetful,
-    progress::Silent,
     records::{BlobSink, SinkError, Written},
     source::{
         Authored, AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceScene, SourceViewpoint,
@@ -61,7 +59,7 @@ fn baked(scene: SourceScene) -> Result<Baked, BakeError> {
         title: "test".to_owned(),
         bytes: 0,
     };
-    let written = bake(source, &settings, &mut defects, &sink, &Forgetful, &Silent)?;
+    let written = bake(source, &settings, &mut defects, &Host::taking(&sink))?;
     let blobs = sink.0.into_inner().expect("no thread has panicked");
     let documents = |has: &'static str| {
         let json = blobs

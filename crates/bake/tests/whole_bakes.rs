@@ -7,10 +7,9 @@ use std::{
 };
 
 use belvedere_bake::{
-    BakeSettings, Source, bake,
+    BakeSettings, Host, Source, bake,
     defect::Defects,
     import::{FileError, Imported, Limits, SourceFiles, import},
-    memory::Forgetful,
     progress::Silent,
     records::{BlobSink, SinkError, Written},
     visibility::{Method, SampledSettings, VisibilitySettings},
@@ -66,8 +65,8 @@ fn baked(name: &str, bytes: Vec<u8>, folder: &Path, method: Method, rays_per_cel
         title: name.to_owned(),
         bytes: 0,
     };
-    let written = bake(source, &settings, &mut defects, &sink, &Forgetful, &Silent)
-        .unwrap_or_else(|cause| panic!("{name}: {cause}"));
+    let written =
+        bake(source, &settings, &mut defects, &Host::taking(&sink)).unwrap_or_else(|cause| panic!("{name}: {cause}"));
     Baked {
         written,
         blobs: sink.0.into_inner().expect("no thread has panicked"),

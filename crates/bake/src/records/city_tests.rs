@@ -3,7 +3,7 @@
 use belvedere_scene::{BlobName, Bounds};
 use glam::DVec3;
 
-use super::{BlobSink, Input, SinkError, write};
+use super::{BlobSink, Input, Models, SinkError, write};
 use crate::{
     cells::{CellGraph, Portal, ViewCell},
     city::City,
@@ -101,9 +101,9 @@ fn records_and_steps_of_a_city_are_small() {
         graph: &graph,
         scenery: &scenery,
         visibility: &visibility,
-        lod: &LodSettings::default(),
     };
-    let manifest = write(input, &Nowhere, &Silent).unwrap().manifest;
+    let models = Models::write(&scene, &LodSettings::default(), &Nowhere, &Silent).unwrap();
+    let manifest = write(input, &models, &Nowhere, &Silent).unwrap().manifest;
     let [record, record_set, step, step_set] = manifest.records.means();
     let visible = manifest.visibility.mean_visible;
     println!(

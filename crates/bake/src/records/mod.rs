@@ -20,7 +20,10 @@ use belvedere_scene::{
     pointer::Pointer,
 };
 
-pub use self::sink::{BlobSink, SinkError};
+pub use self::{
+    models::Models,
+    sink::{BlobSink, SinkError},
+};
 use self::{
     models::{UniqueBytes, coarsest},
     sink::Ledger,
@@ -28,7 +31,6 @@ use self::{
 use crate::{
     BakeError,
     cells::CellGraph,
-    lod::LodSettings,
     progress::{Progress, Stage},
     source::{Role, SourceObject, SourceScene},
     visibility::{Visibility, conservative::Scenery},
@@ -58,8 +60,6 @@ pub struct Input<'a> {
     pub scenery: &'a Scenery,
     /// What each cell sees.
     pub visibility: &'a Visibility,
-    /// How levels are made.
-    pub lod: &'a LodSettings,
 }
 
 /// A revision whose objects are all in the sink.
@@ -104,18 +104,23 @@ impl Written {
     }
 }
 
-/// Makes levels, writes every object and the manifest last.
+/// Writes every object but the models' and the manifest last.
 ///
 /// # Errors
 /// When the sink refuses an object, or the caller cancels.
-pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> Result<Written, BakeError> {
-    let ledger = Ledger::new(sink);
-    let models = models::write_models(input.scene, input.lod, &ledger, progress)?;
+pub fn write(
+    input: Input<'_>,
+    models: &Models,
+    sink: &dyn BlobSink,
+    progress: &dyn Progress,
+) -> Result<Written, BakeError> {
+    let ledger = Ledger::new(sink, &models.blobs);
+    let models = &models.models[..];
 
     progress.start(Stage::Publish, input.graph.cells.len() as u64);
     let entries = object_entries(input);
-    let objects = pages::write_tree(&entries, |entry| entry.bounds, |row| chunk(row, &models), &ledger)?;
-    let written = cells::write_records(input, &entries, &models, &ledger, progress)?;
+    let objects = pages::write_tree(&entries, |entry| entry.bounds, |row| chunk(row, models), &ledger)?;
+    let written = cells::write_records(input, &entries, models, &ledger, progress)?;
     let cells = pages::write_tree(
         &written.rows,
         |row| row.bounds,
@@ -129,7 +134,7 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
         bytes: occluders_bytes,
     };
 
-    let bytes = sizes(input, &models, &written.sizes, ledger.total_bytes());
+    let bytes = sizes(input, models, &written.sizes, ledger.total_bytes());
     let small = bytes["level0"] <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
     let manifest = Manifest {
         format: FORMAT,
@@ -139,7 +144,7 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
             .fold(Bounds::EMPTY, |all, entry| all.union(&entry.bounds)),
         up: "+Y".to_owned(),
         unit: "m".to_owned(),
-        counts: counts(input, &entries, &models),
+        counts: counts(input, &entries, models),
         bytes,
         viewpoints: viewpoints::choose(input),
         visibility: VisibilitySummary {
@@ -154,7 +159,7 @@ pub fn write(input: Input<'_>, sink: &dyn BlobSink, progress: &dyn Progress) -> 
         records: written.sizes,
         cells,
         objects,
-        whole: small.then(|| chunk(&entries, &models)),
+        whole: small.then(|| chunk(&entries, models)),
     };
     let (manifest_name, _) = ledger.put_json(&manifest)?;
     Ok(Written {

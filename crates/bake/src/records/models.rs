@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{
     BakeError,
-    sink::{Ledger, SinkError},
+    sink::{BlobSink, Ledger, SinkError},
 };
 use crate::{
     glb,
@@ -19,34 +19,44 @@ use crate::{
     source::{SourceModel, SourceScene},
 };
 
-/// Makes and stores the levels of every model and the pictures that they use; models keep their order.
-pub(super) fn write_models(
-    scene: &SourceScene,
-    settings: &LodSettings,
-    ledger: &Ledger<'_>,
-    progress: &dyn Progress,
-) -> Result<Vec<Model>, BakeError> {
-    let triangles: u64 = scene.models.iter().map(cost).sum();
-    progress.start(Stage::Lod, triangles);
-    let pictures = write_pictures(scene, ledger)?;
-    scene
-        .models
-        .par_iter()
-        .map(|model| {
+/// The levels of every model, stored; models keep their order.
+pub struct Models {
+    pub(super) models: Vec<Model>,
+    /// Every object that they are made of with its size.
+    pub(super) blobs: Vec<(BlobName, u64)>,
+}
+
+impl Models {
+    /// Makes and stores the levels of every model and the pictures that they use.
+    ///
+    /// # Errors
+    /// When the sink refuses an object, or the caller cancels.
+    pub fn write(
+        scene: &SourceScene,
+        settings: &LodSettings,
+        sink: &dyn BlobSink,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let ledger = Ledger::new(sink, &[]);
+        let triangles: u64 = scene.models.iter().map(cost).sum();
+        progress.start(Stage::Lod, triangles);
+        let pictures = write_pictures(scene, &ledger)?;
+        let models = scene.models.par_iter().map(|model| {
             if progress.cancelled() {
                 return Err(BakeError::Cancelled);
             }
             let chain = lod::chain(model, settings);
-            let levels = chain
-                .levels
-                .iter()
-                .enumerate()
-                .map(|(number, level)| write_level(number as u32, level, scene, &pictures, ledger))
-                .collect::<Result<_, _>>()?;
+            let levels = (0u32..).zip(&chain.levels);
+            let levels = levels.map(|(number, level)| write_level(number, level, scene, &pictures, &ledger));
+            let levels = levels.collect::<Result<_, _>>()?;
             progress.advance(cost(model));
             Ok(Model { levels })
+        });
+        Ok(Self {
+            models: models.collect::<Result<_, _>>()?,
+            blobs: ledger.into_blobs(),
         })
-        .collect()
+    }
 }
 
 /// Steps of progress that a model is worth: its shapes, and one for itself.

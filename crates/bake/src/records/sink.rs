@@ -30,10 +30,11 @@ pub(super) struct Ledger<'a> {
 }
 
 impl<'a> Ledger<'a> {
-    pub(super) fn new(sink: &'a dyn BlobSink) -> Self {
+    /// A ledger of a revision that some objects belong to which are kept already.
+    pub(super) fn new(sink: &'a dyn BlobSink, kept: &[(BlobName, u64)]) -> Self {
         Self {
             sink,
-            sizes: Mutex::default(),
+            sizes: Mutex::new(kept.iter().cloned().collect()),
         }
     }
 

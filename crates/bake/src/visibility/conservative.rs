@@ -43,16 +43,10 @@ pub struct ConservativeSettings {
 }
 
 impl ConservativeSettings {
-    /// Bodies together and nothing else: what is left depends on nothing that is hidden.
-    pub const FUSED_ALONE: Self = Self {
-        proofs: Proofs {
-            bodies: false,
-            walls: false,
-        },
-        fusion: true,
-        halvings: 0,
-        target_halvings: 0,
+    /// For a first, rough answer: one body, one wall, or bodies together.
+    pub const ROUGH: Self = Self {
         steps: 0,
+        ..Self::ON_LINE
     };
     /// For answers within milliseconds.
     pub const ON_LINE: Self = Self {

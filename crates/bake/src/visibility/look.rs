@@ -10,8 +10,8 @@
 use std::collections::BTreeMap;
 
 use super::{
-    CellVisibility, SeenObject, VisibilitySettings,
-    conservative::Observer,
+    CellVisibility, SampledSettings, SeenObject,
+    conservative::{ConservativeSettings, Observer},
     doors,
     hunt::hunt,
     kept,
@@ -32,10 +32,8 @@ const VERSION: usize = 1;
 
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 96;
-/// Rays at one that could not be proved hidden, from each part of the cell from where it cannot …
+/// Rays at one that could not be proved hidden, from each part of the cell from where it cannot.
 const HUNT: u32 = 512;
-/// … which is halved so often by those who look thoroughly.
-const HALVINGS: u32 = 4;
 
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,30 +50,38 @@ pub(super) struct Found {
 pub(super) struct Looker<'a> {
     pub(super) atlas: &'a Atlas<'a>,
     pub(super) sights: &'a Sights<'a>,
-    pub(super) settings: &'a VisibilitySettings,
-    pub(super) rays_per_cell: u32,
-    /// Whether rays are all there is.
-    pub(super) thorough: bool,
+    pub(super) proofs: ConservativeSettings,
+    pub(super) sampled: SampledSettings,
+    pub(super) effort: Effort,
     pub(super) memory: &'a dyn Memory,
 }
 
-/// What a thread uses again for the next cell.
-pub(super) struct Tools<'a> {
-    observer: Observer<'a>,
-    scratch: Scratch,
+/// How hard rays look for what nobody can prove hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Effort {
+    /// Not at all.
+    None,
+    /// From the cell as a whole.
+    Usual,
+    /// From its parts too, because rays are all there is.
+    Thorough,
 }
 
-impl<'a> Looker<'a> {
-    pub(super) fn tools(&self) -> Tools<'a> {
-        Tools {
-            observer: self.atlas.observer(),
-            scratch: Scratch::new(self.sights.world.object_bounds().len()),
+impl Effort {
+    /// How often the cell is halved; `None` for who does not look at all.
+    fn halvings(self) -> Option<u32> {
+        match self {
+            Self::None => None,
+            Self::Usual => Some(0),
+            Self::Thorough => Some(4),
         }
     }
+}
 
+impl Looker<'_> {
     /// What one cell sees.
-    pub(super) fn see(&self, cell: usize, tools: &mut Tools<'a>) -> Found {
-        let surroundings = self.atlas.around(cell, &mut tools.observer);
+    pub(super) fn see(&self, cell: usize, scratch: &mut Scratch) -> Found {
+        let surroundings = self.atlas.around(cell);
         let key = self.key(&surroundings);
         if let Some(found) = self
             .memory
@@ -87,8 +93,8 @@ impl<'a> Looker<'a> {
         let found = self.look(
             cell,
             &surroundings,
-            Random::stream(self.seed(), key.number()),
-            &mut tools.scratch,
+            Random::stream(self.sampled.seed, key.number()),
+            scratch,
         );
         if let Some(text) = kept::encode(&found, &surroundings) {
             self.memory.keep(&key, &text);
@@ -96,19 +102,11 @@ impl<'a> Looker<'a> {
         found
     }
 
-    fn seed(&self) -> u64 {
-        self.settings.sampled.unwrap_or_default().seed
-    }
-
     /// A digest of all that decides the answer.
     fn key(&self, surroundings: &Surroundings) -> Digest {
         let mut digester = Digester::default();
-        let settings = self.settings.method.proofs();
-        digester.count(VERSION).text(&format!("{settings:?}"));
-        digester
-            .count(self.rays_per_cell as usize)
-            .count(self.seed() as usize)
-            .flag(self.thorough);
+        let settings = format!("{:?} {:?} {:?}", self.proofs, self.sampled, self.effort);
+        digester.count(VERSION).text(&settings);
         digester.add(surroundings.digest);
         digester.finish()
     }
@@ -117,34 +115,34 @@ impl<'a> Looker<'a> {
         let eye = &self.atlas.eyes[cell];
         let mut state = CellState::new(cell, self.sights.lookouts.len(), random);
         let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
-        let uniform = sampler.look_around(self.rays_per_cell);
+        let uniform = sampler.look_around(self.sampled.rays_per_cell);
         let known: Vec<u32> = sampler
             .seen()
             .filter_map(|object| surroundings.number_of(object))
             .collect();
-        let mut observer = Observer::new(&surroundings.scenery, self.settings.method.proofs());
-        let not_hidden = observer.visible_or_found(eye, &known, &mut |number| {
-            hunt(
-                &mut sampler,
-                eye,
-                surroundings.objects[number as usize],
-                &[],
-                FIRST_LOOK,
-            )
-        });
-        for number in &not_hidden {
-            let prey = Prey {
-                number: *number,
-                object: surroundings.objects[*number as usize],
-            };
-            search(
-                &mut sampler,
-                &mut observer,
-                eye,
-                &prey,
-                if self.thorough { HALVINGS } else { 0 },
-            );
-        }
+        let mut observer = Observer::new(&surroundings.scenery, self.proofs);
+        let not_hidden = match self.effort.halvings() {
+            None => observer.visible(eye, &known),
+            Some(halvings) => {
+                let not_hidden = observer.visible_or_found(eye, &known, &mut |number| {
+                    hunt(
+                        &mut sampler,
+                        eye,
+                        surroundings.objects[number as usize],
+                        &[],
+                        FIRST_LOOK,
+                    )
+                });
+                for number in &not_hidden {
+                    let prey = Prey {
+                        number: *number,
+                        object: surroundings.objects[*number as usize],
+                    };
+                    search(&mut sampler, &mut observer, eye, &prey, halvings);
+                }
+                not_hidden
+            }
+        };
         sampler.follow();
         let measured = measure(&mut sampler, &uniform);
         let sightings: BTreeMap<u32, _> = sampler.state.seen.iter().map(|s| (s.object, *s)).collect();

@@ -28,6 +28,8 @@ mod targets;
 #[cfg(test)]
 mod conservative_tests;
 #[cfg(test)]
+mod memory_tests;
+#[cfg(test)]
 mod oracle;
 #[cfg(test)]
 mod tests;
@@ -39,14 +41,16 @@ use rayon::prelude::*;
 
 use crate::{
     cells::CellGraph,
-    memory::Memory,
+    memory::{Forgetful, Memory},
     occluders::Hiders,
     progress::{Cancelled, Progress, Stage},
     world::World,
 };
+use conservative::ConservativeSettings;
 pub use glance::glance;
-use look::{Found, Looker};
+use look::{Effort, Found, Looker};
 pub use method::{Method, UnknownMethod};
+use sampler::Scratch;
 use sights::Sights;
 use surroundings::Atlas;
 
@@ -78,6 +82,12 @@ impl Default for SampledSettings {
 }
 
 impl SampledSettings {
+    /// Just enough to tell large from small.
+    const GLANCE: Self = Self {
+        rays_per_cell: 1 << 12,
+        seed: 0x61A9_CE00,
+    };
+
     /// Settings for many cells: as hard as possible while all cells together cast no more than about 64 million uniform
     /// rays, but never less than 2¹⁴ nor more than 2²⁰ for each; a power of two, so that a cell more changes nothing.
     #[must_use]
@@ -169,13 +179,16 @@ pub fn compute(
 ) -> Result<Visibility, Cancelled> {
     let count = graph.cells.len();
     progress.start(Stage::Visibility, count as u64);
-    let sampled = settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count));
     let mut looker = Looker {
         atlas: &Atlas::of(world, graph, hiders),
         sights: &Sights::of(world, graph),
-        settings,
-        rays_per_cell: sampled.rays_per_cell,
-        thorough: settings.method == Method::Sampled,
+        proofs: settings.method.proofs(),
+        sampled: settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count)),
+        effort: if settings.method == Method::Sampled {
+            Effort::Thorough
+        } else {
+            Effort::Usual
+        },
         memory,
     };
     let mut found = look(&looker, count, progress)?;
@@ -183,39 +196,64 @@ pub fn compute(
     if settings.method == Method::Auto && ratio > WORTH {
         // Nothing but rays will do: they look once more, harder.
         progress.start(Stage::Visibility, count as u64);
-        looker.thorough = true;
+        looker.effort = Effort::Thorough;
         found = look(&looker, count, progress)?;
         ratio = tightness(&found);
     }
-    let mean = |total: usize| total as f64 / count.max(1) as f64;
+    Ok(published(graph, found, decide(settings.method, ratio)))
+}
+
+/// What each cell may see, from the cheapest proofs: larger sets, found many times faster.
+///
+/// # Errors
+/// When cancelled.
+pub fn preview(
+    world: &World,
+    graph: &CellGraph,
+    hiders: &Hiders<'_>,
+    progress: &dyn Progress,
+) -> Result<Visibility, Cancelled> {
+    let count = graph.cells.len();
+    progress.start(Stage::Preview, count as u64);
+    let looker = Looker {
+        atlas: &Atlas::of(world, graph, hiders),
+        sights: &Sights::of(world, graph),
+        proofs: ConservativeSettings::ON_LINE,
+        sampled: SampledSettings::GLANCE,
+        effort: Effort::None,
+        memory: &Forgetful,
+    };
+    let found = look(&looker, count, progress)?;
+    let reason = "a first look; smaller sets follow".to_owned();
+    Ok(published(graph, found, (Method::Conservative, reason)))
+}
+
+/// What was found, as it is published.
+fn published(graph: &CellGraph, found: Vec<Found>, (method, reason): (Method, String)) -> Visibility {
+    let mean = |total: usize| total as f64 / found.len().max(1) as f64;
     let mean_seen = mean(found.iter().map(|cell| cell.seen.objects.len()).sum());
     let mean_not_hidden = mean_seen + mean(found.iter().map(|cell| cell.open.len()).sum());
-    let (method, reason) = decide(settings.method, ratio);
     let remembered = found.iter().filter(|cell| cell.remembered).count() as u32;
-    let mut cells: Vec<_> = found
-        .into_iter()
-        .map(|cell| {
-            if method == Method::Sampled {
-                cell.seen
-            } else {
-                completed(cell)
-            }
-        })
-        .collect();
+    let guarantee = if method == Method::Sampled {
+        Guarantee::Sampled
+    } else {
+        Guarantee::Conservative
+    };
+    let what_counts = |cell: Found| match guarantee {
+        Guarantee::Sampled => cell.seen,
+        Guarantee::Conservative => completed(cell),
+    };
+    let mut cells: Vec<_> = found.into_iter().map(what_counts).collect();
     join_both_ends(graph, &mut cells);
-    Ok(Visibility {
+    Visibility {
         cells,
         method,
-        guarantee: if method == Method::Sampled {
-            Guarantee::Sampled
-        } else {
-            Guarantee::Conservative
-        },
+        guarantee,
         mean_seen,
         mean_not_hidden,
         reason,
         remembered,
-    })
+    }
 }
 
 /// Looks from all cells, in parallel and in no order of space, so that the first tenth is like all the others.
@@ -225,12 +263,12 @@ fn look(looker: &Looker<'_>, count: usize, progress: &dyn Progress) -> Result<Ve
     let mut found: Vec<(usize, Found)> = order
         .par_iter()
         .map_init(
-            || looker.tools(),
-            |tools, cell| {
+            || Scratch::new(looker.sights.world.object_bounds().len()),
+            |scratch, cell| {
                 if progress.cancelled() {
                     return Err(Cancelled);
                 }
-                let found = looker.see(*cell, tools);
+                let found = looker.see(*cell, scratch);
                 progress.advance(1);
                 Ok((*cell, found))
             },

@@ -1,10 +1,10 @@
 //! What of a world can matter to one cell?
 //!
-//! Objects and cells that the bodies of nearer objects hide from a cell together ([`super::fusion`]) can neither be seen
-//! from it nor hide anything from it that is not hidden without them (Cohen-Or & Zadicario, *Visibility streaming for
-//! network-based walkthroughs*, 1998: occluded occluders are redundant). All questions about the cell are asked of what is
-//! left: cost grows with what is visible instead of with the world, and the answer can be used again in every world in which
-//! what is left is the same, however much has changed behind it.
+//! Objects and cells that a rough look proves hidden can neither be seen from a cell nor hide anything from it that is not
+//! hidden without them (Cohen-Or & Zadicario, *Visibility streaming for network-based walkthroughs*, 1998: occluded
+//! occluders are redundant). All questions about the cell are asked of what is left, and of nothing else: cost grows
+//! with what is visible instead of with the world, and the answer can be used again in every world in which what is left
+//! is the same, however much has changed behind it.
 
 use super::conservative::{ConservativeSettings, Observer, Scenery};
 use crate::{
@@ -67,13 +67,10 @@ impl<'a> Atlas<'a> {
         }
     }
 
-    /// Whoever asks it for the surroundings of cells, one after the other.
-    pub(super) fn observer(&self) -> Observer<'_> {
-        Observer::new(&self.all, ConservativeSettings::FUSED_ALONE)
-    }
-
     /// The surroundings of a cell.
-    pub(super) fn around(&self, cell: usize, observer: &mut Observer<'_>) -> Surroundings {
+    pub(super) fn around(&self, cell: usize) -> Surroundings {
+        // One that knows nothing of other cells, so that they do not decide what is proved.
+        let mut observer = Observer::new(&self.all, ConservativeSettings::ROUGH);
         let mut objects = observer.visible(&self.eyes[cell], &[]);
         let count = self.targets.len() as u32;
         let cells = objects.split_off(objects.partition_point(|number| *number < count));

@@ -1,0 +1,127 @@
+//! Is what was found used again just where nothing has changed? On a city in which one building is moved.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Mutex,
+};
+
+use belvedere_scene::Bounds;
+use glam::{DMat4, DVec3};
+
+use super::*;
+use crate::{cells::ViewCell, city::City, digest::Digest, memory::Forgetful, progress::Silent, source::SourceScene};
+
+const CELLS: usize = 60;
+
+#[derive(Default)]
+struct Notebook(Mutex<BTreeMap<Digest, String>>);
+
+impl Memory for Notebook {
+    fn recall(&self, key: &Digest) -> Option<String> {
+        self.0.lock().unwrap().get(key).cloned()
+    }
+
+    fn keep(&self, key: &Digest, result: &str) {
+        self.0.lock().unwrap().insert(*key, result.to_owned());
+    }
+}
+
+fn streets(city: &City) -> CellGraph {
+    let cells = city.street_cells(CELLS).into_iter().map(|[min, max]| {
+        ViewCell::of_box(Bounds {
+            min: min.to_array(),
+            max: max.to_array(),
+        })
+    });
+    CellGraph {
+        cells: cells.collect(),
+        voxel_m: 0.25,
+        reason: String::new(),
+    }
+}
+
+fn seen_in(scene: &SourceScene, graph: &CellGraph, memory: &dyn Memory) -> Visibility {
+    let world = World::new(scene).unwrap();
+    let settings = VisibilitySettings {
+        method: Method::Occluders,
+        sampled: Some(SampledSettings {
+            rays_per_cell: 1 << 12,
+            ..SampledSettings::default()
+        }),
+    };
+    compute(
+        &world,
+        graph,
+        &Hiders::of(&world, Vec::new()),
+        &settings,
+        memory,
+        &Silent,
+    )
+    .unwrap()
+}
+
+#[test]
+fn a_bake_that_goes_on_finds_what_one_in_one_go_finds() {
+    let city = City {
+        blocks: [14, 10],
+        ..City::DENSE
+    };
+    let (scene, graph, notebook) = (city.scene(), streets(&city), Notebook::default());
+    let in_one_go = seen_in(&scene, &graph, &notebook);
+    assert_eq!(in_one_go.remembered, 0);
+    // Killed after some of the cells.
+    notebook.0.lock().unwrap().retain(|key, _| key.0[0] < 128);
+    let kept = notebook.0.lock().unwrap().len() as u32;
+    assert!((10..50).contains(&kept), "{kept}");
+    let gone_on = seen_in(&scene, &graph, &notebook);
+    assert_eq!(gone_on.remembered, kept);
+    assert_eq!(gone_on.cells, in_one_go.cells);
+    // What makes no sense any more is found anew.
+    notebook
+        .0
+        .lock()
+        .unwrap()
+        .values_mut()
+        .for_each(|text| text.insert(1, '?'));
+    let after_damage = seen_in(&scene, &graph, &notebook);
+    assert_eq!((after_damage.remembered, after_damage.cells), (0, in_one_go.cells));
+}
+
+#[test]
+fn one_building_that_moves_concerns_those_who_may_see_it_and_nobody_else() {
+    let (city, graph, notebook) = (City::DENSE, streets(&City::DENSE), Notebook::default());
+    let scene = city.scene();
+    let before = seen_in(&scene, &graph, &notebook);
+    let mut looked_anew = 0;
+    const MOVED: [usize; 5] = [100, 700, 1_130, 1_480, 2_000];
+    for building in MOVED {
+        let mut moved = scene.clone();
+        let place = &mut moved.objects[building].world_from_object;
+        *place = DMat4::from_translation(DVec3::new(0.4, 0.0, -0.3)) * *place;
+        let again = seen_in(
+            &moved,
+            &graph,
+            &Notebook(Mutex::new(notebook.0.lock().unwrap().clone())),
+        );
+        let from_scratch = seen_in(&moved, &graph, &Forgetful);
+        assert_eq!(again.cells, from_scratch.cells, "building {building}");
+        let may_see = |visibility: &Visibility| -> BTreeSet<usize> {
+            let sees = |cell: &usize| {
+                visibility.cells[*cell]
+                    .objects
+                    .iter()
+                    .any(|s| s.object as usize == building)
+            };
+            (0..CELLS).filter(sees).collect()
+        };
+        let concerned = may_see(&before).union(&may_see(&from_scratch)).count();
+        let anew = CELLS - again.remembered as usize;
+        assert!(
+            anew >= concerned,
+            "building {building}: {anew} looked anew, {concerned} may see it"
+        );
+        looked_anew += anew;
+    }
+    let share = looked_anew as f64 / (MOVED.len() * CELLS) as f64;
+    assert!(share <= 0.05, "{:.1} % of cells looked from anew", 100.0 * share);
+}
