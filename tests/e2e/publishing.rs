@@ -130,3 +130,71 @@ fn the_same_source_gives_the_same_revision_whatever_the_thread_count() {
     });
     assert_eq!(revisions[0], revisions[1]);
 }
+
+/// Rooms on a grid, open to the next row, with something in each.
+fn many_rooms(columns: usize, rows: usize) -> String {
+    let line = |part: &str| format!("#{}\n", part.repeat(columns));
+    let room = [".....#", ".a...#", "...b.#"].map(line).concat();
+    let between = line("##.###");
+    let outside = line("######");
+    format!("{outside}{}{outside}", vec![room; rows].join(&between))
+}
+
+#[test]
+fn a_bake_that_is_killed_goes_on_where_it_was() {
+    let plan = many_rooms(5, 5);
+    let in_one_go = {
+        let data = Data::new();
+        data.bake(&data.write("rooms.plan", &plan), "rooms")
+    };
+    assert_eq!(in_one_go["visibility"]["remembered_cells"], 0);
+    let data = Data::new();
+    let file = data.write("rooms.plan", &plan);
+    let found = data.path().join("bakes/rooms.found");
+    let lines = || std::fs::read(&found).map_or(0, |text| text.iter().filter(|byte| **byte == b'\n').count());
+    let mut bake = data
+        .command(&[
+            "bake",
+            file.to_str().expect("UTF-8"),
+            "--scene",
+            "rooms",
+            "--threads",
+            "1",
+        ])
+        .spawn()
+        .expect("runs");
+    while lines() < 5 {
+        assert!(
+            bake.try_wait().expect("a status").is_none(),
+            "done before it could be killed"
+        );
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    bake.kill().expect("it can be killed");
+    bake.wait().expect("it ends");
+    let kept = lines();
+    let cells = in_one_go["cells"].as_u64().expect("a count");
+    assert!((kept as u64) < cells, "killed after {kept} of {cells} cells");
+    let gone_on = data.bake(&file, "rooms");
+    assert_eq!(gone_on["visibility"]["remembered_cells"], kept);
+    assert_eq!(revision(&gone_on), revision(&in_one_go));
+}
+
+#[test]
+fn a_preview_is_the_same_world_with_larger_sets_and_gives_way_to_the_whole_bake() {
+    let data = Data::new();
+    let file = data.write("rooms.plan", many_rooms(4, 3));
+    let said = data.ok(&["bake", file.to_str().expect("UTF-8"), "--scene", "rooms", "--preview"]);
+    let published: Vec<_> = said
+        .lines()
+        .filter(|line| line.contains("published: revision"))
+        .collect();
+    assert_eq!(published.len(), 2, "{said}");
+    assert!(said.contains("a first look; smaller sets follow"), "{said}");
+    let shown: serde_json::Value =
+        serde_json::from_str(&data.ok(&["inspect", "rooms", "--json"])).expect("a whole revision");
+    let last = shown["report"]["revision"].as_str().expect("a revision");
+    assert!(published[1].contains(last), "{said}");
+    // What is current is not the preview, so there is nothing to bake.
+    assert_eq!(data.bake(&file, "rooms")["unchanged"], true);
+}

@@ -19,15 +19,17 @@ serve_museum() {
   belvedere="$target/debug/belvedere"
   data="$target/museum"
   if [ "$belvedere" -nt "$data/built" ]; then rm -rf "$data"; fi
-  "$belvedere" demo --listen 127.0.0.1:0 --data "$data" >"$work/serve.out" 2>"$work/serve.err" &
+  "$belvedere" bake content/museum.plan --scene museum --data "$data"
+  touch "$data/built"
+  "$belvedere" serve --listen 127.0.0.1:0 --data "$data" >"$work/serve.out" 2>"$work/serve.err" &
   local server=$!
   also_end "$server"
-  for _ in $(seq 9000); do
+  for _ in $(seq 300); do
     base=$(grep -o 'http://127\.0\.0\.1:[0-9]*' "$work/serve.out" | head -1 || true)
-    [ -n "$base" ] && { touch "$data/built"; return; }
+    [ -n "$base" ] && return
     kill -0 "$server" 2>/dev/null || { cat "$work/serve.err" >&2; exit 1; }
     sleep 0.1
   done
-  echo "the server did not start within fifteen minutes" >&2
+  echo "the server did not start within half a minute" >&2
   exit 1
 }

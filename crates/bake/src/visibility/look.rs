@@ -33,7 +33,7 @@ const VERSION: usize = 1;
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 96;
 /// Rays at one that could not be proved hidden, from each part of the cell from where it cannot.
-const HUNT: u32 = 512;
+const HUNT: u32 = 256;
 
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]

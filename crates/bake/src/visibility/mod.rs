@@ -103,7 +103,7 @@ impl SampledSettings {
 
 /// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
 /// anything may fetch a few things too many, last of all.
-pub const WORTH: f64 = 2.5;
+pub const WORTH: f64 = 3.0;
 /// An object that no ray has seen is taken to fill this solid angle, in steradians.
 const UNSEEN_SR: f32 = 1e-9;
 /// … and to be visible along this share of sight lines.
