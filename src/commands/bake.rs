@@ -159,5 +159,6 @@ pub(super) fn summary(report: &Report) -> String {
             defect.count, defect.kind, defect.first
         ));
     }
+    lines.extend(report.notes.iter().map(|note| format!("  {note}")));
     lines.join("\n")
 }

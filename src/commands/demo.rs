@@ -45,7 +45,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let going_on = progress.clone();
     let mut baking = tokio::spawn(async move {
         let baked = publish::bake(&data, request, going_on, Some(on_first)).await;
-        let baked = baked.inspect_err(|cause| tracing::error!("the bake stopped: {cause:#}"));
+        let baked = baked.inspect_err(|cause| tracing::warn!("the bake stopped: {cause:#}"));
         print(&summary(&baked?))
     });
     // Served as soon as there is something to serve; then the bake goes on beside.
@@ -54,7 +54,10 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             done??;
             return serve::run(args.serve).await;
         }
-        Ok(summary) = first => print(&format!("{summary}\n  the bake goes on: smaller visible sets follow"))?,
+        Ok(summary) = first => {
+            // Who has closed the output still wants to be served.
+            _ = print(&format!("{summary}\n  the bake goes on: smaller visible sets follow"));
+        }
     }
     let served = serve::run(args.serve).await;
     progress.cancel();

@@ -6,8 +6,8 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
-    io::{Read, Write},
+    fs::{File, TryLockError},
+    io::Write,
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
 };
@@ -26,61 +26,78 @@ pub(crate) struct FoundFile {
     /// By digest, in hexadecimal.
     known: BTreeMap<String, String>,
     written: Mutex<Written>,
+    /// Held as long as this bake may write; never replaced, as the file itself is.
+    _lock: Option<File>,
 }
 
 #[derive(Debug)]
 struct Written {
-    /// `None` when another bake of the scene is writing it, or the disk refused.
-    file: Option<File>,
+    /// Or why nothing can be kept.
+    file: Result<File, String>,
     /// Lines of this bake, recalled ones too.
     lines: BTreeMap<String, String>,
 }
 
 impl FoundFile {
-    /// Opens what earlier bakes of a scene have found; what cannot be read is as if it were not there.
-    pub(crate) fn open(folder: &Path, scene: &SceneName) -> anyhow::Result<Self> {
-        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    /// Opens what earlier bakes of a scene have found. What cannot be read is as if it were not there; where nothing can
+    /// be written, the bake goes on without.
+    pub(crate) fn open(folder: &Path, scene: &SceneName) -> Self {
         let path = folder.join(format!("{scene}.found"));
-        let cannot = || format!("cannot open {}", path.display());
-        let mut file = File::options()
-            .read(true)
-            .append(true)
-            .create(true)
-            .open(&path)
-            .with_context(cannot)?;
-        let mine = file.try_lock().is_ok();
-        let mut text = Vec::new();
-        file.read_to_end(&mut text).with_context(cannot)?;
-        let whole_lines = text.last().is_none_or(|byte| *byte == b'\n');
-        let known = text.split(|byte| *byte == b'\n').filter_map(read).collect();
-        let mut file = mine.then_some(file);
-        if let (Some(file), false) = (&mut file, whole_lines) {
-            // The end of a line that was cut off.
-            file.write_all(b"\n").with_context(cannot)?;
-        }
-        Ok(Self {
+        let known: BTreeMap<_, _> = std::fs::read(&path)
+            .unwrap_or_default()
+            .split(|byte| *byte == b'\n')
+            .filter_map(read)
+            .collect();
+        let (lock, file) = match append_to(folder, &path) {
+            Ok((lock, file)) => (Some(lock), Ok(file)),
+            Err(cause) => (None, Err(format!("{cause:#}"))),
+        };
+        Self {
             path,
             known,
             written: Mutex::new(Written {
                 file,
                 lines: BTreeMap::new(),
             }),
-        })
+            _lock: lock,
+        }
     }
 
-    /// Forgets what this bake had no use for. Called when it is done.
-    pub(crate) fn finish(self) -> anyhow::Result<()> {
+    /// Forgets what this bake had no use for. Called when it is done. Says why nothing could be kept, if so.
+    pub(crate) fn finish(self) -> Result<(), String> {
         let written = self.written.into_inner().unwrap_or_else(PoisonError::into_inner);
-        if written.file.is_none() {
-            return Ok(());
-        }
-        let cannot = || format!("cannot write {}", self.path.display());
-        let fresh = self.path.with_extension("found.new");
-        let mut file = File::create(&fresh).with_context(cannot)?;
+        written.file?;
         let text: String = written.lines.iter().map(|(key, result)| line(key, result)).collect();
-        file.write_all(text.as_bytes()).with_context(cannot)?;
-        std::fs::rename(&fresh, &self.path).with_context(cannot)
+        let fresh = self.path.with_extension("found.new");
+        std::fs::write(&fresh, text)
+            .and_then(|()| std::fs::rename(&fresh, &self.path))
+            .map_err(|cause| format!("cannot write {}: {cause}", self.path.display()))
     }
+}
+
+/// The lock, and the file to append to.
+fn append_to(folder: &Path, path: &Path) -> anyhow::Result<(File, File)> {
+    let cannot = || format!("cannot write {}", path.display());
+    std::fs::create_dir_all(folder).with_context(cannot)?;
+    let lock = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(path.with_extension("lock"))
+        .with_context(cannot)?;
+    match lock.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => anyhow::bail!("another bake of the scene is writing {}", path.display()),
+        Err(TryLockError::Error(cause)) => return Err(cause).with_context(cannot),
+    }
+    let mut file = File::options()
+        .append(true)
+        .create(true)
+        .open(path)
+        .with_context(cannot)?;
+    // Ends a line that was cut off; an empty one says nothing.
+    file.write_all(b"\n").with_context(cannot)?;
+    Ok((lock, file))
 }
 
 fn check(key: &str, result: &str) -> String {
@@ -111,11 +128,10 @@ impl Memory for FoundFile {
     fn keep(&self, key: &Digest, result: &str) {
         let key = key.to_string();
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(file) = &mut written.file
+        if let Ok(file) = &mut written.file
             && let Err(cause) = file.write_all(line(&key, result).as_bytes())
         {
-            tracing::warn!(path = %self.path.display(), %cause, "cannot keep what was found; if the bake is stopped it starts anew");
-            written.file = None;
+            written.file = Err(format!("cannot write {}: {cause}", self.path.display()));
         }
         written.lines.insert(key, result.to_owned());
     }
@@ -128,7 +144,7 @@ mod tests {
     const KEYS: [Digest; 2] = [Digest([1; 32]), Digest([2; 32])];
 
     fn open(folder: &Path) -> FoundFile {
-        FoundFile::open(folder, &"town".parse().unwrap()).unwrap()
+        FoundFile::open(folder, &"town".parse().unwrap())
     }
 
     #[test]
@@ -167,7 +183,7 @@ mod tests {
         for end in 0..text.len() {
             std::fs::write(&path, &text[..end]).unwrap();
             let cut = open(folder.path());
-            let whole = text[..end].iter().filter(|byte| **byte == b'\n').count();
+            let whole = text[..end].iter().filter(|byte| **byte == b'\n').count() - usize::from(end > 0);
             let found = KEYS
                 .iter()
                 .filter(|key| cut.recall(key).as_deref() == Some("result"))
@@ -175,6 +191,7 @@ mod tests {
             // The last line is whole without its end, too.
             assert!(found == whole || found == whole + 1, "{end}: {found}");
             cut.keep(&KEYS[1], "again");
+            drop(cut);
             assert_eq!(open(folder.path()).recall(&KEYS[1]).as_deref(), Some("again"), "{end}");
         }
         for at in 0..text.len() {
@@ -196,7 +213,7 @@ mod tests {
         let (first, second) = (open(folder.path()), open(folder.path()));
         first.keep(&KEYS[0], "x");
         second.keep(&KEYS[1], "y");
-        second.finish().unwrap();
+        assert!(second.finish().unwrap_err().contains("another bake of the scene"));
         first.finish().unwrap();
         assert_eq!(open(folder.path()).recall(&KEYS[0]).as_deref(), Some("x"));
     }

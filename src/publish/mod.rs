@@ -97,6 +97,9 @@ pub(crate) struct Report {
     pub(crate) bytes: std::collections::BTreeMap<String, u64>,
     pub(crate) seconds: std::collections::BTreeMap<String, f64>,
     pub(crate) defects: Vec<DefectReport>,
+    /// What else one should know of this bake.
+    #[serde(default)]
+    pub(crate) notes: Vec<String>,
     /// Whether nothing had to be baked because the source had not changed.
     #[serde(default)]
     pub(crate) unchanged: bool,
@@ -180,14 +183,14 @@ pub(crate) async fn bake(
     progress: Arc<BakeProgress>,
     on_first: Option<OnFirst>,
 ) -> anyhow::Result<Report> {
-    let _no_gc = data.lock_for_writing()?;
+    let no_gc = data.lock_for_writing()?;
     let key = source_key(&request);
     if !request.again
         && let Some(report) = unchanged(data, &request, &key).await?
     {
         return Ok(report);
     }
-    let found = FoundFile::open(&data.bakes(), &request.scene)?;
+    let found = FoundFile::open(&data.bakes(), &request.scene);
     let publisher = Publisher {
         data: data.clone(),
         handle: tokio::runtime::Handle::current(),
@@ -195,8 +198,15 @@ pub(crate) async fn bake(
         key,
     };
     tokio::task::spawn_blocking(move || {
-        let report = run(request, &publisher, &found, &progress, on_first.as_ref())?;
-        found.finish()?;
+        // As long as blobs are written, even when nobody waits for it any more.
+        let _no_gc = no_gc;
+        let mut report = run(request, &publisher, &found, &progress, on_first.as_ref())?;
+        report.notes.extend(
+            found
+                .finish()
+                .err()
+                .map(|cause| format!("what was found could not be kept, so the next bake starts anew: {cause}")),
+        );
         Ok(report)
     })
     .await?
@@ -390,6 +400,7 @@ fn report(publisher: &Publisher, written: &Written, defects: &[DefectReport], pr
         bytes: manifest.bytes.clone(),
         seconds,
         defects: defects.to_vec(),
+        notes: Vec::new(),
         unchanged: false,
     }
 }

@@ -30,11 +30,11 @@ pub struct BakeSettings {
     pub lod: LodSettings,
 }
 
-/// Why a bake stopped. Nothing was published.
+/// Why a bake stopped. No revision came of it but a first one, if somebody took that.
 #[derive(Debug, thiserror::Error)]
 pub enum BakeError {
     /// The caller wanted to.
-    #[error("cancelled; nothing was published")]
+    #[error("cancelled; what was published before is served on, and the next bake goes on from here")]
     Cancelled,
     /// The scene cannot be flattened.
     #[error(transparent)]

@@ -1,6 +1,6 @@
 //! What does a sight line meet?
 //!
-//! The scene flattened for geometry queries: all triangles in world space as `f32` relative to an `f64` origin in the
+//! The scene flattened for geometry queries: all triangles in world space as `f32` relative to an `f64` origin near the
 //! middle of the scene, so that a world at 10⁷ m keeps its millimetres. Positions given to and taken from [`World`] as
 //! [`Vec3`] are relative to [`World::origin`], in metres.
 //!
@@ -127,6 +127,16 @@ impl Boundable for PaddedBox {
 }
 
 impl Triangle {
+    /// One that hides from its front.
+    #[cfg(test)]
+    pub(crate) fn opaque(corners: [Vec3; 3], object: u32) -> Self {
+        Self {
+            corners,
+            object,
+            hides: FRONT_HIDES,
+        }
+    }
+
     /// Whether it hides anything from at least one side.
     #[must_use]
     pub fn hides(&self) -> bool {
@@ -392,6 +402,18 @@ impl World {
     /// Casts a ray up to `reach` lengths of `direction`. Returns its first hiding hit, of several at one place that of
     /// the first triangle. `passed` is overwritten with the hits before that which hide nothing, nearest first.
     pub fn cast(&self, eye: Vec3, direction: Vec3, reach: f32, passed: &mut Vec<Hit>) -> Option<Hit> {
+        self.cast_among(eye, direction, reach, |_| true, passed)
+    }
+
+    /// The same, as if there were only some objects.
+    pub fn cast_among(
+        &self,
+        eye: Vec3,
+        direction: Vec3,
+        reach: f32,
+        among: impl Fn(u32) -> bool,
+        passed: &mut Vec<Hit>,
+    ) -> Option<Hit> {
         passed.clear();
         if self.facets.is_empty() {
             return None;
@@ -403,7 +425,7 @@ impl World {
             &mut nearest,
             |ray, index| {
                 let facet = &self.facets[index];
-                let Some((t, hides)) = facet.hit(ray) else {
+                let Some((t, hides)) = among(facet.object).then(|| facet.hit(ray)).flatten() else {
                     return f32::INFINITY;
                 };
                 let hit = Hit {
@@ -437,7 +459,7 @@ impl Hit {
 }
 
 /// What positions are relative to, and what tolerances are shares of: both rounded, so that a house that moves at the
-/// edge of a town changes neither.
+/// edge of a town hardly ever changes them.
 fn frame(bounds: &Bounds) -> (DVec3, f32) {
     const STEPS: f64 = 8.0;
     if bounds.is_empty() {

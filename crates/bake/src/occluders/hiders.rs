@@ -23,8 +23,10 @@ use crate::{
 
 /// Planes of more faces than this make the same wall for all.
 const SHARED_FACES: usize = 512;
-/// Walls that were made for a part of the world are kept for the next that asks, up to so many squares.
-const KEPT_SQUARES: usize = 16 << 20;
+/// Walls that were made for a part of the world are kept for the next that asks, up to so many squares and objects …
+const MOST_KEPT: usize = 16 << 20;
+/// … where each takes as much as so many, however small it is.
+const ENTRY: usize = 64;
 
 /// Everything that hides in a world.
 pub struct Hiders<'a> {
@@ -32,6 +34,8 @@ pub struct Hiders<'a> {
     tolerance: Tolerance,
     /// By object.
     bodies: Vec<Body>,
+    /// Those of them that were found in the geometry.
+    found: Vec<Body>,
     groups: Vec<Group>,
     /// The walls of the first groups.
     walls: Vec<Known>,
@@ -52,7 +56,7 @@ struct Known {
 #[derive(Default)]
 struct Made {
     walls: BTreeMap<(u32, Vec<u32>), Option<Known>>,
-    squares: usize,
+    size: usize,
 }
 
 impl Known {
@@ -69,8 +73,8 @@ impl<'a> Hiders<'a> {
     #[must_use]
     pub fn of(world: &'a World, authored: Vec<Body>) -> Self {
         let tolerance = tolerance_of(world);
-        let mut bodies = solids::bodies(world, MARGIN * world.scale_m());
-        bodies.extend(authored);
+        let found = solids::bodies(world, MARGIN * world.scale_m());
+        let mut bodies = [&found[..], &authored].concat();
         bodies.sort_by_key(|body| body.object);
         let groups = planes::groups_by_area(world, tolerance);
         let walls = planes::walls(&groups, world, tolerance);
@@ -92,11 +96,20 @@ impl<'a> Hiders<'a> {
             world,
             tolerance,
             bodies,
+            found,
             groups,
             walls: walls.into_iter().map(Known::new).collect(),
             groups_of,
             leaves: world.doors().iter().map(leaf).map(Known::new).collect(),
             made: Mutex::default(),
+        }
+    }
+
+    /// All of it, but for what hides on an author's word alone.
+    pub(crate) fn found(&self) -> Occluders {
+        Occluders {
+            bodies: self.found.clone(),
+            ..self.occluders()
         }
     }
 
@@ -188,18 +201,18 @@ impl<'a> Hiders<'a> {
             .get(&key)
             .cloned();
         known.unwrap_or_else(|| {
-            let part = group.among(triangles, |face| {
+            let part = group.among(triangles, self.tolerance, |face| {
                 key.1.binary_search(&triangles[face as usize].object).is_ok()
             });
             let large = part.filter(|part| part.area_m2 >= planes::min_area_m2(self.world));
             let wall = large.map(|part| Known::new(part.wall(triangles, self.tolerance)));
             let squares = wall
                 .as_ref()
-                .map_or(1, |known| known.wall.lines[0].len() * known.wall.lines[1].len());
+                .map_or(0, |known| known.wall.lines[0].len() * known.wall.lines[1].len());
+            let size = ENTRY + key.1.len() + squares;
             let mut made = self.made.lock().expect("nobody panics while holding this lock");
-            if made.squares + squares <= KEPT_SQUARES {
-                made.squares += squares;
-                made.walls.insert(key, wall.clone());
+            if made.size + size <= MOST_KEPT && made.walls.insert(key, wall.clone()).is_none() {
+                made.size += size;
             }
             wall
         })

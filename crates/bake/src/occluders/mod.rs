@@ -30,7 +30,7 @@ use crate::world::World;
 pub struct Occluders {
     /// Convex bodies, by object.
     pub bodies: Vec<Body>,
-    /// Walls, largest first, then the leaves of doors.
+    /// Walls, then the leaves of doors.
     pub walls: Vec<Arc<Wall>>,
     /// What counts as coplanar and as no hole.
     pub tolerance: Tolerance,

@@ -71,10 +71,7 @@ fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
             let found = by_key.get(&(steps, step))?;
             found.iter().copied().find(|group| {
                 let group = &groups[*group as usize];
-                triangle
-                    .corners
-                    .iter()
-                    .all(|p| (group.normal.dot(*p) - group.offset).abs() <= tolerance.plane_m)
+                lies_in(triangle, group.normal, group.offset, tolerance)
             })
         });
         let index_of = near.unwrap_or_else(|| {
@@ -118,19 +115,32 @@ fn plane_of(triangle: &Triangle) -> Option<Plane> {
     })
 }
 
+fn lies_in(triangle: &Triangle, normal: Vec3, offset: f32, tolerance: Tolerance) -> bool {
+    let mut corners = triangle.corners.iter();
+    corners.all(|p| (normal.dot(*p) - offset).abs() <= tolerance.plane_m)
+}
+
 impl Group {
-    /// The part of it in some triangles, `None` when that is empty.
-    pub(super) fn among(&self, triangles: &[Triangle], mut among: impl FnMut(u32) -> bool) -> Option<Self> {
-        let faces: Vec<_> = self.faces.iter().copied().filter(|(index, _)| among(*index)).collect();
-        let area_m2 = faces
-            .iter()
-            .map(|(index, _)| triangles[*index as usize].area_m2())
-            .sum();
-        let first = plane_of(&triangles[faces.first()?.0 as usize])?;
+    /// The part of it in some triangles, `None` when that is empty. Its plane is that of the largest face, and what stands
+    /// off that plane, because a small face told its direction only roughly, is left out.
+    pub(super) fn among(
+        &self,
+        triangles: &[Triangle],
+        tolerance: Tolerance,
+        mut among: impl FnMut(u32) -> bool,
+    ) -> Option<Self> {
+        let triangle = |face: &(u32, [bool; 2])| &triangles[face.0 as usize];
+        let mut faces: Vec<_> = self.faces.iter().copied().filter(|(index, _)| among(*index)).collect();
+        let smaller = |a: &&(u32, [bool; 2]), b: &&(u32, [bool; 2])| {
+            let by_area = triangle(a).area_m2().total_cmp(&triangle(b).area_m2());
+            by_area.then(b.0.cmp(&a.0))
+        };
+        let Plane { normal, offset, .. } = plane_of(triangle(faces.iter().max_by(smaller)?))?;
+        faces.retain(|face| lies_in(triangle(face), normal, offset, tolerance));
         Some(Self {
-            normal: first.normal,
-            offset: first.offset,
-            area_m2,
+            normal,
+            offset,
+            area_m2: faces.iter().map(|face| triangle(face).area_m2()).sum(),
             faces,
         })
     }
@@ -310,5 +320,30 @@ mod tests {
         let with_gap = |gap_m: f32| [rectangle(0.0, 1.0), rectangle(1.0 + gap_m, 2.0)].concat();
         assert_eq!(covered(with_gap(0.9e-3).iter(), &lines, TOLERANCE), [true]);
         assert_eq!(covered(with_gap(1.2e-3).iter(), &lines, TOLERANCE), [false]);
+    }
+
+    #[test]
+    fn a_small_face_does_not_tilt_the_wall_that_is_left_when_others_are_gone() {
+        let aslant = Vec3::new(0.3, 0.0, 0.9).normalize();
+        let along = Vec3::new(0.9, 0.0, -0.3).normalize();
+        let at = |u: f32, v: f32| 200.0 * aslant + u * along + Vec3::new(0.0, v, 0.0);
+        let triangle = |corners: [Vec3; 3], object| Triangle::opaque(corners, object);
+        let triangles = [
+            triangle([at(-40., 0.), at(-1., 0.), at(-40., 30.)], 0),
+            triangle([at(0., 0.), at(0.05, 0.), at(0.05, 0.03)], 1),
+            triangle([at(1., 0.), at(61., 0.), at(61., 10.)], 2),
+            triangle([at(1., 0.), at(61., 10.), at(1., 10.)], 2),
+        ];
+        let tolerance = Tolerance {
+            plane_m: 2e-4,
+            hole_m: 1e-3,
+        };
+        let groups = groups(&triangles, tolerance);
+        assert_eq!(groups.len(), 1);
+        let part = groups[0].among(&triangles, tolerance, |face| face > 0).unwrap();
+        for (face, _) in &part.faces {
+            assert!(lies_in(&triangles[*face as usize], part.normal, part.offset, tolerance));
+        }
+        assert!(part.area_m2 > 599.0, "{} m²", part.area_m2);
     }
 }

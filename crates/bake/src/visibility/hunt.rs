@@ -117,9 +117,12 @@ fn through(ways: &[Region], target: Vec3, random: &mut Random) -> [Vec3; 2] {
 /// A place where the line through two places meets a box, on the side of the first.
 fn meeting(region: &Region, near: Vec3, far: Vec3, random: &mut Random) -> Option<Vec3> {
     let along = (far - near).try_normalize()?;
-    let (a, b) = ((region.min - near) / along, (region.max - near) / along);
-    // A line in the plane of a side gives 0 / 0, which `min` and `max` leave out.
-    let enter = a.min(b).max_element();
-    let leave = a.max(b).min_element().min(0.0);
-    (enter <= leave).then(|| near + (enter + (leave - enter) * random.unit()) * along)
+    let (mut enter, mut leave) = (f32::NEG_INFINITY, 0.0f32);
+    for axis in 0..3 {
+        let [a, b] = [region.min, region.max].map(|side| (side[axis] - near[axis]) / along[axis]);
+        // A line in the plane of a side gives 0 / 0, which `min` and `max` leave out.
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
+    }
+    (enter <= leave && enter.is_finite()).then(|| near + (enter + (leave - enter) * random.unit()) * along)
 }

@@ -16,8 +16,7 @@ struct Kept {
     rays: u64,
 }
 
-/// Writes it. `None` when it names something outside the surroundings: a ray slipped through a seam between two faces,
-/// and who looks again should see the same.
+/// Writes it. `None` when it names a cell outside the surroundings, which only rounding can bring about.
 pub(super) fn encode(found: &Found, surroundings: &Surroundings) -> Option<String> {
     let number = |object: &u32| surroundings.number_of(*object);
     let numbers = |objects: &[u32]| objects.iter().map(number).collect::<Option<Vec<_>>>();
@@ -63,11 +62,9 @@ pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Found> {
         .open
         .iter()
         .map(|(number, doors)| Some((object(number)?, objects(doors)?)));
-    let mut seen: Vec<_> = seen.collect::<Option<_>>()?;
-    seen.sort_by(SeenObject::order);
     Some(Found {
         seen: CellVisibility {
-            objects: seen,
+            objects: seen.collect::<Option<_>>()?,
             cells: kept.cells.iter().map(cell).collect::<Option<_>>()?,
             miss_bound: f64::from_bits(kept.miss_bound),
             rays: kept.rays,

@@ -32,9 +32,6 @@ const VERSION: usize = 1;
 
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 96;
-/// Rays at one that could not be proved hidden, from each part of the cell from where it cannot.
-const HUNT: u32 = 256;
-
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
@@ -68,12 +65,13 @@ pub(super) enum Effort {
 }
 
 impl Effort {
-    /// How often the cell is halved; `None` for who does not look at all.
-    fn halvings(self) -> Option<u32> {
+    /// How many rays look for each object from each part of the cell, and how often that is halved; `None` for who does
+    /// not look at all.
+    fn hunt(self) -> Option<[u32; 2]> {
         match self {
             Self::None => None,
-            Self::Usual => Some(0),
-            Self::Thorough => Some(4),
+            Self::Usual => Some([256, 0]),
+            Self::Thorough => Some([512, 4]),
         }
     }
 }
@@ -113,6 +111,7 @@ impl Looker<'_> {
 
     fn look(&self, cell: usize, surroundings: &Surroundings, random: Random, scratch: &mut Scratch) -> Found {
         let eye = &self.atlas.eyes[cell];
+        scratch.meet_only(&surroundings.objects);
         let mut state = CellState::new(cell, self.sights.lookouts.len(), random);
         let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
         let uniform = sampler.look_around(self.sampled.rays_per_cell);
@@ -121,9 +120,9 @@ impl Looker<'_> {
             .filter_map(|object| surroundings.number_of(object))
             .collect();
         let mut observer = Observer::new(&surroundings.scenery, self.proofs);
-        let not_hidden = match self.effort.halvings() {
+        let not_hidden = match self.effort.hunt() {
             None => observer.visible(eye, &known),
-            Some(halvings) => {
+            Some([rays, halvings]) => {
                 let not_hidden = observer.visible_or_found(eye, &known, &mut |number| {
                     hunt(
                         &mut sampler,
@@ -137,6 +136,7 @@ impl Looker<'_> {
                     let prey = Prey {
                         number: *number,
                         object: surroundings.objects[*number as usize],
+                        rays,
                     };
                     search(&mut sampler, &mut observer, eye, &prey, halvings);
                 }
@@ -180,6 +180,8 @@ struct Prey {
     /// Its number in the surroundings.
     number: u32,
     object: u32,
+    /// As many for each part of the cell.
+    rays: u32,
 }
 
 /// Hunts from a part of the cell, unless it is hidden from there, then from its halves, and so on.
@@ -187,7 +189,7 @@ fn search(sampler: &mut Sampler<'_>, observer: &mut Observer<'_>, part: &Region,
     let Some(ways) = observer.ways_to(part, prey.number) else {
         return false;
     };
-    hunt(sampler, part, prey.object, &ways, HUNT)
+    hunt(sampler, part, prey.object, &ways, prey.rays)
         || (halvings > 0
             && part
                 .halves()

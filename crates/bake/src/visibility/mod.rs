@@ -2,7 +2,7 @@
 //!
 //! Two answers bracket the truth. Rays ([`sampler`]) say what surely is visible, and how much may be missing.
 //! [`conservative`] keeps what cannot be proved hidden: nothing is missing, something may be too much. Both are found for
-//! each cell by itself ([`look`]), from what can matter to it ([`surroundings`]). Then the [`Method`] decides which of the
+//! each cell by itself ([`mod@look`]), from what can matter to it ([`surroundings`]). Then the [`Method`] decides which of the
 //! two is published.
 
 pub mod conservative;

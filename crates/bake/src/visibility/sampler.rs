@@ -10,7 +10,8 @@
 //! Good, *The population frequencies of species and the estimation of population parameters*, 1953), and is bounded at 95 %
 //! confidence.
 //!
-//! Guarantee: whatever is noted was seen by a ray. Results depend on the random stream alone.
+//! Guarantee: whatever is noted was seen by a ray. Results depend on the random stream and on the objects that rays can
+//! meet.
 
 use glam::Vec3;
 
@@ -68,6 +69,8 @@ pub(super) struct Uniform {
 
 /// What one thread needs besides, whichever cell it works on.
 pub(super) struct Scratch {
+    /// Objects that rays can meet.
+    here: Vec<bool>,
     known: Vec<bool>,
     hits: Vec<u32>,
     pub(super) passed: Vec<Hit>,
@@ -77,10 +80,19 @@ pub(super) struct Scratch {
 impl Scratch {
     pub(super) fn new(objects: usize) -> Self {
         Self {
+            here: vec![true; objects],
             known: vec![false; objects],
             hits: vec![0; objects],
             passed: Vec::new(),
             fresh: Vec::new(),
+        }
+    }
+
+    /// From now on rays meet these objects and no others.
+    pub(super) fn meet_only(&mut self, objects: &[u32]) {
+        self.here.fill(false);
+        for object in objects {
+            self.here[*object as usize] = true;
         }
     }
 }
@@ -140,10 +152,9 @@ impl<'a> Sampler<'a> {
     /// Casts one ray in a unit direction; what it saw before its end is left in `passed`.
     pub(super) fn shoot(&mut self, eye: Vec3, direction: Vec3) -> Option<Hit> {
         self.state.rays += 1;
-        let end = self
-            .sights
-            .world
-            .cast(eye, direction, f32::MAX, &mut self.scratch.passed);
+        let Scratch { here, passed, .. } = &mut *self.scratch;
+        let among = |object: u32| here[object as usize];
+        let end = self.sights.world.cast_among(eye, direction, f32::MAX, among, passed);
         for index in 0..self.scratch.passed.len() + usize::from(end.is_some()) {
             if let Some(hit) = self.scratch.passed.get(index).copied().or(end)
                 && !self.knows(hit.object)

@@ -53,7 +53,7 @@ impl<'a> Atlas<'a> {
         let eyes: Vec<_> = graph.cells.iter().map(|cell| Region::of_cell(world, cell)).collect();
         let targets = Scenery::targets_of(world);
         let cells = eyes.iter().map(|eye| Some(Region::of_box(eye.min, eye.max)));
-        let all = Scenery::new(hiders.occluders(), targets.iter().cloned().chain(cells).collect());
+        let all = Scenery::new(hiders.found(), targets.iter().cloned().chain(cells).collect());
         Self {
             hiders,
             eyes,

@@ -399,18 +399,6 @@ fn missed_in_views(world: &World, graph: &CellGraph, visible: &[CellVisibility],
 
 #[test]
 fn views_of_a_small_museum_show_nothing_unknown() {
-    for seed in [1, 2, 3, 4, 5, 0x0B5E_55ED] {
-        let (world, graph, visible) = bake(
-            &museum([2, 2], 8),
-            [4.0, 1.6, 4.0],
-            &SampledSettings {
-                seed,
-                ..SampledSettings::default()
-            },
-        );
-        let (_, missed) = missed_in_views(&world, &graph, &visible, 6);
-        println!("seed {seed} {missed:#?}");
-    }
     let (world, graph, visible) = bake(&museum([2, 2], 8), [4.0, 1.6, 4.0], &SampledSettings::default());
     let (_, missed) = missed_in_views(&world, &graph, &visible, 6);
     assert!(
