@@ -13,7 +13,7 @@ use crate::{
     progress::{Cancelled, Progress, Silent},
     records::{self, BlobSink, Models, SinkError, Written},
     source::{Material, SourceScene, SourceViewpoint},
-    visibility::{self, Visibility, VisibilitySettings, conservative::Scenery},
+    visibility::{self, Views, Visibility, VisibilitySettings, conservative::Scenery},
     world::{World, WorldError},
 };
 
@@ -134,13 +134,12 @@ pub fn bake(
         };
         records::write(input, &models, host.sink, progress)
     };
+    let views = Views::of(&world, &graph, &hiders);
     if let Some(first) = host.first {
-        first(&write(visibility::preview(&world, &graph, &hiders, progress)?)?)?;
+        first(&write(visibility::preview(&views, progress)?)?)?;
     }
     write(visibility::compute(
-        &world,
-        &graph,
-        &hiders,
+        &views,
         &settings.visibility,
         host.memory,
         progress,

@@ -11,7 +11,7 @@ use crate::{
     occluders::Hiders,
     progress::Silent,
     source::{Authored, AuthoredShape, Role},
-    visibility::{self, Method, SampledSettings, VisibilitySettings},
+    visibility::{self, Method, SampledSettings, Views, VisibilitySettings},
     world::World,
 };
 
@@ -269,7 +269,7 @@ fn eyes_stand_in_the_hull_and_not_in_the_box_around_it() {
             }),
         };
         let hiders = Hiders::of(&world, Vec::new());
-        let found = visibility::compute(&world, &graph, &hiders, &settings, &Forgetful, &Silent).unwrap();
+        let found = visibility::compute(&Views::of(&world, &graph, &hiders), &settings, &Forgetful, &Silent).unwrap();
         let objects = found.cells[0].objects.iter().map(|seen| seen.object);
         objects.collect::<std::collections::BTreeSet<_>>()
     };

@@ -12,7 +12,7 @@ use crate::{
     occluders::Hiders,
     pipeline::in_spatial_order,
     progress::Silent,
-    visibility::{self, Method, SampledSettings, VisibilitySettings, conservative::Scenery},
+    visibility::{self, Method, SampledSettings, Views, VisibilitySettings, conservative::Scenery},
     world::World,
 };
 
@@ -92,7 +92,7 @@ fn records_and_steps_of_a_city_are_small() {
     };
     let hiders = Hiders::of(&world, Vec::new());
     let scenery = Scenery::with(&world, hiders.occluders());
-    let visibility = visibility::compute(&world, &graph, &hiders, &settings, &Forgetful, &Silent).unwrap();
+    let visibility = visibility::compute(&Views::of(&world, &graph, &hiders), &settings, &Forgetful, &Silent).unwrap();
     let input = Input {
         scene: &scene,
         title: "City",

@@ -42,6 +42,7 @@ fn streets(city: &City) -> CellGraph {
 
 fn seen_in(scene: &SourceScene, graph: &CellGraph, memory: &dyn Memory) -> Visibility {
     let world = World::new(scene).unwrap();
+    let hiders = Hiders::of(&world, Vec::new());
     let settings = VisibilitySettings {
         method: Method::Occluders,
         sampled: Some(SampledSettings {
@@ -49,15 +50,7 @@ fn seen_in(scene: &SourceScene, graph: &CellGraph, memory: &dyn Memory) -> Visib
             ..SampledSettings::default()
         }),
     };
-    compute(
-        &world,
-        graph,
-        &Hiders::of(&world, Vec::new()),
-        &settings,
-        memory,
-        &Silent,
-    )
-    .unwrap()
+    compute(&Views::of(&world, graph, &hiders), &settings, memory, &Silent).unwrap()
 }
 
 #[test]

@@ -165,23 +165,40 @@ impl SeenObject {
     }
 }
 
+/// A world and its cells, ready for questions.
+pub struct Views<'a> {
+    graph: &'a CellGraph,
+    atlas: Atlas<'a>,
+    sights: Sights<'a>,
+}
+
+impl<'a> Views<'a> {
+    /// Prepares a world, its cells and what hides.
+    #[must_use]
+    pub fn of(world: &'a World, graph: &'a CellGraph, hiders: &'a Hiders<'a>) -> Self {
+        Self {
+            graph,
+            atlas: Atlas::of(world, graph, hiders),
+            sights: Sights::of(world, graph),
+        }
+    }
+}
+
 /// Computes what each cell sees.
 ///
 /// # Errors
 /// When cancelled.
 pub fn compute(
-    world: &World,
-    graph: &CellGraph,
-    hiders: &Hiders<'_>,
+    views: &Views<'_>,
     settings: &VisibilitySettings,
     memory: &dyn Memory,
     progress: &dyn Progress,
 ) -> Result<Visibility, Cancelled> {
-    let count = graph.cells.len();
+    let count = views.graph.cells.len();
     progress.start(Stage::Visibility, count as u64);
     let mut looker = Looker {
-        atlas: &Atlas::of(world, graph, hiders),
-        sights: &Sights::of(world, graph),
+        atlas: &views.atlas,
+        sights: &views.sights,
         proofs: settings.method.proofs(),
         sampled: settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count)),
         effort: if settings.method == Method::Sampled {
@@ -200,24 +217,19 @@ pub fn compute(
         found = look(&looker, count, progress)?;
         ratio = tightness(&found);
     }
-    Ok(published(graph, found, decide(settings.method, ratio)))
+    Ok(published(views.graph, found, decide(settings.method, ratio)))
 }
 
 /// What each cell may see, from the cheapest proofs: larger sets, found many times faster.
 ///
 /// # Errors
 /// When cancelled.
-pub fn preview(
-    world: &World,
-    graph: &CellGraph,
-    hiders: &Hiders<'_>,
-    progress: &dyn Progress,
-) -> Result<Visibility, Cancelled> {
-    let count = graph.cells.len();
+pub fn preview(views: &Views<'_>, progress: &dyn Progress) -> Result<Visibility, Cancelled> {
+    let count = views.graph.cells.len();
     progress.start(Stage::Preview, count as u64);
     let looker = Looker {
-        atlas: &Atlas::of(world, graph, hiders),
-        sights: &Sights::of(world, graph),
+        atlas: &views.atlas,
+        sights: &views.sights,
         proofs: ConservativeSettings::ON_LINE,
         sampled: SampledSettings::GLANCE,
         effort: Effort::None,
@@ -225,7 +237,7 @@ pub fn preview(
     };
     let found = look(&looker, count, progress)?;
     let reason = "a first look; smaller sets follow".to_owned();
-    Ok(published(graph, found, (Method::Conservative, reason)))
+    Ok(published(views.graph, found, (Method::Conservative, reason)))
 }
 
 /// What was found, as it is published.

@@ -6,6 +6,8 @@
 //! with what is visible instead of with the world, and the answer can be used again in every world in which what is left
 //! is the same, however much has changed behind it.
 
+use rayon::prelude::*;
+
 use super::conservative::{ConservativeSettings, Observer, Scenery};
 use crate::{
     cells::CellGraph,
@@ -59,6 +61,7 @@ impl<'a> Atlas<'a> {
             eyes,
             all,
             objects: (0..targets.len() as u32)
+                .into_par_iter()
                 .map(|object| world.digest_of(object))
                 .collect(),
             targets,

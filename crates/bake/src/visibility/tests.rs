@@ -44,7 +44,7 @@ fn sampled(
         sampled: Some(*settings),
     };
     let hiders = Hiders::of(world, Vec::new());
-    compute(world, graph, &hiders, &settings, &Forgetful, progress).map(|visibility| visibility.cells)
+    compute(&Views::of(world, graph, &hiders), &settings, &Forgetful, progress).map(|visibility| visibility.cells)
 }
 
 fn set_of(visible: &CellVisibility) -> BTreeSet<u32> {
