@@ -22,6 +22,7 @@ pub mod occluders;
 mod pipeline;
 pub mod progress;
 pub mod records;
+pub mod smooth;
 pub mod source;
 pub mod visibility;
 pub mod world;

@@ -1,0 +1,221 @@
+//! What does the writer of a smooth LOD tell? The cluster tree, undone pass by pass.
+
+
+use belvedere_scene::smooth::fan::{Fan, Spoke, Star};
+use belvedere_scene::smooth::geometry::Hood;
+use belvedere_scene::smooth::replay::Script;
+use belvedere_scene::smooth::split::{Born, Change, Move, Split};
+
+use super::collapse::{ClusterTree, Collapse};
+use super::quantise::QuantisedMesh;
+
+const NONE: u32 = u32::MAX;
+
+/// Undoes collapses.
+pub(super) struct Undo<'a> {
+    mesh: &'a QuantisedMesh,
+    tree: &'a ClusterTree,
+    /// The lattice of each pass lacks so many bits; finest pass first.
+    coarse_bits: Vec<u32>,
+    /// Passes not yet undone.
+    passes_left: usize,
+    /// Bits that the lattice lacks now.
+    lacking: u32,
+    /// Corners of the source's triangles as they are now.
+    corners: Vec<[u32; 3]>,
+    /// By source vertex: number of the collapse onto it in this pass.
+    collapse_onto: Vec<u32>,
+    source_vertex: Vec<u32>,
+    stream_vertex: Vec<u32>,
+    pub(super) source_triangle: Vec<u32>,
+    stream_triangle: Vec<u32>,
+    /// By stream triangle: the last split in which it moved.
+    moved_in: Vec<u32>,
+    splits: u32,
+    current: Option<&'a Collapse>,
+    /// New triangles of the current split, by source triangle.
+    newborn: Vec<(u32, Born)>,
+    pub(super) on_hood: Option<Box<dyn FnMut(&Hood, [i32; 3]) + 'a>>,
+}
+
+impl<'a> Undo<'a> {
+    pub(super) fn new(mesh: &'a QuantisedMesh, tree: &'a ClusterTree, coarse_bits: Vec<u32>) -> Self {
+        let vertices = mesh.positions.len();
+        let mut stream_vertex = vec![NONE; vertices];
+        stream_vertex[tree.root as usize] = 0;
+        Self {
+            mesh,
+            tree,
+            coarse_bits,
+            passes_left: tree.passes.len(),
+            lacking: mesh.bits,
+            corners: tree.triangles.clone(),
+            collapse_onto: vec![NONE; vertices],
+            source_vertex: vec![tree.root],
+            stream_vertex,
+            source_triangle: Vec::with_capacity(mesh.triangles.len()),
+            stream_triangle: vec![NONE; mesh.triangles.len()],
+            moved_in: Vec::with_capacity(mesh.triangles.len()),
+            splits: 0,
+            current: None,
+            newborn: Vec::new(),
+            on_hood: None,
+        }
+    }
+
+    fn at(&self, source_vertex: u32) -> [i32; 3] {
+        self.mesh.positions[source_vertex as usize].map(|x| x >> self.lacking)
+    }
+
+    /// Takes a new triangle that was not yet explained.
+    fn take(newborn: &[(u32, Born)], taken: &mut [bool], born: Born) -> bool {
+        let found = newborn.iter().zip(&*taken).position(|(&(_, b), &taken)| !taken && b == born);
+        if let Some(i) = found {
+            taken[i] = true;
+        }
+        found.is_some()
+    }
+
+    fn explain(&self, star: &Star, fan: Fan, taken: &mut [bool], torn: &mut Vec<bool>) -> Move {
+        let spokes = star.of(fan);
+        let length = fan.length;
+        let moves = |spoke: &Spoke| self.moved_in[spoke.triangle as usize] == self.splits;
+        let count = spokes.iter().filter(|spoke| moves(spoke)).count();
+        let start = |i: usize| Born {
+            third: if i < length { spokes[i].from } else { spokes[length - 1].to },
+            old_first: false,
+        };
+        let end = |i: usize| Born {
+            old_first: true,
+            ..start(i)
+        };
+        let has = |taken: &[bool], born: Born| Self::take(&self.newborn, &mut taken.to_vec(), born);
+        // Where the moved ones begin, if they are in one row.
+        let begins: Vec<usize> = (0..length)
+            .filter(|&i| {
+                let before = if i > 0 { i - 1 } else { length - 1 };
+                moves(&spokes[i]) && (!moves(&spokes[before]) || i == 0 && !fan.closed)
+            })
+            .collect();
+        let first = match begins[..] {
+            [] => 0,
+            [first] => first,
+            _ => length,
+        };
+        if first < length && count > 0 && (count < length || !fan.closed) {
+            let last = if fan.closed { (first + count) % length } else { first + count };
+            let both = (start(first), end(last));
+            if both.0 != both.1 && has(taken, both.0) && has(taken, both.1) {
+                Self::take(&self.newborn, taken, both.0);
+                Self::take(&self.newborn, taken, both.1);
+                return Move::Between {
+                    first: first as u32,
+                    count: count as u32,
+                };
+            }
+        }
+        if !fan.closed && first < length {
+            if (count == 0 || first == 0) && Self::take(&self.newborn, taken, end(count)) {
+                return Move::Front(count as u32);
+            }
+            if (count == 0 || first + count == length) && Self::take(&self.newborn, taken, start(length - count)) {
+                return Move::Back(count as u32);
+            }
+        }
+        if count == 0 {
+            return Move::Stay;
+        }
+        if count == length {
+            return Move::Go;
+        }
+        torn.extend(spokes.iter().map(moves));
+        Move::Torn
+    }
+}
+
+impl Script for Undo<'_> {
+    fn pass(&mut self) -> Option<u32> {
+        for collapse in self.tree.passes.get(self.passes_left).map_or(&[][..], |pass| &pass.collapses) {
+            self.collapse_onto[collapse.kept as usize] = NONE;
+        }
+        if self.passes_left == 0 {
+            return None;
+        }
+        self.passes_left -= 1;
+        for (i, collapse) in self.tree.passes[self.passes_left].collapses.iter().enumerate() {
+            self.collapse_onto[collapse.kept as usize] = i as u32;
+        }
+        Some(self.lacking - self.coarse_bits[self.passes_left])
+    }
+
+    fn low_bits(&mut self, vertex: u32) -> usize {
+        if vertex == 0 {
+            self.lacking -= 1;
+        }
+        let at = self.at(self.source_vertex[vertex as usize]);
+        (0..3).map(|axis| ((at[axis] & 1) as usize) << axis).sum()
+    }
+
+    fn splits(&mut self, vertex: u32) -> bool {
+        let onto = self.collapse_onto[self.source_vertex[vertex as usize] as usize];
+        self.current = self.tree.passes[self.passes_left].collapses.get(onto as usize);
+        self.current.is_some()
+    }
+
+    fn split(&mut self, star: &Star) -> Split {
+        let Some(collapse) = self.current else { return Split::default() };
+        self.splits += 1;
+        self.newborn.clear();
+        for &corner in self.tree.corners(collapse) {
+            self.corners[corner as usize / 3][corner as usize % 3] = collapse.gone;
+        }
+        for &corner in self.tree.corners(collapse) {
+            let triangle = corner / 3;
+            let corners = self.corners[triangle as usize];
+            let [a, b, c] = corners;
+            let stream = self.stream_triangle[triangle as usize];
+            if stream != NONE {
+                self.moved_in[stream as usize] = self.splits;
+            } else if a != b && b != c && c != a {
+                let side = corner as usize % 3;
+                let (next, before) = (corners[(side + 1) % 3], corners[(side + 2) % 3]);
+                let old_first = before == collapse.kept;
+                let third = self.stream_vertex[if old_first { next } else { before } as usize];
+                self.newborn.push((triangle, Born { third, old_first }));
+            }
+        }
+        let mut taken = vec![false; self.newborn.len()];
+        let mut split = Split::default();
+        for &fan in &star.fans {
+            let moved = self.explain(star, fan, &mut taken, &mut split.torn);
+            split.moves.push(moved);
+        }
+        let unexplained = self.newborn.iter().zip(&taken).filter(|(_, taken)| !**taken);
+        split.extra.extend(unexplained.map(|(&(_, born), _)| born));
+        split.extras = split.extra.len() as u32;
+        split
+    }
+
+    fn position(&mut self, hood: &Hood, origin: [i32; 3]) -> [i32; 3] {
+        let at = self.current.map_or(origin, |collapse| self.at(collapse.gone));
+        if let Some(on_hood) = &mut self.on_hood {
+            on_hood(hood, std::array::from_fn(|axis| at[axis] - origin[axis]));
+        }
+        at
+    }
+
+    fn born(&mut self, first: u32, change: &Change, split: &Split) {
+        if let Some(collapse) = self.current {
+            self.stream_vertex[collapse.gone as usize] = self.source_vertex.len() as u32;
+            self.source_vertex.push(collapse.gone);
+        }
+        let opened = change.opened.iter().map(|opened| opened.born);
+        for (i, born) in opened.chain(split.extra.iter().copied()).enumerate() {
+            let at = self.newborn.iter().position(|&(_, b)| b == born);
+            let (triangle, _) = self.newborn.swap_remove(at.unwrap_or_default());
+            self.stream_triangle[triangle as usize] = first + i as u32;
+            self.source_triangle.push(triangle);
+            self.moved_in.push(0);
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! In what order is a smooth LOD told? In passes over all vertices known so far; one function for writer and reader.
+//!
+//! A pass says whether the lattice becomes finer, and if so, the lowest bit of every coordinate; then it asks every
+//! vertex that was there at its beginning, in order of birth, whether it is split, and if so, how. Batches of splits
+//! with one flag for each vertex are from Pajarola & Rossignac, *Compressed progressive meshes* (2000).
+
+use super::fan::Star;
+use super::geometry::{Hood, ResidualModels, Weights};
+use super::mesh::{Mesh, Point};
+use super::model::{Bit, Nibble, number};
+use super::rans::Coder;
+use super::split::{Change, Split, SplitModels};
+
+/// What a writer tells; a reader has none.
+pub trait Script {
+    /// Whether another pass comes, and by how many bits its lattice is finer.
+    fn pass(&mut self) -> Option<u32>;
+    /// The new lowest bits of a vertex: x in bit 0, y, z.
+    fn low_bits(&mut self, vertex: u32) -> usize;
+    /// Whether a vertex is split in this pass.
+    fn splits(&mut self, vertex: u32) -> bool;
+    /// How the vertex is split that was just said to be, given the fans around it.
+    fn split(&mut self, star: &Star) -> Split;
+    /// Where the new vertex is, on the present lattice. It is predicted from `hood`; the vertex it was split from is at
+    /// `origin`.
+    fn position(&mut self, hood: &Hood, origin: [i32; 3]) -> [i32; 3];
+    /// What was done: new triangles have the numbers from `first` on, those of opened edges before the extra ones.
+    fn born(&mut self, first: u32, change: &Change, split: &Split);
+}
+
+/// A reader tells nothing.
+#[derive(Debug)]
+pub(super) enum Nothing {}
+
+impl Script for Nothing {
+    fn pass(&mut self) -> Option<u32> {
+        match *self {}
+    }
+    fn low_bits(&mut self, _: u32) -> usize {
+        match *self {}
+    }
+    fn splits(&mut self, _: u32) -> bool {
+        match *self {}
+    }
+    fn split(&mut self, _: &Star) -> Split {
+        match *self {}
+    }
+    fn position(&mut self, _: &Hood, _: [i32; 3]) -> [i32; 3] {
+        match *self {}
+    }
+    fn born(&mut self, _: u32, _: &Change, _: &Split) {
+        match *self {}
+    }
+}
+
+/// Where in the stream one is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// At the beginning of a pass.
+    Pass,
+    /// Before the lowest bits of a vertex.
+    Refine {
+        /// The vertex.
+        next: u32,
+        /// So many more bits come after this one.
+        more: u32,
+    },
+    /// Before the flag of a vertex.
+    Visit(u32),
+    /// It is split, and the fans are known; before extra triangles.
+    Extra(u32),
+    /// Before the position.
+    Place(u32),
+    /// After the last pass.
+    End,
+}
+
+/// Models of everything.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Models {
+    pass: Nibble,
+    low_bits: [Nibble; 8],
+    flags: [[[Bit; 2]; 12]; 9],
+    split: SplitModels,
+    residual: ResidualModels,
+}
+
+/// The mesh so far, and where in the stream one is.
+#[derive(Debug)]
+pub struct Replay {
+    pub(super) mesh: Mesh,
+    pub(super) phase: Phase,
+    pub(super) models: Models,
+    bits: u32,
+    /// Bits that the lattice still lacks.
+    pub(super) coarse_bits: u32,
+    /// The mesh may have so many vertices and triangles.
+    pub(super) most: (usize, usize),
+    weights: Weights,
+    /// Vertices at the beginning of the pass.
+    known: u32,
+    pass: u8,
+    sizes: u64,
+    mean_size: i32,
+    pub tally: std::collections::BTreeMap<&'static str, f64>,
+    split: Split,
+    star: Star,
+    change: Change,
+}
+
+/// Why a step was not made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// What it needs has not come yet. The models have learned from what was not there.
+    Starved,
+    /// The stream cannot be right.
+    Damaged(&'static str),
+}
+
+impl Replay {
+    /// Before the first pass: one vertex on a lattice without bits.
+    #[must_use]
+    pub fn new(bits: u32, weights: Weights, most: (usize, usize)) -> Self {
+        Self {
+            mesh: Mesh::new(),
+            phase: Phase::Pass,
+            models: Models::default(),
+            bits,
+            coarse_bits: bits,
+            most,
+            weights,
+            known: 0,
+            pass: 0,
+            sizes: 0,
+            mean_size: 0,
+            tally: Default::default(), split: Split::default(),
+            star: Star::default(),
+            change: Change::default(),
+        }
+    }
+
+    /// Goes through a whole stream as its writer. Calls `after_pass` after each pass.
+    pub fn write<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        script: &mut S,
+        mut after_pass: impl FnMut(&Self, &mut C, &mut S),
+    ) {
+        while self.phase != Phase::End {
+            if self.phase == Phase::Pass && self.pass > 0 {
+                after_pass(self, coder, script);
+            }
+            let ph = self.phase; let d0 = coder.cost();
+            let done = self.advance(coder, Some(script));
+            let c = coder.cost(); { let k = match ph { Phase::Visit(_) => if matches!(self.phase, Phase::Place(_)|Phase::Extra(_)) {"fans"} else {"flag0"}, Phase::Place(_) => "place", Phase::Extra(_) => "extra", Phase::Refine{..} => "refine", _ => "pass" }; *self.tally.entry(k).or_default() += c - d0; }
+            assert!(done.is_ok(), "the script tells what no stream can hold: {done:?}");
+        }
+    }
+
+    /// Bytes that the next step may need.
+    #[inline(always)]
+    pub(super) fn step_bytes(&self) -> usize {
+        match self.phase {
+            Phase::Visit(vertex) => 64 + 16 * self.mesh.stars.len(vertex),
+            Phase::Extra(_) => 64 + 16 * self.split.extras as usize,
+            _ => 64,
+        }
+    }
+
+    /// One step. The mesh does not change when it stops.
+    #[inline(always)]
+    pub(super) fn advance<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<(), Stop> {
+        self.phase = match self.phase {
+            Phase::Visit(vertex) => self.visit(coder, script, vertex)?,
+            Phase::Place(vertex) => self.place(coder, script, vertex)?,
+            Phase::Extra(vertex) => self.extra(coder, script.is_some(), vertex)?,
+            Phase::Refine { next, more } => self.refine(coder, script, next, more)?,
+            Phase::Pass => self.begin(coder, script)?,
+            Phase::End => Phase::End,
+        };
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn visit<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        mut script: Option<&mut S>,
+        vertex: u32,
+    ) -> Result<Phase, Stop> {
+        let point = &self.mesh.points[vertex as usize];
+        let size = (i32::from(point.size) - self.mean_size).clamp(-4, 4) + 4;
+        let recent = usize::from(point.pass + 1 == self.pass);
+        let valence = self.mesh.stars.len(vertex).min(11);
+        let model = &mut self.models.flags[size as usize][valence][recent];
+        let splits = coder.bit(model, script.as_mut().is_some_and(|script| script.splits(vertex)));
+        if !splits {
+            return if coder.starved() { Err(Stop::Starved) } else { Ok(self.after(vertex)) };
+        }
+        self.star.read(&self.mesh, vertex);
+        let given = script.map(|script| script.split(&self.star));
+        let models = &mut self.models.split;
+        models.code_fans(coder, &self.mesh, vertex, &self.star, given.as_ref(), &mut self.split);
+        if coder.starved() {
+            return Err(Stop::Starved);
+        }
+        if let Some(given) = given {
+            self.split.extra = given.extra;
+        }
+        Ok(if self.split.extras > 0 { Phase::Extra(vertex) } else { Phase::Place(vertex) })
+    }
+
+    #[cold]
+    fn extra<C: Coder>(&mut self, coder: &mut C, is_writer: bool, vertex: u32) -> Result<Phase, Stop> {
+        let room = self.most.1 - self.mesh.triangles.len();
+        if self.split.extras as usize > room {
+            return Err(Stop::Damaged("it has more triangles than its header says"));
+        }
+        let given = is_writer.then(|| self.split.extra.clone());
+        let models = &mut self.models.split;
+        models.code_extra(coder, &self.mesh, &self.star, given.as_deref(), &mut self.split);
+        if coder.starved() {
+            return Err(Stop::Starved);
+        }
+        if self.split.extra.iter().any(|born| born.third == vertex) {
+            return Err(Stop::Damaged("a triangle has a corner twice"));
+        }
+        Ok(Phase::Place(vertex))
+    }
+
+    #[inline(always)]
+    fn place<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        script: Option<&mut S>,
+        vertex: u32,
+    ) -> Result<Phase, Stop> {
+        let Self { mesh, star, split, change, .. } = self;
+        let first_born = mesh.triangles.len() as u32;
+        change.lay_out(star, split, first_born);
+        let new = mesh.points.len() as u32;
+        let born = change.opened.len() + split.extra.len();
+        if new as usize >= self.most.0 || first_born as usize + born > self.most.1 {
+            return Err(Stop::Damaged("it has more vertices or triangles than its header says"));
+        }
+        let hood = Hood::around(mesh, star, split, change, vertex);
+        let origin = mesh.points[vertex as usize].at;
+        let mut script = script;
+        let given = script.as_mut().map_or([0; 3], |script| script.position(&hood, origin));
+        let step = self.models.residual.code(coder, &hood, &self.weights, std::array::from_fn(|axis| {
+            given[axis] - origin[axis]
+        }));
+        if coder.starved() {
+            return Err(Stop::Starved);
+        }
+        let at: [i32; 3] = std::array::from_fn(|axis| origin[axis].wrapping_add(step[axis]));
+        let end = 1 << (self.bits - self.coarse_bits);
+        if at.iter().any(|&x| x < 0 || x >= end) {
+            return Err(Stop::Damaged("a vertex lies outside of the box"));
+        }
+        let old = &mut mesh.points[vertex as usize];
+        self.sizes = self.sizes + 2 * u64::from(hood.size) - u64::from(old.size);
+        old.size = hood.size;
+        old.pass = self.pass;
+        mesh.push(Point { at, around: [0; 3], parent: vertex, size: hood.size, pass: self.pass });
+        change.apply(mesh, star, split, vertex, new);
+        if let Some(script) = script {
+            script.born(first_born, change, split);
+        }
+        Ok(self.after(vertex))
+    }
+
+    #[inline(always)]
+    fn after(&self, vertex: u32) -> Phase {
+        if vertex + 1 < self.known { Phase::Visit(vertex + 1) } else { Phase::Pass }
+    }
+
+    fn begin<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<Phase, Stop> {
+        // 0 is the end, 1 a pass on the same lattice, 2 one on a lattice that is finer by one bit …
+        let given = script.map_or(0, |script| script.pass().map_or(0, |finer| finer + 1));
+        let found = number(coder, &mut self.models.pass, given);
+        if coder.starved() {
+            return Err(Stop::Starved);
+        }
+        if found == 0 {
+            return Ok(Phase::End);
+        }
+        if found - 1 > self.coarse_bits || self.pass == u8::MAX {
+            return Err(Stop::Damaged("it has more passes or finer ones than there can be"));
+        }
+        self.pass += 1;
+        self.known = self.mesh.points.len() as u32;
+        Ok(if found > 1 { Phase::Refine { next: 0, more: found - 2 } } else { self.first_visit() })
+    }
+
+    fn first_visit(&mut self) -> Phase {
+        self.mean_size = (self.sizes / u64::from(self.known)) as i32;
+        Phase::Visit(0)
+    }
+
+    #[inline(always)]
+    fn refine<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        script: Option<&mut S>,
+        next: u32,
+        more: u32,
+    ) -> Result<Phase, Stop> {
+        let points = &self.mesh.points;
+        let point = points[next as usize];
+        // Where a coordinate equalled that of the vertex it was split from, it likely still does.
+        let parent = points[point.parent as usize].at;
+        let mut same = 0;
+        let mut parents_bits = 0;
+        if point.parent < next {
+            for axis in 0..3 {
+                same |= usize::from(parent[axis] >> 1 == point.at[axis]) << axis;
+                parents_bits |= ((parent[axis] & 1) as usize) << axis;
+            }
+        }
+        let expected = parents_bits & same;
+        let given = script.map_or(0, |script| script.low_bits(next));
+        let bits = coder.symbol(&mut self.models.low_bits[same], given ^ expected) ^ expected;
+        if coder.starved() {
+            return Err(Stop::Starved);
+        }
+        self.mesh.refine(next, bits);
+        if next + 1 < self.known {
+            return Ok(Phase::Refine { next: next + 1, more });
+        }
+        self.coarse_bits -= 1;
+        for point in &mut self.mesh.points {
+            point.size = (point.size + 2).min(31);
+        }
+        if more > 0 {
+            return Ok(Phase::Refine { next: 0, more: more - 1 });
+        }
+        self.sizes = self.mesh.points.iter().map(|point| u64::from(point.size)).sum();
+        self.mesh.add_up();
+        Ok(self.first_visit())
+    }
+}

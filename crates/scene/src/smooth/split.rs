@@ -1,0 +1,474 @@
+//! What becomes of the triangles around a vertex when it is split in two?
+//!
+//! The vertex split of Hoppe, *Progressive meshes* (1996), for any triangles: each fan around the vertex is split by
+//! itself. Some of its triangles move to the new vertex; where a moved triangle meets one that stays, the edge between
+//! them opens into a new triangle. What no such rule describes is said outright: torn fans one triangle at a time, and
+//! further new triangles by their third corner.
+
+use super::fan::{Fan, Spoke, Star};
+use super::mesh::Mesh;
+use super::model::{Bit, Nibble, gamma, number, wide};
+use super::rans::Coder;
+
+/// What becomes of one fan of `length` spokes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Move {
+    /// All triangles stay.
+    Stay,
+    /// All triangles move.
+    Go,
+    /// `count` triangles from `first` on (around the end, if closed) move; both edges at their ends open.
+    Between {
+        /// Index in the fan.
+        first: u32,
+        /// 1 or more.
+        count: u32,
+    },
+    /// The first so many move; the edge after them opens.
+    Front(u32),
+    /// The last so many move; the edge before them opens.
+    Back(u32),
+    /// Each for itself; no edge opens.
+    Torn,
+}
+
+/// A new triangle: the old vertex, the new one, and a third.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Born {
+    /// The third vertex.
+    pub third: u32,
+    /// Whether its sense of rotation is old, new, third; else new, old, third.
+    pub old_first: bool,
+}
+
+/// What becomes of all triangles around a vertex.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Split {
+    /// One for each fan.
+    pub moves: Vec<Move>,
+    /// Whether each spoke moves; of torn fans only.
+    pub torn: Vec<bool>,
+    /// New triangles beside those of opened edges.
+    pub extra: Vec<Born>,
+    /// How many those are.
+    pub extras: u32,
+}
+
+impl Split {
+    pub(super) fn clear(&mut self) {
+        self.moves.clear();
+        self.torn.clear();
+        self.extra.clear();
+        self.extras = 0;
+    }
+}
+
+/// Models of everything about connectivity.
+#[derive(Debug, Clone)]
+pub(super) struct SplitModels {
+    kind: [Nibble; 16],
+    count: [[Nibble; 16]; 2],
+    first: Box<[[Nibble; 16]; 16]>,
+    open_first: [Nibble; 16],
+    end: [[Nibble; 16]; 2],
+    torn: [Bit; 3],
+    extras: [Nibble; 2],
+    in_ring: Bit,
+    old_first: [Bit; 2],
+}
+
+impl Default for SplitModels {
+    fn default() -> Self {
+        let row = || std::array::from_fn(|_| Nibble::default());
+        Self {
+            kind: row(),
+            count: std::array::from_fn(|_| row()),
+            first: Box::new(std::array::from_fn(|_| row())),
+            open_first: row(),
+            end: std::array::from_fn(|_| row()),
+            torn: Default::default(),
+            extras: Default::default(),
+            in_ring: Bit::default(),
+            old_first: Default::default(),
+        }
+    }
+}
+
+const STAY: usize = 0;
+const GO: usize = 1;
+const BETWEEN: usize = 2;
+const FRONT: usize = 3;
+const BACK: usize = 4;
+const TORN: usize = 5;
+
+impl SplitModels {
+    /// What becomes of the fans of a star, and how many extra triangles there are.
+    #[inline(always)]
+    pub(super) fn code_fans<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        mesh: &Mesh,
+        vertex: u32,
+        star: &Star,
+        given: Option<&Split>,
+        found: &mut Split,
+    ) {
+        found.clear();
+        let mut last = if star.fans.len() == 1 { 7 } else { 6 };
+        for (i, &fan) in star.fans.iter().enumerate() {
+            let given_move = given.map_or(Move::Stay, |split| split.moves[i]);
+            let kind = coder.symbol(&mut self.kind[usize::from(fan.closed) * 8 + last], kind_of(given_move));
+            last = kind;
+            let moved = match kind {
+                STAY => Move::Stay,
+                GO => Move::Go,
+                BETWEEN => self.code_between(coder, mesh, vertex, star, fan, given_move),
+                FRONT | BACK => {
+                    let (Move::Front(given) | Move::Back(given)) = given_move else {
+                        let model = &mut self.end[kind - FRONT][fan.length.min(15)];
+                        let count = number(coder, model, 0).min(fan.length as u32);
+                        found.moves.push(if kind == FRONT { Move::Front(count) } else { Move::Back(count) });
+                        continue;
+                    };
+                    number(coder, &mut self.end[kind - FRONT][fan.length.min(15)], given);
+                    given_move
+                }
+                _ => {
+                    let mut before = 2;
+                    let at = found.torn.len();
+                    for k in 0..fan.length {
+                        let given = given.is_some_and(|split| split.torn[at + k]);
+                        let moves = coder.bit(&mut self.torn[before], given);
+                        before = usize::from(moves);
+                        found.torn.push(moves);
+                    }
+                    Move::Torn
+                }
+            };
+            found.moves.push(moved);
+        }
+        let many = usize::from(star.fans.len() != 1);
+        found.extras = number(coder, &mut self.extras[many], given.map_or(0, |split| split.extras));
+    }
+
+    #[inline(always)]
+    fn code_between<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        mesh: &Mesh,
+        vertex: u32,
+        star: &Star,
+        fan: Fan,
+        given: Move,
+    ) -> Move {
+        let length = fan.length as u32;
+        let class = fan.length.min(15);
+        let (given_first, given_count) = match given {
+            Move::Between { first, count } => (first, count),
+            _ => (0, 1),
+        };
+        let most = if fan.closed { length - 1 } else { length };
+        let count = &mut self.count[usize::from(fan.closed)][class];
+        let count = (number(coder, count, given_count - 1).min(most - 1)) + 1;
+        let first = if fan.closed {
+            let widest = widest(mesh, vertex, star.of(fan), count as usize) as u32;
+            // Distance from the widest place, to both sides in turn.
+            let ahead = (given_first + length - widest) % length;
+            let folded = if 2 * ahead <= length { 2 * ahead } else { 2 * (length - ahead) - 1 };
+            let model = &mut self.first[class][(count as usize).min(15)];
+            let folded = number(coder, model, folded).min(length - 1);
+            let ahead = if folded.is_multiple_of(2) { folded / 2 } else { length - folded.div_ceil(2) };
+            (widest + ahead) % length
+        } else {
+            number(coder, &mut self.open_first[class], given_first).min(length - count)
+        };
+        Move::Between { first, count }
+    }
+
+    /// The extra triangles.
+    #[cold]
+    pub(super) fn code_extra<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        mesh: &Mesh,
+        star: &Star,
+        given: Option<&[Born]>,
+        found: &mut Split,
+    ) {
+        found.extra.clear();
+        let vertices = mesh.points.len() as u32;
+        let corner = |i: u32| {
+            let spoke = star.spokes[i as usize / 2];
+            if i.is_multiple_of(2) { spoke.from } else { spoke.to }
+        };
+        let corners = 2 * star.spokes.len() as u32;
+        for i in 0..found.extras as usize {
+            let given = given.map(|extra| extra[i]);
+            let given_third = given.map_or(0, |born| born.third);
+            let given_corner = given.and_then(|_| (0..corners).find(|&i| corner(i) == given_third));
+            let in_ring = corners > 0 && coder.bit(&mut self.in_ring, given_corner.is_some());
+            let third = if in_ring {
+                corner(uniform(coder, corners, given_corner.unwrap_or(0)))
+            } else {
+                uniform(coder, vertices, given_third)
+            };
+            let old_first = coder.bit(
+                &mut self.old_first[usize::from(in_ring)],
+                given.is_some_and(|born| born.old_first),
+            );
+            found.extra.push(Born { third, old_first });
+        }
+    }
+}
+
+/// One of `count` numbers that are equally likely.
+fn uniform(coder: &mut impl Coder, count: u32, value: u32) -> u32 {
+    let bits = 32 - (count - 1).leading_zeros();
+    wide(coder, bits, value).min(count - 1)
+}
+
+fn kind_of(moved: Move) -> usize {
+    match moved {
+        Move::Stay => STAY,
+        Move::Go => GO,
+        Move::Between { .. } => BETWEEN,
+        Move::Front(_) => FRONT,
+        Move::Back(_) => BACK,
+        Move::Torn => TORN,
+    }
+}
+
+/// Where `count` triangles of a closed fan reach farthest from its vertex: most likely there was another vertex.
+#[inline(always)]
+fn widest(mesh: &Mesh, vertex: u32, spokes: &[Spoke], count: usize) -> usize {
+    let at = mesh.points[vertex as usize].at;
+    let reach = |spoke: &Spoke| {
+        let other = mesh.points[spoke.from as usize].at;
+        (0..3).map(|axis| i64::from((other[axis] - at[axis]).unsigned_abs())).sum::<i64>()
+    };
+    let length = spokes.len();
+    let mut reaches = [0i64; 32];
+    if length > reaches.len() {
+        return 0;
+    }
+    for (reach_at, spoke) in reaches.iter_mut().zip(spokes) {
+        *reach_at = reach(spoke);
+    }
+    let mut sum: i64 = (0..=count).map(|i| reaches[i % length]).sum();
+    let (mut best, mut best_at) = (sum, 0);
+    for first in 1..length {
+        sum += reaches[(first + count) % length] - reaches[first - 1];
+        if sum > best {
+            (best, best_at) = (sum, first);
+        }
+    }
+    best_at
+}
+
+/// An opened edge, as it will be.
+#[derive(Debug, Clone, Copy)]
+pub struct Opened {
+    /// The new triangle.
+    pub born: Born,
+    /// The triangle at the edge that is found in the third vertex's list, and whether the new one comes after it.
+    neighbour: u32,
+    after: bool,
+}
+
+/// What a split does, in detail: an intermediate between [`Split`] and the mesh.
+#[derive(Debug, Default)]
+pub struct Change {
+    /// Triangles that will be the old vertex's; new ones have their future numbers.
+    pub(super) stay: Vec<u32>,
+    /// … the new vertex's.
+    pub(super) go: Vec<u32>,
+    /// Spokes that move, by index.
+    pub(super) moved: Vec<u32>,
+    /// Edges that open, in order of their new triangles' numbers.
+    pub opened: Vec<Opened>,
+}
+
+impl Change {
+    /// Lays out what a split does, without doing it. `next` is the number of the first new triangle.
+    #[inline(always)]
+    pub(super) fn lay_out(&mut self, star: &Star, split: &Split, next: u32) {
+        self.stay.clear();
+        self.go.clear();
+        self.moved.clear();
+        self.opened.clear();
+        let mut torn = split.torn.iter();
+        for (&fan, &moved) in star.fans.iter().zip(&split.moves) {
+            let spokes = star.of(fan);
+            let length = fan.length;
+            match moved {
+                Move::Stay => self.stay(spokes),
+                Move::Go => self.go(spokes, fan.first),
+                Move::Torn => {
+                    for (i, spoke) in spokes.iter().enumerate() {
+                        if torn.next().copied().unwrap_or(false) {
+                            self.go(&[*spoke], fan.first + i);
+                        } else {
+                            self.stay(&[*spoke]);
+                        }
+                    }
+                }
+                Move::Front(count) => {
+                    let count = count as usize;
+                    self.go(&spokes[..count], fan.first);
+                    let born = self.open_end(spokes, count, next);
+                    self.go.push(born);
+                    self.stay.push(born);
+                    self.stay(&spokes[count..]);
+                }
+                Move::Back(count) => {
+                    let first = length - count as usize;
+                    self.stay(&spokes[..first]);
+                    let born = self.open_start(spokes, first, next);
+                    self.stay.push(born);
+                    self.go.push(born);
+                    self.go(&spokes[first..], fan.first + first);
+                }
+                Move::Between { first, count } => {
+                    let (first, count) = (first as usize, count as usize);
+                    let end = first + count;
+                    self.go(&spokes[first..end.min(length)], fan.first + first);
+                    if end > length {
+                        self.go(&spokes[..end - length], fan.first);
+                    }
+                    let start_born = self.open_start(spokes, first, next);
+                    let end_born = self.open_end(spokes, if end >= length && fan.closed { end - length } else { end }, next);
+                    self.go.extend([end_born, start_born]);
+                    if end > length {
+                        self.stay(&spokes[end - length..first]);
+                        self.stay.extend([start_born, end_born]);
+                    } else {
+                        self.stay(&spokes[..first]);
+                        self.stay.extend([start_born, end_born]);
+                        self.stay(&spokes[end..]);
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn stay(&mut self, spokes: &[Spoke]) {
+        self.stay.extend(spokes.iter().map(|spoke| spoke.triangle));
+    }
+
+    #[inline(always)]
+    fn go(&mut self, spokes: &[Spoke], first: usize) {
+        self.go.extend(spokes.iter().map(|spoke| spoke.triangle));
+        self.moved.extend((first..first + spokes.len()).map(|i| i as u32));
+    }
+
+    /// Opens the edge where moved triangles begin with spoke `at`.
+    #[inline(always)]
+    fn open_start(&mut self, spokes: &[Spoke], at: usize, next: u32) -> u32 {
+        let opened = match spokes.get(at) {
+            Some(spoke) => Opened {
+                born: Born {
+                    third: spoke.from,
+                    old_first: false,
+                },
+                neighbour: spoke.triangle,
+                after: true,
+            },
+            None => Opened {
+                born: Born {
+                    third: spokes[at - 1].to,
+                    old_first: false,
+                },
+                neighbour: spokes[at - 1].triangle,
+                after: false,
+            },
+        };
+        self.open(opened, next)
+    }
+
+    /// Opens the edge where moved triangles end before spoke `at`.
+    #[inline(always)]
+    fn open_end(&mut self, spokes: &[Spoke], at: usize, next: u32) -> u32 {
+        let opened = match spokes.get(at) {
+            Some(spoke) => Opened {
+                born: Born {
+                    third: spoke.from,
+                    old_first: true,
+                },
+                neighbour: spoke.triangle,
+                after: true,
+            },
+            None => Opened {
+                born: Born {
+                    third: spokes[at - 1].to,
+                    old_first: true,
+                },
+                neighbour: spokes[at - 1].triangle,
+                after: false,
+            },
+        };
+        self.open(opened, next)
+    }
+
+    fn open(&mut self, opened: Opened, next: u32) -> u32 {
+        self.opened.push(opened);
+        next + self.opened.len() as u32 - 1
+    }
+
+    /// Changes the mesh: `new` is a vertex without triangles.
+    #[inline(always)]
+    pub(super) fn apply(&mut self, mesh: &mut Mesh, star: &Star, split: &Split, old: u32, new: u32) {
+        let p = mesh.points[old as usize].at;
+        let q = mesh.points[new as usize].at;
+        let step: [i32; 3] = std::array::from_fn(|axis| q[axis] - p[axis]);
+        let mut lost = [0; 3];
+        for &i in &self.moved {
+            let spoke = star.spokes[i as usize];
+            let corners = &mut mesh.triangles[spoke.triangle as usize];
+            for corner in corners {
+                if *corner == old {
+                    *corner = new;
+                }
+            }
+            for other in [spoke.from, spoke.to] {
+                let at = mesh.points[other as usize].at;
+                for axis in 0..3 {
+                    lost[axis] += at[axis];
+                }
+                mesh.add_around(other, step);
+            }
+        }
+        mesh.add_around(new, lost);
+        mesh.add_around(old, lost.map(|x: i32| -x));
+        for i in 0..self.opened.len() {
+            let Opened { born, neighbour, after } = self.opened[i];
+            let triangle = self.bear(mesh, born, old, new);
+            let list = mesh.stars.of(born.third);
+            let at = list.iter().position(|&t| t == neighbour).map_or(list.len(), |at| at + usize::from(after));
+            mesh.stars.insert(born.third, at, triangle);
+        }
+        for &born in &split.extra {
+            let triangle = self.bear(mesh, born, old, new);
+            mesh.stars.insert(born.third, mesh.stars.len(born.third), triangle);
+            self.stay.push(triangle);
+            self.go.push(triangle);
+        }
+        mesh.stars.set(old, &self.stay);
+        mesh.stars.set(new, &self.go);
+    }
+
+    #[inline(always)]
+    fn bear(&self, mesh: &mut Mesh, born: Born, old: u32, new: u32) -> u32 {
+        let triangle = mesh.triangles.len() as u32;
+        mesh.triangles.push(if born.old_first {
+            [old, new, born.third]
+        } else {
+            [new, old, born.third]
+        });
+        let [p, q, r] = [old, new, born.third].map(|v| mesh.points[v as usize].at);
+        for (vertex, one, other) in [(old, q, r), (new, p, r), (born.third, p, q)] {
+            mesh.add_around(vertex, std::array::from_fn(|axis| one[axis] + other[axis]));
+        }
+        triangle
+    }
+}
