@@ -58,6 +58,7 @@ fn main() {
         if only.as_ref().is_some_and(|o| !o.split(',').any(|o| o == name)) { continue; }
         let mesh = QuantisedMesh::new(&make(), 14);
         let (v, t) = (mesh.positions.len(), mesh.triangles.len());
+        if std::env::var("DUMP").is_ok() { let mut o: Vec<u8> = Vec::new(); o.extend((v as u32).to_le_bytes()); o.extend((t as u32).to_le_bytes()); for x in mesh.positions.iter().flatten() { o.extend(x.to_le_bytes()); } for x in mesh.triangles.iter().flatten() { o.extend(x.to_le_bytes()); } std::fs::write(format!("/tmp/lab/m/{name}.mesh"), o).unwrap(); continue; }
         let start = Instant::now();
         let bytes = smooth::encode(&mesh);
         let enc = start.elapsed().as_secs_f64();

@@ -4,7 +4,7 @@
 use belvedere_scene::smooth::fan::{Fan, Spoke, Star};
 use belvedere_scene::smooth::geometry::Hood;
 use belvedere_scene::smooth::replay::Script;
-use belvedere_scene::smooth::split::{Born, Change, Move, Split};
+use belvedere_scene::smooth::split::{Born, Change, Move, Row, Split};
 
 use super::collapse::{ClusterTree, Collapse};
 use super::quantise::QuantisedMesh;
@@ -81,55 +81,48 @@ impl<'a> Undo<'a> {
         let length = fan.length;
         let moves = |spoke: &Spoke| self.moved_in[spoke.triangle as usize] == self.splits;
         let count = spokes.iter().filter(|spoke| moves(spoke)).count();
-        let start = |i: usize| Born {
-            third: if i < length { spokes[i].from } else { spokes[length - 1].to },
-            old_first: false,
+        let third = |i: usize| match spokes.get(i) {
+            Some(spoke) => spoke.from,
+            None if fan.closed => spokes[i - length].from,
+            None => spokes[length - 1].to,
         };
-        let end = |i: usize| Born {
-            old_first: true,
-            ..start(i)
-        };
-        let has = |taken: &[bool], born: Born| Self::take(&self.newborn, &mut taken.to_vec(), born);
-        // Where the moved ones begin, if they are in one row.
+        // Where the moved ones begin, if they are in one row; if there are none or all, wherever most edges open.
         let begins: Vec<usize> = (0..length)
             .filter(|&i| {
-                let before = if i > 0 { i - 1 } else { length - 1 };
-                moves(&spokes[i]) && (!moves(&spokes[before]) || i == 0 && !fan.closed)
+                let before = if i > 0 { moves(&spokes[i - 1]) } else { fan.closed && moves(&spokes[length - 1]) };
+                moves(&spokes[i]) && !before
             })
             .collect();
-        let first = match begins[..] {
-            [] => 0,
-            [first] => first,
-            _ => length,
+        let rows: Vec<usize> = match begins[..] {
+            [first] => vec![first],
+            [] if count == 0 && !fan.closed => (0..=length).collect(),
+            [] => (0..length).collect(),
+            _ => Vec::new(),
         };
-        if first < length && count > 0 && (count < length || !fan.closed) {
-            let last = if fan.closed { (first + count) % length } else { first + count };
-            let both = (start(first), end(last));
-            if both.0 != both.1 && has(taken, both.0) && has(taken, both.1) {
-                Self::take(&self.newborn, taken, both.0);
-                Self::take(&self.newborn, taken, both.1);
-                return Move::Between {
-                    first: first as u32,
-                    count: count as u32,
-                };
+        let mut best = None;
+        for first in rows {
+            let mut now = taken.to_vec();
+            let start = Born { third: third(first), old_first: false };
+            let end = Born { third: third(first + count), old_first: true };
+            let opens = [start, end].map(|born| Self::take(&self.newborn, &mut now, born));
+            let opened = usize::from(opens[0]) + usize::from(opens[1]);
+            if best.as_ref().is_none_or(|&(most, _, _)| opened > most) {
+                let row = Row { first: first as u32, count: count as u32, opens };
+                best = Some((opened, row, now));
             }
         }
-        if !fan.closed && first < length {
-            if (count == 0 || first == 0) && Self::take(&self.newborn, taken, end(count)) {
-                return Move::Front(count as u32);
+        match best {
+            Some((opened, row, now)) if opened > 0 || count > 0 && count < length => {
+                taken.copy_from_slice(&now);
+                Move::Row(row)
             }
-            if (count == 0 || first + count == length) && Self::take(&self.newborn, taken, start(length - count)) {
-                return Move::Back(count as u32);
+            _ if count == 0 => Move::Stay,
+            _ if count == length => Move::Go,
+            _ => {
+                torn.extend(spokes.iter().map(moves));
+                Move::Torn
             }
         }
-        if count == 0 {
-            return Move::Stay;
-        }
-        if count == length {
-            return Move::Go;
-        }
-        torn.extend(spokes.iter().map(moves));
-        Move::Torn
     }
 }
 
@@ -193,6 +186,7 @@ impl Script for Undo<'_> {
         let unexplained = self.newborn.iter().zip(&taken).filter(|(_, taken)| !**taken);
         split.extra.extend(unexplained.map(|(&(_, born), _)| born));
         split.extras = split.extra.len() as u32;
+        if std::env::var("XT").is_ok() && split.extras > 0 && self.splits % 97 == 0 { println!("split: fans {:?} moves {:?} extra {:?} ring {:?}", star.fans, split.moves, split.extra, star.spokes.iter().map(|s| (s.from, s.to, self.moved_in[s.triangle as usize] == self.splits)).collect::<Vec<_>>()); }
         split
     }
 

@@ -22,8 +22,9 @@ pub struct Decoder {
 
 impl Decoder {
     /// A decoder.
-    pub fn new(bits: u32, most: (usize, usize)) -> Self {
-        Self { replay: Replay::new(bits, USUAL_WEIGHTS, most), bytes: Vec::new(), place: None }
+    pub fn new(bits: u32, most: (usize, usize), w: &[u8]) -> Self {
+        let mut weights = USUAL_WEIGHTS; for (a, b) in weights.iter_mut().flatten().zip(w) { *a = *b as i8; }
+        Self { replay: Replay::new(bits, weights, most), bytes: Vec::new(), place: None }
     }
     /// Takes in the next bytes and refines the mesh as far as they go.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), SmoothError> {

@@ -5,6 +5,9 @@
 
 use super::stars::Stars;
 
+/// No vertex.
+pub(super) const NONE: u32 = u32::MAX;
+
 /// A mesh while it grows.
 #[derive(Debug, Default)]
 pub struct Mesh {
@@ -22,6 +25,9 @@ pub(super) struct Point {
     pub(super) around: [i32; 3],
     /// The vertex that it was split from.
     pub(super) parent: u32,
+    /// The vertex after it in the order of the tree, in which parents come right before their children, latest first:
+    /// what is near in space is mostly near in this order, and therefore in memory. [`NONE`] after the last.
+    pub(super) next: u32,
     /// Mean distance to its neighbours when it last took part in a split, as [`super::geometry::size_class`].
     pub(super) size: u8,
     /// The pass in which it came or was split last.
@@ -32,7 +38,10 @@ impl Mesh {
     /// One vertex.
     pub(super) fn new() -> Self {
         let mut mesh = Self::default();
-        mesh.push(Point::default());
+        mesh.push(Point {
+            next: NONE,
+            ..Point::default()
+        });
         mesh
     }
 

@@ -6,7 +6,7 @@
 
 use super::fan::Star;
 use super::geometry::{Hood, ResidualModels, Weights};
-use super::mesh::{Mesh, Point};
+use super::mesh::{Mesh, NONE, Point};
 use super::model::{Bit, Nibble, number};
 use super::rans::Coder;
 use super::split::{Change, Split, SplitModels};
@@ -195,7 +195,7 @@ impl Replay {
         let model = &mut self.models.flags[size as usize][valence][recent];
         let splits = coder.bit(model, script.as_mut().is_some_and(|script| script.splits(vertex)));
         if !splits {
-            return if coder.starved() { Err(Stop::Starved) } else { Ok(self.after(vertex)) };
+            return if coder.starved() { Err(Stop::Starved) } else { Ok(visit(point.next)) };
         }
         self.star.read(&self.mesh, vertex);
         let given = script.map(|script| script.split(&self.star));
@@ -262,17 +262,13 @@ impl Replay {
         self.sizes = self.sizes + 2 * u64::from(hood.size) - u64::from(old.size);
         old.size = hood.size;
         old.pass = self.pass;
-        mesh.push(Point { at, around: [0; 3], parent: vertex, size: hood.size, pass: self.pass });
+        let next = std::mem::replace(&mut old.next, new);
+        mesh.push(Point { at, around: [0; 3], parent: vertex, next, size: hood.size, pass: self.pass });
         change.apply(mesh, star, split, vertex, new);
         if let Some(script) = script {
             script.born(first_born, change, split);
         }
-        Ok(self.after(vertex))
-    }
-
-    #[inline(always)]
-    fn after(&self, vertex: u32) -> Phase {
-        if vertex + 1 < self.known { Phase::Visit(vertex + 1) } else { Phase::Pass }
+        Ok(visit(next))
     }
 
     fn begin<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<Phase, Stop> {
@@ -339,4 +335,9 @@ impl Replay {
         self.mesh.add_up();
         Ok(self.first_visit())
     }
+}
+
+#[inline(always)]
+fn visit(next: u32) -> Phase {
+    if next == NONE { Phase::Pass } else { Phase::Visit(next) }
 }

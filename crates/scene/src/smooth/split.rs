@@ -10,26 +10,28 @@ use super::mesh::Mesh;
 use super::model::{Bit, Nibble, gamma, number, wide};
 use super::rans::Coder;
 
-/// What becomes of one fan of `length` spokes.
+/// What becomes of one fan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Move {
     /// All triangles stay.
     Stay,
     /// All triangles move.
     Go,
-    /// `count` triangles from `first` on (around the end, if closed) move; both edges at their ends open.
-    Between {
-        /// Index in the fan.
-        first: u32,
-        /// 1 or more.
-        count: u32,
-    },
-    /// The first so many move; the edge after them opens.
-    Front(u32),
-    /// The last so many move; the edge before them opens.
-    Back(u32),
+    /// Those in one row move.
+    Row(Row),
     /// Each for itself; no edge opens.
     Torn,
+}
+
+/// A row of triangles that move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Row {
+    /// Index of its first spoke in the fan.
+    pub first: u32,
+    /// How many; in a closed fan the row may go on at its beginning.
+    pub count: u32,
+    /// Whether the edge at its beginning opens, and that at its end.
+    pub opens: [bool; 2],
 }
 
 /// A new triangle: the old vertex, the new one, and a third.
@@ -66,11 +68,10 @@ impl Split {
 /// Models of everything about connectivity.
 #[derive(Debug, Clone)]
 pub(super) struct SplitModels {
-    kind: [Nibble; 16],
-    count: [[Nibble; 16]; 2],
+    kind: [[Nibble; 11]; 2],
+    count: [[Nibble; 16]; 12],
     first: Box<[[Nibble; 16]; 16]>,
-    open_first: [Nibble; 16],
-    end: [[Nibble; 16]; 2],
+    other_first: [[Nibble; 16]; 2],
     torn: [Bit; 3],
     extras: [Nibble; 2],
     in_ring: Bit,
@@ -79,13 +80,12 @@ pub(super) struct SplitModels {
 
 impl Default for SplitModels {
     fn default() -> Self {
-        let row = || std::array::from_fn(|_| Nibble::default());
+        let row = || std::array::from_fn::<_, 16, _>(|_| Nibble::default());
         Self {
-            kind: row(),
+            kind: std::array::from_fn(|_| std::array::from_fn(|_| Nibble::default())),
             count: std::array::from_fn(|_| row()),
             first: Box::new(std::array::from_fn(|_| row())),
-            open_first: row(),
-            end: std::array::from_fn(|_| row()),
+            other_first: std::array::from_fn(|_| row()),
             torn: Default::default(),
             extras: Default::default(),
             in_ring: Bit::default(),
@@ -96,10 +96,15 @@ impl Default for SplitModels {
 
 const STAY: usize = 0;
 const GO: usize = 1;
-const BETWEEN: usize = 2;
+const TORN: usize = 2;
+/// A row at the front of an open fan, of which the end opens.
 const FRONT: usize = 3;
+/// A row at the back of an open fan, of which the beginning opens.
 const BACK: usize = 4;
-const TORN: usize = 5;
+/// Any row, plus 1 if its beginning opens, plus 2 if its end does.
+const ROW: usize = 5;
+/// A row of which both edges open, as nearly always where the surface is closed.
+const ROW_BOTH: usize = ROW + 3;
 
 impl SplitModels {
     /// What becomes of the fans of a star, and how many extra triangles there are.
@@ -114,26 +119,16 @@ impl SplitModels {
         found: &mut Split,
     ) {
         found.clear();
-        let mut last = if star.fans.len() == 1 { 7 } else { 6 };
+        let mut last = if star.fans.len() == 1 { ROW_BOTH + 1 } else { ROW_BOTH + 2 };
         for (i, &fan) in star.fans.iter().enumerate() {
             let given_move = given.map_or(Move::Stay, |split| split.moves[i]);
-            let kind = coder.symbol(&mut self.kind[usize::from(fan.closed) * 8 + last], kind_of(given_move));
+            let kinds = &mut self.kind[usize::from(fan.closed)][last];
+            let kind = coder.symbol(kinds, kind_of(given_move, fan)).min(ROW_BOTH);
             last = kind;
             let moved = match kind {
                 STAY => Move::Stay,
                 GO => Move::Go,
-                BETWEEN => self.code_between(coder, mesh, vertex, star, fan, given_move),
-                FRONT | BACK => {
-                    let (Move::Front(given) | Move::Back(given)) = given_move else {
-                        let model = &mut self.end[kind - FRONT][fan.length.min(15)];
-                        let count = number(coder, model, 0).min(fan.length as u32);
-                        found.moves.push(if kind == FRONT { Move::Front(count) } else { Move::Back(count) });
-                        continue;
-                    };
-                    number(coder, &mut self.end[kind - FRONT][fan.length.min(15)], given);
-                    given_move
-                }
-                _ => {
+                TORN => {
                     let mut before = 2;
                     let at = found.torn.len();
                     for k in 0..fan.length {
@@ -144,6 +139,13 @@ impl SplitModels {
                     }
                     Move::Torn
                 }
+                _ => {
+                    let given = match given_move {
+                        Move::Row(row) => row,
+                        _ => Row { first: 0, count: 0, opens: [false; 2] },
+                    };
+                    Move::Row(self.code_row(coder, mesh, vertex, star.of(fan), (fan, kind), given))
+                }
             };
             found.moves.push(moved);
         }
@@ -152,37 +154,40 @@ impl SplitModels {
     }
 
     #[inline(always)]
-    fn code_between<C: Coder>(
+    fn code_row<C: Coder>(
         &mut self,
         coder: &mut C,
         mesh: &Mesh,
         vertex: u32,
-        star: &Star,
-        fan: Fan,
-        given: Move,
-    ) -> Move {
+        spokes: &[Spoke],
+        (fan, kind): (Fan, usize),
+        given: Row,
+    ) -> Row {
         let length = fan.length as u32;
         let class = fan.length.min(15);
-        let (given_first, given_count) = match given {
-            Move::Between { first, count } => (first, count),
-            _ => (0, 1),
+        let closed = usize::from(fan.closed);
+        let count = &mut self.count[(kind - FRONT) * 2 + closed][class];
+        let count = number(coder, count, given.count).min(length);
+        let (first, opens) = match kind {
+            FRONT => (0, [false, true]),
+            BACK => (length - count, [true, false]),
+            ROW_BOTH if fan.closed => {
+                let widest = widest(mesh, vertex, spokes, count as usize) as u32;
+                // Distance from the widest place, to both sides in turn.
+                let ahead = (given.first + length - widest) % length;
+                let folded = if 2 * ahead <= length { 2 * ahead } else { 2 * (length - ahead) - 1 };
+                let model = &mut self.first[class][(count as usize).min(15)];
+                let folded = number(coder, model, folded).min(length - 1);
+                let ahead = if folded.is_multiple_of(2) { folded / 2 } else { length - folded.div_ceil(2) };
+                ((widest + ahead) % length, [true; 2])
+            }
+            _ => {
+                let most = if fan.closed { length - 1 } else { length - count };
+                let first = number(coder, &mut self.other_first[closed][class], given.first).min(most);
+                (first, [(kind - ROW) & 1 == 1, (kind - ROW) & 2 == 2])
+            }
         };
-        let most = if fan.closed { length - 1 } else { length };
-        let count = &mut self.count[usize::from(fan.closed)][class];
-        let count = (number(coder, count, given_count - 1).min(most - 1)) + 1;
-        let first = if fan.closed {
-            let widest = widest(mesh, vertex, star.of(fan), count as usize) as u32;
-            // Distance from the widest place, to both sides in turn.
-            let ahead = (given_first + length - widest) % length;
-            let folded = if 2 * ahead <= length { 2 * ahead } else { 2 * (length - ahead) - 1 };
-            let model = &mut self.first[class][(count as usize).min(15)];
-            let folded = number(coder, model, folded).min(length - 1);
-            let ahead = if folded.is_multiple_of(2) { folded / 2 } else { length - folded.div_ceil(2) };
-            (widest + ahead) % length
-        } else {
-            number(coder, &mut self.open_first[class], given_first).min(length - count)
-        };
-        Move::Between { first, count }
+        Row { first, count, opens }
     }
 
     /// The extra triangles.
@@ -227,14 +232,16 @@ fn uniform(coder: &mut impl Coder, count: u32, value: u32) -> u32 {
     wide(coder, bits, value).min(count - 1)
 }
 
-fn kind_of(moved: Move) -> usize {
+fn kind_of(moved: Move, fan: Fan) -> usize {
     match moved {
         Move::Stay => STAY,
         Move::Go => GO,
-        Move::Between { .. } => BETWEEN,
-        Move::Front(_) => FRONT,
-        Move::Back(_) => BACK,
         Move::Torn => TORN,
+        Move::Row(Row { first, count, opens }) => match opens {
+            [false, true] if !fan.closed && first == 0 => FRONT,
+            [true, false] if !fan.closed && (first + count) as usize == fan.length => BACK,
+            [start, end] => ROW + usize::from(start) + 2 * usize::from(end),
+        },
     }
 }
 
@@ -312,40 +319,19 @@ impl Change {
                         }
                     }
                 }
-                Move::Front(count) => {
-                    let count = count as usize;
-                    self.go(&spokes[..count], fan.first);
-                    let born = self.open_end(spokes, count, next);
-                    self.go.push(born);
-                    self.stay.push(born);
-                    self.stay(&spokes[count..]);
-                }
-                Move::Back(count) => {
-                    let first = length - count as usize;
-                    self.stay(&spokes[..first]);
-                    let born = self.open_start(spokes, first, next);
-                    self.stay.push(born);
-                    self.go.push(born);
-                    self.go(&spokes[first..], fan.first + first);
-                }
-                Move::Between { first, count } => {
-                    let (first, count) = (first as usize, count as usize);
-                    let end = first + count;
-                    self.go(&spokes[first..end.min(length)], fan.first + first);
-                    if end > length {
-                        self.go(&spokes[..end - length], fan.first);
-                    }
-                    let start_born = self.open_start(spokes, first, next);
-                    let end_born = self.open_end(spokes, if end >= length && fan.closed { end - length } else { end }, next);
-                    self.go.extend([end_born, start_born]);
-                    if end > length {
-                        self.stay(&spokes[end - length..first]);
-                        self.stay.extend([start_born, end_born]);
-                    } else {
-                        self.stay(&spokes[..first]);
-                        self.stay.extend([start_born, end_born]);
-                        self.stay(&spokes[end..]);
-                    }
+                Move::Row(Row { first, count, opens }) => {
+                    let (first, end) = (first as usize, (first + count) as usize);
+                    // A row that goes on at the beginning of the fan has two parts.
+                    let (end, rest) = (end.min(length), end.saturating_sub(length));
+                    self.stay(&spokes[rest..first.max(rest)]);
+                    self.go(&spokes[first..end], fan.first + first);
+                    self.go(&spokes[..rest], fan.first);
+                    let around = if rest > 0 || fan.closed && end == length { rest } else { end };
+                    let start_born = opens[0].then(|| self.open(spokes, first, false, next));
+                    let end_born = opens[1].then(|| self.open(spokes, around, true, next));
+                    self.go.extend(end_born.into_iter().chain(start_born));
+                    self.stay.extend(start_born.into_iter().chain(end_born));
+                    self.stay(&spokes[end.max(rest)..]);
                 }
             }
         }
@@ -362,56 +348,17 @@ impl Change {
         self.moved.extend((first..first + spokes.len()).map(|i| i as u32));
     }
 
-    /// Opens the edge where moved triangles begin with spoke `at`.
+    /// Opens the edge before spoke `at`: gives the number of its new triangle.
     #[inline(always)]
-    fn open_start(&mut self, spokes: &[Spoke], at: usize, next: u32) -> u32 {
-        let opened = match spokes.get(at) {
-            Some(spoke) => Opened {
-                born: Born {
-                    third: spoke.from,
-                    old_first: false,
-                },
-                neighbour: spoke.triangle,
-                after: true,
-            },
-            None => Opened {
-                born: Born {
-                    third: spokes[at - 1].to,
-                    old_first: false,
-                },
-                neighbour: spokes[at - 1].triangle,
-                after: false,
-            },
-        };
-        self.open(opened, next)
-    }
-
-    /// Opens the edge where moved triangles end before spoke `at`.
-    #[inline(always)]
-    fn open_end(&mut self, spokes: &[Spoke], at: usize, next: u32) -> u32 {
-        let opened = match spokes.get(at) {
-            Some(spoke) => Opened {
-                born: Born {
-                    third: spoke.from,
-                    old_first: true,
-                },
-                neighbour: spoke.triangle,
-                after: true,
-            },
-            None => Opened {
-                born: Born {
-                    third: spokes[at - 1].to,
-                    old_first: true,
-                },
-                neighbour: spokes[at - 1].triangle,
-                after: false,
-            },
-        };
-        self.open(opened, next)
-    }
-
-    fn open(&mut self, opened: Opened, next: u32) -> u32 {
-        self.opened.push(opened);
+    fn open(&mut self, spokes: &[Spoke], at: usize, old_first: bool, next: u32) -> u32 {
+        let after = at < spokes.len();
+        let spoke = spokes[at.min(spokes.len() - 1)];
+        let third = if after { spoke.from } else { spoke.to };
+        self.opened.push(Opened {
+            born: Born { third, old_first },
+            neighbour: spoke.triangle,
+            after,
+        });
         next + self.opened.len() as u32 - 1
     }
 
