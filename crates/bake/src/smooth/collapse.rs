@@ -46,7 +46,7 @@ impl ClusterTree {
 }
 
 /// At most this share of the vertices vanishes in one pass.
-const SHARE: f64 = 0.36;
+const SHARE: f64 = 0.42;
 /// Quadric error is blind along planes: a little of the squared distance keeps collapses short.
 const LENGTH_WEIGHT: f64 = 1e-3;
 /// A triangle may not turn farther: cosine.
