@@ -16,7 +16,7 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
     let t = std::time::Instant::now();
     let tree = collapse::cluster(mesh);
     let t1 = t.elapsed();
-    let precision: f64 = std::env::var("PREC").ok().and_then(|v| v.parse().ok()).unwrap_or(1.0);
+    let precision: f64 = std::env::var("PREC").ok().and_then(|v| v.parse().ok()).unwrap_or(0.25);
     let mut coarse: Vec<u32> = Vec::new();
     for i in 0..tree.passes.len() {
         let step = if i == 0 { 0.0 } else { tree.passes[i - 1].deviation * precision };

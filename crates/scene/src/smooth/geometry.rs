@@ -32,9 +32,22 @@ pub struct Hood {
     pub kind: usize,
     /// Normal of the surface, not of unit length.
     normal: [i64; 3],
+    /// The old vertex and the new neighbours, as far as there is room.
+    near: [Near; MOST_NEAR],
+    near_count: usize,
     /// Mean distance of the new neighbours from the old vertex.
     pub(super) size: u8,
 }
+
+/// A vertex beside a new one.
+#[derive(Debug, Clone, Copy, Default)]
+struct Near {
+    vertex: u32,
+    /// From the old vertex.
+    at: [i32; 3],
+}
+
+const MOST_NEAR: usize = 12;
 
 /// 2¹⁶ / n.
 const SHARES: [i64; 256] = {
@@ -67,6 +80,7 @@ impl Hood {
     pub(super) fn around(mesh: &Mesh, star: &Star, split: &Split, change: &Change, old: u32) -> Self {
         let origin = mesh.points[old as usize].at;
         let mut hood = Self::default();
+        hood.add_near(old, [0; 3]);
         let mut distance = 0u64;
         let mut lap_cut = [0i64; 3];
         let mut lap_arc = [0i64; 3];
@@ -97,6 +111,7 @@ impl Hood {
                 lap_cut[axis] += own[axis];
             }
             distance += reach(at);
+            hood.add_near(third, at);
             cuts += 1;
         }
         for &i in &change.moved {
@@ -109,6 +124,8 @@ impl Hood {
             }
             add_cross(&mut hood.normal, from, to);
             distance += reach(from);
+            hood.add_near(spoke.to, to);
+            hood.add_near(spoke.from, from);
         }
         if hood.normal == [0; 3] {
             for spoke in &star.spokes {
@@ -134,6 +151,27 @@ impl Hood {
         hood.kind = cuts.min(2) * 4 + arcs;
         hood.size = size_class(distance * share_of(cuts + change.moved.len()) as u64 >> 16);
         hood
+    }
+
+    #[inline(always)]
+    fn add_near(&mut self, vertex: u32, at: [i32; 3]) {
+        if self.near_count < MOST_NEAR {
+            self.near[self.near_count] = Near { vertex, at };
+            self.near_count += 1;
+        }
+    }
+
+    /// The coordinate of a vertex nearby that is nearest to what is expected, and whose it is.
+    #[inline(always)]
+    fn nearest(&self, axis: usize, expected: i32) -> (i32, u32) {
+        let mut best = (u32::MAX, 0, 0);
+        for near in &self.near[..self.near_count] {
+            let distance = near.at[axis].wrapping_mul(16).wrapping_sub(expected).unsigned_abs();
+            if distance < best.0 {
+                best = (distance, near.at[axis], near.vertex);
+            }
+        }
+        (best.1, best.2)
     }
 
     /// Where the new vertex is expected, from the old one, in 1/16 of a step.
@@ -168,6 +206,7 @@ fn shorten(normal: &mut [i64; 3]) {
 /// Models of residuals.
 #[derive(Debug, Clone)]
 pub(super) struct ResidualModels {
+    shared: [[Nibble; 3]; 8],
     first: [Nibble; 32],
     second: Box<[[Nibble; 8]; 16]>,
     third: Box<[[Nibble; 8]; 16]>,
@@ -177,6 +216,7 @@ impl Default for ResidualModels {
     fn default() -> Self {
         let table = || Box::new(std::array::from_fn(|_| std::array::from_fn(|_| Nibble::default())));
         Self {
+            shared: std::array::from_fn(|_| std::array::from_fn(|_| Nibble::default())),
             first: std::array::from_fn(|_| Nibble::default()),
             second: table(),
             third: table(),
@@ -192,21 +232,35 @@ impl ResidualModels {
         coder: &mut C,
         hood: &Hood,
         weights: &Weights,
+        before: usize,
         given: [i32; 3],
-    ) -> [i32; 3] {
+    ) -> ([i32; 3], usize) {
         let expected = hood.expected(weights);
         let [low, middle, top] = by_steepness(hood.normal);
         let mut found = [0; 3];
         let size = usize::from(hood.size);
         let round = |sixteenths: i32| sixteenths.wrapping_add(8) >> 4;
 
-        let (value, class) = residual(coder, &mut self.first[size], given[low].wrapping_sub(round(expected[low])));
-        found[low] = value.wrapping_add(round(expected[low]));
-        let before = class / 2;
-        let model = &mut self.second[size / 2][before];
-        let (value, next) = residual(coder, model, given[middle].wrapping_sub(round(expected[middle])));
-        found[middle] = value.wrapping_add(round(expected[middle]));
+        let nearest: [(i32, u32); 3] = std::array::from_fn(|axis| hood.nearest(axis, expected[axis]));
+        let given_shared = (0..3).map(|axis| usize::from(given[axis] == nearest[axis].0) << axis).sum();
+        let shared = coder.symbol(&mut self.shared[before & 7][hood.kind / 4], given_shared);
+        let is_shared = |axis: usize| shared >> axis & 1 == 1;
 
+        let mut classes = [0; 2];
+        for (i, axis) in [low, middle].into_iter().enumerate() {
+            if is_shared(axis) {
+                found[axis] = nearest[axis].0;
+                continue;
+            }
+            let model = if i == 0 { &mut self.first[size] } else { &mut self.second[size / 2][classes[0] / 2] };
+            let (value, class) = residual(coder, model, given[axis].wrapping_sub(round(expected[axis])));
+            found[axis] = value.wrapping_add(round(expected[axis]));
+            classes[i] = class;
+        }
+        if is_shared(top) {
+            found[top] = nearest[top].0;
+            return (found, shared);
+        }
         let normal = hood.normal;
         let mut on_plane = i64::from(expected[top]);
         if normal[top] != 0 {
@@ -214,10 +268,10 @@ impl ResidualModels {
             on_plane -= (off(low) + off(middle)) / normal[top];
         }
         let on_plane = round(on_plane as i32);
-        let model = &mut self.third[size / 2][class.max(next) / 2];
+        let model = &mut self.third[size / 2][classes[0].max(classes[1]) / 2];
         let (value, _) = residual(coder, model, given[top].wrapping_sub(on_plane));
         found[top] = value.wrapping_add(on_plane);
-        found
+        (found, shared)
     }
 }
 

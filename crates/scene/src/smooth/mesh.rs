@@ -30,6 +30,8 @@ pub(super) struct Point {
     pub(super) next: u32,
     /// Mean distance to its neighbours when it last took part in a split, as [`super::geometry::size_class`].
     pub(super) size: u8,
+    /// Which of its coordinates were those of vertices nearby: x in bit 0, y, z.
+    pub(super) shared: u8,
     /// The pass in which it came or was split last.
     pub(super) pass: u8,
 }

@@ -247,7 +247,8 @@ impl Replay {
         let origin = mesh.points[vertex as usize].at;
         let mut script = script;
         let given = script.as_mut().map_or([0; 3], |script| script.position(&hood, origin));
-        let step = self.models.residual.code(coder, &hood, &self.weights, std::array::from_fn(|axis| {
+        let before = usize::from(mesh.points[vertex as usize].shared);
+        let (step, shared) = self.models.residual.code(coder, &hood, &self.weights, before, std::array::from_fn(|axis| {
             given[axis] - origin[axis]
         }));
         if coder.starved() {
@@ -263,7 +264,7 @@ impl Replay {
         old.size = hood.size;
         old.pass = self.pass;
         let next = std::mem::replace(&mut old.next, new);
-        mesh.push(Point { at, around: [0; 3], parent: vertex, next, size: hood.size, pass: self.pass });
+        mesh.push(Point { at, around: [0; 3], parent: vertex, next, size: hood.size, shared: shared as u8, pass: self.pass });
         change.apply(mesh, star, split, vertex, new);
         if let Some(script) = script {
             script.born(first_born, change, split);
