@@ -8,6 +8,7 @@ use belvedere_scene::smooth::split::{Born, Change, Move, Row, Split};
 
 use super::collapse::{ClusterTree, Collapse};
 use super::quantise::QuantisedMesh;
+use super::weights::Fit;
 
 const NONE: u32 = u32::MAX;
 
@@ -35,7 +36,8 @@ pub(super) struct Undo<'a> {
     current: Option<&'a Collapse>,
     /// New triangles of the current split, by source triangle.
     newborn: Vec<(u32, Born)>,
-    pub(super) on_hood: Option<Box<dyn FnMut(&Hood, [i32; 3]) + 'a>>,
+    /// Gathers what weights are fitted to, if wanted.
+    pub(super) fit: Option<Fit>,
 }
 
 impl<'a> Undo<'a> {
@@ -59,7 +61,7 @@ impl<'a> Undo<'a> {
             splits: 0,
             current: None,
             newborn: Vec::new(),
-            on_hood: None,
+            fit: None,
         }
     }
 
@@ -192,8 +194,8 @@ impl Script for Undo<'_> {
 
     fn position(&mut self, hood: &Hood, origin: [i32; 3]) -> [i32; 3] {
         let at = self.current.map_or(origin, |collapse| self.at(collapse.gone));
-        if let Some(on_hood) = &mut self.on_hood {
-            on_hood(hood, std::array::from_fn(|axis| at[axis] - origin[axis]));
+        if let Some(fit) = &mut self.fit {
+            fit.add(hood, std::array::from_fn(|axis| at[axis] - origin[axis]));
         }
         at
     }
