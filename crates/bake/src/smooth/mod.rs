@@ -37,8 +37,6 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
     let mut writer = Writer::default();
     let mut replay = Replay::new(mesh.bits, weights, (usize::MAX, usize::MAX));
     replay.write(&mut writer, &mut undo, |_, _, _| {});
-    println!("   cluster {:.0} ms  replay {:.0} ms  {} passes, {} decisions/vertex {}", t1.as_secs_f64() * 1e3, (t.elapsed() - t1).as_secs_f64() * 1e3, tree.passes.len(), writer.decisions() as f64 / mesh.positions.len() as f64,
-       replay.tally.iter().map(|(n, c)| format!("{n} {:.2} ", c / mesh.positions.len() as f64)).collect::<String>());
     let mut out: Vec<u8> = weights.iter().flatten().map(|w| *w as u8).collect();
     out.extend(writer.finish(&[]).0);
     out

@@ -188,7 +188,6 @@ impl Script for Undo<'_> {
         let unexplained = self.newborn.iter().zip(&taken).filter(|(_, taken)| !**taken);
         split.extra.extend(unexplained.map(|(&(_, born), _)| born));
         split.extras = split.extra.len() as u32;
-        if std::env::var("XT").is_ok() && split.extras > 0 && self.splits % 97 == 0 { println!("split: fans {:?} moves {:?} extra {:?} ring {:?}", star.fans, split.moves, split.extra, star.spokes.iter().map(|s| (s.from, s.to, self.moved_in[s.triangle as usize] == self.splits)).collect::<Vec<_>>()); }
         split
     }
 

@@ -27,14 +27,13 @@ pub trait Coder {
     fn raw(&mut self, bits: u32, value: u32) -> u32;
     /// Whether what it gave cannot be believed, because the stream has not come so far. Never when writing.
     fn starved(&self) -> bool;
-    fn cost(&self) -> f64 { 0.0 }
 }
 
 /// Notes decisions and writes them when all are known.
 #[derive(Debug, Default)]
 pub struct Writer {
     /// First chance and width of each decision.
-    decisions: Vec<(u16, u16)>, pub cost: f64,
+    decisions: Vec<(u16, u16)>,
 }
 
 impl Writer {
@@ -74,7 +73,7 @@ impl Writer {
     }
 
     fn note(&mut self, start: u32, width: u32) {
-        self.decisions.push((start as u16, width as u16)); self.cost += 15.0 - f64::from(width).log2();
+        self.decisions.push((start as u16, width as u16));
     }
 }
 
@@ -106,7 +105,7 @@ impl Coder for Writer {
     fn starved(&self) -> bool {
         false
     }
-    fn cost(&self) -> f64 { self.cost }
+
 }
 
 /// The two states of a reader and its place in the stream: all that it must keep between two deliveries.

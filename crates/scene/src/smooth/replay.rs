@@ -102,7 +102,6 @@ pub struct Replay {
     pass: u8,
     sizes: u64,
     mean_size: i32,
-    pub tally: std::collections::BTreeMap<&'static str, f64>,
     split: Split,
     star: Star,
     change: Change,
@@ -133,7 +132,7 @@ impl Replay {
             pass: 0,
             sizes: 0,
             mean_size: 0,
-            tally: Default::default(), split: Split::default(),
+            split: Split::default(),
             star: Star::default(),
             change: Change::default(),
         }
@@ -150,9 +149,7 @@ impl Replay {
             if self.phase == Phase::Pass && self.pass > 0 {
                 after_pass(self, coder, script);
             }
-            let ph = self.phase; let d0 = coder.cost();
             let done = self.advance(coder, Some(script));
-            let c = coder.cost(); { let k = match ph { Phase::Visit(_) => if matches!(self.phase, Phase::Place(_)|Phase::Extra(_)) {"fans"} else {"flag0"}, Phase::Place(_) => "place", Phase::Extra(_) => "extra", Phase::Refine{..} => "refine", _ => "pass" }; *self.tally.entry(k).or_default() += c - d0; }
             assert!(done.is_ok(), "the script tells what no stream can hold: {done:?}");
         }
     }

@@ -245,32 +245,46 @@ fn kind_of(moved: Move, fan: Fan) -> usize {
     }
 }
 
-/// Where `count` triangles of a closed fan reach farthest from its vertex: most likely there was another vertex.
+/// Where `count` triangles of a closed fan reach farthest to the side to which its vertex sees most: there likely was
+/// another vertex. Gives the first of them.
 #[inline(always)]
 fn widest(mesh: &Mesh, vertex: u32, spokes: &[Spoke], count: usize) -> usize {
-    let at = mesh.points[vertex as usize].at;
-    let reach = |spoke: &Spoke| {
-        let other = mesh.points[spoke.from as usize].at;
-        (0..3).map(|axis| i64::from((other[axis] - at[axis]).unsigned_abs())).sum::<i64>()
-    };
     let length = spokes.len();
-    let mut reaches = [0i64; 32];
-    if length > reaches.len() {
+    let mut reaches = [0i64; MOST_SPOKES];
+    if length > MOST_SPOKES {
         return 0;
     }
-    for (reach_at, spoke) in reaches.iter_mut().zip(spokes) {
-        *reach_at = reach(spoke);
-    }
-    let mut sum: i64 = (0..=count).map(|i| reaches[i % length]).sum();
-    let (mut best, mut best_at) = (sum, 0);
-    for first in 1..length {
-        sum += reaches[(first + count) % length] - reaches[first - 1];
-        if sum > best {
-            (best, best_at) = (sum, first);
+    let at = mesh.points[vertex as usize].at;
+    let mut ways = [[0i64; 3]; MOST_SPOKES];
+    let mut sum = [0i64; 3];
+    for (way, spoke) in ways.iter_mut().zip(spokes) {
+        let other = mesh.points[spoke.from as usize].at;
+        for axis in 0..3 {
+            way[axis] = i64::from(other[axis] - at[axis]);
+            sum[axis] += way[axis];
         }
     }
-    best_at
+    for (reach, way) in reaches[..length].iter_mut().zip(&ways) {
+        *reach = way[0] * sum[0] + way[1] * sum[1] + way[2] * sum[2];
+    }
+    // Only vertices between two of the triangles are new to it; if there are none, those at the ends.
+    let (skip, number) = if count > 1 { (1, count - 1) } else { (0, count + 1) };
+    let around = |i: usize| if i >= length { i - length } else { i };
+    let mut reach: i64 = (0..number).map(|i| reaches[around(skip + i) % length]).sum();
+    let mut best = (reach, 0);
+    let (mut enter, mut leave) = ((skip + number) % length, skip % length);
+    for first in 1..length {
+        reach += reaches[enter] - reaches[leave];
+        (enter, leave) = (around(enter + 1), around(leave + 1));
+        if reach > best.0 {
+            best = (reach, first);
+        }
+    }
+    best.1
 }
+
+/// For longer fans no place is likelier than another.
+const MOST_SPOKES: usize = 32;
 
 /// An opened edge, as it will be.
 #[derive(Debug, Clone, Copy)]
@@ -419,3 +433,4 @@ impl Change {
         triangle
     }
 }
+
