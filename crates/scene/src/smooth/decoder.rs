@@ -1,8 +1,8 @@
 //! How does a client get a mesh out of a stream while it arrives?
 
 use super::geometry::USUAL_WEIGHTS;
-use super::rans::{Coder, Place, Reader, STATE_BYTES};
-use super::replay::{Models, Nothing, Phase, Replay, Stop};
+use super::rans::{Place, Reader, STATE_BYTES};
+use super::replay::{Nothing, Phase, Replay};
 
 /// Why a stream cannot be decoded.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -37,7 +37,7 @@ impl Decoder {
             },
         };
         let mut reader = Reader::new(&self.bytes, place);
-        let result = run(&mut self.replay, &mut reader);
+        let result = run(&mut self.replay, &mut reader, true);
         self.place = Some(reader.place());
         result
     }
@@ -61,29 +61,9 @@ impl Decoder {
     }
 }
 
-fn run(replay: &mut Replay, reader: &mut Reader<'_>) -> Result<(), SmoothError> {
-    loop {
-        while replay.phase != Phase::End && reader.left() >= replay.step_bytes() {
-            match replay.advance::<_, Nothing>(reader, None) {
-                Ok(()) => {}
-                Err(Stop::Damaged(why)) => return Err(SmoothError::Damaged(why)),
-                Err(Stop::Starved) => return Err(SmoothError::Damaged("a step takes more bytes than it can")),
-            }
-        }
-        if replay.phase == Phase::End {
-            return Ok(());
-        }
-        // Near the end of what is here a step may fail; then it never was.
-        let kept: Models = replay.models.clone();
-        let place = reader.place();
-        match replay.advance::<_, Nothing>(reader, None) {
-            Ok(()) => {}
-            Err(Stop::Damaged(why)) if !reader.starved() => return Err(SmoothError::Damaged(why)),
-            Err(_) => {
-                replay.models = kept;
-                reader.go_back(place);
-                return Ok(());
-            }
-        }
+fn run(replay: &mut Replay, reader: &mut Reader<'_>, is_whole: bool) -> Result<(), SmoothError> {
+    while replay.phase != Phase::End && (is_whole || reader.left() >= replay.step_bytes()) {
+        replay.advance::<_, Nothing>(reader, None).map_err(SmoothError::Damaged)?;
     }
+    Ok(())
 }

@@ -151,10 +151,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    pub(super) fn go_back(&mut self, place: Place) {
-        *self = Self::new(self.bytes, place);
-    }
-
     pub(super) fn place(&self) -> Place {
         Place {
             states: [self.now, self.next],

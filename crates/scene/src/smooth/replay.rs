@@ -107,14 +107,10 @@ pub struct Replay {
     change: Change,
 }
 
-/// Why a step was not made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stop {
-    /// What it needs has not come yet. The models have learned from what was not there.
-    Starved,
-    /// The stream cannot be right.
-    Damaged(&'static str),
-}
+/// Why a stream cannot be right.
+pub(super) type Damage = &'static str;
+
+const ENDS_EARLY: Damage = "it ends before its mesh does";
 
 impl Replay {
     /// Before the first pass: one vertex on a lattice without bits.
@@ -154,19 +150,20 @@ impl Replay {
         }
     }
 
-    /// Bytes that the next step may need.
+    /// Bytes that the next step takes at most: a [`Bit`] takes up to 9 bits, a [`Nibble`] up to 12.
     #[inline(always)]
     pub(super) fn step_bytes(&self) -> usize {
         match self.phase {
-            Phase::Visit(vertex) => 64 + 16 * self.mesh.stars.len(vertex),
-            Phase::Extra(_) => 64 + 16 * self.split.extras as usize,
-            _ => 64,
+            // The worst are fans of one triangle: what becomes of it, how many, the first.
+            Phase::Visit(vertex) => 16 + 5 * self.mesh.stars.len(vertex),
+            Phase::Extra(_) => 16 + 8 * self.split.extras as usize,
+            _ => 32,
         }
     }
 
     /// One step. The mesh does not change when it stops.
     #[inline(always)]
-    pub(super) fn advance<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<(), Stop> {
+    pub(super) fn advance<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<(), Damage> {
         self.phase = match self.phase {
             Phase::Visit(vertex) => self.visit(coder, script, vertex)?,
             Phase::Place(vertex) => self.place(coder, script, vertex)?,
@@ -184,7 +181,7 @@ impl Replay {
         coder: &mut C,
         mut script: Option<&mut S>,
         vertex: u32,
-    ) -> Result<Phase, Stop> {
+    ) -> Result<Phase, Damage> {
         let point = &self.mesh.points[vertex as usize];
         let size = (i32::from(point.size) - self.mean_size).clamp(-4, 4) + 4;
         let recent = usize::from(point.pass + 1 == self.pass);
@@ -192,14 +189,14 @@ impl Replay {
         let model = &mut self.models.flags[size as usize][valence][recent];
         let splits = coder.bit(model, script.as_mut().is_some_and(|script| script.splits(vertex)));
         if !splits {
-            return if coder.starved() { Err(Stop::Starved) } else { Ok(visit(point.next)) };
+            return if coder.starved() { Err(ENDS_EARLY) } else { Ok(visit(point.next)) };
         }
         self.star.read(&self.mesh, vertex);
         let given = script.map(|script| script.split(&self.star));
         let models = &mut self.models.split;
         models.code_fans(coder, &self.mesh, vertex, &self.star, given.as_ref(), &mut self.split);
         if coder.starved() {
-            return Err(Stop::Starved);
+            return Err(ENDS_EARLY);
         }
         if let Some(given) = given {
             self.split.extra = given.extra;
@@ -208,19 +205,19 @@ impl Replay {
     }
 
     #[cold]
-    fn extra<C: Coder>(&mut self, coder: &mut C, is_writer: bool, vertex: u32) -> Result<Phase, Stop> {
+    fn extra<C: Coder>(&mut self, coder: &mut C, is_writer: bool, vertex: u32) -> Result<Phase, Damage> {
         let room = self.most.1 - self.mesh.triangles.len();
         if self.split.extras as usize > room {
-            return Err(Stop::Damaged("it has more triangles than its header says"));
+            return Err("it has more triangles than its header says");
         }
         let given = is_writer.then(|| self.split.extra.clone());
         let models = &mut self.models.split;
         models.code_extra(coder, &self.mesh, &self.star, given.as_deref(), &mut self.split);
         if coder.starved() {
-            return Err(Stop::Starved);
+            return Err(ENDS_EARLY);
         }
         if self.split.extra.iter().any(|born| born.third == vertex) {
-            return Err(Stop::Damaged("a triangle has a corner twice"));
+            return Err("a triangle has a corner twice");
         }
         Ok(Phase::Place(vertex))
     }
@@ -231,14 +228,14 @@ impl Replay {
         coder: &mut C,
         script: Option<&mut S>,
         vertex: u32,
-    ) -> Result<Phase, Stop> {
+    ) -> Result<Phase, Damage> {
         let Self { mesh, star, split, change, .. } = self;
         let first_born = mesh.triangles.len() as u32;
         change.lay_out(star, split, first_born);
         let new = mesh.points.len() as u32;
         let born = change.opened.len() + split.extra.len();
         if new as usize >= self.most.0 || first_born as usize + born > self.most.1 {
-            return Err(Stop::Damaged("it has more vertices or triangles than its header says"));
+            return Err("it has more vertices or triangles than its header says");
         }
         let hood = Hood::around(mesh, star, split, change, vertex);
         let origin = mesh.points[vertex as usize].at;
@@ -249,12 +246,12 @@ impl Replay {
             given[axis] - origin[axis]
         }));
         if coder.starved() {
-            return Err(Stop::Starved);
+            return Err(ENDS_EARLY);
         }
         let at: [i32; 3] = std::array::from_fn(|axis| origin[axis].wrapping_add(step[axis]));
         let end = 1 << (self.bits - self.coarse_bits);
         if at.iter().any(|&x| x < 0 || x >= end) {
-            return Err(Stop::Damaged("a vertex lies outside of the box"));
+            return Err("a vertex lies outside of the box");
         }
         let old = &mut mesh.points[vertex as usize];
         self.sizes = self.sizes + 2 * u64::from(hood.size) - u64::from(old.size);
@@ -269,18 +266,18 @@ impl Replay {
         Ok(visit(next))
     }
 
-    fn begin<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<Phase, Stop> {
+    fn begin<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<Phase, Damage> {
         // 0 is the end, 1 a pass on the same lattice, 2 one on a lattice that is finer by one bit …
         let given = script.map_or(0, |script| script.pass().map_or(0, |finer| finer + 1));
         let found = number(coder, &mut self.models.pass, given);
         if coder.starved() {
-            return Err(Stop::Starved);
+            return Err(ENDS_EARLY);
         }
         if found == 0 {
             return Ok(Phase::End);
         }
         if found - 1 > self.coarse_bits || self.pass == u8::MAX {
-            return Err(Stop::Damaged("it has more passes or finer ones than there can be"));
+            return Err("it has more passes or finer ones than there can be");
         }
         self.pass += 1;
         self.known = self.mesh.points.len() as u32;
@@ -299,7 +296,7 @@ impl Replay {
         script: Option<&mut S>,
         next: u32,
         more: u32,
-    ) -> Result<Phase, Stop> {
+    ) -> Result<Phase, Damage> {
         let points = &self.mesh.points;
         let point = points[next as usize];
         // Where a coordinate equalled that of the vertex it was split from, it likely still does.
@@ -316,7 +313,7 @@ impl Replay {
         let given = script.map_or(0, |script| script.low_bits(next));
         let bits = coder.symbol(&mut self.models.low_bits[same], given ^ expected) ^ expected;
         if coder.starved() {
-            return Err(Stop::Starved);
+            return Err(ENDS_EARLY);
         }
         self.mesh.refine(next, bits);
         if next + 1 < self.known {
