@@ -44,7 +44,7 @@ impl Star {
     #[inline(always)]
     pub(super) fn read(&mut self, mesh: &Mesh, vertex: u32) {
         self.spokes.clear();
-        self.spokes.extend(mesh.stars.of(vertex).iter().map(|&triangle| {
+        self.spokes.extend(mesh.stars.of(mesh.points[vertex as usize].star).iter().map(|&triangle| {
             let (from, to) = mesh.others(triangle, vertex);
             Spoke { triangle, from, to }
         }));

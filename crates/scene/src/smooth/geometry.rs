@@ -33,18 +33,10 @@ pub struct Hood {
     /// Normal of the surface, not of unit length.
     normal: [i64; 3],
     /// The old vertex and the new neighbours, as far as there is room.
-    near: [Near; MOST_NEAR],
+    near: [[i32; 3]; MOST_NEAR],
     near_count: usize,
     /// Mean distance of the new neighbours from the old vertex.
     pub(super) size: u8,
-}
-
-/// A vertex beside a new one.
-#[derive(Debug, Clone, Copy, Default)]
-struct Near {
-    vertex: u32,
-    /// From the old vertex.
-    at: [i32; 3],
 }
 
 const MOST_NEAR: usize = 12;
@@ -80,7 +72,7 @@ impl Hood {
     pub(super) fn around(mesh: &Mesh, star: &Star, split: &Split, change: &Change, old: u32) -> Self {
         let origin = mesh.points[old as usize].at;
         let mut hood = Self::default();
-        hood.add_near(old, [0; 3]);
+        hood.add_near([0; 3]);
         let mut distance = 0u64;
         let mut lap_cut = [0i64; 3];
         let mut lap_arc = [0i64; 3];
@@ -93,7 +85,7 @@ impl Hood {
         // From a vertex to the middle of its neighbours, in 1/16.
         let lap = |vertex: u32| -> [i64; 3] {
             let point = &mesh.points[vertex as usize];
-            let share = share_of(2 * mesh.stars.len(vertex));
+            let share = share_of(2 * mesh.valence(vertex));
             if share == 0 {
                 return [0; 3];
             }
@@ -102,30 +94,35 @@ impl Hood {
             })
         };
         let reach = |v: [i32; 3]| v.iter().map(|&x| u64::from(x.unsigned_abs())).sum::<u64>();
+        let look = |hood: &mut Self, vertex: u32| {
+            let at = relative(vertex);
+            hood.add_near(at);
+            (vertex, at, lap(vertex))
+        };
         let mut cuts = 0;
         let opened = change.opened.iter().map(|opened| opened.born.third);
         for third in opened.chain(split.extra.iter().map(|born| born.third)) {
-            let (at, own) = (relative(third), lap(third));
+            let (_, at, own) = look(&mut hood, third);
             for axis in 0..3 {
                 cut[axis] += i64::from(at[axis]);
                 lap_cut[axis] += own[axis];
             }
             distance += reach(at);
-            hood.add_near(third, at);
             cuts += 1;
         }
+        // Rows of triangles share their spokes: most need only be looked at once.
+        let mut last = (old, [0; 3], [0; 3]);
         for &i in &change.moved {
             let spoke = star.spokes[i as usize];
-            let (from, to) = (relative(spoke.from), relative(spoke.to));
-            let (lap_from, lap_to) = (lap(spoke.from), lap(spoke.to));
+            let (_, from, lap_from) = if spoke.from == last.0 { last } else { look(&mut hood, spoke.from) };
+            last = look(&mut hood, spoke.to);
+            let (_, to, lap_to) = last;
             for axis in 0..3 {
                 arc[axis] += i64::from(from[axis]) + i64::from(to[axis]);
                 lap_arc[axis] += lap_from[axis] + lap_to[axis];
             }
             add_cross(&mut hood.normal, from, to);
             distance += reach(from);
-            hood.add_near(spoke.to, to);
-            hood.add_near(spoke.from, from);
         }
         if hood.normal == [0; 3] {
             for spoke in &star.spokes {
@@ -154,24 +151,27 @@ impl Hood {
     }
 
     #[inline(always)]
-    fn add_near(&mut self, vertex: u32, at: [i32; 3]) {
+    fn add_near(&mut self, at: [i32; 3]) {
         if self.near_count < MOST_NEAR {
-            self.near[self.near_count] = Near { vertex, at };
+            self.near[self.near_count] = at;
             self.near_count += 1;
         }
     }
 
-    /// The coordinate of a vertex nearby that is nearest to what is expected, and whose it is.
+    /// The coordinates of vertices nearby that are nearest to what is expected.
     #[inline(always)]
-    fn nearest(&self, axis: usize, expected: i32) -> (i32, u32) {
-        let mut best = (u32::MAX, 0, 0);
-        for near in &self.near[..self.near_count] {
-            let distance = near.at[axis].wrapping_mul(16).wrapping_sub(expected).unsigned_abs();
-            if distance < best.0 {
-                best = (distance, near.at[axis], near.vertex);
+    fn nearest(&self, expected: [i32; 3]) -> [i32; 3] {
+        let mut best = [u32::MAX; 3];
+        let mut found = [0; 3];
+        for at in &self.near[..self.near_count] {
+            for axis in 0..3 {
+                let distance = at[axis].wrapping_mul(16).wrapping_sub(expected[axis]).unsigned_abs();
+                let nearer = distance < best[axis];
+                best[axis] = if nearer { distance } else { best[axis] };
+                found[axis] = if nearer { at[axis] } else { found[axis] };
             }
         }
-        (best.1, best.2)
+        found
     }
 
     /// Where the new vertex is expected, from the old one, in 1/16 of a step.
@@ -241,15 +241,15 @@ impl ResidualModels {
         let size = usize::from(hood.size);
         let round = |sixteenths: i32| sixteenths.wrapping_add(8) >> 4;
 
-        let nearest: [(i32, u32); 3] = std::array::from_fn(|axis| hood.nearest(axis, expected[axis]));
-        let given_shared = (0..3).map(|axis| usize::from(given[axis] == nearest[axis].0) << axis).sum();
+        let nearest = hood.nearest(expected);
+        let given_shared = (0..3).map(|axis| usize::from(given[axis] == nearest[axis]) << axis).sum();
         let shared = coder.symbol(&mut self.shared[before & 7][hood.kind / 4], given_shared);
         let is_shared = |axis: usize| shared >> axis & 1 == 1;
 
         let mut classes = [0; 2];
         for (i, axis) in [low, middle].into_iter().enumerate() {
             if is_shared(axis) {
-                found[axis] = nearest[axis].0;
+                found[axis] = nearest[axis];
                 continue;
             }
             let model = if i == 0 { &mut self.first[size] } else { &mut self.second[size / 2][classes[0] / 2] };
@@ -258,7 +258,7 @@ impl ResidualModels {
             classes[i] = class;
         }
         if is_shared(top) {
-            found[top] = nearest[top].0;
+            found[top] = nearest[top];
             return (found, shared);
         }
         let normal = hood.normal;

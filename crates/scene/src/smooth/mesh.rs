@@ -3,7 +3,7 @@
 //! Any triangles at all: no edge or vertex need be manifold. The list of a vertex's triangles is kept in fan order as far
 //! as there is one ([`super::fan`]).
 
-use super::stars::Stars;
+use super::stars::{List, Stars};
 
 /// No vertex.
 pub(super) const NONE: u32 = u32::MAX;
@@ -23,6 +23,8 @@ pub(super) struct Point {
     pub(super) at: [i32; 3],
     /// Sum of the other two corners over all its triangles: twice that of its neighbours where the mesh is closed.
     pub(super) around: [i32; 3],
+    /// Its triangles.
+    pub(super) star: List,
     /// The vertex that it was split from.
     pub(super) parent: u32,
     /// The vertex after it in the order of the tree, in which parents come right before their children, latest first:
@@ -48,8 +50,14 @@ impl Mesh {
     }
 
     pub(super) fn push(&mut self, point: Point) {
-        self.points.push(point);
-        self.stars.push_empty();
+        let star = self.stars.empty();
+        self.points.push(Point { star, ..point });
+    }
+
+    /// How many triangles meet at a vertex.
+    #[inline(always)]
+    pub(super) fn valence(&self, vertex: u32) -> usize {
+        self.points[vertex as usize].star.length as usize
     }
 
     /// The other corners of a triangle, in its sense of rotation after `vertex`, which is a corner.

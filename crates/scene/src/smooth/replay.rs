@@ -155,7 +155,7 @@ impl Replay {
     pub(super) fn step_bytes(&self) -> usize {
         match self.phase {
             // The worst are fans of one triangle: what becomes of it, how many, the first.
-            Phase::Visit(vertex) => 16 + 5 * self.mesh.stars.len(vertex),
+            Phase::Visit(vertex) => 16 + 5 * self.mesh.valence(vertex),
             Phase::Extra(_) => 16 + 8 * self.split.extras as usize,
             _ => 32,
         }
@@ -185,7 +185,7 @@ impl Replay {
         let point = &self.mesh.points[vertex as usize];
         let size = (i32::from(point.size) - self.mean_size).clamp(-4, 4) + 4;
         let recent = usize::from(point.pass + 1 == self.pass);
-        let valence = self.mesh.stars.len(vertex).min(11);
+        let valence = self.mesh.valence(vertex).min(11);
         let model = &mut self.models.flags[size as usize][valence][recent];
         let splits = coder.bit(model, script.as_mut().is_some_and(|script| script.splits(vertex)));
         if !splits {
@@ -258,7 +258,15 @@ impl Replay {
         old.size = hood.size;
         old.pass = self.pass;
         let next = std::mem::replace(&mut old.next, new);
-        mesh.push(Point { at, around: [0; 3], parent: vertex, next, size: hood.size, shared: shared as u8, pass: self.pass });
+        mesh.push(Point {
+            at,
+            parent: vertex,
+            next,
+            size: hood.size,
+            shared: shared as u8,
+            pass: self.pass,
+            ..Point::default()
+        });
         change.apply(mesh, star, split, vertex, new);
         if let Some(script) = script {
             script.born(first_born, change, split);

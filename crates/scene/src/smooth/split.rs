@@ -6,7 +6,7 @@
 //! further new triangles by their third corner.
 
 use super::fan::{Fan, Spoke, Star};
-use super::mesh::Mesh;
+use super::mesh::{Mesh, NONE};
 use super::model::{Bit, Nibble, gamma, number, wide};
 use super::rans::Coder;
 
@@ -284,7 +284,7 @@ fn widest(mesh: &Mesh, vertex: u32, spokes: &[Spoke], count: usize) -> usize {
 }
 
 /// For longer fans no place is likelier than another.
-const MOST_SPOKES: usize = 32;
+const MOST_SPOKES: usize = 20;
 
 /// An opened edge, as it will be.
 #[derive(Debug, Clone, Copy)]
@@ -404,18 +404,17 @@ impl Change {
         for i in 0..self.opened.len() {
             let Opened { born, neighbour, after } = self.opened[i];
             let triangle = self.bear(mesh, born, old, new);
-            let list = mesh.stars.of(born.third);
-            let at = list.iter().position(|&t| t == neighbour).map_or(list.len(), |at| at + usize::from(after));
-            mesh.stars.insert(born.third, at, triangle);
+            let list = &mut mesh.points[born.third as usize].star;
+            mesh.stars.insert(list, (neighbour, after), triangle);
         }
         for &born in &split.extra {
             let triangle = self.bear(mesh, born, old, new);
-            mesh.stars.insert(born.third, mesh.stars.len(born.third), triangle);
+            mesh.stars.insert(&mut mesh.points[born.third as usize].star, (NONE, true), triangle);
             self.stay.push(triangle);
             self.go.push(triangle);
         }
-        mesh.stars.set(old, &self.stay);
-        mesh.stars.set(new, &self.go);
+        mesh.stars.set(&mut mesh.points[old as usize].star, &self.stay);
+        mesh.stars.set(&mut mesh.points[new as usize].star, &self.go);
     }
 
     #[inline(always)]
