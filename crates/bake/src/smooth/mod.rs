@@ -1,4 +1,9 @@
 //! How does a model become a smooth LOD?
+//!
+//! 1. [`quantise`]: what exactly it will hold;
+//! 2. `collapse` over `quadric`: in what order it is coarsened;
+//! 3. `script`: the collapses, undone from the last, told to `belvedere_scene::smooth::replay`;
+//!    `weights` finds out first how this mesh's positions are predicted best.
 
 mod collapse;
 mod quadric;
@@ -6,38 +11,72 @@ pub mod quantise;
 mod script;
 mod weights;
 
+use belvedere_scene::smooth::Header;
 use belvedere_scene::smooth::geometry::USUAL_WEIGHTS;
 use belvedere_scene::smooth::rans::Writer;
 use belvedere_scene::smooth::replay::Replay;
 
+use collapse::ClusterTree;
 use quantise::QuantisedMesh;
+use script::Undo;
+use weights::Fit;
 
-/// Writes a mesh.
+/// The lattice of a pass is this much finer than what its collapses deviate.
+const LATTICE_SHARE: f64 = 0.25;
+/// Meshes with fewer vertices are not worth weights of their own.
+const LEAST_FITTED: usize = 600;
+
+/// Writes a smooth LOD.
+#[must_use]
 pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
-    let t = std::time::Instant::now();
+    let mut header = Header {
+        total_bytes: 0,
+        bits: mesh.bits,
+        vertices: mesh.positions.len() as u32,
+        triangles: mesh.triangles.len() as u32,
+        wedges: u32::MAX,
+        materials: mesh.materials.iter().max().map_or(1, |most| most + 1),
+        origin: mesh.origin,
+        step: mesh.step,
+        channels: mesh.channels.clone(),
+        weights: USUAL_WEIGHTS,
+        cuts: Vec::new(),
+    };
+    if mesh.triangles.is_empty() {
+        header.wedges = 0;
+        header.total_bytes = header.to_bytes().len() as u32;
+        return header.to_bytes();
+    }
     let tree = collapse::cluster(mesh);
-    let t1 = t.elapsed();
-    let precision: f64 = std::env::var("PREC").ok().and_then(|v| v.parse().ok()).unwrap_or(0.25);
-    let mut coarse: Vec<u32> = Vec::new();
-    for i in 0..tree.passes.len() {
-        let step = if i == 0 { 0.0 } else { tree.passes[i - 1].deviation * precision };
-        let lacking = (step.max(1.0).log2() as u32).min(mesh.bits - 1);
-        coarse.push(coarse.last().map_or(lacking, |&finer| lacking.max(finer)));
+    let lacking = lattices(&tree, mesh.bits);
+    if mesh.positions.len() >= LEAST_FITTED {
+        let plain = Header { channels: Vec::new(), materials: 1, ..header.clone() };
+        let mut undo = Undo::new(mesh, &tree, &lacking);
+        undo.fit = Some(Fit::new());
+        Replay::new(&plain).write(&mut Writer::default(), &mut undo, |_, _, _| {});
+        header.weights = undo.fit.map_or(USUAL_WEIGHTS, |fit| fit.weights());
     }
-    let mut undo = script::Undo::new(mesh, &tree, coarse.clone());
-    let mut weights = USUAL_WEIGHTS;
-    if std::env::var("FIT").is_ok() {
-        undo.fit = Some(weights::Fit::new());
-        let mut w = Writer::default();
-        Replay::new(mesh.bits, USUAL_WEIGHTS, (usize::MAX, usize::MAX)).write(&mut w, &mut undo, |_, _, _| {});
-        weights = undo.fit.take().map_or(USUAL_WEIGHTS, |fit| fit.weights());
-        undo = script::Undo::new(mesh, &tree, coarse);
-        if std::env::var("FITV").is_ok() { for (k, w) in weights.iter().enumerate() { println!("  kind {k} {w:?}"); } }
-    }
+    let mut undo = Undo::new(mesh, &tree, &lacking);
     let mut writer = Writer::default();
-    let mut replay = Replay::new(mesh.bits, weights, (usize::MAX, usize::MAX));
-    replay.write(&mut writer, &mut undo, |_, _, _| {});
-    let mut out: Vec<u8> = weights.iter().flatten().map(|w| *w as u8).collect();
-    out.extend(writer.finish(&[]).0);
-    out
+    Replay::new(&header).write(&mut writer, &mut undo, |_, _, _| {});
+    header.wedges = undo.source_wedge.len() as u32;
+    let (stream, _) = writer.finish(&[]);
+    header.total_bytes = (header.to_bytes().len() + stream.len()) as u32;
+    let mut bytes = header.to_bytes();
+    bytes.extend(stream);
+    bytes
+}
+
+/// How many bits the lattice of each pass lacks, finest pass first.
+fn lattices(tree: &ClusterTree, bits: u32) -> Vec<u32> {
+    let mut lacking = 0;
+    let deviations = std::iter::once(0.0).chain(tree.passes.iter().map(|pass| pass.deviation));
+    deviations
+        .take(tree.passes.len())
+        .map(|deviation| {
+            let step = (deviation * LATTICE_SHARE).max(1.0);
+            lacking = (step.log2() as u32).min(bits - 1).max(lacking);
+            lacking
+        })
+        .collect()
 }

@@ -17,7 +17,7 @@ pub(super) struct Undo<'a> {
     mesh: &'a QuantisedMesh,
     tree: &'a ClusterTree,
     /// The lattice of each pass lacks so many bits; finest pass first.
-    coarse_bits: Vec<u32>,
+    coarse_bits: &'a [u32],
     /// Passes not yet undone.
     passes_left: usize,
     /// Bits that the lattice lacks now.
@@ -28,12 +28,14 @@ pub(super) struct Undo<'a> {
     collapse_onto: Vec<u32>,
     source_vertex: Vec<u32>,
     stream_vertex: Vec<u32>,
-    pub(super) source_triangle: Vec<u32>,
+    source_triangle: Vec<u32>,
     stream_triangle: Vec<u32>,
     /// By stream triangle: the last split in which it moved.
     moved_in: Vec<u32>,
     splits: u32,
     current: Option<&'a Collapse>,
+    /// By stream wedge.
+    pub(super) source_wedge: Vec<u32>,
     /// New triangles of the current split, by source triangle.
     newborn: Vec<(u32, Born)>,
     /// Gathers what weights are fitted to, if wanted.
@@ -41,7 +43,7 @@ pub(super) struct Undo<'a> {
 }
 
 impl<'a> Undo<'a> {
-    pub(super) fn new(mesh: &'a QuantisedMesh, tree: &'a ClusterTree, coarse_bits: Vec<u32>) -> Self {
+    pub(super) fn new(mesh: &'a QuantisedMesh, tree: &'a ClusterTree, coarse_bits: &'a [u32]) -> Self {
         let vertices = mesh.positions.len();
         let mut stream_vertex = vec![NONE; vertices];
         stream_vertex[tree.root as usize] = 0;
@@ -60,6 +62,7 @@ impl<'a> Undo<'a> {
             moved_in: Vec::with_capacity(mesh.triangles.len()),
             splits: 0,
             current: None,
+            source_wedge: Vec::new(),
             newborn: Vec::new(),
             fit: None,
         }
@@ -67,6 +70,12 @@ impl<'a> Undo<'a> {
 
     fn at(&self, source_vertex: u32) -> [i32; 3] {
         self.mesh.positions[source_vertex as usize].map(|x| x >> self.lacking)
+    }
+
+    fn distance(&self, a: u32, b: u32) -> u32 {
+        let stride = self.mesh.stride();
+        let [a, b] = [a, b].map(|wedge| &self.mesh.values[wedge as usize * stride..][..stride]);
+        a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).sum()
     }
 
     /// Takes a new triangle that was not yet explained.
@@ -212,5 +221,33 @@ impl Script for Undo<'_> {
             self.source_triangle.push(triangle);
             self.moved_in.push(0);
         }
+    }
+
+    fn material(&mut self, triangle: u32) -> u16 {
+        self.mesh.materials[self.source_triangle[triangle as usize] as usize]
+    }
+
+    fn wedge(&mut self, vertex: u32, triangle: u32, present: &[u32]) -> Option<usize> {
+        let source = self.source_triangle[triangle as usize] as usize;
+        let source_vertex = self.source_vertex[vertex as usize];
+        let side = (0..3).find(|&side| self.corners[source][side] == source_vertex).unwrap_or(0);
+        let wanted = self.mesh.corners[source][side];
+        let found = if self.mesh.triangles[source][side] == source_vertex {
+            present.iter().position(|&wedge| self.source_wedge[wedge as usize] == wanted)
+        } else {
+            // It will move on to a vertex of its own: until then, the wedge here that looks most like it.
+            let distance = |wedge: u32| self.distance(self.source_wedge[wedge as usize], wanted);
+            (0..present.len()).min_by_key(|&i| distance(present[i]))
+        };
+        if found.is_none() {
+            self.source_wedge.push(wanted);
+        }
+        found
+    }
+
+    fn values(&mut self, wedge: u32, values: &mut [i32]) {
+        let source = self.source_wedge[wedge as usize] as usize;
+        let stride = values.len();
+        values.copy_from_slice(&self.mesh.values[source * stride..][..stride]);
     }
 }

@@ -1,69 +1,137 @@
-//! How does a client get a mesh out of a stream while it arrives?
+//! How does a client get a mesh out of a smooth LOD while it arrives? Bytes in, triangles out.
 
-use super::geometry::USUAL_WEIGHTS;
+use super::SmoothError;
+use super::header::Header;
 use super::rans::{Place, Reader, STATE_BYTES};
 use super::replay::{Nothing, Phase, Replay};
 
-/// Why a stream cannot be decoded.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum SmoothError {
-    /// The stream cannot be right.
-    #[error("this smooth LOD is damaged: {0}; fetch it again")]
-    Damaged(&'static str),
-}
-
-/// Bytes in, triangles out.
+/// Decodes one smooth LOD.
+///
+/// After any number of bytes there is a valid mesh: all indices are in range and no triangle has a corner twice. When
+/// all bytes have come it is the mesh that was encoded, bit for bit. Until then it may lag behind the bytes that have
+/// come by what one split takes, some dozen bytes.
+///
+/// Memory is bounded by [`Header::memory_bytes`], and grows only with what has been decoded.
 #[derive(Debug)]
 pub struct Decoder {
-    replay: Replay,
+    most_memory_bytes: u64,
     bytes: Vec<u8>,
+    begun: Option<Begun>,
+    damage: Option<SmoothError>,
+}
+
+/// From when the header is known.
+#[derive(Debug)]
+struct Begun {
+    header: Header,
+    header_bytes: usize,
     place: Option<Place>,
+    replay: Replay,
 }
 
 impl Decoder {
-    /// A decoder.
-    pub fn new(bits: u32, most: (usize, usize), w: &[u8]) -> Self {
-        let mut weights = USUAL_WEIGHTS; for (a, b) in weights.iter_mut().flatten().zip(w) { *a = *b as i8; }
-        Self { replay: Replay::new(bits, weights, most), bytes: Vec::new(), place: None }
+    /// A decoder that refuses what may take more memory than this.
+    #[must_use]
+    pub fn new(most_memory_bytes: u64) -> Self {
+        Self {
+            most_memory_bytes,
+            bytes: Vec::new(),
+            begun: None,
+            damage: None,
+        }
     }
+
     /// Takes in the next bytes and refines the mesh as far as they go.
+    ///
+    /// # Errors
+    /// When the bytes cannot be those of a smooth LOD, or it may take too much memory. What was decoded before stays.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), SmoothError> {
+        if self.damage.is_none() {
+            self.damage = self.try_push(bytes).err();
+        }
+        self.damage.clone().map_or(Ok(()), Err)
+    }
+
+    fn try_push(&mut self, bytes: &[u8]) -> Result<(), SmoothError> {
+        let most_bytes = self.begun.as_ref().map_or(usize::MAX, |begun| begun.header.total_bytes as usize);
+        if bytes.len() > most_bytes.saturating_sub(self.bytes.len()) {
+            return Err(SmoothError::Damaged("it goes on after its end"));
+        }
         self.bytes.extend_from_slice(bytes);
-        let place = match self.place {
-            Some(place) => place,
-            None => match self.bytes.first_chunk::<STATE_BYTES>() {
-                Some(first) => Place::start(first),
-                None => return Ok(()),
-            },
-        };
-        let mut reader = Reader::new(&self.bytes, place);
-        let result = run(&mut self.replay, &mut reader, true);
-        self.place = Some(reader.place());
-        result
+        if self.begun.is_none() {
+            let Some((header, header_bytes)) = Header::read(&self.bytes)? else { return Ok(()) };
+            let needed_bytes = header.memory_bytes();
+            if needed_bytes > self.most_memory_bytes {
+                return Err(SmoothError::Memory {
+                    needed_bytes,
+                    most_bytes: self.most_memory_bytes,
+                });
+            }
+            if self.bytes.len() > header.total_bytes as usize {
+                return Err(SmoothError::Damaged("it goes on after its end"));
+            }
+            let replay = Replay::new(&header);
+            self.begun = Some(Begun {
+                header,
+                header_bytes,
+                place: None,
+                replay,
+            });
+        }
+        match &mut self.begun {
+            Some(begun) => begun.run(&self.bytes),
+            None => Ok(()),
+        }
     }
-    /// Vertices and triangles so far.
-    pub fn counts(&self) -> (usize, usize) {
-        (self.replay.mesh.points.len(), self.replay.mesh.triangles.len())
+
+    /// What the header says, as soon as it has come.
+    #[must_use]
+    pub fn header(&self) -> Option<&Header> {
+        self.begun.as_ref().map(|begun| &begun.header)
     }
-    /// Whether the mesh is complete.
+
+    /// Whether the mesh is whole.
+    #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.replay.phase == Phase::End
+        self.begun.as_ref().is_some_and(|begun| begun.replay.phase == Phase::End)
     }
-    /// Positions on the finest lattice.
-    pub fn positions(&self) -> Vec<[i32; 3]> {
-        let l = self.replay.coarse_bits;
-        let middle = if l > 0 { (1 << (l - 1)) - 1 } else { 0 };
-        self.replay.mesh.points.iter().map(|p| p.at.map(|x| (x << l) + middle)).collect()
-    }
-    /// Triangles.
-    pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.replay.mesh.triangles
+
+    /// The mesh so far.
+    pub(super) fn replay(&self) -> Option<(&Header, &Replay)> {
+        self.begun.as_ref().map(|begun| (&begun.header, &begun.replay))
     }
 }
 
-fn run(replay: &mut Replay, reader: &mut Reader<'_>, is_whole: bool) -> Result<(), SmoothError> {
-    while replay.phase != Phase::End && (is_whole || reader.left() >= replay.step_bytes()) {
-        replay.advance::<_, Nothing>(reader, None).map_err(SmoothError::Damaged)?;
+impl Begun {
+    fn run(&mut self, bytes: &[u8]) -> Result<(), SmoothError> {
+        let is_whole = bytes.len() == self.header.total_bytes as usize;
+        let stream = &bytes[self.header_bytes..];
+        let place = match (self.place, stream.first_chunk::<STATE_BYTES>()) {
+            (Some(place), _) => place,
+            (None, Some(states)) => Place::start(states),
+            (None, None) if is_whole && self.header.triangles == 0 => {
+                self.replay.phase = Phase::End;
+                return Ok(());
+            }
+            (None, None) if is_whole => return Err(SmoothError::Damaged("it has no stream")),
+            (None, None) => return Ok(()),
+        };
+        let mut reader = Reader::new(stream, place);
+        let replay = &mut self.replay;
+        while replay.phase != Phase::End && (is_whole || reader.left() >= replay.step_bytes()) {
+            replay
+                .advance::<_, Nothing>(&mut reader, None)
+                .map_err(SmoothError::Damaged)?;
+        }
+        let place = reader.place();
+        self.place = Some(place);
+        if is_whole {
+            let is_all = replay.mesh.points.len() == self.header.vertices as usize
+                && replay.mesh.triangles.len() == self.header.triangles as usize;
+            if !is_all || !place.is_end() || reader.left() > 0 {
+                return Err(SmoothError::Damaged("its stream does not end as its header says"));
+            }
+        }
+        Ok(())
     }
-    Ok(())
 }

@@ -291,7 +291,7 @@ fn by_steepness(normal: [i64; 3]) -> [usize; 3] {
 
 /// A number around 0 and the class of its size: in halves of powers of two, what is below that raw.
 #[inline(always)]
-fn residual<C: Coder>(coder: &mut C, model: &mut Nibble, value: i32) -> (i32, usize) {
+pub(super) fn residual<C: Coder>(coder: &mut C, model: &mut Nibble, value: i32) -> (i32, usize) {
     let size = value.unsigned_abs();
     let class = coder.symbol(model, class_of(size));
     if class == 0 {

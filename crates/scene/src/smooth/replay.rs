@@ -5,11 +5,14 @@
 //! with one flag for each vertex are from Pajarola & Rossignac, *Compressed progressive meshes* (2000).
 
 use super::fan::Star;
+use super::attributes::Attributes;
 use super::geometry::{Hood, ResidualModels, Weights};
+use super::header::Header;
 use super::mesh::{Mesh, NONE, Point};
 use super::model::{Bit, Nibble, number};
 use super::rans::Coder;
 use super::split::{Change, Split, SplitModels};
+use super::stars::most_places;
 
 /// What a writer tells; a reader has none.
 pub trait Script {
@@ -26,6 +29,12 @@ pub trait Script {
     fn position(&mut self, hood: &Hood, origin: [i32; 3]) -> [i32; 3];
     /// What was done: new triangles have the numbers from `first` on, those of opened edges before the extra ones.
     fn born(&mut self, first: u32, change: &Change, split: &Split);
+    /// The material of a triangle.
+    fn material(&mut self, triangle: u32) -> u16;
+    /// Which of the wedges that are present at a vertex one of its corners has; `None` for a new one.
+    fn wedge(&mut self, vertex: u32, triangle: u32, present: &[u32]) -> Option<usize>;
+    /// The values of a new wedge; they are asked for in order.
+    fn values(&mut self, wedge: u32, values: &mut [i32]);
 }
 
 /// A reader tells nothing.
@@ -49,6 +58,15 @@ impl Script for Nothing {
         match *self {}
     }
     fn born(&mut self, _: u32, _: &Change, _: &Split) {
+        match *self {}
+    }
+    fn material(&mut self, _: u32) -> u16 {
+        match *self {}
+    }
+    fn wedge(&mut self, _: u32, _: u32, _: &[u32]) -> Option<usize> {
+        match *self {}
+    }
+    fn values(&mut self, _: u32, _: &mut [i32]) {
         match *self {}
     }
 }
@@ -94,8 +112,10 @@ pub struct Replay {
     bits: u32,
     /// Bits that the lattice still lacks.
     pub(super) coarse_bits: u32,
-    /// The mesh may have so many vertices and triangles.
-    pub(super) most: (usize, usize),
+    pub(super) attributes: Attributes,
+    most_vertices: usize,
+    most_triangles: usize,
+    most_places: usize,
     weights: Weights,
     /// Vertices at the beginning of the pass.
     known: u32,
@@ -115,15 +135,20 @@ const ENDS_EARLY: Damage = "it ends before its mesh does";
 impl Replay {
     /// Before the first pass: one vertex on a lattice without bits.
     #[must_use]
-    pub fn new(bits: u32, weights: Weights, most: (usize, usize)) -> Self {
+    pub fn new(header: &Header) -> Self {
+        let bits = header.bits;
+        let kinds = header.channels.iter().map(|channel| channel.kind).collect();
         Self {
+            attributes: Attributes::new(kinds, u32::from(header.materials), header.wedges as usize),
+            most_vertices: header.vertices as usize,
+            most_triangles: header.triangles as usize,
+            most_places: most_places(header.vertices, header.triangles),
             mesh: Mesh::new(),
             phase: Phase::Pass,
             models: Models::default(),
             bits,
             coarse_bits: bits,
-            most,
-            weights,
+            weights: header.weights,
             known: 0,
             pass: 0,
             sizes: 0,
@@ -157,7 +182,13 @@ impl Replay {
             // The worst are fans of one triangle: what becomes of it, how many, the first.
             Phase::Visit(vertex) => 16 + 5 * self.mesh.valence(vertex),
             Phase::Extra(_) => 16 + 8 * self.split.extras as usize,
-            _ => 32,
+            // Six residuals and which coordinates are shared; then corners: of moved triangles, and of those that are new.
+            Phase::Place(_) => {
+                let (fans, spokes) = (self.star.fans.len(), self.star.spokes.len());
+                let corners = spokes + 3 * (2 * fans + self.split.extra.len());
+                32 + self.attributes.step_bytes(corners)
+            }
+            _ => 16,
         }
     }
 
@@ -206,7 +237,7 @@ impl Replay {
 
     #[cold]
     fn extra<C: Coder>(&mut self, coder: &mut C, is_writer: bool, vertex: u32) -> Result<Phase, Damage> {
-        let room = self.most.1 - self.mesh.triangles.len();
+        let room = self.most_triangles - self.mesh.triangles.len();
         if self.split.extras as usize > room {
             return Err("it has more triangles than its header says");
         }
@@ -234,7 +265,7 @@ impl Replay {
         change.lay_out(star, split, first_born);
         let new = mesh.points.len() as u32;
         let born = change.opened.len() + split.extra.len();
-        if new as usize >= self.most.0 || first_born as usize + born > self.most.1 {
+        if new as usize >= self.most_vertices || first_born as usize + born > self.most_triangles {
             return Err("it has more vertices or triangles than its header says");
         }
         let hood = Hood::around(mesh, star, split, change, vertex);
@@ -268,8 +299,15 @@ impl Replay {
             ..Point::default()
         });
         change.apply(mesh, star, split, vertex, new);
-        if let Some(script) = script {
+        if mesh.stars.places() > self.most_places {
+            return Err("its vertices have more triangles than they can");
+        }
+        if let Some(script) = &mut script {
             script.born(first_born, change, split);
+        }
+        self.attributes.dress(coder, mesh, script, (vertex, new), first_born, hood.size)?;
+        if coder.starved() {
+            return Err(ENDS_EARLY);
         }
         Ok(visit(next))
     }

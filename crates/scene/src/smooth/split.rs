@@ -7,7 +7,7 @@
 
 use super::fan::{Fan, Spoke, Star};
 use super::mesh::{Mesh, NONE};
-use super::model::{Bit, Nibble, gamma, number, wide};
+use super::model::{Bit, Nibble, number, wide};
 use super::rans::Coder;
 
 /// What becomes of one fan.

@@ -19,6 +19,11 @@ pub(super) struct List {
 
 const SMALLEST: usize = 8;
 
+/// No sound stream needs more places than this.
+pub(super) fn most_places(vertices: u32, triangles: u32) -> usize {
+    (16 * u64::from(vertices) + 32 * u64::from(triangles) + 1024) as usize
+}
+
 impl Stars {
     /// A list without triangles.
     pub(super) fn empty(&mut self) -> List {
@@ -33,10 +38,19 @@ impl Stars {
         &self.places[list.first as usize..][..list.length as usize]
     }
 
+    /// How many places there are.
+    pub(super) fn places(&self) -> usize {
+        self.places.len()
+    }
+
     /// Replaces a list.
     #[inline(always)]
     pub(super) fn set(&mut self, list: &mut List, triangles: &[u32]) {
         self.make_room(list, triangles.len(), 0);
+        if list.class > 0 && 4 * triangles.len() < SMALLEST << list.class {
+            // Much room would stay empty.
+            self.move_to(list, triangles.len(), 0);
+        }
         list.length = triangles.len() as u32;
         self.places[list.first as usize..][..triangles.len()].copy_from_slice(triangles);
     }
@@ -72,13 +86,14 @@ impl Stars {
     #[inline(always)]
     fn make_room(&mut self, list: &mut List, length: usize, kept: usize) {
         if length > SMALLEST << list.class {
-            self.grow(list, length, kept);
+            self.move_to(list, length, kept);
         }
     }
 
+    /// Gives a list another block, as large as it needs.
     #[cold]
-    fn grow(&mut self, list: &mut List, length: usize, kept: usize) {
-        let class = length.div_ceil(SMALLEST).next_power_of_two().ilog2() as u8;
+    fn move_to(&mut self, list: &mut List, length: usize, kept: usize) {
+        let class = length.div_ceil(SMALLEST).max(1).next_power_of_two().ilog2() as u8;
         let first = self.block(class);
         let old = list.first as usize;
         self.places.copy_within(old..old + kept, first as usize);

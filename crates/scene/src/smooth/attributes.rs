@@ -1,0 +1,396 @@
+//! What do corners look like? Normals, texture coordinates and colours with seams, and a material for each triangle.
+//!
+//! Positions are welded; a *wedge* (Hoppe 1996) is one set of attribute values at a vertex, shared by those corners there
+//! that have no seam between them. When a vertex is split, each corner of the new vertex, and each other corner of a new
+//! triangle, says which wedge of its vertex it has, nearest ones in the fan first, or that it has a new one. Then the
+//! values of new wedges are told: copied from a corner beside it, or a residual. What is expected of a normal is the mean
+//! of those around it; of all else, that it goes on evenly over the triangle that was there before the split.
+
+use super::geometry::residual;
+use super::mesh::{Mesh, NONE};
+use super::model::{Nibble, number};
+use super::octahedron;
+use super::rans::Coder;
+use super::replay::{Damage, Script};
+
+/// What a channel holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ChannelKind {
+    /// A direction as a point on an octahedron: two numbers from −127 to 127.
+    Normal,
+    /// Two texture coordinates.
+    Uv,
+    /// Red, green, blue and alpha.
+    Colour,
+}
+
+/// Some attribute of a corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Channel {
+    /// What it holds.
+    pub kind: ChannelKind,
+    /// Real value of a number: `low[i] + number · step[i]`. Without meaning for normals.
+    pub low: [f32; 2],
+    /// See `low`.
+    pub step: [f32; 2],
+}
+
+impl ChannelKind {
+    /// How many numbers it has.
+    #[must_use]
+    pub fn numbers(self) -> usize {
+        match self {
+            Self::Normal | Self::Uv => 2,
+            Self::Colour => 4,
+        }
+    }
+}
+
+/// Attributes while a mesh grows.
+#[derive(Debug)]
+pub(super) struct Attributes {
+    kinds: Vec<ChannelKind>,
+    /// Numbers of a wedge.
+    pub(super) stride: usize,
+    pub(super) values: Vec<i32>,
+    /// Wedges of the triangles' corners.
+    pub(super) corners: Vec<[u32; 3]>,
+    /// Of each triangle.
+    pub(super) materials: Vec<u16>,
+    material_count: u32,
+    most_wedges: usize,
+    models: AttributeModels,
+    pending: Vec<Pending>,
+    present: Vec<u32>,
+}
+
+/// A new wedge, and the corners that have it: triangle, which corner, and the wedge that it had before the split.
+#[derive(Debug, Default)]
+struct Pending {
+    corners: Vec<(u32, usize, u32)>,
+}
+
+#[derive(Debug, Clone)]
+struct AttributeModels {
+    same_material: Nibble,
+    material: Nibble,
+    rank: [[Nibble; 4]; 5],
+    copy: Vec<[Nibble; 5]>,
+    size: Vec<[[Nibble; 8]; 16]>,
+    last_copy: Vec<usize>,
+}
+
+/// Why a corner is asked for its wedge.
+#[derive(Clone, Copy)]
+enum Asked {
+    /// It moved, and had the same wedge as the one beside it.
+    MovedSame = 0,
+    /// It moved, and had another.
+    MovedOther = 1,
+    BornNew = 2,
+    BornOld = 3,
+    BornThird = 4,
+}
+
+impl Attributes {
+    pub(super) fn new(kinds: Vec<ChannelKind>, material_count: u32, most_wedges: usize) -> Self {
+        let numbers: Vec<usize> = kinds.iter().map(|kind| kind.numbers()).collect();
+        let stride = numbers.iter().sum();
+        let row = || std::array::from_fn(|_| Nibble::default());
+        Self {
+            stride,
+            values: Vec::new(),
+            corners: Vec::new(),
+            materials: Vec::new(),
+            material_count,
+            most_wedges,
+            models: AttributeModels {
+                same_material: Nibble::default(),
+                material: Nibble::default(),
+                rank: std::array::from_fn(|_| row()),
+                copy: kinds.iter().map(|_| std::array::from_fn(|_| Nibble::default())).collect(),
+                size: (0..stride).map(|_| std::array::from_fn(|_| std::array::from_fn(|_| Nibble::default()))).collect(),
+                last_copy: vec![0; kinds.len()],
+            },
+            pending: Vec::new(),
+            present: Vec::new(),
+            kinds,
+        }
+    }
+
+    /// Whether there is nothing to tell.
+    pub(super) fn is_empty(&self) -> bool {
+        self.stride == 0 && self.material_count < 2
+    }
+
+    /// Bytes that [`Attributes::dress`] takes at most for so many corners.
+    pub(super) fn step_bytes(&self, corners: usize) -> usize {
+        if self.is_empty() { 0 } else { corners * (8 + 7 * self.stride) }
+    }
+
+    /// After a split: tells what the new vertex's corners and those of new triangles, from `first` on, look like.
+    pub(super) fn dress<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        mesh: &Mesh,
+        mut script: Option<&mut S>,
+        (old, new): (u32, u32),
+        first: u32,
+        size: u8,
+    ) -> Result<(), Damage> {
+        self.code_materials(coder, mesh, script.as_deref_mut(), new, first);
+        if self.stride == 0 {
+            return Ok(());
+        }
+        self.corners.resize(mesh.triangles.len(), [NONE; 3]);
+        self.pending.clear();
+        let wedges = (self.values.len() / self.stride) as u32;
+        let star = mesh.stars.of(mesh.points[new as usize].star);
+        // The corners of moved triangles still hold wedges of the old vertex.
+        let was: Vec<(u32, usize, u32)> = star
+            .iter()
+            .map(|&triangle| {
+                let side = side_of(mesh, triangle, new);
+                let was = std::mem::replace(&mut self.corners[triangle as usize][side], NONE);
+                (triangle, side, was)
+            })
+            .collect();
+        for (i, &corner) in was.iter().enumerate() {
+            let beside = if i > 0 { was[i - 1].2 } else { NONE };
+            let asked = match corner.2 {
+                NONE => Asked::BornNew,
+                wedge if wedge == beside => Asked::MovedSame,
+                _ => Asked::MovedOther,
+            };
+            self.code_rank(coder, script.as_deref_mut(), star, (new, mesh), corner, (wedges, asked));
+        }
+        for triangle in first..mesh.triangles.len() as u32 {
+            for vertex in mesh.triangles[triangle as usize] {
+                if vertex != new {
+                    let star = mesh.stars.of(mesh.points[vertex as usize].star);
+                    let corner = (triangle, side_of(mesh, triangle, vertex), NONE);
+                    let asked = if vertex == old { Asked::BornOld } else { Asked::BornThird };
+                    self.code_rank(coder, script.as_deref_mut(), star, (vertex, mesh), corner, (wedges, asked));
+                }
+            }
+        }
+        if self.pending.len() + wedges as usize > self.most_wedges {
+            return Err("it has more wedges than its header says");
+        }
+        for i in 0..self.pending.len() {
+            self.code_values(coder, script.as_deref_mut(), mesh, wedges, i, (old, new), size);
+        }
+        Ok(())
+    }
+
+    fn code_materials<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        mesh: &Mesh,
+        mut script: Option<&mut S>,
+        new: u32,
+        first: u32,
+    ) {
+        let star = mesh.stars.of(mesh.points[new as usize].star);
+        for triangle in first..mesh.triangles.len() as u32 {
+            // As the triangle before it around the new vertex, or else the next one that is known.
+            let at = star.iter().position(|&t| t == triangle).unwrap_or(0);
+            let (behind, ahead) = star.split_at(at);
+            let near = behind.iter().rev().chain(ahead).find(|&&t| t < triangle);
+            let expected = near.map_or(0, |&t| self.materials[t as usize]);
+            let mut material = 0;
+            if self.material_count > 1 {
+                let given = script.as_mut().map_or(0, |script| script.material(triangle));
+                let differs = usize::from(given != expected);
+                material = expected;
+                if coder.symbol(&mut self.models.same_material, differs) > 0 {
+                    let most = self.material_count - 1;
+                    material = number(coder, &mut self.models.material, u32::from(given)).min(most) as u16;
+                }
+            }
+            self.materials.push(material);
+        }
+    }
+
+    /// Which wedge a corner has: those of the corners nearest in its vertex's star come first.
+    fn code_rank<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        script: Option<&mut S>,
+        star: &[u32],
+        (vertex, mesh): (u32, &Mesh),
+        corner: (u32, usize, u32),
+        (wedges, asked): (u32, Asked),
+    ) {
+        let (triangle, side, _) = corner;
+        self.present.clear();
+        let at = star.iter().position(|&t| t == triangle).unwrap_or(0);
+        let (behind, ahead) = (star[..at].iter().rev(), star[at..].iter().skip(1));
+        let mut add = |t: u32| {
+            let wedge = self.corners[t as usize][side_of(mesh, t, vertex)];
+            if wedge != NONE && self.present.len() < 14 && !self.present.contains(&wedge) {
+                self.present.push(wedge);
+            }
+        };
+        // In turn from both sides.
+        let (mut behind, mut ahead) = (behind.fuse(), ahead.fuse());
+        loop {
+            let (a, b) = (behind.next(), ahead.next());
+            a.into_iter().chain(b).for_each(|&t| add(t));
+            if a.is_none() && b.is_none() {
+                break;
+            }
+        }
+        let count = self.present.len();
+        let given = script.map_or(0, |script| script.wedge(vertex, triangle, &self.present).unwrap_or(count));
+        let rank = if count == 0 {
+            0
+        } else {
+            let model = &mut self.models.rank[asked as usize][count.min(3)];
+            coder.symbol(model, given).min(count)
+        };
+        let wedge = match self.present.get(rank) {
+            Some(&wedge) => wedge,
+            None => {
+                self.pending.push(Pending::default());
+                wedges + self.pending.len() as u32 - 1
+            }
+        };
+        self.corners[triangle as usize][side] = wedge;
+        if wedge >= wedges {
+            self.pending[(wedge - wedges) as usize].corners.push(corner);
+        }
+    }
+
+    fn code_values<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        mut script: Option<&mut S>,
+        mesh: &Mesh,
+        wedges: u32,
+        i: usize,
+        (old, new): (u32, u32),
+        size: u8,
+    ) {
+        let pending = std::mem::take(&mut self.pending[i].corners);
+        let mut given = vec![0; self.stride];
+        if let Some(script) = &mut script {
+            script.values(wedges + i as u32, &mut given);
+        }
+        let (triangle, side, was) = pending[0];
+        let beside = self.corners[triangle as usize];
+        let sources = [beside[(side + 1) % 3], beside[(side + 2) % 3], was];
+        let mut at = 0;
+        for channel in 0..self.kinds.len() {
+            let kind = self.kinds[channel];
+            let numbers = at..at + kind.numbers();
+            let (values, stride) = (&self.values, self.stride);
+            let copies = sources.map(|wedge| Some(&value(values, stride, wedge)?[numbers.clone()]));
+            let given_copy = copies.iter().position(|copy| copy.is_some_and(|copy| copy == &given[numbers.clone()]));
+            let model = &mut self.models.copy[channel][self.models.last_copy[channel]];
+            let copy = coder.symbol(model, given_copy.map_or(0, |i| i + 1)).min(3);
+            self.models.last_copy[channel] = copy;
+            let mut found = [0; 4];
+            let copied = copy.checked_sub(1).and_then(|i| copies[i]);
+            if let Some(copied) = copied {
+                found[..copied.len()].copy_from_slice(copied);
+            } else {
+                let expected = self.expected(mesh, &pending, kind, &numbers, (old, new));
+                let mut context = 0;
+                for (k, number) in numbers.clone().enumerate() {
+                    let by_size = if kind == ChannelKind::Normal { 0 } else { usize::from(size / 2) };
+                    let model = &mut self.models.size[number][by_size][context];
+                    let (value, class) = residual(coder, model, given[number].wrapping_sub(expected[k]));
+                    found[k] = value.wrapping_add(expected[k]);
+                    context = class / 2;
+                }
+            }
+            self.values.extend_from_slice(&found[..kind.numbers()]);
+            at = numbers.end;
+        }
+    }
+
+    /// What a new wedge's channel likely is.
+    fn expected(
+        &self,
+        mesh: &Mesh,
+        pending: &[(u32, usize, u32)],
+        kind: ChannelKind,
+        numbers: &std::ops::Range<usize>,
+        (old, new): (u32, u32),
+    ) -> [i32; 4] {
+        let of = |wedge: u32| Some(&value(&self.values, self.stride, wedge)?[numbers.clone()]);
+        if kind == ChannelKind::Normal {
+            let mut sum = [0i32; 3];
+            for &(triangle, side, was) in pending {
+                let corners = self.corners[triangle as usize];
+                let around = [corners[(side + 1) % 3], corners[(side + 2) % 3], was];
+                for value in around.into_iter().filter_map(of) {
+                    let direction = octahedron::direction([value[0], value[1]]);
+                    for axis in 0..3 {
+                        sum[axis] = sum[axis].wrapping_add(direction[axis]);
+                    }
+                }
+            }
+            let [x, y] = octahedron::nearest(sum);
+            return [x, y, 0, 0];
+        }
+        let mut sum = [0i64; 4];
+        let mut count = 0;
+        for &(triangle, side, was) in pending {
+            let corners = self.corners[triangle as usize];
+            let [next, before] = [corners[(side + 1) % 3], corners[(side + 2) % 3]].map(of);
+            if let (Some(was), Some(next), Some(before)) = (of(was), next, before) {
+                let [a, b] = shares(mesh, triangle, side, old, new);
+                for k in 0..was.len() {
+                    let [p, q, r] = [was[k], next[k], before[k]].map(i64::from);
+                    sum[k] += 256 * p + a * (q - p) + b * (r - p);
+                }
+                count += 1;
+            }
+        }
+        if count == 0 {
+            for &(triangle, side, was) in pending {
+                let corners = self.corners[triangle as usize];
+                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was].into_iter().filter_map(of) {
+                    for k in 0..value.len() {
+                        sum[k] += 256 * i64::from(value[k]);
+                    }
+                    count += 1;
+                }
+            }
+        }
+        sum.map(|sum| if count > 0 { ((sum / count + 128) >> 8) as i32 } else { 0 })
+    }
+}
+
+/// The numbers of a wedge, if it has been told.
+fn value(values: &[i32], stride: usize, wedge: u32) -> Option<&[i32]> {
+    let first = (wedge as usize).checked_mul(stride)?;
+    values.get(first..first.checked_add(stride)?)
+}
+
+/// Which corner of a triangle a vertex is.
+fn side_of(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
+    mesh.triangles[triangle as usize].iter().position(|&v| v == vertex).unwrap_or(0)
+}
+
+/// Where the new vertex lies on the triangle that was there before the split, in 1/256 of its two edges from the old one.
+fn shares(mesh: &Mesh, triangle: u32, side: usize, old: u32, new: u32) -> [i64; 2] {
+    let corners = mesh.triangles[triangle as usize];
+    let [from, to, at] = [corners[(side + 1) % 3], corners[(side + 2) % 3], new].map(|v| {
+        let (p, q) = (mesh.points[v as usize].at, mesh.points[old as usize].at);
+        [0, 1, 2].map(|axis| i64::from(p[axis]) - i64::from(q[axis]))
+    });
+    // Ten bits are enough, and keep products small.
+    let longest = from.iter().chain(&to).chain(&at).fold(0, |all, x| all | x.unsigned_abs());
+    let shift = (u64::BITS - longest.leading_zeros()).saturating_sub(10);
+    let [from, to, at] = [from, to, at].map(|v| v.map(|x| x >> shift));
+    let dot = |a: [i64; 3], b: [i64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let (ff, ft, tt, fa, ta) = (dot(from, from), dot(from, to), dot(to, to), dot(from, at), dot(to, at));
+    let area = ff * tt - ft * ft;
+    if area == 0 {
+        return [0; 2];
+    }
+    [(tt * fa - ft * ta) * 256 / area, (ff * ta - ft * fa) * 256 / area].map(|share| share.clamp(-1024, 1024))
+}
