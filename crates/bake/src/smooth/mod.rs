@@ -5,7 +5,9 @@
 //! 3. `script`: the collapses, undone from the last, told to `belvedere_scene::smooth::replay`;
 //!    `weights` finds out first how this mesh's positions are predicted best.
 
+pub mod canonical;
 mod collapse;
+pub mod error;
 mod quadric;
 pub mod quantise;
 mod script;
