@@ -36,6 +36,8 @@ pub(super) struct Undo<'a> {
     current: Option<&'a Collapse>,
     /// By stream wedge.
     pub(super) source_wedge: Vec<u32>,
+    /// By source vertex.
+    wedges_of: Vec<Vec<u32>>,
     /// New triangles of the current split, by source triangle.
     newborn: Vec<(u32, Born)>,
     /// Gathers what weights are fitted to, if wanted.
@@ -47,6 +49,15 @@ impl<'a> Undo<'a> {
         let vertices = mesh.positions.len();
         let mut stream_vertex = vec![NONE; vertices];
         stream_vertex[tree.root as usize] = 0;
+        let mut wedges_of = vec![Vec::new(); if mesh.corners.is_empty() { 0 } else { vertices }];
+        for (triangle, corners) in mesh.triangles.iter().zip(&mesh.corners) {
+            for (&vertex, wedge) in triangle.iter().zip(corners) {
+                let own: &mut Vec<u32> = &mut wedges_of[vertex as usize];
+                if !own.contains(wedge) {
+                    own.push(*wedge);
+                }
+            }
+        }
         Self {
             mesh,
             tree,
@@ -63,6 +74,7 @@ impl<'a> Undo<'a> {
             splits: 0,
             current: None,
             source_wedge: Vec::new(),
+            wedges_of,
             newborn: Vec::new(),
             fit: None,
         }
@@ -240,7 +252,9 @@ impl Script for Undo<'_> {
             (0..present.len()).min_by_key(|&i| distance(present[i]))
         };
         if found.is_none() {
-            self.source_wedge.push(wanted);
+            let own = &self.wedges_of[source_vertex as usize];
+            let nearest = own.iter().copied().min_by_key(|&wedge| self.distance(wedge, wanted));
+            self.source_wedge.push(nearest.unwrap_or(wanted));
         }
         found
     }

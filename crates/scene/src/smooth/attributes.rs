@@ -53,6 +53,9 @@ pub(super) struct Attributes {
     /// Numbers of a wedge.
     pub(super) stride: usize,
     pub(super) values: Vec<i32>,
+    /// The wedge that a vertex got last; by wedge, the one that its vertex got before it.
+    latest: Vec<u32>,
+    before: Vec<u32>,
     /// Wedges of the triangles' corners.
     pub(super) corners: Vec<[u32; 3]>,
     /// Of each triangle.
@@ -80,6 +83,9 @@ struct AttributeModels {
     last_copy: Vec<usize>,
 }
 
+/// More wedges of one vertex cannot be named again.
+const MOST_PRESENT: usize = 15;
+
 /// Why a corner is asked for its wedge.
 #[derive(Clone, Copy)]
 enum Asked {
@@ -100,6 +106,8 @@ impl Attributes {
         Self {
             stride,
             values: Vec::new(),
+            latest: Vec::new(),
+            before: Vec::new(),
             corners: Vec::new(),
             materials: Vec::new(),
             material_count,
@@ -143,6 +151,7 @@ impl Attributes {
             return Ok(());
         }
         self.corners.resize(mesh.triangles.len(), [NONE; 3]);
+        self.latest.resize(mesh.points.len(), NONE);
         self.pending.clear();
         let wedges = (self.values.len() / self.stride) as u32;
         let star = mesh.stars.of(mesh.points[new as usize].star);
@@ -228,7 +237,7 @@ impl Attributes {
         let (behind, ahead) = (star[..at].iter().rev(), star[at..].iter().skip(1));
         let mut add = |t: u32| {
             let wedge = self.corners[t as usize][side_of(mesh, t, vertex)];
-            if wedge != NONE && self.present.len() < 14 && !self.present.contains(&wedge) {
+            if wedge != NONE && self.present.len() < MOST_PRESENT && !self.present.contains(&wedge) {
                 self.present.push(wedge);
             }
         };
@@ -240,6 +249,14 @@ impl Attributes {
             if a.is_none() && b.is_none() {
                 break;
             }
+        }
+        // A wedge that no corner has at the moment may come back.
+        let mut wedge = self.latest[vertex as usize];
+        while wedge != NONE && self.present.len() < MOST_PRESENT {
+            if !self.present.contains(&wedge) {
+                self.present.push(wedge);
+            }
+            wedge = self.before[wedge as usize];
         }
         let count = self.present.len();
         let given = script.map_or(0, |script| script.wedge(vertex, triangle, &self.present).unwrap_or(count));
@@ -253,6 +270,8 @@ impl Attributes {
             Some(&wedge) => wedge,
             None => {
                 self.pending.push(Pending::default());
+                self.before.push(self.latest[vertex as usize]);
+                self.latest[vertex as usize] = self.before.len() as u32 - 1;
                 wedges + self.pending.len() as u32 - 1
             }
         };
