@@ -8,23 +8,22 @@ use glam::DVec3;
 use super::quantise::QuantisedMesh;
 use crate::lod::proximity::ShapeTree;
 
-/// Points on each surface.
-const SAMPLES: usize = 2000;
-
 /// Measures distances from one mesh, in steps of its lattice.
 pub struct Ruler {
     source: ShapeTree,
     points: Vec<DVec3>,
+    samples: usize,
 }
 
 impl Ruler {
-    /// Of a mesh with triangles.
+    /// Of a mesh with triangles, with so many points on each surface.
     #[must_use]
-    pub fn new(mesh: &QuantisedMesh) -> Self {
+    pub fn new(mesh: &QuantisedMesh, samples: usize) -> Self {
         let twice: Vec<[i32; 3]> = mesh.positions.iter().map(|p| p.map(|x| 2 * x)).collect();
         let shapes = shapes(&twice, &mesh.triangles);
         Self {
-            points: spread(&shapes),
+            points: spread(&shapes, samples),
+            samples,
             source: ShapeTree::new(shapes),
         }
     }
@@ -42,7 +41,7 @@ impl Ruler {
             return f64::INFINITY;
         }
         let shapes = shapes(twice_positions, triangles);
-        let points = spread(&shapes);
+        let points = spread(&shapes, self.samples);
         let tree = ShapeTree::new(shapes);
         mean_square(&self.points, &tree).max(mean_square(&points, &self.source)).sqrt()
     }
@@ -54,15 +53,15 @@ fn shapes(twice: &[[i32; 3]], triangles: &[[u32; 3]]) -> Vec<[DVec3; 3]> {
 }
 
 /// Points at even steps of area; where in its triangle each lies follows a sequence that fills it evenly (Roberts 2018).
-fn spread(shapes: &[[DVec3; 3]]) -> Vec<DVec3> {
+fn spread(shapes: &[[DVec3; 3]], samples: usize) -> Vec<DVec3> {
     let area = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).length();
     let total: f64 = shapes.iter().map(area).sum();
-    let step = total / SAMPLES as f64;
-    let mut points = Vec::with_capacity(SAMPLES + 1);
+    let step = total / samples as f64;
+    let mut points = Vec::with_capacity(samples + 1);
     let mut until_next = step / 2.0;
     for shape in shapes {
         until_next -= area(shape);
-        while until_next < 0.0 && points.len() < SAMPLES {
+        while until_next < 0.0 && points.len() < samples {
             until_next += step;
             let i = points.len() as f64;
             let (mut u, mut v) = ((0.5 + 0.754_877_666_246_693 * i).fract(), (0.5 + 0.569_840_290_998_053 * i).fract());
@@ -74,7 +73,7 @@ fn spread(shapes: &[[DVec3; 3]]) -> Vec<DVec3> {
     }
     if points.is_empty() {
         // Without area: at least the corners.
-        points.extend(shapes.iter().take(SAMPLES).map(|shape| shape[0]));
+        points.extend(shapes.iter().take(samples).map(|shape| shape[0]));
     }
     points
 }

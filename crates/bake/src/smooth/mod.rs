@@ -3,10 +3,12 @@
 //! 1. [`quantise`]: what exactly it will hold;
 //! 2. `collapse` over `quadric`: in what order it is coarsened;
 //! 3. `script`: the collapses, undone from the last, told to `belvedere_scene::smooth::replay`;
-//!    `weights` finds out first how this mesh's positions are predicted best.
+//!    `weights` finds out first how this mesh's positions are predicted best;
+//! 4. `cuts` over [`mod@error`]: where it is good to stop.
 
 pub mod canonical;
 mod collapse;
+mod cuts;
 pub mod error;
 mod quadric;
 pub mod quantise;
@@ -55,15 +57,21 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
         let plain = Header { channels: Vec::new(), materials: 1, ..header.clone() };
         let mut undo = Undo::new(mesh, &tree, &lacking);
         undo.fit = Some(Fit::new());
-        Replay::new(&plain).write(&mut Writer::default(), &mut undo, |_, _, _| {});
+        Replay::new(&plain).write(&mut Writer::default(), &mut undo);
         header.weights = undo.fit.map_or(USUAL_WEIGHTS, |fit| fit.weights());
     }
     let mut undo = Undo::new(mesh, &tree, &lacking);
     let mut writer = Writer::default();
-    Replay::new(&header).write(&mut writer, &mut undo, |_, _, _| {});
+    let marks = Replay::new(&header).write(&mut writer, &mut undo);
     header.wedges = undo.source_wedge.len() as u32;
-    let (stream, _) = writer.finish(&[]);
+    let (stream, ends) = writer.finish(&marks);
     header.total_bytes = (header.to_bytes().len() + stream.len()) as u32;
+    header.cuts = cuts::choose(mesh, &header, &stream, &ends).expect("a decoder reads what was just written");
+    let header_bytes = header.to_bytes().len() as u32;
+    for cut in &mut header.cuts {
+        cut.bytes += header_bytes;
+    }
+    header.total_bytes = header_bytes + stream.len() as u32;
     let mut bytes = header.to_bytes();
     bytes.extend(stream);
     bytes

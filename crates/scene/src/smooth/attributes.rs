@@ -3,10 +3,10 @@
 //! Positions are welded; a *wedge* (Hoppe 1996) is one set of attribute values at a vertex, shared by those corners there
 //! that have no seam between them. When a vertex is split, each corner of the new vertex, and each other corner of a new
 //! triangle, says which wedge of its vertex it has, nearest ones in the fan first, or that it has a new one. Then the
-//! values of new wedges are told: copied from a corner beside it, or a residual. What is expected of a normal is the mean
-//! of those around it; of all else, that it goes on evenly over the triangle that was there before the split.
+//! values of new wedges are told: copied from a corner beside it, or a residual. Expected of a normal is that
+//! of the triangles around it; of all else, that it goes on evenly over the triangle that was there before the split.
 
-use super::geometry::residual;
+use super::geometry::{residual, shorten};
 use super::mesh::{Mesh, NONE};
 use super::model::{Nibble, number};
 use super::octahedron;
@@ -317,8 +317,11 @@ impl Attributes {
                 let expected = self.expected(mesh, &pending, kind, &numbers, (old, new));
                 let mut context = 0;
                 for (k, number) in numbers.clone().enumerate() {
-                    let by_size = if kind == ChannelKind::Normal { 0 } else { usize::from(size / 2) };
-                    let model = &mut self.models.size[number][by_size][context];
+                    let like = match kind {
+                        ChannelKind::Normal => pending.len().min(15),
+                        _ => usize::from(size / 2),
+                    };
+                    let model = &mut self.models.size[number][like][context];
                     let (value, class) = residual(coder, model, given[number].wrapping_sub(expected[k]));
                     found[k] = value.wrapping_add(expected[k]);
                     context = class / 2;
@@ -340,17 +343,24 @@ impl Attributes {
     ) -> [i32; 4] {
         let of = |wedge: u32| Some(&value(&self.values, self.stride, wedge)?[numbers.clone()]);
         if kind == ChannelKind::Normal {
-            let mut sum = [0i32; 3];
+            let mut face = [0i64; 3];
+            let mut around = [0i64; 3];
             for &(triangle, side, was) in pending {
+                add_face(&mut face, mesh, triangle);
                 let corners = self.corners[triangle as usize];
-                let around = [corners[(side + 1) % 3], corners[(side + 2) % 3], was];
-                for value in around.into_iter().filter_map(of) {
+                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was].into_iter().filter_map(of) {
                     let direction = octahedron::direction([value[0], value[1]]);
                     for axis in 0..3 {
-                        sum[axis] = sum[axis].wrapping_add(direction[axis]);
+                        around[axis] += i64::from(direction[axis]);
                     }
                 }
             }
+            shorten(&mut face);
+            let reach = |v: [i64; 3]| v.iter().map(|x| x.abs()).sum::<i64>();
+            // What the triangles say counts eight times as much as the normals around.
+            let counts = 8 * reach(around).max(127);
+            let of_face = reach(face).max(1);
+            let sum = [0, 1, 2].map(|axis| (around[axis] + face[axis] * counts / of_face) as i32);
             let [x, y] = octahedron::nearest(sum);
             return [x, y, 0, 0];
         }
@@ -392,6 +402,17 @@ fn value(values: &[i32], stride: usize, wedge: u32) -> Option<&[i32]> {
 /// Which corner of a triangle a vertex is.
 fn side_of(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
     mesh.triangles[triangle as usize].iter().position(|&v| v == vertex).unwrap_or(0)
+}
+
+/// Adds a triangle's normal, as long as twice its area.
+fn add_face(sum: &mut [i64; 3], mesh: &Mesh, triangle: u32) {
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|v| mesh.points[v as usize].at);
+    let from_a = |p: [i32; 3]| [0, 1, 2].map(|axis| i64::from(p[axis] - a[axis]));
+    let (p, q) = (from_a(b), from_a(c));
+    for axis in 0..3 {
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        sum[axis] += p[i] * q[j] - p[j] * q[i];
+    }
 }
 
 /// Where the new vertex lies on the triangle that was there before the split, in 1/256 of its two edges from the old one.

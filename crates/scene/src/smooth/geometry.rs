@@ -195,7 +195,7 @@ fn add_cross(sum: &mut [i64; 3], a: [i32; 3], b: [i32; 3]) {
 
 /// Leaves a direction's 15 first bits.
 #[inline(always)]
-fn shorten(normal: &mut [i64; 3]) {
+pub(super) fn shorten(normal: &mut [i64; 3]) {
     let longest = normal.iter().fold(0, |longest, x| longest | x.unsigned_abs());
     let shift = (u64::BITS - longest.leading_zeros()).saturating_sub(15);
     for x in normal {

@@ -10,7 +10,7 @@ use super::geometry::{Hood, ResidualModels, Weights};
 use super::header::Header;
 use super::mesh::{Mesh, NONE, Point};
 use super::model::{Bit, Nibble, number};
-use super::rans::Coder;
+use super::rans::{Coder, Writer};
 use super::split::{Change, Split, SplitModels};
 use super::stars::most_places;
 
@@ -159,20 +159,20 @@ impl Replay {
         }
     }
 
-    /// Goes through a whole stream as its writer. Calls `after_pass` after each pass.
-    pub fn write<C: Coder, S: Script>(
-        &mut self,
-        coder: &mut C,
-        script: &mut S,
-        mut after_pass: impl FnMut(&Self, &mut C, &mut S),
-    ) {
+    /// Goes through a whole stream as its writer. Gives the number of decisions after each pass.
+    ///
+    /// # Panics
+    /// When the script tells what no stream can hold.
+    pub fn write<S: Script>(&mut self, writer: &mut Writer, script: &mut S) -> Vec<usize> {
+        let mut marks = Vec::new();
         while self.phase != Phase::End {
-            if self.phase == Phase::Pass && self.pass > 0 {
-                after_pass(self, coder, script);
+            if self.phase == Phase::Pass {
+                marks.push(writer.decisions());
             }
-            let done = self.advance(coder, Some(script));
+            let done = self.advance(writer, Some(script));
             assert!(done.is_ok(), "the script tells what no stream can hold: {done:?}");
         }
+        marks
     }
 
     /// Bytes that the next step takes at most: a [`Bit`] takes up to 9 bits, a [`Nibble`] up to 12.
