@@ -49,6 +49,8 @@ impl ClusterTree {
 const SHARE: f64 = 0.42;
 /// Quadric error is blind along planes: a little of the squared distance keeps collapses short.
 const LENGTH_WEIGHT: f64 = 1e-3;
+/// Unit vectors point to the same side when their mean is as long.
+const SAME_SIDE: f64 = 0.9;
 /// A triangle may not turn farther: cosine.
 const MOST_TURN: f64 = 0.2;
 
@@ -129,13 +131,29 @@ impl<'a> Work<'a> {
         }
         edges.sort_unstable();
         for same in edges.chunk_by(|a, b| a.0 == b.0) {
-            let &[(_, corner)] = same else { continue };
+            self.add_border(same);
+        }
+    }
+
+    /// Upright planes along an edge where the surface ends: all its triangles, be it one or a double layer, lie to the
+    /// same side of it. Without them what is flat would shrink for nothing.
+    fn add_border(&mut self, same: &[(u64, u32)]) {
+        let (mut inwards, mut count) = ([0.0; 3], 0.0);
+        let mut planes = Vec::new();
+        for &(_, corner) in same {
             let corners = self.triangles[corner as usize / 3];
             let (from, to) = (corners[corner as usize % 3], corners[(corner as usize + 1) % 3]);
             let Some((normal, _)) = unit(self.normal(corners)) else { continue };
             let along = minus(self.positions[to as usize], self.positions[from as usize]);
-            let Some((upright, length)) = unit(cross(along, normal)) else { continue };
-            let quadric = Quadric::plane(upright, self.positions[from as usize], length * length);
+            let Some((upright, length)) = unit(cross(normal, along)) else { continue };
+            inwards = [0, 1, 2].map(|axis| inwards[axis] + upright[axis]);
+            count += 1.0;
+            planes.push((Quadric::plane(upright, self.positions[from as usize], length * length), from, to));
+        }
+        if squared(inwards) < (SAME_SIDE * count) * (SAME_SIDE * count) {
+            return;
+        }
+        for (quadric, from, to) in planes {
             for vertex in [from, to] {
                 self.quadrics[vertex as usize].add(&quadric);
             }

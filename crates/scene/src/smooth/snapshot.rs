@@ -2,7 +2,9 @@
 
 use super::attributes::ChannelKind;
 use super::decoder::Decoder;
+use super::mesh::Point;
 use super::octahedron;
+use super::replay::Phase;
 
 /// A mesh to draw. Every array of a vertex has as many elements as `positions`, or none.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,11 +41,17 @@ impl Decoder {
     #[must_use]
     pub fn lattice(&self) -> Lattice {
         let Some((_, replay)) = self.replay() else { return Lattice::default() };
-        let lacking = replay.coarse_bits;
-        let middle = (1 << lacking) - 1;
-        let points = replay.mesh.points.iter();
+        // While the lattice becomes finer, vertices from `next` on are still on the coarse one.
+        let next = match replay.phase {
+            Phase::Refine { next, .. } => next as usize,
+            _ => 0,
+        };
+        let twice = |(i, point): (usize, &Point)| {
+            let lacking = replay.coarse_bits - u32::from(i < next);
+            point.at.map(|x| (x << lacking) * 2 + (1 << lacking) - 1)
+        };
         Lattice {
-            twice_positions: points.map(|p| p.at.map(|x| (x << lacking) * 2 + middle)).collect(),
+            twice_positions: replay.mesh.points.iter().enumerate().map(twice).collect(),
             triangles: replay.mesh.triangles.clone(),
             corners: replay.attributes.corners.clone(),
             values: replay.attributes.values.clone(),
