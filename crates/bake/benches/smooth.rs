@@ -32,11 +32,24 @@ impl SourceFiles for Folder {
 
 /// All objects of a scene as one model.
 fn scene(path: &str) -> SourceModel {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes").join(path);
-    let path = if path.exists() { path } else { Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/scenes").join(path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes")).unwrap()) };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/scenes")
+        .join(path);
+    let path = if path.exists() {
+        path
+    } else {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../../../../shared/scenes")
+            .join(
+                path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes"))
+                    .unwrap(),
+            )
+    };
     let name = path.file_name().unwrap().to_string_lossy().into_owned();
     let folder = Folder(path.parent().unwrap().to_owned());
-    let scene = import::import(&name, fs::read(&path).unwrap(), &folder, &Limits::default(), &Silent).unwrap().scene;
+    let scene = import::import(&name, fs::read(&path).unwrap(), &folder, &Limits::default(), &Silent)
+        .unwrap()
+        .scene;
     let mut model = SourceModel::default();
     for object in &scene.objects {
         let matrix = object.world_from_object;
@@ -44,7 +57,10 @@ fn scene(path: &str) -> SourceModel {
         for primitive in &scene.models[object.model].primitives {
             let mut primitive = primitive.clone();
             for position in &mut primitive.positions {
-                *position = matrix.transform_point3(DVec3::from_array(position.map(f64::from))).as_vec3().to_array();
+                *position = matrix
+                    .transform_point3(DVec3::from_array(position.map(f64::from)))
+                    .as_vec3()
+                    .to_array();
             }
             for normal in &mut primitive.normals {
                 let turned = normal_matrix * DVec3::from_array(normal.map(f64::from));
@@ -82,7 +98,10 @@ fn merge(model: SourceModel) -> SourceModel {
         }
         whole.indices.extend(part.indices.iter().map(|i| first + i));
     }
-    SourceModel { primitives: merged, ..model }
+    SourceModel {
+        primitives: merged,
+        ..model
+    }
 }
 
 /// A grid of n × n quads, bent.
@@ -97,10 +116,15 @@ fn grid(n: u32, bend: impl Fn(f64, f64) -> [f64; 3]) -> SourceModel {
     let row = n + 1;
     for j in 0..n {
         for a in j * row..j * row + n {
-            primitive.indices.extend([a, a + 1, a + row, a + 1, a + row + 1, a + row]);
+            primitive
+                .indices
+                .extend([a, a + 1, a + row, a + 1, a + row + 1, a + row]);
         }
     }
-    SourceModel { name: String::new(), primitives: vec![primitive] }
+    SourceModel {
+        name: String::new(),
+        primitives: vec![primitive],
+    }
 }
 
 fn sphere() -> SourceModel {
@@ -123,7 +147,9 @@ fn terrain() -> SourceModel {
         let (mut height, mut size, mut waves) = (0.0, 0.06, 12.0);
         for octave in 0..8 {
             let shift = f64::from(octave);
-            height += size * ((u * waves + shift).sin() * (v * waves * 1.13 + 2.0 * shift).cos() + ((u * 0.7 - v * 0.8) * waves).sin());
+            height += size
+                * ((u * waves + shift).sin() * (v * waves * 1.13 + 2.0 * shift).cos()
+                    + ((u * 0.7 - v * 0.8) * waves).sin());
             size *= 0.5;
             waves *= 1.97;
         }
@@ -146,7 +172,10 @@ fn soup() -> SourceModel {
             primitive.positions.push(middle.map(|x| x + 0.05 * random()));
         }
     }
-    SourceModel { name: String::new(), primitives: vec![primitive] }
+    SourceModel {
+        name: String::new(),
+        primitives: vec![primitive],
+    }
 }
 
 fn main() {
@@ -174,9 +203,15 @@ fn main() {
     );
     let mut logs = [(0.0, 0); 4];
     for (name, make) in meshes {
-        if wanted.as_ref().is_none_or(|wanted| wanted.split(',').any(|w| w == name)) {
+        if wanted
+            .as_ref()
+            .is_none_or(|wanted| wanted.split(',').any(|w| w == name))
+        {
             let model = make();
-            if std::env::var("DUMP").is_ok() { dump(name, &model); continue; }
+            if std::env::var("DUMP").is_ok() {
+                dump(name, &model);
+                continue;
+            }
             for (log, share) in logs.iter_mut().zip(row(name, &model)) {
                 if let Some(share) = share {
                     log.0 += share.ln();
@@ -186,18 +221,31 @@ fn main() {
         }
     }
     let mean = |i: usize| (logs[i].0 / f64::from(logs[i].1)).exp();
-    println!("geometric mean: positions {:.2} %, meshopt + zstd {:.2} %; all attributes {:.2} %, meshopt + zstd {:.2} %", mean(0), mean(1), mean(2), mean(3));
+    println!(
+        "geometric mean: positions {:.2} %, meshopt + zstd {:.2} %; all attributes {:.2} %, meshopt + zstd {:.2} %",
+        mean(0),
+        mean(1),
+        mean(2),
+        mean(3)
+    );
 }
 fn dump(name: &str, model: &SourceModel) {
     let mut o: Vec<u8> = Vec::new();
-    let mut w = |x: &[u32]| { o.extend((x.len() as u32).to_le_bytes()); for x in x { o.extend(x.to_le_bytes()); } };
+    let mut w = |x: &[u32]| {
+        o.extend((x.len() as u32).to_le_bytes());
+        for x in x {
+            o.extend(x.to_le_bytes());
+        }
+    };
     w(&vec![0; model.primitives.len()]);
     for p in &model.primitives {
         w(&p.positions.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>());
         w(&p.normals.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>());
         w(&p.colors.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>());
         w(&vec![0; p.uvs.len()]);
-        for u in &p.uvs { w(&u.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>()); }
+        for u in &p.uvs {
+            w(&u.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>());
+        }
         w(&p.indices);
     }
     std::fs::write(format!("/tmp/lab/m/{name}.mesh"), o).unwrap();
@@ -205,7 +253,10 @@ fn dump(name: &str, model: &SourceModel) {
 
 /// Prints a mesh's row; gives its shares in %.
 fn row(name: &str, model: &SourceModel) -> [Option<f64>; 4] {
-    let plain = Precision { with_attributes: false, ..Precision::default() };
+    let plain = Precision {
+        with_attributes: false,
+        ..Precision::default()
+    };
     let mesh = QuantisedMesh::new(model, plain);
     let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
     let million = triangles as f64 / 1e6;
@@ -213,7 +264,11 @@ fn row(name: &str, model: &SourceModel) -> [Option<f64>; 4] {
     let decode_s = decode(&bytes, &mesh);
     let object_bytes = (12 * vertices + 6 * triangles) as f64;
     let share = 100.0 * bytes.len() as f64 / object_bytes;
-    let vertex_bytes: Vec<[u16; 4]> = mesh.positions.iter().map(|p| [p[0] as u16, p[1] as u16, p[2] as u16, 0]).collect();
+    let vertex_bytes: Vec<[u16; 4]> = mesh
+        .positions
+        .iter()
+        .map(|p| [p[0] as u16, p[1] as u16, p[2] as u16, 0])
+        .collect();
     let indices: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
     let other = 100.0 * meshopt_bytes(&vertex_bytes, &indices) as f64 / object_bytes;
     let reached = bytes_to_errors(&bytes, &mesh);
@@ -233,14 +288,25 @@ fn row(name: &str, model: &SourceModel) -> [Option<f64>; 4] {
         million / decode_s,
         million / dressed_s,
     );
-    [Some(share), Some(other), has_attributes.then_some(dressed_share), has_attributes.then_some(dressed_other)]
+    [
+        Some(share),
+        Some(other),
+        has_attributes.then_some(dressed_share),
+        has_attributes.then_some(dressed_other),
+    ]
 }
 
 /// Bytes of vertices and indices of a plain GLB.
 fn glb_bytes(model: &SourceModel) -> usize {
-    let floats = |p: &Primitive| 3 * p.positions.len() + 3 * p.normals.len() + 4 * p.colors.len() + 2 * p.uvs.iter().map(Vec::len).sum::<usize>();
+    let floats = |p: &Primitive| {
+        3 * p.positions.len() + 3 * p.normals.len() + 4 * p.colors.len() + 2 * p.uvs.iter().map(Vec::len).sum::<usize>()
+    };
     let index = |p: &Primitive| if p.positions.len() > 65535 { 4 } else { 2 };
-    model.primitives.iter().map(|p| 4 * floats(p) + index(p) * p.indices.len()).sum()
+    model
+        .primitives
+        .iter()
+        .map(|p| 4 * floats(p) + index(p) * p.indices.len())
+        .sum()
 }
 
 /// Seconds of CPU time that decoding takes, checking what comes out.
@@ -256,7 +322,10 @@ fn decode(bytes: &[u8], mesh: &QuantisedMesh) -> f64 {
         (1..rounds).for_each(|_| drop(run()));
         run()
     });
-    assert!(smooth::canonical::of_mesh(mesh) == smooth::canonical::of_lattice(&decoder.lattice(), mesh.stride()), "what was decoded differs");
+    assert!(
+        smooth::canonical::of_mesh(mesh) == smooth::canonical::of_lattice(&decoder.lattice(), mesh.stride()),
+        "what was decoded differs"
+    );
     seconds / rounds as f64
 }
 
@@ -270,15 +339,21 @@ fn bytes_to_errors(bytes: &[u8], mesh: &QuantisedMesh) -> Vec<usize> {
         ruler.rms(&lattice.twice_positions, &lattice.triangles) / ruler.diagonal()
     };
     let mut least = 200.min(bytes.len());
-    ERRORS.map(|wanted| {
-        let (mut low, mut high) = (least, bytes.len());
-        while high - low > 32 && high * 100 > low * 103 {
-            let middle = low.midpoint(high);
-            if error_of(middle) <= wanted { high = middle } else { low = middle }
-        }
-        least = low;
-        high
-    }).to_vec()
+    ERRORS
+        .map(|wanted| {
+            let (mut low, mut high) = (least, bytes.len());
+            while high - low > 32 && high * 100 > low * 103 {
+                let middle = low.midpoint(high);
+                if error_of(middle) <= wanted {
+                    high = middle
+                } else {
+                    low = middle
+                }
+            }
+            least = low;
+            high
+        })
+        .to_vec()
 }
 
 fn meshopt_bytes<T: Clone + Default>(vertices: &[T], indices: &[u32]) -> usize {
@@ -296,14 +371,20 @@ fn meshopt_dressed(mesh: &QuantisedMesh) -> usize {
     let mut rows: Vec<[u16; 16]> = vec![[0; 16]; mesh.values.len().checked_div(stride).unwrap_or(0)];
     for (triangle, corners) in mesh.triangles.iter().zip(&mesh.corners) {
         for (&vertex, &wedge) in triangle.iter().zip(corners) {
-            let numbers = mesh.positions[vertex as usize].iter().chain(&mesh.values[wedge as usize * stride..][..stride]);
+            let numbers = mesh.positions[vertex as usize]
+                .iter()
+                .chain(&mesh.values[wedge as usize * stride..][..stride]);
             for (slot, number) in rows[wedge as usize].iter_mut().zip(numbers) {
                 *slot = *number as u16;
             }
         }
     }
     let indices: Vec<u32> = mesh.corners.iter().flatten().copied().collect();
-    if rows.is_empty() { 0 } else { meshopt_bytes(&rows, &indices) }
+    if rows.is_empty() {
+        0
+    } else {
+        meshopt_bytes(&rows, &indices)
+    }
 }
 
 /// CPU time of this thread so far, in seconds.

@@ -11,7 +11,12 @@ pub type Face = (u16, [(Vec<i32>, Vec<i32>); 3]);
 #[must_use]
 pub fn of_mesh(mesh: &QuantisedMesh) -> Vec<Face> {
     let twice: Vec<[i32; 3]> = mesh.positions.iter().map(|p| p.map(|x| 2 * x)).collect();
-    faces(&twice, &mesh.triangles, (&mesh.corners, &mesh.values, mesh.stride()), &mesh.materials)
+    faces(
+        &twice,
+        &mesh.triangles,
+        (&mesh.corners, &mesh.values, mesh.stride()),
+        &mesh.materials,
+    )
 }
 
 /// The triangles of what was decoded, sorted. A wedge has `stride` numbers.

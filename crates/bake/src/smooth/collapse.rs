@@ -47,6 +47,8 @@ impl ClusterTree {
 
 /// At most this share of the vertices vanishes in one pass.
 const SHARE: f64 = 0.42;
+/// Only the cheapest are considered: so many of the vertices.
+const CONSIDERED: f64 = 0.7;
 /// Quadric error is blind along planes: a little of the squared distance keeps collapses short.
 const LENGTH_WEIGHT: f64 = 1e-3;
 /// Unit vectors point to the same side when their mean is as long.
@@ -58,13 +60,9 @@ const MOST_TURN: f64 = 0.2;
 pub(super) fn cluster(mesh: &QuantisedMesh) -> ClusterTree {
     let mut work = Work::new(mesh);
     let mut passes = Vec::new();
-    let mut force = false;
     while work.live.len() > 1 {
-        let pass = work.pass(force);
-        force = pass.collapses.is_empty();
-        if !force {
-            passes.push(pass);
-        }
+        let pass = work.pass();
+        passes.push(pass);
     }
     ClusterTree {
         passes,
@@ -94,6 +92,8 @@ struct Candidate {
     cost: f64,
     gone: u32,
     kept: u32,
+    /// Whether triangles turn over.
+    turns: bool,
 }
 
 impl<'a> Work<'a> {
@@ -121,9 +121,14 @@ impl<'a> Work<'a> {
         let mut edges: Vec<(u64, u32)> = Vec::with_capacity(3 * self.triangles.len());
         for (t, &[a, b, c]) in self.triangles.iter().enumerate() {
             for (side, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
-                edges.push((u64::from(from.min(to)) << 32 | u64::from(from.max(to)), 3 * t as u32 + side as u32));
+                edges.push((
+                    u64::from(from.min(to)) << 32 | u64::from(from.max(to)),
+                    3 * t as u32 + side as u32,
+                ));
             }
-            let Some((normal, area)) = unit(self.normal([a, b, c])) else { continue };
+            let Some((normal, area)) = unit(self.normal([a, b, c])) else {
+                continue;
+            };
             let quadric = Quadric::plane(normal, self.positions[a as usize], area / 2.0);
             for vertex in [a, b, c] {
                 self.quadrics[vertex as usize].add(&quadric);
@@ -143,12 +148,20 @@ impl<'a> Work<'a> {
         for &(_, corner) in same {
             let corners = self.triangles[corner as usize / 3];
             let (from, to) = (corners[corner as usize % 3], corners[(corner as usize + 1) % 3]);
-            let Some((normal, _)) = unit(self.normal(corners)) else { continue };
+            let Some((normal, _)) = unit(self.normal(corners)) else {
+                continue;
+            };
             let along = minus(self.positions[to as usize], self.positions[from as usize]);
-            let Some((upright, length)) = unit(cross(normal, along)) else { continue };
+            let Some((upright, length)) = unit(cross(normal, along)) else {
+                continue;
+            };
             inwards = [0, 1, 2].map(|axis| inwards[axis] + upright[axis]);
             count += 1.0;
-            planes.push((Quadric::plane(upright, self.positions[from as usize], length * length), from, to));
+            planes.push((
+                Quadric::plane(upright, self.positions[from as usize], length * length),
+                from,
+                to,
+            ));
         }
         if squared(inwards) < (SAME_SIDE * count) * (SAME_SIDE * count) {
             return;
@@ -160,21 +173,24 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn pass(&mut self, force: bool) -> Pass {
+    fn pass(&mut self) -> Pass {
         self.gather_corners();
-        let mut candidates = self.candidates(force);
+        let mut candidates = self.candidates();
         candidates.sort_unstable_by(|a, b| a.cost.total_cmp(&b.cost).then(a.gone.cmp(&b.gone)));
         let most = ((self.live.len() as f64 * SHARE) as usize).max(1);
         let mut pass = Pass::default();
         let mut deviations = Vec::new();
-        for Candidate { gone, kept, .. } in candidates {
+        // Many stand in each other's way. Those that cost more shall not get their turn because of that.
+        candidates.truncate(((self.live.len() as f64 * CONSIDERED) as usize).max(1));
+        for Candidate { gone, kept, turns, .. } in candidates {
             if pass.collapses.len() >= most {
                 break;
             }
-            if self.is_locked[gone as usize]
-                || self.is_locked[kept as usize]
-                || !force && self.turns(gone, kept)
-            {
+            if self.is_locked[gone as usize] || self.is_locked[kept as usize] {
+                continue;
+            }
+            // What has happened around since may have made it worse.
+            if !turns && !pass.collapses.is_empty() && self.turned_area(gone, kept) > 0.0 {
                 continue;
             }
             self.is_locked[gone as usize] = true;
@@ -221,7 +237,7 @@ impl<'a> Work<'a> {
         &self.corners[self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize]
     }
 
-    fn candidates(&self, force: bool) -> Vec<Candidate> {
+    fn candidates(&self) -> Vec<Candidate> {
         let mut candidates = Vec::with_capacity(self.live.len());
         let mut lone = Vec::new();
         let mut seen = Vec::new();
@@ -239,8 +255,21 @@ impl<'a> Work<'a> {
                     }
                     seen.push(kept);
                     let cost = self.cost(gone, kept);
-                    if best.is_none_or(|best| cost < best.cost) && (force || !self.turns(gone, kept)) {
-                        best = Some(Candidate { cost, gone, kept });
+                    if best.is_some_and(|best| cost >= best.cost) {
+                        continue;
+                    }
+                    // What turns over is off by about the length of the edge.
+                    let turned = self.turned_area(gone, kept);
+                    let length = minus(self.positions[gone as usize], self.positions[kept as usize]);
+                    let cost = cost + turned * squared(length);
+                    if best.is_none_or(|best| cost < best.cost) {
+                        let turns = turned > 0.0;
+                        best = Some(Candidate {
+                            cost,
+                            gone,
+                            kept,
+                            turns,
+                        });
                     }
                 }
             }
@@ -262,7 +291,11 @@ impl<'a> Work<'a> {
         if lone.is_empty() {
             return;
         }
-        let mut row: Vec<(u64, u32)> = self.live.iter().map(|&v| (morton(self.mesh.positions[v as usize]), v)).collect();
+        let mut row: Vec<(u64, u32)> = self
+            .live
+            .iter()
+            .map(|&v| (morton(self.mesh.positions[v as usize]), v))
+            .collect();
         row.sort_unstable();
         for &gone in lone {
             let key = (morton(self.mesh.positions[gone as usize]), gone);
@@ -271,34 +304,52 @@ impl<'a> Work<'a> {
             let near = near.into_iter().flatten().filter_map(|i| row.get(i)).map(|&(_, v)| v);
             let distance = |v: u32| squared(minus(self.positions[v as usize], self.positions[gone as usize]));
             if let Some(kept) = near.min_by(|&a, &b| distance(a).total_cmp(&distance(b))) {
-                candidates.push(Candidate { cost: 0.0, gone, kept });
+                candidates.push(Candidate {
+                    cost: 0.0,
+                    gone,
+                    kept,
+                    turns: true,
+                });
             }
         }
     }
 
-    /// Whether a triangle would turn over.
-    fn turns(&self, gone: u32, kept: u32) -> bool {
+    /// Area of the triangles that would turn over.
+    fn turned_area(&self, gone: u32, kept: u32) -> f64 {
         let to = self.positions[kept as usize];
-        self.corners_of(gone).iter().any(|&corner| {
+        let turned = self.corners_of(gone).iter().map(|&corner| {
             let corners = self.triangles[corner as usize / 3];
             let side = corner as usize % 3;
             let (b, c) = (corners[(side + 1) % 3], corners[(side + 2) % 3]);
             if b == kept || c == kept || b == c || b == gone || c == gone {
-                return false;
+                return 0.0;
             }
             let [b, c] = [b, c].map(|v| self.positions[v as usize]);
-            let before = cross(minus(b, self.positions[gone as usize]), minus(c, self.positions[gone as usize]));
+            let before = cross(
+                minus(b, self.positions[gone as usize]),
+                minus(c, self.positions[gone as usize]),
+            );
             let after = cross(minus(b, to), minus(c, to));
             let turn = dot(before, after);
-            turn < 0.0 || turn * turn < MOST_TURN * MOST_TURN * squared(before) * squared(after)
-        })
+            let (large, larger) = (squared(before), squared(after));
+            if turn < 0.0 || turn * turn < MOST_TURN * MOST_TURN * large * larger {
+                large.sqrt() / 2.0
+            } else {
+                0.0
+            }
+        });
+        turned.sum()
     }
 
     fn deviation(&self, gone: u32, kept: u32) -> f64 {
         let (a, b) = (&self.quadrics[gone as usize], &self.quadrics[kept as usize]);
         let at = self.positions[kept as usize];
         let weight = a.weight + b.weight;
-        if weight > 0.0 { ((a.at(at) + b.at(at)) / weight).sqrt() } else { 0.0 }
+        if weight > 0.0 {
+            ((a.at(at) + b.at(at)) / weight).sqrt()
+        } else {
+            0.0
+        }
     }
 
     fn collapse(&mut self, gone: u32, kept: u32) -> Collapse {
@@ -334,7 +385,11 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

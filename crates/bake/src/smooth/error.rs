@@ -43,7 +43,9 @@ impl Ruler {
         let shapes = shapes(twice_positions, triangles);
         let points = spread(&shapes, self.samples);
         let tree = ShapeTree::new(shapes);
-        mean_square(&self.points, &tree).max(mean_square(&points, &self.source)).sqrt()
+        mean_square(&self.points, &tree)
+            .max(mean_square(&points, &self.source))
+            .sqrt()
     }
 }
 
@@ -64,7 +66,10 @@ fn spread(shapes: &[[DVec3; 3]], samples: usize) -> Vec<DVec3> {
         while until_next < 0.0 && points.len() < samples {
             until_next += step;
             let i = points.len() as f64;
-            let (mut u, mut v) = ((0.5 + 0.754_877_666_246_693 * i).fract(), (0.5 + 0.569_840_290_998_053 * i).fract());
+            let (mut u, mut v) = (
+                (0.5 + 0.754_877_666_246_693 * i).fract(),
+                (0.5 + 0.569_840_290_998_053 * i).fract(),
+            );
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
@@ -79,6 +84,8 @@ fn spread(shapes: &[[DVec3; 3]], samples: usize) -> Vec<DVec3> {
 }
 
 fn mean_square(points: &[DVec3], tree: &ShapeTree) -> f64 {
-    let squares = points.iter().map(|&p| tree.nearest_to_all(&[p], None, 0.0).distance.powi(2));
+    let squares = points
+        .iter()
+        .map(|&p| tree.nearest_to_all(&[p], None, 0.0).distance.powi(2));
     squares.sum::<f64>() / points.len() as f64
 }

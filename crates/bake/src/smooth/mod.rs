@@ -13,6 +13,8 @@ pub mod error;
 mod quadric;
 pub mod quantise;
 mod script;
+#[cfg(test)]
+mod tests;
 mod weights;
 
 use belvedere_scene::smooth::Header;
@@ -54,7 +56,11 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
     let tree = collapse::cluster(mesh);
     let lacking = lattices(&tree, mesh.bits);
     if mesh.positions.len() >= LEAST_FITTED {
-        let plain = Header { channels: Vec::new(), materials: 1, ..header.clone() };
+        let plain = Header {
+            channels: Vec::new(),
+            materials: 1,
+            ..header.clone()
+        };
         let mut undo = Undo::new(mesh, &tree, &lacking);
         undo.fit = Some(Fit::new());
         Replay::new(&plain).write(&mut Writer::default(), &mut undo);

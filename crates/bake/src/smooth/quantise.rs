@@ -62,13 +62,22 @@ impl QuantisedMesh {
     /// Rounds a model's triangles. Its primitives are its materials, in their order.
     #[must_use]
     pub fn new(model: &SourceModel, precision: Precision) -> Self {
-        let primitives: Vec<&Primitive> =
-            model.primitives.iter().filter(|p| p.topology == Topology::Triangles).collect();
+        let primitives: Vec<&Primitive> = model
+            .primitives
+            .iter()
+            .filter(|p| p.topology == Topology::Triangles)
+            .collect();
         let (low, high) = range(primitives.iter().flat_map(|p| &p.positions));
-        let extent = (0..3).map(|i| f64::from(high[i]) - f64::from(low[i])).fold(0.0, f64::max);
+        let extent = (0..3)
+            .map(|i| f64::from(high[i]) - f64::from(low[i]))
+            .fold(0.0, f64::max);
         let last = f64::from((1u32 << precision.position_bits) - 1);
         let step = if extent > 0.0 { (extent / last) as f32 } else { 0.0 };
-        let channels = if precision.with_attributes { channels(&primitives, precision.uv_bits) } else { Vec::new() };
+        let channels = if precision.with_attributes {
+            channels(&primitives, precision.uv_bits)
+        } else {
+            Vec::new()
+        };
         let mut mesh = Self {
             bits: precision.position_bits,
             origin: if primitives.is_empty() { [0.0; 3] } else { low },
@@ -112,7 +121,11 @@ impl QuantisedMesh {
     fn vertex(&mut self, known: &mut HashMap<[i32; 3], u32>, at: [f32; 3], last: i32) -> u32 {
         let round = |i: usize| {
             let steps = (f64::from(at[i]) - f64::from(self.origin[i])) / f64::from(self.step);
-            if self.step > 0.0 { (steps.round() as i32).clamp(0, last) } else { 0 }
+            if self.step > 0.0 {
+                (steps.round() as i32).clamp(0, last)
+            } else {
+                0
+            }
         };
         let at = [round(0), round(1), round(2)];
         *known.entry(at).or_insert_with(|| {
@@ -125,7 +138,11 @@ impl QuantisedMesh {
         let mut values = Vec::new();
         let mut set = 0;
         let round = |x: f32, low: f32, step: f32| {
-            if step > 0.0 { ((f64::from(x) - f64::from(low)) / f64::from(step)).round() as i32 } else { 0 }
+            if step > 0.0 {
+                ((f64::from(x) - f64::from(low)) / f64::from(step)).round() as i32
+            } else {
+                0
+            }
         };
         for channel in &self.channels {
             match channel.kind {
@@ -134,7 +151,12 @@ impl QuantisedMesh {
                     values.extend(octahedron::nearest(normal.map(|x| (x * 65536.0) as i32)));
                 }
                 ChannelKind::Uv => {
-                    let uv = primitive.uvs.get(set).and_then(|uvs| uvs.get(i)).copied().unwrap_or_default();
+                    let uv = primitive
+                        .uvs
+                        .get(set)
+                        .and_then(|uvs| uvs.get(i))
+                        .copied()
+                        .unwrap_or_default();
                     values.extend((0..2).map(|k| round(uv[k], channel.low[k], channel.step[k])));
                     set += 1;
                 }

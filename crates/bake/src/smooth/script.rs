@@ -1,6 +1,5 @@
 //! What does the writer of a smooth LOD tell? The cluster tree, undone pass by pass.
 
-
 use belvedere_scene::smooth::fan::{Fan, Spoke, Star};
 use belvedere_scene::smooth::geometry::Hood;
 use belvedere_scene::smooth::replay::Script;
@@ -92,7 +91,10 @@ impl<'a> Undo<'a> {
 
     /// Takes a new triangle that was not yet explained.
     fn take(newborn: &[(u32, Born)], taken: &mut [bool], born: Born) -> bool {
-        let found = newborn.iter().zip(&*taken).position(|(&(_, b), &taken)| !taken && b == born);
+        let found = newborn
+            .iter()
+            .zip(&*taken)
+            .position(|(&(_, b), &taken)| !taken && b == born);
         if let Some(i) = found {
             taken[i] = true;
         }
@@ -112,7 +114,11 @@ impl<'a> Undo<'a> {
         // Where the moved ones begin, if they are in one row; if there are none or all, wherever most edges open.
         let begins: Vec<usize> = (0..length)
             .filter(|&i| {
-                let before = if i > 0 { moves(&spokes[i - 1]) } else { fan.closed && moves(&spokes[length - 1]) };
+                let before = if i > 0 {
+                    moves(&spokes[i - 1])
+                } else {
+                    fan.closed && moves(&spokes[length - 1])
+                };
                 moves(&spokes[i]) && !before
             })
             .collect();
@@ -125,12 +131,22 @@ impl<'a> Undo<'a> {
         let mut best = None;
         for first in rows {
             let mut now = taken.to_vec();
-            let start = Born { third: third(first), old_first: false };
-            let end = Born { third: third(first + count), old_first: true };
+            let start = Born {
+                third: third(first),
+                old_first: false,
+            };
+            let end = Born {
+                third: third(first + count),
+                old_first: true,
+            };
             let opens = [start, end].map(|born| Self::take(&self.newborn, &mut now, born));
             let opened = usize::from(opens[0]) + usize::from(opens[1]);
             if best.as_ref().is_none_or(|&(most, _, _)| opened > most) {
-                let row = Row { first: first as u32, count: count as u32, opens };
+                let row = Row {
+                    first: first as u32,
+                    count: count as u32,
+                    opens,
+                };
                 best = Some((opened, row, now));
             }
         }
@@ -151,7 +167,12 @@ impl<'a> Undo<'a> {
 
 impl Script for Undo<'_> {
     fn pass(&mut self) -> Option<u32> {
-        for collapse in self.tree.passes.get(self.passes_left).map_or(&[][..], |pass| &pass.collapses) {
+        for collapse in self
+            .tree
+            .passes
+            .get(self.passes_left)
+            .map_or(&[][..], |pass| &pass.collapses)
+        {
             self.collapse_onto[collapse.kept as usize] = NONE;
         }
         if self.passes_left == 0 {
@@ -179,7 +200,9 @@ impl Script for Undo<'_> {
     }
 
     fn split(&mut self, star: &Star) -> Split {
-        let Some(collapse) = self.current else { return Split::default() };
+        let Some(collapse) = self.current else {
+            return Split::default();
+        };
         self.splits += 1;
         self.newborn.clear();
         for &corner in self.tree.corners(collapse) {
@@ -242,10 +265,14 @@ impl Script for Undo<'_> {
     fn wedge(&mut self, vertex: u32, triangle: u32, present: &[u32]) -> Option<usize> {
         let source = self.source_triangle[triangle as usize] as usize;
         let source_vertex = self.source_vertex[vertex as usize];
-        let side = (0..3).find(|&side| self.corners[source][side] == source_vertex).unwrap_or(0);
+        let side = (0..3)
+            .find(|&side| self.corners[source][side] == source_vertex)
+            .unwrap_or(0);
         let wanted = self.mesh.corners[source][side];
         let found = if self.mesh.triangles[source][side] == source_vertex {
-            present.iter().position(|&wedge| self.source_wedge[wedge as usize] == wanted)
+            present
+                .iter()
+                .position(|&wedge| self.source_wedge[wedge as usize] == wanted)
         } else {
             // It will move on to a vertex of its own: until then, the wedge here that looks most like it.
             let distance = |wedge: u32| self.distance(self.source_wedge[wedge as usize], wanted);

@@ -116,8 +116,13 @@ impl Attributes {
                 same_material: Nibble::default(),
                 material: Nibble::default(),
                 rank: std::array::from_fn(|_| row()),
-                copy: kinds.iter().map(|_| std::array::from_fn(|_| Nibble::default())).collect(),
-                size: (0..stride).map(|_| std::array::from_fn(|_| std::array::from_fn(|_| Nibble::default()))).collect(),
+                copy: kinds
+                    .iter()
+                    .map(|_| std::array::from_fn(|_| Nibble::default()))
+                    .collect(),
+                size: (0..stride)
+                    .map(|_| std::array::from_fn(|_| std::array::from_fn(|_| Nibble::default())))
+                    .collect(),
                 last_copy: vec![0; kinds.len()],
             },
             pending: Vec::new(),
@@ -133,7 +138,11 @@ impl Attributes {
 
     /// Bytes that [`Attributes::dress`] takes at most for so many corners.
     pub(super) fn step_bytes(&self, corners: usize) -> usize {
-        if self.is_empty() { 0 } else { corners * (8 + 7 * self.stride) }
+        if self.is_empty() {
+            0
+        } else {
+            corners * (8 + 7 * self.stride)
+        }
     }
 
     /// After a split: tells what the new vertex's corners and those of new triangles, from `first` on, look like.
@@ -178,8 +187,19 @@ impl Attributes {
                 if vertex != new {
                     let star = mesh.stars.of(mesh.points[vertex as usize].star);
                     let corner = (triangle, side_of(mesh, triangle, vertex), NONE);
-                    let asked = if vertex == old { Asked::BornOld } else { Asked::BornThird };
-                    self.code_rank(coder, script.as_deref_mut(), star, (vertex, mesh), corner, (wedges, asked));
+                    let asked = if vertex == old {
+                        Asked::BornOld
+                    } else {
+                        Asked::BornThird
+                    };
+                    self.code_rank(
+                        coder,
+                        script.as_deref_mut(),
+                        star,
+                        (vertex, mesh),
+                        corner,
+                        (wedges, asked),
+                    );
                 }
             }
         }
@@ -259,7 +279,9 @@ impl Attributes {
             wedge = self.before[wedge as usize];
         }
         let count = self.present.len();
-        let given = script.map_or(0, |script| script.wedge(vertex, triangle, &self.present).unwrap_or(count));
+        let given = script.map_or(0, |script| {
+            script.wedge(vertex, triangle, &self.present).unwrap_or(count)
+        });
         let rank = if count == 0 {
             0
         } else {
@@ -305,7 +327,9 @@ impl Attributes {
             let numbers = at..at + kind.numbers();
             let (values, stride) = (&self.values, self.stride);
             let copies = sources.map(|wedge| Some(&value(values, stride, wedge)?[numbers.clone()]));
-            let given_copy = copies.iter().position(|copy| copy.is_some_and(|copy| copy == &given[numbers.clone()]));
+            let given_copy = copies
+                .iter()
+                .position(|copy| copy.is_some_and(|copy| copy == &given[numbers.clone()]));
             let model = &mut self.models.copy[channel][self.models.last_copy[channel]];
             let copy = coder.symbol(model, given_copy.map_or(0, |i| i + 1)).min(3);
             self.models.last_copy[channel] = copy;
@@ -348,7 +372,10 @@ impl Attributes {
             for &(triangle, side, was) in pending {
                 add_face(&mut face, mesh, triangle);
                 let corners = self.corners[triangle as usize];
-                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was].into_iter().filter_map(of) {
+                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was]
+                    .into_iter()
+                    .filter_map(of)
+                {
                     let direction = octahedron::direction([value[0], value[1]]);
                     for axis in 0..3 {
                         around[axis] += i64::from(direction[axis]);
@@ -381,7 +408,10 @@ impl Attributes {
         if count == 0 {
             for &(triangle, side, was) in pending {
                 let corners = self.corners[triangle as usize];
-                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was].into_iter().filter_map(of) {
+                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was]
+                    .into_iter()
+                    .filter_map(of)
+                {
                     for k in 0..value.len() {
                         sum[k] += 256 * i64::from(value[k]);
                     }
@@ -389,7 +419,13 @@ impl Attributes {
                 }
             }
         }
-        sum.map(|sum| if count > 0 { ((sum / count + 128) >> 8) as i32 } else { 0 })
+        sum.map(|sum| {
+            if count > 0 {
+                ((sum / count + 128) >> 8) as i32
+            } else {
+                0
+            }
+        })
     }
 }
 
@@ -401,7 +437,10 @@ fn value(values: &[i32], stride: usize, wedge: u32) -> Option<&[i32]> {
 
 /// Which corner of a triangle a vertex is.
 fn side_of(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
-    mesh.triangles[triangle as usize].iter().position(|&v| v == vertex).unwrap_or(0)
+    mesh.triangles[triangle as usize]
+        .iter()
+        .position(|&v| v == vertex)
+        .unwrap_or(0)
 }
 
 /// Adds a triangle's normal, as long as twice its area.
@@ -423,7 +462,11 @@ fn shares(mesh: &Mesh, triangle: u32, side: usize, old: u32, new: u32) -> [i64; 
         [0, 1, 2].map(|axis| i64::from(p[axis]) - i64::from(q[axis]))
     });
     // Ten bits are enough, and keep products small.
-    let longest = from.iter().chain(&to).chain(&at).fold(0, |all, x| all | x.unsigned_abs());
+    let longest = from
+        .iter()
+        .chain(&to)
+        .chain(&at)
+        .fold(0, |all, x| all | x.unsigned_abs());
     let shift = (u64::BITS - longest.leading_zeros()).saturating_sub(10);
     let [from, to, at] = [from, to, at].map(|v| v.map(|x| x >> shift));
     let dot = |a: [i64; 3], b: [i64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -53,13 +53,18 @@ impl Decoder {
     }
 
     fn try_push(&mut self, bytes: &[u8]) -> Result<(), SmoothError> {
-        let most_bytes = self.begun.as_ref().map_or(usize::MAX, |begun| begun.header.total_bytes as usize);
+        let most_bytes = self
+            .begun
+            .as_ref()
+            .map_or(usize::MAX, |begun| begun.header.total_bytes as usize);
         if bytes.len() > most_bytes.saturating_sub(self.bytes.len()) {
             return Err(SmoothError::Damaged("it goes on after its end"));
         }
         self.bytes.extend_from_slice(bytes);
         if self.begun.is_none() {
-            let Some((header, header_bytes)) = Header::read(&self.bytes)? else { return Ok(()) };
+            let Some((header, header_bytes)) = Header::read(&self.bytes)? else {
+                return Ok(());
+            };
             let needed_bytes = header.memory_bytes();
             if needed_bytes > self.most_memory_bytes {
                 return Err(SmoothError::Memory {
@@ -93,7 +98,9 @@ impl Decoder {
     /// Whether the mesh is whole.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.begun.as_ref().is_some_and(|begun| begun.replay.phase == Phase::End)
+        self.begun
+            .as_ref()
+            .is_some_and(|begun| begun.replay.phase == Phase::End)
     }
 
     /// The mesh so far.

@@ -44,10 +44,15 @@ impl Star {
     #[inline(always)]
     pub(super) fn read(&mut self, mesh: &Mesh, vertex: u32) {
         self.spokes.clear();
-        self.spokes.extend(mesh.stars.of(mesh.points[vertex as usize].star).iter().map(|&triangle| {
-            let (from, to) = mesh.others(triangle, vertex);
-            Spoke { triangle, from, to }
-        }));
+        self.spokes.extend(
+            mesh.stars
+                .of(mesh.points[vertex as usize].star)
+                .iter()
+                .map(|&triangle| {
+                    let (from, to) = mesh.others(triangle, vertex);
+                    Spoke { triangle, from, to }
+                }),
+        );
         self.find_fans();
         if self.fans.len() > 1 && self.fans.len() <= MOST_FANS {
             self.join();

@@ -54,7 +54,11 @@ const SHARES: [i64; 256] = {
 
 #[inline(always)]
 fn share_of(count: usize) -> i64 {
-    if count < 256 { SHARES[count] } else { 65536 / count as i64 }
+    if count < 256 {
+        SHARES[count]
+    } else {
+        65536 / count as i64
+    }
 }
 
 /// Twice the logarithm of a mean distance, from 0 to 31.
@@ -89,9 +93,7 @@ impl Hood {
             if share == 0 {
                 return [0; 3];
             }
-            std::array::from_fn(|axis| {
-                ((i64::from(point.around[axis]) * share) >> 12) - 16 * i64::from(point.at[axis])
-            })
+            std::array::from_fn(|axis| ((i64::from(point.around[axis]) * share) >> 12) - 16 * i64::from(point.at[axis]))
         };
         let reach = |v: [i32; 3]| v.iter().map(|&x| u64::from(x.unsigned_abs())).sum::<u64>();
         let look = |hood: &mut Self, vertex: u32| {
@@ -114,7 +116,11 @@ impl Hood {
         let mut last = (old, [0; 3], [0; 3]);
         for &i in &change.moved {
             let spoke = star.spokes[i as usize];
-            let (_, from, lap_from) = if spoke.from == last.0 { last } else { look(&mut hood, spoke.from) };
+            let (_, from, lap_from) = if spoke.from == last.0 {
+                last
+            } else {
+                look(&mut hood, spoke.from)
+            };
             last = look(&mut hood, spoke.to);
             let (_, to, lap_to) = last;
             for axis in 0..3 {
@@ -242,7 +248,9 @@ impl ResidualModels {
         let round = |sixteenths: i32| sixteenths.wrapping_add(8) >> 4;
 
         let nearest = hood.nearest(expected);
-        let given_shared = (0..3).map(|axis| usize::from(given[axis] == nearest[axis]) << axis).sum();
+        let given_shared = (0..3)
+            .map(|axis| usize::from(given[axis] == nearest[axis]) << axis)
+            .sum();
         let shared = coder.symbol(&mut self.shared[before & 7][hood.kind / 4], given_shared);
         let is_shared = |axis: usize| shared >> axis & 1 == 1;
 
@@ -252,7 +260,11 @@ impl ResidualModels {
                 found[axis] = nearest[axis];
                 continue;
             }
-            let model = if i == 0 { &mut self.first[size] } else { &mut self.second[size / 2][classes[0] / 2] };
+            let model = if i == 0 {
+                &mut self.first[size]
+            } else {
+                &mut self.second[size / 2][classes[0] / 2]
+            };
             let (value, class) = residual(coder, model, given[axis].wrapping_sub(round(expected[axis])));
             found[axis] = value.wrapping_add(round(expected[axis]));
             classes[i] = class;

@@ -56,9 +56,17 @@ impl Header {
     /// When there are more than [`MOST_CHANNELS`] channels or 255 cuts.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        assert!(self.channels.len() <= MOST_CHANNELS && self.cuts.len() <= 255, "a header has no room for so many");
+        assert!(
+            self.channels.len() <= MOST_CHANNELS && self.cuts.len() <= 255,
+            "a header has no room for so many"
+        );
         let mut bytes = MAGIC.to_vec();
-        bytes.extend([VERSION, self.bits as u8, self.channels.len() as u8, self.cuts.len() as u8]);
+        bytes.extend([
+            VERSION,
+            self.bits as u8,
+            self.channels.len() as u8,
+            self.cuts.len() as u8,
+        ]);
         for number in [self.total_bytes, self.vertices, self.triangles, self.wedges] {
             bytes.extend(number.to_le_bytes());
         }
@@ -181,7 +189,10 @@ impl Header {
 
     fn checked(self, length: usize) -> Result<Self, SmoothError> {
         let numbers = self.origin.iter().chain([&self.step]);
-        let channels = self.channels.iter().flat_map(|channel| channel.low.iter().chain(&channel.step));
+        let channels = self
+            .channels
+            .iter()
+            .flat_map(|channel| channel.low.iter().chain(&channel.step));
         let fault = if !(1..=16).contains(&self.bits) {
             "its coordinates have no bits or more than 16"
         } else if self.channels.len() > MOST_CHANNELS {
@@ -194,7 +205,11 @@ impl Header {
             "it has more vertices or triangles than there can be"
         } else if numbers.chain(channels).any(|x| !x.is_finite()) {
             "its header has a number that is not finite"
-        } else if self.cuts.iter().any(|cut| cut.bytes > self.total_bytes || cut.rms_error.is_nan()) {
+        } else if self
+            .cuts
+            .iter()
+            .any(|cut| cut.bytes > self.total_bytes || cut.rms_error.is_nan())
+        {
             "one of its cuts lies behind its end"
         } else {
             return Ok(self);

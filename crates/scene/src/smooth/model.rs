@@ -37,7 +37,11 @@ impl Bit {
     #[inline(always)]
     pub(super) fn learn(&mut self, bit: bool) {
         let rate = RATES[usize::from(self.seen)];
-        let target = if bit { Self::LEAST } else { (1 << CHANCE_BITS) - Self::LEAST };
+        let target = if bit {
+            Self::LEAST
+        } else {
+            (1 << CHANCE_BITS) - Self::LEAST
+        };
         let zero = i32::from(self.zero);
         self.zero = (zero + ((target - zero) >> rate)) as u16;
         self.seen += u8::from(self.seen < Self::SETTLED);
@@ -127,7 +131,11 @@ const NIBBLE_RATES: [u8; 16] = [3, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 6];
 #[inline(always)]
 pub(super) fn number(coder: &mut impl Coder, model: &mut Nibble, value: u32) -> u32 {
     let symbol = coder.symbol(model, value.min(15) as usize) as u32;
-    if symbol < 15 { symbol } else { 15 + gamma(coder, value.wrapping_sub(15)) }
+    if symbol < 15 {
+        symbol
+    } else {
+        gamma(coder, value.wrapping_sub(15)).saturating_add(15)
+    }
 }
 
 /// Any number: how many bits, then the bits.
@@ -148,6 +156,10 @@ pub(super) fn wide(coder: &mut impl Coder, bits: u32, value: u32) -> u32 {
     let middle_bits = rest.min(CHANCE_BITS);
     let middle = coder.raw(middle_bits, value >> low_bits & ((1 << middle_bits) - 1));
     let top_bits = rest - middle_bits;
-    let top = if top_bits == 0 { 0 } else { coder.raw(top_bits, value >> 30) };
+    let top = if top_bits == 0 {
+        0
+    } else {
+        coder.raw(top_bits, value >> 30)
+    };
     low | middle << CHANCE_BITS | top << 30
 }

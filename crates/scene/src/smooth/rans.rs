@@ -68,7 +68,10 @@ impl Writer {
         let mut bytes = Vec::with_capacity(STATE_BYTES + 2 * total);
         bytes.extend(states.iter().flat_map(|state| state.to_le_bytes()));
         bytes.extend(words.iter().rev().flat_map(|word| word.to_le_bytes()));
-        let ends = words_behind.iter().map(|behind| STATE_BYTES + 2 * (total - behind)).collect();
+        let ends = words_behind
+            .iter()
+            .map(|behind| STATE_BYTES + 2 * (total - behind))
+            .collect();
         (bytes, ends)
     }
 
@@ -105,7 +108,6 @@ impl Coder for Writer {
     fn starved(&self) -> bool {
         false
     }
-
 }
 
 /// The two states of a reader and its place in the stream: all that it must keep between two deliveries.
@@ -193,7 +195,11 @@ impl Coder for Reader<'_> {
     fn bit(&mut self, model: &mut Bit, _: bool) -> bool {
         let zero = model.chance_of_zero();
         let bit = self.slot() >= zero;
-        let (start, width) = if bit { (zero, (1 << CHANCE_BITS) - zero) } else { (0, zero) };
+        let (start, width) = if bit {
+            (zero, (1 << CHANCE_BITS) - zero)
+        } else {
+            (0, zero)
+        };
         self.take(start, width);
         model.learn(bit);
         bit

@@ -4,8 +4,8 @@
 //! vertex that was there at its beginning, in order of birth, whether it is split, and if so, how. Batches of splits
 //! with one flag for each vertex are from Pajarola & Rossignac, *Compressed progressive meshes* (2000).
 
-use super::fan::Star;
 use super::attributes::Attributes;
+use super::fan::Star;
 use super::geometry::{Hood, ResidualModels, Weights};
 use super::header::Header;
 use super::mesh::{Mesh, NONE, Point};
@@ -220,7 +220,11 @@ impl Replay {
         let model = &mut self.models.flags[size as usize][valence][recent];
         let splits = coder.bit(model, script.as_mut().is_some_and(|script| script.splits(vertex)));
         if !splits {
-            return if coder.starved() { Err(ENDS_EARLY) } else { Ok(visit(point.next)) };
+            return if coder.starved() {
+                Err(ENDS_EARLY)
+            } else {
+                Ok(visit(point.next))
+            };
         }
         self.star.read(&self.mesh, vertex);
         let given = script.map(|script| script.split(&self.star));
@@ -232,7 +236,11 @@ impl Replay {
         if let Some(given) = given {
             self.split.extra = given.extra;
         }
-        Ok(if self.split.extras > 0 { Phase::Extra(vertex) } else { Phase::Place(vertex) })
+        Ok(if self.split.extras > 0 {
+            Phase::Extra(vertex)
+        } else {
+            Phase::Place(vertex)
+        })
     }
 
     #[cold]
@@ -260,7 +268,13 @@ impl Replay {
         script: Option<&mut S>,
         vertex: u32,
     ) -> Result<Phase, Damage> {
-        let Self { mesh, star, split, change, .. } = self;
+        let Self {
+            mesh,
+            star,
+            split,
+            change,
+            ..
+        } = self;
         let first_born = mesh.triangles.len() as u32;
         change.lay_out(star, split, first_born);
         let new = mesh.points.len() as u32;
@@ -273,9 +287,13 @@ impl Replay {
         let mut script = script;
         let given = script.as_mut().map_or([0; 3], |script| script.position(&hood, origin));
         let before = usize::from(mesh.points[vertex as usize].shared);
-        let (step, shared) = self.models.residual.code(coder, &hood, &self.weights, before, std::array::from_fn(|axis| {
-            given[axis] - origin[axis]
-        }));
+        let (step, shared) = self.models.residual.code(
+            coder,
+            &hood,
+            &self.weights,
+            before,
+            std::array::from_fn(|axis| given[axis] - origin[axis]),
+        );
         if coder.starved() {
             return Err(ENDS_EARLY);
         }
@@ -305,7 +323,8 @@ impl Replay {
         if let Some(script) = &mut script {
             script.born(first_born, change, split);
         }
-        self.attributes.dress(coder, mesh, script, (vertex, new), first_born, hood.size)?;
+        self.attributes
+            .dress(coder, mesh, script, (vertex, new), first_born, hood.size)?;
         if coder.starved() {
             return Err(ENDS_EARLY);
         }
@@ -327,7 +346,14 @@ impl Replay {
         }
         self.pass += 1;
         self.known = self.mesh.points.len() as u32;
-        Ok(if found > 1 { Phase::Refine { next: 0, more: found - 2 } } else { self.first_visit() })
+        Ok(if found > 1 {
+            Phase::Refine {
+                next: 0,
+                more: found - 2,
+            }
+        } else {
+            self.first_visit()
+        })
     }
 
     fn first_visit(&mut self) -> Phase {
@@ -370,7 +396,10 @@ impl Replay {
             point.size = (point.size + 2).min(31);
         }
         if more > 0 {
-            return Ok(Phase::Refine { next: 0, more: more - 1 });
+            return Ok(Phase::Refine {
+                next: 0,
+                more: more - 1,
+            });
         }
         self.sizes = self.mesh.points.iter().map(|point| u64::from(point.size)).sum();
         self.mesh.add_up();

@@ -40,7 +40,9 @@ impl Decoder {
     /// The numbers themselves. Empty before the header has come.
     #[must_use]
     pub fn lattice(&self) -> Lattice {
-        let Some((_, replay)) = self.replay() else { return Lattice::default() };
+        let Some((_, replay)) = self.replay() else {
+            return Lattice::default();
+        };
         // While the lattice becomes finer, vertices from `next` on are still on the coarse one.
         let next = match replay.phase {
             Phase::Refine { next, .. } => next as usize,
@@ -62,7 +64,9 @@ impl Decoder {
     /// The mesh to draw. Empty before the header has come.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        let Some((header, replay)) = self.replay() else { return Snapshot::default() };
+        let Some((header, replay)) = self.replay() else {
+            return Snapshot::default();
+        };
         let lattice = self.lattice();
         let position = |vertex: u32| -> [f32; 3] {
             let twice = lattice.twice_positions[vertex as usize];
@@ -77,8 +81,16 @@ impl Decoder {
         };
         let stride = replay.attributes.stride;
         // A wedge belongs to one vertex, so wedges, or vertices where there are none, are what a renderer calls vertices.
-        let corners = if stride == 0 { &lattice.triangles } else { &lattice.corners };
-        let most = if stride == 0 { lattice.twice_positions.len() } else { lattice.values.len() / stride };
+        let corners = if stride == 0 {
+            &lattice.triangles
+        } else {
+            &lattice.corners
+        };
+        let most = if stride == 0 {
+            lattice.twice_positions.len()
+        } else {
+            lattice.values.len() / stride
+        };
         let mut drawn = vec![u32::MAX; most];
         for ((triangle, corners), &material) in lattice.triangles.iter().zip(corners).zip(&lattice.materials) {
             for (&vertex, &corner) in triangle.iter().zip(corners) {

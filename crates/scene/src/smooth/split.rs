@@ -119,7 +119,11 @@ impl SplitModels {
         found: &mut Split,
     ) {
         found.clear();
-        let mut last = if star.fans.len() == 1 { ROW_BOTH + 1 } else { ROW_BOTH + 2 };
+        let mut last = if star.fans.len() == 1 {
+            ROW_BOTH + 1
+        } else {
+            ROW_BOTH + 2
+        };
         for (i, &fan) in star.fans.iter().enumerate() {
             let given_move = given.map_or(Move::Stay, |split| split.moves[i]);
             let kinds = &mut self.kind[usize::from(fan.closed)][last];
@@ -142,7 +146,11 @@ impl SplitModels {
                 _ => {
                     let given = match given_move {
                         Move::Row(row) => row,
-                        _ => Row { first: 0, count: 0, opens: [false; 2] },
+                        _ => Row {
+                            first: 0,
+                            count: 0,
+                            opens: [false; 2],
+                        },
                     };
                     Move::Row(self.code_row(coder, mesh, vertex, star.of(fan), (fan, kind), given))
                 }
@@ -175,10 +183,18 @@ impl SplitModels {
                 let widest = widest(mesh, vertex, spokes, count as usize) as u32;
                 // Distance from the widest place, to both sides in turn.
                 let ahead = (given.first + length - widest) % length;
-                let folded = if 2 * ahead <= length { 2 * ahead } else { 2 * (length - ahead) - 1 };
+                let folded = if 2 * ahead <= length {
+                    2 * ahead
+                } else {
+                    2 * (length - ahead) - 1
+                };
                 let model = &mut self.first[class][(count as usize).min(15)];
                 let folded = number(coder, model, folded).min(length - 1);
-                let ahead = if folded.is_multiple_of(2) { folded / 2 } else { length - folded.div_ceil(2) };
+                let ahead = if folded.is_multiple_of(2) {
+                    folded / 2
+                } else {
+                    length - folded.div_ceil(2)
+                };
                 ((widest + ahead) % length, [true; 2])
             }
             _ => {
@@ -340,7 +356,11 @@ impl Change {
                     self.stay(&spokes[rest..first.max(rest)]);
                     self.go(&spokes[first..end], fan.first + first);
                     self.go(&spokes[..rest], fan.first);
-                    let around = if rest > 0 || fan.closed && end == length { rest } else { end };
+                    let around = if rest > 0 || fan.closed && end == length {
+                        rest
+                    } else {
+                        end
+                    };
                     let start_born = opens[0].then(|| self.open(spokes, first, false, next));
                     let end_born = opens[1].then(|| self.open(spokes, around, true, next));
                     self.go.extend(end_born.into_iter().chain(start_born));
@@ -409,7 +429,8 @@ impl Change {
         }
         for &born in &split.extra {
             let triangle = self.bear(mesh, born, old, new);
-            mesh.stars.insert(&mut mesh.points[born.third as usize].star, (NONE, true), triangle);
+            mesh.stars
+                .insert(&mut mesh.points[born.third as usize].star, (NONE, true), triangle);
             self.stay.push(triangle);
             self.go.push(triangle);
         }
@@ -432,4 +453,3 @@ impl Change {
         triangle
     }
 }
-
