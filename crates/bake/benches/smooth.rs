@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 use belvedere_bake::import::{self, FileError, Limits, SourceFiles};
 use belvedere_bake::progress::Silent;
+use belvedere_bake::smooth;
 use belvedere_bake::smooth::error::Ruler;
 use belvedere_bake::smooth::quantise::{Precision, QuantisedMesh};
-use belvedere_bake::smooth::{self};
 use belvedere_bake::source::{Primitive, SourceModel, Topology};
 use belvedere_scene::smooth::Decoder;
 use glam::{DMat3, DVec3};
@@ -32,19 +32,10 @@ impl SourceFiles for Folder {
 
 /// All objects of a scene as one model.
 fn scene(path: &str) -> SourceModel {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared/scenes")
-        .join(path);
-    let path = if path.exists() {
-        path
-    } else {
-        Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../../../../shared/scenes")
-            .join(
-                path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes"))
-                    .unwrap(),
-            )
-    };
+    // Beside the checkout, or beside the folder of checkouts.
+    let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let folders = ["../shared/scenes", "../../shared/scenes"].map(|folder| checkout.join(folder).join(path));
+    let path = folders.into_iter().find(|path| path.exists()).unwrap();
     let name = path.file_name().unwrap().to_string_lossy().into_owned();
     let folder = Folder(path.parent().unwrap().to_owned());
     let scene = import::import(&name, fs::read(&path).unwrap(), &folder, &Limits::default(), &Silent)
@@ -178,9 +169,12 @@ fn soup() -> SourceModel {
     }
 }
 
+/// Loads or makes a model.
+type Make = fn() -> SourceModel;
+
 fn main() {
     let wanted = std::env::args().nth(1).filter(|name| !name.starts_with('-'));
-    let meshes: [(&str, fn() -> SourceModel); 16] = [
+    let meshes: [(&str, Make); 16] = [
         ("engine", || scene("engine-cad/2CylinderEngine.glb")),
         ("ship", || scene("ship-textured/dutch_ship_medium_1k.gltf")),
         ("museum", || scene("museum-hall/hall.glb")),
@@ -208,10 +202,6 @@ fn main() {
             .is_none_or(|wanted| wanted.split(',').any(|w| w == name))
         {
             let model = make();
-            if std::env::var("DUMP").is_ok() {
-                dump(name, &model);
-                continue;
-            }
             for (log, share) in logs.iter_mut().zip(row(name, &model)) {
                 if let Some(share) = share {
                     log.0 += share.ln();
@@ -229,28 +219,6 @@ fn main() {
         mean(3)
     );
 }
-fn dump(name: &str, model: &SourceModel) {
-    let mut o: Vec<u8> = Vec::new();
-    let mut w = |x: &[u32]| {
-        o.extend((x.len() as u32).to_le_bytes());
-        for x in x {
-            o.extend(x.to_le_bytes());
-        }
-    };
-    w(&vec![0; model.primitives.len()]);
-    for p in &model.primitives {
-        w(&p.positions.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>());
-        w(&p.normals.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>());
-        w(&p.colors.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>());
-        w(&vec![0; p.uvs.len()]);
-        for u in &p.uvs {
-            w(&u.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>());
-        }
-        w(&p.indices);
-    }
-    std::fs::write(format!("/tmp/lab/m/{name}.mesh"), o).unwrap();
-}
-
 /// Prints a mesh's row; gives its shares in %.
 fn row(name: &str, model: &SourceModel) -> [Option<f64>; 4] {
     let plain = Precision {
@@ -331,7 +299,7 @@ fn decode(bytes: &[u8], mesh: &QuantisedMesh) -> f64 {
 
 /// How many bytes of a stream it takes until the error stays below each of [`ERRORS`].
 fn bytes_to_errors(bytes: &[u8], mesh: &QuantisedMesh) -> Vec<usize> {
-    let ruler = Ruler::new(mesh);
+    let ruler = Ruler::new(mesh, 4000);
     let error_of = |count: usize| {
         let mut decoder = Decoder::new(u64::MAX);
         decoder.push(&bytes[..count]).unwrap();

@@ -6,6 +6,7 @@
 
 use super::quadric::Quadric;
 use super::quantise::QuantisedMesh;
+use super::vectors::{cross, dot, minus, morton, squared, unit};
 
 /// One collapse.
 #[derive(Debug, Clone)]
@@ -378,35 +379,4 @@ impl<'a> Work<'a> {
 
 fn is_degenerate([a, b, c]: [u32; 3]) -> bool {
     a == b || b == c || c == a
-}
-
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn squared(a: [f64; 3]) -> f64 {
-    dot(a, a)
-}
-
-fn unit(v: [f64; 3]) -> Option<([f64; 3], f64)> {
-    let length = squared(v).sqrt();
-    (length > 0.0).then(|| (v.map(|x| x / length), length))
-}
-
-/// Interleaved bits, 21 of each coordinate.
-fn morton(at: [i32; 3]) -> u64 {
-    let spread = |x: i32| (0..21).fold(0u64, |key, bit| key | u64::from(x as u32 >> bit & 1) << (3 * bit));
-    spread(at[0]) | spread(at[1]) << 1 | spread(at[2]) << 2
 }

@@ -15,6 +15,7 @@ pub mod quantise;
 mod script;
 #[cfg(test)]
 mod tests;
+mod vectors;
 mod weights;
 
 use belvedere_scene::smooth::Header;

@@ -5,7 +5,7 @@
 //! Triangles that lose their area in that, by having a corner twice, are left out and counted. Lines and points have no
 //! smooth LOD; tangents are left to whoever draws.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use belvedere_scene::smooth::attributes::{Channel, ChannelKind};
 use belvedere_scene::smooth::octahedron;
@@ -80,13 +80,13 @@ impl QuantisedMesh {
         };
         let mut mesh = Self {
             bits: precision.position_bits,
-            origin: if primitives.is_empty() { [0.0; 3] } else { low },
+            origin: if low[0].is_finite() { low } else { [0.0; 3] },
             step,
             channels,
             ..Self::default()
         };
-        let mut vertices: HashMap<[i32; 3], u32> = HashMap::new();
-        let mut wedges: HashMap<(u32, Vec<i32>), u32> = HashMap::new();
+        let mut vertices: BTreeMap<[i32; 3], u32> = BTreeMap::new();
+        let mut wedges: BTreeMap<(u32, Vec<i32>), u32> = BTreeMap::new();
         for (material, primitive) in primitives.iter().enumerate() {
             let rounded: Vec<(u32, u32)> = (0..primitive.positions.len())
                 .map(|i| {
@@ -118,7 +118,7 @@ impl QuantisedMesh {
         mesh
     }
 
-    fn vertex(&mut self, known: &mut HashMap<[i32; 3], u32>, at: [f32; 3], last: i32) -> u32 {
+    fn vertex(&mut self, known: &mut BTreeMap<[i32; 3], u32>, at: [f32; 3], last: i32) -> u32 {
         let round = |i: usize| {
             let steps = (f64::from(at[i]) - f64::from(self.origin[i])) / f64::from(self.step);
             if self.step > 0.0 {

@@ -1,9 +1,10 @@
 //! What does the writer of a smooth LOD tell? The cluster tree, undone pass by pass.
 
+use belvedere_scene::smooth::change::Change;
 use belvedere_scene::smooth::fan::{Fan, Spoke, Star};
 use belvedere_scene::smooth::geometry::Hood;
-use belvedere_scene::smooth::replay::Script;
-use belvedere_scene::smooth::split::{Born, Change, Move, Row, Split};
+use belvedere_scene::smooth::script::Script;
+use belvedere_scene::smooth::split::{Born, Move, Row, Split};
 
 use super::collapse::{ClusterTree, Collapse};
 use super::quantise::QuantisedMesh;

@@ -100,10 +100,11 @@ fn fit(samples: &[Sample]) -> [f64; FEATURES] {
 /// Gaussian elimination; the matrix is symmetric and positive definite.
 fn solve(mut matrix: [[f64; FEATURES]; FEATURES], mut right: [f64; FEATURES]) -> [f64; FEATURES] {
     for i in 0..FEATURES {
+        let pivot = matrix[i];
         for row in i + 1..FEATURES {
-            let factor = matrix[row][i] / matrix[i][i];
-            for column in i..FEATURES {
-                matrix[row][column] -= factor * matrix[i][column];
+            let factor = matrix[row][i] / pivot[i];
+            for (own, pivot) in matrix[row].iter_mut().zip(&pivot).skip(i) {
+                *own -= factor * pivot;
             }
             right[row] -= factor * right[i];
         }

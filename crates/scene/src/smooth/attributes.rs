@@ -6,12 +6,13 @@
 //! values of new wedges are told: copied from a corner beside it, or a residual. Expected of a normal is that
 //! of the triangles around it; of all else, that it goes on evenly over the triangle that was there before the split.
 
-use super::geometry::{residual, shorten};
+use super::geometry::residual;
 use super::mesh::{Mesh, NONE};
 use super::model::{Nibble, number};
-use super::octahedron;
 use super::rans::Coder;
-use super::replay::{Damage, Script};
+use super::replay::Damage;
+use super::script::Script;
+use super::values::{Beside, Corner};
 
 /// What a channel holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,14 +64,22 @@ pub(super) struct Attributes {
     material_count: u32,
     most_wedges: usize,
     models: AttributeModels,
-    pending: Vec<Pending>,
+    /// The corners of each new wedge that is still to be told.
+    pending: Vec<Vec<Corner>>,
     present: Vec<u32>,
 }
 
-/// A new wedge, and the corners that have it: triangle, which corner, and the wedge that it had before the split.
-#[derive(Debug, Default)]
-struct Pending {
-    corners: Vec<(u32, usize, u32)>,
+/// A split that has been done.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Done {
+    /// The vertex that was split.
+    pub(super) old: u32,
+    /// The one that came.
+    pub(super) new: u32,
+    /// The first of the new triangles.
+    pub(super) first: u32,
+    /// Size class of the neighbourhood.
+    pub(super) size: u8,
 }
 
 #[derive(Debug, Clone)]
@@ -145,16 +154,15 @@ impl Attributes {
         }
     }
 
-    /// After a split: tells what the new vertex's corners and those of new triangles, from `first` on, look like.
+    /// After a split: tells what the new vertex's corners and those of new triangles look like.
     pub(super) fn dress<C: Coder, S: Script>(
         &mut self,
         coder: &mut C,
         mesh: &Mesh,
         mut script: Option<&mut S>,
-        (old, new): (u32, u32),
-        first: u32,
-        size: u8,
+        split: Done,
     ) -> Result<(), Damage> {
+        let Done { old, new, first, .. } = split;
         self.code_materials(coder, mesh, script.as_deref_mut(), new, first);
         if self.stride == 0 {
             return Ok(());
@@ -165,7 +173,7 @@ impl Attributes {
         let wedges = (self.values.len() / self.stride) as u32;
         let star = mesh.stars.of(mesh.points[new as usize].star);
         // The corners of moved triangles still hold wedges of the old vertex.
-        let was: Vec<(u32, usize, u32)> = star
+        let was: Vec<Corner> = star
             .iter()
             .map(|&triangle| {
                 let side = side_of(mesh, triangle, new);
@@ -203,11 +211,12 @@ impl Attributes {
                 }
             }
         }
+        for i in 0..self.pending.len() {
+            self.code_values(coder, script.as_deref_mut(), mesh, wedges, i, split);
+        }
+        // Only now, so that what was drawn so far stays whole.
         if self.pending.len() + wedges as usize > self.most_wedges {
             return Err("it has more wedges than its header says");
-        }
-        for i in 0..self.pending.len() {
-            self.code_values(coder, script.as_deref_mut(), mesh, wedges, i, (old, new), size);
         }
         Ok(())
     }
@@ -248,7 +257,7 @@ impl Attributes {
         script: Option<&mut S>,
         star: &[u32],
         (vertex, mesh): (u32, &Mesh),
-        corner: (u32, usize, u32),
+        corner: Corner,
         (wedges, asked): (u32, Asked),
     ) {
         let (triangle, side, _) = corner;
@@ -291,7 +300,7 @@ impl Attributes {
         let wedge = match self.present.get(rank) {
             Some(&wedge) => wedge,
             None => {
-                self.pending.push(Pending::default());
+                self.pending.push(Vec::new());
                 self.before.push(self.latest[vertex as usize]);
                 self.latest[vertex as usize] = self.before.len() as u32 - 1;
                 wedges + self.pending.len() as u32 - 1
@@ -299,7 +308,7 @@ impl Attributes {
         };
         self.corners[triangle as usize][side] = wedge;
         if wedge >= wedges {
-            self.pending[(wedge - wedges) as usize].corners.push(corner);
+            self.pending[(wedge - wedges) as usize].push(corner);
         }
     }
 
@@ -310,23 +319,29 @@ impl Attributes {
         mesh: &Mesh,
         wedges: u32,
         i: usize,
-        (old, new): (u32, u32),
-        size: u8,
+        split: Done,
     ) {
-        let pending = std::mem::take(&mut self.pending[i].corners);
+        let pending = std::mem::take(&mut self.pending[i]);
         let mut given = vec![0; self.stride];
         if let Some(script) = &mut script {
             script.values(wedges + i as u32, &mut given);
         }
         let (triangle, side, was) = pending[0];
-        let beside = self.corners[triangle as usize];
-        let sources = [beside[(side + 1) % 3], beside[(side + 2) % 3], was];
+        let corners = self.corners[triangle as usize];
+        let sources = [corners[(side + 1) % 3], corners[(side + 2) % 3], was];
         let mut at = 0;
         for channel in 0..self.kinds.len() {
             let kind = self.kinds[channel];
             let numbers = at..at + kind.numbers();
-            let (values, stride) = (&self.values, self.stride);
-            let copies = sources.map(|wedge| Some(&value(values, stride, wedge)?[numbers.clone()]));
+            let beside = Beside {
+                mesh,
+                corners: &self.corners,
+                values: &self.values,
+                stride: self.stride,
+                pending: &pending,
+                split: (split.old, split.new),
+            };
+            let copies = sources.map(|wedge| Some(&beside.value(wedge)?[numbers.clone()]));
             let given_copy = copies
                 .iter()
                 .position(|copy| copy.is_some_and(|copy| copy == &given[numbers.clone()]));
@@ -338,12 +353,12 @@ impl Attributes {
             if let Some(copied) = copied {
                 found[..copied.len()].copy_from_slice(copied);
             } else {
-                let expected = self.expected(mesh, &pending, kind, &numbers, (old, new));
+                let expected = beside.expected(kind, &numbers);
                 let mut context = 0;
                 for (k, number) in numbers.clone().enumerate() {
                     let like = match kind {
                         ChannelKind::Normal => pending.len().min(15),
-                        _ => usize::from(size / 2),
+                        _ => usize::from(split.size / 2),
                     };
                     let model = &mut self.models.size[number][like][context];
                     let (value, class) = residual(coder, model, given[number].wrapping_sub(expected[k]));
@@ -355,84 +370,6 @@ impl Attributes {
             at = numbers.end;
         }
     }
-
-    /// What a new wedge's channel likely is.
-    fn expected(
-        &self,
-        mesh: &Mesh,
-        pending: &[(u32, usize, u32)],
-        kind: ChannelKind,
-        numbers: &std::ops::Range<usize>,
-        (old, new): (u32, u32),
-    ) -> [i32; 4] {
-        let of = |wedge: u32| Some(&value(&self.values, self.stride, wedge)?[numbers.clone()]);
-        if kind == ChannelKind::Normal {
-            let mut face = [0i64; 3];
-            let mut around = [0i64; 3];
-            for &(triangle, side, was) in pending {
-                add_face(&mut face, mesh, triangle);
-                let corners = self.corners[triangle as usize];
-                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was]
-                    .into_iter()
-                    .filter_map(of)
-                {
-                    let direction = octahedron::direction([value[0], value[1]]);
-                    for axis in 0..3 {
-                        around[axis] += i64::from(direction[axis]);
-                    }
-                }
-            }
-            shorten(&mut face);
-            let reach = |v: [i64; 3]| v.iter().map(|x| x.abs()).sum::<i64>();
-            // What the triangles say counts eight times as much as the normals around.
-            let counts = 8 * reach(around).max(127);
-            let of_face = reach(face).max(1);
-            let sum = [0, 1, 2].map(|axis| (around[axis] + face[axis] * counts / of_face) as i32);
-            let [x, y] = octahedron::nearest(sum);
-            return [x, y, 0, 0];
-        }
-        let mut sum = [0i64; 4];
-        let mut count = 0;
-        for &(triangle, side, was) in pending {
-            let corners = self.corners[triangle as usize];
-            let [next, before] = [corners[(side + 1) % 3], corners[(side + 2) % 3]].map(of);
-            if let (Some(was), Some(next), Some(before)) = (of(was), next, before) {
-                let [a, b] = shares(mesh, triangle, side, old, new);
-                for k in 0..was.len() {
-                    let [p, q, r] = [was[k], next[k], before[k]].map(i64::from);
-                    sum[k] += 256 * p + a * (q - p) + b * (r - p);
-                }
-                count += 1;
-            }
-        }
-        if count == 0 {
-            for &(triangle, side, was) in pending {
-                let corners = self.corners[triangle as usize];
-                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was]
-                    .into_iter()
-                    .filter_map(of)
-                {
-                    for k in 0..value.len() {
-                        sum[k] += 256 * i64::from(value[k]);
-                    }
-                    count += 1;
-                }
-            }
-        }
-        sum.map(|sum| {
-            if count > 0 {
-                ((sum / count + 128) >> 8) as i32
-            } else {
-                0
-            }
-        })
-    }
-}
-
-/// The numbers of a wedge, if it has been told.
-fn value(values: &[i32], stride: usize, wedge: u32) -> Option<&[i32]> {
-    let first = (wedge as usize).checked_mul(stride)?;
-    values.get(first..first.checked_add(stride)?)
 }
 
 /// Which corner of a triangle a vertex is.
@@ -441,39 +378,4 @@ fn side_of(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
         .iter()
         .position(|&v| v == vertex)
         .unwrap_or(0)
-}
-
-/// Adds a triangle's normal, as long as twice its area.
-fn add_face(sum: &mut [i64; 3], mesh: &Mesh, triangle: u32) {
-    let [a, b, c] = mesh.triangles[triangle as usize].map(|v| mesh.points[v as usize].at);
-    let from_a = |p: [i32; 3]| [0, 1, 2].map(|axis| i64::from(p[axis] - a[axis]));
-    let (p, q) = (from_a(b), from_a(c));
-    for axis in 0..3 {
-        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-        sum[axis] += p[i] * q[j] - p[j] * q[i];
-    }
-}
-
-/// Where the new vertex lies on the triangle that was there before the split, in 1/256 of its two edges from the old one.
-fn shares(mesh: &Mesh, triangle: u32, side: usize, old: u32, new: u32) -> [i64; 2] {
-    let corners = mesh.triangles[triangle as usize];
-    let [from, to, at] = [corners[(side + 1) % 3], corners[(side + 2) % 3], new].map(|v| {
-        let (p, q) = (mesh.points[v as usize].at, mesh.points[old as usize].at);
-        [0, 1, 2].map(|axis| i64::from(p[axis]) - i64::from(q[axis]))
-    });
-    // Ten bits are enough, and keep products small.
-    let longest = from
-        .iter()
-        .chain(&to)
-        .chain(&at)
-        .fold(0, |all, x| all | x.unsigned_abs());
-    let shift = (u64::BITS - longest.leading_zeros()).saturating_sub(10);
-    let [from, to, at] = [from, to, at].map(|v| v.map(|x| x >> shift));
-    let dot = |a: [i64; 3], b: [i64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let (ff, ft, tt, fa, ta) = (dot(from, from), dot(from, to), dot(to, to), dot(from, at), dot(to, at));
-    let area = ff * tt - ft * ft;
-    if area == 0 {
-        return [0; 2];
-    }
-    [(tt * fa - ft * ta) * 256 / area, (ff * ta - ft * fa) * 256 / area].map(|share| share.clamp(-1024, 1024))
 }

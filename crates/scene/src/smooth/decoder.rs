@@ -3,7 +3,8 @@
 use super::SmoothError;
 use super::header::Header;
 use super::rans::{Place, Reader, STATE_BYTES};
-use super::replay::{Nothing, Phase, Replay};
+use super::replay::{Phase, Replay};
+use super::script::Nothing;
 
 /// Decodes one smooth LOD.
 ///

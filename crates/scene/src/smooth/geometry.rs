@@ -6,11 +6,12 @@
 //! surface is steepest last: what the surface's plane says of it, given the other two, is taken off first. This parts
 //! what lies in the surface from what sticks out of it, as Alliez & Desbrun (2001) do, but without rounding.
 
+use super::change::Change;
 use super::fan::Star;
 use super::mesh::Mesh;
 use super::model::{Nibble, gamma};
 use super::rans::Coder;
-use super::split::{Change, Split};
+use super::split::Split;
 
 /// Directions from the old vertex, in 1/16 of the lattice's step, that are weighted and added up.
 pub const FEATURES: usize = 5;
@@ -152,7 +153,7 @@ impl Hood {
             arcs = (twice - cuts).div_ceil(2).min(3);
         }
         hood.kind = cuts.min(2) * 4 + arcs;
-        hood.size = size_class(distance * share_of(cuts + change.moved.len()) as u64 >> 16);
+        hood.size = size_class((distance * share_of(cuts + change.moved.len()) as u64) >> 16);
         hood
     }
 

@@ -47,13 +47,13 @@ const VERSION: u8 = 1;
 const FIXED_BYTES: usize = 44;
 const CUT_BYTES: usize = 12;
 /// Most channels of a corner.
-pub const MOST_CHANNELS: usize = 8;
+pub(super) const MOST_CHANNELS: usize = 8;
 
 impl Header {
     /// The header's bytes.
     ///
     /// # Panics
-    /// When there are more than [`MOST_CHANNELS`] channels or 255 cuts.
+    /// When there are more than 8 channels or 255 cuts.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         assert!(

@@ -10,7 +10,7 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// A mesh while it grows.
 #[derive(Debug, Default)]
-pub struct Mesh {
+pub(super) struct Mesh {
     pub(super) points: Vec<Point>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) stars: Stars,

@@ -6,14 +6,16 @@
 //! A tour, from the outside in:
 //!
 //! * [`Decoder`]: bytes in, [`Snapshot`]s out. [`Header`]: what a file says before its stream.
-//! * [`replay`]: the order of the story: passes over all known vertices. One function for reader and writer.
-//! * [`split`] and [`fan`]: what becomes of the triangles around a vertex that is split.
+//! * [`replay`]: the order of the story: passes over all known vertices. One function for reader and writer; [`script`] is
+//!   what a writer brings.
+//! * [`split`], [`fan`] and [`change`]: what becomes of the triangles around a vertex that is split.
 //! * [`geometry`]: where the new vertex is. [`attributes`] and [`octahedron`]: what its corners look like.
 //! * [`mod@model`] and [`rans`]: how decisions become bits.
 //!
 //! All arithmetic on which reader and writer must agree is on integers, exact also in languages with only 53 bits.
 
 pub mod attributes;
+pub mod change;
 mod decoder;
 pub mod fan;
 pub mod geometry;
@@ -23,11 +25,13 @@ pub mod model;
 pub mod octahedron;
 pub mod rans;
 pub mod replay;
+pub mod script;
 mod snapshot;
 pub mod split;
 mod stars;
 #[cfg(test)]
 mod tests;
+mod values;
 
 pub use decoder::Decoder;
 pub use header::{Cut, Header};

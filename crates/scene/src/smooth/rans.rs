@@ -61,7 +61,7 @@ impl Writer {
                 words.push(*state as u16);
                 *state >>= 16;
             }
-            *state = (*state / width << CHANCE_BITS) + *state % width + start;
+            *state = ((*state / width) << CHANCE_BITS) + *state % width + start;
         }
         let total = words.len();
         words_behind[..mark].fill(total);

@@ -86,11 +86,8 @@ impl Decoder {
         } else {
             &lattice.corners
         };
-        let most = if stride == 0 {
-            lattice.twice_positions.len()
-        } else {
-            lattice.values.len() / stride
-        };
+        let wedges = lattice.values.len().checked_div(stride);
+        let most = wedges.unwrap_or(lattice.twice_positions.len());
         let mut drawn = vec![u32::MAX; most];
         for ((triangle, corners), &material) in lattice.triangles.iter().zip(corners).zip(&lattice.materials) {
             for (&vertex, &corner) in triangle.iter().zip(corners) {
