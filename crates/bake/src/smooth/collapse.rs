@@ -48,6 +48,8 @@ impl ClusterTree {
 
 /// At most this share of the vertices vanishes in one pass.
 const SHARE: f64 = 0.42;
+/// A pass with fewer of the vertices is small.
+const SMALL_PASS: f64 = 0.05;
 /// Only the cheapest are considered: so many of the vertices.
 const CONSIDERED: f64 = 0.7;
 /// Quadric error is blind along planes: a little of the squared distance keeps collapses short.
@@ -85,6 +87,7 @@ struct Work<'a> {
     corners: Vec<u32>,
     is_locked: Vec<bool>,
     is_gone: Vec<bool>,
+    is_tired: Vec<bool>,
     moved: Vec<u32>,
 }
 
@@ -111,6 +114,7 @@ impl<'a> Work<'a> {
             corners: Vec::new(),
             is_locked: vec![false; count],
             is_gone: vec![false; count],
+            is_tired: vec![false; count],
             moved: Vec::new(),
         };
         work.add_planes();
@@ -199,8 +203,12 @@ impl<'a> Work<'a> {
             deviations.push(self.deviation(gone, kept));
             pass.collapses.push(self.collapse(gone, kept));
         }
+        // Where many want to collapse onto the same few, others get their turn next time.
+        let is_small = (pass.collapses.len() as f64) < self.live.len() as f64 * SMALL_PASS;
+        self.is_tired.fill(false);
         for collapse in &pass.collapses {
             self.is_locked[collapse.kept as usize] = false;
+            self.is_tired[collapse.kept as usize] = is_small;
         }
         self.live.retain(|&v| !self.is_gone[v as usize]);
         let triangles = &self.triangles;
@@ -247,37 +255,45 @@ impl<'a> Work<'a> {
                 lone.push(gone);
                 continue;
             }
-            seen.clear();
-            let mut best: Option<Candidate> = None;
-            for &corner in self.corners_of(gone) {
-                for kept in self.triangles[corner as usize / 3] {
-                    if kept == gone || seen.contains(&kept) {
-                        continue;
-                    }
-                    seen.push(kept);
-                    let cost = self.cost(gone, kept);
-                    if best.is_some_and(|best| cost >= best.cost) {
-                        continue;
-                    }
-                    // What turns over is off by about the length of the edge.
-                    let turned = self.turned_area(gone, kept);
-                    let length = minus(self.positions[gone as usize], self.positions[kept as usize]);
-                    let cost = cost + turned * squared(length);
-                    if best.is_none_or(|best| cost < best.cost) {
-                        let turns = turned > 0.0;
-                        best = Some(Candidate {
-                            cost,
-                            gone,
-                            kept,
-                            turns,
-                        });
-                    }
-                }
-            }
+            let best = self
+                .best(gone, &mut seen, true)
+                .or_else(|| self.best(gone, &mut seen, false));
             candidates.extend(best);
         }
         self.add_lone(&lone, &mut candidates);
         candidates
+    }
+
+    /// Where a vertex collapses to at the least cost; `rested` leaves out those that are tired.
+    fn best(&self, gone: u32, seen: &mut Vec<u32>, rested: bool) -> Option<Candidate> {
+        seen.clear();
+        let mut best: Option<Candidate> = None;
+        for &corner in self.corners_of(gone) {
+            for kept in self.triangles[corner as usize / 3] {
+                if kept == gone || rested && self.is_tired[kept as usize] || seen.contains(&kept) {
+                    continue;
+                }
+                seen.push(kept);
+                let cost = self.cost(gone, kept);
+                if best.is_some_and(|best| cost >= best.cost) {
+                    continue;
+                }
+                // What turns over is off by about the length of the edge.
+                let turned = self.turned_area(gone, kept);
+                let length = minus(self.positions[gone as usize], self.positions[kept as usize]);
+                let cost = cost + turned * squared(length);
+                if best.is_none_or(|best| cost < best.cost) {
+                    let turns = turned > 0.0;
+                    best = Some(Candidate {
+                        cost,
+                        gone,
+                        kept,
+                        turns,
+                    });
+                }
+            }
+        }
+        best
     }
 
     fn cost(&self, gone: u32, kept: u32) -> f64 {

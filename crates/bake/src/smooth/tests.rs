@@ -256,6 +256,27 @@ fn a_smooth_lod_is_much_smaller_than_its_arrays() {
 }
 
 #[test]
+fn a_hub_of_many_triangles_comes_back() {
+    let mut primitive = Primitive::default();
+    primitive.positions.push([0.0; 3]);
+    for i in 0..3000 {
+        let angle = i as f32 / 3000.0 * std::f32::consts::TAU;
+        primitive
+            .positions
+            .push([angle.cos(), angle.sin(), 0.2 * (7.0 * angle).sin()]);
+        primitive.indices.extend([0, i + 1, (i + 1) % 3000 + 1]);
+    }
+    let model = SourceModel {
+        primitives: vec![primitive],
+        ..SourceModel::default()
+    };
+    let mesh = QuantisedMesh::new(&model, Precision::default());
+    let bytes = encode(&mesh);
+    assert_restored(&mesh, &decoded(&bytes));
+    assert!(bytes.len() < 4 * mesh.positions.len(), "{} bytes", bytes.len());
+}
+
+#[test]
 fn the_same_mesh_gives_the_same_bytes() {
     let model = sheet(10);
     let encoded = || encode(&QuantisedMesh::new(&model, Precision::default()));

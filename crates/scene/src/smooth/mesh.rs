@@ -34,7 +34,7 @@ pub(super) struct Point {
     pub(super) size: u8,
     /// Which of its coordinates were those of vertices nearby: x in bit 0, y, z.
     pub(super) shared: u8,
-    /// The pass in which it came or was split last.
+    /// The pass in which it came or was split last, modulo 256.
     pub(super) pass: u8,
 }
 

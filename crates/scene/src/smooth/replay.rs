@@ -160,7 +160,7 @@ impl Replay {
     ) -> Result<Phase, Damage> {
         let point = &self.mesh.points[vertex as usize];
         let size = (i32::from(point.size) - self.mean_size).clamp(-4, 4) + 4;
-        let recent = usize::from(point.pass + 1 == self.pass);
+        let recent = usize::from(point.pass.wrapping_add(1) == self.pass);
         let valence = self.mesh.valence(vertex).min(11);
         let model = &mut self.models.flags[size as usize][valence][recent];
         let splits = coder.bit(model, script.as_mut().is_some_and(|script| script.splits(vertex)));
@@ -291,10 +291,10 @@ impl Replay {
         if found == 0 {
             return Ok(Phase::End);
         }
-        if found - 1 > self.coarse_bits || self.pass == u8::MAX {
-            return Err("it has more passes or finer ones than there can be");
+        if found - 1 > self.coarse_bits {
+            return Err("its lattice becomes finer than it can");
         }
-        self.pass += 1;
+        self.pass = self.pass.wrapping_add(1);
         self.known = self.mesh.points.len() as u32;
         Ok(if found > 1 {
             Phase::Refine {
