@@ -8,8 +8,13 @@ use belvedere_scene::smooth::{Cut, Decoder, Header, SmoothError};
 use super::error::Ruler;
 use super::quantise::QuantisedMesh;
 
-/// Points on each surface when errors are measured.
+/// Points on each surface when errors are measured, and for a first impression.
 const SAMPLES: usize = 600;
+const FEW_SAMPLES: usize = 100;
+/// A first impression may be so much too large.
+const ROUGHLY: f64 = 1.25;
+/// No look is taken before there are so many times the triangles of the last one.
+const NEXT_LOOK: f64 = 1.15;
 /// The first cut has at most this error, of the box's diagonal.
 const FIRST_ERROR: f64 = 0.06;
 /// A decoder lags behind by what one step may take; this lets it make nearly all steps before the cut.
@@ -25,12 +30,13 @@ pub(super) fn choose(
     stream: &[u8],
     ends: &[usize],
 ) -> Result<Vec<Cut>, SmoothError> {
-    let ruler = Ruler::new(mesh, SAMPLES);
+    let (ruler, rough_ruler) = (Ruler::new(mesh, SAMPLES), Ruler::new(mesh, FEW_SAMPLES));
     let mut decoder = Decoder::new(u64::MAX);
     decoder.push(&header.to_bytes())?;
     let mut cuts: Vec<Cut> = Vec::new();
     let mut wanted = FIRST_ERROR * ruler.diagonal();
     let mut pushed = 0;
+    let mut looked_at = 0.0;
     for &end in ends {
         let bytes = end + LAG_BYTES;
         if bytes >= stream.len() {
@@ -38,7 +44,14 @@ pub(super) fn choose(
         }
         decoder.push(&stream[pushed..bytes])?;
         pushed = bytes;
+        if (decoder.counts().1 as f64) < looked_at * NEXT_LOOK {
+            continue;
+        }
         let lattice = decoder.lattice();
+        looked_at = lattice.triangles.len() as f64;
+        if rough_ruler.rms(&lattice.twice_positions, &lattice.triangles) > ROUGHLY * wanted {
+            continue;
+        }
         let error = ruler.rms(&lattice.twice_positions, &lattice.triangles);
         if error <= wanted && cuts.len() < 32 {
             wanted = error / 2.0;

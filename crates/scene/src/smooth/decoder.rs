@@ -96,6 +96,13 @@ impl Decoder {
         self.begun.as_ref().map(|begun| &begun.header)
     }
 
+    /// Vertices and triangles of the mesh so far.
+    #[must_use]
+    pub fn counts(&self) -> (usize, usize) {
+        let mesh = self.begun.as_ref().map(|begun| &begun.replay.mesh);
+        mesh.map_or((0, 0), |mesh| (mesh.points.len(), mesh.triangles.len()))
+    }
+
     /// Whether the mesh is whole.
     #[must_use]
     pub fn is_complete(&self) -> bool {
