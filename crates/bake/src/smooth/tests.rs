@@ -277,6 +277,26 @@ fn a_hub_of_many_triangles_comes_back() {
 }
 
 #[test]
+fn bytes_are_those_of_version_1() {
+    let mut state = 7u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    let points: Vec<[u8; 3]> = (0..60).map(|_| [random() % 16, random() % 16, random() % 4]).collect();
+    let corners: Vec<[u8; 3]> = (0..150).map(|_| [random(), random(), random()]).collect();
+    let precision = Precision {
+        with_attributes: false,
+        ..Precision::default()
+    };
+    let bytes = encode(&QuantisedMesh::new(&soup(&points, &corners, 3), precision));
+    // FNV-1a. When the format changes, raise its version; when only the writer chooses better, note what it gives now.
+    let hash = |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    let found = bytes.iter().fold(0xcbf2_9ce4_8422_2325, hash);
+    assert_eq!((bytes.len(), found), (772, 11_648_276_701_569_435_499));
+}
+
+#[test]
 fn the_same_mesh_gives_the_same_bytes() {
     let model = sheet(10);
     let encoded = || encode(&QuantisedMesh::new(&model, Precision::default()));

@@ -229,6 +229,10 @@ impl Attributes {
         new: u32,
         first: u32,
     ) {
+        if self.material_count < 2 {
+            self.materials.resize(mesh.triangles.len(), 0);
+            return;
+        }
         let star = mesh.stars.of(mesh.points[new as usize].star);
         for triangle in first..mesh.triangles.len() as u32 {
             // As the triangle before it around the new vertex, or else the next one that is known.
@@ -236,15 +240,12 @@ impl Attributes {
             let (behind, ahead) = star.split_at(at);
             let near = behind.iter().rev().chain(ahead).find(|&&t| t < triangle);
             let expected = near.map_or(0, |&t| self.materials[t as usize]);
-            let mut material = 0;
-            if self.material_count > 1 {
-                let given = script.as_mut().map_or(0, |script| script.material(triangle));
-                let differs = usize::from(given != expected);
-                material = expected;
-                if coder.symbol(&mut self.models.same_material, differs) > 0 {
-                    let most = self.material_count - 1;
-                    material = number(coder, &mut self.models.material, u32::from(given)).min(most) as u16;
-                }
+            let given = script.as_mut().map_or(0, |script| script.material(triangle));
+            let differs = usize::from(given != expected);
+            let mut material = expected;
+            if coder.symbol(&mut self.models.same_material, differs) > 0 {
+                let most = self.material_count - 1;
+                material = number(coder, &mut self.models.material, u32::from(given)).min(most) as u16;
             }
             self.materials.push(material);
         }

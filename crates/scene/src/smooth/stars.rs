@@ -62,24 +62,12 @@ impl Stars {
         self.make_room(list, length + 1, length);
         list.length += 1;
         let places = &mut self.places[list.first as usize..][..length + 1];
-        let mut moving = triangle;
-        let mut found = false;
-        for place in places {
-            let here = *place;
-            if found {
-                *place = moving;
-                moving = here;
-            } else if here == neighbour {
-                found = true;
-                if !after {
-                    *place = triangle;
-                    moving = here;
-                }
-            }
+        let found = places[..length].iter().position(|&t| t == neighbour);
+        let at = found.map_or(length, |at| at + usize::from(after));
+        for i in (at..length).rev() {
+            places[i + 1] = places[i];
         }
-        if !found {
-            self.places[list.first as usize + length] = triangle;
-        }
+        places[at] = triangle;
     }
 
     /// Makes a list's block large enough; its first `kept` places stay.
