@@ -248,13 +248,17 @@ fn row(name: &str, model: &SourceModel) -> [Option<f64>; 4] {
     let dressed_share = 100.0 * dressed.len() as f64 / glb_bytes;
     let has_attributes = !whole.channels.is_empty();
     let dressed_other = 100.0 * meshopt_dressed(&whole) as f64 / glb_bytes;
+    let dressed_row = if has_attributes {
+        format!("{dressed_share:5.2} {dressed_other:5.2} {:5.2}", million / dressed_s)
+    } else {
+        "none".to_owned()
+    };
     println!(
-        "{name:10} {vertices:8} {triangles:9} | {:8} {share:5.2} {:5.2} | {other:14.2} | {:6.2} {:6.2} | {reached:?} | {dressed_share:5.2} {dressed_other:5.2} {:5.2}",
+        "{name:10} {vertices:8} {triangles:9} | {:8} {share:5.2} {:5.2} | {other:14.2} | {:6.2} {:6.2} | {reached:?} | {dressed_row}",
         bytes.len(),
         8.0 * bytes.len() as f64 / vertices as f64,
         million / encode_s,
         million / decode_s,
-        million / dressed_s,
     );
     [
         Some(share),
