@@ -6,7 +6,8 @@
 //! 2. [`cells`] cuts the free space into convex view cells with portals;
 //! 3. [`visibility`] finds for each cell the objects and cells that can be seen from it;
 //! 4. [`lod`] makes levels of detail, each with a true object-space error;
-//!    [`glb`] writes them as files that any glTF viewer opens;
+//!    [`glb`] writes them as files that any glTF viewer opens; [`smooth`] writes smooth LODs, of which every beginning
+//!    is a coarser mesh;
 //! 5. [`records`] writes all of it as the immutable objects of one revision.
 //!
 //! There is no clock, no I/O and no randomness that is not seeded here: the same source gives the same bytes, whatever
@@ -24,6 +25,7 @@ pub mod occluders;
 mod pipeline;
 pub mod progress;
 pub mod records;
+pub mod smooth;
 pub mod source;
 pub mod visibility;
 pub mod world;

@@ -11,6 +11,7 @@
 //! * [`mod@pointer`]: the one small mutable document of a scene, and the list of scenes.
 //! * [`manifest`]: the immutable entry of one revision; it names the roots of the two index trees.
 //! * [`index`]: pages and chunks, through which a client finds a cell or an object without reading the whole world.
+//! * [`smooth`]: smooth LODs: streams of which every beginning is a coarser mesh; their decoder.
 //! * [`walk`]: from a known cell to the cell at a point nearby.
 //! * [`object`]: object infos: where an object stands and which levels of detail it has.
 //! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
@@ -25,6 +26,7 @@ pub mod manifest;
 pub mod object;
 pub mod pointer;
 pub mod record;
+pub mod smooth;
 pub mod walk;
 
 pub use bounds::Bounds;

@@ -16,7 +16,7 @@
 mod collapse;
 pub mod error;
 mod octree;
-mod proximity;
+pub(crate) mod proximity;
 #[cfg(test)]
 mod tests;
 

@@ -12,12 +12,12 @@ use crate::source::Primitive;
 const LEAF_SHAPES: usize = 4;
 
 /// A triangle; lines and points repeat a corner.
-pub(super) type Corners = [DVec3; 3];
+pub(crate) type Corners = [DVec3; 3];
 
 /// Shapes that can be asked for the nearest one.
-pub(super) struct ShapeTree {
+pub(crate) struct ShapeTree {
     /// In source order: all shapes of primitive 0, then of primitive 1, …
-    pub(super) shapes: Vec<Corners>,
+    pub(crate) shapes: Vec<Corners>,
     order: Vec<u32>,
     /// Node i has the children 2i + 1 and 2i + 2; the last `leaves` nodes are leaves.
     boxes: Vec<(DVec3, DVec3)>,
@@ -26,16 +26,16 @@ pub(super) struct ShapeTree {
 
 /// A shape and how far it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Near {
+pub(crate) struct Near {
     /// Index into [`ShapeTree::shapes`].
-    pub(super) shape: u32,
+    pub(crate) shape: u32,
     /// In model-space units.
-    pub(super) distance: f64,
+    pub(crate) distance: f64,
 }
 
 impl ShapeTree {
     /// All shapes of some primitives.
-    pub(super) fn of(primitives: &[Primitive]) -> Self {
+    pub(crate) fn of(primitives: &[Primitive]) -> Self {
         let mut shapes = Vec::new();
         for primitive in primitives {
             let arity = primitive.topology.arity();
@@ -50,7 +50,8 @@ impl ShapeTree {
         Self::new(shapes)
     }
 
-    fn new(shapes: Vec<Corners>) -> Self {
+    /// Of shapes one by one.
+    pub(crate) fn new(shapes: Vec<Corners>) -> Self {
         let centers: Vec<DVec3> = shapes.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
         let order = morton_order(&centers);
         let leaves = shapes.len().div_ceil(LEAF_SHAPES).next_power_of_two();
@@ -72,14 +73,14 @@ impl ShapeTree {
     }
 
     /// Length of the diagonal of the box around everything.
-    pub(super) fn diagonal(&self) -> f64 {
+    pub(crate) fn diagonal(&self) -> f64 {
         let (min, max) = self.boxes[0];
         (max - min).max(DVec3::ZERO).length()
     }
 
     /// The one shape from which none of some points is far: the smallest, over all shapes, of the largest distance of
     /// a point from it. Starts from `known` and stops at the first shape within `enough`.
-    pub(super) fn nearest_to_all(&self, points: &[DVec3], known: Option<u32>, enough: f64) -> Near {
+    pub(crate) fn nearest_to_all(&self, points: &[DVec3], known: Option<u32>, enough: f64) -> Near {
         let mut best = match known {
             Some(shape) => Near {
                 shape,
@@ -142,7 +143,7 @@ fn distance_to_all(points: &[DVec3], shape: &Corners) -> f64 {
 }
 
 /// Squared distance from a point to a triangle, line or point; never less than the true one but for rounding.
-pub(super) fn point_distance_squared(point: DVec3, &[a, b, c]: &Corners) -> f64 {
+pub(crate) fn point_distance_squared(point: DVec3, &[a, b, c]: &Corners) -> f64 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let normal = ab.cross(ac);
     let normal_squared = normal.length_squared();

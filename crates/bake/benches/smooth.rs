@@ -1,0 +1,379 @@
+//! How small and how fast are smooth LODs? Prints tables; asserts that what was decoded is what was encoded.
+//! `cargo bench -p belvedere-bake --bench smooth -- [mesh,mesh …]`
+//!
+//! Sizes in % of 12 B a vertex + 6 B a triangle (Schmalstieg 1997, table 7), with all attributes in % of a plain GLB's
+//! vertices and indices. Beside it meshoptimizer's vertex and index codecs with zstd on the same numbers, in the same run.
+//! Times are CPU time of one thread.
+
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use belvedere_bake::import::{self, FileError, Limits, SourceFiles};
+use belvedere_bake::progress::Silent;
+use belvedere_bake::smooth;
+use belvedere_bake::smooth::error::Ruler;
+use belvedere_bake::smooth::quantise::{Precision, QuantisedMesh};
+use belvedere_bake::source::{Primitive, SourceModel, Topology};
+use belvedere_scene::smooth::Decoder;
+use glam::{DMat3, DVec3};
+
+/// The table's errors, of the box's diagonal.
+const ERRORS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
+
+struct Folder(PathBuf);
+
+impl SourceFiles for Folder {
+    fn read(&self, relative: &str, _: u64) -> Result<Vec<u8>, FileError> {
+        fs::read(self.0.join(relative)).map_err(|_| FileError::Denied)
+    }
+}
+
+/// All objects of a scene as one model.
+fn scene(path: &str) -> SourceModel {
+    // Beside the checkout, or beside the folder of checkouts.
+    let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let folders = ["../shared/scenes", "../../shared/scenes"].map(|folder| checkout.join(folder).join(path));
+    let path = folders.into_iter().find(|path| path.exists()).unwrap();
+    let name = path.file_name().unwrap().to_string_lossy().into_owned();
+    let folder = Folder(path.parent().unwrap().to_owned());
+    let scene = import::import(&name, fs::read(&path).unwrap(), &folder, &Limits::default(), &Silent)
+        .unwrap()
+        .scene;
+    let mut model = SourceModel::default();
+    for object in &scene.objects {
+        let matrix = object.world_from_object;
+        let normal_matrix = DMat3::from_mat4(matrix).inverse().transpose();
+        for primitive in &scene.models[object.model].primitives {
+            let mut primitive = primitive.clone();
+            for position in &mut primitive.positions {
+                *position = matrix
+                    .transform_point3(DVec3::from_array(position.map(f64::from)))
+                    .as_vec3()
+                    .to_array();
+            }
+            for normal in &mut primitive.normals {
+                let turned = normal_matrix * DVec3::from_array(normal.map(f64::from));
+                *normal = turned.normalize_or_zero().as_vec3().to_array();
+            }
+            model.primitives.push(primitive);
+        }
+    }
+    merge(model)
+}
+
+/// One primitive for each material, as the other codecs are given one for each object.
+fn merge(model: SourceModel) -> SourceModel {
+    let mut merged: Vec<Primitive> = Vec::new();
+    for part in model.primitives {
+        if part.topology != Topology::Triangles {
+            continue;
+        }
+        let fits = |p: &Primitive| {
+            p.material == part.material
+                && p.normals.is_empty() == part.normals.is_empty()
+                && p.uvs.len() == part.uvs.len()
+                && p.colors.is_empty() == part.colors.is_empty()
+        };
+        let Some(whole) = merged.iter_mut().find(|p| fits(p)) else {
+            merged.push(part);
+            continue;
+        };
+        let first = whole.positions.len() as u32;
+        whole.positions.extend(part.positions);
+        whole.normals.extend(part.normals);
+        whole.colors.extend(part.colors);
+        for (set, more) in whole.uvs.iter_mut().zip(part.uvs) {
+            set.extend(more);
+        }
+        whole.indices.extend(part.indices.iter().map(|i| first + i));
+    }
+    SourceModel {
+        primitives: merged,
+        ..model
+    }
+}
+
+/// A grid of n × n quads, bent.
+fn grid(n: u32, bend: impl Fn(f64, f64) -> [f64; 3]) -> SourceModel {
+    let mut primitive = Primitive::default();
+    let at = |i: u32| f64::from(i) / f64::from(n);
+    for j in 0..=n {
+        for i in 0..=n {
+            primitive.positions.push(bend(at(i), at(j)).map(|x| x as f32));
+        }
+    }
+    let row = n + 1;
+    for j in 0..n {
+        for a in j * row..j * row + n {
+            primitive
+                .indices
+                .extend([a, a + 1, a + row, a + 1, a + row + 1, a + row]);
+        }
+    }
+    SourceModel {
+        name: String::new(),
+        primitives: vec![primitive],
+    }
+}
+
+fn sphere() -> SourceModel {
+    grid(150, |u, v| {
+        let (a, b) = (u * std::f64::consts::TAU, (v - 0.5) * std::f64::consts::PI);
+        [a.cos() * b.cos(), b.sin(), a.sin() * b.cos()]
+    })
+}
+
+fn torus() -> SourceModel {
+    grid(200, |u, v| {
+        let (a, b) = (u * std::f64::consts::TAU, v * std::f64::consts::TAU);
+        let r = 1.0 + 0.4 * b.cos();
+        [r * a.cos(), 0.4 * b.sin(), r * a.sin()]
+    })
+}
+
+fn terrain() -> SourceModel {
+    grid(256, |u, v| {
+        let (mut height, mut size, mut waves) = (0.0, 0.06, 12.0);
+        for octave in 0..8 {
+            let shift = f64::from(octave);
+            height += size
+                * ((u * waves + shift).sin() * (v * waves * 1.13 + 2.0 * shift).cos()
+                    + ((u * 0.7 - v * 0.8) * waves).sin());
+            size *= 0.5;
+            waves *= 1.97;
+        }
+        [u, height, v]
+    })
+}
+
+/// Triangles that share nothing, anywhere.
+fn soup() -> SourceModel {
+    let mut state = 1u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    };
+    let mut primitive = Primitive::default();
+    for _ in 0..3000 {
+        let middle = [random(), random(), random()];
+        for _ in 0..3 {
+            primitive.indices.push(primitive.positions.len() as u32);
+            primitive.positions.push(middle.map(|x| x + 0.05 * random()));
+        }
+    }
+    SourceModel {
+        name: String::new(),
+        primitives: vec![primitive],
+    }
+}
+
+/// Loads or makes a model.
+type Make = fn() -> SourceModel;
+
+fn main() {
+    let wanted = std::env::args().nth(1).filter(|name| !name.starts_with('-'));
+    let meshes: [(&str, Make); 16] = [
+        ("engine", || scene("engine-cad/2CylinderEngine.glb")),
+        ("ship", || scene("ship-textured/dutch_ship_medium_1k.gltf")),
+        ("museum", || scene("museum-hall/hall.glb")),
+        ("town", || scene("town/model/town_model.gltf")),
+        ("zdm2", || scene("level-zdm2/zdm2.glb")),
+        ("apartment", || scene("apartment/apartment.glb")),
+        ("stag", || scene("avatars/stag/Stag.gltf")),
+        ("alien", || scene("avatars/alien/Alien_Scolitex.gltf")),
+        ("chess", || scene("compressed/chess-board-draco.glb")),
+        ("bridge", || scene("compressed/bridge-garden-meshopt.glb")),
+        ("tree", || scene("village-tiles/tree-lime-2-0.glb")),
+        ("sphere", sphere),
+        ("torus", torus),
+        ("terrain", terrain),
+        ("soup", soup),
+        ("fox", || scene("avatars/fox/Fox.gltf")),
+    ];
+    println!(
+        "mesh       vertices triangles |  slod B     %   bpv | meshopt+zstd % | encode decode Mtri/s | bytes to 3 / 1 / 0.3 / 0.1 % RMS | all attributes %, meshopt+zstd %, decode Mtri/s"
+    );
+    let mut logs = [(0.0, 0); 4];
+    for (name, make) in meshes {
+        if wanted
+            .as_ref()
+            .is_none_or(|wanted| wanted.split(',').any(|w| w == name))
+        {
+            let model = make();
+            for (log, share) in logs.iter_mut().zip(row(name, &model)) {
+                if let Some(share) = share {
+                    log.0 += share.ln();
+                    log.1 += 1;
+                }
+            }
+        }
+    }
+    let mean = |i: usize| (logs[i].0 / f64::from(logs[i].1)).exp();
+    println!(
+        "geometric mean: positions {:.2} %, meshopt + zstd {:.2} %; all attributes {:.2} %, meshopt + zstd {:.2} %",
+        mean(0),
+        mean(1),
+        mean(2),
+        mean(3)
+    );
+}
+/// Prints a mesh's row; gives its shares in %.
+fn row(name: &str, model: &SourceModel) -> [Option<f64>; 4] {
+    let plain = Precision {
+        with_attributes: false,
+        ..Precision::default()
+    };
+    let mesh = QuantisedMesh::new(model, plain);
+    let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
+    let million = triangles as f64 / 1e6;
+    let (encode_s, bytes) = timed(|| smooth::encode(&mesh));
+    let decode_s = decode(&bytes, &mesh);
+    let object_bytes = (12 * vertices + 6 * triangles) as f64;
+    let share = 100.0 * bytes.len() as f64 / object_bytes;
+    let vertex_bytes: Vec<[u16; 4]> = mesh
+        .positions
+        .iter()
+        .map(|p| [p[0] as u16, p[1] as u16, p[2] as u16, 0])
+        .collect();
+    let indices: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
+    let other = 100.0 * meshopt_bytes(&vertex_bytes, &indices) as f64 / object_bytes;
+    let reached = bytes_to_errors(&bytes, &mesh);
+
+    let whole = QuantisedMesh::new(model, Precision::default());
+    let dressed = smooth::encode(&whole);
+    let dressed_s = decode(&dressed, &whole);
+    let glb_bytes = glb_bytes(model) as f64;
+    let dressed_share = 100.0 * dressed.len() as f64 / glb_bytes;
+    let has_attributes = !whole.channels.is_empty();
+    let dressed_other = 100.0 * meshopt_dressed(&whole) as f64 / glb_bytes;
+    let dressed_row = if has_attributes {
+        format!("{dressed_share:5.2} {dressed_other:5.2} {:5.2}", million / dressed_s)
+    } else {
+        "none".to_owned()
+    };
+    println!(
+        "{name:10} {vertices:8} {triangles:9} | {:8} {share:5.2} {:5.2} | {other:14.2} | {:6.2} {:6.2} | {reached:?} | {dressed_row}",
+        bytes.len(),
+        8.0 * bytes.len() as f64 / vertices as f64,
+        million / encode_s,
+        million / decode_s,
+    );
+    [
+        Some(share),
+        Some(other),
+        has_attributes.then_some(dressed_share),
+        has_attributes.then_some(dressed_other),
+    ]
+}
+
+/// Bytes of vertices and indices of a plain GLB.
+fn glb_bytes(model: &SourceModel) -> usize {
+    let floats = |p: &Primitive| {
+        3 * p.positions.len() + 3 * p.normals.len() + 4 * p.colors.len() + 2 * p.uvs.iter().map(Vec::len).sum::<usize>()
+    };
+    let index = |p: &Primitive| if p.positions.len() > 65535 { 4 } else { 2 };
+    model
+        .primitives
+        .iter()
+        .map(|p| 4 * floats(p) + index(p) * p.indices.len())
+        .sum()
+}
+
+/// Seconds of CPU time that decoding takes, checking what comes out.
+fn decode(bytes: &[u8], mesh: &QuantisedMesh) -> f64 {
+    let rounds = (1_000_000 / mesh.triangles.len()).clamp(1, 200);
+    let run = || {
+        let mut decoder = Decoder::new(u64::MAX);
+        decoder.push(bytes).unwrap();
+        assert!(decoder.is_complete());
+        decoder
+    };
+    let (seconds, decoder) = timed(|| {
+        (1..rounds).for_each(|_| drop(run()));
+        run()
+    });
+    assert!(
+        smooth::canonical::of_mesh(mesh) == smooth::canonical::of_lattice(&decoder.lattice(), mesh.stride()),
+        "what was decoded differs"
+    );
+    seconds / rounds as f64
+}
+
+/// How many bytes of a stream it takes until the error stays below each of [`ERRORS`].
+fn bytes_to_errors(bytes: &[u8], mesh: &QuantisedMesh) -> Vec<usize> {
+    let ruler = Ruler::new(mesh, 4000);
+    let error_of = |count: usize| {
+        let mut decoder = Decoder::new(u64::MAX);
+        decoder.push(&bytes[..count]).unwrap();
+        let lattice = decoder.lattice();
+        ruler.rms(&lattice.twice_positions, &lattice.triangles) / ruler.diagonal()
+    };
+    let mut least = 200.min(bytes.len());
+    ERRORS
+        .map(|wanted| {
+            let (mut low, mut high) = (least, bytes.len());
+            while high - low > 32 && high * 100 > low * 103 {
+                let middle = low.midpoint(high);
+                if error_of(middle) <= wanted {
+                    high = middle
+                } else {
+                    low = middle
+                }
+            }
+            least = low;
+            high
+        })
+        .to_vec()
+}
+
+fn meshopt_bytes<T: Clone + Default>(vertices: &[T], indices: &[u32]) -> usize {
+    let cached = meshopt::optimize_vertex_cache(indices, vertices.len());
+    let mut indices = cached;
+    let vertices = meshopt::optimize_vertex_fetch(&mut indices, vertices);
+    let mut coded = meshopt::encode_vertex_buffer(&vertices).unwrap();
+    coded.extend(meshopt::encode_index_buffer(&indices, vertices.len()).unwrap());
+    zstd::bulk::compress(&coded, 19).unwrap().len()
+}
+
+/// The same for vertices with all their attributes, as gltfpack has them: positions, then channels.
+fn meshopt_dressed(mesh: &QuantisedMesh) -> usize {
+    let stride = mesh.stride();
+    let mut rows: Vec<[u16; 16]> = vec![[0; 16]; mesh.values.len().checked_div(stride).unwrap_or(0)];
+    for (triangle, corners) in mesh.triangles.iter().zip(&mesh.corners) {
+        for (&vertex, &wedge) in triangle.iter().zip(corners) {
+            let numbers = mesh.positions[vertex as usize]
+                .iter()
+                .chain(&mesh.values[wedge as usize * stride..][..stride]);
+            for (slot, number) in rows[wedge as usize].iter_mut().zip(numbers) {
+                *slot = *number as u16;
+            }
+        }
+    }
+    let indices: Vec<u32> = mesh.corners.iter().flatten().copied().collect();
+    if rows.is_empty() {
+        0
+    } else {
+        meshopt_bytes(&rows, &indices)
+    }
+}
+
+/// CPU time of this thread so far, in seconds.
+fn cpu_s() -> f64 {
+    let stat = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = stat.split(' ').next().and_then(|n| n.parse::<f64>().ok());
+    nanoseconds.unwrap_or(0.0) * 1e-9
+}
+
+/// The least of a few runs, and what the last one gave.
+fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
+    let mut least_s = f64::INFINITY;
+    let mut result = None;
+    for _ in 0..3 {
+        let start_s = cpu_s();
+        result = Some(run());
+        least_s = least_s.min(cpu_s() - start_s);
+    }
+    (least_s, result.unwrap())
+}

@@ -1,0 +1,99 @@
+//! How does a model become a smooth LOD?
+//!
+//! 1. [`quantise`]: what exactly it will hold;
+//! 2. `collapse` over `quadric`: in what order it is coarsened;
+//! 3. `script`: the collapses, undone from the last, told to `belvedere_scene::smooth::replay`;
+//!    `weights` finds out first how this mesh's positions are predicted best;
+//! 4. `cuts` over [`mod@error`]: where it is good to stop.
+
+pub mod canonical;
+mod collapse;
+mod cuts;
+pub mod error;
+mod quadric;
+pub mod quantise;
+mod script;
+#[cfg(test)]
+mod tests;
+mod vectors;
+mod weights;
+
+use belvedere_scene::smooth::Header;
+use belvedere_scene::smooth::geometry::USUAL_WEIGHTS;
+use belvedere_scene::smooth::rans::Writer;
+use belvedere_scene::smooth::replay::Replay;
+
+use collapse::ClusterTree;
+use quantise::QuantisedMesh;
+use script::Undo;
+use weights::Fit;
+
+/// The lattice of a pass is this much finer than what its collapses deviate.
+const LATTICE_SHARE: f64 = 0.25;
+/// Meshes with fewer vertices are not worth weights of their own.
+const LEAST_FITTED: usize = 600;
+
+/// Writes a smooth LOD.
+#[must_use]
+pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
+    let mut header = Header {
+        total_bytes: 0,
+        bits: mesh.bits,
+        vertices: mesh.positions.len() as u32,
+        triangles: mesh.triangles.len() as u32,
+        wedges: u32::MAX,
+        materials: mesh.materials.iter().max().map_or(1, |most| most + 1),
+        origin: mesh.origin,
+        step: mesh.step,
+        channels: mesh.channels.clone(),
+        weights: USUAL_WEIGHTS,
+        cuts: Vec::new(),
+    };
+    if mesh.triangles.is_empty() {
+        header.wedges = 0;
+        header.total_bytes = header.to_bytes().len() as u32;
+        return header.to_bytes();
+    }
+    let tree = collapse::cluster(mesh);
+    let lacking = lattices(&tree, mesh.bits);
+    if mesh.positions.len() >= LEAST_FITTED {
+        let plain = Header {
+            channels: Vec::new(),
+            materials: 1,
+            ..header.clone()
+        };
+        let mut undo = Undo::new(mesh, &tree, &lacking);
+        undo.fit = Some(Fit::new());
+        Replay::new(&plain).write(&mut Writer::default(), &mut undo);
+        header.weights = undo.fit.map_or(USUAL_WEIGHTS, |fit| fit.weights());
+    }
+    let mut undo = Undo::new(mesh, &tree, &lacking);
+    let mut writer = Writer::default();
+    let marks = Replay::new(&header).write(&mut writer, &mut undo);
+    header.wedges = undo.source_wedge.len() as u32;
+    let (stream, ends) = writer.finish(&marks);
+    header.total_bytes = (header.to_bytes().len() + stream.len()) as u32;
+    header.cuts = cuts::choose(mesh, &header, &stream, &ends).expect("a decoder reads what was just written");
+    let header_bytes = header.to_bytes().len() as u32;
+    for cut in &mut header.cuts {
+        cut.bytes += header_bytes;
+    }
+    header.total_bytes = header_bytes + stream.len() as u32;
+    let mut bytes = header.to_bytes();
+    bytes.extend(stream);
+    bytes
+}
+
+/// How many bits the lattice of each pass lacks, finest pass first.
+fn lattices(tree: &ClusterTree, bits: u32) -> Vec<u32> {
+    let mut lacking = 0;
+    let deviations = std::iter::once(0.0).chain(tree.passes.iter().map(|pass| pass.deviation));
+    deviations
+        .take(tree.passes.len())
+        .map(|deviation| {
+            let step = (deviation * LATTICE_SHARE).max(1.0);
+            lacking = (step.log2() as u32).min(bits - 1).max(lacking);
+            lacking
+        })
+        .collect()
+}

@@ -1,0 +1,39 @@
+//! How far is a point from a set of planes? Sums of squared distances, weighted by area.
+//!
+//! Garland & Heckbert, *Surface simplification using quadric error metrics* (1997).
+
+/// A symmetric 4 × 4 matrix, its upper half by rows, and the sum of the weights.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Quadric {
+    m: [f64; 10],
+    pub(super) weight: f64,
+}
+
+impl Quadric {
+    /// Of the plane through a point with a unit normal.
+    pub(super) fn plane([a, b, c]: [f64; 3], point: [f64; 3], weight: f64) -> Self {
+        let d = -(a * point[0] + b * point[1] + c * point[2]);
+        let m = [a * a, a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d];
+        Self {
+            m: m.map(|x| x * weight),
+            weight,
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        for (own, other) in self.m.iter_mut().zip(&other.m) {
+            *own += other;
+        }
+        self.weight += other.weight;
+    }
+
+    /// The weighted sum of squared distances.
+    pub(super) fn at(&self, [x, y, z]: [f64; 3]) -> f64 {
+        let m = &self.m;
+        let sum = x * (m[0] * x + 2.0 * (m[1] * y + m[2] * z + m[3]))
+            + y * (m[4] * y + 2.0 * (m[5] * z + m[6]))
+            + z * (m[7] * z + 2.0 * m[8])
+            + m[9];
+        sum.max(0.0)
+    }
+}

@@ -1,0 +1,295 @@
+//! What does the writer of a smooth LOD tell? The cluster tree, undone pass by pass.
+
+use belvedere_scene::smooth::change::Change;
+use belvedere_scene::smooth::fan::{Fan, Spoke, Star};
+use belvedere_scene::smooth::geometry::Hood;
+use belvedere_scene::smooth::script::Script;
+use belvedere_scene::smooth::split::{Born, Move, Row, Split};
+
+use super::collapse::{ClusterTree, Collapse};
+use super::quantise::QuantisedMesh;
+use super::weights::Fit;
+
+const NONE: u32 = u32::MAX;
+
+/// Undoes collapses.
+pub(super) struct Undo<'a> {
+    mesh: &'a QuantisedMesh,
+    tree: &'a ClusterTree,
+    /// The lattice of each pass lacks so many bits; finest pass first.
+    coarse_bits: &'a [u32],
+    /// Passes not yet undone.
+    passes_left: usize,
+    /// Bits that the lattice lacks now.
+    lacking: u32,
+    /// Corners of the source's triangles as they are now.
+    corners: Vec<[u32; 3]>,
+    /// By source vertex: number of the collapse onto it in this pass.
+    collapse_onto: Vec<u32>,
+    source_vertex: Vec<u32>,
+    stream_vertex: Vec<u32>,
+    source_triangle: Vec<u32>,
+    stream_triangle: Vec<u32>,
+    /// By stream triangle: the last split in which it moved.
+    moved_in: Vec<u32>,
+    splits: u32,
+    current: Option<&'a Collapse>,
+    /// By stream wedge.
+    pub(super) source_wedge: Vec<u32>,
+    /// By source vertex.
+    wedges_of: Vec<Vec<u32>>,
+    /// New triangles of the current split, by source triangle.
+    newborn: Vec<(u32, Born)>,
+    /// Gathers what weights are fitted to, if wanted.
+    pub(super) fit: Option<Fit>,
+}
+
+impl<'a> Undo<'a> {
+    pub(super) fn new(mesh: &'a QuantisedMesh, tree: &'a ClusterTree, coarse_bits: &'a [u32]) -> Self {
+        let vertices = mesh.positions.len();
+        let mut stream_vertex = vec![NONE; vertices];
+        stream_vertex[tree.root as usize] = 0;
+        let mut wedges_of = vec![Vec::new(); if mesh.corners.is_empty() { 0 } else { vertices }];
+        for (triangle, corners) in mesh.triangles.iter().zip(&mesh.corners) {
+            for (&vertex, wedge) in triangle.iter().zip(corners) {
+                let own: &mut Vec<u32> = &mut wedges_of[vertex as usize];
+                if !own.contains(wedge) {
+                    own.push(*wedge);
+                }
+            }
+        }
+        Self {
+            mesh,
+            tree,
+            coarse_bits,
+            passes_left: tree.passes.len(),
+            lacking: mesh.bits,
+            corners: tree.triangles.clone(),
+            collapse_onto: vec![NONE; vertices],
+            source_vertex: vec![tree.root],
+            stream_vertex,
+            source_triangle: Vec::with_capacity(mesh.triangles.len()),
+            stream_triangle: vec![NONE; mesh.triangles.len()],
+            moved_in: Vec::with_capacity(mesh.triangles.len()),
+            splits: 0,
+            current: None,
+            source_wedge: Vec::new(),
+            wedges_of,
+            newborn: Vec::new(),
+            fit: None,
+        }
+    }
+
+    fn at(&self, source_vertex: u32) -> [i32; 3] {
+        self.mesh.positions[source_vertex as usize].map(|x| x >> self.lacking)
+    }
+
+    fn distance(&self, a: u32, b: u32) -> u32 {
+        let stride = self.mesh.stride();
+        let [a, b] = [a, b].map(|wedge| &self.mesh.values[wedge as usize * stride..][..stride]);
+        a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).sum()
+    }
+
+    /// Takes a new triangle that was not yet explained.
+    fn take(newborn: &[(u32, Born)], taken: &mut [bool], born: Born) -> bool {
+        let found = newborn
+            .iter()
+            .zip(&*taken)
+            .position(|(&(_, b), &taken)| !taken && b == born);
+        if let Some(i) = found {
+            taken[i] = true;
+        }
+        found.is_some()
+    }
+
+    fn explain(&self, star: &Star, fan: Fan, taken: &mut [bool], torn: &mut Vec<bool>) -> Move {
+        let spokes = star.of(fan);
+        let length = fan.length;
+        let moves = |spoke: &Spoke| self.moved_in[spoke.triangle as usize] == self.splits;
+        let count = spokes.iter().filter(|spoke| moves(spoke)).count();
+        let third = |i: usize| match spokes.get(i) {
+            Some(spoke) => spoke.from,
+            None if fan.closed => spokes[i - length].from,
+            None => spokes[length - 1].to,
+        };
+        // Where the moved ones begin, if they are in one row; if there are none or all, wherever most edges open.
+        let begins: Vec<usize> = (0..length)
+            .filter(|&i| {
+                let before = if i > 0 {
+                    moves(&spokes[i - 1])
+                } else {
+                    fan.closed && moves(&spokes[length - 1])
+                };
+                moves(&spokes[i]) && !before
+            })
+            .collect();
+        let rows: Vec<usize> = match begins[..] {
+            [first] => vec![first],
+            [] if count == 0 && !fan.closed => (0..=length).collect(),
+            [] => (0..length).collect(),
+            _ => Vec::new(),
+        };
+        let mut best = None;
+        for first in rows {
+            let mut now = taken.to_vec();
+            let start = Born {
+                third: third(first),
+                old_first: false,
+            };
+            let end = Born {
+                third: third(first + count),
+                old_first: true,
+            };
+            let opens = [start, end].map(|born| Self::take(&self.newborn, &mut now, born));
+            let opened = usize::from(opens[0]) + usize::from(opens[1]);
+            if best.as_ref().is_none_or(|&(most, _, _)| opened > most) {
+                let row = Row {
+                    first: first as u32,
+                    count: count as u32,
+                    opens,
+                };
+                best = Some((opened, row, now));
+            }
+        }
+        match best {
+            Some((opened, row, now)) if opened > 0 || count > 0 && count < length => {
+                taken.copy_from_slice(&now);
+                Move::Row(row)
+            }
+            _ if count == 0 => Move::Stay,
+            _ if count == length => Move::Go,
+            _ => {
+                torn.extend(spokes.iter().map(moves));
+                Move::Torn
+            }
+        }
+    }
+}
+
+impl Script for Undo<'_> {
+    fn pass(&mut self) -> Option<u32> {
+        for collapse in self
+            .tree
+            .passes
+            .get(self.passes_left)
+            .map_or(&[][..], |pass| &pass.collapses)
+        {
+            self.collapse_onto[collapse.kept as usize] = NONE;
+        }
+        if self.passes_left == 0 {
+            return None;
+        }
+        self.passes_left -= 1;
+        for (i, collapse) in self.tree.passes[self.passes_left].collapses.iter().enumerate() {
+            self.collapse_onto[collapse.kept as usize] = i as u32;
+        }
+        Some(self.lacking - self.coarse_bits[self.passes_left])
+    }
+
+    fn low_bits(&mut self, vertex: u32) -> usize {
+        if vertex == 0 {
+            self.lacking -= 1;
+        }
+        let at = self.at(self.source_vertex[vertex as usize]);
+        (0..3).map(|axis| ((at[axis] & 1) as usize) << axis).sum()
+    }
+
+    fn splits(&mut self, vertex: u32) -> bool {
+        let onto = self.collapse_onto[self.source_vertex[vertex as usize] as usize];
+        self.current = self.tree.passes[self.passes_left].collapses.get(onto as usize);
+        self.current.is_some()
+    }
+
+    fn split(&mut self, star: &Star) -> Split {
+        let Some(collapse) = self.current else {
+            return Split::default();
+        };
+        self.splits += 1;
+        self.newborn.clear();
+        for &corner in self.tree.corners(collapse) {
+            self.corners[corner as usize / 3][corner as usize % 3] = collapse.gone;
+        }
+        for &corner in self.tree.corners(collapse) {
+            let triangle = corner / 3;
+            let corners = self.corners[triangle as usize];
+            let [a, b, c] = corners;
+            let stream = self.stream_triangle[triangle as usize];
+            if stream != NONE {
+                self.moved_in[stream as usize] = self.splits;
+            } else if a != b && b != c && c != a {
+                let side = corner as usize % 3;
+                let (next, before) = (corners[(side + 1) % 3], corners[(side + 2) % 3]);
+                let old_first = before == collapse.kept;
+                let third = self.stream_vertex[if old_first { next } else { before } as usize];
+                self.newborn.push((triangle, Born { third, old_first }));
+            }
+        }
+        let mut taken = vec![false; self.newborn.len()];
+        let mut split = Split::default();
+        for &fan in &star.fans {
+            let moved = self.explain(star, fan, &mut taken, &mut split.torn);
+            split.moves.push(moved);
+        }
+        let unexplained = self.newborn.iter().zip(&taken).filter(|(_, taken)| !**taken);
+        split.extra.extend(unexplained.map(|(&(_, born), _)| born));
+        split.extras = split.extra.len() as u32;
+        split
+    }
+
+    fn position(&mut self, hood: &Hood, origin: [i32; 3]) -> [i32; 3] {
+        let at = self.current.map_or(origin, |collapse| self.at(collapse.gone));
+        if let Some(fit) = &mut self.fit {
+            fit.add(hood, std::array::from_fn(|axis| at[axis] - origin[axis]));
+        }
+        at
+    }
+
+    fn born(&mut self, first: u32, change: &Change, split: &Split) {
+        if let Some(collapse) = self.current {
+            self.stream_vertex[collapse.gone as usize] = self.source_vertex.len() as u32;
+            self.source_vertex.push(collapse.gone);
+        }
+        let opened = change.opened.iter().map(|opened| opened.born);
+        for (i, born) in opened.chain(split.extra.iter().copied()).enumerate() {
+            let at = self.newborn.iter().position(|&(_, b)| b == born);
+            let (triangle, _) = self.newborn.swap_remove(at.unwrap_or_default());
+            self.stream_triangle[triangle as usize] = first + i as u32;
+            self.source_triangle.push(triangle);
+            self.moved_in.push(0);
+        }
+    }
+
+    fn material(&mut self, triangle: u32) -> u16 {
+        self.mesh.materials[self.source_triangle[triangle as usize] as usize]
+    }
+
+    fn wedge(&mut self, vertex: u32, triangle: u32, present: &[u32]) -> Option<usize> {
+        let source = self.source_triangle[triangle as usize] as usize;
+        let source_vertex = self.source_vertex[vertex as usize];
+        let side = (0..3)
+            .find(|&side| self.corners[source][side] == source_vertex)
+            .unwrap_or(0);
+        let wanted = self.mesh.corners[source][side];
+        let found = if self.mesh.triangles[source][side] == source_vertex {
+            present
+                .iter()
+                .position(|&wedge| self.source_wedge[wedge as usize] == wanted)
+        } else {
+            // It will move on to a vertex of its own: until then, the wedge here that looks most like it.
+            let distance = |wedge: u32| self.distance(self.source_wedge[wedge as usize], wanted);
+            (0..present.len()).min_by_key(|&i| distance(present[i]))
+        };
+        if found.is_none() {
+            let own = &self.wedges_of[source_vertex as usize];
+            let nearest = own.iter().copied().min_by_key(|&wedge| self.distance(wedge, wanted));
+            self.source_wedge.push(nearest.unwrap_or(wanted));
+        }
+        found
+    }
+
+    fn values(&mut self, wedge: u32, values: &mut [i32]) {
+        let source = self.source_wedge[wedge as usize] as usize;
+        let stride = values.len();
+        values.copy_from_slice(&self.mesh.values[source * stride..][..stride]);
+    }
+}

@@ -1,0 +1,336 @@
+use belvedere_scene::smooth::{Decoder, Header, SmoothError};
+use proptest::prelude::*;
+
+use super::canonical;
+use super::encode;
+use super::error::Ruler;
+use super::quantise::{Precision, QuantisedMesh};
+use crate::source::{Primitive, SourceModel};
+
+/// Triangles over points of a small lattice: close together, so that many share edges, are doubled or have no area.
+fn soup(points: &[[u8; 3]], corners: &[[u8; 3]], materials: usize) -> SourceModel {
+    let mut model = SourceModel::default();
+    for material in 0..materials {
+        let mut primitive = Primitive::default();
+        let own = corners.iter().enumerate().filter(|(i, _)| i % materials == material);
+        for (i, corner) in own.flat_map(|(i, corners)| corners.map(|corner| (i, corner))) {
+            let point = points[usize::from(corner) % points.len()];
+            primitive.indices.push(primitive.positions.len() as u32);
+            primitive.positions.push(point.map(f32::from));
+            // Seams here and there.
+            let angle = f32::from(corner % 5) + (i % 3) as f32;
+            primitive.normals.push([angle.cos(), angle.sin(), 0.0]);
+            primitive.uvs.resize(1, Vec::new());
+            primitive.uvs[0].push([f32::from(point[0]), (i % 4) as f32]);
+            primitive.colors.push([0.25 * (i % 5) as f32, 0.5, 1.0, 1.0]);
+        }
+        model.primitives.push(primitive);
+    }
+    model
+}
+
+/// A bent sheet with a seam in the middle of its texture.
+fn sheet(n: u32) -> SourceModel {
+    let mut primitive = Primitive {
+        uvs: vec![Vec::new()],
+        ..Primitive::default()
+    };
+    for half in 0..2 {
+        let first = primitive.positions.len() as u32;
+        for j in 0..=n {
+            for i in 0..=n {
+                let (u, v) = ((half * n + i) as f32 / n as f32, j as f32 / n as f32);
+                primitive
+                    .positions
+                    .push([u, 0.2 * (5.0 * u).sin() * (4.0 * v).cos(), v]);
+                primitive.normals.push([0.0, 1.0, 0.0]);
+                primitive.uvs[0].push([i as f32 / n as f32, v]);
+            }
+        }
+        let row = n + 1;
+        for j in 0..n {
+            for a in first + j * row..first + j * row + n {
+                primitive
+                    .indices
+                    .extend([a, a + row, a + 1, a + 1, a + row, a + row + 1]);
+            }
+        }
+    }
+    SourceModel {
+        primitives: vec![primitive],
+        ..SourceModel::default()
+    }
+}
+
+fn decoded(bytes: &[u8]) -> Decoder {
+    let mut decoder = Decoder::new(u64::MAX);
+    decoder.push(bytes).unwrap();
+    decoder
+}
+
+fn assert_restored(mesh: &QuantisedMesh, decoder: &Decoder) {
+    assert!(decoder.is_complete());
+    assert_eq!(
+        canonical::of_mesh(mesh),
+        canonical::of_lattice(&decoder.lattice(), mesh.stride())
+    );
+}
+
+/// All indices in range, no corner twice, everything finite, as many of each as there should be.
+fn assert_valid(decoder: &Decoder) {
+    let lattice = decoder.lattice();
+    for &[a, b, c] in &lattice.triangles {
+        assert!(a != b && b != c && c != a);
+        assert!([a, b, c].iter().all(|&v| (v as usize) < lattice.twice_positions.len()));
+    }
+    let snapshot = decoder.snapshot();
+    let vertices = snapshot.positions.len();
+    assert!(snapshot.indices.iter().flatten().all(|&i| (i as usize) < vertices));
+    assert_eq!(
+        snapshot.indices.iter().map(Vec::len).sum::<usize>(),
+        3 * lattice.triangles.len()
+    );
+    assert!(snapshot.positions.iter().flatten().all(|x| x.is_finite()));
+    assert!(snapshot.normals.iter().flatten().all(|x| x.is_finite()));
+    assert!(snapshot.normals.is_empty() || snapshot.normals.len() == vertices);
+    assert!(snapshot.uvs.iter().all(|set| set.len() == vertices));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn any_soup_comes_back_bit_for_bit(
+        points in prop::collection::vec(prop::array::uniform3(0u8..6), 1..40),
+        corners in prop::collection::vec(prop::array::uniform3(any::<u8>()), 0..120),
+        materials in 1usize..4,
+        position_bits in 1u32..=16,
+        with_attributes in any::<bool>(),
+    ) {
+        let model = soup(&points, &corners, materials);
+        let mesh = QuantisedMesh::new(&model, Precision { position_bits, with_attributes, ..Precision::default() });
+        let bytes = encode(&mesh);
+        assert_restored(&mesh, &decoded(&bytes));
+    }
+
+    #[test]
+    fn bytes_may_come_in_any_portions(cuts in prop::collection::vec(1usize..200, 1..40)) {
+        let mesh = QuantisedMesh::new(&sheet(7), Precision::default());
+        let bytes = encode(&mesh);
+        let mut decoder = Decoder::new(u64::MAX);
+        let mut at = 0;
+        for cut in cuts {
+            let end = (at + cut).min(bytes.len());
+            decoder.push(&bytes[at..end]).unwrap();
+            at = end;
+        }
+        decoder.push(&bytes[at..]).unwrap();
+        assert_restored(&mesh, &decoder);
+        prop_assert_eq!(decoder.lattice(), decoded(&bytes).lattice());
+    }
+
+    #[test]
+    fn flipped_bits_do_no_harm(flips in prop::collection::vec((0usize..4000, 0u8..8), 1..6), split in 0usize..4000) {
+        let mesh = QuantisedMesh::new(&sheet(9), Precision::default());
+        let mut bytes = encode(&mesh);
+        let length = bytes.len();
+        for (at, bit) in flips {
+            bytes[at % length] ^= 1 << bit;
+        }
+        let mut decoder = Decoder::new(1 << 24);
+        let (first, rest) = bytes.split_at(split % length);
+        let mut result = decoder.push(first);
+        assert_valid(&decoder);
+        if result.is_ok() {
+            result = decoder.push(rest);
+        }
+        assert_valid(&decoder);
+        // What was refused stays refused.
+        if result.is_err() {
+            prop_assert_eq!(decoder.push(&[]), result);
+        }
+    }
+
+    #[test]
+    fn noise_does_no_harm(noise in prop::collection::vec(any::<u8>(), 0..600), vertices in 0u32..5000, triangles in 0u32..9000) {
+        let mesh = QuantisedMesh::new(&sheet(3), Precision::default());
+        let (mut header, _) = Header::read(&encode(&mesh)).unwrap().unwrap();
+        (header.vertices, header.triangles, header.wedges) = (vertices, triangles, 3 * triangles);
+        header.cuts.clear();
+        header.total_bytes = (header.to_bytes().len() + noise.len()) as u32;
+        let mut bytes = header.to_bytes();
+        bytes.extend(noise);
+        let mut decoder = Decoder::new(1 << 24);
+        let _ = decoder.push(&bytes);
+        assert_valid(&decoder);
+    }
+}
+
+#[test]
+fn every_beginning_is_a_valid_mesh_and_finer_than_a_shorter_one() {
+    let mesh = QuantisedMesh::new(&sheet(12), Precision::default());
+    let bytes = encode(&mesh);
+    let mut last = 0;
+    for length in 0..=bytes.len() {
+        let decoder = decoded(&bytes[..length]);
+        assert_valid(&decoder);
+        assert_eq!(decoder.is_complete(), length == bytes.len());
+        let triangles = decoder.lattice().triangles.len();
+        assert!(
+            triangles >= last,
+            "{triangles} triangles after {length} bytes, {last} before"
+        );
+        last = triangles;
+    }
+    // A decoder lags behind by at most what a step takes.
+    let nearly = decoded(&bytes[..bytes.len() - 1]).lattice().triangles.len();
+    assert!(
+        nearly + 300 > mesh.triangles.len(),
+        "{nearly} of {} triangles",
+        mesh.triangles.len()
+    );
+}
+
+#[test]
+fn errors_fall_along_the_stream_and_cuts_state_them() {
+    let mesh = QuantisedMesh::new(
+        &sheet(40),
+        Precision {
+            with_attributes: false,
+            ..Precision::default()
+        },
+    );
+    let bytes = encode(&mesh);
+    let ruler = Ruler::new(&mesh, 1500);
+    let rms = |length: usize| {
+        let lattice = decoded(&bytes[..length]).lattice();
+        (
+            ruler.rms(&lattice.twice_positions, &lattice.triangles),
+            lattice.triangles.len(),
+        )
+    };
+    let mut least = f64::INFINITY;
+    for length in (250..bytes.len()).step_by(97) {
+        let (error, _) = rms(length);
+        // What is less than a tenth of a step is noise of the samples.
+        assert!(
+            error <= (1.05 * least).max(0.1),
+            "{error} after {length} bytes, {least} before"
+        );
+        least = least.min(error);
+    }
+    let (header, _) = Header::read(&bytes).unwrap().unwrap();
+    let cuts = &header.cuts;
+    assert!(cuts.len() >= 4, "{cuts:?}");
+    assert!(cuts[0].bytes < 1000, "{cuts:?}");
+    for pair in cuts.windows(2) {
+        assert!(
+            pair[1].bytes > pair[0].bytes && pair[1].rms_error <= 0.51 * pair[0].rms_error,
+            "{cuts:?}"
+        );
+    }
+    for cut in cuts {
+        let (error, triangles) = rms(cut.bytes as usize);
+        assert_eq!(triangles, cut.triangles as usize);
+        let stated = f64::from(cut.rms_error / header.step);
+        assert!(
+            (error - stated).abs() <= 0.15 * error + 0.05,
+            "{error} measured, {stated} stated"
+        );
+    }
+    assert_eq!(cuts.last().map(|cut| cut.bytes as usize), Some(bytes.len()));
+}
+
+#[test]
+fn a_smooth_lod_is_much_smaller_than_its_arrays() {
+    let mesh = QuantisedMesh::new(
+        &sheet(60),
+        Precision {
+            with_attributes: false,
+            ..Precision::default()
+        },
+    );
+    let arrays = 12 * mesh.positions.len() + 6 * mesh.triangles.len();
+    let bytes = encode(&mesh).len();
+    assert!(100 * bytes < 13 * arrays, "{bytes} of {arrays} bytes");
+}
+
+#[test]
+fn a_hub_of_many_triangles_comes_back() {
+    let mut primitive = Primitive::default();
+    primitive.positions.push([0.0; 3]);
+    for i in 0..3000 {
+        let angle = i as f32 / 3000.0 * std::f32::consts::TAU;
+        primitive
+            .positions
+            .push([angle.cos(), angle.sin(), 0.2 * (7.0 * angle).sin()]);
+        primitive.indices.extend([0, i + 1, (i + 1) % 3000 + 1]);
+    }
+    let model = SourceModel {
+        primitives: vec![primitive],
+        ..SourceModel::default()
+    };
+    let mesh = QuantisedMesh::new(&model, Precision::default());
+    let bytes = encode(&mesh);
+    assert_restored(&mesh, &decoded(&bytes));
+    assert!(bytes.len() < 4 * mesh.positions.len(), "{} bytes", bytes.len());
+}
+
+#[test]
+fn bytes_are_those_of_version_1() {
+    let mut state = 7u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    let points: Vec<[u8; 3]> = (0..60).map(|_| [random() % 16, random() % 16, random() % 4]).collect();
+    let corners: Vec<[u8; 3]> = (0..150).map(|_| [random(), random(), random()]).collect();
+    let precision = Precision {
+        with_attributes: false,
+        ..Precision::default()
+    };
+    let bytes = encode(&QuantisedMesh::new(&soup(&points, &corners, 3), precision));
+    // FNV-1a. When the format changes, raise its version; when only the writer chooses better, note what it gives now.
+    let hash = |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    let found = bytes.iter().fold(0xcbf2_9ce4_8422_2325, hash);
+    assert_eq!((bytes.len(), found), (772, 11_648_276_701_569_435_499));
+}
+
+#[test]
+fn the_same_mesh_gives_the_same_bytes() {
+    let model = sheet(10);
+    let encoded = || encode(&QuantisedMesh::new(&model, Precision::default()));
+    assert_eq!(encoded(), encoded());
+}
+
+#[test]
+fn a_mesh_without_triangles_is_whole_at_once() {
+    let mesh = QuantisedMesh::new(&SourceModel::default(), Precision::default());
+    let decoder = decoded(&encode(&mesh));
+    assert!(decoder.is_complete());
+    assert_eq!(decoder.snapshot().positions.len(), 0);
+}
+
+#[test]
+fn what_claims_too_much_is_refused_before_memory_is_taken() {
+    let bytes = encode(&QuantisedMesh::new(&sheet(3), Precision::default()));
+    let (mut header, length) = Header::read(&bytes).unwrap().unwrap();
+    header.triangles = 400_000_000;
+    let mut claims = header.to_bytes();
+    assert_eq!(claims.len(), length);
+    claims.extend(&bytes[length..]);
+    let mut decoder = Decoder::new(1 << 30);
+    assert!(matches!(decoder.push(&claims), Err(SmoothError::Memory { .. })));
+    assert_eq!(Decoder::new(1 << 30).push(b"glTF"), Err(SmoothError::NotSmooth));
+    assert_eq!(Decoder::new(1 << 30).push(b"SLOD\x02"), Err(SmoothError::Version(2)));
+}
+
+#[test]
+fn what_goes_on_after_its_end_is_refused() {
+    let mut bytes = encode(&QuantisedMesh::new(&sheet(3), Precision::default()));
+    bytes.push(0);
+    assert!(matches!(
+        Decoder::new(u64::MAX).push(&bytes),
+        Err(SmoothError::Damaged(_))
+    ));
+}

@@ -1,0 +1,157 @@
+//! What does a split do to the mesh? Laid out first, because the new position is predicted from it, and then done.
+
+use super::fan::{Spoke, Star};
+use super::mesh::{Mesh, NONE};
+use super::split::{Born, Move, Row, Split};
+
+/// An opened edge, as it will be.
+#[derive(Debug, Clone, Copy)]
+pub struct Opened {
+    /// The new triangle.
+    pub born: Born,
+    /// The triangle at the edge that is found in the third vertex's list, and whether the new one comes after it.
+    neighbour: u32,
+    after: bool,
+}
+
+/// What a split does, in detail: an intermediate between [`Split`] and the mesh.
+#[derive(Debug, Default)]
+pub struct Change {
+    /// Triangles that will be the old vertex's; new ones have their future numbers.
+    pub(super) stay: Vec<u32>,
+    /// … the new vertex's.
+    pub(super) go: Vec<u32>,
+    /// Spokes that move, by index.
+    pub(super) moved: Vec<u32>,
+    /// Edges that open, in order of their new triangles' numbers.
+    pub opened: Vec<Opened>,
+}
+
+impl Change {
+    /// Lays out what a split does, without doing it. `next` is the number of the first new triangle.
+    #[inline(always)]
+    pub(super) fn lay_out(&mut self, star: &Star, split: &Split, next: u32) {
+        self.stay.clear();
+        self.go.clear();
+        self.moved.clear();
+        self.opened.clear();
+        let mut torn = split.torn.iter();
+        for (&fan, &moved) in star.fans.iter().zip(&split.moves) {
+            let spokes = star.of(fan);
+            let length = fan.length;
+            match moved {
+                Move::Stay => self.stay(spokes),
+                Move::Go => self.go(spokes, fan.first),
+                Move::Torn => {
+                    for (i, spoke) in spokes.iter().enumerate() {
+                        if torn.next().copied().unwrap_or(false) {
+                            self.go(&[*spoke], fan.first + i);
+                        } else {
+                            self.stay(&[*spoke]);
+                        }
+                    }
+                }
+                Move::Row(Row { first, count, opens }) => {
+                    let (first, end) = (first as usize, (first + count) as usize);
+                    // A row that goes on at the beginning of the fan has two parts.
+                    let (end, rest) = (end.min(length), end.saturating_sub(length));
+                    self.stay(&spokes[rest..first.max(rest)]);
+                    self.go(&spokes[first..end], fan.first + first);
+                    self.go(&spokes[..rest], fan.first);
+                    let around = if rest > 0 || fan.closed && end == length {
+                        rest
+                    } else {
+                        end
+                    };
+                    let start_born = opens[0].then(|| self.open(spokes, first, false, next));
+                    let end_born = opens[1].then(|| self.open(spokes, around, true, next));
+                    self.go.extend(end_born.into_iter().chain(start_born));
+                    self.stay.extend(start_born.into_iter().chain(end_born));
+                    self.stay(&spokes[end.max(rest)..]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn stay(&mut self, spokes: &[Spoke]) {
+        self.stay.extend(spokes.iter().map(|spoke| spoke.triangle));
+    }
+
+    #[inline(always)]
+    fn go(&mut self, spokes: &[Spoke], first: usize) {
+        self.go.extend(spokes.iter().map(|spoke| spoke.triangle));
+        self.moved.extend((first..first + spokes.len()).map(|i| i as u32));
+    }
+
+    /// Opens the edge before spoke `at`: gives the number of its new triangle.
+    #[inline(always)]
+    fn open(&mut self, spokes: &[Spoke], at: usize, old_first: bool, next: u32) -> u32 {
+        let after = at < spokes.len();
+        let spoke = spokes[at.min(spokes.len() - 1)];
+        let third = if after { spoke.from } else { spoke.to };
+        self.opened.push(Opened {
+            born: Born { third, old_first },
+            neighbour: spoke.triangle,
+            after,
+        });
+        next + self.opened.len() as u32 - 1
+    }
+
+    /// Changes the mesh: `new` is a vertex without triangles.
+    #[inline(always)]
+    pub(super) fn apply(&mut self, mesh: &mut Mesh, star: &Star, split: &Split, old: u32, new: u32) {
+        let p = mesh.points[old as usize].at;
+        let q = mesh.points[new as usize].at;
+        let step: [i32; 3] = std::array::from_fn(|axis| q[axis] - p[axis]);
+        let mut lost = [0; 3];
+        for &i in &self.moved {
+            let spoke = star.spokes[i as usize];
+            let corners = &mut mesh.triangles[spoke.triangle as usize];
+            for corner in corners {
+                if *corner == old {
+                    *corner = new;
+                }
+            }
+            for other in [spoke.from, spoke.to] {
+                let at = mesh.points[other as usize].at;
+                for axis in 0..3 {
+                    lost[axis] += at[axis];
+                }
+                mesh.add_around(other, step);
+            }
+        }
+        mesh.add_around(new, lost);
+        mesh.add_around(old, lost.map(|x: i32| -x));
+        for i in 0..self.opened.len() {
+            let Opened { born, neighbour, after } = self.opened[i];
+            let triangle = self.bear(mesh, born, old, new);
+            let list = &mut mesh.points[born.third as usize].star;
+            mesh.stars.insert(list, (neighbour, after), triangle);
+        }
+        for &born in &split.extra {
+            let triangle = self.bear(mesh, born, old, new);
+            mesh.stars
+                .insert(&mut mesh.points[born.third as usize].star, (NONE, true), triangle);
+            self.stay.push(triangle);
+            self.go.push(triangle);
+        }
+        mesh.stars.set(&mut mesh.points[old as usize].star, &self.stay);
+        mesh.stars.set(&mut mesh.points[new as usize].star, &self.go);
+    }
+
+    #[inline(always)]
+    fn bear(&self, mesh: &mut Mesh, born: Born, old: u32, new: u32) -> u32 {
+        let triangle = mesh.triangles.len() as u32;
+        mesh.triangles.push(if born.old_first {
+            [old, new, born.third]
+        } else {
+            [new, old, born.third]
+        });
+        let [p, q, r] = [old, new, born.third].map(|v| mesh.points[v as usize].at);
+        for (vertex, one, other) in [(old, q, r), (new, p, r), (born.third, p, q)] {
+            mesh.add_around(vertex, std::array::from_fn(|axis| one[axis] + other[axis]));
+        }
+        triangle
+    }
+}

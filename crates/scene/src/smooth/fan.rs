@@ -1,0 +1,115 @@
+//! How do the triangles around a vertex hang together? In fans: rows of triangles that share edges at the vertex.
+//!
+//! Where the surface is manifold there is one fan, closed inside and open on a border. Anywhere else there are several.
+
+use super::mesh::Mesh;
+
+/// A triangle seen from one of its corners.
+#[derive(Debug, Clone, Copy)]
+pub struct Spoke {
+    /// Its number, in order of birth.
+    pub triangle: u32,
+    /// The next corner in its sense of rotation.
+    pub from: u32,
+    /// The one after.
+    pub to: u32,
+}
+
+/// A row of spokes, each beginning where the one before ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fan {
+    /// Index of its first spoke.
+    pub first: usize,
+    /// How many spokes.
+    pub length: usize,
+    /// Whether its last spoke ends where its first begins.
+    pub closed: bool,
+}
+
+/// No star with more fans is put in order: it would take too long.
+const MOST_FANS: usize = 24;
+
+/// All triangles around one vertex.
+#[derive(Debug, Default)]
+pub struct Star {
+    /// Fan by fan.
+    pub spokes: Vec<Spoke>,
+    /// Where each fan is.
+    pub fans: Vec<Fan>,
+    scratch: Vec<Spoke>,
+}
+
+impl Star {
+    /// Reads the star of a vertex, joins fans that fit together.
+    #[inline(always)]
+    pub(super) fn read(&mut self, mesh: &Mesh, vertex: u32) {
+        self.spokes.clear();
+        self.spokes.extend(
+            mesh.stars
+                .of(mesh.points[vertex as usize].star)
+                .iter()
+                .map(|&triangle| {
+                    let (from, to) = mesh.others(triangle, vertex);
+                    Spoke { triangle, from, to }
+                }),
+        );
+        self.find_fans();
+        if self.fans.len() > 1 && self.fans.len() <= MOST_FANS {
+            self.join();
+        }
+    }
+
+    #[inline(always)]
+    fn find_fans(&mut self) {
+        self.fans.clear();
+        let mut first = 0;
+        for i in 0..self.spokes.len() {
+            let end = self.spokes.get(i + 1).is_none_or(|next| next.from != self.spokes[i].to);
+            if end {
+                let length = i + 1 - first;
+                let closed = length > 1 && self.spokes[i].to == self.spokes[first].from;
+                self.fans.push(Fan { first, length, closed });
+                first = i + 1;
+            }
+        }
+    }
+
+    /// Puts an open fan behind another that ends where it begins, as often as possible.
+    #[cold]
+    fn join(&mut self) {
+        let mut left: Vec<Fan> = std::mem::take(&mut self.fans);
+        self.scratch.clear();
+        while !left.is_empty() {
+            let mut fan = left.remove(0);
+            // Begin where nothing comes before, if there is such a place on this row of fans.
+            let mut steps = left.len();
+            while !fan.closed && steps > 0 {
+                let begins = self.spokes[fan.first].from;
+                let before = left
+                    .iter()
+                    .position(|f| !f.closed && self.spokes[f.first + f.length - 1].to == begins);
+                let Some(before) = before else { break };
+                std::mem::swap(&mut left[before], &mut fan);
+                steps -= 1;
+            }
+            loop {
+                let spokes = &self.spokes[fan.first..][..fan.length];
+                self.scratch.extend_from_slice(spokes);
+                let ends = spokes[fan.length - 1].to;
+                let next = left.iter().position(|f| !f.closed && self.spokes[f.first].from == ends);
+                match next {
+                    Some(next) if !fan.closed => fan = left.remove(next),
+                    _ => break,
+                }
+            }
+        }
+        std::mem::swap(&mut self.spokes, &mut self.scratch);
+        self.find_fans();
+    }
+
+    #[inline(always)]
+    /// The spokes of a fan.
+    pub fn of(&self, fan: Fan) -> &[Spoke] {
+        &self.spokes[fan.first..][..fan.length]
+    }
+}

@@ -1,0 +1,60 @@
+//! What is a smooth LOD? A stream of which every beginning is a coarser mesh of the same model.
+//!
+//! After Schmalstieg, *The Remote Rendering Pipeline* (1997), chapter 7: a tree of vertex clusters is undone from its root,
+//! and each step tells one vertex more and what it changes in the triangles around. `docs/SLOD.md` specifies the bytes.
+//!
+//! A tour, from the outside in:
+//!
+//! * [`Decoder`]: bytes in, [`Snapshot`]s out. [`Header`]: what a file says before its stream.
+//! * [`replay`]: the order of the story: passes over all known vertices. One function for reader and writer; [`script`] is
+//!   what a writer brings.
+//! * [`split`], [`fan`] and [`change`]: what becomes of the triangles around a vertex that is split.
+//! * [`geometry`]: where the new vertex is. [`attributes`] and [`octahedron`]: what its corners look like.
+//! * [`mod@model`] and [`rans`]: how decisions become bits.
+//!
+//! All arithmetic on which reader and writer must agree is on integers, exact also in languages with only 53 bits.
+
+pub mod attributes;
+pub mod change;
+mod decoder;
+pub mod fan;
+pub mod geometry;
+mod header;
+mod mesh;
+pub mod model;
+pub mod octahedron;
+pub mod rans;
+pub mod replay;
+pub mod script;
+mod snapshot;
+pub mod split;
+mod stars;
+#[cfg(test)]
+mod tests;
+mod values;
+
+pub use decoder::Decoder;
+pub use header::{Cut, Header};
+pub use snapshot::{Lattice, Snapshot};
+
+/// Why a smooth LOD cannot be decoded.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SmoothError {
+    /// It is something else.
+    #[error("this is not a smooth LOD: it does not begin with \"SLOD\"")]
+    NotSmooth,
+    /// It is from another time.
+    #[error("this smooth LOD has version {0}, and only 1 is known: update this program or bake the scene again")]
+    Version(u8),
+    /// It may take too much memory.
+    #[error("this smooth LOD may take {needed_bytes} bytes of memory, and {most_bytes} are allowed: raise the limit")]
+    Memory {
+        /// What its header asks for.
+        needed_bytes: u64,
+        /// What is allowed.
+        most_bytes: u64,
+    },
+    /// It cannot be right.
+    #[error("this smooth LOD is damaged: {0}; fetch it again")]
+    Damaged(&'static str),
+}
