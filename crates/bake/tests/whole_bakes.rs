@@ -179,7 +179,7 @@ fn the_same_source_gives_the_same_bytes_for_one_two_and_eight_threads() {
     }
 }
 
-/// Sampled, which is quickest, and enough to see that all stages work together; what is seen is checked elsewhere.
+/// With bodies alone, which is quickest, and enough to see that all stages work together; what is seen is checked elsewhere.
 const FEW_RAYS: u32 = 400;
 
 fn scenes() -> Option<PathBuf> {
@@ -215,7 +215,7 @@ fn every_world_beside_this_checkout_bakes() {
     ] {
         let path = scenes.join(file);
         let bytes = std::fs::read(&path).unwrap();
-        baked(file, bytes, path.parent().unwrap(), Method::Sampled, FEW_RAYS).check(file);
+        baked(file, bytes, path.parent().unwrap(), Method::Occluders, FEW_RAYS).check(file);
     }
 }
 
@@ -234,7 +234,7 @@ fn every_ill_behaved_file_beside_this_checkout_is_refused_or_bakes_after_mending
             file,
             std::fs::read(&path).unwrap(),
             path.parent().unwrap(),
-            Method::Sampled,
+            Method::Occluders,
             FEW_RAYS,
         );
         baked.check(file);

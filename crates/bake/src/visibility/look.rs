@@ -28,10 +28,10 @@ use crate::{
 };
 
 /// Changes whenever the same surroundings would give another answer.
-const VERSION: usize = 1;
+const VERSION: usize = 2;
 
 /// Rays at an object before anybody tries to prove it hidden.
-const FIRST_LOOK: u32 = 96;
+const FIRST_LOOK: u32 = 48;
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
@@ -64,16 +64,49 @@ pub(super) enum Effort {
     Thorough,
 }
 
+/// No object is hunted with more rays from one part of the cell …
+const MOST_RAYS: u32 = 512;
+/// … nor with fewer.
+const LEAST_RAYS: u32 = 24;
+/// Hunting from the whole cell takes so many times as many rays as looking around may, and from its parts …
+const USUAL: u32 = 2;
+/// … so many times.
+const THOROUGH: u32 = 8;
+/// The cell is halved so often when it is hunted from its parts.
+const HALVINGS: u32 = 4;
+
 impl Effort {
-    /// How many rays look for each object from each part of the cell, and how often that is halved; `None` for who does
-    /// not look at all.
-    fn hunt(self) -> Option<[u32; 2]> {
+    /// How one of so many objects is hunted, when looking around may take so many rays; `None` for who does not hunt.
+    fn hunt(self, rays_per_cell: u32, objects: usize) -> Option<Hunt> {
+        let share = |times: u32| rays_per_cell.saturating_mul(times) / (objects.max(1) as u32);
         match self {
             Self::None => None,
-            Self::Usual => Some([256, 0]),
-            Self::Thorough => Some([512, 4]),
+            Self::Usual => Some(Hunt {
+                rays: share(USUAL).clamp(LEAST_RAYS, MOST_RAYS / 2),
+                parts: 1,
+                halvings: 0,
+            }),
+            Self::Thorough => {
+                let rays = (share(THOROUGH) / (1 << HALVINGS)).clamp(LEAST_RAYS, MOST_RAYS);
+                Some(Hunt {
+                    rays,
+                    parts: share(THOROUGH) / rays + 1,
+                    halvings: HALVINGS,
+                })
+            }
         }
     }
+}
+
+/// How one object is hunted.
+#[derive(Debug, Clone, Copy)]
+struct Hunt {
+    /// Rays from each part of the cell.
+    rays: u32,
+    /// From at most so many parts.
+    parts: u32,
+    /// The cell is halved at most so often.
+    halvings: u32,
 }
 
 impl Looker<'_> {
@@ -120,29 +153,28 @@ impl Looker<'_> {
             .filter_map(|object| surroundings.number_of(object))
             .collect();
         let mut observer = Observer::new(&surroundings.scenery, self.proofs);
-        let not_hidden = match self.effort.hunt() {
-            None => observer.visible(eye, &known),
-            Some([rays, halvings]) => {
-                let not_hidden = observer.visible_or_found(eye, &known, &mut |number| {
-                    hunt(
-                        &mut sampler,
-                        eye,
-                        surroundings.objects[number as usize],
-                        &[],
-                        FIRST_LOOK,
-                    )
-                });
-                for number in &not_hidden {
-                    let prey = Prey {
-                        number: *number,
-                        object: surroundings.objects[*number as usize],
-                        rays,
-                    };
-                    search(&mut sampler, &mut observer, eye, &prey, halvings);
-                }
-                not_hidden
-            }
+        let not_hidden = if self.effort == Effort::None {
+            observer.visible(eye, &known)
+        } else {
+            observer.visible_or_found(eye, &known, &mut |number| {
+                hunt(
+                    &mut sampler,
+                    eye,
+                    surroundings.objects[number as usize],
+                    &[],
+                    FIRST_LOOK,
+                )
+            })
         };
+        let open = not_hidden
+            .iter()
+            .map(|number| (*number, surroundings.objects[*number as usize]));
+        let open: Vec<_> = open.filter(|(_, object)| !sampler.knows(*object)).collect();
+        if let Some(how) = self.effort.hunt(self.sampled.rays_per_cell, open.len()) {
+            for prey in open {
+                search(&mut sampler, &mut observer, eye, prey, &mut how.clone());
+            }
+        }
         sampler.follow();
         let measured = measure(&mut sampler, &uniform);
         let sightings: BTreeMap<u32, _> = sampler.state.seen.iter().map(|s| (s.object, *s)).collect();
@@ -175,24 +207,30 @@ impl Looker<'_> {
     }
 }
 
-/// Who is hunted.
-struct Prey {
-    /// Its number in the surroundings.
-    number: u32,
-    object: u32,
-    /// As many for each part of the cell.
-    rays: u32,
-}
-
-/// Hunts from a part of the cell, unless it is hidden from there, then from its halves, and so on.
-fn search(sampler: &mut Sampler<'_>, observer: &mut Observer<'_>, part: &Region, prey: &Prey, halvings: u32) -> bool {
-    let Some(ways) = observer.ways_to(part, prey.number) else {
+/// Hunts an object, of which its number in the surroundings is known too, from a part of the cell, unless it is hidden from
+/// there, then from its halves, and so on.
+fn search(
+    sampler: &mut Sampler<'_>,
+    observer: &mut Observer<'_>,
+    part: &Region,
+    prey @ (number, object): (u32, u32),
+    how: &mut Hunt,
+) -> bool {
+    if how.parts == 0 {
+        return false;
+    }
+    let Some(ways) = observer.ways_to(part, number) else {
         return false;
     };
-    hunt(sampler, part, prey.object, &ways, prey.rays)
-        || (halvings > 0
-            && part
-                .halves()
-                .iter()
-                .any(|half| search(sampler, observer, half, prey, halvings - 1)))
+    how.parts -= 1;
+    if hunt(sampler, part, object, &ways, how.rays) || how.halvings == 0 {
+        return sampler.knows(object);
+    }
+    how.halvings -= 1;
+    let found = part
+        .halves()
+        .iter()
+        .any(|half| search(sampler, observer, half, prey, how));
+    how.halvings += 1;
+    found
 }
