@@ -104,11 +104,13 @@ impl Blocker {
         doors.any(|wall| stops(wall, from, to))
     }
 
-    /// Walls that stop a segment; of doors only these.
+    /// Walls that stop a segment; of doors only these. Where doors are closed, also walls that it passes through an opening:
+    /// a leaf fills an opening, but not what diverges behind it.
     fn walls_on(&self, from: Vec3, to: Vec3, closed: &[u32], found: &mut Vec<u32>) {
         segment::along(&self.walls, from, to, &mut |index| {
             let wall = &self.occluders.walls[index as usize];
-            if wall.door.is_none_or(|door| closed.contains(&door)) && !found.contains(&index) && stops(wall, from, to) {
+            let takes_part = wall.door.is_none_or(|door| closed.contains(&door)) && !found.contains(&index);
+            if takes_part && (stops(wall, from, to) || (!closed.is_empty() && passes(wall, from, to))) {
                 found.push(index);
             }
             ControlFlow::Continue(())
@@ -116,11 +118,27 @@ impl Blocker {
     }
 }
 
-/// Whether a segment ends on a wall.
-fn stops(wall: &Wall, from: Vec3, to: Vec3) -> bool {
+/// Which way, and where, a segment crosses a wall's plane.
+fn crosses(wall: &Wall, from: Vec3, to: Vec3) -> Option<(Way, Vec2)> {
     let [a, b] = [from, to].map(|p| wall.normal.dot(p) - wall.offset);
     let way = if a > 0.0 { Way::Against } else { Way::Along };
-    a * b < 0.0 && wall.opaque_at(way, wall.place(from.lerp(to, a / (a - b))))
+    (a * b < 0.0).then(|| (way, wall.place(from.lerp(to, a / (a - b)))))
+}
+
+/// Whether a segment ends on a wall.
+fn stops(wall: &Wall, from: Vec3, to: Vec3) -> bool {
+    crosses(wall, from, to).is_some_and(|(way, place)| wall.opaque_at(way, place))
+}
+
+/// Whether a segment crosses a wall that hides this way, be it through an opening.
+fn passes(wall: &Wall, from: Vec3, to: Vec3) -> bool {
+    crosses(wall, from, to).is_some_and(|(way, place)| {
+        let between = |axis: usize| {
+            let lines = &wall.lines[axis];
+            lines[0] <= place[axis] && place[axis] <= lines[lines.len() - 1]
+        };
+        wall.hides(way) && between(0) && between(1)
+    })
 }
 
 /// Asks questions about one blocker; remembers what worked.
