@@ -139,8 +139,11 @@ impl Report {
         }
         lines.push(String::new());
         lines.extend(drawn.map(|drawn| format!("  picture: {drawn}")));
-        let verdict = if self.passed { "passed" } else { "failed" };
-        lines.push(format!("  {verdict}: {}", self.rule));
+        lines.push(if self.passed {
+            format!("  passed: {}", self.rule)
+        } else {
+            format!("  failed: {} (the rule: {})", self.failures.join("; "), self.rule)
+        });
         lines.join("\n")
     }
 

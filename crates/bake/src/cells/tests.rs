@@ -233,6 +233,24 @@ fn a_viewpoint_inside_a_thing_counts_as_beside_it() {
 }
 
 #[test]
+fn a_viewpoint_inside_a_wall_counts_as_beside_it_however_long_the_wall_is() {
+    let mut builder = Builder::default();
+    builder.block("floor", [0., -0.3, 0.], [8., 0., 6.]);
+    builder.block("ceiling", [0., 3., 0.], [8., 3.3, 6.]);
+    builder.block("west", [-0.4, 0., 0.], [0., 3., 6.]);
+    builder.block("east", [8., 0., 0.], [8.4, 3., 6.]);
+    builder.block("south", [0., 0., -0.4], [8., 3., 0.]);
+    builder.block("north", [0., 0., 6.], [8., 3., 6.4]);
+    let graph = cut(&builder, &[[8.2, 1.5, 3.0]]);
+    let beside = [[4.0, 1.5, 3.0], [9.5, 1.5, 3.0]];
+    assert!(
+        beside.iter().any(|place| graph.cell_at(*place).is_some()),
+        "{}",
+        graph.reason
+    );
+}
+
+#[test]
 fn a_museum_has_a_cell_for_each_room_and_doorway() {
     let graph = cut(&museum([3, 3], 6), &[[4.0, 1.6, 4.0]]);
     assert_sound(&graph);

@@ -20,6 +20,8 @@ const WALL: [u8; 3] = [2, 4, 8];
 const MIN_ROOM_VOXELS: u64 = 8;
 /// An enclosed space of so many cubic metres is a room, however large the scene is.
 const MIN_ROOM_M3: f64 = 6.0;
+/// What is narrower than this, in metres, may be masonry, however long and high it is.
+const NARROW_M: f32 = 1.0;
 /// The share of a voxel's edge by which its inside is smaller.
 const SHRINK: f32 = 0.01;
 /// The share of a voxel face's edge that must stay clear of a face for it not to be blocked.
@@ -43,6 +45,8 @@ struct Space {
     volume_m3: f64,
     voxels: u64,
     open: bool,
+    /// The voxels at the corners of the box around it.
+    corners: [[usize; 3]; 2],
 }
 
 impl<'a> Voxels<'a> {
@@ -179,6 +183,7 @@ impl<'a> Voxels<'a> {
         let fits = |space: &Space| space.voxels >= MIN_ROOM_VOXELS || space.open;
         let free = |index: usize| spaces.get(labels[index] as usize).is_some_and(fits);
         let mut kept = vec![false; spaces.len()];
+        let narrow_m = NARROW_M * self.grid.metre();
         let min_room_m3 = MIN_ROOM_M3 * f64::from(self.grid.metre()).powi(3);
         // The masonry of a wall is no room, even when somebody put an eye there.
         let mut masonry = vec![false; spaces.len()];
@@ -187,8 +192,9 @@ impl<'a> Voxels<'a> {
             while let Some(index) = self.nearest(start, |i| free(i) && !masonry[labels[i] as usize]) {
                 let label = labels[index];
                 let space = &spaces[label as usize];
-                let small = !space.open && space.volume_m3 < min_room_m3 && !kept[label as usize];
-                if small && self.is_inside_a_solid(world, &labels, label, space) {
+                let small = space.volume_m3 < min_room_m3 || self.narrowest_m(space) < narrow_m;
+                if small && !space.open && !kept[label as usize] && self.is_inside_a_solid(world, &labels, label, space)
+                {
                     masonry[label as usize] = true;
                 } else {
                     kept[label as usize] = true;
@@ -209,6 +215,16 @@ impl<'a> Voxels<'a> {
                 *bits |= REACHED;
             }
         }
+    }
+
+    /// The shortest edge of the box around a space.
+    fn narrowest_m(&self, space: &Space) -> f32 {
+        let [min, last] = space.corners;
+        let [low, high] = self.grid.bounds(&IndexBox {
+            min,
+            max: last.map(|voxel| voxel + 1),
+        });
+        (high - low).min_element()
     }
 
     /// Whether looks from a space mostly end on backs of faces that are drawn from their front only: rock around a cave,
@@ -258,12 +274,17 @@ impl<'a> Voxels<'a> {
                 volume_m3: 0.0,
                 voxels: 0,
                 open: false,
+                corners: [self.voxel(start); 2],
             };
             labels[start] = label;
             stack.push(start);
             while let Some(index) = stack.pop() {
                 let voxel = self.voxel(index);
                 space.voxels += 1;
+                for (axis, at) in voxel.into_iter().enumerate() {
+                    let [low, high] = [space.corners[0][axis], space.corners[1][axis]];
+                    (space.corners[0][axis], space.corners[1][axis]) = (low.min(at), high.max(at));
+                }
                 space.volume_m3 += (0..3)
                     .map(|a| f64::from(self.grid.width_m(a, voxel[a])))
                     .product::<f64>();

@@ -94,6 +94,11 @@ impl<'a> Assembly<'_, 'a> {
         (role, skin): (Role, Option<Skin>),
     ) -> Result<(), ImportError> {
         let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
+            // What is below a node takes its mark over.
+            if item.value.get("children").is_none() {
+                let defect = "author's cell, portal or occluder without a mesh: left out";
+                self.reader.defects.note(defect, 1, || node.name.clone());
+            }
             return Ok(());
         };
         let listed = self.reader.root.listed("meshes", mesh);
