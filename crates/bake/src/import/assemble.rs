@@ -94,11 +94,6 @@ impl<'a> Assembly<'_, 'a> {
         (role, skin): (Role, Option<Skin>),
     ) -> Result<(), ImportError> {
         let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
-            // What is below a node takes its mark over.
-            if item.value.get("children").is_none() {
-                let defect = "author's cell, portal or occluder without a mesh: left out";
-                self.reader.defects.note(defect, 1, || node.name.clone());
-            }
             return Ok(());
         };
         let listed = self.reader.root.listed("meshes", mesh);
@@ -160,6 +155,11 @@ impl<'a> Assembly<'_, 'a> {
     /// Adds the shape of a node that is not drawn: all triangles of its mesh where they stand.
     fn keep_for_the_bake(&mut self, node: &PlacedNode, item: &Item<'a>, kind: AuthoredKind) -> Result<(), ImportError> {
         let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
+            // What is below a node takes its mark over.
+            if item.member("children").is_none() {
+                let defect = "author's cell, portal or occluder without a mesh: left out";
+                self.reader.defects.note(defect, 1, || node.name.clone());
+            }
             return Ok(());
         };
         let listed = self.reader.root.listed("meshes", mesh);
