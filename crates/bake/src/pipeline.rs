@@ -9,6 +9,7 @@ use crate::{
     import::split::{self, SplitSettings},
     lod::LodSettings,
     memory::{Forgetful, Memory},
+    morton,
     occluders::Hiders,
     progress::{Cancelled, Progress, Silent},
     records::{self, BlobSink, Models, SinkError, Written},
@@ -215,12 +216,6 @@ pub(crate) fn in_spatial_order(mut scene: SourceScene) -> SourceScene {
 pub(crate) fn z_order(point: DVec3, around: &Bounds) -> u64 {
     let size = around.size_m().into_iter().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let steps = f64::from((1u32 << 21) - 1);
-    let mut key = 0;
-    for (axis, value) in point.to_array().into_iter().enumerate() {
-        let step = ((value - around.min[axis]) / size * steps).clamp(0.0, steps) as u64;
-        for bit in 0..21 {
-            key |= (step >> bit & 1) << (3 * bit + axis as u64);
-        }
-    }
-    key
+    let step = |axis: usize| ((point[axis] - around.min[axis]) / size * steps).clamp(0.0, steps) as u64;
+    morton::code([0, 1, 2].map(step))
 }

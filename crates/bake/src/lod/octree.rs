@@ -12,7 +12,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::source::{Primitive, Topology};
+use crate::{
+    morton,
+    source::{Primitive, Topology},
+};
 
 /// Finest depth: 3 × 21 bits fill a code.
 pub(super) const MAX_DEPTH: u32 = 21;
@@ -168,18 +171,8 @@ impl RootCube {
         let cells = f64::from(1u32 << MAX_DEPTH);
         let scale = if self.side > 0.0 { cells / self.side } else { 0.0 };
         let cell = ((point - self.min) * scale).min(DVec3::splat(cells - 1.0));
-        spread(cell.x as u64) | spread(cell.y as u64) << 1 | spread(cell.z as u64) << 2
+        morton::code(cell.to_array().map(|x| x as u64))
     }
-}
-
-/// Moves bit i to bit 3i.
-fn spread(bits: u64) -> u64 {
-    let mut x = bits & 0x1f_ffff;
-    x = (x | x << 32) & 0x001f_0000_0000_ffff;
-    x = (x | x << 16) & 0x001f_0000_ff00_00ff;
-    x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
-    x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
-    (x | x << 2) & 0x1249_2492_4924_9249
 }
 
 /// Bits that are equal exactly when the positions are; −0 is 0.

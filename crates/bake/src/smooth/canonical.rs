@@ -10,9 +10,8 @@ pub type Face = (u16, [(Vec<i32>, Vec<i32>); 3]);
 /// The triangles of a mesh, sorted.
 #[must_use]
 pub fn of_mesh(mesh: &QuantisedMesh) -> Vec<Face> {
-    let twice: Vec<[i32; 3]> = mesh.positions.iter().map(|p| p.map(|x| 2 * x)).collect();
     faces(
-        &twice,
+        &mesh.twice_positions(),
         &mesh.triangles,
         (&mesh.corners, &mesh.values, mesh.stride()),
         &mesh.materials,

@@ -4,9 +4,11 @@
 //! the representative is one of the two) along the edge with the least quadric error (Garland & Heckbert 1997). A vertex
 //! that has lost all its triangles joins its neighbour in Morton order, so that in the end one vertex is left.
 
+use glam::DVec3;
+
 use super::quadric::Quadric;
 use super::quantise::QuantisedMesh;
-use super::vectors::{cross, dot, minus, morton, squared, unit};
+use crate::morton;
 
 /// One collapse.
 #[derive(Debug, Clone)]
@@ -77,7 +79,7 @@ pub(super) fn cluster(mesh: &QuantisedMesh) -> ClusterTree {
 
 struct Work<'a> {
     mesh: &'a QuantisedMesh,
-    positions: Vec<[f64; 3]>,
+    positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     alive: Vec<u32>,
     live: Vec<u32>,
@@ -105,7 +107,11 @@ impl<'a> Work<'a> {
         let count = mesh.positions.len();
         let mut work = Self {
             mesh,
-            positions: mesh.positions.iter().map(|p| p.map(f64::from)).collect(),
+            positions: mesh
+                .positions
+                .iter()
+                .map(|p| DVec3::from_array(p.map(f64::from)))
+                .collect(),
             triangles: mesh.triangles.clone(),
             alive: (0..mesh.triangles.len() as u32).collect(),
             live: (0..count as u32).collect(),
@@ -148,7 +154,7 @@ impl<'a> Work<'a> {
     /// Upright planes along an edge where the surface ends: all its triangles, be it one or a double layer, lie to the
     /// same side of it. Without them what is flat would shrink for nothing.
     fn add_border(&mut self, same: &[(u64, u32)]) {
-        let (mut inwards, mut count) = ([0.0; 3], 0.0);
+        let (mut inwards, mut count) = (DVec3::ZERO, 0.0);
         let mut planes = Vec::new();
         for &(_, corner) in same {
             let corners = self.triangles[corner as usize / 3];
@@ -156,11 +162,11 @@ impl<'a> Work<'a> {
             let Some((normal, _)) = unit(self.normal(corners)) else {
                 continue;
             };
-            let along = minus(self.positions[to as usize], self.positions[from as usize]);
-            let Some((upright, length)) = unit(cross(normal, along)) else {
+            let along = self.positions[to as usize] - self.positions[from as usize];
+            let Some((upright, length)) = unit(normal.cross(along)) else {
                 continue;
             };
-            inwards = [0, 1, 2].map(|axis| inwards[axis] + upright[axis]);
+            inwards += upright;
             count += 1.0;
             planes.push((
                 Quadric::plane(upright, self.positions[from as usize], length * length),
@@ -168,7 +174,7 @@ impl<'a> Work<'a> {
                 to,
             ));
         }
-        if squared(inwards) < (SAME_SIDE * count) * (SAME_SIDE * count) {
+        if inwards.length_squared() < (SAME_SIDE * count) * (SAME_SIDE * count) {
             return;
         }
         for (quadric, from, to) in planes {
@@ -280,8 +286,8 @@ impl<'a> Work<'a> {
                 }
                 // What turns over is off by about the length of the edge.
                 let turned = self.turned_area(gone, kept);
-                let length = minus(self.positions[gone as usize], self.positions[kept as usize]);
-                let cost = cost + turned * squared(length);
+                let along = self.positions[gone as usize] - self.positions[kept as usize];
+                let cost = cost + turned * along.length_squared();
                 if best.is_none_or(|best| cost < best.cost) {
                     let turns = turned > 0.0;
                     best = Some(Candidate {
@@ -300,7 +306,7 @@ impl<'a> Work<'a> {
         let at = self.positions[kept as usize];
         self.quadrics[gone as usize].at(at)
             + self.quadrics[kept as usize].at(at)
-            + LENGTH_WEIGHT * squared(minus(at, self.positions[gone as usize]))
+            + LENGTH_WEIGHT * at.distance_squared(self.positions[gone as usize])
     }
 
     /// Vertices without triangles join the nearer of their neighbours in Morton order.
@@ -308,18 +314,15 @@ impl<'a> Work<'a> {
         if lone.is_empty() {
             return;
         }
-        let mut row: Vec<(u64, u32)> = self
-            .live
-            .iter()
-            .map(|&v| (morton(self.mesh.positions[v as usize]), v))
-            .collect();
+        let code = |v: u32| morton::code(self.mesh.positions[v as usize].map(|x| x as u64));
+        let mut row: Vec<(u64, u32)> = self.live.iter().map(|&v| (code(v), v)).collect();
         row.sort_unstable();
         for &gone in lone {
-            let key = (morton(self.mesh.positions[gone as usize]), gone);
+            let key = (code(gone), gone);
             let Ok(i) = row.binary_search(&key) else { continue };
             let near = [i.checked_sub(1), Some(i + 1)];
             let near = near.into_iter().flatten().filter_map(|i| row.get(i)).map(|&(_, v)| v);
-            let distance = |v: u32| squared(minus(self.positions[v as usize], self.positions[gone as usize]));
+            let distance = |v: u32| self.positions[v as usize].distance_squared(self.positions[gone as usize]);
             if let Some(kept) = near.min_by(|&a, &b| distance(a).total_cmp(&distance(b))) {
                 candidates.push(Candidate {
                     cost: 0.0,
@@ -342,13 +345,11 @@ impl<'a> Work<'a> {
                 return 0.0;
             }
             let [b, c] = [b, c].map(|v| self.positions[v as usize]);
-            let before = cross(
-                minus(b, self.positions[gone as usize]),
-                minus(c, self.positions[gone as usize]),
-            );
-            let after = cross(minus(b, to), minus(c, to));
-            let turn = dot(before, after);
-            let (large, larger) = (squared(before), squared(after));
+            let from = self.positions[gone as usize];
+            let before = (b - from).cross(c - from);
+            let after = (b - to).cross(c - to);
+            let turn = before.dot(after);
+            let (large, larger) = (before.length_squared(), after.length_squared());
             if turn < 0.0 || turn * turn < MOST_TURN * MOST_TURN * large * larger {
                 large.sqrt() / 2.0
             } else {
@@ -387,10 +388,16 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn normal(&self, corners: [u32; 3]) -> [f64; 3] {
+    fn normal(&self, corners: [u32; 3]) -> DVec3 {
         let [a, b, c] = corners.map(|v| self.positions[v as usize]);
-        cross(minus(b, a), minus(c, a))
+        (b - a).cross(c - a)
     }
+}
+
+/// A direction without its length, and that; `None` when there is none.
+fn unit(direction: DVec3) -> Option<(DVec3, f64)> {
+    let length = direction.length();
+    (length > 0.0).then(|| (direction / length, length))
 }
 
 fn is_degenerate([a, b, c]: [u32; 3]) -> bool {

@@ -19,8 +19,7 @@ impl Ruler {
     /// Of a mesh with triangles, with so many points on each surface.
     #[must_use]
     pub fn new(mesh: &QuantisedMesh, samples: usize) -> Self {
-        let twice: Vec<[i32; 3]> = mesh.positions.iter().map(|p| p.map(|x| 2 * x)).collect();
-        let shapes = shapes(&twice, &mesh.triangles);
+        let shapes = shapes(&mesh.twice_positions(), &mesh.triangles);
         Self {
             points: spread(&shapes, samples),
             samples,

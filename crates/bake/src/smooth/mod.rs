@@ -15,7 +15,6 @@ pub mod quantise;
 mod script;
 #[cfg(test)]
 mod tests;
-mod vectors;
 mod weights;
 
 use belvedere_scene::smooth::Header;

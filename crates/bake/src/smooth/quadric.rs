@@ -2,6 +2,8 @@
 //!
 //! Garland & Heckbert, *Surface simplification using quadric error metrics* (1997).
 
+use glam::DVec3;
+
 /// A symmetric 4 × 4 matrix, its upper half by rows, and the sum of the weights.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Quadric {
@@ -11,8 +13,8 @@ pub(super) struct Quadric {
 
 impl Quadric {
     /// Of the plane through a point with a unit normal.
-    pub(super) fn plane([a, b, c]: [f64; 3], point: [f64; 3], weight: f64) -> Self {
-        let d = -(a * point[0] + b * point[1] + c * point[2]);
+    pub(super) fn plane(normal: DVec3, point: DVec3, weight: f64) -> Self {
+        let ([a, b, c], d) = (normal.to_array(), -normal.dot(point));
         let m = [a * a, a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d];
         Self {
             m: m.map(|x| x * weight),
@@ -28,7 +30,8 @@ impl Quadric {
     }
 
     /// The weighted sum of squared distances.
-    pub(super) fn at(&self, [x, y, z]: [f64; 3]) -> f64 {
+    pub(super) fn at(&self, point: DVec3) -> f64 {
+        let [x, y, z] = point.to_array();
         let m = &self.m;
         let sum = x * (m[0] * x + 2.0 * (m[1] * y + m[2] * z + m[3]))
             + y * (m[4] * y + 2.0 * (m[5] * z + m[6]))

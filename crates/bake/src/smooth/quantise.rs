@@ -59,6 +59,12 @@ pub struct QuantisedMesh {
 }
 
 impl QuantisedMesh {
+    /// Twice its positions, as a decoder gives them.
+    #[must_use]
+    pub fn twice_positions(&self) -> Vec<[i32; 3]> {
+        self.positions.iter().map(|p| p.map(|x| 2 * x)).collect()
+    }
+
     /// Rounds a model's triangles. Its primitives are its materials, in their order.
     #[must_use]
     pub fn new(model: &SourceModel, precision: Precision) -> Self {

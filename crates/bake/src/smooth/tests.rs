@@ -76,6 +76,13 @@ fn assert_restored(mesh: &QuantisedMesh, decoder: &Decoder) {
     );
 }
 
+fn without_attributes() -> Precision {
+    Precision {
+        with_attributes: false,
+        ..Precision::default()
+    }
+}
+
 /// All indices in range, no corner twice, everything finite, as many of each as there should be.
 fn assert_valid(decoder: &Decoder) {
     let lattice = decoder.lattice();
@@ -99,7 +106,7 @@ fn assert_valid(decoder: &Decoder) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
-    #[test]
+#[test]
     fn any_soup_comes_back_bit_for_bit(
         points in prop::collection::vec(prop::array::uniform3(0u8..6), 1..40),
         corners in prop::collection::vec(prop::array::uniform3(any::<u8>()), 0..120),
@@ -193,13 +200,7 @@ fn every_beginning_is_a_valid_mesh_and_finer_than_a_shorter_one() {
 
 #[test]
 fn errors_fall_along_the_stream_and_cuts_state_them() {
-    let mesh = QuantisedMesh::new(
-        &sheet(40),
-        Precision {
-            with_attributes: false,
-            ..Precision::default()
-        },
-    );
+    let mesh = QuantisedMesh::new(&sheet(40), without_attributes());
     let bytes = encode(&mesh);
     let ruler = Ruler::new(&mesh, 1500);
     let rms = |length: usize| {
@@ -243,13 +244,7 @@ fn errors_fall_along_the_stream_and_cuts_state_them() {
 
 #[test]
 fn a_smooth_lod_is_much_smaller_than_its_arrays() {
-    let mesh = QuantisedMesh::new(
-        &sheet(60),
-        Precision {
-            with_attributes: false,
-            ..Precision::default()
-        },
-    );
+    let mesh = QuantisedMesh::new(&sheet(60), without_attributes());
     let arrays = 12 * mesh.positions.len() + 6 * mesh.triangles.len();
     let bytes = encode(&mesh).len();
     assert!(100 * bytes < 13 * arrays, "{bytes} of {arrays} bytes");
@@ -285,11 +280,7 @@ fn bytes_are_those_of_version_1() {
     };
     let points: Vec<[u8; 3]> = (0..60).map(|_| [random() % 16, random() % 16, random() % 4]).collect();
     let corners: Vec<[u8; 3]> = (0..150).map(|_| [random(), random(), random()]).collect();
-    let precision = Precision {
-        with_attributes: false,
-        ..Precision::default()
-    };
-    let bytes = encode(&QuantisedMesh::new(&soup(&points, &corners, 3), precision));
+    let bytes = encode(&QuantisedMesh::new(&soup(&points, &corners, 3), without_attributes()));
     // FNV-1a. When the format changes, raise its version; when only the writer chooses better, note what it gives now.
     let hash = |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
     let found = bytes.iter().fold(0xcbf2_9ce4_8422_2325, hash);
