@@ -7,6 +7,8 @@
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
+mod timing;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +20,7 @@ use belvedere_bake::smooth::quantise::{Precision, QuantisedMesh};
 use belvedere_bake::source::{Primitive, SourceModel, Topology};
 use belvedere_scene::smooth::Decoder;
 use glam::{DMat3, DVec3};
+use timing::timed;
 
 /// The table's errors, of the box's diagonal.
 const ERRORS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
@@ -357,23 +360,4 @@ fn meshopt_dressed(mesh: &QuantisedMesh) -> usize {
     } else {
         meshopt_bytes(&rows, &indices)
     }
-}
-
-/// CPU time of this thread so far, in seconds.
-fn cpu_s() -> f64 {
-    let stat = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = stat.split(' ').next().and_then(|n| n.parse::<f64>().ok());
-    nanoseconds.unwrap_or(0.0) * 1e-9
-}
-
-/// The least of a few runs, and what the last one gave.
-fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
-    let mut least_s = f64::INFINITY;
-    let mut result = None;
-    for _ in 0..3 {
-        let start_s = cpu_s();
-        result = Some(run());
-        least_s = least_s.min(cpu_s() - start_s);
-    }
-    (least_s, result.unwrap())
 }

@@ -5,6 +5,8 @@
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
+mod timing;
+
 use std::fs;
 
 use belvedere_bake::{
@@ -46,21 +48,13 @@ fn main() {
 
 /// CPU time of this thread so far, in milliseconds.
 fn cpu_ms() -> f64 {
-    let stat = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = stat.split(' ').next().and_then(|n| n.parse::<f64>().ok());
-    nanoseconds.unwrap_or(0.0) * 1e-6
+    1e3 * timing::cpu_s()
 }
 
-/// The least of a few runs, and what the last one gave.
-fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
-    let mut least_ms = f64::INFINITY;
-    let mut result = None;
-    for _ in 0..3 {
-        let start_ms = cpu_ms();
-        result = Some(run());
-        least_ms = least_ms.min(cpu_ms() - start_ms);
-    }
-    (least_ms, result.unwrap())
+/// The least of a few runs, in milliseconds, and what the last one gave.
+fn timed<T>(run: impl FnMut() -> T) -> (f64, T) {
+    let (least_s, result) = timing::timed(run);
+    (1e3 * least_s, result)
 }
 
 fn regions(world: &World, city: &City) -> Vec<Region> {
