@@ -41,33 +41,32 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
             break;
         }
         let random = &mut sampler.state.random;
-        let [eye, target] = if i >= fresh && !best.is_empty() {
+        let (eye, target, aimed) = if i >= fresh && !best.is_empty() {
             let from = &best[random.below(best.len())];
             let share = (i - fresh) as f32 / (rays - fresh) as f32;
             let width = 0.5f32.powi(1 + (share * WIDTHS) as i32);
             let eye = from.eye + width * random.around_zero() * (part.max - part.min);
             let target = from.target + width * random.around_zero() * (max - min);
-            [lookout.clamp(eye), target]
+            let eye = lookout.clamp(eye);
+            (eye, target, sampler.aim(eye, target))
         } else {
             let Some(target) = on_object(world, object, random) else {
                 break;
             };
             if ways.is_empty() || i % 2 == 0 {
                 let eye = lookout.clamp(place_in(part, random));
-                if sampler.look_at(object, eye, target) {
-                    break;
-                }
-                [eye, target]
+                (eye, target, sampler.look_at(object, eye, target))
             } else {
                 let [near, far] = through(ways, target, random);
                 let Some(eye) = meeting(part, near, far, random) else {
                     continue;
                 };
                 let eye = lookout.clamp(eye);
-                [eye, eye + (far - near).normalize_or_zero() * (target - eye).length()]
+                let target = eye + (far - near).normalize_or_zero() * (target - eye).length();
+                (eye, target, sampler.aim(eye, target))
             }
         };
-        let Some(left) = left_of(sampler, eye, target) else {
+        let Some(left) = aimed.map(|aimed| aimed.left()) else {
             continue;
         };
         let place = best.partition_point(|other| other.left <= left);
@@ -77,14 +76,6 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
         }
     }
     sampler.knows(object)
-}
-
-/// Casts a ray at a place; the share of the way that was left when it was blocked. `None` when there is no way.
-fn left_of(sampler: &mut Sampler<'_>, eye: Vec3, target: Vec3) -> Option<f32> {
-    let distance_m = (target - eye).length();
-    let direction = (target - eye) / distance_m;
-    let end = direction.is_finite().then(|| sampler.shoot(eye, direction))?;
-    Some(1.0 - end.map_or(1.0, |hit| (hit.t / distance_m).min(1.0)))
 }
 
 /// A place inside a box, on a face, on an edge or in a corner.

@@ -32,6 +32,17 @@ const VERSION: usize = 2;
 
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 48;
+/// No object is hunted with more rays from one part of the cell …
+const MOST_RAYS: u32 = 512;
+/// … nor with fewer.
+const LEAST_RAYS: u32 = 24;
+/// Hunting from the whole cell takes so many times as many rays as looking around may, and from its parts …
+const USUAL: u32 = 2;
+/// … so many times.
+const THOROUGH: u32 = 8;
+/// The cell is halved so often when it is hunted from its parts.
+const HALVINGS: u32 = 4;
+
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
@@ -63,17 +74,6 @@ pub(super) enum Effort {
     /// From its parts too, because rays are all there is.
     Thorough,
 }
-
-/// No object is hunted with more rays from one part of the cell …
-const MOST_RAYS: u32 = 512;
-/// … nor with fewer.
-const LEAST_RAYS: u32 = 24;
-/// Hunting from the whole cell takes so many times as many rays as looking around may, and from its parts …
-const USUAL: u32 = 2;
-/// … so many times.
-const THOROUGH: u32 = 8;
-/// The cell is halved so often when it is hunted from its parts.
-const HALVINGS: u32 = 4;
 
 impl Effort {
     /// How one of so many objects is hunted, when looking around may take so many rays; `None` for who does not hunt.
@@ -153,19 +153,11 @@ impl Looker<'_> {
             .filter_map(|object| surroundings.number_of(object))
             .collect();
         let mut observer = Observer::new(&surroundings.scenery, self.proofs);
-        let not_hidden = if self.effort == Effort::None {
-            observer.visible(eye, &known)
-        } else {
-            observer.visible_or_found(eye, &known, &mut |number| {
-                hunt(
-                    &mut sampler,
-                    eye,
-                    surroundings.objects[number as usize],
-                    &[],
-                    FIRST_LOOK,
-                )
-            })
-        };
+        let first_look = self.effort != Effort::None;
+        let not_hidden = observer.visible_or_found(eye, &known, &mut |number| {
+            let object = surroundings.objects[number as usize];
+            first_look && hunt(&mut sampler, eye, object, &[], FIRST_LOOK)
+        });
         let open = not_hidden
             .iter()
             .map(|number| (*number, surroundings.objects[*number as usize]));

@@ -1,7 +1,7 @@
 //! How large is what a cell sees of each object, and how much of it?
 
 use super::{
-    sampler::{ARRIVED, Sampler, Uniform},
+    sampler::{Sampler, Uniform},
     targets::facing,
 };
 
@@ -10,7 +10,7 @@ const FRACTION_RAYS: u32 = 32;
 /// All directions, in steradians.
 const ALL_AROUND_SR: f32 = 4.0 * std::f32::consts::PI;
 /// No solid angle is taken to be smaller, in steradians.
-const LEAST_SR: f32 = 1e-9;
+pub(super) const LEAST_SR: f32 = 1e-9;
 
 /// What is seen of an object.
 #[derive(Debug, Clone, Copy)]
@@ -51,13 +51,9 @@ fn fraction(sampler: &mut Sampler<'_>, object: u32) -> f32 {
         let Some(target) = facing(world, object, eye, &mut sampler.state.random) else {
             break;
         };
-        let distance_m = (target - eye).length();
-        let direction = (target - eye) / distance_m;
-        if direction.is_finite() {
-            let end = sampler.shoot(eye, direction);
-            let mut met = sampler.scratch.passed.iter().chain(&end);
-            let blocked = end.is_some_and(|hit| hit.t < distance_m * (1.0 - ARRIVED));
-            arrived += u32::from(!blocked || met.any(|hit| hit.object == object));
+        if let Some(aimed) = sampler.aim(eye, target) {
+            let mut met = sampler.scratch.passed.iter().chain(&aimed.end);
+            arrived += u32::from(aimed.arrived() || met.any(|hit| hit.object == object));
         }
     }
     (arrived as f32).max(0.5) / FRACTION_RAYS as f32

@@ -104,9 +104,7 @@ impl SampledSettings {
 /// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
 /// anything may fetch a few things too many, last of all.
 pub const WORTH: f64 = 3.0;
-/// An object that no ray has seen is taken to fill this solid angle, in steradians.
-const UNSEEN_SR: f32 = 1e-9;
-/// … and to be visible along this share of sight lines.
+/// An object that no ray has seen is taken to be visible along this share of sight lines.
 const UNSEEN_FRACTION: f32 = 1.0 / 64.0;
 
 /// What all cells see, and how that came about.
@@ -321,7 +319,8 @@ fn completed(cell: Found) -> CellVisibility {
     let open = cell.open.into_iter().map(|(object, doors)| SeenObject {
         object,
         fraction: UNSEEN_FRACTION,
-        solid_angle: UNSEEN_SR,
+        // Last of all.
+        solid_angle: measure::LEAST_SR,
         doors,
     });
     seen.objects.extend(open);

@@ -25,7 +25,7 @@ const MUTATIONS: usize = 10;
 /// Rays past the outline of each discovered object's box.
 const OUTLINE_RAYS: usize = 10;
 /// A segment arrives when it is blocked only this share of its length before its end: that is rounding.
-pub(super) const ARRIVED: f32 = 1e-5;
+const ARRIVED: f32 = 1e-5;
 
 /// One sight line to an object.
 #[derive(Debug, Clone, Copy)]
@@ -55,6 +55,25 @@ impl CellState {
             cells: (0..cells).map(|other| other == cell).collect(),
             rays: 0,
         }
+    }
+}
+
+/// What came of a ray at a place.
+pub(super) struct Aimed {
+    pub(super) end: Option<Hit>,
+    /// From the eye to the place.
+    distance_m: f32,
+}
+
+impl Aimed {
+    /// Whether nothing blocked it before its place.
+    pub(super) fn arrived(&self) -> bool {
+        self.end.is_none_or(|hit| hit.t >= self.distance_m * (1.0 - ARRIVED))
+    }
+
+    /// The share of the way behind where it was blocked.
+    pub(super) fn left(&self) -> f32 {
+        1.0 - self.end.map_or(1.0, |hit| (hit.t / self.distance_m).min(1.0))
     }
 }
 
@@ -171,10 +190,11 @@ impl<'a> Sampler<'a> {
     }
 
     /// Casts one ray and marks the cells that it passes.
-    fn explore(&mut self, eye: Vec3, direction: Vec3) {
+    fn explore(&mut self, eye: Vec3, direction: Vec3) -> Option<Hit> {
         let end = self.shoot(eye, direction);
         let reach = end.map_or(f32::MAX, |hit| hit.t);
         self.sights.mark(eye, direction, reach, &mut self.state.cells);
+        end
     }
 
     fn explore_towards(&mut self, eye: Vec3, target: Vec3) {
@@ -183,23 +203,28 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Looks at a point of an object; whether a sight line to it is known now.
-    pub(super) fn look_at(&mut self, object: u32, eye: Vec3, target: Vec3) -> bool {
+    /// Casts a ray at a place; `None` when there is no way to it.
+    pub(super) fn aim(&mut self, eye: Vec3, target: Vec3) -> Option<Aimed> {
         let distance_m = (target - eye).length();
         let direction = (target - eye) / distance_m;
-        if direction.is_finite() {
-            let end = self.shoot(eye, direction);
-            let arrived = end.is_none_or(|hit| hit.t >= distance_m * (1.0 - ARRIVED));
-            if arrived && !self.knows(object) {
-                self.note(Sighting {
-                    object,
-                    eye,
-                    target,
-                    triangle: None,
-                });
-            }
+        direction.is_finite().then(|| Aimed {
+            end: self.shoot(eye, direction),
+            distance_m,
+        })
+    }
+
+    /// Casts a ray at a point of an object, which is seen when it arrives there.
+    pub(super) fn look_at(&mut self, object: u32, eye: Vec3, target: Vec3) -> Option<Aimed> {
+        let aimed = self.aim(eye, target)?;
+        if aimed.arrived() && !self.knows(object) {
+            self.note(Sighting {
+                object,
+                eye,
+                target,
+                triangle: None,
+            });
         }
-        self.knows(object)
+        Some(aimed)
     }
 
     /// Casts rays that are uniform in place and direction until few are likely to show something new, or as many as there
@@ -212,11 +237,11 @@ impl<'a> Sampler<'a> {
             for i in 0..BATCH {
                 let eye = lookout.uniform(&mut self.state.random);
                 let direction = self.state.random.direction();
-                let end = self.shoot(eye, direction);
-                if i % 4 == 0 {
-                    let reach = end.map_or(f32::MAX, |hit| hit.t);
-                    self.sights.mark(eye, direction, reach, &mut self.state.cells);
-                }
+                let end = if i % 4 == 0 {
+                    self.explore(eye, direction)
+                } else {
+                    self.shoot(eye, direction)
+                };
                 // An object counts once for each ray.
                 let passed = &mut self.scratch.passed;
                 passed.extend(end);
@@ -267,7 +292,8 @@ impl<'a> Sampler<'a> {
             } else {
                 lookout.uniform(random)
             };
-            if self.look_at(other.object, eye, other.target) {
+            self.look_at(other.object, eye, other.target);
+            if self.knows(other.object) {
                 break;
             }
         }
