@@ -39,7 +39,9 @@ pub struct Hiders<'a> {
     groups: Vec<Group>,
     /// The walls of the first groups.
     walls: Vec<Known>,
-    /// Groups that have a face of an object, rising.
+    /// Objects that have a face in each group, rising.
+    objects_of: Vec<Vec<u32>>,
+    /// Groups that have a face of each object, rising.
     groups_of: Vec<Vec<u32>>,
     leaves: Vec<Known>,
     made: Mutex<Made>,
@@ -78,13 +80,21 @@ impl<'a> Hiders<'a> {
         bodies.sort_by_key(|body| body.object);
         let groups = planes::groups_by_area(world, tolerance);
         let walls = planes::walls(&groups, world, tolerance);
+        let objects_of: Vec<Vec<u32>> = groups
+            .iter()
+            .map(|group| {
+                let faces = group.faces.iter();
+                let mut objects: Vec<u32> = faces
+                    .map(|(face, _)| world.triangles()[*face as usize].object)
+                    .collect();
+                objects.dedup();
+                objects
+            })
+            .collect();
         let mut groups_of = vec![Vec::new(); world.object_bounds().len()];
-        for (index, group) in groups.iter().enumerate() {
-            for (face, _) in &group.faces {
-                let of: &mut Vec<u32> = &mut groups_of[world.triangles()[*face as usize].object as usize];
-                if of.last() != Some(&(index as u32)) {
-                    of.push(index as u32);
-                }
+        for (group, objects) in (0u32..).zip(&objects_of) {
+            for object in objects {
+                groups_of[*object as usize].push(group);
             }
         }
         let leaf = |door: &u32| {
@@ -99,6 +109,7 @@ impl<'a> Hiders<'a> {
             found,
             groups,
             walls: walls.into_iter().map(Known::new).collect(),
+            objects_of,
             groups_of,
             leaves: world.doors().iter().map(leaf).map(Known::new).collect(),
             made: Mutex::default(),
@@ -107,18 +118,20 @@ impl<'a> Hiders<'a> {
 
     /// All of it, but for what hides on an author's word alone.
     pub(crate) fn found(&self) -> Occluders {
-        Occluders {
-            bodies: self.found.clone(),
-            ..self.occluders()
-        }
+        self.with(&self.found)
     }
 
     /// All of it.
     #[must_use]
     pub fn occluders(&self) -> Occluders {
+        self.with(&self.bodies)
+    }
+
+    /// All walls, and these bodies.
+    fn with(&self, bodies: &[Body]) -> Occluders {
         let walls = self.walls.iter().chain(&self.leaves);
         Occluders {
-            bodies: self.bodies.clone(),
+            bodies: bodies.to_vec(),
             walls: walls.map(|known| known.wall.clone()).collect(),
             tolerance: self.tolerance,
         }
@@ -178,12 +191,7 @@ impl<'a> Hiders<'a> {
             return whole();
         }
         let triangles = self.world.triangles();
-        let object_of = |face: &(u32, [bool; 2])| triangles[face.0 as usize].object;
-        let all: Vec<u32> = group
-            .faces
-            .chunk_by(|a, b| object_of(a) == object_of(b))
-            .map(|f| object_of(&f[0]))
-            .collect();
+        let all = &self.objects_of[index as usize];
         let here: Vec<u32> = all
             .iter()
             .copied()
