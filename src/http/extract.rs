@@ -13,7 +13,7 @@ use percent_encoding::percent_decode_str;
 use super::error::ApiError;
 
 /// So many doors a query may close.
-const MOST_DOORS: usize = 64;
+pub(super) const MOST_DOORS: usize = 64;
 
 /// Path parameters; a segment that cannot be read is a 400 that says why.
 #[derive(Debug, FromRequestParts)]

@@ -16,13 +16,16 @@ use belvedere_scene::{Bounds, ObjectId, Revision, SceneName, record::Guarantee};
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
 
-use super::{error::ApiError, extract::Path, queries::find};
+use super::{
+    error::ApiError,
+    extract::{MOST_DOORS, Path},
+    queries::find,
+};
 use crate::published::{NoDoor, NotHidden, Publications, Question};
 
 const MAX_BODY_BYTES: usize = 64 << 10;
 const DEFAULT_LIMIT: f64 = 1000.0;
 const MOST: f64 = 10_000.0;
-const MOST_DOORS: usize = 64;
 /// Places further than this from the origin are refused: single precision holds no scene out there.
 const FURTHEST_M: f64 = 1e9;
 

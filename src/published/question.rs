@@ -61,8 +61,7 @@ impl Blockers {
     /// A region in world space, rounded outwards.
     pub(super) fn region(&self, bounds: &Bounds) -> Region {
         let [min, max] = [bounds.min, bounds.max].map(|p| (DVec3::from(p) - self.origin).as_vec3());
-        let rounding = f32::EPSILON * min.abs().max(max.abs());
-        Region::of_box(min - rounding, max + rounding)
+        Region::rounded(min, max)
     }
 
     /// Everything that may be seen from somewhere in the region, largest solid angle first, then by id. Takes

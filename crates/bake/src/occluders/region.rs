@@ -30,7 +30,12 @@ impl Region {
     /// A box in world space, rounded outwards.
     #[must_use]
     pub fn around(world: &World, bounds: &Bounds) -> Self {
-        let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+        Self::rounded(world.relative(bounds.min), world.relative(bounds.max))
+    }
+
+    /// A box whose sides were rounded to single precision, rounded outwards.
+    #[must_use]
+    pub fn rounded(min: Vec3, max: Vec3) -> Self {
         let rounding = f32::EPSILON * min.abs().max(max.abs());
         Self::of_box(min - rounding, max + rounding)
     }
