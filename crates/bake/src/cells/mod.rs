@@ -24,6 +24,7 @@
 
 pub mod author;
 mod doors;
+mod eye_level;
 mod grid;
 mod hull;
 mod merge;

@@ -1,12 +1,15 @@
 //! Which boxes is the reachable space cut into?
 //!
-//! A k-d partition, best first: the box with the largest wall in it is split next, along that wall, or, when no plane of
-//! it is mostly wall and it is too large or mostly unreachable, along whatever wall it has, or near its middle. A box without reachable voxels is dropped; what is left is
-//! shrunk to its reachable voxels and then grown by one voxel where a slanted surface leaves half-filled voxels.
+//! A k-d partition, best first: the box with the largest wall in it is split next, along that wall. When no plane of it is
+//! mostly wall, a tall box is split above people's heads ([`eye_level`]), and one that is too large or mostly unreachable
+//! along whatever wall it has, or near its middle. A box without reachable voxels is dropped; what is left is shrunk to its
+//! reachable voxels and then grown by one voxel where a slanted surface leaves half-filled voxels.
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use super::{CellSettings, grid::IndexBox, voxels::Voxels};
+use glam::DVec3;
+
+use super::{CellSettings, eye_level, grid::IndexBox, voxels::Voxels};
 
 /// A vertical edge may be this share of the longest horizontal one.
 const HEIGHT_SHARE: f32 = 0.5;
@@ -20,6 +23,8 @@ const MIN_FILL: f64 = 0.6;
 const MIN_HALVED: f32 = 3.0;
 /// How much a split through the middle is preferred over one at the side, in shares of wall.
 const BALANCE: f64 = 0.1;
+/// How much a cut over people's heads is worth beside one among them.
+const OVER_HEADS: f64 = 1.0 / 16.0;
 /// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.
 const MIN_SECTION: f64 = 0.5;
 
@@ -38,6 +43,8 @@ struct Open {
     worth_m2: f64,
     /// How much wall lies on the plane, in m².
     wall_m2: f64,
+    /// Whether people stand below the plane and nobody above.
+    at_eye_level: bool,
     node: usize,
     plane: Plane,
 }
@@ -79,6 +86,10 @@ pub(super) struct Node {
     pub(super) children: Option<[usize; 2]>,
     /// How much wall lies on the plane between its children, in m².
     pub(super) wall_m2: f64,
+    /// Whether people stand in the first of its children and nobody in the second.
+    pub(super) at_eye_level: bool,
+    /// Whether it lies above such a plane.
+    over_heads: bool,
 }
 
 /// The tree of boxes; the root is the first node.
@@ -97,9 +108,11 @@ impl<'a> Tree<'a> {
             region,
             children: None,
             wall_m2: 0.0,
+            at_eye_level: false,
+            over_heads: false,
         };
         let mut nodes = vec![node(everything)];
-        let mut open: BinaryHeap<Open> = split_of(voxels, 0, &nodes[0].voxels, settings).into_iter().collect();
+        let mut open: BinaryHeap<Open> = split_of(voxels, 0, &nodes[0], settings).into_iter().collect();
         let mut count = 1;
         while let Some(split) = open.pop() {
             if count >= max_cells.max(1) {
@@ -109,14 +122,19 @@ impl<'a> Tree<'a> {
             let (mut low, mut high) = (nodes[split.node].region, nodes[split.node].region);
             low.max[axis] = index;
             high.min[axis] = index;
-            let children = [low, high].map(|region| {
-                nodes.push(node(region));
+            let over_heads = nodes[split.node].over_heads;
+            let children = [(low, false), (high, split.at_eye_level)].map(|(region, above)| {
+                nodes.push(Node {
+                    over_heads: over_heads || above,
+                    ..node(region)
+                });
                 let child = nodes.len() - 1;
-                open.extend(split_of(voxels, child, &nodes[child].voxels, settings));
+                open.extend(split_of(voxels, child, &nodes[child], settings));
                 child
             });
             nodes[split.node].children = Some(children);
             nodes[split.node].wall_m2 = split.wall_m2;
+            nodes[split.node].at_eye_level = split.at_eye_level;
             count += 1;
         }
         Self { voxels, nodes }
@@ -246,20 +264,28 @@ fn sections(voxels: &Voxels, node: &IndexBox) -> [Vec<Section>; 3] {
 }
 
 /// How a box is split, if it is.
-fn split_of(voxels: &Voxels, node: usize, within: &IndexBox, settings: &CellSettings) -> Option<Open> {
+fn split_of(voxels: &Voxels, number: usize, node: &Node, settings: &CellSettings) -> Option<Open> {
+    let within = &node.voxels;
     let scale_m = voxels.grid.scale_m();
     let [min, max] = voxels.grid.bounds(within);
     if max - min == glam::Vec3::ZERO || (max - min).max_element() <= MIN_CELL * scale_m {
         return None;
     }
     let sections = sections(voxels, within);
-    let (worth_m2, plane) =
-        wall_in(voxels, within, &sections, settings).or_else(|| halving_of(voxels, within, &sections, settings))?;
+    let wall = wall_in(voxels, within, &sections, settings);
+    let above_heads = (wall.is_none() && !node.over_heads)
+        .then(|| eye_level::plane_in(voxels, within))
+        .flatten();
+    let (worth_m2, plane) = match above_heads {
+        Some(index) => (surface_m2((max - min).as_dvec3()), Plane { axis: 1, index }),
+        None => wall.or_else(|| halving_of(voxels, within, &sections, settings))?,
+    };
     let section = sections[plane.axis][plane.index - within.min[plane.axis]];
     Some(Open {
-        worth_m2,
+        worth_m2: worth_m2 * if node.over_heads { OVER_HEADS } else { 1.0 },
         wall_m2: section.wall_m2,
-        node,
+        at_eye_level: above_heads.is_some(),
+        node: number,
         plane,
     })
 }
@@ -315,9 +341,8 @@ fn halving_of(
         return None;
     }
     // Large boxes first, whatever their walls, so that streets come before what is between them.
-    let surface_m2 = size.x * size.y + size.y * size.z + size.z * size.x;
     if let Some((_, plane)) = void_in(voxels, within, sections) {
-        return Some((surface_m2, plane));
+        return Some((surface_m2(size), plane));
     }
     let walls = (0..3).flat_map(|axis| {
         let planes = sections[axis].iter().enumerate().skip(1);
@@ -371,6 +396,11 @@ fn void_in(voxels: &Voxels, within: &IndexBox, sections: &[Vec<Section>; 3]) -> 
         }
     }
     best
+}
+
+/// Half the surface of a box.
+fn surface_m2(size: DVec3) -> f64 {
+    size.x * size.y + size.y * size.z + size.z * size.x
 }
 
 /// The least area of a wall.

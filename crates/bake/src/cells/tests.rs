@@ -276,6 +276,46 @@ fn the_number_of_cells_is_capped() {
     assert_eq!(build(&world, &[], &settings, &Silent).unwrap().cells.len(), 5);
 }
 
+fn refined(builder: &Builder, viewpoint: [f64; 3]) -> CellGraph {
+    let world = World::new(&builder.scene).unwrap();
+    let estimate = |graph: &CellGraph| crate::visibility::glance(&world, graph, &Silent);
+    build_refined(&world, &[viewpoint], &CellSettings::default(), &estimate, &Silent).unwrap()
+}
+
+/// From over the wall both yards are seen, from where people stand one.
+#[test]
+fn a_yard_ends_above_peoples_heads() {
+    let mut builder = Builder::default();
+    builder.block("ground", [-20., -1., -20.], [20., 0., 20.]);
+    builder.block("wall", [-20., 0., -0.2], [20., 4., 0.2]);
+    builder.block("mast", [-20., 0., -20.], [-19., 16., -19.]);
+    for thing in 0..40 {
+        let (x, z) = (thing % 8 * 4 - 14, thing / 8 * 8 - 16);
+        builder.block("thing", [x as f32, 0., z as f32], [x as f32 + 0.5, 0.5, z as f32 + 0.5]);
+    }
+    let graph = refined(&builder, [3.0, 1.6, 5.0]);
+    assert_sound(&graph);
+    let holder = |point: [f64; 3]| &graph.cells[graph.cell_at(point).expect("free") as usize].bounds;
+    let standing = holder([3.0, 1.6, 5.0]);
+    assert!(
+        (2.5..5.0).contains(&standing.max[1]) && standing.min[2] > 0.0,
+        "{standing:?}"
+    );
+    assert!(holder([3.0, 10.0, 5.0]).min[1] >= standing.max[1]);
+}
+
+#[test]
+fn a_high_hall_is_not_cut_above_peoples_heads_for_nothing() {
+    let mut builder = Builder::default();
+    builder.block("floor", [0., -0.3, 0.], [12., 0., 12.]);
+    builder.block("ceiling", [0., 9., 0.], [12., 9.3, 12.]);
+    builder.block("west", [-0.4, 0., 0.], [0., 9., 12.]);
+    builder.block("east", [12., 0., 0.], [12.4, 9., 12.]);
+    builder.block("south", [0., 0., -0.4], [12., 9., 0.]);
+    builder.block("north", [0., 0., 12.], [12., 9., 12.4]);
+    assert_eq!(refined(&builder, [6.0, 1.6, 6.0]).cells.len(), 1);
+}
+
 /// In a city streets are cells: whoever stands in the middle of one is in a cell without houses, longer than wide.
 #[test]
 fn streets_of_a_city_become_cells() {
