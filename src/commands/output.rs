@@ -4,6 +4,7 @@
 use std::io::{ErrorKind, Write};
 
 use anyhow::Context;
+use belvedere_scene::CellId;
 
 /// Prints a text and a line end.
 pub(super) fn print(text: &str) -> anyhow::Result<()> {
@@ -66,6 +67,14 @@ pub(super) fn bytes(count: u64) -> String {
 /// `86.2 %`
 pub(super) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
+}
+
+/// What to say of a cell that a scene of so many cells does not have.
+pub(super) fn no_such_cell(cell: CellId, cells: u32) -> String {
+    match cells {
+        1 => format!("there is no cell {cell}; the scene has one, c0"),
+        known => format!("there is no cell {cell}; the scene has c0 to c{}", known - 1),
+    }
 }
 
 #[cfg(test)]

@@ -168,7 +168,10 @@ pub(super) async fn from_anywhere(
         found
     });
     let found = found.await.map_err(|e| ApiError::Internal(e.into()))?;
-    let found = found.map_err(|NoDoor(object)| ApiError::NotFound(format!("door {object} in scene `{scene}`")))?;
+    let found = found.map_err(|NoDoor(object)| {
+        let detail = format!("{object} is no door of scene `{scene}`: a door's object info says `door: true`");
+        ApiError::bad_body("/closed", detail)
+    })?;
     let start = match asked.after {
         None => 0,
         Some(after) => match found.iter().position(|object| object.object == after) {

@@ -18,7 +18,7 @@ use belvedere_scene::{
 };
 use serde::Serialize;
 
-use super::output::{bytes, percent, print, print_json, table};
+use super::output::{bytes, no_such_cell, percent, print, print_json, table};
 use crate::{
     publish::{Report, data::DataFolder, source_files::SourceFolder, tree::no_such_scene},
     published::SceneReader,
@@ -265,12 +265,9 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
 }
 
 async fn cell(scene: &Opened, id: CellId) -> anyhow::Result<(CellEntry, Arc<CellRecord>)> {
-    let no_such_cell = || match scene.pointer.cells {
-        1 => format!("there is no cell {id}; the scene has one, c0"),
-        known => format!("there is no cell {id}; the scene has c0 to c{}", known - 1),
-    };
-    let entry = scene.reader.cell_entry(id).await?.with_context(no_such_cell)?;
-    let record = scene.reader.cell_record(id).await?.with_context(no_such_cell)?;
+    let missing = || no_such_cell(id, scene.pointer.cells);
+    let entry = scene.reader.cell_entry(id).await?.with_context(missing)?;
+    let record = scene.reader.cell_record(id).await?.with_context(missing)?;
     Ok((entry, record))
 }
 

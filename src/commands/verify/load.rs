@@ -12,7 +12,7 @@ use belvedere_verify::{
 };
 use glam::DMat4;
 
-use crate::{publish::data::DataFolder, published::SceneReader, store::BlobStore};
+use crate::{commands::output::no_such_cell, publish::data::DataFolder, published::SceneReader, store::BlobStore};
 
 /// A published scene, ready to be checked.
 pub(in crate::commands) struct Published {
@@ -39,10 +39,7 @@ pub(in crate::commands) async fn published(
     let manifest = reader.manifest().await?;
     if let Some(cell) = only {
         let count = pointer.cells;
-        anyhow::ensure!(
-            cell.0 < count,
-            "there is no cell {cell}; the scene has {count}, the first is c0"
-        );
+        anyhow::ensure!(cell.0 < count, no_such_cell(cell, count));
     }
     let mut models = Models::default();
     let (mut objects, mut nodes) = (Vec::new(), Vec::new());
