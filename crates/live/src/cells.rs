@@ -1,0 +1,275 @@
+//! What do the online rules need of a published scene? Where a point is, what a ball touches, what is seen from a cell.
+//!
+//! Every cell's shape is held; what a cell sees is learnt when somebody first stands near it, so that a large world is
+//! ready at once. Cells are found through a tree of boxes over their rising ids: ids of neighbours are near each other
+//! (`belvedere_scene::index`), so the boxes are tight. A question costs O(log cells + answers).
+
+use std::sync::Arc;
+
+use belvedere_scene::{
+    Bounds, CellId,
+    convex::{self, HalfSpace},
+};
+
+/// Children of a box of the tree.
+const FAN: usize = 8;
+
+/// The shape of a view cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// The box around it.
+    pub bounds: Bounds,
+    /// The half-spaces that together with the box are the cell; none when it is its box.
+    pub planes: Vec<HalfSpace>,
+}
+
+/// Everything within a distance of a point, metres.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Ball {
+    /// The middle.
+    pub center: [f64; 3],
+    /// Its radius.
+    pub radius_m: f64,
+}
+
+impl Ball {
+    /// Whether a point lies inside.
+    #[must_use]
+    pub fn holds(&self, point: [f64; 3]) -> bool {
+        distance_m(self.center, point) <= self.radius_m
+    }
+}
+
+/// The distance of two points in metres.
+#[must_use]
+pub fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|axis| a[axis] - b[axis]).fold(0.0f64, f64::hypot)
+}
+
+/// The cell at a point, or the nearest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// The cell; of several at the same distance the one with the lowest id.
+    pub cell: CellId,
+    /// Zero when the cell holds the point.
+    pub distance_m: f64,
+}
+
+/// The view cells of one revision.
+#[derive(Debug, Clone, Default)]
+pub struct Cells {
+    cells: Vec<Cell>,
+    /// `tree[0][i]` is the box around the cells `FAN · i ..`, `tree[n][i]` that around `tree[n - 1][FAN · i ..]`.
+    tree: Vec<Vec<Bounds>>,
+    sees: Vec<Option<Arc<[CellId]>>>,
+}
+
+impl Cells {
+    /// The cells by id, without gaps.
+    #[must_use]
+    pub fn new(cells: Vec<Cell>) -> Self {
+        let join = |boxes: &[Bounds]| boxes.iter().fold(Bounds::EMPTY, |all, one| all.union(one));
+        let leaves: Vec<_> = cells.iter().map(|cell| cell.bounds).collect();
+        let mut tree: Vec<Vec<Bounds>> = vec![leaves.chunks(FAN).map(join).collect()];
+        while tree.last().is_some_and(|level| level.len() > FAN) {
+            let above = tree.last().into_iter().flat_map(|level| level.chunks(FAN)).map(join);
+            tree.push(above.collect());
+        }
+        Self {
+            sees: vec![None; cells.len()],
+            cells,
+            tree,
+        }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    /// The box around all cells.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let roots = self.tree.last().into_iter().flatten();
+        roots.fold(Bounds::EMPTY, |all, one| all.union(one))
+    }
+
+    /// The shape of a cell.
+    #[must_use]
+    pub fn cell(&self, cell: CellId) -> Option<&Cell> {
+        self.cells.get(cell.index())
+    }
+
+    /// The cell at a point, or the nearest; `None` when there is none at all.
+    #[must_use]
+    pub fn at(&self, point: [f64; 3]) -> Option<Place> {
+        let mut best: Option<Place> = None;
+        self.visit(
+            |bounds, best: &Option<Place>| best.is_none_or(|best| bounds.distance_m(point) < best.distance_m),
+            &mut best,
+            |id, cell, best| {
+                let distance_m = convex::distance_m(&cell.bounds, &cell.planes, point);
+                if best.is_none_or(|best| distance_m < best.distance_m) {
+                    *best = Some(Place { cell: id, distance_m });
+                }
+            },
+        );
+        best
+    }
+
+    /// The cells that a ball touches, rising; the nearest one when it touches none.
+    #[must_use]
+    pub fn under(&self, ball: &Ball) -> Vec<CellId> {
+        let mut found = self.within(|bounds| bounds.distance_m(ball.center) <= ball.radius_m);
+        found.retain(|id| {
+            let cell = &self.cells[id.index()];
+            convex::distance_m(&cell.bounds, &cell.planes, ball.center) <= ball.radius_m
+        });
+        if found.is_empty() {
+            found.extend(self.at(ball.center).map(|place| place.cell));
+        }
+        found
+    }
+
+    /// The cells whose boxes meet a box, rising.
+    #[must_use]
+    pub fn meeting(&self, bounds: &Bounds) -> Vec<CellId> {
+        self.within(|other| other.intersects(bounds))
+    }
+
+    /// Takes note of what can be seen into from a cell, without itself.
+    pub fn learn(&mut self, cell: CellId, sees: &[CellId]) {
+        let known = self.cells.len();
+        if let Some(slot) = self.sees.get_mut(cell.index()) {
+            let inside = sees.iter().copied().filter(|other| other.index() < known);
+            let mut all: Vec<_> = inside.chain([cell]).collect();
+            all.sort_unstable();
+            all.dedup();
+            *slot = Some(all.into());
+        }
+    }
+
+    /// Whether it is known what a cell sees.
+    #[must_use]
+    pub fn knows(&self, cell: CellId) -> bool {
+        self.sees.get(cell.index()).is_some_and(Option::is_some)
+    }
+
+    /// What some cells see together, themselves included, rising. A cell of which nothing is known sees itself.
+    #[must_use]
+    pub fn seen_from(&self, eyes: &[CellId]) -> Arc<[CellId]> {
+        if let [eye] = eyes
+            && let Some(Some(sees)) = self.sees.get(eye.index())
+        {
+            return sees.clone();
+        }
+        let mut all = eyes.to_vec();
+        for sees in eyes.iter().filter_map(|eye| self.sees.get(eye.index())?.as_ref()) {
+            all.extend_from_slice(sees);
+        }
+        all.sort_unstable();
+        all.dedup();
+        all.into()
+    }
+
+    fn within(&self, near: impl Fn(&Bounds) -> bool) -> Vec<CellId> {
+        let mut found = Vec::new();
+        self.visit(
+            |bounds, _| near(bounds),
+            &mut found,
+            |id, cell, found: &mut Vec<_>| {
+                if near(&cell.bounds) {
+                    found.push(id);
+                }
+            },
+        );
+        found
+    }
+
+    /// Calls `each` for the cells below the boxes that are `wanted`, by rising ids.
+    fn visit<T>(
+        &self,
+        wanted: impl Fn(&Bounds, &T) -> bool,
+        state: &mut T,
+        mut each: impl FnMut(CellId, &Cell, &mut T),
+    ) {
+        let top = self.tree.len() - 1;
+        let mut open: Vec<(usize, usize)> = (0..self.tree[top].len()).rev().map(|i| (top, i)).collect();
+        while let Some((level, i)) = open.pop() {
+            if !wanted(&self.tree[level][i], state) {
+                continue;
+            }
+            if level > 0 {
+                let end = self.tree[level - 1].len().min(FAN * (i + 1));
+                open.extend((FAN * i..end).rev().map(|child| (level - 1, child)));
+                continue;
+            }
+            for (id, cell) in (0u32..).zip(&self.cells).skip(FAN * i).take(FAN) {
+                each(CellId(id), cell, state);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A field of `n` × `n` unit cells.
+    fn field(n: u32) -> Cells {
+        let cell = |i: u32| {
+            let min = [f64::from(i % n), 0.0, f64::from(i / n)];
+            let bounds = Bounds {
+                min,
+                max: min.map(|x| x + 1.0),
+            };
+            Cell { bounds, planes: vec![] }
+        };
+        Cells::new((0..n * n).map(cell).collect())
+    }
+
+    #[test]
+    fn a_point_finds_its_cell_and_on_a_face_the_lowest_id() {
+        let cells = field(20);
+        assert_eq!(cells.at([3.5, 0.5, 7.5]).unwrap().cell, CellId(143));
+        assert_eq!(cells.at([3.0, 0.5, 0.5]).unwrap().cell, CellId(2));
+        let outside = cells.at([-2.0, 0.5, 0.5]).unwrap();
+        assert_eq!((outside.cell, outside.distance_m), (CellId(0), 2.0));
+        assert_eq!(Cells::new(vec![]).at([0.0; 3]), None);
+    }
+
+    #[test]
+    fn a_ball_touches_the_same_cells_as_without_a_tree() {
+        let cells = field(20);
+        for (x, z, radius_m) in [(3.5, 7.5, 0.2), (3.0, 7.0, 0.1), (10.2, 10.9, 3.3), (0.1, 0.1, 50.0)] {
+            let ball = Ball {
+                center: [x, 0.5, z],
+                radius_m,
+            };
+            let plainly = |id: &u32| cells.cells[*id as usize].bounds.distance_m(ball.center) <= radius_m;
+            let expected: Vec<_> = (0..400).filter(plainly).map(CellId).collect();
+            assert_eq!(cells.under(&ball), expected);
+        }
+        let high = Ball {
+            center: [0.5, 9.0, 0.5],
+            radius_m: 0.1,
+        };
+        assert_eq!(cells.under(&high), [CellId(0)], "the nearest when none is touched");
+    }
+
+    #[test]
+    fn what_cells_see_is_joined() {
+        let mut cells = field(2);
+        cells.learn(CellId(0), &[CellId(2), CellId(99)]);
+        assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0), CellId(2)]);
+        assert_eq!(*cells.seen_from(&[CellId(0), CellId(3)]), [CellId(0), CellId(2), CellId(3)]);
+        assert!(cells.knows(CellId(0)) && !cells.knows(CellId(3)));
+    }
+}

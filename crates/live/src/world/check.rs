@@ -1,0 +1,197 @@
+//! What may a sender say? Everything that comes from outside is checked here, before it changes anything.
+
+use belvedere_scene::{Bounds, CellId, ObjectId};
+
+use crate::{Ms, cells::Place, event::Hush};
+
+/// A pose as it was sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sent {
+    /// In the sender's clock; none means now.
+    pub t_ms: Option<Ms>,
+    /// World space, metres.
+    pub position: [f64; 3],
+    /// A quaternion of any length but zero.
+    pub orientation: [f64; 4],
+    /// Metres a second; none means that it is to be estimated.
+    pub velocity: Option<[f64; 3]>,
+    /// Metres a second squared.
+    pub acceleration: Option<[f64; 3]>,
+}
+
+/// Why an input is refused. Nothing has changed then.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// A number is not finite, or too large to be meant.
+    #[error("numbers must be finite and at most {MOST:e}")]
+    Number(&'static str),
+    /// A quaternion of no length.
+    #[error("an orientation is a quaternion [x, y, z, w] that is not zero")]
+    Orientation,
+    /// The position is nowhere near the scene.
+    #[error(
+        "positions must lie between {:?} and {:?}: no further from the scene than it is large",
+        .0.min, .0.max
+    )]
+    OutOfWorld(Bounds),
+    /// A pose that is older than the last one.
+    #[error("time runs backwards: the last pose was of t_ms = {last_ms}")]
+    Backwards {
+        /// The last time, in the sender's clock.
+        last_ms: Ms,
+    },
+    /// No usable speed.
+    #[error("max_speed_mps must be from 0 to {MOST_SPEED_MPS}")]
+    Speed,
+    /// No usable size.
+    #[error("radius_m must be above 0 and at most {MOST_RADIUS_M}")]
+    Radius,
+    /// No usable area of interest.
+    #[error("an area of interest has 0 < enter_m < leave_m, at most {MOST_AOI_M:e}")]
+    Aoi,
+    /// There is no such session.
+    #[error("the session has ended")]
+    NoSession,
+    /// There is no such mover.
+    #[error("the mover has been deleted")]
+    NoMover,
+    /// It goes its own way.
+    #[error("the mover follows the trajectory that it was created with, and takes no poses")]
+    OnTrajectory,
+    /// The scene has no view cell.
+    #[error("the scene has no view cells")]
+    NoCells,
+}
+
+impl Refusal {
+    /// A JSON pointer to the member that is wrong.
+    #[must_use]
+    pub fn pointer(&self) -> &'static str {
+        match self {
+            Self::Number(pointer) => pointer,
+            Self::Orientation => "/orientation",
+            Self::OutOfWorld(_) => "/position",
+            Self::Backwards { .. } => "/t_ms",
+            Self::Speed => "/max_speed_mps",
+            Self::Radius => "/radius_m",
+            Self::Aoi => "/aoi",
+            Self::NoSession | Self::NoMover | Self::OnTrajectory | Self::NoCells => "",
+        }
+    }
+}
+
+/// No number of a pose is larger: single precision holds no scene out there.
+const MOST: f64 = 1e9;
+/// No mover is promised to be faster.
+pub const MOST_SPEED_MPS: f64 = 1_000.0;
+/// No mover is larger.
+pub const MOST_RADIUS_M: f64 = 100.0;
+/// No area of interest is larger.
+pub const MOST_AOI_M: f64 = 1e6;
+
+/// What became of a participant's pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Where the participant is.
+    pub place: Place,
+    /// What became of its avatar's pose.
+    pub moved: Moved,
+}
+
+/// What became of a mover's pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moved {
+    /// The mover.
+    pub object: ObjectId,
+    /// Nobody may see it: no pose is needed for a while.
+    pub hush: Option<Hush>,
+    /// It was further away than its speed allows, and stands there now.
+    pub teleported: bool,
+}
+
+impl Sent {
+    /// The same with an orientation of length one.
+    pub(super) fn checked(mut self, world: &Bounds) -> Result<Self, Refusal> {
+        let sane = |numbers: &[f64]| numbers.iter().all(|x| x.abs() <= MOST);
+        let vectors = [
+            ("/position", Some(self.position)),
+            ("/velocity", self.velocity),
+            ("/acceleration", self.acceleration),
+        ];
+        if let Some((pointer, _)) = vectors.iter().find(|(_, v)| v.is_some_and(|v| !sane(&v))) {
+            return Err(Refusal::Number(pointer));
+        }
+        if !sane(&self.orientation) {
+            return Err(Refusal::Number("/orientation"));
+        }
+        let length = self.orientation.iter().fold(0.0f64, |sum, x| sum.hypot(*x));
+        if length < 1e-6 {
+            return Err(Refusal::Orientation);
+        }
+        if !world.contains(self.position) {
+            return Err(Refusal::OutOfWorld(*world));
+        }
+        self.orientation = self.orientation.map(|x| x / length);
+        Ok(self)
+    }
+}
+
+/// What positions may be: as far from a scene as it is large.
+pub(super) fn around(scene: &Bounds) -> Bounds {
+    let reach_m = scene.diagonal_m();
+    Bounds {
+        min: scene.min.map(|x| x - reach_m),
+        max: scene.max.map(|x| x + reach_m),
+    }
+}
+
+pub(super) fn speed(max_speed_mps: f64) -> Result<f64, Refusal> {
+    let sound = (0.0..=MOST_SPEED_MPS).contains(&max_speed_mps);
+    sound.then_some(max_speed_mps).ok_or(Refusal::Speed)
+}
+
+pub(super) fn radius(radius_m: f64) -> Result<f64, Refusal> {
+    let sound = radius_m > 0.0 && radius_m <= MOST_RADIUS_M;
+    sound.then_some(radius_m).ok_or(Refusal::Radius)
+}
+
+pub(super) fn aoi(aoi: crate::aoi::Aoi) -> Result<crate::aoi::Aoi, Refusal> {
+    let sound = aoi.is_sound() && aoi.leave_m <= MOST_AOI_M;
+    sound.then_some(aoi).ok_or(Refusal::Aoi)
+}
+
+/// Cells that the caller must [`teach`](super::World::teach) before a participant can stand there.
+pub type Unknown = Vec<CellId>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_pose_is_refused_with_its_place() {
+        let world = Bounds {
+            min: [-10.0; 3],
+            max: [10.0; 3],
+        };
+        let good = Sent {
+            t_ms: None,
+            position: [0.0; 3],
+            orientation: [0.0, 0.0, 0.0, 2.0],
+            velocity: None,
+            acceleration: None,
+        };
+        assert_eq!(good.checked(&world).unwrap().orientation, [0.0, 0.0, 0.0, 1.0]);
+        let refused = |sent: Sent| sent.checked(&world).unwrap_err().pointer();
+        let position = |x| Sent {
+            position: [0.0, x, 0.0],
+            ..good
+        };
+        for x in [f64::NAN, f64::INFINITY, -1e300, 11.0] {
+            assert_eq!(refused(position(x)), "/position");
+        }
+        let orientation = [0.0; 4];
+        assert_eq!(refused(Sent { orientation, ..good }), "/orientation");
+        let velocity = Some([f64::NAN; 3]);
+        assert_eq!(refused(Sent { velocity, ..good }), "/velocity");
+    }
+}

@@ -1,0 +1,69 @@
+//! When was a pose true, in our clock? Its sender stamps it with a clock of its own, of which only differences count.
+//!
+//! The offset between the clocks is the smallest that was seen, since that pose travelled fastest; it may rise slowly,
+//! because clocks drift. So jitter of the network does not look like motion, and no pose is of the future.
+
+use crate::Ms;
+
+/// Clocks drift by less than this.
+const DRIFT: f64 = 5e-4;
+
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SenderClock {
+    offset_ms: f64,
+    read_at_ms: Ms,
+    theirs_ms: Ms,
+    ours_ms: Ms,
+}
+
+impl SenderClock {
+    /// `t_ms` is the sender's time now; who sends none goes by our clock.
+    pub(super) fn new(t_ms: Option<Ms>, now_ms: Ms) -> Self {
+        let theirs_ms = t_ms.unwrap_or(now_ms);
+        Self {
+            offset_ms: (now_ms - theirs_ms) as f64,
+            read_at_ms: now_ms,
+            theirs_ms,
+            ours_ms: now_ms,
+        }
+    }
+
+    /// The last time that was read, in the sender's clock.
+    pub(super) fn last_ms(&self) -> Ms {
+        self.theirs_ms
+    }
+
+    /// Our time of theirs, which must not be before the last one.
+    pub(super) fn read(&mut self, t_ms: Option<Ms>, now_ms: Ms) -> Option<Ms> {
+        let theirs_ms = t_ms.unwrap_or_else(|| self.theirs(now_ms));
+        if theirs_ms < self.theirs_ms {
+            return None;
+        }
+        let drifted = self.offset_ms + DRIFT * (now_ms - self.read_at_ms) as f64;
+        self.offset_ms = drifted.min((now_ms - theirs_ms) as f64);
+        self.read_at_ms = now_ms;
+        self.theirs_ms = theirs_ms;
+        self.ours_ms = self.ours_ms.max((theirs_ms as f64 + self.offset_ms).floor() as Ms);
+        Some(self.ours_ms)
+    }
+
+    /// Their time of ours.
+    pub(super) fn theirs(&self, ours_ms: Ms) -> Ms {
+        (ours_ms as f64 - self.offset_ms).round() as Ms
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jitter_is_taken_out_and_time_never_runs_backwards() {
+        let mut clock = SenderClock::new(Some(50), 1_000_000);
+        assert_eq!(clock.read(Some(150), 1_000_180), Some(1_000_100), "eighty late");
+        assert_eq!(clock.read(Some(250), 1_000_195), Some(1_000_195), "faster than any before");
+        assert_eq!(clock.read(Some(350), 1_000_400), Some(1_000_295));
+        assert_eq!(clock.read(Some(349), 1_000_500), None);
+        assert_eq!(clock.theirs(1_000_295), 350);
+    }
+}

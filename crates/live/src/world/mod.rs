@@ -1,0 +1,246 @@
+//! The rules of one scene: sessions, movers, doors, and what each session hears of them.
+//!
+//! Inputs are methods and take the time; [`World::tick`] decides what is told, and [`World::events`] hands it out. Between
+//! ticks only what cannot wait is told: hushes, wakes, a participant's own cell.
+//!
+//! A mover is *awake* while a session watches one of its cells ([`sight`]). Otherwise it is *hushed*: registered in the
+//! cells that its temporal bounding volume touches, and nobody looks at it until the volume expires or a session starts
+//! to watch one of those cells, after the algorithm of Sudarsky & Gotsman (§3), with view cells for BSP leaves and one
+//! registration of a mover for all sessions. Work in a tick is O(visible + expired + exposed).
+
+mod check;
+mod clock;
+mod mover;
+mod movers;
+mod session;
+mod sessions;
+mod sight;
+mod tick;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use belvedere_scene::{Bounds, CellId, ObjectId};
+
+pub use self::{
+    check::{MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, Moved, Refusal, Seen, Sent, Unknown},
+    mover::Look,
+    movers::NewMover,
+    session::REMEMBERED,
+    sessions::Opening,
+};
+use self::{mover::Mover, session::Session};
+use crate::{
+    Ms,
+    cells::{Ball, Cells},
+    event::{Event, Gone, SessionId},
+};
+
+/// What can be set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rules {
+    /// Time between ticks.
+    pub tick_ms: Ms,
+    /// From a pose in a participant's hands to an event there: visibility is widened by what it moves meanwhile.
+    pub round_trip_ms: Ms,
+    /// Whoever has entered an area of interest stays for this long.
+    pub shortest_stay_ms: Ms,
+    /// A volume lasts no longer.
+    pub longest_tbv_ms: Ms,
+    /// A volume of a mover whose owner cannot be woken lasts no longer.
+    pub longest_unheard_tbv_ms: Ms,
+    /// How long an owner that was woken is waited for.
+    pub grace_ms: Ms,
+    /// Poses for one session, in bytes a second.
+    pub bytes_per_s: f64,
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        Self {
+            tick_ms: 100,
+            round_trip_ms: 250,
+            shortest_stay_ms: 1_000,
+            longest_tbv_ms: 60_000,
+            longest_unheard_tbv_ms: 2_000,
+            grace_ms: 1_000,
+            bytes_per_s: 64_000.0,
+        }
+    }
+}
+
+/// One scene with everybody in it.
+#[derive(Debug)]
+pub struct World {
+    rules: Rules,
+    cells: Cells,
+    /// Where positions may be.
+    reach: Bounds,
+    sessions: BTreeMap<SessionId, Session>,
+    movers: BTreeMap<ObjectId, Mover>,
+    /// By cell.
+    movers_in: Vec<BTreeSet<ObjectId>>,
+    /// By cell.
+    watchers: Vec<BTreeSet<SessionId>>,
+    awake: BTreeSet<ObjectId>,
+    alarms: BTreeSet<(Ms, ObjectId)>,
+    /// The radius of the largest mover there ever was, with what it moves in a tick.
+    largest_m: f64,
+    /// Sessions and movers whose relations may have changed since the last tick.
+    stirred_sessions: BTreeSet<SessionId>,
+    stirred_movers: BTreeSet<ObjectId>,
+    /// Not told yet.
+    gone: BTreeMap<(SessionId, Gone), Vec<ObjectId>>,
+    doors: BTreeMap<ObjectId, Door>,
+    events: Vec<(SessionId, Event)>,
+}
+
+#[derive(Debug)]
+struct Door {
+    open: bool,
+    cells: Vec<CellId>,
+}
+
+/// How much there is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Sessions.
+    pub sessions: usize,
+    /// Movers, avatars included.
+    pub movers: usize,
+    /// Movers that cost nothing now.
+    pub hushed: usize,
+}
+
+impl World {
+    /// An empty scene. `bounds` is the box around its objects.
+    #[must_use]
+    pub fn new(cells: Cells, bounds: &Bounds, rules: Rules) -> Self {
+        let reach = check::around(&bounds.union(&cells.bounds()));
+        Self {
+            movers_in: vec![BTreeSet::new(); cells.len()],
+            watchers: vec![BTreeSet::new(); cells.len()],
+            reach,
+            rules,
+            cells,
+            sessions: BTreeMap::new(),
+            movers: BTreeMap::new(),
+            awake: BTreeSet::new(),
+            alarms: BTreeSet::new(),
+            largest_m: 0.0,
+            stirred_sessions: BTreeSet::new(),
+            stirred_movers: BTreeSet::new(),
+            gone: BTreeMap::new(),
+            doors: BTreeMap::new(),
+            events: Vec::new(),
+        }
+    }
+
+    /// The rules in force.
+    #[must_use]
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// How much there is.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        Counts {
+            sessions: self.sessions.len(),
+            movers: self.movers.len(),
+            hushed: self.movers.len() - self.awake.len(),
+        }
+    }
+
+    /// Whether a tick would do nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.sessions.is_empty() && self.movers.is_empty()
+    }
+
+    /// What has happened since the last call, in order.
+    pub fn events(&mut self) -> Vec<(SessionId, Event)> {
+        std::mem::take(&mut self.events)
+    }
+
+    /// Cells of which [`World::teach`] must tell before a participant stands here.
+    #[must_use]
+    pub fn unknown_at(&self, position: [f64; 3], max_speed_mps: f64) -> Unknown {
+        let mut cells = self.cells.under(&self.rules.eye_ball(position, max_speed_mps));
+        cells.retain(|cell| !self.cells.knows(*cell));
+        cells
+    }
+
+    /// The same for a session that moves there.
+    #[must_use]
+    pub fn unknown_to(&self, session: SessionId, position: [f64; 3]) -> Unknown {
+        let mover = self.sessions.get(&session).and_then(|s| self.movers.get(&s.object));
+        mover.map_or_else(Vec::new, |mover| self.unknown_at(position, mover.max_speed_mps))
+    }
+
+    /// Takes note of what is seen from a cell.
+    pub fn teach(&mut self, cell: CellId, sees: &[CellId]) {
+        self.cells.learn(cell, sees);
+    }
+
+    /// Where participants may be before they hear of a new revision.
+    pub fn eyes(&self) -> impl Iterator<Item = Ball> {
+        let movers = self.sessions.values().map(|session| &self.movers[&session.object]);
+        movers.map(|mover| self.rules.eye_ball(mover.pose.position, mover.max_speed_mps))
+    }
+
+    /// The scene was published anew. `cells` must know what is seen from all [`World::eyes`]. Doors are as published
+    /// again.
+    pub fn rebase(&mut self, cells: Cells, bounds: &Bounds, now_ms: Ms) {
+        self.reach = check::around(&bounds.union(&cells.bounds()));
+        self.movers_in = vec![BTreeSet::new(); cells.len()];
+        self.watchers = vec![BTreeSet::new(); cells.len()];
+        self.cells = cells;
+        self.doors.clear();
+        self.alarms.clear();
+        let movers: Vec<_> = self.movers.keys().copied().collect();
+        for object in movers {
+            if let Some(mover) = self.movers.get_mut(&object) {
+                mover.cells.clear();
+            }
+            self.rouse(object, now_ms);
+        }
+        let sessions: Vec<_> = self.sessions.keys().copied().collect();
+        for id in sessions {
+            if let Some(session) = self.sessions.get_mut(&id) {
+                session.eye = sight::Eye::default();
+                session.doors.clear();
+            }
+            self.look(id, now_ms);
+        }
+    }
+
+    /// Opens or closes a door; everybody who may see it is told, the others when they come to see it.
+    pub fn set_door(&mut self, door: ObjectId, bounds: &Bounds, open: bool) {
+        let cells = self.cells.meeting(bounds);
+        let watching: BTreeSet<_> = cells.iter().flat_map(|cell| &self.watchers[cell.index()]).copied().collect();
+        self.doors.insert(door, Door { open, cells });
+        for session in watching {
+            self.tell_doors(session);
+        }
+    }
+
+    /// Tells a session what it does not know of the doors that it may see. Doors are published open.
+    fn tell_doors(&mut self, id: SessionId) {
+        let Some(session) = self.sessions.get_mut(&id) else { return };
+        for (object, door) in &self.doors {
+            let watched = |cell: &CellId| session.eye.watched.binary_search(cell).is_ok();
+            let believed = session.doors.get(object).copied().unwrap_or(true);
+            if believed != door.open && door.cells.iter().any(watched) {
+                session.doors.insert(*object, door.open);
+                let (object, open) = (*object, door.open);
+                self.events.push((id, Event::Door { object, open }));
+            }
+        }
+    }
+
+    fn say(&mut self, session: SessionId, event: Event) {
+        if self.sessions.contains_key(&session) {
+            self.events.push((session, event));
+        }
+    }
+}

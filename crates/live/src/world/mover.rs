@@ -1,0 +1,136 @@
+//! What is kept of a mover?
+
+use std::{collections::BTreeSet, sync::Arc};
+
+use belvedere_scene::{Bounds, CellId, ObjectId, object::ObjectInfo};
+
+use super::clock::SenderClock;
+use crate::{
+    Ms,
+    event::{Moving, SessionId, Told},
+    motion::{Pose, Trajectory},
+    tbv::{Tbv, Validity},
+};
+
+#[derive(Debug)]
+pub(super) struct Mover {
+    /// Who drives it, and hears `hush` and `wake`. Nobody is told of what they drive.
+    pub(super) owner: Option<SessionId>,
+    pub(super) look: Look,
+    pub(super) radius_m: f64,
+    pub(super) max_speed_mps: f64,
+    pub(super) way: Option<Trajectory>,
+    pub(super) clock: SenderClock,
+    /// The newest.
+    pub(super) pose: Pose,
+    pub(super) state: State,
+    /// Where it is registered, rising: the cells that it touches, or that its volume does.
+    pub(super) cells: Vec<CellId>,
+    pub(super) shown_to: BTreeSet<SessionId>,
+    pub(super) validity: Validity,
+}
+
+/// What a mover looks like.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Look {
+    /// A name for people.
+    pub name: String,
+    /// The static object whose model it wears.
+    pub model: Option<Arc<ObjectInfo>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum State {
+    /// Its pose counts.
+    Awake,
+    /// Nobody may see it; it is registered where its volume is.
+    Hushed { tbv: Tbv, until_ms: Ms },
+    /// Its volume has ended, and a pose is awaited; whoever says nothing until then has not moved.
+    Asked { until_ms: Ms },
+}
+
+impl Mover {
+    pub(super) fn is_awake(&self) -> bool {
+        self.state == State::Awake
+    }
+
+    /// When it must be looked at again.
+    pub(super) fn alarm_ms(&self) -> Option<Ms> {
+        match self.state {
+            State::Awake => None,
+            State::Hushed { until_ms, .. } | State::Asked { until_ms } => Some(until_ms),
+        }
+    }
+
+    /// What a session is told that does not know it.
+    pub(super) fn told(&self, object: ObjectId, period_ms: Ms) -> Told {
+        let Look { name, model } = &self.look;
+        let position = self.pose.position;
+        let scale = model.as_deref().map_or([1.0; 3], |model| axis_scales(&model.transform));
+        let info = ObjectInfo {
+            object,
+            source_node: name.clone(),
+            part: 0,
+            bounds: Bounds {
+                min: position.map(|x| x - self.radius_m),
+                max: position.map(|x| x + self.radius_m),
+            },
+            transform: world_from_object(&self.pose, scale),
+            model: model.as_deref().and_then(|model| model.model),
+            procedural: None,
+            mover: true,
+            door: false,
+            levels: model.as_deref().map_or_else(Vec::new, |model| model.levels.clone()),
+            smooth: None,
+        };
+        let moving = Moving {
+            pose: self.pose,
+            radius_m: self.radius_m,
+            period_ms,
+        };
+        Told {
+            info,
+            moving: Some(moving),
+        }
+    }
+}
+
+/// The lengths of a matrix' axes.
+fn axis_scales(matrix: &[f64; 16]) -> [f64; 3] {
+    std::array::from_fn(|axis| matrix[4 * axis..4 * axis + 3].iter().fold(0.0f64, |sum, x| sum.hypot(*x)))
+}
+
+/// A column-major matrix: scale, then turn, then move.
+fn world_from_object(pose: &Pose, scale: [f64; 3]) -> [f64; 16] {
+    let [x, y, z, w] = pose.orientation;
+    let axes = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)],
+        [2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)],
+        [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)],
+        pose.position,
+    ];
+    std::array::from_fn(|i| match (i / 4, i % 4) {
+        (3, 3) => 1.0,
+        (_, 3) => 0.0,
+        (3, row) => axes[3][row],
+        (axis, row) => axes[axis][row] * scale[axis],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_turns_scales_and_moves() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        // A quarter turn about y takes z to x.
+        let pose = Pose::resting(0, [5.0, 6.0, 7.0], [0.0, half, 0.0, half]);
+        let matrix = world_from_object(&pose, [1.0, 1.0, 2.0]);
+        let z_axis = &matrix[8..11];
+        assert!((z_axis[0] - 2.0).abs() < 1e-12 && z_axis[2].abs() < 1e-12, "{matrix:?}");
+        assert_eq!(matrix[12..], [5.0, 6.0, 7.0, 1.0]);
+        let scales = axis_scales(&matrix);
+        assert!((scales[2] - 2.0).abs() < 1e-12 && (scales[0] - 1.0).abs() < 1e-12);
+    }
+}

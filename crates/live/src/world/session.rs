@@ -1,0 +1,70 @@
+//! What is kept of a session?
+
+use std::collections::{BTreeMap, VecDeque};
+
+use belvedere_scene::ObjectId;
+
+use super::sight::Eye;
+use crate::{Ms, aoi::Aoi, motion::Pose, pace::Bucket};
+
+/// Infos of so many hidden movers a client is expected to keep: the last ones.
+pub const REMEMBERED: usize = 256;
+
+#[derive(Debug)]
+pub(super) struct Session {
+    /// The participant's own mover.
+    pub(super) object: ObjectId,
+    pub(super) aoi: Aoi,
+    pub(super) eye: Eye,
+    /// Movers that it is told of.
+    pub(super) shown: BTreeMap<ObjectId, Shown>,
+    /// Hidden movers whose infos it still has, oldest first.
+    remembered: VecDeque<ObjectId>,
+    /// What it believes of doors that were ever moved.
+    pub(super) doors: BTreeMap<ObjectId, bool>,
+    pub(super) bytes: Bucket,
+}
+
+/// What a session knows of a mover.
+#[derive(Debug)]
+pub(super) struct Shown {
+    pub(super) since_ms: Ms,
+    /// The last pose that it was sent; none when it must be sent one at once.
+    pub(super) sent: Option<Pose>,
+    pub(super) sent_at_ms: Ms,
+    pub(super) period_ms: Ms,
+    pub(super) priority: f64,
+}
+
+impl Session {
+    pub(super) fn new(object: ObjectId, aoi: Aoi, bytes: Bucket) -> Self {
+        Self {
+            object,
+            aoi,
+            eye: Eye::default(),
+            shown: BTreeMap::new(),
+            remembered: VecDeque::new(),
+            doors: BTreeMap::new(),
+            bytes,
+        }
+    }
+
+    /// Takes note that a mover is hidden.
+    pub(super) fn remember(&mut self, object: ObjectId) {
+        if self.remembered.len() == REMEMBERED {
+            self.remembered.pop_front();
+        }
+        self.remembered.push_back(object);
+    }
+
+    /// Whether the client still has the info of a mover that appears.
+    pub(super) fn recall(&mut self, object: ObjectId) -> bool {
+        let at = self.remembered.iter().position(|other| *other == object);
+        at.is_some_and(|at| self.remembered.remove(at).is_some())
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.remembered.clear();
+        self.doors.clear();
+    }
+}

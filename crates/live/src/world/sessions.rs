@@ -1,0 +1,233 @@
+//! How do participants come, look around and go?
+
+use std::collections::BTreeMap;
+
+use belvedere_scene::ObjectId;
+
+use super::{
+    Look, NewMover, Refusal, Seen, Sent, World, check,
+    session::{Session, Shown},
+};
+use crate::{
+    Ms,
+    aoi::Aoi,
+    cells::Place,
+    event::{Event, Gone, SessionId, Void},
+    pace::{self, Bucket},
+};
+
+/// A session that is to be.
+#[derive(Debug, Clone)]
+pub struct Opening {
+    /// Its id, which no other ever had.
+    pub session: SessionId,
+    /// The id of its avatar.
+    pub object: ObjectId,
+    /// Where the participant is.
+    pub pose: Sent,
+    /// How far it looks.
+    pub aoi: Aoi,
+    /// A promise.
+    pub max_speed_mps: f64,
+    /// The size of its avatar.
+    pub radius_m: f64,
+    /// What its avatar looks like.
+    pub look: Look,
+}
+
+impl World {
+    /// Opens a session. The caller greets it; what it sees is told at the next tick.
+    ///
+    /// # Errors
+    /// When something about it cannot be.
+    pub fn open(&mut self, new: Opening, now_ms: Ms) -> Result<Seen, Refusal> {
+        let aoi = check::aoi(new.aoi)?;
+        let avatar = NewMover {
+            object: new.object,
+            owner: Some(new.session),
+            pose: new.pose,
+            max_speed_mps: new.max_speed_mps,
+            radius_m: new.radius_m,
+            look: new.look,
+            way: None,
+        };
+        self.add(avatar, now_ms)?;
+        let second = self.rules.bytes_per_s;
+        let session = Session::new(new.object, aoi, Bucket::full(second, second, now_ms));
+        self.sessions.insert(new.session, session);
+        self.look(new.session, now_ms);
+        self.seen(new.session, false, now_ms)
+    }
+
+    /// Takes a participant's pose. `unknown_to` must be empty for it.
+    ///
+    /// # Errors
+    /// When it cannot be; then nothing has changed.
+    pub fn pose(&mut self, id: SessionId, sent: Sent, now_ms: Ms) -> Result<Seen, Refusal> {
+        let object = self.sessions.get(&id).ok_or(Refusal::NoSession)?.object;
+        let before = self.place_of(id);
+        let teleported = self.shift(object, sent, now_ms)?;
+        self.look(id, now_ms);
+        let seen = self.seen(id, teleported, now_ms)?;
+        if before.is_ok_and(|before| before.cell != seen.place.cell) {
+            let cell = seen.place.cell;
+            self.say(id, Event::Cell { cell });
+        }
+        Ok(seen)
+    }
+
+    /// Changes how far a participant looks.
+    ///
+    /// # Errors
+    /// When the radii are no area, or there is no such session.
+    pub fn set_aoi(&mut self, id: SessionId, aoi: Aoi, now_ms: Ms) -> Result<(), Refusal> {
+        let aoi = check::aoi(aoi)?;
+        self.sessions.get_mut(&id).ok_or(Refusal::NoSession)?.aoi = aoi;
+        self.look(id, now_ms);
+        Ok(())
+    }
+
+    /// Where a participant is.
+    ///
+    /// # Errors
+    /// When there is no such session.
+    pub fn place_of(&self, id: SessionId) -> Result<Place, Refusal> {
+        let session = self.sessions.get(&id).ok_or(Refusal::NoSession)?;
+        let position = self.movers[&session.object].pose.position;
+        self.cells.at(position).ok_or(Refusal::NoCells)
+    }
+
+    /// The participant's position and how far it looks.
+    #[must_use]
+    pub fn standpoint(&self, id: SessionId) -> Option<([f64; 3], Aoi)> {
+        let session = self.sessions.get(&id)?;
+        Some((self.movers[&session.object].pose.position, session.aoi))
+    }
+
+    /// Ends a session and its avatar. Movers that it drove stay, and are driven by nobody.
+    pub fn close(&mut self, id: SessionId, now_ms: Ms) {
+        let Some(session) = self.sessions.remove(&id) else { return };
+        for cell in &session.eye.watched {
+            self.watchers[cell.index()].remove(&id);
+        }
+        for object in session.shown.keys() {
+            if let Some(mover) = self.movers.get_mut(object) {
+                mover.shown_to.remove(&id);
+            }
+        }
+        self.stirred_sessions.remove(&id);
+        self.gone.retain(|(session, _), _| *session != id);
+        self.destroy(session.object);
+        let driven: Vec<_> = self.movers.iter().filter(|(_, m)| m.owner == Some(id)).map(|(o, _)| *o).collect();
+        for object in driven {
+            // Nobody can be woken, and nobody relies on a promise any more.
+            if let Some(mover) = self.movers.get_mut(&object) {
+                mover.owner = None;
+                self.rouse(object, now_ms);
+            }
+        }
+    }
+
+    /// Forgets what a session was told, and tells everything again.
+    pub fn resync(&mut self, id: SessionId, reason: Void, now_ms: Ms) {
+        let Ok(place) = self.place_of(id) else { return };
+        let Some(session) = self.sessions.get_mut(&id) else { return };
+        session.forget();
+        self.gone.retain(|(session, _), _| *session != id);
+        let mut infos = Vec::with_capacity(session.shown.len());
+        for (object, shown) in &mut session.shown {
+            let mover = &self.movers[object];
+            shown.sent = Some(mover.pose);
+            shown.sent_at_ms = now_ms;
+            infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.period_ms))));
+        }
+        self.say(id, Event::Resync { reason });
+        self.say(id, Event::Cell { cell: place.cell });
+        infos.into_iter().for_each(|info| self.say(id, info));
+        self.tell_doors(id);
+    }
+
+    /// Looks from where the participant is now: registers what it watches and rouses what it may see.
+    pub(super) fn look(&mut self, id: SessionId, now_ms: Ms) {
+        let Some(session) = self.sessions.get_mut(&id) else { return };
+        let avatar = &self.movers[&session.object];
+        let ball = self.rules.eye_ball(avatar.pose.position, avatar.max_speed_mps);
+        let eye = session.eye.look(&self.cells, &ball, session.aoi.leave_m, self.largest_m);
+        let before = std::mem::replace(&mut session.eye, eye).watched;
+        let now = session.eye.watched.clone();
+        self.stirred_sessions.insert(id);
+        if before == now {
+            return;
+        }
+        for cell in before.iter().filter(|cell| now.binary_search(cell).is_err()) {
+            self.watchers[cell.index()].remove(&id);
+        }
+        for cell in now.iter().filter(|cell| before.binary_search(cell).is_err()) {
+            self.watchers[cell.index()].insert(id);
+            let here: Vec<_> = self.movers_in[cell.index()].iter().copied().collect();
+            for object in here {
+                if self.movers[&object].owner != Some(id) {
+                    self.expose(object, now_ms);
+                }
+            }
+        }
+        self.tell_doors(id);
+    }
+
+    fn seen(&mut self, id: SessionId, teleported: bool, now_ms: Ms) -> Result<Seen, Refusal> {
+        let place = self.place_of(id)?;
+        let object = self.sessions[&id].object;
+        let hush = self.settle(object, now_ms);
+        let moved = super::Moved {
+            object,
+            hush,
+            teleported,
+        };
+        Ok(Seen { place, moved })
+    }
+
+    /// From now on a session is told of a mover.
+    pub(super) fn show(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
+        let away_m = self.away_m(id, object, now_ms);
+        let (Some(session), Some(mover)) = (self.sessions.get_mut(&id), self.movers.get_mut(&object)) else {
+            return;
+        };
+        let period_ms = pace::period_ms(away_m, self.rules.tick_ms);
+        let known = session.recall(object);
+        let shown = Shown {
+            since_ms: now_ms,
+            sent: (!known).then_some(mover.pose),
+            sent_at_ms: now_ms,
+            period_ms,
+            priority: 0.0,
+        };
+        session.shown.insert(object, shown);
+        mover.shown_to.insert(id);
+        if !known {
+            let told = Box::new(mover.told(object, period_ms));
+            self.events.push((id, Event::ObjectInfo(told)));
+        }
+    }
+
+    /// From now on it is not.
+    pub(super) fn hide(&mut self, id: SessionId, object: ObjectId, reason: Gone) {
+        if let Some(mover) = self.movers.get_mut(&object) {
+            mover.shown_to.remove(&id);
+        }
+        if let Some(session) = self.sessions.get_mut(&id) {
+            session.shown.remove(&object);
+            if reason == Gone::Hidden {
+                session.remember(object);
+            }
+            self.gone.entry((id, reason)).or_default().push(object);
+        }
+    }
+
+    /// Tells what has gone.
+    pub(super) fn tell_gone(&mut self) {
+        let gone: BTreeMap<_, _> = std::mem::take(&mut self.gone);
+        for ((session, reason), objects) in gone {
+            self.say(session, Event::ObjectGone { objects, reason });
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Who may see what? Decided here and nowhere else.
+//!
+//! A participant sees into the cells that can be seen from its own cell, and from those that it may have reached before
+//! the next event arrives: within its speed times a round trip. A mover is in the cells that its ball touches, widened
+//! by what it moves in a tick. The mover is told of when one of its cells is seen into and it is inside the area of
+//! interest. Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
+//!
+//! Conservative as far as the scene's sets are: a mover that is not told of cannot be seen.
+
+use std::{collections::BTreeSet, sync::Arc};
+
+use belvedere_scene::CellId;
+
+use super::{Rules, World, mover::Mover, session::Session};
+use crate::{
+    Ms,
+    cells::{Ball, Cells, distance_m},
+    event::{Gone, SessionId},
+};
+
+/// From where a participant looks, and what of it sees.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Eye {
+    /// Cells that the participant may be in, rising.
+    pub(super) cells: Vec<CellId>,
+    /// Cells that can be seen into from these, rising.
+    pub(super) sees: Arc<[CellId]>,
+    /// Those of them that the area of interest reaches, rising.
+    pub(super) watched: Vec<CellId>,
+}
+
+/// How a session stands to a mover.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// It is told of it.
+    Seen,
+    /// It is not.
+    Unseen(Gone),
+}
+
+impl Rules {
+    /// Where a participant may be before it hears what is sent now.
+    pub(super) fn eye_ball(&self, position: [f64; 3], max_speed_mps: f64) -> Ball {
+        Ball {
+            center: position,
+            radius_m: max_speed_mps * self.round_trip_ms as f64 * 1e-3,
+        }
+    }
+
+    /// Everything that a mover may touch until the next tick.
+    pub(super) fn mover_ball(&self, mover: &Mover, now_ms: Ms) -> Ball {
+        Ball {
+            center: mover.pose.position_at(now_ms),
+            radius_m: mover.radius_m + self.tick_reach_m(mover),
+        }
+    }
+
+    /// How far a mover comes in a tick.
+    pub(super) fn tick_reach_m(&self, mover: &Mover) -> f64 {
+        mover.max_speed_mps * self.tick_ms as f64 * 1e-3
+    }
+}
+
+impl Eye {
+    /// Looks from a new place. `beyond_m` is the radius of the largest mover: one whose middle is inside the area may be
+    /// seen in a cell that is this much further away.
+    pub(super) fn look(&self, cells: &Cells, ball: &Ball, leave_m: f64, beyond_m: f64) -> Self {
+        let under = cells.under(ball);
+        let sees = if under == self.cells {
+            self.sees.clone()
+        } else {
+            cells.seen_from(&under)
+        };
+        let reaches = |cell: &CellId| {
+            let shape = cells.cell(*cell);
+            shape.is_some_and(|shape| shape.bounds.distance_m(ball.center) <= leave_m + beyond_m)
+        };
+        Self {
+            watched: sees.iter().copied().filter(reaches).collect(),
+            cells: under,
+            sees,
+        }
+    }
+
+    fn sees_any(&self, cells: &[CellId]) -> bool {
+        cells.iter().any(|cell| self.sees.binary_search(cell).is_ok())
+    }
+}
+
+impl World {
+    /// How a session stands to a mover that it does not drive itself.
+    pub(super) fn sight(&self, session: &Session, mover: &Mover, since_ms: Option<Ms>, now_ms: Ms) -> Sight {
+        let eye = self.movers[&session.object].pose.position;
+        let away_m = distance_m(eye, mover.pose.position_at(now_ms));
+        let inside = session.aoi.holds(away_m, since_ms, now_ms, self.rules.shortest_stay_ms);
+        match (mover.is_awake() && session.eye.sees_any(&mover.cells), inside) {
+            (true, true) => Sight::Seen,
+            (false, _) if away_m <= session.aoi.leave_m => Sight::Unseen(Gone::Hidden),
+            _ => Sight::Unseen(Gone::Left),
+        }
+    }
+
+    /// Whether any session but its owner's watches one of these cells.
+    pub(super) fn is_watched(&self, cells: &[CellId], owner: Option<SessionId>) -> bool {
+        let others = |watchers: &BTreeSet<SessionId>| watchers.iter().any(|session| Some(*session) != owner);
+        cells.iter().any(|cell| others(&self.watchers[cell.index()]))
+    }
+}

@@ -1,0 +1,153 @@
+//! What happens in a tick? Volumes expire, what is awake moves on, relations that may have changed are judged anew, and
+//! sessions are told what they cannot deduce.
+
+use belvedere_scene::ObjectId;
+
+use super::{World, sight::Sight};
+use crate::{
+    Ms,
+    cells::distance_m,
+    event::{Event, ObjectPose, Period, SessionId},
+    pace,
+};
+
+/// About what a pose takes in the stream.
+const POSE_BYTES: f64 = 200.0;
+
+impl World {
+    /// Brings everything up to date.
+    pub fn tick(&mut self, now_ms: Ms) {
+        self.tell_gone();
+        self.expire(now_ms);
+        self.advance(now_ms);
+        self.judge(now_ms);
+        self.tell_gone();
+        self.tell_poses(now_ms);
+    }
+
+    fn expire(&mut self, now_ms: Ms) {
+        while let Some((at_ms, object)) = self.alarms.first().copied().filter(|(at_ms, _)| *at_ms <= now_ms) {
+            self.alarms.remove(&(at_ms, object));
+            self.alarm(object, now_ms);
+        }
+    }
+
+    /// Whatever is awake is where its pose says by now; what nobody watches any more is put away.
+    fn advance(&mut self, now_ms: Ms) {
+        let awake: Vec<_> = self.awake.iter().copied().collect();
+        for object in awake {
+            let mover = &self.movers[&object];
+            if mover.way.is_some() || mover.pose.velocity != [0.0; 3] {
+                self.place(object, now_ms);
+            }
+            let owner = self.movers[&object].owner;
+            if let (Some(hush), Some(owner)) = (self.settle(object, now_ms), owner) {
+                self.say(owner, Event::Hush(hush));
+            }
+        }
+    }
+
+    fn judge(&mut self, now_ms: Ms) {
+        for id in std::mem::take(&mut self.stirred_sessions) {
+            let Some(session) = self.sessions.get(&id) else { continue };
+            let watched = session.eye.watched.iter();
+            let near = watched.flat_map(|cell| self.movers_in[cell.index()].iter().copied());
+            let mut objects: Vec<_> = near.chain(session.shown.keys().copied()).collect();
+            objects.sort_unstable();
+            objects.dedup();
+            for object in objects {
+                self.judge_pair(id, object, now_ms);
+            }
+        }
+        for object in std::mem::take(&mut self.stirred_movers) {
+            let Some(mover) = self.movers.get(&object) else { continue };
+            let near = mover.cells.iter().flat_map(|cell| self.watchers[cell.index()].iter().copied());
+            let mut sessions: Vec<_> = near.chain(mover.shown_to.iter().copied()).collect();
+            sessions.sort_unstable();
+            sessions.dedup();
+            for id in sessions {
+                self.judge_pair(id, object, now_ms);
+            }
+        }
+    }
+
+    fn judge_pair(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
+        let (session, mover) = (&self.sessions[&id], &self.movers[&object]);
+        if mover.owner == Some(id) {
+            return;
+        }
+        let since_ms = session.shown.get(&object).map(|shown| shown.since_ms);
+        match (self.sight(session, mover, since_ms, now_ms), since_ms) {
+            (Sight::Seen, None) => self.show(id, object, now_ms),
+            (Sight::Unseen(reason), Some(_)) => self.hide(id, object, reason),
+            // Who is beyond the area and only stays for the shortest stay must be looked at again.
+            (Sight::Seen, Some(_)) if self.away_m(id, object, now_ms) > self.sessions[&id].aoi.leave_m => {
+                self.stirred_sessions.insert(id);
+            }
+            _ => {}
+        }
+    }
+
+    /// From a participant to a mover, metres.
+    pub(super) fn away_m(&self, id: SessionId, object: ObjectId, now_ms: Ms) -> f64 {
+        let eye = self.movers[&self.sessions[&id].object].pose.position;
+        distance_m(eye, self.movers[&object].pose.position_at(now_ms))
+    }
+
+    /// Sends the poses that sessions would extrapolate wrongly, the most urgent first, within their bytes.
+    fn tell_poses(&mut self, now_ms: Ms) {
+        for (id, session) in &mut self.sessions {
+            if session.shown.is_empty() {
+                continue;
+            }
+            let eye = self.movers[&session.object].pose.position;
+            let (mut due, mut rates) = (Vec::new(), Vec::new());
+            for (object, shown) in &mut session.shown {
+                let mover = &self.movers[object];
+                let position = mover.pose.position_at(now_ms);
+                let away_m = distance_m(eye, position);
+                // The period changes only when it is well beyond the border.
+                let [nearer, further] = [0.9, 1.1].map(|x| pace::period_ms(x * away_m, self.rules.tick_ms));
+                if nearer == further && nearer != shown.period_ms {
+                    shown.period_ms = nearer;
+                    let object = *object;
+                    let period_ms = nearer;
+                    rates.push(Period { object, period_ms });
+                }
+                let Some(sent) = shown.sent else {
+                    due.push((f64::INFINITY, *object));
+                    continue;
+                };
+                let wrong = distance_m(sent.position_at(now_ms), position) > pace::tolerance_m(away_m)
+                    || sent.turned_rad(&mover.pose) > pace::TOLERANCE_RAD;
+                if wrong {
+                    shown.priority += pace::priority(away_m, mover.radius_m);
+                    if now_ms - shown.sent_at_ms >= shown.period_ms {
+                        due.push((shown.priority, *object));
+                    }
+                }
+            }
+            if !rates.is_empty() {
+                self.events.push((*id, Event::Rate { objects: rates }));
+            }
+            due.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            let mut objects = Vec::new();
+            for (_, object) in due {
+                if !session.bytes.take(POSE_BYTES, now_ms) {
+                    break;
+                }
+                let pose = self.movers[&object].pose;
+                objects.push(ObjectPose { object, pose });
+                if let Some(shown) = session.shown.get_mut(&object) {
+                    shown.sent = Some(pose);
+                    shown.sent_at_ms = now_ms;
+                    shown.priority = 0.0;
+                }
+            }
+            if !objects.is_empty() {
+                let t_ms = now_ms;
+                self.events.push((*id, Event::ObjectPos { t_ms, objects }));
+            }
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! A stage for stories: cells in a row along x, sessions that do as they are told, and what each of them believes.
+
+#![allow(dead_code, reason = "each test binary uses a part")]
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use belvedere_live::{
+    Ms, World,
+    aoi::Aoi,
+    cells::{Cell, Cells, distance_m},
+    event::{Event, FIRST_MOVER, Gone, Hush, SessionId, Void},
+    motion::{Key, Pose, Trajectory},
+    world::{Look, NewMover, Opening, Rules, Sent},
+};
+use belvedere_scene::{Bounds, CellId, ObjectId};
+
+pub(crate) const UP: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+pub(crate) const SPEED_MPS: f64 = 2.0;
+pub(crate) const RADIUS_M: f64 = 0.05;
+
+/// What a client believes after all events so far.
+#[derive(Debug, Default, Clone)]
+pub(crate) struct Belief {
+    pub(crate) shown: BTreeMap<ObjectId, Pose>,
+    infos: BTreeSet<ObjectId>,
+    pub(crate) cell: Option<CellId>,
+    pub(crate) doors: BTreeMap<ObjectId, bool>,
+}
+
+impl Belief {
+    pub(crate) fn hear(&mut self, event: &Event) {
+        match event {
+            Event::Resync { .. } => *self = Self::default(),
+            Event::Cell { cell } => self.cell = Some(*cell),
+            Event::ObjectInfo(told) => {
+                let moving = told.moving.as_ref().expect("a mover");
+                self.infos.insert(told.info.object);
+                let twice = self.shown.insert(told.info.object, moving.pose);
+                assert_eq!(twice, None, "told twice of {}", told.info.object);
+            }
+            Event::ObjectPos { objects, .. } => {
+                for told in objects {
+                    assert!(self.infos.contains(&told.object), "a pose of an unknown {}", told.object);
+                    self.shown.insert(told.object, told.pose);
+                }
+            }
+            Event::ObjectGone { objects, .. } => {
+                for object in objects {
+                    assert!(self.shown.remove(object).is_some(), "{object} was not there");
+                }
+            }
+            Event::Rate { objects } => assert!(objects.iter().all(|p| self.shown.contains_key(&p.object))),
+            Event::Door { object, open } => {
+                self.doors.insert(*object, *open);
+            }
+            Event::Hello(_) | Event::Hush(_) | Event::Wake { .. } | Event::Revision { .. } => {}
+        }
+    }
+}
+
+pub(crate) struct Stage {
+    pub(crate) world: World,
+    pub(crate) now_ms: Ms,
+    sees: Vec<Vec<CellId>>,
+    next: u32,
+    avatars: BTreeMap<SessionId, ObjectId>,
+    pub(crate) beliefs: BTreeMap<SessionId, Belief>,
+    log: Vec<(SessionId, Event)>,
+    read: BTreeMap<SessionId, usize>,
+}
+
+impl Stage {
+    /// Unit cells in a row; each sees those at most `reach` away.
+    pub(crate) fn row(cells: u32, reach: u32) -> Self {
+        let shape = |i: u32| Cell {
+            bounds: Bounds {
+                min: [f64::from(i), 0.0, 0.0],
+                max: [f64::from(i) + 1.0, 1.0, 1.0],
+            },
+            planes: vec![],
+        };
+        let sees = (0..cells).map(|i| (i.saturating_sub(reach)..cells.min(i + reach + 1)).map(CellId).collect());
+        let all = Cells::new((0..cells).map(shape).collect());
+        let bounds = all.bounds();
+        Self {
+            world: World::new(all, &bounds, Rules::default()),
+            now_ms: 1_000_000,
+            sees: sees.collect(),
+            next: 0,
+            avatars: BTreeMap::new(),
+            beliefs: BTreeMap::new(),
+            log: Vec::new(),
+            read: BTreeMap::new(),
+        }
+    }
+
+    /// Rooms that see their neighbours only.
+    pub(crate) fn rooms(cells: u32) -> Self {
+        Self::row(cells, 1)
+    }
+
+    /// One hall that sees everything.
+    pub(crate) fn hall(cells: u32) -> Self {
+        Self::row(cells, cells)
+    }
+
+    pub(crate) fn sent(&self, x: f64) -> Sent {
+        Sent {
+            t_ms: Some(self.now_ms),
+            position: [x, 0.5, 0.5],
+            orientation: UP,
+            velocity: None,
+            acceleration: None,
+        }
+    }
+
+    fn teach(&mut self, x: f64) {
+        for cell in self.world.unknown_at([x, 0.5, 0.5], SPEED_MPS) {
+            self.world.teach(cell, &self.sees[cell.index()]);
+        }
+    }
+
+    fn object(&mut self) -> ObjectId {
+        self.next += 1;
+        ObjectId(FIRST_MOVER + self.next)
+    }
+
+    pub(crate) fn enter(&mut self, x: f64) -> SessionId {
+        self.teach(x);
+        let object = self.object();
+        let session = SessionId(u64::from(self.next));
+        let opening = Opening {
+            session,
+            object,
+            pose: self.sent(x),
+            aoi: Aoi {
+                enter_m: 100.0,
+                leave_m: 120.0,
+            },
+            max_speed_mps: SPEED_MPS,
+            radius_m: RADIUS_M,
+            look: Look::default(),
+        };
+        self.world.open(opening, self.now_ms).unwrap();
+        self.avatars.insert(session, object);
+        self.beliefs.insert(session, Belief::default());
+        self.listen();
+        session
+    }
+
+    pub(crate) fn leave(&mut self, session: SessionId) {
+        self.world.close(session, self.now_ms);
+        self.beliefs.remove(&session);
+        self.listen();
+    }
+
+    pub(crate) fn avatar(&self, session: SessionId) -> ObjectId {
+        self.avatars[&session]
+    }
+
+    pub(crate) fn mover(&mut self, x: f64, max_speed_mps: f64, way: Option<Trajectory>) -> ObjectId {
+        let object = self.object();
+        let new = NewMover {
+            object,
+            owner: None,
+            pose: self.sent(x),
+            max_speed_mps,
+            radius_m: RADIUS_M,
+            look: Look::default(),
+            way,
+        };
+        self.world.create(new, self.now_ms).unwrap();
+        self.listen();
+        object
+    }
+
+    pub(crate) fn park(&mut self, x: f64) -> ObjectId {
+        self.mover(x, SPEED_MPS, None)
+    }
+
+    /// To and fro for ever.
+    pub(crate) fn tram(&mut self, from: f64, to: f64, one_way_ms: Ms) -> ObjectId {
+        let key = |t_ms, x| Key {
+            t_ms,
+            position: [x, 0.5, 0.5],
+            orientation: UP,
+        };
+        let keys = vec![key(0, from), key(one_way_ms, to), key(2 * one_way_ms, from)];
+        let way = Trajectory::new(self.now_ms, keys, true).unwrap();
+        self.mover(from, SPEED_MPS, Some(way))
+    }
+
+    pub(crate) fn set_aoi(&mut self, session: SessionId, enter_m: f64, leave_m: f64) {
+        self.world.set_aoi(session, Aoi { enter_m, leave_m }, self.now_ms).unwrap();
+        self.listen();
+    }
+
+    pub(crate) fn door(&mut self, x: f64, open: bool) {
+        let at = Bounds::around([[x, 0.5, 0.5]]);
+        self.world.set_door(ObjectId(7), &at, open);
+        self.listen();
+    }
+
+    pub(crate) fn resync(&mut self, session: SessionId) {
+        self.world.resync(session, Void::Unknown, self.now_ms);
+        self.listen();
+    }
+
+    pub(crate) fn tick(&mut self) {
+        self.now_ms += 100;
+        self.world.tick(self.now_ms);
+        self.listen();
+    }
+
+    /// Ticks while nobody speaks.
+    pub(crate) fn silence(&mut self, ms: Ms) {
+        (0..ms / 100).for_each(|_| self.tick());
+    }
+
+    /// A pose where it is; gives what may be relied on.
+    pub(crate) fn pose(&mut self, session: SessionId, x: f64) -> Option<Hush> {
+        self.teach(x);
+        let seen = self.world.pose(session, self.sent(x), self.now_ms).unwrap();
+        self.listen();
+        seen.moved.hush
+    }
+
+    pub(crate) fn jump(&mut self, session: SessionId, x: f64) -> Option<Hush> {
+        self.pose(session, x)
+    }
+
+    pub(crate) fn x(&self, session: SessionId) -> f64 {
+        self.world.standpoint(session).unwrap().0[0]
+    }
+
+    pub(crate) fn stand(&mut self, session: SessionId) -> Option<Hush> {
+        self.pose(session, self.x(session))
+    }
+
+    /// Walks there, a pose and a tick each 100 ms, while everybody else who is woken answers.
+    pub(crate) fn walk(&mut self, session: SessionId, to: f64, speed_mps: f64) -> Option<Hush> {
+        let mut hush = None;
+        while self.x(session) != to {
+            let left = to - self.x(session);
+            let step = left.clamp(-0.1 * speed_mps, 0.1 * speed_mps);
+            let next = if left.abs() < 0.1 * speed_mps + 1e-9 { to } else { self.x(session) + step };
+            hush = self.pose(session, next);
+            self.tick();
+        }
+        hush
+    }
+
+    fn listen(&mut self) {
+        for (session, event) in self.world.events() {
+            if let Some(belief) = self.beliefs.get_mut(&session) {
+                belief.hear(&event);
+            }
+            self.log.push((session, event));
+        }
+    }
+
+    pub(crate) fn seen_by(&self, session: SessionId) -> Vec<ObjectId> {
+        self.beliefs[&session].shown.keys().copied().collect()
+    }
+
+    pub(crate) fn all(&self, session: SessionId) -> Vec<Event> {
+        let mine = self.log.iter().filter(|(to, _)| *to == session);
+        mine.map(|(_, event)| event.clone()).collect()
+    }
+
+    /// What a session was told since the last call.
+    pub(crate) fn unread(&mut self, session: SessionId) -> Vec<Event> {
+        let from = self.read.insert(session, self.log.len()).unwrap_or(0);
+        let mine = self.log[from..].iter().filter(|(to, _)| *to == session);
+        mine.map(|(_, event)| event.clone()).collect()
+    }
+
+    pub(crate) fn heard(&self, session: SessionId, name: &str) -> Vec<Event> {
+        let mut all = self.all(session);
+        all.retain(|event| event.name() == name);
+        all
+    }
+
+    pub(crate) fn count(&self, session: SessionId, name: &str) -> usize {
+        self.heard(session, name).len()
+    }
+
+    pub(crate) fn last_gone(&self, session: SessionId) -> Option<(ObjectId, Gone)> {
+        let gone = self.heard(session, "object-gone");
+        match gone.last() {
+            Some(Event::ObjectGone { objects, reason }) => Some((objects[0], *reason)),
+            _ => None,
+        }
+    }
+
+    /// Whether what is at `x` may be told to who is at `eye`, by geometry alone, with room on both sides.
+    pub(crate) fn sees(&self, eye: f64, x: f64, room_m: f64) -> bool {
+        let near = |at: f64, by: f64| (at - by).floor().max(0.0) as usize..=((at + by).floor() as usize).min(self.sees.len() - 1);
+        let mut eyes = near(eye, room_m);
+        let targets = near(x, room_m);
+        eyes.any(|from| targets.clone().any(|to| self.sees[from].contains(&CellId(to as u32))))
+    }
+
+    pub(crate) fn away_m(&self, a: f64, b: f64) -> f64 {
+        distance_m([a, 0.0, 0.0], [b, 0.0, 0.0])
+    }
+}

@@ -1,0 +1,146 @@
+//! Who hears what, told as short stories on a plan: a row of rooms, each seeing its neighbours only.
+
+mod plan;
+
+use belvedere_live::event::{Event, Gone};
+use plan::Stage;
+
+#[test]
+fn two_in_one_room_hear_of_each_other_and_not_of_themselves() {
+    let mut stage = Stage::rooms(3);
+    let (a, b) = (stage.enter(0.5), stage.enter(0.7));
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    assert_eq!(stage.seen_by(b), [stage.avatar(a)]);
+}
+
+#[test]
+fn who_walks_behind_a_wall_is_gone_and_its_owner_is_hushed() {
+    let mut stage = Stage::rooms(5);
+    let (a, b) = (stage.enter(0.5), stage.enter(1.5));
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    let hush = stage.walk(b, 3.5, 1.0);
+    assert!(stage.seen_by(a).is_empty());
+    assert_eq!(stage.last_gone(a), Some((stage.avatar(b), Gone::Hidden)));
+    let hush = hush.expect("nobody can see b");
+    assert!(hush.tbv.holds([3.5, 0.5, 0.5]) && hush.until_ms > stage.now_ms);
+}
+
+#[test]
+fn who_comes_to_see_a_hushed_mover_wakes_it_and_gets_it_without_a_second_info() {
+    let mut stage = Stage::rooms(5);
+    let (a, b) = (stage.enter(0.5), stage.enter(1.5));
+    stage.tick();
+    stage.walk(b, 3.5, 1.0);
+    let infos = stage.count(a, "object-info");
+    stage.silence(2_000);
+    let slept = stage.heard(b, "wake").len();
+    stage.walk(a, 2.5, 1.0);
+    assert_eq!(stage.heard(b, "wake").len(), slept + 1, "{:?}", stage.heard(b, "wake"));
+    stage.stand(b);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    assert_eq!(stage.count(a, "object-info"), infos, "its info was kept");
+}
+
+#[test]
+fn a_hushed_owner_may_talk_on_and_nobody_hears_of_it() {
+    let mut stage = Stage::rooms(8);
+    let (a, b) = (stage.enter(0.5), stage.enter(6.5));
+    stage.tick();
+    for _ in 0..50 {
+        assert!(stage.stand(b).is_some());
+        stage.tick();
+    }
+    assert_eq!(stage.heard(a, "object-info").len() + stage.heard(a, "object-pos").len(), 0);
+}
+
+#[test]
+fn a_teleport_breaks_the_promise_and_is_seen_at_once() {
+    let mut stage = Stage::rooms(8);
+    let (a, b) = (stage.enter(0.5), stage.enter(6.5));
+    stage.tick();
+    assert!(stage.stand(b).is_some());
+    assert!(stage.jump(b, 1.5).is_none(), "it is visible there");
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}
+
+#[test]
+fn between_the_radii_nothing_flickers() {
+    let mut stage = Stage::hall(40);
+    let (a, b) = (stage.enter(0.5), stage.enter(12.0));
+    stage.set_aoi(a, 10.0, 14.0);
+    stage.silence(1_000);
+    assert!(stage.seen_by(a).is_empty());
+    stage.walk(b, 10.0, 2.0);
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    stage.walk(b, 13.5, 2.0);
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    stage.walk(b, 15.5, 2.0);
+    assert_eq!(stage.last_gone(a), Some((stage.avatar(b), Gone::Left)));
+}
+
+#[test]
+fn a_mover_that_nobody_answers_for_is_where_it_was() {
+    let mut stage = Stage::rooms(8);
+    let a = stage.enter(0.5);
+    let parked = stage.park(6.5);
+    stage.silence(120_000);
+    stage.walk(a, 5.5, 2.0);
+    stage.silence(2_000);
+    assert_eq!(stage.seen_by(a), [parked]);
+}
+
+#[test]
+fn a_known_way_is_followed_without_anybody_saying_a_word() {
+    let mut stage = Stage::rooms(9);
+    let a = stage.enter(0.5);
+    let tram = stage.tram(0.5, 8.5, 16_000);
+    let mut seen = Vec::new();
+    for _ in 0..320 {
+        stage.tick();
+        seen.push(stage.seen_by(a) == [tram]);
+    }
+    let times = seen.iter().filter(|seen| **seen).count();
+    assert!((60..120).contains(&times), "in sight about a quarter of the time: {times}");
+    assert!(seen[0] && !seen[160] && seen[315]);
+    assert!(stage.count(a, "object-pos") < 40, "a straight way needs few words");
+}
+
+#[test]
+fn doors_are_told_to_whoever_comes_to_see_them() {
+    let mut stage = Stage::rooms(6);
+    let (near, far) = (stage.enter(0.5), stage.enter(5.5));
+    stage.door(0.5, false);
+    assert_eq!((stage.heard(near, "door").len(), stage.heard(far, "door").len()), (1, 0));
+    stage.walk(far, 1.5, 2.0);
+    assert_eq!(stage.heard(far, "door").len(), 1);
+    stage.door(0.5, true);
+    assert_eq!((stage.heard(near, "door").len(), stage.heard(far, "door").len()), (2, 2));
+}
+
+#[test]
+fn the_end_of_a_session_destroys_its_avatar() {
+    let mut stage = Stage::rooms(3);
+    let (a, b) = (stage.enter(0.5), stage.enter(0.7));
+    stage.tick();
+    stage.leave(b);
+    stage.tick();
+    assert_eq!(stage.last_gone(a), Some((stage.avatar(b), Gone::Destroyed)));
+    let counts = stage.world.counts();
+    assert_eq!((counts.sessions, counts.movers), (1, 1));
+}
+
+#[test]
+fn after_a_resync_everything_is_told_again() {
+    let mut stage = Stage::rooms(3);
+    let (a, b) = (stage.enter(0.5), stage.enter(0.7));
+    stage.tick();
+    stage.resync(a);
+    let events = stage.all(a);
+    let names: Vec<_> = events.iter().rev().take(3).rev().map(Event::name).collect();
+    assert_eq!(names, ["resync", "cell", "object-info"]);
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}
