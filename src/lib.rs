@@ -5,6 +5,7 @@
 //! * [`db`]: the catalogue: which scenes are published, and which revision of each is current.
 //! * [`store`]: immutable objects by their content hash, with their content-coded variants.
 //! * [`published`]: a published scene, read just as a client reads it.
+//! * [`live`]: who is in a scene right now, and what each hears of the others.
 //! * [`http`]: routes, caching rules, limits and the accept loop; the only module that knows axum.
 //! * [`publish`]: how a bake becomes what is served, and how a scene leaves as plain files.
 //! * [`config`]: the one list of settings.
@@ -14,6 +15,7 @@ pub mod commands;
 pub mod config;
 pub mod db;
 pub mod http;
+pub mod live;
 mod progress;
 pub mod publish;
 pub mod published;

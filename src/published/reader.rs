@@ -146,6 +146,26 @@ impl SceneReader {
         Ok(search.finish())
     }
 
+    /// What the index knows of every cell, by id.
+    ///
+    /// # Errors
+    /// When the index cannot be read.
+    pub async fn all_cells(&self) -> Result<Vec<CellEntry>, ReadError> {
+        let mut open = self.manifest().await?.cells.entries.clone();
+        open.reverse();
+        let mut cells = Vec::new();
+        while let Some(entry) = open.pop() {
+            match entry.kind {
+                PageKind::Page => {
+                    let page = self.json::<Page>(&entry.url).await?;
+                    open.extend(page.entries.iter().rev().cloned());
+                }
+                PageKind::Chunk => cells.extend(self.json::<CellChunk>(&entry.url).await?.cells.iter().cloned()),
+            }
+        }
+        Ok(cells)
+    }
+
     /// What the index knows of a cell.
     ///
     /// # Errors

@@ -1,0 +1,403 @@
+//! Who is in a scene right now, and how do they hear of each other?
+//!
+//! One task owns each scene that has visitors ([`stage`]); it feeds the pure rules of `belvedere-live` with what comes in
+//! and with the time, and puts what they say into one [`Outbox`] for each session. Whoever wants something of a scene
+//! sends its task a message over a bounded channel and waits for the answer. What the rules need of the scene is read
+//! from what was published, as a client reads it.
+//!
+//! * [`Live`]: the front door: finds the scene of a session or a mover, and checks tokens.
+//! * `stage`: the task that owns a scene. `terrain`: what it reads of the published scene.
+//! * `outbox`: what a session has not heard yet, bounded however slow its reader. `reader`: the stream that it hears.
+//! * `statics`: infos of objects that do not move, for clients that read no cells.
+//! * `registry`, `token`: who is where, and who may do what.
+
+mod outbox;
+mod reader;
+mod registry;
+mod stage;
+mod statics;
+mod terrain;
+mod token;
+
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant, UNIX_EPOCH},
+};
+
+use belvedere_live::{
+    Ms,
+    aoi::Aoi,
+    event::SessionId,
+    motion::TrajectoryError,
+    world::{Counts, Moved, Refusal, Rules, Seen, Sent},
+};
+use belvedere_scene::{ObjectId, SceneName};
+use tokio::sync::oneshot;
+use tokio_util::sync::CancellationToken;
+
+pub use self::{
+    reader::EventReader,
+    registry::{Door, NewMover, NewSession, Opened},
+    token::Token,
+};
+use self::{
+    outbox::Outbox,
+    registry::Registry,
+    stage::{Message, StageHandle},
+};
+use crate::published::{Publications, ReadError};
+
+/// Limits of live sessions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiveSettings {
+    /// How many sessions may be open.
+    pub sessions: usize,
+    /// How many movers there may be, avatars not included.
+    pub movers: usize,
+    /// Time between ticks.
+    pub tick: Duration,
+    /// A session that is silent, and whose stream is not read, ends after this.
+    pub lease: Duration,
+}
+
+impl Default for LiveSettings {
+    fn default() -> Self {
+        Self {
+            sessions: 5_000,
+            movers: 100_000,
+            tick: Duration::from_millis(100),
+            lease: Duration::from_secs(30),
+        }
+    }
+}
+
+impl LiveSettings {
+    fn rules(&self) -> Rules {
+        Rules {
+            tick_ms: self.tick.as_millis() as Ms,
+            ..Rules::default()
+        }
+    }
+}
+
+/// Why a live request is not answered as asked.
+#[derive(Debug, thiserror::Error)]
+pub enum LiveError {
+    /// No such session, mover or door; what was looked for.
+    #[error("there is no {0}")]
+    NotFound(String),
+    /// No token was given.
+    #[error("a token is needed")]
+    NoToken,
+    /// The token is that of somebody else.
+    #[error("the token is not that of {0}")]
+    WrongToken(String),
+    /// The rules refuse it.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The keys make no trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+    /// Too many poses; the newest is kept.
+    #[error("too many poses; the newest is kept and taken in the next tick")]
+    Flooded {
+        /// When the next one is welcome.
+        retry_ms: Ms,
+    },
+    /// No room.
+    #[error("there are {most} {what} already, as many as this server takes")]
+    Full {
+        /// Of what.
+        what: &'static str,
+        /// How many there may be.
+        most: usize,
+    },
+    /// The server is about to stop, or the scene cannot be read.
+    #[error("the scene's live part is not running")]
+    Stopped,
+    /// The published scene cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+}
+
+/// Everything live. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Live(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    publications: Publications,
+    settings: LiveSettings,
+    registry: Registry,
+    clock: Clock,
+    stopping: CancellationToken,
+    tally: Tally,
+}
+
+/// What has been counted since the start.
+#[derive(Debug, Default)]
+struct Tally {
+    events: AtomicU64,
+    resyncs: AtomicU64,
+    floods: AtomicU64,
+    expired: AtomicU64,
+}
+
+/// What there is, and what has been counted since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LiveCounts {
+    /// Now.
+    pub now: Counts,
+    /// Events put into outboxes.
+    pub events: u64,
+    /// Readers that had missed too much.
+    pub resyncs: u64,
+    /// Poses that came too fast.
+    pub floods: u64,
+    /// Sessions whose lease ran out.
+    pub expired: u64,
+}
+
+/// Unix time that never jumps.
+#[derive(Debug, Clone, Copy)]
+struct Clock {
+    start: Instant,
+    start_ms: Ms,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self {
+            start: Instant::now(),
+            start_ms: UNIX_EPOCH.elapsed().map_or(0, |since| since.as_millis() as Ms),
+        }
+    }
+
+    fn now_ms(&self) -> Ms {
+        self.start_ms + self.start.elapsed().as_millis() as Ms
+    }
+}
+
+impl Live {
+    /// Nobody is there yet. Streams end when `stopping` is cancelled.
+    #[must_use]
+    pub fn new(publications: Publications, settings: LiveSettings, stopping: CancellationToken) -> Self {
+        Self(Arc::new(Inner {
+            publications,
+            settings,
+            registry: Registry::default(),
+            clock: Clock::start(),
+            stopping,
+            tally: Tally::default(),
+        }))
+    }
+
+    /// What there is.
+    #[must_use]
+    pub fn counts(&self) -> LiveCounts {
+        let tally = &self.0.tally;
+        LiveCounts {
+            now: self.0.registry.counts(),
+            events: tally.events.load(Ordering::Relaxed),
+            resyncs: tally.resyncs.load(Ordering::Relaxed),
+            floods: tally.floods.load(Ordering::Relaxed),
+            expired: tally.expired.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Server time: Unix milliseconds, those of every event.
+    #[must_use]
+    pub fn now_ms(&self) -> Ms {
+        self.0.clock.now_ms()
+    }
+
+    /// The task of a scene, started when nobody was there.
+    fn stage(&self, scene: &SceneName) -> StageHandle {
+        self.0.registry.stage(scene, || stage::start(self.clone(), scene.clone()))
+    }
+
+    /// Opens a session.
+    ///
+    /// # Errors
+    /// When there is no room, or the rules refuse it.
+    pub async fn open(&self, scene: &SceneName, new: NewSession) -> Result<Opened, LiveError> {
+        let stage = self.stage(scene);
+        let entry = self.0.registry.new_session(&stage, self.0.settings.sessions)?;
+        let (session, object) = (entry.session, entry.object);
+        let message = |reply| Message::Open {
+            opening: new.opening(session, object),
+            outbox: entry.outbox.clone(),
+            with_statics: new.with_statics,
+            reply,
+        };
+        match ask(&stage, message).await.and_then(|opened| opened) {
+            Ok((seen, now_ms)) => Ok(Opened {
+                session,
+                object,
+                token: entry.token,
+                seen,
+                now_ms,
+            }),
+            Err(error) => {
+                self.0.registry.end_session(session);
+                Err(error)
+            }
+        }
+    }
+
+    /// A session, for whoever has its token.
+    ///
+    /// # Errors
+    /// When there is none, or the token is not its own.
+    pub fn session(&self, session: SessionId, token: Option<Token>) -> Result<SessionHandle, LiveError> {
+        let entry = self.0.registry.session(session)?;
+        entry.token.admit(token, || format!("session {session}"))?;
+        Ok(SessionHandle {
+            session,
+            stage: entry.stage,
+            outbox: entry.outbox,
+            lease: self.0.settings.lease,
+        })
+    }
+
+    /// Adds a program-driven mover. Who shows a session's token drives it through that session.
+    ///
+    /// # Errors
+    /// When there is no room, or the rules refuse it.
+    pub async fn create(
+        &self,
+        scene: &SceneName,
+        new: NewMover,
+        token: Option<Token>,
+    ) -> Result<(Moved, Token), LiveError> {
+        let stage = self.stage(scene);
+        let owner = token.map(|token| self.0.registry.session_of(&stage, token)).transpose()?;
+        let (object, token) = self.0.registry.new_mover(&stage, token, self.0.settings.movers)?;
+        let created = async {
+            let new = new.placed(object, owner, self.now_ms())?;
+            ask(&stage, |reply| Message::Create { new, reply }).await?
+        };
+        match created.await {
+            Ok(moved) => Ok((moved, token)),
+            Err(error) => {
+                self.0.registry.end_mover(object);
+                Err(error)
+            }
+        }
+    }
+
+    /// Moves a mover, for whoever has its token.
+    ///
+    /// # Errors
+    /// When there is none, the token is not its own, or the rules refuse it.
+    pub async fn move_to(&self, object: ObjectId, token: Option<Token>, sent: Sent) -> Result<Moved, LiveError> {
+        let stage = self.0.registry.mover(object, token)?;
+        let moves = vec![(object, sent)];
+        let mut moved = ask(&stage, |reply| Message::Move { moves, reply }).await?;
+        moved.pop().unwrap_or(Err(LiveError::Stopped))
+    }
+
+    /// Moves many movers of one scene. The answers are in the order of the moves.
+    ///
+    /// # Errors
+    /// When the scene's task does not answer; else each move has its own.
+    pub async fn move_all(
+        &self,
+        scene: &SceneName,
+        moves: Vec<(ObjectId, Option<Token>, Sent)>,
+    ) -> Result<Vec<Result<Moved, LiveError>>, LiveError> {
+        let stage = self.stage(scene);
+        let mut answers = Vec::with_capacity(moves.len());
+        let mut admitted = Vec::with_capacity(moves.len());
+        for (object, token, sent) in moves {
+            let here = self.0.registry.mover(object, token).and_then(|theirs| {
+                let ours = theirs.is(&stage);
+                ours.then_some(()).ok_or_else(|| LiveError::NotFound(format!("mover {object} in scene `{scene}`")))
+            });
+            if here.is_ok() {
+                admitted.push((object, sent));
+            }
+            answers.push(here);
+        }
+        let mut moved = ask(&stage, |reply| Message::Move { moves: admitted, reply }).await?.into_iter();
+        let answer = |admitted: Result<(), LiveError>| {
+            admitted.and_then(|()| moved.next().unwrap_or(Err(LiveError::Stopped)))
+        };
+        Ok(answers.into_iter().map(answer).collect())
+    }
+
+    /// Removes a mover, for whoever has its token.
+    ///
+    /// # Errors
+    /// When there is none, or the token is not its own.
+    pub async fn destroy(&self, object: ObjectId, token: Option<Token>) -> Result<(), LiveError> {
+        let stage = self.0.registry.mover(object, token)?;
+        ask(&stage, |reply| Message::Destroy { object, reply }).await?;
+        self.0.registry.end_mover(object);
+        Ok(())
+    }
+
+    /// Opens or closes a door, for whoever has a token of the scene.
+    ///
+    /// # Errors
+    /// When the token is none of the scene's.
+    pub async fn set_door(&self, scene: &SceneName, door: Door, token: Option<Token>) -> Result<(), LiveError> {
+        let stage = self.stage(scene);
+        self.0.registry.anybody(&stage, token)?;
+        ask(&stage, |reply| Message::Door { door, reply }).await
+    }
+}
+
+/// A session whose token was shown.
+#[derive(Debug)]
+pub struct SessionHandle {
+    session: SessionId,
+    stage: StageHandle,
+    outbox: Arc<Outbox>,
+    lease: Duration,
+}
+
+impl SessionHandle {
+    /// Takes the participant's pose.
+    ///
+    /// # Errors
+    /// When the rules refuse it, or poses come too fast.
+    pub async fn pose(&self, sent: Sent) -> Result<Seen, LiveError> {
+        let session = self.session;
+        ask(&self.stage, |reply| Message::Pose { session, sent, reply }).await?
+    }
+
+    /// Changes how far the participant looks.
+    ///
+    /// # Errors
+    /// When the rules refuse it.
+    pub async fn set_aoi(&self, aoi: Aoi) -> Result<(), LiveError> {
+        let session = self.session;
+        ask(&self.stage, |reply| Message::Aoi { session, aoi, reply }).await?
+    }
+
+    /// Ends the session.
+    ///
+    /// # Errors
+    /// When the scene's task does not answer.
+    pub async fn close(&self) -> Result<(), LiveError> {
+        let session = self.session;
+        ask(&self.stage, |reply| Message::Close { session, reply }).await
+    }
+
+    /// What the session is told, from the event after `last_seen` on. Ends an earlier stream of the same session.
+    #[must_use]
+    pub fn events(&self, last_seen: Option<u64>) -> EventReader {
+        EventReader::attach(self.outbox.clone(), last_seen, self.lease)
+    }
+}
+
+/// Asks the task of a scene and waits for its answer.
+async fn ask<T>(stage: &StageHandle, message: impl FnOnce(oneshot::Sender<T>) -> Message) -> Result<T, LiveError> {
+    let (reply, answer) = oneshot::channel();
+    stage.send(message(reply)).await?;
+    answer.await.map_err(|_| LiveError::Stopped)
+}

@@ -1,0 +1,268 @@
+//! Which scene is a session or a mover in, and what is its token? One table for all scenes, locked for moments only.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, MutexGuard},
+};
+
+use belvedere_live::{
+    Ms,
+    aoi::Aoi,
+    event::{FIRST_MOVER, SessionId},
+    motion::{Key, Trajectory},
+    world::{self, Counts, Look, Opening, Seen, Sent},
+};
+use belvedere_scene::{Bounds, ObjectId, SceneName};
+
+use super::{LiveError, outbox::Outbox, stage::StageHandle, token::Token};
+
+/// A session that is asked for.
+#[derive(Debug, Clone)]
+pub struct NewSession {
+    /// Where the participant is.
+    pub pose: Sent,
+    /// How far it looks.
+    pub aoi: Aoi,
+    /// A promise.
+    pub max_speed_mps: f64,
+    /// The size of its avatar.
+    pub radius_m: f64,
+    /// What its avatar looks like.
+    pub look: Look,
+    /// Whether it wants infos of static objects too.
+    pub with_statics: bool,
+}
+
+impl NewSession {
+    pub(super) fn opening(self, session: SessionId, object: ObjectId) -> Opening {
+        Opening {
+            session,
+            object,
+            pose: self.pose,
+            aoi: self.aoi,
+            max_speed_mps: self.max_speed_mps,
+            radius_m: self.radius_m,
+            look: self.look,
+        }
+    }
+}
+
+/// A session that was opened.
+#[derive(Debug)]
+pub struct Opened {
+    /// The session.
+    pub session: SessionId,
+    /// Its avatar.
+    pub object: ObjectId,
+    /// What it must show from now on.
+    pub token: Token,
+    /// Where it is, and whether anybody sees it.
+    pub seen: Seen,
+    /// Server time.
+    pub now_ms: Ms,
+}
+
+/// A mover that is asked for.
+#[derive(Debug, Clone)]
+pub struct NewMover {
+    /// Where it is.
+    pub pose: Sent,
+    /// A promise.
+    pub max_speed_mps: f64,
+    /// A ball of this radius around its position holds it.
+    pub radius_m: f64,
+    /// What it looks like.
+    pub look: Look,
+    /// A way that it follows by itself, from now on, again and again if the flag says so.
+    pub way: Option<(Vec<Key>, bool)>,
+}
+
+impl NewMover {
+    pub(super) fn placed(
+        self,
+        object: ObjectId,
+        owner: Option<SessionId>,
+        now_ms: Ms,
+    ) -> Result<world::NewMover, LiveError> {
+        let way = self.way.map(|(keys, repeat)| Trajectory::new(now_ms, keys, repeat)).transpose()?;
+        Ok(world::NewMover {
+            object,
+            owner,
+            pose: self.pose,
+            max_speed_mps: self.max_speed_mps,
+            radius_m: self.radius_m,
+            look: self.look,
+            way,
+        })
+    }
+}
+
+/// A door and what is to become of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Door {
+    /// A static object that is a door.
+    pub object: ObjectId,
+    /// The box around it.
+    pub bounds: Bounds,
+    /// Whether it is to be open.
+    pub open: bool,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Registry(Mutex<Tables>);
+
+#[derive(Debug, Default)]
+struct Tables {
+    stages: BTreeMap<SceneName, StageHandle>,
+    sessions: BTreeMap<SessionId, SessionEntry>,
+    movers: BTreeMap<ObjectId, MoverEntry>,
+    next_session: u64,
+    next_mover: u32,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct SessionEntry {
+    pub(super) session: SessionId,
+    pub(super) object: ObjectId,
+    pub(super) token: Token,
+    pub(super) stage: StageHandle,
+    pub(super) outbox: Arc<Outbox>,
+}
+
+#[derive(Debug)]
+struct MoverEntry {
+    token: Token,
+    stage: StageHandle,
+}
+
+impl Tables {
+    fn mover_id(&mut self) -> ObjectId {
+        let id = ObjectId(FIRST_MOVER + self.next_mover);
+        self.next_mover += 1;
+        id
+    }
+}
+
+impl Registry {
+    fn tables(&self) -> MutexGuard<'_, Tables> {
+        self.0.lock().expect("nobody panics while holding this lock")
+    }
+
+    /// The task of a scene, started when there is none that runs.
+    pub(super) fn stage(&self, scene: &SceneName, start: impl FnOnce() -> StageHandle) -> StageHandle {
+        let mut tables = self.tables();
+        let running = tables.stages.get(scene).filter(|stage| stage.runs()).cloned();
+        running.unwrap_or_else(|| {
+            let stage = start();
+            tables.stages.insert(scene.clone(), stage.clone());
+            stage
+        })
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        let each = self.tables().stages.values().map(StageHandle::counts).collect::<Vec<_>>();
+        each.into_iter().fold(Counts::default(), |sum, stage| Counts {
+            sessions: sum.sessions + stage.sessions,
+            movers: sum.movers + stage.movers,
+            hushed: sum.hushed + stage.hushed,
+        })
+    }
+
+    pub(super) fn new_session(&self, stage: &StageHandle, most: usize) -> Result<SessionEntry, LiveError> {
+        let token = Token::random()?;
+        let mut tables = self.tables();
+        if tables.sessions.len() >= most {
+            let what = "sessions";
+            return Err(LiveError::Full { what, most });
+        }
+        let entry = SessionEntry {
+            session: SessionId(tables.next_session),
+            object: tables.mover_id(),
+            token,
+            stage: stage.clone(),
+            outbox: Arc::default(),
+        };
+        tables.next_session += 1;
+        tables.sessions.insert(entry.session, entry.clone());
+        Ok(entry)
+    }
+
+    pub(super) fn session(&self, session: SessionId) -> Result<SessionEntry, LiveError> {
+        let entry = self.tables().sessions.get(&session).cloned();
+        entry.ok_or_else(|| LiveError::NotFound(format!("session {session}: it has ended, or never was")))
+    }
+
+    /// The session of a scene that has this token.
+    pub(super) fn session_of(&self, stage: &StageHandle, token: Token) -> Result<SessionId, LiveError> {
+        let tables = self.tables();
+        let entry = tables.sessions.values().find(|entry| entry.token == token && entry.stage.is(stage));
+        entry
+            .map(|entry| entry.session)
+            .ok_or_else(|| LiveError::WrongToken("a session in this scene".to_owned()))
+    }
+
+    /// Whether anybody in a scene has this token.
+    pub(super) fn anybody(&self, stage: &StageHandle, token: Option<Token>) -> Result<(), LiveError> {
+        let token = token.ok_or(LiveError::NoToken)?;
+        let tables = self.tables();
+        let driven = tables.movers.values().any(|mover| mover.token == token && mover.stage.is(stage));
+        let visits = || tables.sessions.values().any(|entry| entry.token == token && entry.stage.is(stage));
+        if driven || visits() {
+            Ok(())
+        } else {
+            Err(LiveError::WrongToken("a session or a mover in this scene".to_owned()))
+        }
+    }
+
+    /// Forgets a session; whoever reads its events hears the end.
+    pub(super) fn end_session(&self, session: SessionId) {
+        if let Some(entry) = self.tables().sessions.remove(&session) {
+            entry.outbox.close();
+        }
+    }
+
+    pub(super) fn new_mover(
+        &self,
+        stage: &StageHandle,
+        token: Option<Token>,
+        most: usize,
+    ) -> Result<(ObjectId, Token), LiveError> {
+        let token = token.map_or_else(Token::random, Ok)?;
+        let mut tables = self.tables();
+        if tables.movers.len() >= most {
+            let what = "movers";
+            return Err(LiveError::Full { what, most });
+        }
+        let object = tables.mover_id();
+        let stage = stage.clone();
+        tables.movers.insert(object, MoverEntry { token, stage });
+        Ok((object, token))
+    }
+
+    /// The scene of a mover, for whoever has its token.
+    pub(super) fn mover(&self, object: ObjectId, token: Option<Token>) -> Result<StageHandle, LiveError> {
+        let tables = self.tables();
+        let entry = tables.movers.get(&object);
+        let entry = entry.ok_or_else(|| LiveError::NotFound(format!("mover {object}")))?;
+        entry.token.admit(token, || format!("mover {object}"))?;
+        Ok(entry.stage.clone())
+    }
+
+    pub(super) fn end_mover(&self, object: ObjectId) {
+        self.tables().movers.remove(&object);
+    }
+
+    /// Forgets everybody in a scene whose task has ended.
+    pub(super) fn end_stage(&self, stage: &StageHandle) {
+        let mut tables = self.tables();
+        tables.stages.retain(|_, other| !other.is(stage));
+        tables.movers.retain(|_, mover| !mover.stage.is(stage));
+        tables.sessions.retain(|_, entry| {
+            let ours = entry.stage.is(stage);
+            if ours {
+                entry.outbox.close();
+            }
+            !ours
+        });
+    }
+}

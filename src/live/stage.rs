@@ -1,0 +1,384 @@
+//! The task that owns a scene: the only one that touches its rules.
+//!
+//! It takes messages, ticks, follows new revisions and ends leases. Poses that come too fast are refused, and the newest
+//! of them is taken in the next tick.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, atomic::Ordering},
+};
+
+use belvedere_live::{
+    Ms, World,
+    aoi::Aoi,
+    event::{Event, Hello, Manifest, SessionId},
+    motion::LONGEST_EXTRAPOLATION_MS,
+    pace::Bucket,
+    world::{Counts, Moved, NewMover, Opening, Seen, Sent},
+};
+use belvedere_scene::{ObjectId, SceneName};
+use tokio::{
+    sync::{mpsc, oneshot, watch},
+    time::MissedTickBehavior,
+};
+
+use super::{
+    Live, LiveError,
+    outbox::Outbox,
+    registry::Door,
+    statics::{self, View},
+    terrain::Terrain,
+};
+use crate::published::ReadError;
+
+/// So many messages may wait for a scene.
+const MESSAGES: usize = 1024;
+/// Poses a session may send at once, and a second.
+const POSES: (f64, f64) = (60.0, 60.0);
+
+type Reply<T> = oneshot::Sender<T>;
+
+/// What a scene's task can be asked.
+#[derive(Debug)]
+pub(super) enum Message {
+    Open {
+        opening: Opening,
+        outbox: Arc<Outbox>,
+        with_statics: bool,
+        reply: Reply<Result<(Seen, Ms), LiveError>>,
+    },
+    Pose {
+        session: SessionId,
+        sent: Sent,
+        reply: Reply<Result<Seen, LiveError>>,
+    },
+    Aoi {
+        session: SessionId,
+        aoi: Aoi,
+        reply: Reply<Result<(), LiveError>>,
+    },
+    Close {
+        session: SessionId,
+        reply: Reply<()>,
+    },
+    Create {
+        new: NewMover,
+        reply: Reply<Result<Moved, LiveError>>,
+    },
+    Move {
+        moves: Vec<(ObjectId, Sent)>,
+        reply: Reply<Vec<Result<Moved, LiveError>>>,
+    },
+    Destroy {
+        object: ObjectId,
+        reply: Reply<()>,
+    },
+    Door {
+        door: Door,
+        reply: Reply<()>,
+    },
+}
+
+/// A way to ask a scene's task. Cheap to clone.
+#[derive(Debug, Clone)]
+pub(super) struct StageHandle {
+    messages: mpsc::Sender<Message>,
+    counts: Arc<Mutex<Counts>>,
+}
+
+impl StageHandle {
+    pub(super) async fn send(&self, message: Message) -> Result<(), LiveError> {
+        self.messages.send(message).await.map_err(|_| LiveError::Stopped)
+    }
+
+    /// Whether it still takes messages.
+    pub(super) fn runs(&self) -> bool {
+        !self.messages.is_closed()
+    }
+
+    pub(super) fn is(&self, other: &Self) -> bool {
+        self.messages.same_channel(&other.messages)
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        *self.counts.lock().expect("nobody panics while holding this lock")
+    }
+}
+
+/// Starts the task of a scene.
+pub(super) fn start(live: Live, scene: SceneName) -> StageHandle {
+    let (messages, inbox) = mpsc::channel(MESSAGES);
+    let handle = StageHandle {
+        messages,
+        counts: Arc::default(),
+    };
+    let ours = handle.clone();
+    tokio::spawn(async move {
+        let stopping = live.0.stopping.clone();
+        let ended = stopping.run_until_cancelled(run(&live, &scene, &ours, inbox)).await;
+        if let Some(Err(error)) = ended {
+            tracing::error!(%scene, %error, "the live part of a scene has ended");
+        }
+        live.0.registry.end_stage(&ours);
+    });
+    handle
+}
+
+async fn run(
+    live: &Live,
+    scene: &SceneName,
+    handle: &StageHandle,
+    mut inbox: mpsc::Receiver<Message>,
+) -> Result<(), LiveError> {
+    let missing = || LiveError::NotFound(format!("scene `{scene}`"));
+    let terrain = Terrain {
+        published: live.0.publications.scene(scene).ok_or_else(missing)?,
+    };
+    let rules = live.0.settings.rules();
+    let mut stage = Stage {
+        world: World::new(terrain.cells().await?, &terrain.bounds(), rules),
+        live: live.clone(),
+        scene: scene.clone(),
+        terrain,
+        people: BTreeMap::new(),
+    };
+    let mut ticks = tokio::time::interval(live.0.settings.tick);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        tokio::select! {
+            message = inbox.recv() => match message {
+                Some(message) => stage.take(message).await,
+                None => return Ok(()),
+            },
+            _ = ticks.tick(), if !stage.world.is_empty() => stage.tick().await?,
+        }
+        stage.deliver();
+        *handle.counts.lock().expect("nobody panics while holding this lock") = stage.world.counts();
+    }
+}
+
+struct Stage {
+    live: Live,
+    scene: SceneName,
+    terrain: Terrain,
+    world: World,
+    people: BTreeMap<SessionId, Person>,
+}
+
+/// What the task keeps of a session beside the rules.
+struct Person {
+    outbox: Arc<Outbox>,
+    poses: Bucket,
+    /// The newest of the poses that came too fast.
+    late: Option<Sent>,
+    view: Option<watch::Sender<View>>,
+}
+
+impl Stage {
+    async fn take(&mut self, message: Message) {
+        // Whoever has stopped waiting for an answer needs none.
+        match message {
+            Message::Open {
+                opening,
+                outbox,
+                with_statics,
+                reply,
+            } => _ = reply.send(self.open(opening, outbox, with_statics).await),
+            Message::Pose { session, sent, reply } => _ = reply.send(self.pose(session, sent).await),
+            Message::Aoi { session, aoi, reply } => {
+                let set = self.world.set_aoi(session, aoi, self.live.now_ms());
+                self.show_statics(session, false);
+                _ = reply.send(set.map_err(LiveError::from));
+            }
+            Message::Close { session, reply } => {
+                self.close(session);
+                _ = reply.send(());
+            }
+            Message::Create { new, reply } => {
+                let created = self.world.create(new, self.live.now_ms());
+                _ = reply.send(created.map_err(LiveError::from));
+            }
+            Message::Move { moves, reply } => {
+                let now_ms = self.live.now_ms();
+                let moved = moves.into_iter().map(|(object, sent)| self.world.move_to(object, sent, now_ms));
+                _ = reply.send(moved.map(|moved| moved.map_err(LiveError::from)).collect());
+            }
+            Message::Destroy { object, reply } => {
+                self.world.destroy(object);
+                _ = reply.send(());
+            }
+            Message::Door { door, reply } => {
+                self.world.set_door(door.object, &door.bounds, door.open);
+                _ = reply.send(());
+            }
+        }
+    }
+
+    async fn open(
+        &mut self,
+        opening: Opening,
+        outbox: Arc<Outbox>,
+        with_statics: bool,
+    ) -> Result<(Seen, Ms), LiveError> {
+        let (session, object, aoi) = (opening.session, opening.object, opening.aoi);
+        let position = opening.pose.position;
+        self.learn(self.world.unknown_at(position, opening.max_speed_mps)).await?;
+        let now_ms = self.live.now_ms();
+        let seen = self.world.open(opening, now_ms)?;
+        let settings = &self.live.0.settings;
+        outbox.push(&Event::Hello(Hello {
+            session,
+            object,
+            scene: self.scene.clone(),
+            revision: self.terrain.published.pointer.revision,
+            cell: seen.place.cell,
+            now_ms,
+            tick_ms: settings.tick.as_millis() as Ms,
+            lease_ms: settings.lease.as_millis() as Ms,
+            extrapolate_ms: LONGEST_EXTRAPOLATION_MS,
+        }));
+        let view = with_statics.then(|| {
+            let (view, seen) = watch::channel(View {
+                published: self.terrain.published.clone(),
+                position,
+                enter_m: aoi.enter_m,
+                round: 0,
+            });
+            let (outbox, stopping) = (outbox.clone(), self.live.0.stopping.clone());
+            tokio::spawn(async move { stopping.run_until_cancelled(statics::tell(seen, outbox)).await });
+            view
+        });
+        let person = Person {
+            outbox,
+            poses: Bucket::full(POSES.0, POSES.1, now_ms),
+            late: None,
+            view,
+        };
+        self.people.insert(session, person);
+        Ok((seen, now_ms))
+    }
+
+    async fn pose(&mut self, session: SessionId, sent: Sent) -> Result<Seen, LiveError> {
+        let now_ms = self.live.now_ms();
+        if let Some(person) = self.people.get_mut(&session) {
+            person.outbox.sign();
+            if !person.poses.take(1.0, now_ms) {
+                person.late = Some(sent);
+                self.live.0.tally.floods.fetch_add(1, Ordering::Relaxed);
+                let retry_ms = person.poses.wait_ms(1.0);
+                return Err(LiveError::Flooded { retry_ms });
+            }
+            person.late = None;
+        }
+        self.apply(session, sent).await
+    }
+
+    async fn apply(&mut self, session: SessionId, sent: Sent) -> Result<Seen, LiveError> {
+        self.learn(self.world.unknown_to(session, sent.position)).await?;
+        let seen = self.world.pose(session, sent, self.live.now_ms())?;
+        self.show_statics(session, false);
+        Ok(seen)
+    }
+
+    /// Reads what is seen from cells where nobody has stood yet.
+    async fn learn(&mut self, cells: Vec<belvedere_scene::CellId>) -> Result<(), ReadError> {
+        if !cells.is_empty() {
+            for (cell, sees) in self.terrain.sights(cells).await? {
+                self.world.teach(cell, &sees);
+            }
+        }
+        Ok(())
+    }
+
+    fn show_statics(&mut self, session: SessionId, anew: bool) {
+        let Some(view) = self.people.get(&session).and_then(|person| person.view.as_ref()) else {
+            return;
+        };
+        if let Some((position, aoi)) = self.world.standpoint(session) {
+            view.send_modify(|view| {
+                view.position = position;
+                view.enter_m = aoi.enter_m;
+                view.published = self.terrain.published.clone();
+                view.round += u64::from(anew);
+            });
+        }
+    }
+
+    fn close(&mut self, session: SessionId) {
+        self.world.close(session, self.live.now_ms());
+        self.people.remove(&session);
+        self.live.0.registry.end_session(session);
+    }
+
+    async fn tick(&mut self) -> Result<(), LiveError> {
+        self.follow().await?;
+        let lease = self.live.0.settings.lease;
+        let expired: Vec<_> = self.people.iter().filter(|(_, p)| p.outbox.silent_for() > lease).map(|(s, _)| *s).collect();
+        for session in expired {
+            self.live.0.tally.expired.fetch_add(1, Ordering::Relaxed);
+            self.close(session);
+        }
+        let late: Vec<_> = self.people.iter_mut().filter_map(|(s, p)| Some((*s, p.late.take()?))).collect();
+        for (session, sent) in late {
+            // It was refused once already; what is wrong with it would have been told then.
+            _ = self.apply(session, sent).await;
+        }
+        self.world.tick(self.live.now_ms());
+        self.resync();
+        Ok(())
+    }
+
+    fn resync(&mut self) {
+        let waiting: Vec<_> =
+            self.people.iter().filter_map(|(s, person)| Some((*s, person.outbox.wants_resync()?))).collect();
+        if waiting.is_empty() {
+            return;
+        }
+        // What the tick has just said belongs before.
+        self.deliver();
+        for (session, reason) in waiting {
+            self.live.0.tally.resyncs.fetch_add(1, Ordering::Relaxed);
+            self.world.resync(session, reason, self.live.now_ms());
+            self.deliver();
+            self.show_statics(session, true);
+        }
+    }
+
+    /// Goes on with a new revision.
+    async fn follow(&mut self) -> Result<(), LiveError> {
+        let Some(published) = self.live.0.publications.scene(&self.scene) else {
+            return Ok(());
+        };
+        if Arc::ptr_eq(&published, &self.terrain.published) {
+            return Ok(());
+        }
+        let terrain = Terrain { published };
+        let mut cells = terrain.cells().await?;
+        terrain.teach(&mut cells, self.world.eyes().collect()).await?;
+        let pointer = terrain.published.pointer.clone();
+        let bounds = terrain.bounds();
+        self.terrain = terrain;
+        self.deliver();
+        for person in self.people.values() {
+            person.outbox.push(&Event::Revision {
+                revision: pointer.revision,
+                manifest: Manifest(pointer.manifest.clone()),
+            });
+        }
+        self.world.rebase(cells, &bounds, self.live.now_ms());
+        let sessions: Vec<_> = self.people.keys().copied().collect();
+        sessions.into_iter().for_each(|session| self.show_statics(session, true));
+        Ok(())
+    }
+
+    /// Puts what the rules have said into the outboxes.
+    fn deliver(&mut self) {
+        let events = self.world.events();
+        self.live.0.tally.events.fetch_add(events.len() as u64, Ordering::Relaxed);
+        for (session, event) in events {
+            if let Some(person) = self.people.get(&session) {
+                person.outbox.push(&event);
+            }
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! What stands around a participant? For clients that read no cells: infos of the objects that can be seen from the
+//! participant's cell and that its area of interest reaches, each told once.
+//!
+//! One task for each session that asked for it, since it reads blobs; it waits while the session has much to hear still.
+
+use std::{collections::BTreeSet, sync::Arc, time::Duration};
+
+use belvedere_live::event::{Event, Told};
+use tokio::sync::watch;
+
+use super::outbox::Outbox;
+use crate::published::{Published, ReadError};
+
+/// From where, and how far, a session looks.
+#[derive(Debug, Clone)]
+pub(super) struct View {
+    pub(super) published: Arc<Published>,
+    pub(super) position: [f64; 3],
+    pub(super) enter_m: f64,
+    /// What was told in an earlier round is void.
+    pub(super) round: u64,
+}
+
+/// Between two looks.
+const PAUSE: Duration = Duration::from_millis(250);
+
+/// Tells a session what comes into view until nobody changes the view any more.
+pub(super) async fn tell(mut view: watch::Receiver<View>, outbox: Arc<Outbox>) {
+    let (mut round, mut told) = (0, BTreeSet::new());
+    loop {
+        let now = view.borrow_and_update().clone();
+        if now.round != round {
+            (round, told) = (now.round, BTreeSet::new());
+        }
+        match in_view(&now).await {
+            Ok(infos) => {
+                for info in infos.into_iter().filter(|told_once| !told.contains(&told_once.info.object)) {
+                    while !outbox.has_room() {
+                        tokio::time::sleep(PAUSE).await;
+                    }
+                    if view.borrow().round != round {
+                        break;
+                    }
+                    told.insert(info.info.object);
+                    outbox.push(&Event::ObjectInfo(Box::new(info)));
+                }
+            }
+            Err(error) => tracing::error!(%error, "cannot read what stands around a participant"),
+        }
+        tokio::time::sleep(PAUSE).await;
+        if view.changed().await.is_err() {
+            return;
+        }
+    }
+}
+
+async fn in_view(view: &View) -> Result<Vec<Told>, ReadError> {
+    let reader = &view.published.reader;
+    let Some(located) = reader.cell_at(view.position).await? else {
+        return Ok(Vec::new());
+    };
+    let page = reader.visible(located.cell.cell, &[], None, usize::MAX).await?;
+    let seen = page.map_or_else(Vec::new, |page| page.objects);
+    let near = seen.into_iter().map(|seen| seen.info);
+    let near = near.filter(|info| info.bounds.distance_m(view.position) <= view.enter_m);
+    Ok(near.map(|info| Told { info, moving: None }).collect())
+}
