@@ -11,7 +11,7 @@ use std::{
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 
-use crate::http::accept::ConnectionLimits;
+use crate::{http::accept::ConnectionLimits, live::LiveSettings};
 
 /// Everything that can be set. In the file the names are the same, with `_` for `-`.
 #[derive(Debug, Clone, Default, PartialEq, Args, Deserialize)]
@@ -38,6 +38,18 @@ pub struct Settings {
     /// How often to look for new revisions, in milliseconds [default: 500]
     #[arg(long, value_name = "MS", env = "BELVEDERE_POLL_MS")]
     pub poll_ms: Option<u64>,
+    /// How many live sessions may be open [default: 5000]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_SESSIONS")]
+    pub max_sessions: Option<usize>,
+    /// How many program-driven movers there may be [default: 100000]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_MOVERS")]
+    pub max_movers: Option<usize>,
+    /// Time between ticks of live sessions, in milliseconds [default: 100]
+    #[arg(long, value_name = "MS", env = "BELVEDERE_TICK_MS")]
+    pub tick_ms: Option<u64>,
+    /// A live session that is silent for longer ends, in seconds [default: 30]
+    #[arg(long, value_name = "S", env = "BELVEDERE_LEASE_S")]
+    pub lease_s: Option<u64>,
     /// What to log, like `info` or `warn,belvedere=debug` [default: info]
     #[arg(long, value_name = "FILTER", env = "BELVEDERE_LOG")]
     pub log: Option<String>,
@@ -108,6 +120,8 @@ pub struct Config {
     pub request_timeout: Duration,
     /// How often to look for new revisions.
     pub poll: Duration,
+    /// Limits of live sessions.
+    pub live: LiveSettings,
     /// What to log.
     pub log: String,
     /// How to log.
@@ -141,6 +155,10 @@ impl Settings {
             request_timeout_s: self.request_timeout_s.or(fallback.request_timeout_s),
             drain_s: self.drain_s.or(fallback.drain_s),
             poll_ms: self.poll_ms.or(fallback.poll_ms),
+            max_sessions: self.max_sessions.or(fallback.max_sessions),
+            max_movers: self.max_movers.or(fallback.max_movers),
+            tick_ms: self.tick_ms.or(fallback.tick_ms),
+            lease_s: self.lease_s.or(fallback.lease_s),
             log: self.log.or(fallback.log),
             log_format: self.log_format.or(fallback.log_format),
         }
@@ -165,6 +183,17 @@ impl TryFrom<Settings> for Config {
         let log = settings.log.unwrap_or_else(|| "info".to_owned());
         log.parse::<tracing_subscriber::filter::Targets>()
             .map_err(|error| ConfigError::Log(error.to_string()))?;
+        let live = LiveSettings::default();
+        let sessions = settings.max_sessions.unwrap_or(live.sessions) as u64;
+        let movers = settings.max_movers.unwrap_or(live.movers) as u64;
+        let tick_ms = settings.tick_ms.unwrap_or(live.tick.as_millis() as u64);
+        let lease_s = settings.lease_s.unwrap_or(live.lease.as_secs());
+        let live = LiveSettings {
+            sessions: within("max_sessions", sessions, 0, 1_000_000)? as usize,
+            movers: within("max_movers", movers, 0, 10_000_000)? as usize,
+            tick: Duration::from_millis(within("tick_ms", tick_ms, 10, 1_000)?),
+            lease: Duration::from_secs(within("lease_s", lease_s, 1, 3_600)?),
+        };
         let request_timeout = within("request_timeout_s", settings.request_timeout_s.unwrap_or(30), 1, 3600)?;
         let request_timeout = Duration::from_secs(request_timeout);
         // A handler that takes its whole time must not look like a peer that is silent.
@@ -182,6 +211,7 @@ impl TryFrom<Settings> for Config {
                 quiet: limits.quiet.max(answer),
             },
             request_timeout,
+            live,
             poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),
             log,
             log_format: settings.log_format.unwrap_or_default(),

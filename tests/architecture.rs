@@ -9,9 +9,13 @@ use std::{
 
 /// Which of our crates each of our crates may know.
 const ALLOWED: &[(&str, &[&str])] = &[
-    ("belvedere", &["belvedere-bake", "belvedere-scene", "belvedere-verify"]),
+    (
+        "belvedere",
+        &["belvedere-bake", "belvedere-live", "belvedere-scene", "belvedere-verify"],
+    ),
     ("belvedere-bake", &["belvedere-scene"]),
     ("belvedere-client", &["belvedere-scene"]),
+    ("belvedere-live", &["belvedere-scene"]),
     ("belvedere-scene", &[]),
     ("belvedere-verify", &["belvedere-scene"]),
 ];
@@ -39,6 +43,16 @@ const FORBIDDEN: &[(&str, &[&str], &str)] = &[
         "crates/bake/src",
         &["tokio", "async fn", "std::fs", "std::time", "std::env", "println!"],
         "the bake is pure",
+    ),
+    (
+        "crates/live/src",
+        &["tokio", "async fn", "std::fs", "std::time", "std::env", "println!", "tracing"],
+        "the online rules are a function of their inputs and the time",
+    ),
+    (
+        "src/live",
+        &["axum", "sqlx", "object_store", "belvedere_bake"],
+        "live sessions know no wire and read what was published",
     ),
     (
         "crates/verify/src",
@@ -111,7 +125,7 @@ fn rooms_do_not_reach_for_what_is_not_theirs() {
 
 #[test]
 fn nothing_imports_http_or_the_commands() {
-    for folder in ["src/db", "src/store", "src/publish"] {
+    for folder in ["src/db", "src/live", "src/store", "src/publish"] {
         for file in sources(&root().join(folder)) {
             let text = fs::read_to_string(&file).expect("a source file is text");
             assert!(

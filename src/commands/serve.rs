@@ -11,6 +11,7 @@ use crate::{
     config::{Config, LogFormat, Settings},
     db::Catalogue,
     http::{AppState, Metrics, OnLine, RequestLimits, accept::serve_connections, front::Front},
+    live::Live,
     published::Publications,
     store::BlobStore,
 };
@@ -75,8 +76,10 @@ pub async fn serve(
             config.listen
         )
     })?;
+    let live = Live::new(publications.clone(), config.live, shutdown.clone());
     let front = Front::new(AppState {
         publications,
+        live,
         blobs,
         catalogue,
         metrics: Metrics::default(),

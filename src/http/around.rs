@@ -108,7 +108,9 @@ pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
         return Some(ApiError::HeadersTooLarge);
     }
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
-    (reads && announced_bytes(headers) > MAX_IGNORED_BODY_BYTES).then_some(ApiError::BodyTooLarge)
+    (reads && announced_bytes(headers) > MAX_IGNORED_BODY_BYTES).then_some(ApiError::BodyTooLarge {
+        most_bytes: MAX_IGNORED_BODY_BYTES as usize,
+    })
 }
 
 fn announced_bytes(headers: &HeaderMap) -> u64 {

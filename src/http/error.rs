@@ -10,10 +10,11 @@ use axum::{
     http::{HeaderValue, Response, StatusCode, header},
     response::IntoResponse,
 };
+use belvedere_live::world::Refusal;
 use belvedere_scene::Revision;
 use serde::Serialize;
 
-use crate::{published::ReadError, store::StoreError};
+use crate::{live::LiveError, published::ReadError, store::StoreError};
 
 /// Why a request is not answered as asked.
 #[derive(Debug)]
@@ -50,7 +51,23 @@ pub enum ApiError {
     /// `If-Match` names something else.
     PreconditionFailed,
     /// A body where none is wanted, or too large a one.
-    BodyTooLarge,
+    BodyTooLarge {
+        /// How large it may be.
+        most_bytes: usize,
+    },
+    /// No token was shown, or none that can be read.
+    NoToken,
+    /// The token is that of somebody else; of whom it is not.
+    WrongToken(String),
+    /// Too many requests in a row.
+    Flooded {
+        /// What became of this one.
+        detail: String,
+        /// When the next one is welcome.
+        retry_s: u64,
+    },
+    /// No room for another one; of what.
+    Full(String),
     /// The target is too long.
     UriTooLong,
     /// The header fields are too long.
@@ -136,7 +153,7 @@ impl ApiError {
         }
     }
 
-    fn problem(self) -> Problem {
+    pub(super) fn problem(self) -> Problem {
         use StatusCode as S;
         let (status, kind, title, detail) = match &self {
             Self::NoRoute => (
@@ -156,7 +173,7 @@ impl ApiError {
                 S::UNSUPPORTED_MEDIA_TYPE,
                 "unsupported-media-type",
                 "The body has another media type than this address takes",
-                "send JSON with Content-Type: application/json".to_owned(),
+                "send JSON with Content-Type: application/json, batches of poses with application/x-ndjson".to_owned(),
             ),
             Self::MethodNotAllowed => (
                 S::METHOD_NOT_ALLOWED,
@@ -182,12 +199,31 @@ impl ApiError {
                 "The object is not the one that If-Match names",
                 "fetch it again without If-Match".to_owned(),
             ),
-            Self::BodyTooLarge => (
+            Self::BodyTooLarge { most_bytes } => (
                 S::PAYLOAD_TOO_LARGE,
                 "body-too-large",
                 "The request has too large a body",
-                "send at most 65536 bytes; GET and HEAD need none".to_owned(),
+                format!("send at most {most_bytes} bytes; GET and HEAD need none"),
             ),
+            Self::NoToken => (
+                S::UNAUTHORIZED,
+                "no-token",
+                "A token is needed",
+                "send the token that came with the session or mover as `Authorization: Bearer`, or as `?token=`".to_owned(),
+            ),
+            Self::WrongToken(whose) => (
+                S::FORBIDDEN,
+                "wrong-token",
+                "The token is that of somebody else",
+                format!("it is not that of {whose}"),
+            ),
+            Self::Flooded { detail, .. } => (
+                S::TOO_MANY_REQUESTS,
+                "too-many-requests",
+                "Too many requests in a row",
+                detail.clone(),
+            ),
+            Self::Full(detail) => (S::SERVICE_UNAVAILABLE, "full", "There is no room", detail.clone()),
             Self::UriTooLong => (
                 S::URI_TOO_LONG,
                 "uri-too-long",
@@ -255,7 +291,13 @@ impl IntoResponse for ApiError {
             Self::RangeNotSatisfiable { len, .. } => HeaderValue::try_from(format!("bytes */{len}")).ok(),
             _ => None,
         };
-        let retry = matches!(self, Self::TimedOut | Self::Unavailable(_));
+        let retry_s = match &self {
+            Self::TimedOut | Self::Unavailable(_) => Some(1),
+            Self::Flooded { retry_s, .. } => Some(*retry_s),
+            Self::Full(_) => Some(10),
+            _ => None,
+        };
+        let unauthorized = matches!(self, Self::NoToken);
         let varies = matches!(
             self,
             Self::NotAcceptable | Self::RangeNotSatisfiable { varies: true, .. }
@@ -268,8 +310,11 @@ impl IntoResponse for ApiError {
         if let Some(content_range) = content_range {
             headers.insert(header::CONTENT_RANGE, content_range);
         }
-        if retry {
-            headers.insert(header::RETRY_AFTER, HeaderValue::from_static("1"));
+        if let Some(retry_s) = retry_s {
+            headers.insert(header::RETRY_AFTER, retry_s.into());
+        }
+        if unauthorized {
+            headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
         }
         if varies {
             headers.insert(header::VARY, HeaderValue::from_static("Accept-Encoding"));
@@ -297,6 +342,37 @@ impl From<ReadError> for ApiError {
         match error {
             ReadError::Store(error) => error.into(),
             ReadError::Missing(_) | ReadError::Malformed { .. } => Self::Internal(error.into()),
+        }
+    }
+}
+
+impl From<LiveError> for ApiError {
+    fn from(error: LiveError) -> Self {
+        match error {
+            LiveError::NotFound(what) => Self::NotFound(what),
+            LiveError::NoToken => Self::NoToken,
+            LiveError::WrongToken(whose) => Self::WrongToken(whose),
+            LiveError::Refused(refusal) => refusal.into(),
+            LiveError::Trajectory(ref error) => Self::bad_body("/trajectory/keys", error),
+            LiveError::Flooded { retry_ms } => Self::Flooded {
+                detail: error.to_string(),
+                // Whole seconds are all that the header can say.
+                retry_s: retry_ms.unsigned_abs().div_ceil(1000).max(1),
+            },
+            LiveError::Full { .. } => Self::Full(error.to_string()),
+            LiveError::Stopped => Self::Unavailable(error.into()),
+            LiveError::Read(error) => error.into(),
+        }
+    }
+}
+
+impl From<Refusal> for ApiError {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::NoSession => Self::NotFound("session of this name: it has ended".to_owned()),
+            Refusal::NoMover => Self::NotFound("mover of this name: it was deleted".to_owned()),
+            Refusal::NoCells => Self::NotFound("view cell in this scene".to_owned()),
+            _ => Self::bad_body(refusal.pointer(), refusal),
         }
     }
 }

@@ -4,13 +4,55 @@
 //! nothing else is.
 
 use axum::{
-    extract::{FromRequestParts, path::ErrorKind, rejection::PathRejection},
-    http::request::Parts,
+    body::Bytes,
+    extract::{FromRequestParts, Request, path::ErrorKind, rejection::PathRejection},
+    http::{header, request::Parts},
 };
 use belvedere_scene::{Bounds, ObjectId, Revision};
 use percent_encoding::percent_decode_str;
 
 use super::error::ApiError;
+use crate::live::Token;
+
+/// What a body may hold.
+pub(super) const JSON: &str = "application/json";
+/// The size of a usual body.
+pub(super) const MAX_BODY_BYTES: usize = 64 << 10;
+
+/// The body, of one of these media types or of none that is stated.
+pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) -> Result<Bytes, ApiError> {
+    let taken = request.headers().get(header::CONTENT_TYPE).is_none_or(|kind| {
+        let essence = kind.to_str().unwrap_or_default().split(';').next().unwrap_or_default();
+        types.iter().any(|taken| essence.trim().eq_ignore_ascii_case(taken))
+    });
+    if !taken {
+        return Err(ApiError::UnsupportedMediaType);
+    }
+    let limited = axum::body::to_bytes(request.into_body(), most_bytes).await;
+    limited.map_err(|_| ApiError::BodyTooLarge { most_bytes })
+}
+
+/// The token that a request shows: `Authorization: Bearer …`, or `?token=…` for readers that cannot set headers.
+#[derive(Debug)]
+pub(super) struct Shown(pub(super) Option<Token>);
+
+impl<S: Sync> FromRequestParts<S> for Shown {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
+        let query = Query::from_request_parts(parts, state).await?;
+        let header = match parts.headers.get(header::AUTHORIZATION) {
+            Some(value) => {
+                let text = value.to_str().unwrap_or_default();
+                let bearer = text.split_once(' ').filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
+                Some(bearer.ok_or(ApiError::NoToken)?.1.trim())
+            }
+            None => query.text("token")?,
+        };
+        let token = header.map(|text| text.parse().map_err(|_| ApiError::NoToken)).transpose()?;
+        Ok(Self(token))
+    }
+}
 
 /// So many doors a query may close.
 pub(super) const MOST_DOORS: usize = 64;

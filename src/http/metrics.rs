@@ -23,7 +23,10 @@ use prometheus_client::{
 };
 
 use super::{error::ApiError, routes::IMMUTABLE_OBJECT};
-use crate::store::BlobStore;
+use crate::{
+    live::{Live, LiveCounts},
+    store::BlobStore,
+};
 
 /// Counters of one server. Cheap to clone.
 #[derive(Clone)]
@@ -41,6 +44,53 @@ struct Inner {
     cache_misses: Counter,
     cache_bytes: Gauge,
     connections: Gauge,
+    live: LiveMetrics,
+}
+
+/// Of live sessions.
+#[derive(Default)]
+struct LiveMetrics {
+    sessions: Gauge,
+    movers: Gauge,
+    hushed: Gauge,
+    events: Counter,
+    resyncs: Counter,
+    floods: Counter,
+    expired: Counter,
+}
+
+impl LiveMetrics {
+    fn register(&self, registry: &mut Registry) {
+        let gauges = [
+            ("live_sessions", "Open sessions", &self.sessions),
+            ("live_movers", "Movers, avatars included", &self.movers),
+            ("live_hushed_movers", "Movers that nobody may see, which cost nothing", &self.hushed),
+        ];
+        for (name, help, gauge) in gauges {
+            registry.register(name, help, gauge.clone());
+        }
+        let counters = [
+            ("live_events", "Events for sessions", &self.events),
+            ("live_resyncs", "Readers that had missed too much", &self.resyncs),
+            ("live_floods", "Poses that came too fast", &self.floods),
+            ("live_expired_sessions", "Sessions whose lease ran out", &self.expired),
+        ];
+        for (name, help, counter) in counters {
+            registry.register(name, help, counter.clone());
+        }
+    }
+
+    fn set(&self, counts: &LiveCounts) {
+        let gauge = |gauge: &Gauge, value: usize| gauge.set(i64::try_from(value).unwrap_or(i64::MAX));
+        gauge(&self.sessions, counts.now.sessions);
+        gauge(&self.movers, counts.now.movers);
+        gauge(&self.hushed, counts.now.hushed);
+        let counter = |counter: &Counter, value| counter.inner().store(value, Ordering::Relaxed);
+        counter(&self.events, counts.events);
+        counter(&self.resyncs, counts.resyncs);
+        counter(&self.floods, counts.floods);
+        counter(&self.expired, counts.expired);
+    }
 }
 
 /// The counters of immutable objects from memory, looked up once: a label lookup costs more than the answer.
@@ -97,6 +147,8 @@ impl Default for Metrics {
         registry.register("blob_cache_misses", "Blobs read from the store", cache_misses.clone());
         registry.register("blob_cache_bytes", "Bytes of blobs in memory", cache_bytes.clone());
         registry.register("http_connections", "Open connections", connections.clone());
+        let live = LiveMetrics::default();
+        live.register(&mut registry);
         let route = IMMUTABLE_OBJECT;
         let answered = |status| requests.get_or_create_owned(&RequestLabels { route, status });
         let immutable = Immutable {
@@ -116,6 +168,7 @@ impl Default for Metrics {
                 cache_misses,
                 cache_bytes,
                 connections,
+                live,
             }),
         }
     }
@@ -167,11 +220,13 @@ impl Metrics {
 pub(super) async fn metrics(
     State(metrics): State<Metrics>,
     State(blobs): State<BlobStore>,
+    State(live): State<Live>,
 ) -> Result<Response, ApiError> {
     let (inner, cache) = (&metrics.inner, blobs.cache_use());
     inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
     inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
+    inner.live.set(&live.counts());
     let mut text = String::new();
     encode(&mut text, &inner.registry).map_err(|e| ApiError::Internal(e.into()))?;
     let headers = [

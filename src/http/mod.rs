@@ -7,6 +7,7 @@
 //! * `extract`, `error`: how requests are read, and the one shape of every error.
 //! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes.
 //! * `queries`: cells, objects and what is visible. `visible`: the same for any place, computed on line.
+//! * `live`: sessions with their event streams, movers and doors.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
 //! * [`accept`]: the accept loop with its limits and its end.
 
@@ -20,6 +21,7 @@ mod extract;
 pub mod front;
 mod health;
 mod immutable;
+mod live;
 mod metrics;
 mod negotiate;
 mod openapi;
@@ -40,7 +42,7 @@ pub use openapi::OPENAPI_JSON;
 pub use viewer::viewer_files;
 pub use visible::OnLine;
 
-use crate::{db::Catalogue, published::Publications, store::BlobStore};
+use crate::{db::Catalogue, live::Live, published::Publications, store::BlobStore};
 
 /// The handles that requests need; each is cheap to clone and none is a lock.
 #[derive(Debug, Clone, FromRef)]
@@ -51,6 +53,8 @@ pub struct AppState {
     pub blobs: BlobStore,
     /// Asked by `/readyz` only.
     pub catalogue: Catalogue,
+    /// Who is there.
+    pub live: Live,
     /// Counters.
     pub metrics: Metrics,
     /// Limits on one request.

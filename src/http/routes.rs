@@ -2,13 +2,17 @@
 
 use axum::{
     Router, middleware,
-    routing::{MethodRouter, get, post},
+    routing::{MethodRouter, delete, get, post, put},
 };
 
 use tower_http::catch_panic::CatchPanicLayer;
 
 use super::{
-    AppState, around, documents, error::ApiError, health, immutable, metrics, openapi, queries, viewer, visible,
+    AppState, around, documents,
+    error::ApiError,
+    health, immutable,
+    live::{doors, movers, sessions},
+    metrics, openapi, queries, viewer, visible,
 };
 
 /// The routes and their handlers.
@@ -25,6 +29,16 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
         ("/v1/scenes/{scene}/objects", get(queries::objects)),
         ("/v1/scenes/{scene}/objects/{object}", get(queries::object)),
         ("/v1/scenes/{scene}/objects/{object}/lods/{level}", get(queries::level)),
+        ("/v1/scenes/{scene}/sessions", post(sessions::open)),
+        ("/v1/sessions/{session}", delete(sessions::close)),
+        ("/v1/sessions/{session}/pose", put(sessions::pose)),
+        ("/v1/sessions/{session}/aoi", put(sessions::aoi)),
+        ("/v1/sessions/{session}/events", get(sessions::events)),
+        ("/v1/scenes/{scene}/movers", post(movers::create)),
+        ("/v1/scenes/{scene}/movers/poses", post(movers::poses)),
+        ("/v1/movers/{object}", delete(movers::destroy)),
+        ("/v1/movers/{object}/pose", put(movers::pose)),
+        ("/v1/scenes/{scene}/doors/{object}", put(doors::set)),
         (IMMUTABLE_OBJECT, get(immutable::object)),
         ("/healthz", get(health::alive)),
         ("/readyz", get(health::ready)),
@@ -54,7 +68,7 @@ pub(super) const UNMATCHED: &str = "unmatched";
 pub(super) const IMMUTABLE_OBJECT: &str = "/o/{name}";
 
 /// The templates, as they label metrics.
-pub(super) const TEMPLATES: [&str; 17] = [
+pub(super) const TEMPLATES: [&str; 27] = [
     IMMUTABLE_OBJECT,
     "/v1/scenes",
     "/v1/scenes/index.json",
@@ -67,6 +81,16 @@ pub(super) const TEMPLATES: [&str; 17] = [
     "/v1/scenes/{scene}/objects",
     "/v1/scenes/{scene}/objects/{object}",
     "/v1/scenes/{scene}/objects/{object}/lods/{level}",
+    "/v1/scenes/{scene}/sessions",
+    "/v1/sessions/{session}",
+    "/v1/sessions/{session}/pose",
+    "/v1/sessions/{session}/aoi",
+    "/v1/sessions/{session}/events",
+    "/v1/scenes/{scene}/movers",
+    "/v1/scenes/{scene}/movers/poses",
+    "/v1/movers/{object}",
+    "/v1/movers/{object}/pose",
+    "/v1/scenes/{scene}/doors/{object}",
     "/healthz",
     "/readyz",
     "/metrics",

@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use axum::{
     Json,
-    body::Bytes,
     extract::{Request, State},
     http::{HeaderMap, HeaderValue, header},
     response::{IntoResponse, Response},
@@ -18,12 +17,11 @@ use tokio::sync::Semaphore;
 
 use super::{
     error::ApiError,
-    extract::{MOST_DOORS, Path},
+    extract::{JSON, MAX_BODY_BYTES, MOST_DOORS, Path, body},
     queries::find,
 };
 use crate::published::{NoDoor, NotHidden, Publications, Question};
 
-const MAX_BODY_BYTES: usize = 64 << 10;
 const DEFAULT_LIMIT: f64 = 1000.0;
 const MOST: f64 = 10_000.0;
 /// Places further than this from the origin are refused: single precision holds no scene out there.
@@ -137,7 +135,7 @@ pub(super) async fn from_anywhere(
     Path(scene): Path<SceneName>,
     request: Request,
 ) -> Result<Response, ApiError> {
-    let asked = Asked::read(&body(request).await?)?;
+    let asked = Asked::read(&body(request, &[JSON], MAX_BODY_BYTES).await?)?;
     let (eye, limit) = (asked.eye()?, asked.limit()?);
     if asked.closed.len() > MOST_DOORS {
         return Err(ApiError::bad_body(
@@ -196,18 +194,6 @@ pub(super) async fn from_anywhere(
     let mut headers = HeaderMap::new();
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     Ok((headers, Json(answer)).into_response())
-}
-
-async fn body(request: Request) -> Result<Bytes, ApiError> {
-    let json = request.headers().get(header::CONTENT_TYPE).is_none_or(|kind| {
-        let essence = kind.to_str().unwrap_or_default().split(';').next().unwrap_or_default();
-        essence.trim().eq_ignore_ascii_case("application/json")
-    });
-    if !json {
-        return Err(ApiError::UnsupportedMediaType);
-    }
-    let limited = axum::body::to_bytes(request.into_body(), MAX_BODY_BYTES).await;
-    limited.map_err(|_| ApiError::BodyTooLarge)
 }
 
 #[cfg(test)]

@@ -227,10 +227,11 @@ impl Live {
         let stage = self.stage(scene);
         let entry = self.0.registry.new_session(&stage, self.0.settings.sessions)?;
         let (session, object) = (entry.session, entry.object);
+        let with_statics = new.with_statics;
         let message = |reply| Message::Open {
             opening: new.opening(session, object),
             outbox: entry.outbox.clone(),
-            with_statics: new.with_statics,
+            with_statics,
             reply,
         };
         match ask(&stage, message).await.and_then(|opened| opened) {

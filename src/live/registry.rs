@@ -29,6 +29,8 @@ pub struct NewSession {
     pub radius_m: f64,
     /// What its avatar looks like.
     pub look: Look,
+    /// Whether it wants to hear of movers and doors.
+    pub hears_movers: bool,
     /// Whether it wants infos of static objects too.
     pub with_statics: bool,
 }
@@ -43,6 +45,7 @@ impl NewSession {
             max_speed_mps: self.max_speed_mps,
             radius_m: self.radius_m,
             look: self.look,
+            hears_movers: self.hears_movers,
         }
     }
 }

@@ -16,7 +16,7 @@ use belvedere_live::{
     pace::Bucket,
     world::{Counts, Moved, NewMover, Opening, Seen, Sent},
 };
-use belvedere_scene::{ObjectId, SceneName};
+use belvedere_scene::{CellId, ObjectId, Revision, SceneName};
 use tokio::{
     sync::{mpsc, oneshot, watch},
     time::MissedTickBehavior,
@@ -141,6 +141,7 @@ async fn run(
         scene: scene.clone(),
         terrain,
         people: BTreeMap::new(),
+        unreadable: None,
     };
     let mut ticks = tokio::time::interval(live.0.settings.tick);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -150,7 +151,7 @@ async fn run(
                 Some(message) => stage.take(message).await,
                 None => return Ok(()),
             },
-            _ = ticks.tick(), if !stage.world.is_empty() => stage.tick().await?,
+            _ = ticks.tick(), if !stage.world.is_empty() => stage.tick().await,
         }
         stage.deliver();
         *handle.counts.lock().expect("nobody panics while holding this lock") = stage.world.counts();
@@ -163,6 +164,8 @@ struct Stage {
     terrain: Terrain,
     world: World,
     people: BTreeMap<SessionId, Person>,
+    /// A newer revision that could not be read.
+    unreadable: Option<Revision>,
 }
 
 /// What the task keeps of a session beside the rules.
@@ -281,7 +284,7 @@ impl Stage {
     }
 
     /// Reads what is seen from cells where nobody has stood yet.
-    async fn learn(&mut self, cells: Vec<belvedere_scene::CellId>) -> Result<(), ReadError> {
+    async fn learn(&mut self, cells: Vec<CellId>) -> Result<(), ReadError> {
         if !cells.is_empty() {
             for (cell, sees) in self.terrain.sights(cells).await? {
                 self.world.teach(cell, &sees);
@@ -310,8 +313,8 @@ impl Stage {
         self.live.0.registry.end_session(session);
     }
 
-    async fn tick(&mut self) -> Result<(), LiveError> {
-        self.follow().await?;
+    async fn tick(&mut self) {
+        self.follow().await;
         let lease = self.live.0.settings.lease;
         let expired: Vec<_> = self.people.iter().filter(|(_, p)| p.outbox.silent_for() > lease).map(|(s, _)| *s).collect();
         for session in expired {
@@ -325,7 +328,6 @@ impl Stage {
         }
         self.world.tick(self.live.now_ms());
         self.resync();
-        Ok(())
     }
 
     fn resync(&mut self) {
@@ -344,28 +346,32 @@ impl Stage {
         }
     }
 
-    /// Goes on with a new revision.
-    async fn follow(&mut self) -> Result<(), LiveError> {
-        let Some(published) = self.live.0.publications.scene(&self.scene) else {
-            return Ok(());
-        };
-        if Arc::ptr_eq(&published, &self.terrain.published) {
-            return Ok(());
+    /// Goes on with a new revision; with the old one while the new one cannot be read.
+    async fn follow(&mut self) {
+        let Some(published) = self.live.0.publications.scene(&self.scene) else { return };
+        let revision = published.pointer.revision;
+        if Arc::ptr_eq(&published, &self.terrain.published) || self.unreadable == Some(revision) {
+            return;
         }
-        let terrain = Terrain { published };
+        if let Err(error) = self.rebase(Terrain { published }).await {
+            tracing::error!(scene = %self.scene, %revision, %error, "visitors stay with an earlier revision");
+            self.unreadable = Some(revision);
+        }
+    }
+
+    async fn rebase(&mut self, terrain: Terrain) -> Result<(), ReadError> {
         let mut cells = terrain.cells().await?;
         terrain.teach(&mut cells, self.world.eyes().collect()).await?;
-        let pointer = terrain.published.pointer.clone();
-        let bounds = terrain.bounds();
-        self.terrain = terrain;
         self.deliver();
+        let pointer = &terrain.published.pointer;
         for person in self.people.values() {
             person.outbox.push(&Event::Revision {
                 revision: pointer.revision,
                 manifest: Manifest(pointer.manifest.clone()),
             });
         }
-        self.world.rebase(cells, &bounds, self.live.now_ms());
+        self.world.rebase(cells, &terrain.bounds(), self.live.now_ms());
+        self.terrain = terrain;
         let sessions: Vec<_> = self.people.keys().copied().collect();
         sessions.into_iter().for_each(|session| self.show_statics(session, true));
         Ok(())

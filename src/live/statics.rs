@@ -34,14 +34,16 @@ pub(super) async fn tell(mut view: watch::Receiver<View>, outbox: Arc<Outbox>) {
         }
         match in_view(&now).await {
             Ok(infos) => {
-                for info in infos.into_iter().filter(|told_once| !told.contains(&told_once.info.object)) {
-                    while !outbox.has_room() {
+                for info in infos {
+                    if !told.insert(info.info.object) {
+                        continue;
+                    }
+                    while !outbox.has_room() && view.has_changed().is_ok() {
                         tokio::time::sleep(PAUSE).await;
                     }
                     if view.borrow().round != round {
                         break;
                     }
-                    told.insert(info.info.object);
                     outbox.push(&Event::ObjectInfo(Box::new(info)));
                 }
             }

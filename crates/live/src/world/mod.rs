@@ -211,6 +211,9 @@ impl World {
                 session.doors.clear();
             }
             self.look(id, now_ms);
+            if let Ok(place) = self.place_of(id) {
+                self.say(id, Event::Cell { cell: place.cell });
+            }
         }
     }
 

@@ -15,6 +15,7 @@ pub(super) struct Session {
     /// The participant's own mover.
     pub(super) object: ObjectId,
     pub(super) aoi: Aoi,
+    pub(super) hears_movers: bool,
     pub(super) eye: Eye,
     /// Movers that it is told of.
     pub(super) shown: BTreeMap<ObjectId, Shown>,
@@ -37,10 +38,11 @@ pub(super) struct Shown {
 }
 
 impl Session {
-    pub(super) fn new(object: ObjectId, aoi: Aoi, bytes: Bucket) -> Self {
+    pub(super) fn new(object: ObjectId, aoi: Aoi, hears_movers: bool, bytes: Bucket) -> Self {
         Self {
             object,
             aoi,
+            hears_movers,
             eye: Eye::default(),
             shown: BTreeMap::new(),
             remembered: VecDeque::new(),

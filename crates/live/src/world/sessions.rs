@@ -33,6 +33,8 @@ pub struct Opening {
     pub radius_m: f64,
     /// What its avatar looks like.
     pub look: Look,
+    /// Whether it wants to hear of movers and doors.
+    pub hears_movers: bool,
 }
 
 impl World {
@@ -53,7 +55,7 @@ impl World {
         };
         self.add(avatar, now_ms)?;
         let second = self.rules.bytes_per_s;
-        let session = Session::new(new.object, aoi, Bucket::full(second, second, now_ms));
+        let session = Session::new(new.object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
         self.sessions.insert(new.session, session);
         self.look(new.session, now_ms);
         self.seen(new.session, false, now_ms)
@@ -152,7 +154,10 @@ impl World {
         let Some(session) = self.sessions.get_mut(&id) else { return };
         let avatar = &self.movers[&session.object];
         let ball = self.rules.eye_ball(avatar.pose.position, avatar.max_speed_mps);
-        let eye = session.eye.look(&self.cells, &ball, session.aoi.leave_m, self.largest_m);
+        let mut eye = session.eye.look(&self.cells, &ball, session.aoi.leave_m, self.largest_m);
+        if !session.hears_movers {
+            eye.watched.clear();
+        }
         let before = std::mem::replace(&mut session.eye, eye).watched;
         let now = session.eye.watched.clone();
         self.stirred_sessions.insert(id);

@@ -140,6 +140,7 @@ impl Stage {
             max_speed_mps: SPEED_MPS,
             radius_m: RADIUS_M,
             look: Look::default(),
+            hears_movers: true,
         };
         self.world.open(opening, self.now_ms).unwrap();
         self.avatars.insert(session, object);

@@ -1,0 +1,105 @@
+//! How do participants and simulators speak to a scene? `docs/LIVE.md` is the page for them.
+//!
+//! Handlers read a body, check its shape, ask the room `live` and answer; every rule is there.
+
+pub(super) mod doors;
+pub(super) mod movers;
+pub(super) mod sessions;
+
+use std::sync::Arc;
+
+use axum::{
+    Json,
+    http::{HeaderMap, HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use belvedere_live::{
+    Ms,
+    world::{Look, Sent},
+};
+use belvedere_scene::ObjectId;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use super::error::ApiError;
+use crate::published::Published;
+
+/// Reads a body, which must have this shape.
+fn read<T: DeserializeOwned>(body: &[u8], shape: &str) -> Result<T, ApiError> {
+    serde_json::from_slice(body)
+        .map_err(|error| ApiError::bad_body("", format!("the body must be JSON, {shape}: {error}")))
+}
+
+/// A time in whole milliseconds. To JSON Schema 10.0 is an integer.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "f64")]
+struct Time(Ms);
+
+impl TryFrom<f64> for Time {
+    type Error = &'static str;
+
+    fn try_from(ms: f64) -> Result<Self, Self::Error> {
+        const MOST: f64 = (1u64 << 53) as f64;
+        if ms.fract() == 0.0 && ms.abs() <= MOST {
+            Ok(Self(ms as Ms))
+        } else {
+            Err("a time is a whole number of milliseconds")
+        }
+    }
+}
+
+/// A pose as it is sent.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Pose {
+    t_ms: Option<Time>,
+    position: [f64; 3],
+    orientation: Option<[f64; 4]>,
+    velocity: Option<[f64; 3]>,
+    acceleration: Option<[f64; 3]>,
+}
+
+const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+impl Pose {
+    const SHAPE: &str = r#"{"t_ms": 0, "position": [x, y, z], "orientation": [x, y, z, w], "velocity": [x, y, z]}"#;
+
+    fn sent(&self) -> Sent {
+        Sent {
+            t_ms: self.t_ms.map(|Time(t_ms)| t_ms),
+            position: self.position,
+            orientation: self.orientation.unwrap_or(UPRIGHT),
+            velocity: self.velocity,
+            acceleration: self.acceleration,
+        }
+    }
+}
+
+/// What a mover looks like: the model of a static object of the scene, or nothing.
+async fn look(published: &Published, avatar: Option<ObjectId>, name: Option<String>) -> Result<Look, ApiError> {
+    let model = match avatar {
+        None => None,
+        Some(object) => {
+            let info = published.reader.object_info(object).await?;
+            let detail = || format!("{object} is no object of the scene: an avatar wears the model of one");
+            Some(Arc::new(info.ok_or_else(|| ApiError::bad_body("/avatar", detail()))?))
+        }
+    };
+    let name = name.unwrap_or_default();
+    if name.len() > 200 {
+        return Err(ApiError::bad_body("/name", "a name has at most 200 bytes"));
+    }
+    Ok(Look { name, model })
+}
+
+/// An answer that is for this moment only.
+fn now<T: Serialize>(status: StatusCode, answer: &T) -> Response {
+    let mut headers = HeaderMap::new();
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    (status, headers, Json(answer)).into_response()
+}
+
+/// Done; there is nothing to say.
+fn done() -> Response {
+    let no_store = (header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    (StatusCode::NO_CONTENT, [no_store]).into_response()
+}

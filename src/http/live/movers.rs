@@ -1,0 +1,245 @@
+//! Program-driven movers: create, move one or many, delete.
+
+use axum::{
+    extract::{Request, State},
+    http::StatusCode,
+    response::Response,
+};
+use belvedere_live::{event::Hush, motion::Key};
+use belvedere_scene::{ObjectId, SceneName};
+use serde::{Deserialize, Serialize};
+
+use super::{Pose, Time, UPRIGHT, done, look, now, read, sessions::DEFAULT_RADIUS_M};
+use crate::{
+    http::{
+        error::ApiError,
+        extract::{JSON, MAX_BODY_BYTES, Path, Shown, body},
+        queries::find,
+    },
+    live::{Live, NewMover, Token},
+    published::Publications,
+};
+
+const NDJSON: &str = "application/x-ndjson";
+const MAX_BATCH_BYTES: usize = 4 << 20;
+const MOST_KEYS: usize = 1_000;
+const DEFAULT_SPEED_MPS: f64 = 10.0;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    t_ms: Option<Time>,
+    position: Option<[f64; 3]>,
+    orientation: Option<[f64; 4]>,
+    avatar: Option<ObjectId>,
+    name: Option<String>,
+    radius_m: Option<f64>,
+    max_speed_mps: Option<f64>,
+    trajectory: Option<Way>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Way {
+    keys: Vec<WayKey>,
+    #[serde(default)]
+    repeat: bool,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WayKey {
+    t_ms: Time,
+    position: [f64; 3],
+    orientation: Option<[f64; 4]>,
+}
+
+impl WayKey {
+    fn key(&self) -> Key {
+        Key {
+            t_ms: self.t_ms.0,
+            position: self.position,
+            orientation: self.orientation.unwrap_or(UPRIGHT),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Created {
+    object: ObjectId,
+    token: String,
+    hush: Option<Hush>,
+}
+
+#[derive(Serialize)]
+struct Moved {
+    teleported: bool,
+    hush: Option<Hush>,
+}
+
+/// `POST /v1/scenes/{scene}/movers`: adds a mover.
+pub(in crate::http) async fn create(
+    State(live): State<Live>,
+    State(publications): State<Publications>,
+    Path(scene): Path<SceneName>,
+    Shown(token): Shown,
+    request: Request,
+) -> Result<Response, ApiError> {
+    const SHAPE: &str = r#"{"position": [x, y, z], "max_speed_mps": 3} or {"trajectory": {"keys": [{"t_ms": 0, "position": [x, y, z]}], "repeat": true}}"#;
+    let asked: Asked = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, SHAPE)?;
+    let published = find(&publications, &scene)?;
+    let keys = asked.trajectory.as_ref().map_or(&[][..], |way| &way.keys);
+    if keys.len() > MOST_KEYS {
+        let detail = format!("a trajectory has at most {MOST_KEYS} keys");
+        return Err(ApiError::bad_body("/trajectory/keys", detail));
+    }
+    let position = asked.position.or(keys.first().map(|key| key.position));
+    let position = position.ok_or_else(|| ApiError::bad_body("", format!("the body must be JSON, {SHAPE}")))?;
+    let pose = Pose {
+        t_ms: asked.t_ms,
+        position,
+        orientation: asked.orientation,
+        velocity: None,
+        acceleration: None,
+    };
+    let new = NewMover {
+        pose: pose.sent(),
+        max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
+        radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
+        look: look(&published, asked.avatar, asked.name).await?,
+        way: asked.trajectory.map(|way| (way.keys.iter().map(WayKey::key).collect(), way.repeat)),
+    };
+    let (moved, token) = live.create(&scene, new, token).await?;
+    let answer = Created {
+        object: moved.object,
+        token: token.reveal(),
+        hush: moved.hush,
+    };
+    Ok(now(StatusCode::CREATED, &answer))
+}
+
+/// `PUT /v1/movers/{object}/pose`: where a mover is.
+pub(in crate::http) async fn pose(
+    State(live): State<Live>,
+    Path(object): Path<ObjectId>,
+    Shown(token): Shown,
+    request: Request,
+) -> Result<Response, ApiError> {
+    let pose: Pose = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, Pose::SHAPE)?;
+    let moved = live.move_to(object, token, pose.sent()).await?;
+    let answer = Moved {
+        teleported: moved.teleported,
+        hush: moved.hush,
+    };
+    Ok(now(StatusCode::OK, &answer))
+}
+
+/// `DELETE /v1/movers/{object}`: removes a mover.
+pub(in crate::http) async fn destroy(
+    State(live): State<Live>,
+    Path(object): Path<ObjectId>,
+    Shown(token): Shown,
+) -> Result<Response, ApiError> {
+    live.destroy(object, token).await?;
+    Ok(done())
+}
+
+/// A line of a batch.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Line {
+    object: ObjectId,
+    token: Option<String>,
+    t_ms: Option<Time>,
+    position: [f64; 3],
+    orientation: Option<[f64; 4]>,
+    velocity: Option<[f64; 3]>,
+    acceleration: Option<[f64; 3]>,
+}
+
+#[derive(Serialize)]
+struct Batch {
+    accepted: usize,
+    refused: Vec<RefusedLine>,
+    hushed: Vec<Hush>,
+}
+
+#[derive(Serialize)]
+struct RefusedLine {
+    line: usize,
+    status: u16,
+    detail: String,
+    pointer: Option<&'static str>,
+}
+
+impl RefusedLine {
+    fn new(line: usize, error: ApiError) -> Self {
+        let problem = error.problem();
+        Self {
+            line,
+            status: problem.status.as_u16(),
+            detail: problem.detail,
+            pointer: problem.pointer,
+        }
+    }
+}
+
+/// `POST /v1/scenes/{scene}/movers/poses`: where many movers are, a JSON object a line. A bad line is refused by itself.
+pub(in crate::http) async fn poses(
+    State(live): State<Live>,
+    State(publications): State<Publications>,
+    Path(scene): Path<SceneName>,
+    Shown(token): Shown,
+    request: Request,
+) -> Result<Response, ApiError> {
+    let body = body(request, &[NDJSON, JSON], MAX_BATCH_BYTES).await?;
+    find(&publications, &scene)?;
+    let (mut lines, mut moves, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, text) in (1..).zip(body.split(|byte| *byte == b'\n')) {
+        if text.trim_ascii().is_empty() {
+            continue;
+        }
+        match line(text, token) {
+            Ok(admitted) => {
+                lines.push(number);
+                moves.push(admitted);
+            }
+            Err(error) => refused.push(RefusedLine::new(number, error)),
+        }
+    }
+    let moved = live.move_all(&scene, moves).await?;
+    let (mut accepted, mut hushed) = (0, Vec::new());
+    for (number, moved) in lines.into_iter().zip(moved) {
+        match moved {
+            Ok(moved) => {
+                accepted += 1;
+                hushed.extend(moved.hush);
+            }
+            Err(error) => refused.push(RefusedLine::new(number, error.into())),
+        }
+    }
+    refused.sort_by_key(|refused| refused.line);
+    let batch = Batch {
+        accepted,
+        refused,
+        hushed,
+    };
+    Ok(now(StatusCode::OK, &batch))
+}
+
+type Move = (ObjectId, Option<Token>, belvedere_live::world::Sent);
+
+/// Reads a line; its token goes before that of the request.
+fn line(text: &[u8], token: Option<Token>) -> Result<Move, ApiError> {
+    const SHAPE: &str = r#"a line like {"object": "o1000000000", "token": "…", "position": [x, y, z]}"#;
+    let line: Line = read(text, SHAPE)?;
+    let own = line.token.map(|text| text.parse().map_err(|_| ApiError::NoToken)).transpose()?;
+    let pose = Pose {
+        t_ms: line.t_ms,
+        position: line.position,
+        orientation: line.orientation,
+        velocity: line.velocity,
+        acceleration: line.acceleration,
+    };
+    Ok((line.object, own.or(token), pose.sent()))
+}

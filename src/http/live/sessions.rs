@@ -1,0 +1,201 @@
+//! Sessions: open, pose, area of interest, events, close.
+
+use std::convert::Infallible;
+
+use axum::{
+    body::Body,
+    extract::{Request, State},
+    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use belvedere_live::{
+    Ms,
+    aoi::Aoi,
+    event::{Hush, SessionId},
+    world::Seen,
+};
+use belvedere_scene::{CellId, ObjectId, SceneName};
+use futures_util::StreamExt;
+use serde::{Deserialize, Serialize};
+
+use super::{Pose, Time, done, look, now, read};
+use crate::{
+    http::{
+        error::ApiError,
+        extract::{JSON, MAX_BODY_BYTES, Path, Shown, body},
+        queries::find,
+    },
+    live::{Live, NewSession},
+    published::Publications,
+};
+
+const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
+const X_ACCEL_BUFFERING: HeaderName = HeaderName::from_static("x-accel-buffering");
+
+/// What a participant is if it does not say.
+const DEFAULT_AOI: Aoi = Aoi {
+    enter_m: 50.0,
+    leave_m: 60.0,
+};
+const DEFAULT_SPEED_MPS: f64 = 3.0;
+pub(super) const DEFAULT_RADIUS_M: f64 = 0.5;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    t_ms: Option<Time>,
+    position: [f64; 3],
+    orientation: Option<[f64; 4]>,
+    aoi: Option<Aoi>,
+    avatar: Option<ObjectId>,
+    name: Option<String>,
+    radius_m: Option<f64>,
+    max_speed_mps: Option<f64>,
+    include: Option<Vec<Included>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Included {
+    Movers,
+    Static,
+}
+
+#[derive(Serialize)]
+struct Opened {
+    session: SessionId,
+    token: String,
+    object: ObjectId,
+    cell: CellId,
+    events_url: String,
+    now_ms: Ms,
+    hush: Option<Hush>,
+}
+
+#[derive(Serialize)]
+struct Posed {
+    cell: CellId,
+    contains: bool,
+    distance_m: f64,
+    teleported: bool,
+    hush: Option<Hush>,
+}
+
+impl From<Seen> for Posed {
+    fn from(seen: Seen) -> Self {
+        Self {
+            cell: seen.place.cell,
+            contains: seen.place.distance_m == 0.0,
+            distance_m: seen.place.distance_m,
+            teleported: seen.moved.teleported,
+            hush: seen.moved.hush,
+        }
+    }
+}
+
+/// `POST /v1/scenes/{scene}/sessions`: enters a scene.
+pub(in crate::http) async fn open(
+    State(live): State<Live>,
+    State(publications): State<Publications>,
+    Path(scene): Path<SceneName>,
+    request: Request,
+) -> Result<Response, ApiError> {
+    const SHAPE: &str = r#"{"position": [x, y, z], "aoi": {"enter_m": 50, "leave_m": 60}, "max_speed_mps": 3}"#;
+    let asked: Asked = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, SHAPE)?;
+    let published = find(&publications, &scene)?;
+    let pose = Pose {
+        t_ms: asked.t_ms,
+        position: asked.position,
+        orientation: asked.orientation,
+        velocity: None,
+        acceleration: None,
+    };
+    let wants = |what| match &asked.include {
+        Some(included) => included.contains(&what),
+        None => what == Included::Movers,
+    };
+    let new = NewSession {
+        pose: pose.sent(),
+        aoi: asked.aoi.unwrap_or(DEFAULT_AOI),
+        max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
+        radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
+        hears_movers: wants(Included::Movers),
+        with_statics: wants(Included::Static),
+        look: look(&published, asked.avatar, asked.name).await?,
+    };
+    let opened = live.open(&scene, new).await?;
+    let session = opened.session;
+    let answer = Opened {
+        session,
+        token: opened.token.reveal(),
+        object: opened.object,
+        cell: opened.seen.place.cell,
+        events_url: format!("/v1/sessions/{session}/events"),
+        now_ms: opened.now_ms,
+        hush: opened.seen.moved.hush,
+    };
+    Ok(now(StatusCode::CREATED, &answer))
+}
+
+/// `DELETE /v1/sessions/{session}`: leaves.
+pub(in crate::http) async fn close(
+    State(live): State<Live>,
+    Path(session): Path<SessionId>,
+    Shown(token): Shown,
+) -> Result<Response, ApiError> {
+    live.session(session, token)?.close().await?;
+    Ok(done())
+}
+
+/// `PUT /v1/sessions/{session}/pose`: where the participant is.
+pub(in crate::http) async fn pose(
+    State(live): State<Live>,
+    Path(session): Path<SessionId>,
+    Shown(token): Shown,
+    request: Request,
+) -> Result<Response, ApiError> {
+    let session = live.session(session, token)?;
+    let pose: Pose = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, Pose::SHAPE)?;
+    let seen = session.pose(pose.sent()).await?;
+    Ok(now(StatusCode::OK, &Posed::from(seen)))
+}
+
+/// `PUT /v1/sessions/{session}/aoi`: how far the participant looks.
+pub(in crate::http) async fn aoi(
+    State(live): State<Live>,
+    Path(session): Path<SessionId>,
+    Shown(token): Shown,
+    request: Request,
+) -> Result<Response, ApiError> {
+    let session = live.session(session, token)?;
+    let shape = r#"{"enter_m": 50, "leave_m": 60}"#;
+    let aoi: Aoi = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, shape)?;
+    session.set_aoi(aoi).await?;
+    Ok(now(StatusCode::OK, &aoi))
+}
+
+/// `GET /v1/sessions/{session}/events`: what the session is told, as server-sent events.
+pub(in crate::http) async fn events(
+    State(live): State<Live>,
+    Path(session): Path<SessionId>,
+    Shown(token): Shown,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let session = live.session(session, token)?;
+    // An id that is none of ours was never read here.
+    let last_seen = headers
+        .get(LAST_EVENT_ID)
+        .map(|value| value.to_str().ok().and_then(|text| text.parse().ok()).unwrap_or(u64::MAX));
+    let body = if method == Method::HEAD {
+        Body::empty()
+    } else {
+        Body::from_stream(session.events(last_seen).map(Ok::<_, Infallible>))
+    };
+    let kept_apart = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream")),
+        (header::CACHE_CONTROL, HeaderValue::from_static("no-store, no-transform")),
+        (X_ACCEL_BUFFERING, HeaderValue::from_static("no")),
+    ];
+    Ok((kept_apart, body).into_response())
+}
