@@ -11,7 +11,12 @@ use std::{
 const ALLOWED: &[(&str, &[&str])] = &[
     (
         "belvedere",
-        &["belvedere-bake", "belvedere-live", "belvedere-scene", "belvedere-verify"],
+        &[
+            "belvedere-bake",
+            "belvedere-live",
+            "belvedere-scene",
+            "belvedere-verify",
+        ],
     ),
     ("belvedere-bake", &["belvedere-scene"]),
     ("belvedere-client", &["belvedere-scene"]),
@@ -46,7 +51,15 @@ const FORBIDDEN: &[(&str, &[&str], &str)] = &[
     ),
     (
         "crates/live/src",
-        &["tokio", "async fn", "std::fs", "std::time", "std::env", "println!", "tracing"],
+        &[
+            "tokio",
+            "async fn",
+            "std::fs",
+            "std::time",
+            "std::env",
+            "println!",
+            "tracing",
+        ],
         "the online rules are a function of their inputs and the time",
     ),
     (

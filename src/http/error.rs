@@ -209,7 +209,8 @@ impl ApiError {
                 S::UNAUTHORIZED,
                 "no-token",
                 "A token is needed",
-                "send the token that came with the session or mover as `Authorization: Bearer`, or as `?token=`".to_owned(),
+                "send the token that came with the session or mover as `Authorization: Bearer`, or as `?token=`"
+                    .to_owned(),
             ),
             Self::WrongToken(whose) => (
                 S::FORBIDDEN,

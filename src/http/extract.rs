@@ -44,12 +44,16 @@ impl<S: Sync> FromRequestParts<S> for Shown {
         let header = match parts.headers.get(header::AUTHORIZATION) {
             Some(value) => {
                 let text = value.to_str().unwrap_or_default();
-                let bearer = text.split_once(' ').filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
+                let bearer = text
+                    .split_once(' ')
+                    .filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
                 Some(bearer.ok_or(ApiError::NoToken)?.1.trim())
             }
             None => query.text("token")?,
         };
-        let token = header.map(|text| text.parse().map_err(|_| ApiError::NoToken)).transpose()?;
+        let token = header
+            .map(|text| text.parse().map_err(|_| ApiError::NoToken))
+            .transpose()?;
         Ok(Self(token))
     }
 }

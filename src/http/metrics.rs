@@ -64,7 +64,11 @@ impl LiveMetrics {
         let gauges = [
             ("live_sessions", "Open sessions", &self.sessions),
             ("live_movers", "Movers, avatars included", &self.movers),
-            ("live_hushed_movers", "Movers that nobody may see, which cost nothing", &self.hushed),
+            (
+                "live_hushed_movers",
+                "Movers that nobody may see, which cost nothing",
+                &self.hushed,
+            ),
         ];
         for (name, help, gauge) in gauges {
             registry.register(name, help, gauge.clone());

@@ -38,15 +38,15 @@ use belvedere_scene::{ObjectId, SceneName};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
-pub use self::{
-    reader::EventReader,
-    registry::{Door, NewMover, NewSession, Opened},
-    token::Token,
-};
 use self::{
     outbox::Outbox,
     registry::Registry,
     stage::{Message, StageHandle},
+};
+pub use self::{
+    reader::EventReader,
+    registry::{Door, NewMover, NewSession, Opened},
+    token::Token,
 };
 use crate::published::{Publications, ReadError};
 
@@ -216,7 +216,9 @@ impl Live {
 
     /// The task of a scene, started when nobody was there.
     fn stage(&self, scene: &SceneName) -> StageHandle {
-        self.0.registry.stage(scene, || stage::start(self.clone(), scene.clone()))
+        self.0
+            .registry
+            .stage(scene, || stage::start(self.clone(), scene.clone()))
     }
 
     /// Opens a session.
@@ -275,7 +277,9 @@ impl Live {
         token: Option<Token>,
     ) -> Result<(Moved, Token), LiveError> {
         let stage = self.stage(scene);
-        let owner = token.map(|token| self.0.registry.session_of(&stage, token)).transpose()?;
+        let owner = token
+            .map(|token| self.0.registry.session_of(&stage, token))
+            .transpose()?;
         let (object, token) = self.0.registry.new_mover(&stage, token, self.0.settings.movers)?;
         let created = async {
             let new = new.placed(object, owner, self.now_ms())?;
@@ -316,17 +320,19 @@ impl Live {
         for (object, token, sent) in moves {
             let here = self.0.registry.mover(object, token).and_then(|theirs| {
                 let ours = theirs.is(&stage);
-                ours.then_some(()).ok_or_else(|| LiveError::NotFound(format!("mover {object} in scene `{scene}`")))
+                ours.then_some(())
+                    .ok_or_else(|| LiveError::NotFound(format!("mover {object} in scene `{scene}`")))
             });
             if here.is_ok() {
                 admitted.push((object, sent));
             }
             answers.push(here);
         }
-        let mut moved = ask(&stage, |reply| Message::Move { moves: admitted, reply }).await?.into_iter();
-        let answer = |admitted: Result<(), LiveError>| {
-            admitted.and_then(|()| moved.next().unwrap_or(Err(LiveError::Stopped)))
-        };
+        let mut moved = ask(&stage, |reply| Message::Move { moves: admitted, reply })
+            .await?
+            .into_iter();
+        let answer =
+            |admitted: Result<(), LiveError>| admitted.and_then(|()| moved.next().unwrap_or(Err(LiveError::Stopped)));
         Ok(answers.into_iter().map(answer).collect())
     }
 

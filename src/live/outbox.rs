@@ -228,7 +228,10 @@ impl State {
             let poses = std::mem::take(&mut self.poses);
             let event = Event::ObjectPos {
                 t_ms: self.poses_at_ms,
-                objects: poses.into_iter().map(|(object, pose)| ObjectPose { object, pose }).collect(),
+                objects: poses
+                    .into_iter()
+                    .map(|(object, pose)| ObjectPose { object, pose })
+                    .collect(),
             };
             let data = serde_json::to_string(&event).expect("an event holds nothing that JSON cannot say");
             piece.extend_from_slice(&self.numbered(event.name(), &data));
@@ -318,7 +321,10 @@ mod tests {
         let text = read(&outbox, second);
         assert!(text.starts_with("id: 3\n") && text.contains("id: 4\n"), "{text}");
         assert_eq!(names(&text).len(), 2);
-        assert_eq!(outbox.poll(first, &Context::from_waker(Waker::noop())), Poll::Ready(None));
+        assert_eq!(
+            outbox.poll(first, &Context::from_waker(Waker::noop())),
+            Poll::Ready(None)
+        );
     }
 
     #[test]
@@ -327,7 +333,11 @@ mod tests {
         let first = outbox.attach(None);
         outbox.push(&gone());
         read(&outbox, first);
-        for (last_seen, why) in [(None, Void::Unknown), (Some(77), Void::Missed), (Some(u64::MAX), Void::Missed)] {
+        for (last_seen, why) in [
+            (None, Void::Unknown),
+            (Some(77), Void::Missed),
+            (Some(u64::MAX), Void::Missed),
+        ] {
             let reader = outbox.attach(last_seen);
             assert_eq!(outbox.wants_resync(), Some(why));
             outbox.push(&gone());

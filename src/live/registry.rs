@@ -87,7 +87,10 @@ impl NewMover {
         owner: Option<SessionId>,
         now_ms: Ms,
     ) -> Result<world::NewMover, LiveError> {
-        let way = self.way.map(|(keys, repeat)| Trajectory::new(now_ms, keys, repeat)).transpose()?;
+        let way = self
+            .way
+            .map(|(keys, repeat)| Trajectory::new(now_ms, keys, repeat))
+            .transpose()?;
         Ok(world::NewMover {
             object,
             owner,
@@ -163,7 +166,12 @@ impl Registry {
     }
 
     pub(super) fn counts(&self) -> Counts {
-        let each = self.tables().stages.values().map(StageHandle::counts).collect::<Vec<_>>();
+        let each = self
+            .tables()
+            .stages
+            .values()
+            .map(StageHandle::counts)
+            .collect::<Vec<_>>();
         each.into_iter().fold(Counts::default(), |sum, stage| Counts {
             sessions: sum.sessions + stage.sessions,
             movers: sum.movers + stage.movers,
@@ -198,7 +206,10 @@ impl Registry {
     /// The session of a scene that has this token.
     pub(super) fn session_of(&self, stage: &StageHandle, token: Token) -> Result<SessionId, LiveError> {
         let tables = self.tables();
-        let entry = tables.sessions.values().find(|entry| entry.token == token && entry.stage.is(stage));
+        let entry = tables
+            .sessions
+            .values()
+            .find(|entry| entry.token == token && entry.stage.is(stage));
         entry
             .map(|entry| entry.session)
             .ok_or_else(|| LiveError::WrongToken("a session in this scene".to_owned()))
@@ -208,8 +219,16 @@ impl Registry {
     pub(super) fn anybody(&self, stage: &StageHandle, token: Option<Token>) -> Result<(), LiveError> {
         let token = token.ok_or(LiveError::NoToken)?;
         let tables = self.tables();
-        let driven = tables.movers.values().any(|mover| mover.token == token && mover.stage.is(stage));
-        let visits = || tables.sessions.values().any(|entry| entry.token == token && entry.stage.is(stage));
+        let driven = tables
+            .movers
+            .values()
+            .any(|mover| mover.token == token && mover.stage.is(stage));
+        let visits = || {
+            tables
+                .sessions
+                .values()
+                .any(|entry| entry.token == token && entry.stage.is(stage))
+        };
         if driven || visits() {
             Ok(())
         } else {

@@ -203,7 +203,9 @@ impl Stage {
             }
             Message::Move { moves, reply } => {
                 let now_ms = self.live.now_ms();
-                let moved = moves.into_iter().map(|(object, sent)| self.world.move_to(object, sent, now_ms));
+                let moved = moves
+                    .into_iter()
+                    .map(|(object, sent)| self.world.move_to(object, sent, now_ms));
                 _ = reply.send(moved.map(|moved| moved.map_err(LiveError::from)).collect());
             }
             Message::Destroy { object, reply } => {
@@ -225,7 +227,8 @@ impl Stage {
     ) -> Result<(Seen, Ms), LiveError> {
         let (session, object, aoi) = (opening.session, opening.object, opening.aoi);
         let position = opening.pose.position;
-        self.learn(self.world.unknown_at(position, opening.max_speed_mps)).await?;
+        self.learn(self.world.unknown_at(position, opening.max_speed_mps))
+            .await?;
         let now_ms = self.live.now_ms();
         let seen = self.world.open(opening, now_ms)?;
         let settings = &self.live.0.settings;
@@ -316,12 +319,21 @@ impl Stage {
     async fn tick(&mut self) {
         self.follow().await;
         let lease = self.live.0.settings.lease;
-        let expired: Vec<_> = self.people.iter().filter(|(_, p)| p.outbox.silent_for() > lease).map(|(s, _)| *s).collect();
+        let expired: Vec<_> = self
+            .people
+            .iter()
+            .filter(|(_, p)| p.outbox.silent_for() > lease)
+            .map(|(s, _)| *s)
+            .collect();
         for session in expired {
             self.live.0.tally.expired.fetch_add(1, Ordering::Relaxed);
             self.close(session);
         }
-        let late: Vec<_> = self.people.iter_mut().filter_map(|(s, p)| Some((*s, p.late.take()?))).collect();
+        let late: Vec<_> = self
+            .people
+            .iter_mut()
+            .filter_map(|(s, p)| Some((*s, p.late.take()?)))
+            .collect();
         for (session, sent) in late {
             // It was refused once already; what is wrong with it would have been told then.
             _ = self.apply(session, sent).await;
@@ -331,8 +343,11 @@ impl Stage {
     }
 
     fn resync(&mut self) {
-        let waiting: Vec<_> =
-            self.people.iter().filter_map(|(s, person)| Some((*s, person.outbox.wants_resync()?))).collect();
+        let waiting: Vec<_> = self
+            .people
+            .iter()
+            .filter_map(|(s, person)| Some((*s, person.outbox.wants_resync()?)))
+            .collect();
         if waiting.is_empty() {
             return;
         }
@@ -348,7 +363,9 @@ impl Stage {
 
     /// Goes on with a new revision; with the old one while the new one cannot be read.
     async fn follow(&mut self) {
-        let Some(published) = self.live.0.publications.scene(&self.scene) else { return };
+        let Some(published) = self.live.0.publications.scene(&self.scene) else {
+            return;
+        };
         let revision = published.pointer.revision;
         if Arc::ptr_eq(&published, &self.terrain.published) || self.unreadable == Some(revision) {
             return;
@@ -373,14 +390,20 @@ impl Stage {
         self.world.rebase(cells, &terrain.bounds(), self.live.now_ms());
         self.terrain = terrain;
         let sessions: Vec<_> = self.people.keys().copied().collect();
-        sessions.into_iter().for_each(|session| self.show_statics(session, true));
+        sessions
+            .into_iter()
+            .for_each(|session| self.show_statics(session, true));
         Ok(())
     }
 
     /// Puts what the rules have said into the outboxes.
     fn deliver(&mut self) {
         let events = self.world.events();
-        self.live.0.tally.events.fetch_add(events.len() as u64, Ordering::Relaxed);
+        self.live
+            .0
+            .tally
+            .events
+            .fetch_add(events.len() as u64, Ordering::Relaxed);
         for (session, event) in events {
             if let Some(person) = self.people.get(&session) {
                 person.outbox.push(&event);

@@ -66,7 +66,12 @@ mod tests {
         assert_ne!(a, b);
         assert_eq!(a.reveal().parse(), Ok(a));
         assert!(!format!("{a:?}").contains(&a.reveal()));
-        for text in ["", "0", "g0000000000000000000000000000000", "+0000000000000000000000000000000"] {
+        for text in [
+            "",
+            "0",
+            "g0000000000000000000000000000000",
+            "+0000000000000000000000000000000",
+        ] {
             assert_eq!(text.parse::<Token>(), Err(NoToken), "{text}");
         }
     }

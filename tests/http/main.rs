@@ -3,6 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 
 mod immutable;
+mod live;
+mod live_odd;
+mod live_wire;
 mod pages;
 mod robustness;
 mod scene;

@@ -131,7 +131,11 @@ fn cell_record(i: u32) -> CellRecord {
         hull: Hull::of_box(&unit_box(i, 0.0)),
         adjacent: neighbours.into_iter().flatten().map(CellId).collect(),
         portals: vec![],
-        cpvs: (0..CELLS).filter(|c| *c != i).map(CellId).collect(),
+        // One sees three cells far.
+        cpvs: (0..CELLS)
+            .filter(|c| *c != i && c.abs_diff(i) <= 3)
+            .map(CellId)
+            .collect(),
         opvs: (0..CELLS)
             .filter(|o| *o != i)
             .map(|o| Visible {

@@ -269,7 +269,10 @@ mod tests {
         let mut cells = field(2);
         cells.learn(CellId(0), &[CellId(2), CellId(99)]);
         assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0), CellId(2)]);
-        assert_eq!(*cells.seen_from(&[CellId(0), CellId(3)]), [CellId(0), CellId(2), CellId(3)]);
+        assert_eq!(
+            *cells.seen_from(&[CellId(0), CellId(3)]),
+            [CellId(0), CellId(2), CellId(3)]
+        );
         assert!(cells.knows(CellId(0)) && !cells.knows(CellId(3)));
     }
 }

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::{Ms, motion::Pose, tbv::Tbv};
 
 /// Movers' ids start here, where no revision's objects are.
-pub const FIRST_MOVER: u32 = 1_000_000_000;
+pub const FIRST_MOVER: u32 = 100_000_000;
 
 /// A session, `s7`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -251,14 +251,17 @@ mod tests {
             reason: Gone::Hidden,
         };
         let json = serde_json::to_string(&gone).unwrap();
-        assert_eq!(json, r#"{"objects":["o1000000000"],"reason":"hidden"}"#);
+        assert_eq!(json, r#"{"objects":["o100000000"],"reason":"hidden"}"#);
         let hush = Event::Hush(Hush {
             object: ObjectId(5),
             tbv: Tbv::around([1.0, 2.0, 3.0], 2.0, 500),
             until_ms: 7,
         });
         let json = serde_json::to_string(&hush).unwrap();
-        assert_eq!(json, r#"{"object":"o5","tbv":{"center":[1.0,2.0,3.0],"radius_m":1.0},"until_ms":7}"#);
+        assert_eq!(
+            json,
+            r#"{"object":"o5","tbv":{"center":[1.0,2.0,3.0],"radius_m":1.0},"until_ms":7}"#
+        );
     }
 
     #[test]

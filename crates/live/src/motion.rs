@@ -158,7 +158,9 @@ impl Trajectory {
         } else if self.repeat && last < first {
             // Over the end of a round and on from its begin.
             let late = keys.clone().filter(|key| key.t_ms > first);
-            late.chain(keys.filter(|key| key.t_ms < last)).map(|key| key.position).collect()
+            late.chain(keys.filter(|key| key.t_ms < last))
+                .map(|key| key.position)
+                .collect()
         } else {
             keys.filter(|key| first < key.t_ms && key.t_ms < last)
                 .map(|key| key.position)
@@ -166,7 +168,10 @@ impl Trajectory {
         };
         passed.insert(0, ends[0]);
         passed.push(ends[1]);
-        passed.windows(2).map(|pair| Bounds::around([pair[0], pair[1]])).collect()
+        passed
+            .windows(2)
+            .map(|pair| Bounds::around([pair[0], pair[1]]))
+            .collect()
     }
 }
 
@@ -200,7 +205,10 @@ mod tests {
     fn a_trajectory_is_where_its_keys_say() {
         let way = Trajectory::new(500, vec![key(0, 0.0), key(1_000, 10.0), key(3_000, 0.0)], true).unwrap();
         let x = |t| way.pose_at(t).position[0];
-        assert_eq!([x(0), x(1_000), x(1_500), x(2_500), x(4_500)], [0.0, 5.0, 10.0, 5.0, 10.0]);
+        assert_eq!(
+            [x(0), x(1_000), x(1_500), x(2_500), x(4_500)],
+            [0.0, 5.0, 10.0, 5.0, 10.0]
+        );
         let hull = |from, until| {
             let boxes = way.swept(from, until);
             let all = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(b));
@@ -215,7 +223,10 @@ mod tests {
     #[test]
     fn keys_must_rise_from_zero() {
         assert_eq!(Trajectory::new(0, vec![], false), Err(TrajectoryError::Empty));
-        assert_eq!(Trajectory::new(0, vec![key(5, 0.0)], false), Err(TrajectoryError::Order(0)));
+        assert_eq!(
+            Trajectory::new(0, vec![key(5, 0.0)], false),
+            Err(TrajectoryError::Order(0))
+        );
         let twice = vec![key(0, 0.0), key(7, 0.0), key(7, 1.0)];
         assert_eq!(Trajectory::new(0, twice, false), Err(TrajectoryError::Order(2)));
     }

@@ -115,7 +115,11 @@ impl Play {
         }
         // A look may have woken somebody who had been asked already.
         for (who, session) in self.people.clone().into_iter().enumerate() {
-            let woken = self.stage.unread(session).iter().any(|event| matches!(event, Event::Wake { .. }));
+            let woken = self
+                .stage
+                .unread(session)
+                .iter()
+                .any(|event| matches!(event, Event::Wake { .. }));
             if woken {
                 self.hushed_until.remove(&session);
                 let hush = self.stage.pose(session, self.x[who]);
@@ -137,14 +141,23 @@ impl Play {
                 let must = self.stage.sees(eye, there, 0.0) && away_m < self.enter_m[a] - 0.3;
                 // A round trip and a tick on both sides.
                 let may = self.stage.sees(eye, there, 1.2);
-                prop_assert!(shown.is_some() || !must, "{session} at {eye} misses {object} at {there}");
-                prop_assert!(shown.is_none() || may, "{session} at {eye} hears of {object} at {there}");
+                prop_assert!(
+                    shown.is_some() || !must,
+                    "{session} at {eye} misses {object} at {there}"
+                );
+                prop_assert!(
+                    shown.is_none() || may,
+                    "{session} at {eye} hears of {object} at {there}"
+                );
                 if let Some(pose) = shown {
                     let believed = pose.position_at(self.stage.now_ms);
                     let wrong_m = distance_m(believed, [there, 0.5, 0.5]);
                     // What does not show, and what one has moved since.
                     let least = pace::tolerance_m(away_m) + 2.0 * 0.2 + SPEED_MPS * 0.2;
-                    prop_assert!(wrong_m <= least, "{object} is believed {wrong_m} m away from where it is");
+                    prop_assert!(
+                        wrong_m <= least,
+                        "{object} is believed {wrong_m} m away from where it is"
+                    );
                 }
             }
         }

@@ -53,7 +53,10 @@ fn a_hushed_owner_may_talk_on_and_nobody_hears_of_it() {
         assert!(stage.stand(b).is_some());
         stage.tick();
     }
-    assert_eq!(stage.heard(a, "object-info").len() + stage.heard(a, "object-pos").len(), 0);
+    assert_eq!(
+        stage.heard(a, "object-info").len() + stage.heard(a, "object-pos").len(),
+        0
+    );
 }
 
 #[test]
@@ -104,7 +107,10 @@ fn a_known_way_is_followed_without_anybody_saying_a_word() {
         seen.push(stage.seen_by(a) == [tram]);
     }
     let times = seen.iter().filter(|seen| **seen).count();
-    assert!((60..120).contains(&times), "in sight about a quarter of the time: {times}");
+    assert!(
+        (60..120).contains(&times),
+        "in sight about a quarter of the time: {times}"
+    );
     assert!(seen[0] && !seen[160] && seen[315]);
     assert!(stage.count(a, "object-pos") < 40, "a straight way needs few words");
 }
@@ -114,11 +120,17 @@ fn doors_are_told_to_whoever_comes_to_see_them() {
     let mut stage = Stage::rooms(6);
     let (near, far) = (stage.enter(0.5), stage.enter(5.5));
     stage.door(0.5, false);
-    assert_eq!((stage.heard(near, "door").len(), stage.heard(far, "door").len()), (1, 0));
+    assert_eq!(
+        (stage.heard(near, "door").len(), stage.heard(far, "door").len()),
+        (1, 0)
+    );
     stage.walk(far, 1.5, 2.0);
     assert_eq!(stage.heard(far, "door").len(), 1);
     stage.door(0.5, true);
-    assert_eq!((stage.heard(near, "door").len(), stage.heard(far, "door").len()), (2, 2));
+    assert_eq!(
+        (stage.heard(near, "door").len(), stage.heard(far, "door").len()),
+        (2, 2)
+    );
 }
 
 #[test]

@@ -107,7 +107,9 @@ pub(in crate::http) async fn create(
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         look: look(&published, asked.avatar, asked.name).await?,
-        way: asked.trajectory.map(|way| (way.keys.iter().map(WayKey::key).collect(), way.repeat)),
+        way: asked
+            .trajectory
+            .map(|way| (way.keys.iter().map(WayKey::key).collect(), way.repeat)),
     };
     let (moved, token) = live.create(&scene, new, token).await?;
     let answer = Created {
@@ -231,9 +233,12 @@ type Move = (ObjectId, Option<Token>, belvedere_live::world::Sent);
 
 /// Reads a line; its token goes before that of the request.
 fn line(text: &[u8], token: Option<Token>) -> Result<Move, ApiError> {
-    const SHAPE: &str = r#"a line like {"object": "o1000000000", "token": "…", "position": [x, y, z]}"#;
+    const SHAPE: &str = r#"a line like {"object": "o100000000", "token": "…", "position": [x, y, z]}"#;
     let line: Line = read(text, SHAPE)?;
-    let own = line.token.map(|text| text.parse().map_err(|_| ApiError::NoToken)).transpose()?;
+    let own = line
+        .token
+        .map(|text| text.parse().map_err(|_| ApiError::NoToken))
+        .transpose()?;
     let pose = Pose {
         t_ms: line.t_ms,
         position: line.position,

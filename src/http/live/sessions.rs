@@ -184,9 +184,13 @@ pub(in crate::http) async fn events(
 ) -> Result<Response, ApiError> {
     let session = live.session(session, token)?;
     // An id that is none of ours was never read here.
-    let last_seen = headers
-        .get(LAST_EVENT_ID)
-        .map(|value| value.to_str().ok().and_then(|text| text.parse().ok()).unwrap_or(u64::MAX));
+    let last_seen = headers.get(LAST_EVENT_ID).map(|value| {
+        value
+            .to_str()
+            .ok()
+            .and_then(|text| text.parse().ok())
+            .unwrap_or(u64::MAX)
+    });
     let body = if method == Method::HEAD {
         Body::empty()
     } else {
@@ -194,7 +198,10 @@ pub(in crate::http) async fn events(
     };
     let kept_apart = [
         (header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream")),
-        (header::CACHE_CONTROL, HeaderValue::from_static("no-store, no-transform")),
+        (
+            header::CACHE_CONTROL,
+            HeaderValue::from_static("no-store, no-transform"),
+        ),
         (X_ACCEL_BUFFERING, HeaderValue::from_static("no")),
     ];
     Ok((kept_apart, body).into_response())

@@ -61,7 +61,11 @@ mod tests {
     fn jitter_is_taken_out_and_time_never_runs_backwards() {
         let mut clock = SenderClock::new(Some(50), 1_000_000);
         assert_eq!(clock.read(Some(150), 1_000_180), Some(1_000_100), "eighty late");
-        assert_eq!(clock.read(Some(250), 1_000_195), Some(1_000_195), "faster than any before");
+        assert_eq!(
+            clock.read(Some(250), 1_000_195),
+            Some(1_000_195),
+            "faster than any before"
+        );
         assert_eq!(clock.read(Some(350), 1_000_400), Some(1_000_295));
         assert_eq!(clock.read(Some(349), 1_000_500), None);
         assert_eq!(clock.theirs(1_000_295), 350);

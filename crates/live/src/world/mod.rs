@@ -220,7 +220,11 @@ impl World {
     /// Opens or closes a door; everybody who may see it is told, the others when they come to see it.
     pub fn set_door(&mut self, door: ObjectId, bounds: &Bounds, open: bool) {
         let cells = self.cells.meeting(bounds);
-        let watching: BTreeSet<_> = cells.iter().flat_map(|cell| &self.watchers[cell.index()]).copied().collect();
+        let watching: BTreeSet<_> = cells
+            .iter()
+            .flat_map(|cell| &self.watchers[cell.index()])
+            .copied()
+            .collect();
         self.doors.insert(door, Door { open, cells });
         for session in watching {
             self.tell_doors(session);
@@ -229,7 +233,9 @@ impl World {
 
     /// Tells a session what it does not know of the doors that it may see. Doors are published open.
     fn tell_doors(&mut self, id: SessionId) {
-        let Some(session) = self.sessions.get_mut(&id) else { return };
+        let Some(session) = self.sessions.get_mut(&id) else {
+            return;
+        };
         for (object, door) in &self.doors {
             let watched = |cell: &CellId| session.eye.watched.binary_search(cell).is_ok();
             let believed = session.doors.get(object).copied().unwrap_or(true);

@@ -97,16 +97,32 @@ impl Mover {
 
 /// The lengths of a matrix' axes.
 fn axis_scales(matrix: &[f64; 16]) -> [f64; 3] {
-    std::array::from_fn(|axis| matrix[4 * axis..4 * axis + 3].iter().fold(0.0f64, |sum, x| sum.hypot(*x)))
+    std::array::from_fn(|axis| {
+        matrix[4 * axis..4 * axis + 3]
+            .iter()
+            .fold(0.0f64, |sum, x| sum.hypot(*x))
+    })
 }
 
 /// A column-major matrix: scale, then turn, then move.
 fn world_from_object(pose: &Pose, scale: [f64; 3]) -> [f64; 16] {
     let [x, y, z, w] = pose.orientation;
     let axes = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)],
-        [2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)],
-        [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)],
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y + z * w),
+            2.0 * (x * z - y * w),
+        ],
+        [
+            2.0 * (x * y - z * w),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z + x * w),
+        ],
+        [
+            2.0 * (x * z + y * w),
+            2.0 * (y * z - x * w),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
         pose.position,
     ];
     std::array::from_fn(|i| match (i / 4, i % 4) {

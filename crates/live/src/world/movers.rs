@@ -116,7 +116,10 @@ impl World {
             return Err(Refusal::OnTrajectory);
         }
         let last_ms = mover.clock.last_ms();
-        let t_ms = mover.clock.read(sent.t_ms, now_ms).ok_or(Refusal::Backwards { last_ms })?;
+        let t_ms = mover
+            .clock
+            .read(sent.t_ms, now_ms)
+            .ok_or(Refusal::Backwards { last_ms })?;
         let (last, elapsed_s) = (mover.pose, (t_ms - mover.pose.t_ms) as f64 * 1e-3);
         let moved_m = crate::cells::distance_m(last.position, sent.position);
         let teleported = moved_m > SLACK * mover.max_speed_mps * elapsed_s + SLACK_M;
@@ -220,7 +223,9 @@ impl World {
 
     /// A session has started to watch a cell of a hushed mover.
     pub(super) fn expose(&mut self, object: ObjectId, now_ms: Ms) {
-        let Some(mover) = self.movers.get_mut(&object) else { return };
+        let Some(mover) = self.movers.get_mut(&object) else {
+            return;
+        };
         if !matches!(mover.state, State::Hushed { .. }) {
             return;
         }
@@ -240,7 +245,9 @@ impl World {
 
     /// A volume has expired, or an owner that was asked has said nothing.
     pub(super) fn alarm(&mut self, object: ObjectId, now_ms: Ms) {
-        let Some(mover) = self.movers.get_mut(&object) else { return };
+        let Some(mover) = self.movers.get_mut(&object) else {
+            return;
+        };
         let expired = matches!(mover.state, State::Hushed { .. });
         if expired {
             mover.validity.lengthen();
@@ -266,7 +273,9 @@ impl World {
 
     /// Registers an awake mover where it is now.
     pub(super) fn place(&mut self, object: ObjectId, now_ms: Ms) {
-        let Some(mover) = self.movers.get_mut(&object) else { return };
+        let Some(mover) = self.movers.get_mut(&object) else {
+            return;
+        };
         if let Some(way) = &mover.way {
             mover.pose = way.pose_at(now_ms);
         }
@@ -277,7 +286,9 @@ impl World {
     }
 
     fn enter(&mut self, object: ObjectId, state: State) {
-        let Some(mover) = self.movers.get_mut(&object) else { return };
+        let Some(mover) = self.movers.get_mut(&object) else {
+            return;
+        };
         if let Some(at_ms) = mover.alarm_ms() {
             self.alarms.remove(&(at_ms, object));
         }
@@ -294,7 +305,9 @@ impl World {
     }
 
     fn register(&mut self, object: ObjectId, cells: Vec<CellId>) {
-        let Some(mover) = self.movers.get_mut(&object) else { return };
+        let Some(mover) = self.movers.get_mut(&object) else {
+            return;
+        };
         if mover.cells == cells {
             return;
         }
@@ -321,7 +334,9 @@ impl World {
 
     /// Removes a mover.
     pub fn destroy(&mut self, object: ObjectId) {
-        let Some(mover) = self.movers.remove(&object) else { return };
+        let Some(mover) = self.movers.remove(&object) else {
+            return;
+        };
         if let Some(at_ms) = mover.alarm_ms() {
             self.alarms.remove(&(at_ms, object));
         }

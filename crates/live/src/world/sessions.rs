@@ -108,7 +108,9 @@ impl World {
 
     /// Ends a session and its avatar. Movers that it drove stay, and are driven by nobody.
     pub fn close(&mut self, id: SessionId, now_ms: Ms) {
-        let Some(session) = self.sessions.remove(&id) else { return };
+        let Some(session) = self.sessions.remove(&id) else {
+            return;
+        };
         for cell in &session.eye.watched {
             self.watchers[cell.index()].remove(&id);
         }
@@ -120,7 +122,12 @@ impl World {
         self.stirred_sessions.remove(&id);
         self.gone.retain(|(session, _), _| *session != id);
         self.destroy(session.object);
-        let driven: Vec<_> = self.movers.iter().filter(|(_, m)| m.owner == Some(id)).map(|(o, _)| *o).collect();
+        let driven: Vec<_> = self
+            .movers
+            .iter()
+            .filter(|(_, m)| m.owner == Some(id))
+            .map(|(o, _)| *o)
+            .collect();
         for object in driven {
             // Nobody can be woken, and nobody relies on a promise any more.
             if let Some(mover) = self.movers.get_mut(&object) {
@@ -133,7 +140,9 @@ impl World {
     /// Forgets what a session was told, and tells everything again.
     pub fn resync(&mut self, id: SessionId, reason: Void, now_ms: Ms) {
         let Ok(place) = self.place_of(id) else { return };
-        let Some(session) = self.sessions.get_mut(&id) else { return };
+        let Some(session) = self.sessions.get_mut(&id) else {
+            return;
+        };
         session.forget();
         self.gone.retain(|(session, _), _| *session != id);
         let mut infos = Vec::with_capacity(session.shown.len());
@@ -151,10 +160,14 @@ impl World {
 
     /// Looks from where the participant is now: registers what it watches and rouses what it may see.
     pub(super) fn look(&mut self, id: SessionId, now_ms: Ms) {
-        let Some(session) = self.sessions.get_mut(&id) else { return };
+        let Some(session) = self.sessions.get_mut(&id) else {
+            return;
+        };
         let avatar = &self.movers[&session.object];
         let ball = self.rules.eye_ball(avatar.pose.position, avatar.max_speed_mps);
-        let mut eye = session.eye.look(&self.cells, &ball, session.aoi.leave_m, self.largest_m);
+        let mut eye = session
+            .eye
+            .look(&self.cells, &ball, session.aoi.leave_m, self.largest_m);
         if !session.hears_movers {
             eye.watched.clear();
         }

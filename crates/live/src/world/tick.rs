@@ -49,7 +49,9 @@ impl World {
 
     fn judge(&mut self, now_ms: Ms) {
         for id in std::mem::take(&mut self.stirred_sessions) {
-            let Some(session) = self.sessions.get(&id) else { continue };
+            let Some(session) = self.sessions.get(&id) else {
+                continue;
+            };
             let watched = session.eye.watched.iter();
             let near = watched.flat_map(|cell| self.movers_in[cell.index()].iter().copied());
             let mut objects: Vec<_> = near.chain(session.shown.keys().copied()).collect();
@@ -60,8 +62,13 @@ impl World {
             }
         }
         for object in std::mem::take(&mut self.stirred_movers) {
-            let Some(mover) = self.movers.get(&object) else { continue };
-            let near = mover.cells.iter().flat_map(|cell| self.watchers[cell.index()].iter().copied());
+            let Some(mover) = self.movers.get(&object) else {
+                continue;
+            };
+            let near = mover
+                .cells
+                .iter()
+                .flat_map(|cell| self.watchers[cell.index()].iter().copied());
             let mut sessions: Vec<_> = near.chain(mover.shown_to.iter().copied()).collect();
             sessions.sort_unstable();
             sessions.dedup();

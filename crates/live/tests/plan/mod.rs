@@ -40,7 +40,11 @@ impl Belief {
             }
             Event::ObjectPos { objects, .. } => {
                 for told in objects {
-                    assert!(self.infos.contains(&told.object), "a pose of an unknown {}", told.object);
+                    assert!(
+                        self.infos.contains(&told.object),
+                        "a pose of an unknown {}",
+                        told.object
+                    );
                     self.shown.insert(told.object, told.pose);
                 }
             }
@@ -79,7 +83,11 @@ impl Stage {
             },
             planes: vec![],
         };
-        let sees = (0..cells).map(|i| (i.saturating_sub(reach)..cells.min(i + reach + 1)).map(CellId).collect());
+        let sees = (0..cells).map(|i| {
+            (i.saturating_sub(reach)..cells.min(i + reach + 1))
+                .map(CellId)
+                .collect()
+        });
         let all = Cells::new((0..cells).map(shape).collect());
         let bounds = all.bounds();
         Self {
@@ -192,7 +200,9 @@ impl Stage {
     }
 
     pub(crate) fn set_aoi(&mut self, session: SessionId, enter_m: f64, leave_m: f64) {
-        self.world.set_aoi(session, Aoi { enter_m, leave_m }, self.now_ms).unwrap();
+        self.world
+            .set_aoi(session, Aoi { enter_m, leave_m }, self.now_ms)
+            .unwrap();
         self.listen();
     }
 
@@ -244,7 +254,11 @@ impl Stage {
         while self.x(session) != to {
             let left = to - self.x(session);
             let step = left.clamp(-0.1 * speed_mps, 0.1 * speed_mps);
-            let next = if left.abs() < 0.1 * speed_mps + 1e-9 { to } else { self.x(session) + step };
+            let next = if left.abs() < 0.1 * speed_mps + 1e-9 {
+                to
+            } else {
+                self.x(session) + step
+            };
             hush = self.pose(session, next);
             self.tick();
         }
@@ -296,7 +310,9 @@ impl Stage {
 
     /// Whether what is at `x` may be told to who is at `eye`, by geometry alone, with room on both sides.
     pub(crate) fn sees(&self, eye: f64, x: f64, room_m: f64) -> bool {
-        let near = |at: f64, by: f64| (at - by).floor().max(0.0) as usize..=((at + by).floor() as usize).min(self.sees.len() - 1);
+        let near = |at: f64, by: f64| {
+            (at - by).floor().max(0.0) as usize..=((at + by).floor() as usize).min(self.sees.len() - 1)
+        };
         let mut eyes = near(eye, room_m);
         let targets = near(x, room_m);
         eyes.any(|from| targets.clone().any(|to| self.sees[from].contains(&CellId(to as u32))))

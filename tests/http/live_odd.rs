@@ -1,0 +1,208 @@
+//! Odd, hostile and unlucky participants.
+
+use belvedere::config::Settings;
+use serde_json::{Value, json};
+
+use crate::{
+    live_wire::{Person, ask, json},
+    scene::Server,
+    wire::send,
+};
+
+/// A body, and where the answer says that it is wrong.
+async fn refused(person: &Person, rest: &str, body: &Value) -> String {
+    let answer = person.put(rest, body).await;
+    assert_eq!(answer.status, 400, "{body}: {answer:?}");
+    answer.problem()["pointer"].as_str().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn what_is_no_pose_is_refused_with_its_place() {
+    let server = Server::start().await;
+    let a = Person::enter(server.address, 0.5).await;
+    for (body, pointer) in [
+        (json!({}), ""),
+        (json!({"position": [1, 2]}), ""),
+        (json!({"position": ["NaN", 0, 0]}), ""),
+        (json!({"position": [null, 0, 0]}), ""),
+        (json!({"position": [1e12, 0, 0]}), "/position"),
+        (json!({"position": [1000, 0, 0]}), "/position"),
+        (
+            json!({"position": [0.5, 0.5, 0.5], "orientation": [0, 0, 0, 0]}),
+            "/orientation",
+        ),
+        (
+            json!({"position": [0.5, 0.5, 0.5], "velocity": [0, 1e10, 0]}),
+            "/velocity",
+        ),
+        (json!({"position": [0.5, 0.5, 0.5], "t_ms": -5}), "/t_ms"),
+        (json!({"position": [0.5, 0.5, 0.5], "t_ms": 0.5}), ""),
+        (json!({"position": [0.5, 0.5, 0.5], "postion": 0}), ""),
+    ] {
+        assert_eq!(refused(&a, "/pose", &body).await, pointer, "{body}");
+    }
+    let infinite = ("application/json", r#"{"position": [1e999, 0, 0]}"#);
+    assert_eq!(
+        ask(server.address, ("PUT", &a.path("/pose")), Some(&a.token), infinite)
+            .await
+            .status,
+        400
+    );
+    for body in [
+        json!({"enter_m": 5, "leave_m": 5}),
+        json!({"enter_m": -1, "leave_m": 5}),
+        json!({"enter_m": 1, "leave_m": 1e300}),
+    ] {
+        assert_eq!(refused(&a, "/aoi", &body).await, "/aoi");
+    }
+    let aoi = json!({"enter_m": 5, "leave_m": 6});
+    assert_eq!(a.put("/aoi", &aoi).await.status, 200);
+}
+
+#[tokio::test]
+async fn what_is_no_session_is_refused() {
+    let server = Server::start().await;
+    let at = [0.5, 0.5, 0.5];
+    for (body, pointer) in [
+        (json!({"position": at, "max_speed_mps": -1}), "/max_speed_mps"),
+        (json!({"position": at, "radius_m": 0}), "/radius_m"),
+        (json!({"position": at, "avatar": "o77"}), "/avatar"),
+        (json!({"position": at, "include": ["everything"]}), ""),
+        (json!({"position": at, "aoi": {"enter_m": 2, "leave_m": 1}}), "/aoi"),
+    ] {
+        let answer = json(server.address, ("POST", "/v1/scenes/row/sessions"), None, &body).await;
+        assert_eq!(
+            (answer.status, &answer.problem()["pointer"]),
+            (400, &json!(pointer)),
+            "{body}"
+        );
+    }
+    let body = json!({"position": at});
+    let answer = json(server.address, ("POST", "/v1/scenes/nowhere/sessions"), None, &body).await;
+    assert_eq!(answer.problem()["status"], 404);
+    let text = ("text/plain", "{}");
+    assert_eq!(
+        ask(server.address, ("POST", "/v1/scenes/row/sessions"), None, text)
+            .await
+            .status,
+        415
+    );
+    let large = format!("{{\"name\": \"{}\"}}", "x".repeat(70_000));
+    let large = ("application/json", large.as_str());
+    assert_eq!(
+        ask(server.address, ("POST", "/v1/scenes/row/sessions"), None, large)
+            .await
+            .status,
+        413
+    );
+}
+
+#[tokio::test]
+async fn nobody_speaks_for_somebody_else() {
+    let server = Server::start().await;
+    let a = Person::enter(server.address, 0.5).await;
+    let b = Person::enter(server.address, 0.9).await;
+    let pose = json!({"position": [0.5, 0.5, 0.5]});
+    let path = a.path("/pose");
+    let no_token = json(server.address, ("PUT", &path), None, &pose).await;
+    assert_eq!(
+        (no_token.status, no_token.header("www-authenticate")),
+        (401, Some("Bearer"))
+    );
+    assert_eq!(
+        json(server.address, ("PUT", &path), Some(&b.token), &pose)
+            .await
+            .problem()["status"],
+        403
+    );
+    assert_eq!(
+        json(server.address, ("PUT", &path), Some("guess"), &pose).await.status,
+        401
+    );
+    let events = a.path("/events");
+    assert_eq!(send(server.address, "GET", &events, &[]).await.problem()["status"], 401);
+    let stolen = format!("{events}?token={}", b.token);
+    assert_eq!(send(server.address, "GET", &stolen, &[]).await.status, 403);
+    assert_eq!(
+        send(server.address, "GET", "/v1/sessions/s999/events", &[])
+            .await
+            .status,
+        404
+    );
+    assert_eq!(
+        send(server.address, "GET", "/v1/sessions/me/events", &[]).await.status,
+        400
+    );
+    let basic = [("Authorization", "Basic Zm9vOmJhcg==")];
+    assert_eq!(send(server.address, "GET", &events, &basic).await.status, 401);
+}
+
+#[tokio::test]
+async fn time_does_not_run_backwards() {
+    let server = Server::start().await;
+    let a = Person::enter(server.address, 0.5).await;
+    let at = |t_ms: i64| json!({"t_ms": t_ms, "position": [0.5, 0.5, 0.5]});
+    assert_eq!(a.put("/pose", &at(1_000)).await.status, 200);
+    assert_eq!(
+        a.put("/pose", &at(1_000)).await.status,
+        200,
+        "the same again does no harm"
+    );
+    assert_eq!(refused(&a, "/pose", &at(999)).await, "/t_ms");
+    let far_ahead = a.put("/pose", &at(4_000_000_000_000)).await;
+    assert_eq!(far_ahead.status, 200, "whose clock is wrong has one nevertheless");
+}
+
+#[tokio::test]
+async fn a_flood_is_told_to_wait_and_its_newest_pose_is_kept() {
+    let server = Server::start().await;
+    let a = Person::enter(server.address, 0.5).await;
+    let b = Person::enter(server.address, 0.6).await;
+    let mut stream = b.listen().await;
+    let mut flooded = false;
+    let mut last = 0.0;
+    for step in 0..2_000 {
+        last = 0.5 + f64::from(step) * 1e-4;
+        let answer = a.put("/pose", &json!({"position": [last, 0.5, 0.5]})).await;
+        flooded = answer.status == 429;
+        if flooded {
+            assert_eq!(answer.header("retry-after"), Some("1"));
+            answer.problem();
+            break;
+        }
+    }
+    if !flooded {
+        // A machine this slow cannot flood anybody.
+        return;
+    }
+    loop {
+        let told = stream.wait("object-pos").await.data;
+        if told["objects"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|o| o["position"][0] == last)
+        {
+            return;
+        }
+    }
+}
+
+#[tokio::test]
+async fn beyond_the_limits_there_is_no_room() {
+    let server = Server::start_with(Settings {
+        max_sessions: Some(1),
+        max_movers: Some(0),
+        ..Settings::default()
+    })
+    .await;
+    let a = Person::enter(server.address, 0.5).await;
+    let body = json!({"position": [0.5, 0.5, 0.5]});
+    for path in ["/v1/scenes/row/sessions", "/v1/scenes/row/movers"] {
+        let answer = json(server.address, ("POST", path), None, &body).await;
+        assert_eq!((answer.status, answer.header("retry-after")), (503, Some("10")));
+        answer.problem();
+    }
+    assert_eq!(a.leave().await, 204);
+    Person::enter(server.address, 0.5).await;
+}
