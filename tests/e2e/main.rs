@@ -4,9 +4,14 @@
 mod bad_input;
 mod doors;
 mod explaining;
+mod live;
+#[path = "../http/live_wire.rs"]
+mod live_wire;
 mod program;
 mod publishing;
 mod triangles;
 mod verifying;
 mod visible;
 mod walking;
+#[path = "../http/wire.rs"]
+mod wire;

@@ -103,23 +103,14 @@ async fn a_reader_that_does_not_read_costs_nobody_anything() {
     let walker = Person::enter(server.address, 0.7).await;
     let _never_read = stuck.listen().await;
     let mut stream = reader.listen().await;
+    for _ in 0..2 {
+        stream.wait("object-info").await;
+    }
     for step in 0..40 {
         let x = 0.7 + 0.2 * f64::from(step % 2);
         walker.stand_at(x).await;
-        let pose = async {
-            loop {
-                let told = stream.wait("object-pos").await.data;
-                let objects = told["objects"].as_array().unwrap().clone();
-                if objects
-                    .iter()
-                    .any(|o| o["object"] == walker.object.as_str() && o["position"][0] == x)
-                {
-                    return;
-                }
-            }
-        };
         if step > 0 {
-            pose.await;
+            stream.wait_for(&walker.object, x).await;
         }
     }
 }

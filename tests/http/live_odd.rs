@@ -159,6 +159,7 @@ async fn a_flood_is_told_to_wait_and_its_newest_pose_is_kept() {
     let a = Person::enter(server.address, 0.5).await;
     let b = Person::enter(server.address, 0.6).await;
     let mut stream = b.listen().await;
+    stream.wait("object-info").await;
     let mut flooded = false;
     let mut last = 0.0;
     for step in 0..2_000 {
@@ -175,17 +176,7 @@ async fn a_flood_is_told_to_wait_and_its_newest_pose_is_kept() {
         // A machine this slow cannot flood anybody.
         return;
     }
-    loop {
-        let told = stream.wait("object-pos").await.data;
-        if told["objects"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .any(|o| o["position"][0] == last)
-        {
-            return;
-        }
-    }
+    stream.wait_for(&a.object, last).await;
 }
 
 #[tokio::test]

@@ -1,4 +1,7 @@
-//! A participant that is as blunt as a test needs: requests with a token, and a stream of events.
+//! A participant that is as blunt as a test needs: requests with a token, and a stream of events. Also used by
+//! `tests/e2e`.
+
+#![allow(dead_code, reason = "each test binary uses a part")]
 
 use std::{net::SocketAddr, time::Duration};
 
@@ -32,13 +35,14 @@ pub(crate) async fn json(address: SocketAddr, what: (&str, &str), token: Option<
     ask(address, what, token, ("application/json", &body.to_string())).await
 }
 
-/// Somebody in the scene `row`.
+/// Somebody in a scene.
 pub(crate) struct Person {
     address: SocketAddr,
     pub(crate) session: String,
     pub(crate) token: String,
     pub(crate) object: String,
-    pub(crate) opened: Value,
+    /// What it was told at the door.
+    pub(crate) hush: Value,
 }
 
 impl Person {
@@ -52,7 +56,13 @@ impl Person {
         for (name, value) in more.as_object().unwrap() {
             body[name] = value.clone();
         }
-        let answer = json(address, ("POST", "/v1/scenes/row/sessions"), None, &body).await;
+        Self::enter_scene(address, "row", &body).await
+    }
+
+    /// Somebody in any scene.
+    pub(crate) async fn enter_scene(address: SocketAddr, scene: &str, body: &Value) -> Self {
+        let path = format!("/v1/scenes/{scene}/sessions");
+        let answer = json(address, ("POST", &path), None, body).await;
         let opened = answer.json();
         assert_eq!(answer.status, 201, "{opened}");
         let text = |name: &str| opened[name].as_str().unwrap().to_owned();
@@ -61,7 +71,7 @@ impl Person {
             session: text("session"),
             token: text("token"),
             object: text("object"),
-            opened,
+            hush: opened["hush"].clone(),
         }
     }
 
@@ -74,7 +84,11 @@ impl Person {
     }
 
     pub(crate) async fn stand_at(&self, x: f64) -> Value {
-        let answer = self.put("/pose", &json!({"position": [x, 0.5, 0.5]})).await;
+        self.stand(json!([x, 0.5, 0.5])).await
+    }
+
+    pub(crate) async fn stand(&self, position: Value) -> Value {
+        let answer = self.put("/pose", &json!({"position": position})).await;
         assert_eq!(answer.status, 200, "{answer:?}");
         answer.json()
     }
@@ -157,6 +171,22 @@ impl Stream {
             let event = self.next().await;
             if event.name == name {
                 return event;
+            }
+        }
+    }
+
+    /// Waits until a mover is told to be at this place along the row.
+    pub(crate) async fn wait_for(&mut self, mover: &str, x: f64) {
+        loop {
+            let told = self.wait("object-pos").await.data;
+            let there = |o: &Value| (o["position"][0].as_f64().unwrap() - x).abs() < 1e-9;
+            if told["objects"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .any(|o| o["object"] == mover && there(o))
+            {
+                return;
             }
         }
     }

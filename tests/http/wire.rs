@@ -1,4 +1,6 @@
-//! A client that is as blunt as a test needs: bytes out, one answer in.
+//! A client that is as blunt as a test needs: bytes out, one answer in. Also used by `tests/e2e`.
+
+#![allow(dead_code, reason = "each test binary uses a part")]
 
 use std::{net::SocketAddr, time::Duration};
 
