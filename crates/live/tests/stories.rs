@@ -15,6 +15,15 @@ fn two_in_one_room_hear_of_each_other_and_not_of_themselves() {
 }
 
 #[test]
+fn who_may_be_over_the_border_before_it_hears_is_told_what_is_seen_from_there() {
+    let mut stage = Stage::rooms(5);
+    let (back, at_the_border, b) = (stage.enter(0.4), stage.enter(0.9), stage.enter(2.5));
+    stage.tick();
+    assert!(!stage.seen_by(back).contains(&stage.avatar(b)));
+    assert!(stage.seen_by(at_the_border).contains(&stage.avatar(b)));
+}
+
+#[test]
 fn who_walks_behind_a_wall_is_gone_and_its_owner_is_hushed() {
     let mut stage = Stage::rooms(5);
     let (a, b) = (stage.enter(0.4), stage.enter(1.5));

@@ -12,37 +12,44 @@ const DRIFT: f64 = 5e-4;
 pub(super) struct SenderClock {
     offset_ms: f64,
     read_at_ms: Ms,
-    theirs_ms: Ms,
+    /// None while the sender goes by our clock.
+    theirs_ms: Option<Ms>,
     ours_ms: Ms,
 }
 
 impl SenderClock {
-    /// `t_ms` is the sender's time now; who sends none goes by our clock.
+    /// `t_ms` is the sender's time now; who has sent none so far goes by our clock.
     pub(super) fn new(t_ms: Option<Ms>, now_ms: Ms) -> Self {
-        let theirs_ms = t_ms.unwrap_or(now_ms);
         Self {
-            offset_ms: (now_ms - theirs_ms) as f64,
+            offset_ms: (now_ms - t_ms.unwrap_or(now_ms)) as f64,
             read_at_ms: now_ms,
-            theirs_ms,
+            theirs_ms: t_ms,
             ours_ms: now_ms,
         }
     }
 
     /// The last time that was read, in the sender's clock.
     pub(super) fn last_ms(&self) -> Ms {
-        self.theirs_ms
+        self.theirs_ms.unwrap_or(self.ours_ms)
     }
 
     /// Our time of theirs, which must not be before the last one.
     pub(super) fn read(&mut self, t_ms: Option<Ms>, now_ms: Ms) -> Option<Ms> {
-        let theirs_ms = t_ms.unwrap_or_else(|| self.theirs(now_ms));
-        if theirs_ms < self.theirs_ms {
-            return None;
-        }
-        let drifted = self.offset_ms + DRIFT * (now_ms - self.read_at_ms) as f64;
-        self.offset_ms = drifted.min((now_ms - theirs_ms) as f64);
+        let t_ms = t_ms.or_else(|| self.theirs_ms.map(|_| self.theirs(now_ms)));
+        let Some(theirs_ms) = t_ms else {
+            self.ours_ms = self.ours_ms.max(now_ms);
+            return Some(self.ours_ms);
+        };
+        self.offset_ms = match self.theirs_ms {
+            Some(last_ms) if theirs_ms < last_ms => return None,
+            Some(_) => {
+                let drifted = self.offset_ms + DRIFT * (now_ms - self.read_at_ms) as f64;
+                drifted.min((now_ms - theirs_ms) as f64)
+            }
+            None => (now_ms - theirs_ms) as f64,
+        };
         self.read_at_ms = now_ms;
-        self.theirs_ms = theirs_ms;
+        self.theirs_ms = Some(theirs_ms);
         self.ours_ms = self.ours_ms.max((theirs_ms as f64 + self.offset_ms).floor() as Ms);
         Some(self.ours_ms)
     }
@@ -69,5 +76,15 @@ mod tests {
         assert_eq!(clock.read(Some(350), 1_000_400), Some(1_000_295));
         assert_eq!(clock.read(Some(349), 1_000_500), None);
         assert_eq!(clock.theirs(1_000_295), 350);
+    }
+
+    #[test]
+    fn a_clock_may_be_shown_late() {
+        let mut clock = SenderClock::new(None, 1_000_000);
+        assert_eq!(clock.read(None, 1_000_100), Some(1_000_100));
+        assert_eq!(clock.theirs(1_000_100), 1_000_100, "so far it is ours");
+        assert_eq!(clock.read(Some(5), 1_000_200), Some(1_000_200));
+        assert_eq!(clock.read(Some(105), 1_000_300), Some(1_000_300));
+        assert_eq!(clock.read(Some(104), 1_000_300), None);
     }
 }
