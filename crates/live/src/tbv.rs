@@ -80,6 +80,11 @@ impl Validity {
         self.ms = (2 * self.ms).min(self.longest_ms);
     }
 
+    /// A volume of this length was the longest that would do.
+    pub fn fit(&mut self, ms: Ms) {
+        self.ms = self.ms.min(ms).max(Self::SHORTEST_MS);
+    }
+
     /// The last volume was exposed, or its promise broken.
     pub fn shorten(&mut self) {
         self.ms = (self.ms / 2).max(Self::SHORTEST_MS);

@@ -209,6 +209,9 @@ pub(in crate::http) async fn poses(
             Err(error) => refused.push(RefusedLine::new(number, error)),
         }
     }
+    if moves.is_empty() && refused.is_empty() {
+        return Err(ApiError::bad_body("", format!("the body must hold {LINE}")));
+    }
     let moved = live.move_all(&scene, moves).await?;
     let (mut accepted, mut hushed) = (0, Vec::new());
     for (number, moved) in lines.into_iter().zip(moved) {
@@ -229,12 +232,13 @@ pub(in crate::http) async fn poses(
     Ok(now(StatusCode::OK, &batch))
 }
 
+const LINE: &str = r#"lines like {"object": "o100000000", "token": "…", "position": [x, y, z]}"#;
+
 type Move = (ObjectId, Option<Token>, belvedere_live::world::Sent);
 
 /// Reads a line; its token goes before that of the request.
 fn line(text: &[u8], token: Option<Token>) -> Result<Move, ApiError> {
-    const SHAPE: &str = r#"a line like {"object": "o100000000", "token": "…", "position": [x, y, z]}"#;
-    let line: Line = read(text, SHAPE)?;
+    let line: Line = read(text, LINE)?;
     let own = line
         .token
         .map(|text| text.parse().map_err(|_| ApiError::NoToken))

@@ -39,6 +39,10 @@ pub struct NewMover {
 /// A pose that exceeds what was promised by less than this breaks no promise.
 const SLACK_M: f64 = 0.1;
 const SLACK: f64 = 1.05;
+/// A volume that ends so soon has done its work.
+const RENEWAL_TICKS: Ms = 3;
+/// A volume touches at most so many cells: to register it in more would cost more than the messages that it saves.
+const MOST_CELLS: usize = 128;
 
 impl World {
     /// Adds a mover.
@@ -138,7 +142,13 @@ impl World {
             acceleration: sent.acceleration.unwrap_or_default(),
         };
         match mover.state {
-            State::Hushed { tbv, until_ms } if now_ms < until_ms && tbv.holds(sent.position) => {}
+            State::Hushed { tbv, until_ms } if now_ms < until_ms && tbv.holds(sent.position) => {
+                // Who speaks just before the end gets the next promise with the answer.
+                if until_ms - now_ms <= RENEWAL_TICKS * self.rules.tick_ms {
+                    mover.validity.lengthen();
+                    self.rouse(object, now_ms);
+                }
+            }
             State::Hushed { .. } => {
                 mover.validity.shorten();
                 self.rouse(object, now_ms);
@@ -171,18 +181,22 @@ impl World {
         }
     }
 
-    /// Finds the longest volume, up to what has proved useful, that touches no watched cell. A mover that has none stays
-    /// awake.
+    /// Finds the longest volume, up to what has proved useful, that touches no watched cell and not too many others. A
+    /// mover that has none stays awake.
     fn hush(&mut self, object: ObjectId, now_ms: Ms) {
         let mover = &self.movers[&object];
         let mut lasts_ms = mover.validity.ms();
         while lasts_ms >= Validity::SHORTEST_MS {
             let until_ms = now_ms + lasts_ms;
             let (tbv, cells) = self.volume(mover, now_ms, until_ms);
-            if !self.is_watched(&cells, mover.owner) {
+            let small = cells.len() <= MOST_CELLS || lasts_ms < 2 * Validity::SHORTEST_MS;
+            if small && !self.is_watched(&cells, mover.owner) {
                 self.end_showing(object, now_ms);
                 self.register(object, cells);
                 self.enter(object, State::Hushed { tbv, until_ms });
+                if let Some(mover) = self.movers.get_mut(&object) {
+                    mover.validity.fit(lasts_ms);
+                }
                 return;
             }
             lasts_ms /= 2;

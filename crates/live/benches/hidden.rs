@@ -1,0 +1,236 @@
+//! What do hidden movers cost? The chart of Sudarsky & Gotsman (figure 5), for the server of a dense interior, and the
+//! messages that it saves beside telling everybody everything.
+//!
+//! A house of 32 × 32 rooms of 4 m that each see themselves and the four beside them. Some movers walk about in rooms where somebody
+//! looks on, all others in rooms where nobody does. *Update all* is the same server without volumes: every owner speaks
+//! each tick. Prints Markdown; `cargo bench -p belvedere-live`.
+
+#![allow(clippy::print_stdout, reason = "that is what a bench is for")]
+
+use std::fs;
+
+use belvedere_live::{
+    Ms, World,
+    aoi::Aoi,
+    cells::{Cell, Cells},
+    event::{Event, FIRST_MOVER, SessionId},
+    world::{Look, NewMover, Opening, Rules, Sent},
+};
+use belvedere_scene::{Bounds, CellId, ObjectId};
+
+const ROOMS: u32 = 32;
+const ROOM_M: f64 = 4.0;
+const TICKS: u32 = 100;
+const SPEED_MPS: f64 = 1.5;
+
+/// CPU time of this thread so far, in seconds: the machine may be busy with other things.
+fn cpu_s() -> f64 {
+    let stat = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = stat.split(' ').next().and_then(|n| n.parse::<f64>().ok());
+    nanoseconds.unwrap_or(0.0) * 1e-9
+}
+
+fn house() -> Cells {
+    let shape = |i: u32| {
+        let min = [f64::from(i % ROOMS) * ROOM_M, 0.0, f64::from(i / ROOMS) * ROOM_M];
+        let bounds = Bounds {
+            min,
+            max: min.map(|x| x + ROOM_M),
+        };
+        Cell { bounds, planes: vec![] }
+    };
+    let mut cells = Cells::new((0..ROOMS * ROOMS).map(shape).collect());
+    for i in 0..ROOMS * ROOMS {
+        let (x, z) = (i % ROOMS, i / ROOMS);
+        let beside = [(x.wrapping_sub(1), z), (x + 1, z), (x, z.wrapping_sub(1)), (x, z + 1)];
+        let sees: Vec<_> = beside
+            .iter()
+            .filter(|(x, z)| *x < ROOMS && *z < ROOMS)
+            .map(|(x, z)| CellId(z * ROOMS + x))
+            .collect();
+        cells.learn(CellId(i), &sees);
+    }
+    cells
+}
+
+/// Somebody who walks to and fro in a room.
+struct Walker {
+    object: ObjectId,
+    session: Option<SessionId>,
+    home: [f64; 3],
+    phase: f64,
+    hushed_until_ms: Ms,
+}
+
+impl Walker {
+    fn sent(&self, now_ms: Ms) -> Sent {
+        // A triangle of 2 m with 1.2 m/s, which turns too sharply to be extrapolated for long.
+        let way_m = (now_ms as f64 * 1.2e-3 + self.phase) % 4.0;
+        let x = if way_m < 2.0 { way_m } else { 4.0 - way_m };
+        Sent {
+            t_ms: Some(now_ms),
+            position: [self.home[0] + x - 1.0, 1.5, self.home[2]],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            velocity: None,
+            acceleration: None,
+        }
+    }
+}
+
+fn middle(room: u32) -> [f64; 3] {
+    let at = |i: u32| (f64::from(i) + 0.5) * ROOM_M;
+    [at(room % ROOMS), 1.5, at(room / ROOMS)]
+}
+
+fn hush(walkers: &mut [Walker], object: ObjectId, until_ms: Ms) {
+    let at = object.0.checked_sub(FIRST_MOVER).map(|i| i as usize);
+    if let Some(walker) = at.and_then(|at| walkers.get_mut(at)) {
+        walker.hushed_until_ms = until_ms;
+    }
+}
+
+struct Outcome {
+    /// CPU of a tick of the server, with the poses that came in.
+    tick_us: f64,
+    poses_in: u64,
+    told: u64,
+}
+
+/// Rooms of walkers; a session looks on from the first room when there is one. `volumes` off is the naive server.
+fn run(homes: &[u32], with_sessions: bool, volumes: bool) -> Outcome {
+    let rules = Rules {
+        bytes_per_s: 1e9,
+        longest_tbv_ms: if volumes { 60_000 } else { 1 },
+        ..Rules::default()
+    };
+    let cells = house();
+    let bounds = cells.bounds();
+    let mut world = World::new(cells, &bounds, rules);
+    let mut now_ms = 1_000_000;
+    let mut walkers = Vec::new();
+    let observer = SessionId(1_000_000);
+    let aoi = Aoi {
+        enter_m: 1_000.0,
+        leave_m: 1_100.0,
+    };
+    for (i, room) in (0u32..).zip(homes) {
+        let session = with_sessions.then_some(SessionId(u64::from(i)));
+        let walker = Walker {
+            object: ObjectId(FIRST_MOVER + i),
+            session,
+            home: middle(*room),
+            phase: f64::from(i) * 0.37,
+            hushed_until_ms: 0,
+        };
+        let pose = walker.sent(now_ms);
+        match session {
+            Some(session) => {
+                let opening = Opening {
+                    session,
+                    object: walker.object,
+                    pose,
+                    aoi,
+                    max_speed_mps: SPEED_MPS,
+                    radius_m: 0.3,
+                    look: Look::default(),
+                    hears_movers: true,
+                };
+                world.open(opening, now_ms).expect("a session");
+            }
+            None => {
+                let new = NewMover {
+                    object: walker.object,
+                    owner: Some(SessionId(u64::MAX)),
+                    pose,
+                    max_speed_mps: SPEED_MPS,
+                    radius_m: 0.3,
+                    look: Look::default(),
+                    way: None,
+                };
+                world.create(new, now_ms).expect("a mover");
+            }
+        }
+        walkers.push(walker);
+    }
+    if !with_sessions {
+        let opening = Opening {
+            session: observer,
+            object: ObjectId(FIRST_MOVER - 1),
+            pose: Sent {
+                position: middle(0),
+                ..walkers[0].sent(now_ms)
+            },
+            aoi,
+            max_speed_mps: 0.0,
+            radius_m: 0.3,
+            look: Look::default(),
+            hears_movers: true,
+        };
+        world.open(opening, now_ms).expect("a session");
+    }
+    let (mut poses_in, mut told, mut spent_s) = (0, 0, 0.0);
+    // The first second, in which everybody appears, is not counted.
+    for tick in 0..TICKS + 10 {
+        now_ms += rules.tick_ms;
+        let counted = tick >= 10;
+        let due: Vec<_> = walkers
+            .iter_mut()
+            .filter(|w| !volumes || w.hushed_until_ms <= now_ms + rules.tick_ms)
+            .map(|w| (w.sent(now_ms), w))
+            .collect();
+        let sent = due.len() as u64;
+        let start_s = cpu_s();
+        for (pose, walker) in due {
+            let moved = match walker.session {
+                Some(session) => world.pose(session, pose, now_ms).map(|seen| seen.moved),
+                None => world.move_to(walker.object, pose, now_ms),
+            };
+            walker.hushed_until_ms = moved.expect("a pose").hush.map_or(0, |hush| hush.until_ms);
+        }
+        world.tick(now_ms);
+        let events = world.events();
+        spent_s += if counted { cpu_s() - start_s } else { 0.0 };
+        poses_in += if counted { sent } else { 0 };
+        for (_, event) in events {
+            match event {
+                Event::ObjectPos { objects, .. } if counted => told += objects.len() as u64,
+                Event::Wake { object } => hush(&mut walkers, object, 0),
+                Event::Hush(promise) => hush(&mut walkers, promise.object, promise.until_ms),
+                _ => {}
+            }
+        }
+    }
+    Outcome {
+        tick_us: spent_s * 1e6 / f64::from(TICKS),
+        poses_in,
+        told,
+    }
+}
+
+fn main() {
+    println!("100 visible movers, one participant; a tick of the server with the poses that come in:\n");
+    println!(
+        "| hidden movers | with volumes: CPU | poses in a tick | update all: CPU | poses in a tick |\n|---|---|---|---|---|"
+    );
+    for hidden in [0u32, 100, 1_000, 10_000, 100_000] {
+        // The observer sees rooms 0, 1 and 32; the hidden ones walk far from there.
+        let far = (0..hidden).map(|i| 128 + i % (ROOMS * ROOMS - 128));
+        let homes: Vec<_> = (0..100).map(|i| i % 2).chain(far).collect();
+        let (ours, all) = (run(&homes, false, true), run(&homes, false, false));
+        let a_tick = |count: u64| count as f64 / f64::from(TICKS);
+        println!(
+            "| {hidden} | {:.0} µs | {:.0} | {:.0} µs | {:.0} |",
+            ours.tick_us,
+            a_tick(ours.poses_in),
+            all.tick_us,
+            a_tick(all.poses_in)
+        );
+    }
+    println!("\n1,024 participants, one in each room; for ten seconds:\n");
+    println!("| | poses in | poses told |\n|---|---|---|");
+    let homes: Vec<_> = (0..ROOMS * ROOMS).collect();
+    let ours = run(&homes, true, true);
+    let everybody = u64::from(TICKS) * 1024;
+    println!("| broadcast | {everybody} | {} |", everybody * 1023);
+    println!("| Belvedere | {} | {} |", ours.poses_in, ours.told);
+}
