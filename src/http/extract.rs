@@ -86,6 +86,15 @@ impl From<PathRejection> for ApiError {
     }
 }
 
+/// How a level of detail is wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// As it is stored.
+    Published,
+    /// Without extensions for geometry.
+    Plain,
+}
+
 /// The query's parameters, decoded. Unknown ones are ignored; a known one that comes twice is an error.
 #[derive(Debug)]
 pub(super) struct Query(Vec<(String, String)>);
@@ -198,6 +207,18 @@ impl Query {
                 ),
             )
         })
+    }
+
+    /// How a level of detail is wanted.
+    pub(super) fn form(&self) -> Result<Form, ApiError> {
+        match self.text("form")? {
+            None => Ok(Form::Published),
+            Some("plain") => Ok(Form::Plain),
+            Some(other) => {
+                let detail = format!("`form` may be `plain` or missing; got `{}`", shortened(other));
+                Err(ApiError::bad_query("form", detail))
+            }
+        }
     }
 
     /// The object after which a page starts.

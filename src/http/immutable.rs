@@ -212,6 +212,16 @@ impl BlobResponse<'_> {
 
 /// Answers with a small mutable document: a pointer, a list, the result of a query.
 pub(super) fn json_answer(headers: &HeaderMap, etag: Bytes, bytes: Bytes) -> Result<Response, ApiError> {
+    current_answer(headers, etag, "application/json", bytes)
+}
+
+/// Answers with what was made of the current revision for this request.
+pub(super) fn current_answer(
+    headers: &HeaderMap,
+    etag: Bytes,
+    media_type: &'static str,
+    bytes: Bytes,
+) -> Result<Response, ApiError> {
     let mut answer = HeaderMap::with_capacity(8);
     let tag = HeaderValue::from_maybe_shared(etag.clone()).expect("a tag is quoted hex digits");
     answer.insert(header::ETAG, tag);
@@ -220,7 +230,7 @@ pub(super) fn json_answer(headers: &HeaderMap, etag: Bytes, bytes: Bytes) -> Res
         Verdict::Failed => Err(ApiError::PreconditionFailed),
         Verdict::NotModified => Ok((StatusCode::NOT_MODIFIED, answer).into_response()),
         Verdict::Proceed => {
-            insert(&mut answer, header::CONTENT_TYPE, "application/json");
+            insert(&mut answer, header::CONTENT_TYPE, media_type);
             answer.insert(header::CONTENT_LENGTH, bytes.len().into());
             Ok((StatusCode::OK, answer, Body::from(bytes)).into_response())
         }

@@ -11,14 +11,16 @@ use axum::{
     http::{HeaderMap, Method},
     response::Response,
 };
+use belvedere_bake::glb;
 use belvedere_scene::{BlobName, CellId, ObjectId, SceneName};
 use bytes::Bytes;
 use serde::Serialize;
 
 use super::{
     error::ApiError,
-    extract::{Path, Query},
-    immutable::{BlobResponse, Life, json_answer},
+    extract::{Form, Path, Query},
+    immutable::{BlobResponse, Life, current_answer, json_answer},
+    visible::OnLine,
 };
 use crate::{
     published::{Publications, Published, ReadError},
@@ -149,23 +151,46 @@ pub(super) async fn object(
     json(&headers, &published, &info.ok_or_else(|| no_object(&scene, object))?)
 }
 
-/// `GET /v1/scenes/{scene}/objects/{object}/lods/{level}`: that level's bytes.
+/// `GET /v1/scenes/{scene}/objects/{object}/lods/{level}?form=plain`: that level's bytes, as they were published or for
+/// a reader that knows no extensions.
 pub(super) async fn level(
     State(publications): State<Publications>,
     State(blobs): State<BlobStore>,
+    State(on_line): State<OnLine>,
     Path((scene, object, level)): Path<(SceneName, ObjectId, String)>,
+    query: Query,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let digits = level.len() <= 9 && level.bytes().all(|b| b.is_ascii_digit());
     let number: Option<u32> = level.parse().ok().filter(|_| digits);
     let number = number.ok_or_else(|| ApiError::bad_path("a level of detail is a whole number; 0 is the finest"))?;
+    let form = query.form()?;
     let published = find(&publications, &scene)?;
     let info = published.reader.object_info(object).await?;
     let info = info.ok_or_else(|| no_object(&scene, object))?;
     let found = info.levels.iter().find(|level| level.level == number);
     let found = found.ok_or_else(|| ApiError::NotFound(format!("level {number} of object {object} in `{scene}`")))?;
-    blob(&blobs, &found.url, &method, &headers).await
+    match form {
+        Form::Published => blob(&blobs, &found.url, &method, &headers).await,
+        Form::Plain => plain(&blobs, on_line, &found.url, &headers).await,
+    }
+}
+
+/// A level without extensions for geometry, made for this request.
+async fn plain(blobs: &BlobStore, on_line: OnLine, name: &BlobName, headers: &HeaderMap) -> Result<Response, ApiError> {
+    // From the route of a level to `/o/`, wherever the tree is mounted.
+    const PICTURES: &str = "../../../../../../o/";
+    let forms = blobs.get(name).await?;
+    let published = forms
+        .ok_or_else(|| ReadError::Missing(name.clone()))?
+        .identity
+        .bytes
+        .clone();
+    let plain = on_line.run(move || glb::plain(&published, PICTURES)).await?;
+    let plain = plain.map_err(|e| ApiError::Internal(anyhow::Error::new(e).context(format!("blob {name}"))))?;
+    let etag = format!("\"{}-plain-{}\"", name.hash(), env!("CARGO_PKG_VERSION"));
+    current_answer(headers, Bytes::from(etag), "model/gltf-binary", Bytes::from(plain))
 }
 
 async fn blob(blobs: &BlobStore, name: &BlobName, method: &Method, headers: &HeaderMap) -> Result<Response, ApiError> {

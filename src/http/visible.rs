@@ -38,6 +38,20 @@ impl Default for OnLine {
     }
 }
 
+impl OnLine {
+    /// Computes beside the runtime, once it is this request's turn.
+    pub(super) async fn run<T: Send + 'static>(self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, ApiError> {
+        let permit = self.0.acquire_owned().await;
+        let permit = permit.map_err(|e| ApiError::Internal(e.into()))?;
+        let done = tokio::task::spawn_blocking(move || {
+            let done = work();
+            drop(permit);
+            done
+        });
+        done.await.map_err(|e| ApiError::Internal(e.into()))
+    }
+}
+
 /// A body as it was sent.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -151,21 +165,11 @@ pub(super) async fn from_anywhere(
     let blockers = published.reader.blockers().await?;
     let blockers =
         blockers.ok_or_else(|| ApiError::NotFound(format!("occluders in scene `{scene}`: bake it again")))?;
-    let permit = on_line
-        .0
-        .acquire_owned()
-        .await
-        .map_err(|e| ApiError::Internal(e.into()))?;
     let question = Question {
         eye,
         closed: asked.closed,
     };
-    let found = tokio::task::spawn_blocking(move || {
-        let found = blockers.not_hidden(&question);
-        drop(permit);
-        found
-    });
-    let found = found.await.map_err(|e| ApiError::Internal(e.into()))?;
+    let found = on_line.run(move || blockers.not_hidden(&question)).await?;
     let found = found.map_err(|NoDoor(object)| {
         let detail = format!("{object} is no door of scene `{scene}`: a door's object info says `door: true`");
         ApiError::bad_body("/closed", detail)

@@ -185,6 +185,12 @@ async fn what_cannot_be_read_is_told_with_its_parameter() {
         ("/v1/scenes/row/cells/c99", 404, None),
         ("/v1/scenes/row/objects/o99", 404, None),
         ("/v1/scenes/row/objects/o0/lods/-1", 400, None),
+        ("/v1/scenes/row/objects/o0/lods/0?form=obj", 400, Some("form")),
+        (
+            "/v1/scenes/row/objects/o0/lods/0?form=plain&form=plain",
+            400,
+            Some("form"),
+        ),
         ("/v1/scenes/ROW", 400, None),
         ("/v1/scenes/%2e%2e", 400, None),
         ("/v1/scenes/nowhere", 404, None),

@@ -21,7 +21,7 @@ describe("published documents", () => {
     const broken = structuredClone(manifest);
     (broken.whole as { objects: { transform: unknown[] }[] }).objects[1]?.transform.pop();
     expect(() => read(broken)).toThrow("manifest.whole.objects[1].transform should be a list of 16 numbers");
-    expect(() => read({ ...manifest, format: 1 })).toThrow(/manifest.format should be 2/);
+    expect(() => read({ ...manifest, format: 2 })).toThrow(/manifest.format should be 3/);
     expect(() => read({ ...manifest, viewpoints: [] })).toThrow(/at least one viewpoint/);
     expect(() => Json.parse("{", "the pointer")).toThrow("the pointer should be JSON");
   });

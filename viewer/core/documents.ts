@@ -6,7 +6,7 @@ import type { Bounds, Plane, Vec3 } from "./geometry.ts";
 import { denseId, type Json } from "./json.ts";
 
 /** The version of the published format that this build reads. */
-export const FORMAT = 2;
+export const FORMAT = 3;
 
 export interface SceneSummary {
   readonly scene: string;

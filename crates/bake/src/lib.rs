@@ -21,6 +21,7 @@ pub mod glb;
 pub mod import;
 pub mod lod;
 pub mod memory;
+mod meshopt_view;
 mod morton;
 pub mod occluders;
 mod pipeline;

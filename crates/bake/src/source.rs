@@ -3,7 +3,7 @@
 //! Spaces: positions are in model space; `world_from_object` places them. Lengths are metres, +Y is up, faces are
 //! counter-clockwise seen from their front, angles are radians, as in glTF 2.0.
 
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 
 /// A scene as read from a source file, before anything was computed.
 #[derive(Debug, Clone, Default)]
@@ -163,6 +163,23 @@ pub struct SourceViewpoint {
     pub name: String,
     /// The eye and its axes; looks along −Z, +Y up, as a glTF camera does.
     pub world_from_camera: DMat4,
+}
+
+impl SourceObject {
+    /// An upper bound of how much the transform stretches any length: the square root of the product of the largest
+    /// column sum and the largest row sum bounds the spectral norm.
+    #[must_use]
+    pub fn largest_scale(&self) -> f64 {
+        let linear = DMat3::from_mat4(self.world_from_object);
+        let product = linear.transpose() * linear;
+        // For a transform without shear the product is diagonal and this is exact.
+        let row_sum = |row: DVec3| row.abs().element_sum();
+        [product.x_axis, product.y_axis, product.z_axis]
+            .map(row_sum)
+            .into_iter()
+            .fold(0.0, f64::max)
+            .sqrt()
+    }
 }
 
 impl Primitive {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::{BlobName, Bounds, index::Page, object::ObjectChunk, pointer::Viewpoint};
 
 /// The version of the published format that this build writes and reads.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// The immutable entry of a revision (`/o/{hash}.json`). It stays small however large the world is: the two roots
 /// hold at most [`crate::index::PAGE_ENTRIES`] entries each.

@@ -128,7 +128,7 @@ pub struct ObjectInfo {
     pub transform: [f64; 16],
     /// The geometry; null for a procedural object.
     pub model: Option<ModelId>,
-    /// Rules and parameters of a procedural object; always null in format 2.
+    /// Rules and parameters of a procedural object; always null in format 3.
     pub procedural: Option<serde_json::Value>,
     /// Whether it may move.
     pub mover: bool,
@@ -137,7 +137,7 @@ pub struct ObjectInfo {
     pub door: bool,
     /// Its levels, finest first, errors and distances in metres.
     pub levels: Vec<Level>,
-    /// Its smooth LOD; always null in format 2.
+    /// Its smooth LOD; always null in format 3.
     pub smooth: Option<serde_json::Value>,
 }
 

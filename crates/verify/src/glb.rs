@@ -1,17 +1,25 @@
 //! What does a published level 0 hold?
 //!
-//! Reads the GLBs that `docs/FORMAT.md` describes (glTF 2.0 §3.6, §3.7, §4.4): one mesh in model space, positions as
-//! f32, triangles, lines and points. Written from the format's description, apart from the bake's own code, and without
-//! trust: whatever is out of range is an error that says where.
+//! Reads the GLBs that `docs/FORMAT.md` describes (glTF 2.0 §3.6, §3.7, §4.4): one mesh whose node leads into model space,
+//! positions as u16 or f32, triangles, lines and points, in views that may be compressed (`unfolded`). Written from the
+//! format's description, apart from the bake's own code, and without trust: whatever is out of range is an error that
+//! says where.
 
-use glam::Vec3;
+mod unfolded;
+
+use std::{borrow::Cow, cell::Cell};
+
+use glam::{DMat4, DQuat, DVec3, Vec3};
 use serde_json::Value;
 
 use crate::scene::{Model, Surface};
 
 const JSON_CHUNK: u32 = 0x4E4F_534A;
 const BINARY_CHUNK: u32 = 0x004E_4942;
+const UNSIGNED_SHORT: u64 = 5123;
 const FLOAT: u64 = 5126;
+/// More bytes than this are not unfolded for one level.
+const MOST_BYTES: usize = 1 << 30;
 
 /// Why bytes are not a level that can be drawn.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -29,7 +37,12 @@ fn wrong<T>(what: impl Into<String>) -> Result<T, GlbError> {
 pub fn read(bytes: &[u8]) -> Result<Model, GlbError> {
     let (json, binary) = chunks(bytes)?;
     let root: Value = serde_json::from_slice(json).map_err(|e| GlbError(e.to_string()))?;
-    let document = Document { root: &root, binary };
+    let document = Document {
+        root: &root,
+        binary,
+        model_from_mesh: placement(&root),
+        left_bytes: Cell::new(MOST_BYTES),
+    };
     let mut model = Model::default();
     let meshes = root.get("meshes").and_then(Value::as_array);
     for primitive in meshes
@@ -69,11 +82,28 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), GlbError> {
 struct Document<'a> {
     root: &'a Value,
     binary: &'a [u8],
+    model_from_mesh: DMat4,
+    /// What compressed views may still unfold into.
+    left_bytes: Cell<usize>,
+}
+
+/// The transform of the one node that shows the mesh.
+fn placement(root: &Value) -> DMat4 {
+    let node = |name: &str| root.get("nodes")?.get(0)?.get(name)?.as_array();
+    let vector = |name: &str, otherwise: f64| {
+        let of = |axis| {
+            node(name)
+                .and_then(|list| list.get(axis)?.as_f64())
+                .unwrap_or(otherwise)
+        };
+        DVec3::new(of(0), of(1), of(2))
+    };
+    DMat4::from_scale_rotation_translation(vector("scale", 1.0), DQuat::IDENTITY, vector("translation", 0.0))
 }
 
 /// Elements of an accessor.
 struct Elements<'a> {
-    bytes: &'a [u8],
+    bytes: Cow<'a, [u8]>,
     component: u64,
     count: usize,
     stride: usize,
@@ -106,14 +136,15 @@ impl<'a> Document<'a> {
 
     fn positions(&self, accessor: u64) -> Result<Vec<Vec3>, GlbError> {
         let elements = self.elements(accessor, 3)?;
-        if elements.component != FLOAT {
-            return wrong(format!("positions of component type {}", elements.component));
-        }
-        let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-        let points = elements
-            .iter()
-            .map(|b| Vec3::new(float(b), float(&b[4..]), float(&b[8..])));
-        let points: Vec<_> = points.collect();
+        let number: fn(&[u8], usize) -> f64 = match elements.component {
+            FLOAT => |b, i| f32::from_le_bytes(std::array::from_fn(|k| b[4 * i + k])).into(),
+            UNSIGNED_SHORT => |b, i| u16::from_le_bytes([b[2 * i], b[2 * i + 1]]).into(),
+            other => return wrong(format!("positions of component type {other}")),
+        };
+        let points = elements.iter().map(|b| DVec3::from([0, 1, 2].map(|i| number(b, i))));
+        let points: Vec<_> = points
+            .map(|p| self.model_from_mesh.transform_point3(p).as_vec3())
+            .collect();
         if points.iter().any(|p| !p.is_finite()) {
             return wrong("a position is not finite");
         }
@@ -124,7 +155,7 @@ impl<'a> Document<'a> {
         let elements = self.elements(accessor, 1)?;
         let read: fn(&[u8]) -> u32 = match elements.component {
             5121 => |b| u32::from(b[0]),
-            5123 => |b| u32::from(u16::from_le_bytes([b[0], b[1]])),
+            UNSIGNED_SHORT => |b| u32::from(u16::from_le_bytes([b[0], b[1]])),
             5125 => |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]),
             other => return wrong(format!("indices of component type {other}")),
         };
@@ -147,13 +178,17 @@ impl<'a> Document<'a> {
             } * width;
             let count = usize::try_from(number(about, "count")?).ok()?;
             let stride = number(view, "byteStride").map_or(Some(size), |s| usize::try_from(s).ok())?;
-            let start = number(view, "byteOffset").unwrap_or(0);
-            let start = usize::try_from(start.checked_add(number(about, "byteOffset").unwrap_or(0))?).ok()?;
+            let (bytes, start) = self.view(view)?;
+            let start = start.checked_add(usize::try_from(number(about, "byteOffset").unwrap_or(0)).ok()?)?;
             let reach = match count.checked_sub(1) {
                 Some(last) => last.checked_mul(stride)?.checked_add(size)?,
                 None => 0,
             };
-            let bytes = self.binary.get(start..start.checked_add(reach)?)?;
+            let place = start..start.checked_add(reach)?;
+            let bytes = match bytes {
+                Cow::Borrowed(bytes) => Cow::Borrowed(bytes.get(place)?),
+                Cow::Owned(bytes) => Cow::Owned(bytes.get(place)?.to_vec()),
+            };
             (stride >= size).then_some(Elements {
                 bytes,
                 component,
@@ -162,6 +197,17 @@ impl<'a> Document<'a> {
             })
         };
         found().map_or_else(|| wrong(format!("{place} does not lie in the binary chunk")), Ok)
+    }
+
+    /// The bytes that a view lies in, and where it starts in them.
+    fn view(&self, view: &Value) -> Option<(Cow<'a, [u8]>, usize)> {
+        let start = usize::try_from(view.get("byteOffset").and_then(Value::as_u64).unwrap_or(0)).ok()?;
+        let Some(compression) = view.pointer("/extensions/EXT_meshopt_compression") else {
+            return Some((Cow::Borrowed(self.binary), start));
+        };
+        let bytes = unfolded::unfold(compression, self.binary, self.left_bytes.get())?;
+        self.left_bytes.set(self.left_bytes.get() - bytes.len());
+        Some((Cow::Owned(bytes), 0))
     }
 
     /// How a primitive's material shows; glTF's default is opaque and has a front only.
@@ -187,10 +233,9 @@ impl<'a> Document<'a> {
     }
 }
 
-impl<'a> Elements<'a> {
-    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
-        let (bytes, stride) = (self.bytes, self.stride);
-        (0..self.count).map(move |i| &bytes[i * stride..])
+impl Elements<'_> {
+    fn iter(&self) -> impl Iterator<Item = &[u8]> {
+        (0..self.count).map(|i| &self.bytes[i * self.stride..])
     }
 }
 

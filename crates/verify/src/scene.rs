@@ -56,6 +56,9 @@ pub struct Object {
     pub world_from_object: DMat4,
     /// Whether it is a door, which hides nothing.
     pub door: bool,
+    /// No point of it is farther than this from where the source has it, in world space: the error that its level 0
+    /// states.
+    pub error_m: f64,
 }
 
 /// Everything there is to see.
@@ -69,6 +72,8 @@ pub struct Scene {
     bounds: Vec<Bounds>,
     /// The box around everything.
     all: Bounds,
+    /// The largest error of any object.
+    error_m: f64,
 }
 
 impl Model {
@@ -140,11 +145,13 @@ impl Scene {
         };
         let bounds: Vec<_> = objects.iter().map(around).collect();
         let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
+        let error_m = objects.iter().map(|object| object.error_m).fold(0.0, f64::max);
         Self {
             models,
             objects,
             bounds,
             all,
+            error_m,
         }
     }
 
@@ -164,6 +171,12 @@ impl Scene {
     #[must_use]
     pub fn bounds(&self) -> &Bounds {
         &self.all
+    }
+
+    /// No point of anything is farther than this from where the source has it.
+    #[must_use]
+    pub fn error_m(&self) -> f64 {
+        self.error_m
     }
 
     /// How many triangles are drawn, instances counted.

@@ -4,8 +4,9 @@
 //! of each edge. A rasteriser errs at edges and where surfaces touch; this says how clearly something is seen. Shares
 //! nothing with the item buffer but the scene.
 //!
-//! Vertices are f32 and a bake may move them by their rounding, so what is nearer than [`slack_m`] to being hidden cannot
-//! be decided, and counts as not confirmed.
+//! What is published is rounded, and every object states by how much, so a slit between two of them may be as wide as both
+//! errors and not be there in the source. What is nearer than [`slack_m`] to being hidden cannot be decided, and counts as
+//! not confirmed.
 
 use glam::DVec3;
 
@@ -19,7 +20,7 @@ const ROUNDING: f64 = 8.0 / (1 << 24) as f64;
 /// How far apart two things must be at some distance from the eye to be told apart, in metres.
 #[must_use]
 pub fn slack_m(scene: &Scene, distance_m: f64) -> f64 {
-    RELATIVE * distance_m + ROUNDING * scene.bounds().diagonal_m()
+    RELATIVE * distance_m + ROUNDING * scene.bounds().diagonal_m() + 2.0 * scene.error_m()
 }
 
 /// How undecidable cases count.

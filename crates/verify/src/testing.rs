@@ -67,6 +67,7 @@ pub(crate) fn object(model: usize, world_from_object: DMat4) -> Object {
         model,
         world_from_object,
         door: false,
+        error_m: 0.0,
     }
 }
 

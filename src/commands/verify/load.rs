@@ -55,6 +55,7 @@ pub(in crate::commands) async fn published(
             model: models.position(data.store(), &level.url).await?,
             world_from_object: DMat4::from_cols_array(&info.transform),
             door: info.door,
+            error_m: level.geometric_error_m,
         });
         nodes.push(info.source_node);
     }

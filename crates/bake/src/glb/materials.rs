@@ -37,10 +37,10 @@ impl<'a> MaterialTable<'a> {
         self.materials.binary_search(&material).ok()
     }
 
-    /// Writes materials, textures, samplers, images and the extensions that they use.
-    pub(super) fn write_into(&mut self, root: &mut Map<String, Value>) {
-        let mut extensions = BTreeSet::new();
-        let mut required = BTreeSet::new();
+    /// Writes materials, textures, samplers, images and the extensions that are used; `required` are those of the
+    /// geometry.
+    pub(super) fn write_into(&mut self, root: &mut Map<String, Value>, mut required: BTreeSet<&'static str>) {
+        let mut extensions: BTreeSet<String> = required.iter().map(|name| (*name).to_owned()).collect();
         let mut materials = Vec::new();
         for &material in &self.materials {
             let mut gltf = self.input.materials[material].gltf.clone();

@@ -1,17 +1,23 @@
 //! How does geometry become a file that any glTF viewer opens?
 //!
-//! Writes binary glTF 2.0 (GLB): one buffer, one mesh, one node without a transform, one scene. The GLB holds model
-//! space; where an object stands is in its object info. Pictures are external: their URIs are relative to the GLB
-//! itself, so that levels and models share them.
+//! Writes binary glTF 2.0 (GLB): one mesh, one node, one scene. The node's transform leads from the numbers that stand for
+//! positions into model space; where an object stands is in its object info. Pictures are external: their URIs are
+//! relative to the GLB itself, so that levels and models share them.
 //!
-//! * `geometry`: accessors and buffer views. Vertex data are f32, also colours: they are linear and may exceed 1 or
-//!   need more than eight bits. Indices are u16 when they fit, else u32; never u8, which many GPUs widen anyway.
+//! * [`lattice`]: where vertices may stand, and so how far rounding moves them.
+//! * `streams`: attributes as rows of few bytes (`KHR_mesh_quantization`).
+//! * `geometry`: their order, accessors and buffer views, compressed where that saves bytes
+//!   (`EXT_meshopt_compression`). Indices are u16 when they fit, else u32; never u8, which many GPUs widen anyway.
 //! * `materials`: the glTF materials that are used, with their textures.
+//! * [`plain()`]: the same level without the two extensions.
 //!
 //! Guarantee: the same input gives the same bytes; nothing that is not referred to is written.
 
 mod geometry;
+pub mod lattice;
 mod materials;
+mod plain;
+mod streams;
 #[cfg(test)]
 mod tests;
 
@@ -20,7 +26,10 @@ use std::collections::BTreeSet;
 use serde_json::{Map, Value, json};
 
 use crate::glb::geometry::BufferWriter;
+use crate::glb::lattice::{Frame, Lattice};
 use crate::glb::materials::MaterialTable;
+pub use crate::glb::plain::{NoLevel, plain};
+use crate::meshopt_view;
 use crate::source::{Material, Primitive, Texture};
 
 /// What goes into a GLB.
@@ -28,6 +37,8 @@ use crate::source::{Material, Primitive, Texture};
 pub struct GlbInput<'a> {
     /// Geometry in model space. Empty primitives are left out.
     pub primitives: &'a [Primitive],
+    /// Where its vertices may stand.
+    pub lattice: Lattice,
     /// All materials of the scene, indexed by [`Primitive::material`].
     pub materials: &'a [Material],
     /// All textures of the scene, indexed by the materials.
@@ -37,17 +48,29 @@ pub struct GlbInput<'a> {
     pub image_uri: &'a dyn Fn(usize) -> String,
 }
 
+/// A GLB and what it cost to write it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Glb {
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// No vertex moved farther than this, in model units. So no point of a surface is farther from where it was.
+    pub rounding: f64,
+}
+
+const QUANTIZATION: &str = "KHR_mesh_quantization";
+
 /// Writes a GLB.
 ///
-/// Materials and textures that are out of range count as none, as glTF's defaults are a picture too. Costs a pass over
-/// the geometry.
+/// Materials and textures that are out of range count as none, as glTF's defaults are a picture too. Costs
+/// O(n log n) in the vertices.
 #[must_use]
-pub fn write(input: &GlbInput) -> Vec<u8> {
+pub fn write(input: &GlbInput) -> Glb {
     let mut buffer = BufferWriter::default();
     let mut materials = MaterialTable::new(input);
+    let frame = Frame::of(drawn(input.primitives), input.lattice);
     let primitives: Vec<Value> = drawn(input.primitives)
         .map(|primitive| {
-            let mut json = buffer.primitive(primitive);
+            let mut json = buffer.primitive(primitive, &frame);
             if let Some(material) = primitive.material.and_then(|m| materials.position(m)) {
                 json.insert("material".into(), json!(material));
             }
@@ -62,13 +85,35 @@ pub fn write(input: &GlbInput) -> Vec<u8> {
         // glTF has no empty mesh; a node without one is valid and shows nothing.
         root.insert("nodes".into(), json!([{}]));
     } else {
-        root.insert("nodes".into(), json!([{"mesh": 0}]));
+        root.insert("nodes".into(), json!([node(&frame)]));
         root.insert("meshes".into(), json!([{"primitives": primitives}]));
     }
     root.insert("scenes".into(), json!([{"nodes": [0]}]));
-    materials.write_into(&mut root);
+    let mut required = BTreeSet::new();
+    // Bytes that stand for normals need it too, so nearly every level does.
+    if !primitives.is_empty() {
+        required.insert(QUANTIZATION);
+    }
+    if buffer.is_compressed() {
+        required.insert(meshopt_view::EXTENSION);
+    }
+    materials.write_into(&mut root, required);
     let binary = buffer.write_into(&mut root);
-    container(&Value::Object(root), &binary)
+    Glb {
+        bytes: container(&Value::Object(root), &binary),
+        rounding: frame.rounding(drawn(input.primitives)),
+    }
+}
+
+/// The node that leads from what stands for positions into model space.
+fn node(frame: &Frame) -> Value {
+    match frame {
+        Frame::Floats { .. } => json!({"mesh": 0}),
+        Frame::Words { lattice, corner } => {
+            let step = lattice.step();
+            json!({"mesh": 0, "scale": [step, step, step], "translation": corner.map(|x| x * step)})
+        }
+    }
 }
 
 /// The textures that some primitives refer to through their materials, as indices into the scene's textures.
@@ -86,7 +131,7 @@ pub fn used_textures(primitives: &[Primitive], materials: &[Material]) -> BTreeS
 }
 
 /// Primitives that hold something.
-fn drawn(primitives: &[Primitive]) -> impl Iterator<Item = &Primitive> {
+fn drawn(primitives: &[Primitive]) -> impl Iterator<Item = &Primitive> + Clone {
     primitives.iter().filter(|p| !p.indices.is_empty())
 }
 

@@ -488,11 +488,12 @@ fn write_levels_to_disk() {
         for (i, level) in chain(&model([mesh]), &LodSettings::default()).levels.iter().enumerate() {
             let glb = crate::glb::write(&crate::glb::GlbInput {
                 primitives: &level.primitives,
+                lattice: crate::glb::lattice::Lattice::of_size(1.0, 1.0),
                 materials: &[],
                 textures: &[],
                 image_uri: &|_| String::new(),
             });
-            std::fs::write(dir.join(format!("{name}{i}.glb")), glb).unwrap();
+            std::fs::write(dir.join(format!("{name}{i}.glb")), glb.bytes).unwrap();
         }
     }
 }

@@ -178,26 +178,12 @@ fn object_entries(input: Input<'_>) -> Vec<ObjectEntry> {
         part: object.part,
         bounds: bounds[id],
         transform: object.world_from_object.to_cols_array(),
-        scale: largest_scale(object),
+        scale: object.largest_scale(),
         model: ModelId(object.model as u32),
         mover: false,
         door: object.role == Role::Door,
     };
     input.scene.objects.iter().enumerate().map(entry).collect()
-}
-
-/// An upper bound of how much the transform stretches any length: the square root of the product of the largest
-/// column sum and the largest row sum bounds the spectral norm.
-fn largest_scale(object: &SourceObject) -> f64 {
-    let linear = glam::DMat3::from_mat4(object.world_from_object);
-    let product = linear.transpose() * linear;
-    // For a transform without shear the product is diagonal and this is exact.
-    let row_sum = |row: glam::DVec3| row.abs().element_sum();
-    [product.x_axis, product.y_axis, product.z_axis]
-        .map(row_sum)
-        .into_iter()
-        .fold(0.0, f64::max)
-        .sqrt()
 }
 
 fn chunk(row: &[ObjectEntry], models: &[Model]) -> ObjectChunk {

@@ -13,7 +13,7 @@ use super::{
     sink::{BlobSink, Ledger, SinkError},
 };
 use crate::{
-    glb,
+    glb::{self, lattice::Lattice},
     lod::{self, LodLevel, LodSettings},
     progress::{Progress, Stage},
     source::{SourceModel, SourceScene},
@@ -41,14 +41,15 @@ impl Models {
         let triangles: u64 = scene.models.iter().map(cost).sum();
         progress.start(Stage::Lod, triangles);
         let pictures = write_pictures(scene, &ledger)?;
-        let models = scene.models.par_iter().map(|model| {
+        let lattices = Lattice::of_models(scene);
+        let models = scene.models.par_iter().zip(lattices).map(|(model, lattice)| {
             if progress.cancelled() {
                 return Err(BakeError::Cancelled);
             }
             let chain = lod::chain(model, settings);
             let levels = (0u32..).zip(&chain.levels);
-            let levels = levels.map(|(number, level)| write_level(number, level, scene, &pictures, &ledger));
-            let levels = levels.collect::<Result<_, _>>()?;
+            let levels = levels.map(|(number, level)| write_level(number, level, scene, lattice, &pictures, &ledger));
+            let levels = no_finer_level_worse(levels.collect::<Result<_, _>>()?);
             progress.advance(cost(model));
             Ok(Model { levels })
         });
@@ -80,6 +81,7 @@ fn write_level(
     number: u32,
     level: &LodLevel,
     scene: &SourceScene,
+    lattice: Lattice,
     pictures: &[TextureRef],
     ledger: &Ledger<'_>,
 ) -> Result<Level, SinkError> {
@@ -87,20 +89,22 @@ fn write_level(
         .into_iter()
         .map(|texture| scene.textures[texture].image)
         .collect();
-    let bytes = glb::write(&glb::GlbInput {
+    let glb = glb::write(&glb::GlbInput {
         primitives: &level.primitives,
+        lattice: lattice.of_error(level.geometric_error),
         materials: &scene.materials,
         textures: &scene.textures,
         image_uri: &|image| pictures[image].url.to_string(),
     });
-    let (url, bytes) = ledger.put("glb", bytes)?;
+    let (url, bytes) = ledger.put("glb", glb.bytes)?;
+    let geometric_error = level.geometric_error + glb.rounding;
     Ok(Level {
         level: number,
         url,
         bytes,
         triangles: level.triangles,
-        geometric_error_m: level.geometric_error,
-        switch_distance_m: switch_distance_m(level.geometric_error),
+        geometric_error_m: geometric_error,
+        switch_distance_m: switch_distance_m(geometric_error),
         textures: used
             .into_iter()
             .map(|image| pictures[image].clone())
@@ -108,6 +112,18 @@ fn write_level(
             .into_iter()
             .collect(),
     })
+}
+
+/// States no smaller bound for a coarser level than for a finer one, as rounding alone might.
+fn no_finer_level_worse(mut levels: Vec<Level>) -> Vec<Level> {
+    for i in 1..levels.len() {
+        let finer = (levels[i - 1].geometric_error_m, levels[i - 1].switch_distance_m);
+        let level = &mut levels[i];
+        if level.geometric_error_m < finer.0 {
+            (level.geometric_error_m, level.switch_distance_m) = finer;
+        }
+    }
+    levels
 }
 
 /// Adds up the bytes of some levels, each GLB and each texture once.
