@@ -6,7 +6,7 @@ NPM ?= npm
 LISTEN ?= 127.0.0.1:8080
 DATA ?= data
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-browser test-api bless clean
+.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api bless clean
 
 ## Build, bake the built-in world, serve it and print the address.
 demo:
@@ -14,8 +14,9 @@ demo:
 	@$(MAKE) --no-print-directory viewer
 	$(CARGO) run --release --locked -- demo --listen $(LISTEN) --data $(DATA)
 
-## Every test: format, lints, unit, property, golden, end-to-end, a real browser, the API against its description.
-test: tools check test-rust test-viewer test-browser test-api
+## Every test: format, lints, unit, property, golden, end-to-end, levels in others' readers, a real browser, the API
+## against its description.
+test: tools check test-rust test-viewer test-levels test-browser test-api
 
 check: viewer
 	$(CARGO) fmt --all --check
@@ -28,6 +29,9 @@ test-rust: viewer
 
 test-viewer: viewer
 	cd viewer && $(NPM) test
+
+test-levels: viewer
+	tests/tools/levels.sh
 
 test-browser: viewer
 	tests/tools/browser.sh

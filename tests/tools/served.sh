@@ -1,6 +1,7 @@
 # Sourced by the other scripts: builds the program, bakes the built-in museum and serves it on a free port.
 # Afterwards `belvedere`, `data`, `base` and `work` are set; everything started is ended on exit. The baked museum is
-# kept for the next script, until the program is built anew.
+# kept for the next script, until the program is built anew. A script with scenes of its own calls `build_program`, fills
+# `data` and calls `serve`.
 
 work=$(mktemp -d)
 ended=()
@@ -12,15 +13,23 @@ end_all() {
 }
 trap end_all EXIT
 
-serve_museum() {
+build_program() {
   # All targets, so that what `cargo test` has built is used: without them dependencies lose features and are built again.
   cargo build --locked --workspace --all-targets --quiet
-  local target="${CARGO_TARGET_DIR:-target}"
+  target="${CARGO_TARGET_DIR:-target}"
   belvedere="$target/debug/belvedere"
+}
+
+serve_museum() {
+  build_program
   data="$target/museum"
   if [ "$belvedere" -nt "$data/built" ]; then rm -rf "$data"; fi
   "$belvedere" bake content/museum.plan --scene museum --data "$data"
   touch "$data/built"
+  serve
+}
+
+serve() {
   "$belvedere" serve --listen 127.0.0.1:0 --data "$data" >"$work/serve.out" 2>"$work/serve.err" &
   local server=$!
   also_end "$server"

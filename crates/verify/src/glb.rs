@@ -91,7 +91,7 @@ struct Document<'a> {
 fn placement(root: &Value) -> DMat4 {
     let node = |name: &str| root.get("nodes")?.get(0)?.get(name)?.as_array();
     let vector = |name: &str, otherwise: f64| {
-        let of = |axis| {
+        let of = |axis: usize| {
             node(name)
                 .and_then(|list| list.get(axis)?.as_f64())
                 .unwrap_or(otherwise)

@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# Opens every level of some small scenes with readers that nobody here wrote: Khronos' validator, three.js and
+# glTF-Transform. The test scenes are used when they stand beside the checkout.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+. tests/tools/served.sh
+
+build_program
+data="$work/data"
+cat >"$work/rooms.plan" <<'PLAN'
+#############
+#a..#..b#...#
+#...+...#.c.#
+#...#...#...#
+#############
+PLAN
+"$belvedere" bake "$work/rooms.plan" --scene rooms --data "$data"
+scenes=../shared/scenes
+for file in museum-hall/hall.glb ship-textured/dutch_ship_medium_1k.gltf village-tiles/house1-1.glb engine-cad/2CylinderEngine.glb; do
+  name=$(basename "$file")
+  name=$(tr '[:upper:]_' '[:lower:]-' <<<"${name%.*}")
+  if [ -e "$scenes/$file" ]; then "$belvedere" bake "$scenes/$file" --scene "$name" --data "$data" --visibility sampled; fi
+done
+serve
+node viewer/e2e/levels.mjs "$base"

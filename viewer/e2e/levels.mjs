@@ -1,0 +1,95 @@
+/**
+ * Do readers that nobody here wrote open what is published? Takes the address of a server; reads each level of each model
+ * of each scene, as it is published and in its plain form, with Khronos' validator, three.js and glTF-Transform. Fails
+ * on any error of the validator, and where a level and its plain form do not fill the same box.
+ */
+import { NodeIO } from "@gltf-transform/core";
+import { ALL_EXTENSIONS } from "@gltf-transform/extensions";
+import validator from "gltf-validator";
+import { Box3 } from "three";
+import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+
+const base = process.argv[2]?.replace(/\/$/, "");
+if (!base) throw new Error("usage: node levels.mjs http://127.0.0.1:8080");
+
+await MeshoptDecoder.ready;
+const transform = new NodeIO()
+  .registerExtensions(ALL_EXTENSIONS)
+  .registerDependencies({ "meshopt.decoder": MeshoptDecoder });
+// Pictures need a page; the geometry is what is looked at here.
+const three = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
+three.register(() => ({ name: "no_pictures", loadTexture: () => Promise.resolve(null) }));
+
+async function bytesOf(address) {
+  const response = await fetch(address);
+  if (!response.ok) throw new Error(`${address}: ${response.status}`);
+  return new Uint8Array(await response.arrayBuffer());
+}
+
+async function jsonOf(path) {
+  return JSON.parse(new TextDecoder().decode(await bytesOf(`${base}${path}`)));
+}
+
+/** Every level once, by its address. */
+async function levelsOf(scene, bounds) {
+  const found = new Map();
+  const box = [...bounds.min, ...bounds.max].map((x) => x.toFixed(6)).join(",");
+  let next = `/v1/scenes/${scene}/objects?bbox=${box}&limit=1000`;
+  while (next) {
+    const page = await jsonOf(next);
+    for (const { object, levels } of page.objects) {
+      for (const { level, url } of levels) found.set(url, `/v1/scenes/${scene}/objects/${object}/lods/${level}`);
+    }
+    next = page.next;
+  }
+  return found;
+}
+
+async function errorsOf(address, glb) {
+  const report = await validator.validateBytes(glb, {
+    format: "glb",
+    maxIssues: 100,
+    externalResourceFunction: (uri) => bytesOf(new URL(uri, address)),
+  });
+  return report.issues.messages.filter(({ severity }) => severity === 0);
+}
+
+/** The box that three.js puts around a level, after glTF-Transform has read it too. */
+async function boxOf(address, glb) {
+  const document = await transform.binaryToJSON(glb);
+  for (const { uri } of document.json.images ?? []) document.resources[uri] = await bytesOf(new URL(uri, address));
+  const meshes = (await transform.readJSON(document)).getRoot().listMeshes().length;
+  const { scene } = await three.parseAsync(glb.buffer, "");
+  const box = new Box3().setFromObject(scene, true);
+  if (box.isEmpty() !== (meshes === 0)) throw new Error(`${address}: three.js and glTF-Transform do not see the same`);
+  return box;
+}
+
+let [levels, bytes, plainBytes, failures] = [0, 0, 0, 0];
+function fail(address, what) {
+  failures += 1;
+  if (failures <= 20) console.error(`${address}: ${what}`);
+}
+
+for (const { scene, bounds } of (await jsonOf("/v1/scenes")).scenes) {
+  for (const [url, path] of await levelsOf(scene, bounds)) {
+    const forms = [`${base}${url}`, `${base}${path}?form=plain`];
+    const boxes = [];
+    for (const address of forms) {
+      const glb = await bytesOf(address);
+      for (const { code, message, pointer } of await errorsOf(address, glb))
+        fail(address, `${code} ${pointer} ${message}`);
+      boxes.push(await boxOf(address, glb));
+      if (address === forms[0]) bytes += glb.length;
+      else plainBytes += glb.length;
+    }
+    const [published, plain] = boxes;
+    const apart = Math.max(published.min.distanceTo(plain.min), published.max.distanceTo(plain.max));
+    const size = published.min.distanceTo(published.max);
+    if (apart > 1e-6 * (size + published.max.length())) fail(path, `the plain form is ${apart} away`);
+    levels += 1;
+  }
+}
+console.log(`${levels} levels, ${bytes} bytes as published, ${plainBytes} plain; ${failures} errors`);
+if (levels === 0 || failures > 0) process.exit(1);
