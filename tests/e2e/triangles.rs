@@ -84,7 +84,7 @@ async fn published_triangles(scene: &Scene<HttpSource>, source: &HttpSource, ste
         let info = scene.object(ObjectId(id)).await.expect("an object");
         let error_m = info.levels[0].geometric_error_m;
         assert!(
-            error_m <= 1e-3 && error_m <= info.bounds.diagonal_m() * 2f64.powi(-15),
+            error_m <= 1e-3 && error_m <= scene.pointer().bounds.diagonal_m() * 2f64.powi(-15),
             "o{id}: {error_m} m"
         );
         let path = format!("/v1/scenes/{name}/objects/o{id}/lods/0?form=plain");

@@ -24,6 +24,7 @@ pub mod memory;
 mod meshopt_view;
 mod morton;
 pub mod occluders;
+pub mod pictures;
 mod pipeline;
 pub mod progress;
 pub mod records;

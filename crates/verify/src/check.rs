@@ -172,8 +172,9 @@ impl Cell {
 
     /// Eye `number` of this cell. Kinds of places are tried from another one on in each cell, so that all kinds occur
     /// even with one eye a cell.
-    pub(crate) fn eye(&self, seed: u64, number: u64) -> Eye {
-        self.room.eye(seed, self.id.0, number + u64::from(self.id.0))
+    pub(crate) fn eye(&self, scene: &Scene, seed: u64, number: u64) -> Eye {
+        let number = number + u64::from(self.id.0);
+        self.room.eye(seed, self.id.0, number, scene.error_m())
     }
 }
 
@@ -213,7 +214,7 @@ pub fn check(scene: &Scene, cells: &[Cell], settings: &Settings, advance: &(dyn 
         .flat_map(|position| {
             let cell = &cells[position];
             let count = eyes_in(position, cells.len(), settings.eyes);
-            (0..count).map(move |number| (position, cell.eye(settings.seed, number)))
+            (0..count).map(move |number| (position, cell.eye(scene, settings.seed, number)))
         })
         .collect();
     let views: Vec<View> = eyes

@@ -12,9 +12,11 @@ use serde::Serialize;
 
 use crate::random::Random;
 
-/// Eyes on the surface are drawn towards the middle by this share of the way, so that none stands in a wall because of
-/// rounding.
+/// Eyes on the surface are drawn towards the middle by this share of the way at least, so that none stands in a wall
+/// because of rounding.
 const INSET: f64 = 1e-4;
+/// … and so far that a wall that is published elsewhere than it stood is still before them: by so many times the error.
+const ERRORS: f64 = 2.0;
 
 /// What kind of place an eye stands in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -72,6 +74,8 @@ pub struct Eye {
 #[derive(Debug)]
 pub struct Room {
     middle: DVec3,
+    /// How far the nearest face is from the middle.
+    depth_m: f64,
     faces: Vec<Vec<DVec3>>,
     portals: Vec<Vec<DVec3>>,
     /// Triangles of the faces with the sum of the volumes of the tetrahedra to the middle, up to and including each.
@@ -97,16 +101,21 @@ impl Room {
         let sum: DVec3 = hull.points.iter().copied().map(DVec3::from).sum();
         let middle = sum / hull.points.len().max(1) as f64;
         let mut tetrahedra = Vec::new();
-        let mut volume = 0.0;
+        let (mut volume, mut depth_m) = (0.0, f64::INFINITY);
         for face in &faces {
             for i in 2..face.len() {
                 let [a, b, c] = [face[0], face[i - 1], face[i]];
+                let normal = (b - a).cross(c - a).normalize_or_zero();
+                if normal != DVec3::ZERO {
+                    depth_m = f64::min(depth_m, normal.dot(middle - a).abs());
+                }
                 volume += (a - middle).dot((b - middle).cross(c - middle)).abs();
                 tetrahedra.push(([a, b, c], volume));
             }
         }
         Self {
             middle,
+            depth_m,
             faces,
             portals,
             tetrahedra,
@@ -119,9 +128,10 @@ impl Room {
         self.middle
     }
 
-    /// Eye `number` of a cell: always the same for the same seed.
+    /// Eye `number` of a cell: always the same for the same seed. What is drawn may stand `error_m` from where it stood
+    /// when the cell was made.
     #[must_use]
-    pub fn eye(&self, seed: u64, cell: u32, number: u64) -> Eye {
+    pub fn eye(&self, seed: u64, cell: u32, number: u64, error_m: f64) -> Eye {
         let random = &mut Random::of([seed, u64::from(cell), number]);
         let wanted = PLACES[(number % PLACES.len() as u64) as usize];
         let place = match wanted {
@@ -131,7 +141,7 @@ impl Room {
         let on_surface = match place {
             Place::Inside => {
                 return Eye {
-                    position: self.inside(random),
+                    position: self.inside(random, error_m),
                     place,
                 };
             }
@@ -142,17 +152,18 @@ impl Room {
             Place::Jamb => pick(&self.portals, random).map(|portal| on_border(portal, random)),
         };
         Eye {
-            position: self.inset(on_surface.unwrap_or(self.middle)),
+            position: self.inset(on_surface.unwrap_or(self.middle), error_m),
             place,
         }
     }
 
-    fn inset(&self, point: DVec3) -> DVec3 {
-        point.lerp(self.middle, INSET)
+    fn inset(&self, point: DVec3, error_m: f64) -> DVec3 {
+        let share = INSET.max(ERRORS * error_m / self.depth_m.max(f64::MIN_POSITIVE));
+        point.lerp(self.middle, share.min(1.0))
     }
 
     /// Uniform by volume.
-    fn inside(&self, random: &mut Random) -> DVec3 {
+    fn inside(&self, random: &mut Random, error_m: f64) -> DVec3 {
         let Some((_, volume)) = self.tetrahedra.last() else {
             return self.middle;
         };
@@ -161,7 +172,7 @@ impl Room {
         let (face, _) = self.tetrahedra[index.min(self.tetrahedra.len() - 1)];
         // The cube root makes the distance from the middle uniform by volume.
         let on_face = in_triangle(face, random);
-        self.inset(self.middle.lerp(on_face, random.unit().cbrt()))
+        self.inset(self.middle.lerp(on_face, random.unit().cbrt()), error_m)
     }
 }
 
@@ -242,7 +253,7 @@ mod tests {
                 .collect();
             let room = Room::new(&hull, vec![portal]);
             for number in 0..800 {
-                let eye = room.eye(7, 3, number);
+                let eye = room.eye(7, 3, number, 0.0);
                 assert!(inside(&hull, eye.position), "{eye:?}");
             }
         }
@@ -274,7 +285,7 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_eyes_and_another_seed_others() {
         let room = Room::new(&wedge(), vec![]);
-        let eyes = |seed, cell| (0..16).map(|n| room.eye(seed, cell, n)).collect::<Vec<_>>();
+        let eyes = |seed, cell| (0..16).map(|n| room.eye(seed, cell, n, 0.0)).collect::<Vec<_>>();
         assert_eq!(eyes(1, 0), eyes(1, 0));
         assert_ne!(eyes(1, 0), eyes(2, 0));
         assert_ne!(eyes(1, 0), eyes(1, 1));

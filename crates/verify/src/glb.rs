@@ -281,6 +281,45 @@ mod tests {
         assert_eq!(model.points, [6, 7, 8]);
     }
 
+    /// A compressed triangle in u16, which the node scales and moves.
+    fn compressed(filter: &str) -> Vec<u8> {
+        let positions = meshopt::encode_vertex_buffer(&[[0u16, 0, 0, 0], [500, 0, 0, 0], [0, 500, 0, 0]]).unwrap();
+        let indices = meshopt::encode_index_buffer(&[0, 1, 2], 3).unwrap();
+        let view = |start: usize, length: usize, mode: &str, stride: u32| {
+            format!(
+                r#"{{"buffer":1,"byteLength":24,"byteStride":8,"extensions":{{"EXT_meshopt_compression":{{"buffer":0,
+                "byteOffset":{start},"byteLength":{length},"byteStride":{stride},"count":3,"mode":"{mode}"{filter}}}}}}}"#
+            )
+        };
+        let json = format!(
+            r#"{{"nodes":[{{"mesh":0,"scale":[0.002,0.002,0.002],"translation":[1,0,-3]}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5123,"count":3,"type":"VEC3"}},
+                {{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}}],
+            "bufferViews":[{},{}]}}"#,
+            view(0, positions.len(), "ATTRIBUTES", 8),
+            view(positions.len(), indices.len(), "TRIANGLES", 2).replace(r#""byteStride":8,"ext"#, r#""ext"#),
+        );
+        glb(&json, &[positions, indices].concat())
+    }
+
+    #[test]
+    fn quantised_and_compressed_positions_come_back_where_the_node_puts_them() {
+        let model = read(&compressed("")).unwrap();
+        assert_eq!(
+            model.positions,
+            [[1.0, 0.0, -3.0], [2.0, 0.0, -3.0], [1.0, 1.0, -3.0]].map(Vec3::from)
+        );
+        assert_eq!(model.patches[0].triangles, [[0, 1, 2]]);
+        assert!(read(&compressed(r#","filter":"OCTAHEDRAL""#)).is_err());
+        let whole = compressed("");
+        for at in 0..whole.len() {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 0x55;
+            let _ = read(&damaged);
+        }
+    }
+
     #[test]
     fn damaged_bytes_are_refused_with_a_reason() {
         let whole = glb(TRIANGLE, &binary([0, 1, 2]));

@@ -39,7 +39,7 @@ pub fn sight_line(scene: &Scene, cell: &Cell, object: u32, eyes: u64, size_px: u
     *expected.get_mut(object as usize)? = false;
     let mut cube = Cube::new(size_px);
     (0..eyes).find_map(|number| {
-        let eye = cell.eye(SEED, number);
+        let eye = cell.eye(scene, SEED, number);
         cube.draw(scene, eye.position, &expected);
         let sightings = cube.unexpected();
         let rays = sightings.len().min(RAYS_AN_EYE);

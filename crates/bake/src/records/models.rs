@@ -15,6 +15,7 @@ use super::{
 use crate::{
     glb::{self, lattice::Lattice},
     lod::{self, LodLevel, LodSettings},
+    pictures::{self, texels},
     progress::{Progress, Stage},
     source::{SourceModel, SourceScene},
 };
@@ -40,13 +41,14 @@ impl Models {
         let ledger = Ledger::new(sink, &[]);
         let triangles: u64 = scene.models.iter().map(cost).sum();
         progress.start(Stage::Lod, triangles);
-        let pictures = write_pictures(scene, &ledger)?;
+        let pictures = Pictures::write(scene, &ledger)?;
         let lattices = Lattice::of_models(scene);
         let models = scene.models.par_iter().zip(lattices).map(|(model, lattice)| {
             if progress.cancelled() {
                 return Err(BakeError::Cancelled);
             }
             let chain = lod::chain(model, settings);
+            let pictures = pictures.on(model);
             let levels = (0u32..).zip(&chain.levels);
             let levels = levels.map(|(number, level)| write_level(number, level, scene, lattice, &pictures, &ledger));
             let levels = no_finer_level_worse(levels.collect::<Result<_, _>>()?);
@@ -65,16 +67,63 @@ fn cost(model: &SourceModel) -> u64 {
     1 + model.primitives.iter().map(|p| p.count() as u64).sum::<u64>()
 }
 
-fn write_pictures(scene: &SourceScene, ledger: &Ledger<'_>) -> Result<Vec<TextureRef>, SinkError> {
-    scene
-        .images
-        .par_iter()
-        .map(|image| {
-            ledger
-                .put(image.ext, image.bytes.clone())
-                .map(|(url, bytes)| TextureRef { url, bytes })
+/// Every picture in all sizes, stored.
+struct Pictures<'a> {
+    scene: &'a SourceScene,
+    /// For each picture the root of the number of its pixels, and its sizes.
+    ladders: Vec<(Option<f64>, Vec<TextureRef>)>,
+}
+
+impl<'a> Pictures<'a> {
+    fn write(scene: &'a SourceScene, ledger: &Ledger<'_>) -> Result<Self, SinkError> {
+        let contents = texels::contents(&scene.materials, &scene.textures, scene.images.len());
+        let ladders = scene.images.par_iter().zip(contents).map(|(image, content)| {
+            let ladder = pictures::ladder(image, content);
+            let side_px = ladder
+                .size_px
+                .map(|[width, height]| (f64::from(width) * f64::from(height)).sqrt());
+            let put = |bytes| {
+                ledger
+                    .put(image.ext, bytes)
+                    .map(|(url, bytes)| TextureRef { url, bytes })
+            };
+            Ok((side_px, ladder.rungs.into_iter().map(put).collect::<Result<_, _>>()?))
+        });
+        Ok(Self {
+            scene,
+            ladders: ladders.collect::<Result<_, _>>()?,
         })
-        .collect()
+    }
+
+    /// The pictures as a model shows them.
+    fn on(&self, model: &SourceModel) -> PicturesOnModel<'_> {
+        PicturesOnModel {
+            ladders: &self.ladders,
+            covered: texels::covered(&model.primitives, &self.scene.materials, &self.scene.textures),
+        }
+    }
+}
+
+/// Which size of each picture a level of a model takes.
+struct PicturesOnModel<'a> {
+    ladders: &'a [(Option<f64>, Vec<TextureRef>)],
+    /// The length that a picture's side covers, in model units.
+    covered: BTreeMap<usize, f64>,
+}
+
+impl PicturesOnModel<'_> {
+    /// The smallest size whose texels are no longer than a level's error; the largest when nobody knows how long they are.
+    fn at(&self, image: usize, geometric_error: f64) -> &TextureRef {
+        let (side_px, rungs) = &self.ladders[image];
+        let texel = self
+            .covered
+            .get(&image)
+            .zip(*side_px)
+            .map(|(length, side_px)| length / side_px);
+        let halvings = texel.map_or(0.0, |texel| (geometric_error / texel).log2().floor());
+        // Negative and NaN become 0.
+        &rungs[(halvings as usize).min(rungs.len() - 1)]
+    }
 }
 
 fn write_level(
@@ -82,7 +131,7 @@ fn write_level(
     level: &LodLevel,
     scene: &SourceScene,
     lattice: Lattice,
-    pictures: &[TextureRef],
+    pictures: &PicturesOnModel<'_>,
     ledger: &Ledger<'_>,
 ) -> Result<Level, SinkError> {
     let used: BTreeSet<usize> = glb::used_textures(&level.primitives, &scene.materials)
@@ -94,7 +143,7 @@ fn write_level(
         lattice: lattice.of_error(level.geometric_error),
         materials: &scene.materials,
         textures: &scene.textures,
-        image_uri: &|image| pictures[image].url.to_string(),
+        image_uri: &|image| pictures.at(image, level.geometric_error).url.to_string(),
     });
     let (url, bytes) = ledger.put("glb", glb.bytes)?;
     let geometric_error = level.geometric_error + glb.rounding;
@@ -107,7 +156,7 @@ fn write_level(
         switch_distance_m: switch_distance_m(geometric_error),
         textures: used
             .into_iter()
-            .map(|image| pictures[image].clone())
+            .map(|image| pictures.at(image, level.geometric_error).clone())
             .collect::<BTreeSet<_>>()
             .into_iter()
             .collect(),

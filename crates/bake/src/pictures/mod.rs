@@ -1,0 +1,182 @@
+//! In which sizes is a picture published, and which of them does a level of detail need?
+//!
+//! A *ladder* holds the picture as it came and then each time half as wide and half as high (rounded down), while the
+//! longer side has at least [`SMALLEST_PX`] pixels and bytes still fall. Pixels are averages over the area that they
+//! cover: of colours in linear light and weighted by alpha, of normals and other data as they stand. PNG stays PNG and
+//! JPEG stays JPEG; what is neither, or cannot be decoded, or is too large, has one size.
+//!
+//! From the distance on at which a level is good enough, its error covers at most one pixel of the screen. So a level
+//! takes the smallest size of which a texel is at most as long as its error ([`texels`]): between half and one pixel there.
+
+#[cfg(test)]
+mod tests;
+pub mod texels;
+
+use std::io::Cursor;
+
+use image::{
+    DynamicImage, ImageFormat, ImageReader, Limits, Rgba32FImage,
+    codecs::{jpeg::JpegEncoder, png::PngEncoder},
+};
+
+use crate::source::Image;
+
+/// No size is made whose longer side has fewer pixels.
+pub const SMALLEST_PX: u32 = 32;
+/// Wider or higher pictures have one size.
+const LARGEST_PX: u32 = 8192;
+/// Of JPEG: what most writers take.
+const QUALITY: u8 = 85;
+
+/// What the numbers of a picture mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Content {
+    /// sRGB colours, perhaps with alpha.
+    Color,
+    /// Directions, roughness and the like, proportional to what they mean.
+    Data,
+}
+
+/// A picture in all sizes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ladder {
+    /// How wide and high the first one is; none when nobody could tell.
+    pub size_px: Option<[u32; 2]>,
+    /// The encoded pictures, each half as wide and high as the one before; the first is the source's own.
+    pub rungs: Vec<Vec<u8>>,
+}
+
+/// Makes the smaller sizes of a picture.
+///
+/// Costs a pass over the pixels and 16 bytes of memory for each; the same picture gives the same bytes.
+#[must_use]
+pub fn ladder(picture: &Image, content: Content) -> Ladder {
+    let mut ladder = Ladder {
+        size_px: None,
+        rungs: vec![picture.bytes.clone()],
+    };
+    let format = match picture.ext {
+        "png" => ImageFormat::Png,
+        "jpg" => ImageFormat::Jpeg,
+        _ => return ladder,
+    };
+    let Some(decoded) = decode(&picture.bytes, format) else {
+        return ladder;
+    };
+    ladder.size_px = Some([decoded.width(), decoded.height()]);
+    let has_alpha = decoded.color().has_alpha();
+    let mut pixels = decoded.into_rgba32f();
+    to_averages(&mut pixels, content);
+    while pixels.width().max(pixels.height()) / 2 >= SMALLEST_PX {
+        pixels = halved(&halved(&pixels, Axis::X), Axis::Y);
+        let encoded = encode(&pixels, content, has_alpha, format);
+        match encoded.filter(|bytes| ladder.rungs.last().is_some_and(|last| bytes.len() < last.len())) {
+            Some(bytes) => ladder.rungs.push(bytes),
+            None => break,
+        }
+    }
+    ladder
+}
+
+fn decode(bytes: &[u8], format: ImageFormat) -> Option<DynamicImage> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(LARGEST_PX);
+    limits.max_image_height = Some(LARGEST_PX);
+    reader.limits(limits);
+    reader.decode().ok()
+}
+
+/// Makes of pixels what may be averaged.
+fn to_averages(pixels: &mut Rgba32FImage, content: Content) {
+    if content == Content::Color {
+        for pixel in pixels.pixels_mut() {
+            let alpha = pixel.0[3];
+            for x in &mut pixel.0[..3] {
+                *x = linear(*x) * alpha;
+            }
+        }
+    }
+}
+
+/// The reverse, in 8 bits.
+fn from_averages(pixel: [f32; 4], content: Content) -> [u8; 4] {
+    let [r, g, b, alpha] = pixel;
+    let shown = match content {
+        Content::Data => pixel,
+        Content::Color if alpha > 0.0 => [srgb(r / alpha), srgb(g / alpha), srgb(b / alpha), alpha],
+        Content::Color => [0.0; 4],
+    };
+    shown.map(|x| (x * 255.0).round().clamp(0.0, 255.0) as u8)
+}
+
+/// IEC 61966-2-1.
+fn linear(x: f32) -> f32 {
+    if x <= 0.04045 {
+        x / 12.92
+    } else {
+        ((x + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+fn srgb(x: f32) -> f32 {
+    if x <= 0.003_130_8 {
+        12.92 * x
+    } else {
+        1.055 * x.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Axis {
+    X,
+    Y,
+}
+
+/// Half as many pixels along an axis, at least one, each the average over what it covers. An odd number is halved
+/// without leaving one out: a pixel then covers a bit more than two.
+fn halved(pixels: &Rgba32FImage, axis: Axis) -> Rgba32FImage {
+    let (width, height) = pixels.dimensions();
+    let length = match axis {
+        Axis::X => width,
+        Axis::Y => height,
+    };
+    let half = (length / 2).max(1);
+    let covered = f64::from(length) / f64::from(half);
+    let (new_width, new_height) = match axis {
+        Axis::X => (half, height),
+        Axis::Y => (width, half),
+    };
+    Rgba32FImage::from_fn(new_width, new_height, |x, y| {
+        let at = match axis {
+            Axis::X => x,
+            Axis::Y => y,
+        };
+        let (start, end) = (f64::from(at) * covered, f64::from(at + 1) * covered);
+        let mut sum = [0.0f64; 4];
+        for place in (start as u32)..(end.ceil() as u32).min(length) {
+            let share = (end.min(f64::from(place + 1)) - start.max(f64::from(place))) / covered;
+            let pixel = match axis {
+                Axis::X => pixels.get_pixel(place, y),
+                Axis::Y => pixels.get_pixel(x, place),
+            };
+            for (sum, x) in sum.iter_mut().zip(pixel.0) {
+                *sum += share * f64::from(x);
+            }
+        }
+        image::Rgba(sum.map(|x| x as f32))
+    })
+}
+
+fn encode(pixels: &Rgba32FImage, content: Content, has_alpha: bool, format: ImageFormat) -> Option<Vec<u8>> {
+    let bytes = pixels.pixels().flat_map(|pixel| from_averages(pixel.0, content));
+    let bytes = image::RgbaImage::from_raw(pixels.width(), pixels.height(), bytes.collect())?;
+    let shown = DynamicImage::ImageRgba8(bytes);
+    let shown = if has_alpha { shown } else { shown.into_rgb8().into() };
+    let mut encoded = Vec::new();
+    let written = match format {
+        ImageFormat::Jpeg => shown.write_with_encoder(JpegEncoder::new_with_quality(&mut encoded, QUALITY)),
+        _ => shown.write_with_encoder(PngEncoder::new(&mut encoded)),
+    };
+    written.ok().map(|()| encoded)
+}

@@ -1,0 +1,116 @@
+use serde_json::json;
+
+use super::{texels::*, *};
+use crate::source::{Material, Primitive, Texture};
+
+fn png(width: u32, height: u32, color: impl Fn(u32, u32) -> [u8; 4]) -> Image {
+    let pixels = image::RgbaImage::from_fn(width, height, |x, y| image::Rgba(color(x, y)));
+    let mut bytes = Vec::new();
+    pixels.write_with_encoder(PngEncoder::new(&mut bytes)).unwrap();
+    Image {
+        ext: "png",
+        media_type: "image/png",
+        bytes,
+    }
+}
+
+fn noise(x: u32, y: u32) -> [u8; 4] {
+    let n = (x.wrapping_mul(0x9E37_79B9) ^ y.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0xC2B2_AE35);
+    let [r, g, b, _] = n.to_le_bytes();
+    [r, g, b, 255]
+}
+
+fn decoded(bytes: &[u8]) -> image::RgbaImage {
+    image::load_from_memory(bytes).unwrap().into_rgba8()
+}
+
+#[test]
+fn each_size_is_half_the_one_before_down_to_the_smallest() {
+    let picture = png(300, 129, noise);
+    let ladder = ladder(&picture, Content::Color);
+    assert_eq!(ladder.rungs[0], picture.bytes);
+    let sizes: Vec<_> = ladder.rungs.iter().map(|rung| decoded(rung).dimensions()).collect();
+    assert_eq!(sizes, [(300, 129), (150, 64), (75, 32), (37, 16)]);
+    assert!(ladder.rungs.windows(2).all(|pair| pair[1].len() < pair[0].len()));
+    assert_eq!(super::ladder(&picture, Content::Color), ladder);
+}
+
+#[test]
+fn colours_are_averaged_in_linear_light_and_data_as_they_stand() {
+    let checks = png(128, 128, |x, y| {
+        [if (x + y) % 2 == 0 { 255 } else { 0 }, noise(x, y)[1], 0, 255]
+    });
+    for (content, red) in [(Content::Color, 188), (Content::Data, 128)] {
+        let half = decoded(&ladder(&checks, content).rungs[1]);
+        assert!(
+            half.pixels().all(|pixel| pixel.0[0] == red),
+            "{content:?}: {:?}",
+            half.get_pixel(3, 3)
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_seen_has_no_colour() {
+    let fence = png(128, 128, |x, y| {
+        if x % 2 == 0 {
+            [255, 0, noise(x, y)[2], 255]
+        } else {
+            [0, 255, 0, 0]
+        }
+    });
+    let half = decoded(&ladder(&fence, Content::Color).rungs[1]);
+    assert!(
+        half.pixels()
+            .all(|pixel| pixel.0[1] == 0 && pixel.0[0] == 255 && pixel.0[3] == 128)
+    );
+}
+
+#[test]
+fn what_cannot_be_decoded_has_one_size() {
+    let mut broken = png(256, 256, noise);
+    broken.bytes.truncate(1000);
+    let other = Image {
+        ext: "ktx2",
+        ..broken.clone()
+    };
+    for picture in [broken, other] {
+        let ladder = ladder(&picture, Content::Color);
+        assert_eq!((ladder.size_px, ladder.rungs), (None, vec![picture.bytes]));
+    }
+}
+
+fn material(gltf: serde_json::Value) -> Material {
+    Material {
+        gltf,
+        see_through: false,
+        double_sided: false,
+    }
+}
+
+#[test]
+fn the_length_that_a_picture_covers_is_that_of_its_most_stretched_use() {
+    let square = |side: f32, uv: f32| Primitive {
+        material: Some(0),
+        positions: vec![[0.0, 0.0, 0.0], [side, 0.0, 0.0], [side, side, 0.0], [0.0, side, 0.0]],
+        uvs: vec![vec![[0.0, 0.0], [uv, 0.0], [uv, uv], [0.0, uv]]],
+        indices: vec![0, 1, 2, 0, 2, 3],
+        ..Primitive::default()
+    };
+    let textures = [0, 1].map(|image| Texture { image, sampler: None });
+    let scaled = json!({"index": 1, "extensions": {"KHR_texture_transform": {"scale": [4, 4]}}});
+    let materials = [material(
+        json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "normalTexture": scaled}),
+    )];
+    let found = covered(&[square(8.0, 2.0), square(6.0, 1.0)], &materials, &textures);
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), [(0, 6.0), (1, 1.5)]);
+    assert_eq!(
+        contents(&materials, &textures, 3),
+        [Content::Color, Content::Data, Content::Data]
+    );
+    let flat = Primitive {
+        uvs: vec![vec![[0.5, 0.5]; 4]],
+        ..square(8.0, 1.0)
+    };
+    assert!(covered(&[flat], &materials, &textures).is_empty());
+}
