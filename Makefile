@@ -55,6 +55,10 @@ viewer/node_modules/.package-lock.json: viewer/package.json viewer/package-lock.
 tools:
 	@tests/tools/require.sh cargo cc node npm chromium python3
 
+## After a meant change of what is written: golden files anew, to be looked at and committed.
+bless:
+	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-bake --test golden_smooth
+
 clean:
 	$(CARGO) clean
 	rm -rf viewer/dist viewer/node_modules artifacts .venv

@@ -375,8 +375,7 @@ fn known(hash: Option<BlobHash>) -> String {
 fn report(publisher: &Publisher, written: &Written, defects: &[DefectReport], progress: &BakeProgress) -> Report {
     let manifest = &written.manifest;
     let mean_visible = manifest.visibility.mean_visible;
-    let mut seconds = progress.seconds();
-    seconds.entry("smooth".to_owned()).or_insert(0.0);
+    let seconds = progress.seconds();
     let counts = &manifest.counts;
     Report {
         scene: publisher.scene.clone(),

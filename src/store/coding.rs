@@ -55,9 +55,9 @@ impl Coding {
     }
 }
 
-/// Whether a blob of this kind can be expected to shrink. Pictures are entropy-coded already.
+/// Whether a blob of this kind can be expected to shrink. Pictures and smooth LODs are entropy-coded already.
 pub(super) fn worth_trying(ext: &str) -> bool {
-    !matches!(ext, "png" | "jpg" | "jpeg" | "webp" | "avif" | "ktx2")
+    !matches!(ext, "png" | "jpg" | "jpeg" | "webp" | "avif" | "ktx2" | "slod")
 }
 
 /// At least 5 %: less would not pay for one more copy in every cache.

@@ -11,6 +11,8 @@ pub enum Stage {
     Cells,
     /// Making levels of detail.
     Lod,
+    /// Making smooth levels of detail.
+    Smooth,
     /// A first look at what each cell sees.
     Preview,
     /// Computing each cell's visible set.
@@ -28,6 +30,7 @@ impl Stage {
             Self::Cells => "cells",
             Self::Visibility => "visibility",
             Self::Lod => "lod",
+            Self::Smooth => "smooth",
             Self::Preview => "preview",
             Self::Publish => "publish",
         }

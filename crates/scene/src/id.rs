@@ -94,6 +94,8 @@ macro_rules! string_serde {
     };
 }
 
+pub(crate) use string_serde;
+
 dense_id!(
     /// A placed object of one revision, `o9`.
     ObjectId, 'o', "an object"

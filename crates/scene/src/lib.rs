@@ -14,6 +14,7 @@
 //! * [`smooth`]: smooth LODs: streams of which every beginning is a coarser mesh; their decoder.
 //! * [`walk`]: from a known cell to the cell at a point nearby.
 //! * [`object`]: object infos: where an object stands and which levels of detail it has.
+//! * [`rung`]: the slices in which a smooth LOD is fetched, and what an object info says of them.
 //! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
 //!
 //! `docs/FORMAT.md` specifies all of it to the byte.
@@ -26,6 +27,7 @@ pub mod manifest;
 pub mod object;
 pub mod pointer;
 pub mod record;
+pub mod rung;
 pub mod smooth;
 pub mod walk;
 

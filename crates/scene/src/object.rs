@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BlobName, Bounds, ModelId, ObjectId};
+use crate::{BlobName, Bounds, ModelId, ObjectId, rung::SmoothLod};
 
 /// One discrete level of detail of a model. Level 0 is the finest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,6 +60,9 @@ pub fn switch_distance_m(geometric_error_m: f64) -> f64 {
 pub struct Model {
     /// Finest first; never empty.
     pub levels: Vec<Level>,
+    /// The same in one stream of which every beginning is a coarser mesh, where that pays.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smooth: Option<SmoothLod>,
 }
 
 /// A placed instance of a model, as a chunk lists it.
@@ -137,8 +140,8 @@ pub struct ObjectInfo {
     pub door: bool,
     /// Its levels, finest first, errors and distances in metres.
     pub levels: Vec<Level>,
-    /// Its smooth LOD; always null in format 3.
-    pub smooth: Option<serde_json::Value>,
+    /// Its smooth LOD, errors in metres; null where there is none.
+    pub smooth: Option<SmoothLod>,
 }
 
 impl ObjectInfo {
@@ -161,7 +164,7 @@ impl ObjectInfo {
             mover: entry.mover,
             door: entry.door,
             levels: model.levels.iter().map(in_metres).collect(),
-            smooth: None,
+            smooth: model.smooth.as_ref().map(|smooth| smooth.scaled(entry.scale)),
         }
     }
 }

@@ -12,8 +12,8 @@ use crate::glb::{GlbInput, drawn, used_textures};
 /// The used part of a scene's materials.
 pub(super) struct MaterialTable<'a> {
     input: &'a GlbInput<'a>,
-    /// Rising indices into the scene's materials.
-    materials: Vec<usize>,
+    /// Rising indices into the scene's materials; or as they were listed, `None` for glTF's default.
+    materials: Vec<Option<usize>>,
     /// Rising indices into the scene's textures.
     textures: Vec<usize>,
 }
@@ -27,14 +27,22 @@ impl<'a> MaterialTable<'a> {
         let textures = used_textures(input.primitives, input.materials);
         Self {
             input,
-            materials: materials.into_iter().collect(),
+            materials: materials.into_iter().map(Some).collect(),
             textures: textures.into_iter().filter(|&t| t < input.textures.len()).collect(),
+        }
+    }
+
+    /// Of just these materials, in this order.
+    pub(super) fn listing(input: &'a GlbInput<'a>, materials: &[Option<usize>]) -> Self {
+        Self {
+            materials: materials.to_vec(),
+            ..Self::new(input)
         }
     }
 
     /// The number in the GLB of a material of the scene.
     pub(super) fn position(&self, material: usize) -> Option<usize> {
-        self.materials.binary_search(&material).ok()
+        self.materials.binary_search(&Some(material)).ok()
     }
 
     /// Writes materials, textures, samplers, images and the extensions that are used; `required` are those of the
@@ -43,7 +51,8 @@ impl<'a> MaterialTable<'a> {
         let mut extensions: BTreeSet<String> = required.iter().map(|name| (*name).to_owned()).collect();
         let mut materials = Vec::new();
         for &material in &self.materials {
-            let mut gltf = self.input.materials[material].gltf.clone();
+            let known = material.and_then(|material| self.input.materials.get(material));
+            let mut gltf = known.map_or_else(|| json!({}), |material| material.gltf.clone());
             visit_textures(&mut gltf, &mut |texture| self.textures.binary_search(&texture).ok());
             collect_extensions(&gltf, &mut extensions);
             materials.push(gltf);

@@ -37,8 +37,6 @@ use crate::source::{Material, Primitive, Texture};
 pub struct GlbInput<'a> {
     /// Geometry in model space. Empty primitives are left out.
     pub primitives: &'a [Primitive],
-    /// Where its vertices may stand.
-    pub lattice: Lattice,
     /// All materials of the scene, indexed by [`Primitive::material`].
     pub materials: &'a [Material],
     /// All textures of the scene, indexed by the materials.
@@ -59,15 +57,15 @@ pub struct Glb {
 
 const QUANTIZATION: &str = "KHR_mesh_quantization";
 
-/// Writes a GLB.
+/// Writes a GLB whose vertices stand on a lattice.
 ///
 /// Materials and textures that are out of range count as none, as glTF's defaults are a picture too. Costs
 /// O(n log n) in the vertices.
 #[must_use]
-pub fn write(input: &GlbInput) -> Glb {
+pub fn write(input: &GlbInput, lattice: Lattice) -> Glb {
     let mut buffer = BufferWriter::default();
     let mut materials = MaterialTable::new(input);
-    let frame = Frame::of(drawn(input.primitives), input.lattice);
+    let frame = Frame::of(drawn(input.primitives), lattice);
     let primitives: Vec<Value> = drawn(input.primitives)
         .map(|primitive| {
             let mut json = buffer.primitive(primitive, &frame);
@@ -114,6 +112,16 @@ fn node(frame: &Frame) -> Value {
             json!({"mesh": 0, "scale": [step, step, step], "translation": corner.map(|x| x * step)})
         }
     }
+}
+
+/// Writes a glTF document (JSON) without meshes: its material *i* is the *i*-th of `listed`, `None` glTF's default.
+/// `input` must have a primitive with each of them. Costs no pass over the geometry.
+#[must_use]
+pub fn write_materials(input: &GlbInput, listed: &[Option<usize>]) -> Vec<u8> {
+    let mut root = Map::new();
+    root.insert("asset".into(), json!({"version": "2.0", "generator": "Belvedere"}));
+    MaterialTable::listing(input, listed).write_into(&mut root, BTreeSet::new());
+    Value::Object(root).to_string().into_bytes()
 }
 
 /// The textures that some primitives refer to through their materials, as indices into the scene's textures.

@@ -81,13 +81,13 @@ impl Sample {
     }
 
     fn on(&self, lattice: Lattice) -> Glb {
-        write(&GlbInput {
+        let input = GlbInput {
             primitives: &self.primitives,
-            lattice,
             materials: &self.materials,
             textures: &self.textures,
             image_uri: &|image| self.uris[image].to_owned(),
-        })
+        };
+        write(&input, lattice)
     }
 }
 
@@ -449,4 +449,32 @@ fn a_texture_that_does_not_exist_is_left_out() {
 fn write_a_sample_to_disk() {
     let out = std::env::var("GLB_OUT").unwrap();
     std::fs::write(out, Sample::new().glb()).unwrap();
+}
+
+#[test]
+fn a_document_of_materials_lists_them_as_they_were_asked_for() {
+    let sample = Sample::new();
+    let input = GlbInput {
+        primitives: &sample.primitives,
+        materials: &sample.materials,
+        textures: &sample.textures,
+        image_uri: &|image| sample.uris[image].to_owned(),
+    };
+    let json: Value = serde_json::from_slice(&write_materials(&input, &[Some(3), None, Some(1)])).unwrap();
+    let glb = json_of(&sample.glb());
+    assert_eq!(json["materials"].as_array().unwrap().len(), 3);
+    assert_eq!(json["materials"][0], glb["materials"][1]);
+    assert_eq!(json["materials"][1], json!({}));
+    for same in ["textures", "images", "samplers"] {
+        assert_eq!(json[same], glb[same], "{same}");
+    }
+    let of_materials = |names: &Value| {
+        let mut names = names.as_array().unwrap().clone();
+        names.retain(|name| name != QUANTIZATION && name != meshopt_view::EXTENSION);
+        names
+    };
+    for same in ["extensionsUsed", "extensionsRequired"] {
+        assert_eq!(json[same], Value::Array(of_materials(&glb[same])), "{same}");
+    }
+    assert_eq!(json.get("meshes"), None);
 }

@@ -58,7 +58,7 @@ struct Piece {
 
 /// No point of `source` is farther from `level`, nor the reverse. `origins` names for each shape of the level the shape
 /// of the source that it comes from: a first guess.
-pub(super) fn hausdorff_bound(source: &ShapeTree, level: &ShapeTree, origins: &[u32], limits: HausdorffLimits) -> f64 {
+pub(crate) fn hausdorff_bound(source: &ShapeTree, level: &ShapeTree, origins: &[u32], limits: HausdorffLimits) -> f64 {
     let piece = |corners: Corners, near| Piece {
         corners,
         near,

@@ -179,7 +179,7 @@ fn shape_count(primitives: &[Primitive]) -> usize {
 }
 
 /// Bytes of vertices and indices as a plain GLB holds them.
-fn geometry_bytes(primitives: &[Primitive]) -> usize {
+pub(crate) fn geometry_bytes(primitives: &[Primitive]) -> usize {
     let bytes = |p: &Primitive| {
         let floats = 3 * p.positions.len()
             + 3 * p.normals.len()

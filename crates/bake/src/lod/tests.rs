@@ -486,13 +486,13 @@ fn write_levels_to_disk() {
     ];
     for (name, mesh) in meshes {
         for (i, level) in chain(&model([mesh]), &LodSettings::default()).levels.iter().enumerate() {
-            let glb = crate::glb::write(&crate::glb::GlbInput {
+            let input = crate::glb::GlbInput {
                 primitives: &level.primitives,
-                lattice: crate::glb::lattice::Lattice::of_size(1.0, 1.0),
                 materials: &[],
                 textures: &[],
                 image_uri: &|_| String::new(),
-            });
+            };
+            let glb = crate::glb::write(&input, crate::glb::lattice::Lattice::of_size(1.0, 1.0));
             std::fs::write(dir.join(format!("{name}{i}.glb")), glb.bytes).unwrap();
         }
     }

@@ -9,6 +9,7 @@ mod models;
 mod pages;
 mod settle;
 mod sink;
+mod smooth;
 mod viewpoints;
 
 use std::collections::BTreeMap;

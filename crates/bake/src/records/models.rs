@@ -1,4 +1,5 @@
-//! Which bytes does each model cost at each level? Makes the levels of every model and hands them to the sink as GLBs.
+//! Which bytes does each model cost at each level? Makes the levels of every model and hands them to the sink as GLBs;
+//! `smooth` adds smooth LODs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,6 +12,7 @@ use rayon::prelude::*;
 use super::{
     BakeError,
     sink::{BlobSink, Ledger, SinkError},
+    smooth,
 };
 use crate::{
     glb::{self, lattice::Lattice},
@@ -28,7 +30,7 @@ pub struct Models {
 }
 
 impl Models {
-    /// Makes and stores the levels of every model and the pictures that they use.
+    /// Makes and stores the levels of every model, smooth LODs where they pay, and the pictures that both use.
     ///
     /// # Errors
     /// When the sink refuses an object, or the caller cancels.
@@ -43,7 +45,7 @@ impl Models {
         progress.start(Stage::Lod, triangles);
         let pictures = Pictures::write(scene, &ledger)?;
         let lattices = Lattice::of_models(scene);
-        let models = scene.models.par_iter().zip(lattices).map(|(model, lattice)| {
+        let levels = scene.models.par_iter().zip(lattices).map(|(model, lattice)| {
             if progress.cancelled() {
                 return Err(BakeError::Cancelled);
             }
@@ -53,10 +55,13 @@ impl Models {
             let levels = levels.map(|(number, level)| write_level(number, level, scene, lattice, &pictures, &ledger));
             let levels = no_finer_level_worse(levels.collect::<Result<_, _>>()?);
             progress.advance(cost(model));
-            Ok(Model { levels })
+            Ok(levels)
         });
+        let levels: Vec<_> = levels.collect::<Result<_, BakeError>>()?;
+        let smooth = smooth::write(scene, &pictures, settings.error_limits, &ledger, progress)?;
+        let models = levels.into_iter().zip(smooth);
         Ok(Self {
-            models: models.collect::<Result<_, _>>()?,
+            models: models.map(|(levels, smooth)| Model { levels, smooth }).collect(),
             blobs: ledger.into_blobs(),
         })
     }
@@ -68,7 +73,7 @@ fn cost(model: &SourceModel) -> u64 {
 }
 
 /// Every picture in all sizes, stored.
-struct Pictures<'a> {
+pub(super) struct Pictures<'a> {
     scene: &'a SourceScene,
     /// For each picture the root of the number of its pixels, and its sizes.
     ladders: Vec<(Option<f64>, Vec<TextureRef>)>,
@@ -93,6 +98,11 @@ impl<'a> Pictures<'a> {
             scene,
             ladders: ladders.collect::<Result<_, _>>()?,
         })
+    }
+
+    /// A picture as it came.
+    pub(super) fn whole(&self, image: usize) -> &TextureRef {
+        &self.ladders[image].1[0]
     }
 
     /// The pictures as a model shows them.
@@ -138,13 +148,13 @@ fn write_level(
         .into_iter()
         .map(|texture| scene.textures[texture].image)
         .collect();
-    let glb = glb::write(&glb::GlbInput {
+    let input = glb::GlbInput {
         primitives: &level.primitives,
-        lattice: lattice.of_error(level.geometric_error),
         materials: &scene.materials,
         textures: &scene.textures,
         image_uri: &|image| pictures.at(image, level.geometric_error).url.to_string(),
-    });
+    };
+    let glb = glb::write(&input, lattice.of_error(level.geometric_error));
     let (url, bytes) = ledger.put("glb", glb.bytes)?;
     let geometric_error = level.geometric_error + glb.rounding;
     Ok(Level {

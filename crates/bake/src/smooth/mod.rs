@@ -5,11 +5,16 @@
 //! 3. `script`: the collapses, undone from the last, told to `belvedere_scene::smooth::replay`;
 //!    `weights` finds out first how this mesh's positions are predicted best;
 //! 4. `cuts` over [`mod@error`]: where it is good to stop.
+//!
+//! [`publish`] says which models of a scene get one, how fine, and how far each rung is from the source.
 
 pub mod canonical;
 mod collapse;
 mod cuts;
 pub mod error;
+pub mod publish;
+#[cfg(test)]
+mod publish_tests;
 mod quadric;
 pub mod quantise;
 mod script;

@@ -12,6 +12,9 @@ use belvedere_scene::smooth::octahedron;
 
 use crate::source::{Primitive, SourceModel, Topology};
 
+/// More sets of texture coordinates are left out.
+pub const MOST_UV_SETS: usize = 4;
+
 /// How finely a model is rounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Precision {
@@ -65,7 +68,7 @@ impl QuantisedMesh {
         self.positions.iter().map(|p| p.map(|x| 2 * x)).collect()
     }
 
-    /// Rounds a model's triangles. Its primitives are its materials, in their order.
+    /// Rounds a model's triangles. A triangle's material is a position in [`materials`].
     #[must_use]
     pub fn new(model: &SourceModel, precision: Precision) -> Self {
         let primitives: Vec<&Primitive> = model
@@ -93,7 +96,9 @@ impl QuantisedMesh {
         };
         let mut vertices: BTreeMap<[i32; 3], u32> = BTreeMap::new();
         let mut wedges: BTreeMap<(u32, Vec<i32>), u32> = BTreeMap::new();
-        for (material, primitive) in primitives.iter().enumerate() {
+        let materials = materials(model);
+        for primitive in primitives {
+            let material = materials.iter().position(|m| *m == primitive.material).unwrap_or(0);
             let rounded: Vec<(u32, u32)> = (0..primitive.positions.len())
                 .map(|i| {
                     let vertex = mesh.vertex(&mut vertices, primitive.positions[i], last as i32);
@@ -197,6 +202,18 @@ impl QuantisedMesh {
     }
 }
 
+/// The materials of a model's triangles, each once, in order of first use.
+#[must_use]
+pub fn materials(model: &SourceModel) -> Vec<Option<usize>> {
+    let mut materials = Vec::new();
+    for primitive in &model.primitives {
+        if primitive.topology == Topology::Triangles && !materials.contains(&primitive.material) {
+            materials.push(primitive.material);
+        }
+    }
+    materials
+}
+
 /// What the primitives have, each at least one of them.
 fn channels(primitives: &[&Primitive], uv_bits: u32) -> Vec<Channel> {
     let mut channels = Vec::new();
@@ -211,7 +228,7 @@ fn channels(primitives: &[&Primitive], uv_bits: u32) -> Vec<Channel> {
         add(ChannelKind::Normal, [0.0; 2], [0.0; 2], 1.0);
     }
     let sets = primitives.iter().map(|p| p.uvs.len()).max().unwrap_or(0);
-    for set in 0..sets.min(4) {
+    for set in 0..sets.min(MOST_UV_SETS) {
         let (low, high) = range(primitives.iter().filter_map(|p| p.uvs.get(set)).flatten());
         if low[0] <= high[0] {
             add(ChannelKind::Uv, low, high, ((1u32 << uv_bits) - 1) as f32);

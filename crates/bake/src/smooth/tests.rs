@@ -11,7 +11,10 @@ use crate::source::{Primitive, SourceModel};
 fn soup(points: &[[u8; 3]], corners: &[[u8; 3]], materials: usize) -> SourceModel {
     let mut model = SourceModel::default();
     for material in 0..materials {
-        let mut primitive = Primitive::default();
+        let mut primitive = Primitive {
+            material: Some(material),
+            ..Primitive::default()
+        };
         let own = corners.iter().enumerate().filter(|(i, _)| i % materials == material);
         for (i, corner) in own.flat_map(|(i, corners)| corners.map(|corner| (i, corner))) {
             let point = points[usize::from(corner) % points.len()];

@@ -104,7 +104,7 @@ impl Change {
         let p = mesh.points[old as usize].at;
         let q = mesh.points[new as usize].at;
         let step: [i32; 3] = std::array::from_fn(|axis| q[axis] - p[axis]);
-        let mut lost = [0; 3];
+        let mut lost = [0i32; 3];
         for &i in &self.moved {
             let spoke = star.spokes[i as usize];
             let corners = &mut mesh.triangles[spoke.triangle as usize];
@@ -116,13 +116,13 @@ impl Change {
             for other in [spoke.from, spoke.to] {
                 let at = mesh.points[other as usize].at;
                 for axis in 0..3 {
-                    lost[axis] += at[axis];
+                    lost[axis] = lost[axis].wrapping_add(at[axis]);
                 }
                 mesh.add_around(other, step);
             }
         }
         mesh.add_around(new, lost);
-        mesh.add_around(old, lost.map(|x: i32| -x));
+        mesh.add_around(old, lost.map(i32::wrapping_neg));
         for i in 0..self.opened.len() {
             let Opened { born, neighbour, after } = self.opened[i];
             let triangle = self.bear(mesh, born, old, new);

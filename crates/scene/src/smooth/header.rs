@@ -207,10 +207,12 @@ impl Header {
             "its header has a number that is not finite"
         } else if self
             .cuts
-            .iter()
-            .any(|cut| cut.bytes > self.total_bytes || cut.rms_error.is_nan())
+            .windows(2)
+            .any(|pair| pair[0].bytes >= pair[1].bytes)
+            || self.cuts.last().is_some_and(|last| last.bytes != self.total_bytes)
+            || self.cuts.iter().any(|cut| cut.rms_error.is_nan())
         {
-            "one of its cuts lies behind its end"
+            "its cuts do not rise to its end"
         } else {
             return Ok(self);
         };

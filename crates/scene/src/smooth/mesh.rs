@@ -86,13 +86,11 @@ impl Mesh {
         for point in &mut self.points {
             point.around = [0; 3];
         }
-        for &[a, b, c] in &self.triangles {
+        for i in 0..self.triangles.len() {
+            let [a, b, c] = self.triangles[i];
             let [p, q, r] = [a, b, c].map(|v| self.points[v as usize].at);
             for (vertex, one, other) in [(a, q, r), (b, r, p), (c, p, q)] {
-                let around = &mut self.points[vertex as usize].around;
-                for axis in 0..3 {
-                    around[axis] += one[axis] + other[axis];
-                }
+                self.add_around(vertex, std::array::from_fn(|axis| one[axis] + other[axis]));
             }
         }
     }

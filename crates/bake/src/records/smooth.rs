@@ -1,0 +1,105 @@
+//! What does each model cost as a smooth LOD? Writes the streams of those models for which that pays, and the materials
+//! that they name.
+
+use std::collections::BTreeSet;
+
+use belvedere_scene::{
+    object::TextureRef,
+    rung::{Rung, RungName, SLOD, SmoothLod},
+    smooth::Header,
+};
+use rayon::prelude::*;
+
+use super::{BakeError, largest_scale, models::Pictures, sink::Ledger};
+use crate::{
+    glb,
+    lod::error::HausdorffLimits,
+    progress::{Progress, Stage},
+    smooth::{
+        self, publish,
+        quantise::{QuantisedMesh, materials},
+    },
+    source::{SourceModel, SourceScene},
+};
+
+/// The smooth LOD of each model, stored.
+pub(super) fn write(
+    scene: &SourceScene,
+    pictures: &Pictures<'_>,
+    limits: HausdorffLimits,
+    ledger: &Ledger<'_>,
+    progress: &dyn Progress,
+) -> Result<Vec<Option<SmoothLod>>, BakeError> {
+    let mut scales = vec![0.0f64; scene.models.len()];
+    for object in &scene.objects {
+        let scale = &mut scales[object.model];
+        *scale = scale.max(largest_scale(object));
+    }
+    let cost = |model: &SourceModel| {
+        let triangles = model.triangle_count() as u64;
+        if publish::is_worthwhile(model) { triangles } else { 0 }
+    };
+    progress.start(Stage::Smooth, scene.models.iter().map(cost).sum());
+    let written = scene.models.par_iter().zip(scales).map(|(model, scale)| {
+        if progress.cancelled() {
+            return Err(BakeError::Cancelled);
+        }
+        if !publish::is_worthwhile(model) {
+            return Ok(None);
+        }
+        let mesh = QuantisedMesh::new(model, publish::precision(model, scale));
+        let bytes = smooth::encode(&mesh);
+        let is_smaller = bytes.len() < publish::plain_bytes(model);
+        let smooth = is_smaller.then(|| write_one(scene, (model, &mesh), bytes, (pictures, limits), ledger));
+        progress.advance(cost(model));
+        smooth.transpose()
+    });
+    written.collect()
+}
+
+fn write_one(
+    scene: &SourceScene,
+    (model, mesh): (&SourceModel, &QuantisedMesh),
+    bytes: Vec<u8>,
+    (pictures, limits): (&Pictures<'_>, HausdorffLimits),
+    ledger: &Ledger<'_>,
+) -> Result<SmoothLod, BakeError> {
+    const READS: &str = "a reader reads what was just written";
+    let (header, _) = Header::read(&bytes).expect(READS).expect(READS);
+    let errors = publish::geometric_errors(model, mesh, &bytes, limits).expect(READS);
+    let (url, bytes) = ledger.put(SLOD, bytes)?;
+    let rungs = header.cuts.iter().zip(errors).enumerate().map(|(number, (cut, error))| Rung {
+        url: RungName {
+            hash: url.hash(),
+            number: number as u8,
+        },
+        from: number.checked_sub(1).map_or(0, |before| u64::from(header.cuts[before].bytes)),
+        to: u64::from(cut.bytes),
+        triangles: u64::from(cut.triangles),
+        geometric_error_m: error,
+        rms_error_m: f64::from(cut.rms_error),
+    });
+    let rungs = rungs.collect();
+    let listed = glb::write_materials(
+        &glb::GlbInput {
+            primitives: &model.primitives,
+            materials: &scene.materials,
+            textures: &scene.textures,
+            image_uri: &|image| pictures.whole(image).url.to_string(),
+        },
+        &materials(model),
+    );
+    let (materials, materials_bytes) = ledger.put("gltf", listed)?;
+    let textures: BTreeSet<TextureRef> = glb::used_textures(&model.primitives, &scene.materials)
+        .into_iter()
+        .map(|texture| pictures.whole(scene.textures[texture].image).clone())
+        .collect();
+    Ok(SmoothLod {
+        url,
+        bytes,
+        materials,
+        materials_bytes,
+        textures: textures.into_iter().collect(),
+        rungs,
+    })
+}

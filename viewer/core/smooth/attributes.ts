@@ -1,0 +1,258 @@
+/**
+ * What do corners look like? Normals, texture coordinates and colours with seams, and a material for each triangle
+ * (`docs/SLOD.md` §8). A *wedge* is one set of attribute values at a vertex, shared by those corners there that have no
+ * seam between them.
+ */
+import { type ChannelKind, type Header, numbersOf } from "./header.ts";
+import { IntList } from "./list.ts";
+import { type Mesh, NONE } from "./mesh.ts";
+import { damaged, type ModelSpace, type Reader } from "./rans.ts";
+import { CORNER, Expectation, type Wedges } from "./values.ts";
+
+/** More wedges of one vertex cannot be named again. */
+const MOST_PRESENT = 15;
+
+/** Why a corner is asked for its wedge. */
+const MOVED_SAME = 0;
+const MOVED_OTHER = 1;
+const BORN_NEW = 2;
+const BORN_OLD = 3;
+const BORN_THIRD = 4;
+
+export class Attributes implements Wedges {
+  readonly stride: number;
+  readonly values = new IntList();
+  /** Wedges of the triangles' corners; none without channels. */
+  readonly corners = new IntList();
+  /** Of each triangle. */
+  readonly materials = new IntList();
+
+  private readonly kinds: readonly ChannelKind[];
+  private readonly materialCount: number;
+  private readonly mostWedges: number;
+  private readonly sameMaterial: number;
+  private readonly material: number;
+  private readonly ranks: number;
+  private readonly copies: number;
+  private readonly sizes: number;
+  /** The wedge that a vertex got last; by wedge, the one that its vertex got before it. */
+  private readonly latest = new IntList();
+  private readonly before = new IntList();
+  private readonly lastCopy: Int32Array;
+  private readonly expectation = new Expectation();
+  /** The corners of the new vertex, as they were before the split. */
+  private readonly was = new IntList();
+  /** The corners of each new wedge that is still to be told. */
+  private readonly pending: IntList[] = [];
+  private pendingCount = 0;
+  /** Wedges told before this split. */
+  private told = 0;
+  private readonly present = new Int32Array(MOST_PRESENT);
+  private presentCount = 0;
+
+  constructor(header: Header, models: ModelSpace) {
+    this.kinds = header.channels.map(({ kind }) => kind);
+    this.stride = header.stride;
+    this.materialCount = header.materials;
+    this.mostWedges = header.wedges;
+    this.sameMaterial = models.nibbles(1);
+    this.material = models.nibbles(1);
+    this.ranks = models.nibbles(5 * 4);
+    this.copies = models.nibbles(5 * this.kinds.length);
+    this.sizes = models.nibbles(16 * 8 * this.stride);
+    this.lastCopy = new Int32Array(this.kinds.length);
+  }
+
+  /** Bytes that {@link dress} takes at most for so many corners. */
+  stepBytes(corners: number): number {
+    return this.stride === 0 && this.materialCount < 2 ? 0 : corners * (8 + 7 * this.stride);
+  }
+
+  /** After a split: what the corners of the new vertex and of new triangles, from `first` on, look like. */
+  dress(reader: Reader, mesh: Mesh, old: number, fresh: number, first: number, size: number): void {
+    this.readMaterials(reader, mesh, fresh, first);
+    if (this.stride === 0) return;
+    this.corners.extend(3 * mesh.triangles, NONE);
+    this.latest.extend(mesh.vertices, NONE);
+    this.pendingCount = 0;
+    this.told = this.values.length / this.stride;
+    this.askMoved(reader, mesh, fresh);
+    for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
+      for (let side = 0; side < 3; side += 1) {
+        const vertex = mesh.corners[3 * triangle + side] as number;
+        if (vertex === fresh) continue;
+        this.readRank(reader, mesh, vertex, triangle, side, NONE, vertex === old ? BORN_OLD : BORN_THIRD);
+      }
+    }
+    for (let i = 0; i < this.pendingCount; i += 1) {
+      this.readValues(reader, mesh, this.pending[i] as IntList, old, fresh, size);
+    }
+    if (this.told + this.pendingCount > this.mostWedges) damaged("it has more wedges than its header says");
+  }
+
+  /** Asks for the corners of the new vertex. Those of moved triangles still hold wedges of the old one. */
+  private askMoved(reader: Reader, mesh: Mesh, fresh: number): void {
+    const { was, corners } = this;
+    const { stars } = mesh;
+    was.clear();
+    const begin = stars.first[fresh] as number;
+    const end = begin + (stars.length[fresh] as number);
+    for (let i = begin; i < end; i += 1) {
+      const triangle = stars.places[i] as number;
+      const side = mesh.sideOf(triangle, fresh);
+      was.push(triangle);
+      was.push(side);
+      was.push(corners.at(3 * triangle + side));
+      corners.values[3 * triangle + side] = NONE;
+    }
+    let beside = NONE;
+    for (let i = 0; i < was.length; i += CORNER) {
+      const wedge = was.at(i + 2);
+      const why = wedge === NONE ? BORN_NEW : wedge === beside ? MOVED_SAME : MOVED_OTHER;
+      beside = wedge;
+      this.readRank(reader, mesh, fresh, was.at(i), was.at(i + 1), wedge, why);
+    }
+  }
+
+  private readMaterials(reader: Reader, mesh: Mesh, fresh: number, first: number): void {
+    if (this.materialCount < 2) {
+      this.materials.extend(mesh.triangles, 0);
+      return;
+    }
+    const { places } = mesh.stars;
+    const begin = mesh.stars.first[fresh] as number;
+    const end = begin + (mesh.stars.length[fresh] as number);
+    for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
+      // As the triangle before it around the new vertex, or else the next one that is known.
+      const found = places.indexOf(triangle, begin);
+      const at = found < 0 || found >= end ? begin : found;
+      let near = at - 1;
+      while (near >= begin && (places[near] as number) >= triangle) near -= 1;
+      if (near < begin) {
+        near = at;
+        while (near < end && (places[near] as number) >= triangle) near += 1;
+      }
+      let material = near < end ? this.materials.at(places[near] as number) : 0;
+      if (reader.symbol(this.sameMaterial) > 0) {
+        material = Math.min(reader.number(this.material), this.materialCount - 1);
+      }
+      this.materials.push(material);
+    }
+  }
+
+  /** Which wedge a corner has: those of the corners nearest in its vertex's star come first. */
+  private readRank(
+    reader: Reader,
+    mesh: Mesh,
+    vertex: number,
+    triangle: number,
+    side: number,
+    was: number,
+    why: number,
+  ): void {
+    this.findPresent(mesh, vertex, triangle);
+    const count = this.presentCount;
+    const rank = count === 0 ? 0 : Math.min(reader.symbol(this.ranks + 4 * why + Math.min(count, 3)), count);
+    let wedge = rank < count ? (this.present[rank] as number) : NONE;
+    if (wedge === NONE) {
+      wedge = this.told + this.pendingCount;
+      if (this.pendingCount === this.pending.length) this.pending.push(new IntList());
+      (this.pending[this.pendingCount] as IntList).clear();
+      this.pendingCount += 1;
+      this.before.push(this.latest.at(vertex));
+      this.latest.values[vertex] = wedge;
+    }
+    this.corners.values[3 * triangle + side] = wedge;
+    if (wedge >= this.told) {
+      const corners = this.pending[wedge - this.told] as IntList;
+      corners.push(triangle);
+      corners.push(side);
+      corners.push(was);
+    }
+  }
+
+  /** Wedges of a vertex: from a triangle's place in its star to both sides in turn, then any others, latest first. */
+  private findPresent(mesh: Mesh, vertex: number, triangle: number): void {
+    const { places } = mesh.stars;
+    const begin = mesh.stars.first[vertex] as number;
+    const end = begin + (mesh.stars.length[vertex] as number);
+    let at = begin;
+    while (at < end && places[at] !== triangle) at += 1;
+    if (at === end) at = begin;
+    this.presentCount = 0;
+    let behind = at - 1;
+    let ahead = at + 1;
+    while (behind >= begin || ahead < end) {
+      if (behind >= begin) this.addWedgeOf(mesh, places[behind] as number, vertex);
+      if (ahead < end) this.addWedgeOf(mesh, places[ahead] as number, vertex);
+      behind -= 1;
+      ahead += 1;
+    }
+    // A wedge that no corner has at the moment may come back.
+    let wedge = this.latest.at(vertex);
+    while (wedge !== NONE && this.presentCount < MOST_PRESENT) {
+      this.addPresent(wedge);
+      wedge = this.before.at(wedge);
+    }
+  }
+
+  private addWedgeOf(mesh: Mesh, triangle: number, vertex: number): void {
+    const wedge = this.corners.at(3 * triangle + mesh.sideOf(triangle, vertex));
+    if (wedge !== NONE && this.presentCount < MOST_PRESENT) this.addPresent(wedge);
+  }
+
+  private addPresent(wedge: number): void {
+    const { present } = this;
+    for (let i = 0; i < this.presentCount; i += 1) if (present[i] === wedge) return;
+    present[this.presentCount] = wedge;
+    this.presentCount += 1;
+  }
+
+  /** The values of a new wedge: copied from a corner beside the first that has it, or residuals. */
+  private readValues(reader: Reader, mesh: Mesh, pending: IntList, old: number, fresh: number, size: number): void {
+    const { values, corners, stride } = this;
+    const triangle = 3 * pending.at(0);
+    const side = pending.at(1);
+    let number = 0;
+    for (let channel = 0; channel < this.kinds.length; channel += 1) {
+      const kind = this.kinds[channel] as ChannelKind;
+      const count = numbersOf(kind);
+      const model = this.copies + 5 * channel + (this.lastCopy[channel] as number);
+      const copy = Math.min(reader.symbol(model), 3);
+      this.lastCopy[channel] = copy;
+      let source = NONE;
+      if (copy === 1) source = corners.at(triangle + ((side + 1) % 3));
+      else if (copy === 2) source = corners.at(triangle + ((side + 2) % 3));
+      else if (copy === 3) source = pending.at(2);
+      if (source !== NONE && (source + 1) * stride <= values.length) {
+        for (let k = number; k < number + count; k += 1) values.push(values.at(source * stride + k));
+      } else {
+        this.readNumbers(reader, mesh, pending, kind, number, old, fresh, size);
+      }
+      number += count;
+    }
+  }
+
+  private readNumbers(
+    reader: Reader,
+    mesh: Mesh,
+    pending: IntList,
+    kind: ChannelKind,
+    number: number,
+    old: number,
+    fresh: number,
+    size: number,
+  ): void {
+    const { expectation, values } = this;
+    const count = numbersOf(kind);
+    if (kind === "normal") expectation.ofNormal(mesh, this, pending, number);
+    else expectation.ofOther(mesh, this, pending, number, count, old, fresh);
+    const like = kind === "normal" ? Math.min(pending.length / CORNER, 15) : size >> 1;
+    let context = 0;
+    for (let k = 0; k < count; k += 1) {
+      const model = this.sizes + 8 * (16 * (number + k) + like) + context;
+      values.push((reader.residual(model) + (expectation.numbers[k] as number)) | 0);
+      context = reader.sizeClass >> 1;
+    }
+  }
+}

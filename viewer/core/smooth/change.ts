@@ -1,0 +1,144 @@
+/**
+ * What does a split do to the mesh? Laid out first, because the new position is predicted from it, and then done
+ * (`docs/SLOD.md` §6, last paragraph).
+ */
+import type { Star } from "./fan.ts";
+import { IntList } from "./list.ts";
+import { type Mesh, NONE } from "./mesh.ts";
+import { GO, type Split, STAY, TORN } from "./split.ts";
+
+export class Change {
+  /** Spokes that move. */
+  readonly moved = new IntList();
+  /** Edges that open: third corner and sense of rotation of the new triangle, and its place in that corner's list. */
+  readonly third = new IntList();
+  private readonly oldFirst = new IntList();
+  private readonly neighbour = new IntList();
+  private readonly after = new IntList();
+  /** Triangles that will be the old vertex's and the new one's; new ones have their future numbers. */
+  private readonly stay = new IntList();
+  private readonly go = new IntList();
+
+  /** Lays out what a split does. `next` is the number of the first new triangle. */
+  layOut(star: Star, split: Split, next: number): void {
+    this.moved.clear();
+    this.third.clear();
+    this.oldFirst.clear();
+    this.neighbour.clear();
+    this.after.clear();
+    this.stay.clear();
+    this.go.clear();
+    let torn = 0;
+    for (let fan = 0; fan < star.fans; fan += 1) {
+      const first = star.fanFirst.at(fan);
+      const end = first + star.fanLength.at(fan);
+      const kind = split.kind.at(fan);
+      if (kind === STAY) {
+        this.letStay(star, first, end);
+      } else if (kind === GO) {
+        this.letGo(star, first, end);
+      } else if (kind === TORN) {
+        for (let i = first; i < end; i += 1, torn += 1) {
+          if (split.torn.at(torn)) this.letGo(star, i, i + 1);
+          else this.letStay(star, i, i + 1);
+        }
+      } else {
+        this.layOutRow(star, split, fan, next);
+      }
+    }
+  }
+
+  private layOutRow(star: Star, split: Split, fan: number, next: number): void {
+    const begin = star.fanFirst.at(fan);
+    const length = star.fanLength.at(fan);
+    const first = split.first.at(fan);
+    const opens = split.opens.at(fan);
+    // A row that goes on at the beginning of the fan has two parts.
+    const whole = first + split.count.at(fan);
+    const end = Math.min(whole, length);
+    const rest = Math.max(whole - length, 0);
+    this.letStay(star, begin + rest, begin + Math.max(first, rest));
+    this.letGo(star, begin + first, begin + end);
+    this.letGo(star, begin, begin + rest);
+    const around = rest > 0 || (star.fanClosed.at(fan) === 1 && end === length) ? rest : end;
+    const startBorn = opens & 1 ? this.open(star, begin, length, first, 0, next) : NONE;
+    const endBorn = opens & 2 ? this.open(star, begin, length, around, 1, next) : NONE;
+    if (endBorn !== NONE) this.go.push(endBorn);
+    if (startBorn !== NONE) this.go.push(startBorn);
+    if (startBorn !== NONE) this.stay.push(startBorn);
+    if (endBorn !== NONE) this.stay.push(endBorn);
+    this.letStay(star, begin + Math.max(end, rest), begin + length);
+  }
+
+  private letStay(star: Star, first: number, end: number): void {
+    for (let i = first; i < end; i += 1) this.stay.push(star.triangle.at(i));
+  }
+
+  private letGo(star: Star, first: number, end: number): void {
+    for (let i = first; i < end; i += 1) {
+      this.go.push(star.triangle.at(i));
+      this.moved.push(i);
+    }
+  }
+
+  /** Opens the edge before spoke `at` of a fan: gives the number of its new triangle. */
+  private open(star: Star, begin: number, length: number, at: number, oldFirst: number, next: number): number {
+    const after = at < length;
+    const spoke = begin + Math.min(at, length - 1);
+    this.third.push(after ? star.from.at(spoke) : star.to.at(spoke));
+    this.oldFirst.push(oldFirst);
+    this.neighbour.push(star.triangle.at(spoke));
+    this.after.push(after ? 1 : 0);
+    return next + this.third.length - 1;
+  }
+
+  /** Changes the mesh. `fresh` is the new vertex, without triangles. */
+  apply(mesh: Mesh, star: Star, split: Split, old: number, fresh: number): void {
+    this.moveTriangles(mesh, star, old, fresh);
+    const bear = (third: number, oldFirst: number) =>
+      oldFirst ? mesh.addTriangle(old, fresh, third) : mesh.addTriangle(fresh, old, third);
+    for (let i = 0; i < this.third.length; i += 1) {
+      const third = this.third.at(i);
+      mesh.stars.insert(third, this.neighbour.at(i), this.after.at(i) === 1, bear(third, this.oldFirst.at(i)));
+    }
+    for (let i = 0; i < split.extraThird.length; i += 1) {
+      const third = split.extraThird.at(i);
+      const triangle = bear(third, split.extraOldFirst.at(i));
+      mesh.stars.insert(third, NONE, true, triangle);
+      this.stay.push(triangle);
+      this.go.push(triangle);
+    }
+    mesh.stars.set(old, this.stay.values, this.stay.length);
+    mesh.stars.set(fresh, this.go.values, this.go.length);
+  }
+
+  private moveTriangles(mesh: Mesh, star: Star, old: number, fresh: number): void {
+    const { at, around, corners } = mesh;
+    const dx = (at[3 * fresh] as number) - (at[3 * old] as number);
+    const dy = (at[3 * fresh + 1] as number) - (at[3 * old + 1] as number);
+    const dz = (at[3 * fresh + 2] as number) - (at[3 * old + 2] as number);
+    let x = 0;
+    let y = 0;
+    let z = 0;
+    for (let i = 0; i < this.moved.length; i += 1) {
+      const spoke = this.moved.at(i);
+      const triangle = star.triangle.at(spoke);
+      corners[3 * triangle + mesh.sideOf(triangle, old)] = fresh;
+      for (let side = 0; side < 2; side += 1) {
+        const other = 3 * (side === 0 ? star.from : star.to).at(spoke);
+        x = (x + (at[other] as number)) | 0;
+        y = (y + (at[other + 1] as number)) | 0;
+        z = (z + (at[other + 2] as number)) | 0;
+        around[other] = (around[other] as number) + dx;
+        around[other + 1] = (around[other + 1] as number) + dy;
+        around[other + 2] = (around[other + 2] as number) + dz;
+      }
+    }
+    around[3 * fresh] = (around[3 * fresh] as number) + x;
+    around[3 * fresh + 1] = (around[3 * fresh + 1] as number) + y;
+    around[3 * fresh + 2] = (around[3 * fresh + 2] as number) + z;
+    around[3 * old] = (around[3 * old] as number) - x;
+    around[3 * old + 1] = (around[3 * old + 1] as number) - y;
+    around[3 * old + 2] = (around[3 * old + 2] as number) - z;
+  }
+}

@@ -1,0 +1,187 @@
+/**
+ * What becomes of the triangles around a vertex when it is split in two? Each fan by itself: some of its triangles move
+ * to the new vertex, and where a moved one meets one that stays, the edge between them opens into a new triangle
+ * (Hoppe 1996). What no such rule describes is said outright (`docs/SLOD.md` §6).
+ */
+import type { Star } from "./fan.ts";
+import { IntList } from "./list.ts";
+import type { Mesh } from "./mesh.ts";
+import type { ModelSpace, Reader } from "./rans.ts";
+
+export const STAY = 0;
+export const GO = 1;
+export const TORN = 2;
+/** A row at the front of an open fan, of which the end opens. */
+const FRONT = 3;
+/** A row at the back of an open fan, of which the beginning opens. */
+const BACK = 4;
+/** Any row, plus 1 if its beginning opens, plus 2 if its end does. */
+const ROW = 5;
+/** A row of which both edges open, as nearly always where the surface is closed. */
+const ROW_BOTH = ROW + 3;
+/** For longer fans no place is likelier than another. */
+const MOST_SPOKES = 20;
+
+/** What becomes of all triangles around a vertex. */
+export class Split {
+  /** Of each fan: {@link STAY}, {@link GO}, {@link TORN}, or else a row of it moves. */
+  readonly kind = new IntList();
+  /** The row's first spoke in the fan, how many move, and whether its beginning (1) and its end (2) open. */
+  readonly first = new IntList();
+  readonly count = new IntList();
+  readonly opens = new IntList();
+  /** Whether each spoke moves; of torn fans only. */
+  readonly torn = new IntList();
+  /** New triangles beside those of opened edges: how many, their third corners and whether they are old, new, third. */
+  extras = 0;
+  readonly extraThird = new IntList();
+  readonly extraOldFirst = new IntList();
+
+  private readonly kinds: number;
+  private readonly counts: number;
+  private readonly firsts: number;
+  private readonly otherFirsts: number;
+  private readonly tornModels: number;
+  private readonly extraModels: number;
+  private readonly inRing: number;
+  private readonly oldFirst: number;
+  private readonly reaches = new Float64Array(MOST_SPOKES);
+
+  constructor(models: ModelSpace) {
+    this.kinds = models.nibbles(2 * 11);
+    this.counts = models.nibbles(12 * 16);
+    this.firsts = models.nibbles(16 * 16);
+    this.otherFirsts = models.nibbles(2 * 16);
+    this.extraModels = models.nibbles(2);
+    this.tornModels = models.bits(3);
+    this.inRing = models.bits(1);
+    this.oldFirst = models.bits(2);
+  }
+
+  /** Reads what becomes of the fans of a star, and how many extra triangles there are. */
+  readFans(reader: Reader, mesh: Mesh, vertex: number, star: Star): void {
+    this.kind.clear();
+    this.first.clear();
+    this.count.clear();
+    this.opens.clear();
+    this.torn.clear();
+    this.extraThird.clear();
+    this.extraOldFirst.clear();
+    const many = star.fans === 1 ? 0 : 1;
+    let last = ROW_BOTH + 1 + many;
+    for (let fan = 0; fan < star.fans; fan += 1) {
+      const closed = star.fanClosed.at(fan);
+      const kind = Math.min(reader.symbol(this.kinds + 11 * closed + last), ROW_BOTH);
+      last = kind;
+      this.kind.push(kind);
+      if (kind === TORN) this.readTorn(reader, star.fanLength.at(fan));
+      if (kind > TORN) {
+        this.readRow(reader, mesh, vertex, star, fan, kind);
+      } else {
+        this.first.push(0);
+        this.count.push(0);
+        this.opens.push(0);
+      }
+    }
+    this.extras = reader.number(this.extraModels + many);
+  }
+
+  private readTorn(reader: Reader, length: number): void {
+    let before = 2;
+    for (let k = 0; k < length; k += 1) {
+      before = reader.bit(this.tornModels + before);
+      this.torn.push(before);
+    }
+  }
+
+  private readRow(reader: Reader, mesh: Mesh, vertex: number, star: Star, fan: number, kind: number): void {
+    const length = star.fanLength.at(fan);
+    const closed = star.fanClosed.at(fan);
+    const sizeClass = Math.min(length, 15);
+    const countModel = this.counts + ((kind - FRONT) * 2 + closed) * 16 + sizeClass;
+    const count = Math.min(reader.number(countModel), length);
+    this.count.push(count);
+    if (kind === FRONT) {
+      this.first.push(0);
+      this.opens.push(2);
+    } else if (kind === BACK) {
+      this.first.push(length - count);
+      this.opens.push(1);
+    } else if (kind === ROW_BOTH && closed) {
+      const folded = Math.min(reader.number(this.firsts + 16 * sizeClass + Math.min(count, 15)), length - 1);
+      const ahead = folded % 2 === 0 ? folded / 2 : length - (folded + 1) / 2;
+      this.first.push((this.widest(mesh, vertex, star, fan, count) + ahead) % length);
+      this.opens.push(3);
+    } else {
+      const most = closed ? length - 1 : length - count;
+      this.first.push(Math.min(reader.number(this.otherFirsts + 16 * closed + sizeClass), most));
+      this.opens.push(kind - ROW);
+    }
+  }
+
+  /**
+   * Where `count` triangles of a closed fan reach farthest to the side to which its vertex sees most: there likely was
+   * another vertex. Gives the first of them.
+   */
+  private widest(mesh: Mesh, vertex: number, star: Star, fan: number, count: number): number {
+    const length = star.fanLength.at(fan);
+    if (length > MOST_SPOKES) return 0;
+    const { reaches } = this;
+    const { at } = mesh;
+    const from = star.from.values;
+    const begin = star.fanFirst.at(fan);
+    const x = at[3 * vertex] as number;
+    const y = at[3 * vertex + 1] as number;
+    const z = at[3 * vertex + 2] as number;
+    let sx = 0;
+    let sy = 0;
+    let sz = 0;
+    for (let i = begin; i < begin + length; i += 1) {
+      const other = 3 * (from[i] as number);
+      sx += (at[other] as number) - x;
+      sy += (at[other + 1] as number) - y;
+      sz += (at[other + 2] as number) - z;
+    }
+    for (let i = 0; i < length; i += 1) {
+      const other = 3 * (from[begin + i] as number);
+      const along = ((at[other] as number) - x) * sx + ((at[other + 1] as number) - y) * sy;
+      reaches[i] = along + ((at[other + 2] as number) - z) * sz;
+    }
+    // Only vertices between two of the triangles are new to it; if there are none, those at the ends.
+    const skip = count > 1 ? 1 : 0;
+    const number = count > 1 ? count - 1 : count + 1;
+    let reach = 0;
+    for (let i = 0; i < number; i += 1) reach += reaches[(skip + i) % length] as number;
+    let best = reach;
+    let widest = 0;
+    let enter = (skip + number) % length;
+    let leave = skip % length;
+    for (let first = 1; first < length; first += 1) {
+      reach += (reaches[enter] as number) - (reaches[leave] as number);
+      enter = enter + 1 === length ? 0 : enter + 1;
+      leave = leave + 1 === length ? 0 : leave + 1;
+      if (reach > best) {
+        best = reach;
+        widest = first;
+      }
+    }
+    return widest;
+  }
+
+  /** Reads the extra triangles. */
+  readExtra(reader: Reader, mesh: Mesh, star: Star): void {
+    const corners = 2 * star.spokes;
+    for (let i = 0; i < this.extras; i += 1) {
+      const inRing = corners > 0 ? reader.bit(this.inRing) : 0;
+      const index = uniform(reader, inRing ? corners : mesh.vertices);
+      const side = index % 2 === 0 ? star.from : star.to;
+      this.extraThird.push(inRing ? side.at(index >> 1) : index);
+      this.extraOldFirst.push(reader.bit(this.oldFirst + inRing));
+    }
+  }
+}
+
+/** One of `count` numbers that are equally likely. */
+function uniform(reader: Reader, count: number): number {
+  return Math.min(reader.wide(32 - Math.clz32(count - 1)), count - 1);
+}
