@@ -4,6 +4,7 @@ mod bake;
 mod demo;
 mod gc;
 mod inspect;
+mod mesh;
 mod output;
 mod publish;
 pub mod serve;
@@ -33,6 +34,8 @@ enum Command {
     Inspect(inspect::Args),
     /// Look for visible objects that the visible sets lack; fails when there are too many
     Verify(verify::Args),
+    /// Make levels of detail of the meshes in a file, without baking a scene
+    Mesh(mesh::Args),
     /// Remove blobs and old revisions that nothing needs
     Gc(gc::Args),
     /// Print the OpenAPI document of the HTTP interface
@@ -67,6 +70,7 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Publish(args) => publish::run(args).await,
         Command::Inspect(args) => inspect::run(args).await,
         Command::Verify(args) => verify::run(args).await,
+        Command::Mesh(args) => mesh::run(args),
         Command::Gc(args) => gc::run(args).await,
         Command::Openapi => output::print(crate::http::OPENAPI_JSON),
     }

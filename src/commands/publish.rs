@@ -60,13 +60,14 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         return print_json(&report);
     }
     print(&format!(
-        "scene {} revision {}: {} blobs ({}), {} of them new, in {}\nserve that folder with any web server and open it \
+        "scene {} revision {}: {} blobs ({}), {} of them new, and {} rungs of smooth LODs, in {}\nserve that folder with any web server and open it \
          in a browser",
         report.scene,
         report.revision,
         report.blobs,
         bytes(report.bytes),
         report.new_blobs,
+        report.rungs,
         to.display(),
     ))
 }

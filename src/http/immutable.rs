@@ -19,7 +19,7 @@ use axum::{
     http::{HeaderMap, HeaderName, HeaderValue, Method, Request, StatusCode, header},
     response::{IntoResponse, Response},
 };
-use belvedere_scene::BlobName;
+use belvedere_scene::{BlobName, rung::RungName};
 use bytes::Bytes;
 use hyper::body::{Frame, SizeHint};
 
@@ -30,10 +30,11 @@ use super::{
     extract::Path,
     negotiate::{self, Choice},
     ranges::{self, Asked},
+    rungs,
 };
 use crate::store::{BlobStore, Coding, Representation, Representations};
 
-/// `GET /o/{name}`: an immutable object.
+/// `GET /o/{name}`: an immutable object, or a rung of one.
 pub(super) async fn object(
     State(blobs): State<BlobStore>,
     Path(name): Path<String>,
@@ -41,15 +42,13 @@ pub(super) async fn object(
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let unknown = || ApiError::NotFound(format!("object `{}`", name.chars().take(80).collect::<String>()));
-    let blob: BlobName = name.parse().map_err(|_| unknown())?;
+    let rung = RungName::from_file_name(&name);
+    let blob = match rung {
+        Some(rung) => rung.whole(),
+        None => name.parse().map_err(|_| unknown())?,
+    };
     let forms = blobs.get(&blob).await?.ok_or_else(unknown)?;
-    BlobResponse {
-        name: &blob,
-        forms: &forms,
-        life: Life::Immutable,
-    }
-    .answer(&method, &headers)
-    .map(|response| response.map(Body::new))
+    answer_immutable(&blob, rung, &forms, &method, &headers).map(|response| response.map(Body::new))
 }
 
 /// The same without waiting, when the object is in memory and nothing about the request needs an explanation.
@@ -57,14 +56,31 @@ pub(super) fn object_in_memory<B>(blobs: &BlobStore, request: &Request<B>) -> Op
     if !matches!(*request.method(), Method::GET | Method::HEAD) {
         return None;
     }
-    let name = request.uri().path().strip_prefix("/o/")?.parse().ok()?;
-    let forms = blobs.in_memory(&name)?;
+    let name = request.uri().path().strip_prefix("/o/")?;
+    let rung = RungName::from_file_name(name);
+    let blob = match rung {
+        Some(rung) => rung.whole(),
+        None => name.parse().ok()?,
+    };
+    let forms = blobs.in_memory(&blob)?;
+    answer_immutable(&blob, rung, &forms, request.method(), request.headers()).ok()
+}
+
+/// Answers with a stored object, or with just a rung of it.
+fn answer_immutable(
+    name: &BlobName,
+    rung: Option<RungName>,
+    forms: &Representations,
+    method: &Method,
+    headers: &HeaderMap,
+) -> Result<Response<BlobBody>, ApiError> {
+    let cut = rung.map(|rung| rungs::cut(rung, forms)).transpose()?;
     let response = BlobResponse {
-        name: &name,
-        forms: &forms,
+        name,
+        forms: cut.as_ref().unwrap_or(forms),
         life: Life::Immutable,
     };
-    response.answer(request.method(), request.headers()).ok()
+    response.answer(method, headers)
 }
 
 /// How long an answer may be kept.
@@ -250,6 +266,7 @@ pub(super) fn media_type(ext: &str) -> &'static str {
     match ext {
         "json" => "application/json",
         "glb" => "model/gltf-binary",
+        "gltf" => "model/gltf+json",
         "cell" => "application/vnd.belvedere.cell",
         "steps" => "application/vnd.belvedere.steps",
         "slod" => "application/vnd.belvedere.slod",

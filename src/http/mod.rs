@@ -5,7 +5,8 @@
 //!
 //! * [`routes`]: the table of routes. `openapi`: the same for machines.
 //! * `extract`, `error`: how requests are read, and the one shape of every error.
-//! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes.
+//! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes. `rungs`: slices of smooth
+//!   LODs that are objects of their own.
 //! * `queries`: cells, objects and what is visible. `visible`: the same for any place, computed on line.
 //! * `live`: sessions with their event streams, movers and doors.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
@@ -29,6 +30,7 @@ mod queries;
 mod quiet;
 mod ranges;
 pub mod routes;
+mod rungs;
 mod viewer;
 mod visible;
 

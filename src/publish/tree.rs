@@ -1,12 +1,15 @@
 //! How does a scene leave for a bucket or a plain web server? As the same tree that the server serves: blobs first,
-//! then the scene's pointer, then the list of scenes, each replaced in one step.
+//! then the scene's pointer, then the list of scenes, each replaced in one step. What the server cuts from a stored object,
+//! the rungs of smooth LODs, are files here.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use belvedere_scene::{
-    SceneName,
+    BlobName, SceneName,
     pointer::{Pointer, SceneList},
+    rung::{RungName, SLOD},
+    smooth::Header,
 };
 use tokio::io::AsyncWriteExt;
 
@@ -25,6 +28,8 @@ pub(crate) struct TreeReport {
     /// Blobs that were not there before.
     pub(crate) new_blobs: u64,
     pub(crate) bytes: u64,
+    /// Files that are slices of these blobs, for caches that refuse ranges.
+    pub(crate) rungs: u64,
 }
 
 /// A file of the viewer's page.
@@ -62,6 +67,9 @@ pub(crate) async fn write(
         report.blobs += 1;
         report.new_blobs += u64::from(new);
         report.bytes += size;
+        if name.ext() == SLOD {
+            report.rungs += write_rungs(data.store(), name, to).await?;
+        }
         wrote(done as u64 + 1, blobs.len() as u64);
     }
     for file in viewer {
@@ -76,6 +84,31 @@ pub(crate) async fn write(
     let list = with_scene(read_list(&scenes.join("index.json")).await?, &pointer);
     replace(&scenes.join("index.json"), &scene_list_bytes(&list)).await?;
     Ok(report)
+}
+
+/// Writes the rungs of a smooth LOD that are not there yet; gives how many it has.
+async fn write_rungs(store: &BlobStore, name: &BlobName, to: &Path) -> anyhow::Result<u64> {
+    let forms = store.get(name).await?.with_context(|| format!("{name} is gone"))?;
+    let bytes = &forms.identity.bytes;
+    let header = Header::read(bytes).with_context(|| format!("cannot read {name}"))?;
+    let cuts = header.map_or(Vec::new(), |(header, _)| header.cuts);
+    let mut from = 0;
+    for (number, cut) in (0u8..).zip(&cuts) {
+        let rung = RungName {
+            hash: name.hash(),
+            number,
+        };
+        let slice = bytes
+            .get(from..cut.bytes as usize)
+            .with_context(|| format!("{name} ends before its header says"))?;
+        from = cut.bytes as usize;
+        let path = to.join("o").join(rung.file_name());
+        let known = tokio::fs::metadata(&path).await;
+        if known.map_or(true, |known| known.len() != slice.len() as u64) {
+            replace(&path, slice).await?;
+        }
+    }
+    Ok(cuts.len() as u64)
 }
 
 /// What to say of a scene that is not in the catalogue.

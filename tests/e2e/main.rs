@@ -9,6 +9,7 @@ mod live;
 mod live_wire;
 mod program;
 mod publishing;
+mod smooth;
 mod triangles;
 mod verifying;
 mod visible;

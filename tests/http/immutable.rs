@@ -224,3 +224,64 @@ async fn what_is_not_there_and_what_is_damaged_are_told_apart() {
     assert_eq!(answer.status, 500);
     assert!(!answer.problem().to_string().contains("damaged"));
 }
+
+#[tokio::test]
+async fn the_rungs_of_a_smooth_lod_are_its_bytes_and_objects_of_their_own() {
+    let server = Server::start().await;
+    let whole = include_bytes!("../golden/smooth/bowl.slod");
+    let name = BlobName::of(whole, "slod").unwrap();
+    server.blobs.put(&name, whole.to_vec().into()).await.unwrap();
+    let (header, _) = belvedere_scene::smooth::Header::read(whole).unwrap().unwrap();
+    let count = header.cuts.len();
+    assert!(count > 2);
+    let url = |number: usize| format!("/o/{}.r{number}.slod", name.hash());
+
+    let mut joined = Vec::new();
+    // Twice: from the store, and from memory.
+    for number in (0..count).chain(0..count) {
+        let rung = get(server.address, &url(number)).await;
+        for (field, value) in [
+            ("cache-control", "public, max-age=31536000, immutable"),
+            ("content-type", "application/vnd.belvedere.slod"),
+            ("accept-ranges", "bytes"),
+            ("etag", format!("\"{}-r{number}\"", name.hash()).as_str()),
+        ] {
+            assert_eq!(rung.header(field), Some(value), "{field}");
+        }
+        assert_eq!((rung.status, rung.header("vary")), (200, None));
+        joined.extend(rung.body);
+    }
+    assert_eq!(joined, whole.repeat(2));
+
+    let etag = format!("\"{}-r1\"", name.hash());
+    let again = send(server.address, "GET", &url(1), &[("If-None-Match", &etag)]).await;
+    assert_eq!((again.status, again.body.len()), (304, 0));
+    let slice = send(
+        server.address,
+        "GET",
+        &url(1),
+        &[("Range", "bytes=2-4"), ("If-Range", &etag)],
+    )
+    .await;
+    let first = header.cuts[0].bytes as usize + 2;
+    assert_eq!((slice.status, slice.body.as_slice()), (206, &whole[first..first + 3]));
+    let head = send(server.address, "HEAD", &url(0), &[]).await;
+    assert_eq!(
+        head.header("content-length"),
+        Some(header.cuts[0].bytes.to_string().as_str())
+    );
+
+    let beyond = get(server.address, &url(count)).await;
+    assert_eq!(beyond.status, 404);
+    let detail = beyond.problem()["detail"].as_str().unwrap().to_owned();
+    assert!(
+        detail.ends_with(&format!("it has {count}, r0 to r{}", count - 1)),
+        "{detail}"
+    );
+    for wrong in ["r00.slod", "r1.glb", "r-1.slod", "r999.slod"] {
+        assert_eq!(
+            get(server.address, &format!("/o/{}.{wrong}", name.hash())).await.status,
+            404
+        );
+    }
+}

@@ -179,7 +179,13 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
         switch_distance_m: 0.0,
         textures: vec![],
     };
-    let models = BTreeMap::from([(ModelId(0), Model { levels: vec![level], smooth: None })]);
+    let models = BTreeMap::from([(
+        ModelId(0),
+        Model {
+            levels: vec![level],
+            smooth: None,
+        },
+    )]);
     let (mut cells, mut objects) = (Page::default(), Page::default());
     let ids: Vec<u32> = (0..CELLS).collect();
     for ids in ids.chunks(A_CHUNK) {

@@ -40,7 +40,9 @@ fn bowl(n: u16) -> SourceModel {
             primitive.uvs[0].push([f32::from(i) / last, z]);
         }
         for a in (0..u32::from(n)).flat_map(|j| j * row..j * row + u32::from(n)) {
-            primitive.indices.extend([a, a + row, a + 1, a + 1, a + row, a + row + 1]);
+            primitive
+                .indices
+                .extend([a, a + row, a + 1, a + 1, a + row, a + row + 1]);
         }
         primitive
     };

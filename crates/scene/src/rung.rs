@@ -139,7 +139,15 @@ mod tests {
             assert_eq!(name.to_string().parse(), Ok(name));
             assert_eq!(name.whole().url(), format!("/o/{hash}.slod"));
         }
-        for wrong in [".r.slod", ".r00.slod", ".r+1.slod", ".r256.slod", ".r1slod", ".r1.slod.gz", ".slod"] {
+        for wrong in [
+            ".r.slod",
+            ".r00.slod",
+            ".r+1.slod",
+            ".r256.slod",
+            ".r1slod",
+            ".r1.slod.gz",
+            ".slod",
+        ] {
             assert_eq!(RungName::from_file_name(&format!("{hash}{wrong}")), None, "{wrong}");
         }
     }

@@ -68,17 +68,24 @@ fn write_one(
     let (header, _) = Header::read(&bytes).expect(READS).expect(READS);
     let errors = publish::geometric_errors(model, mesh, &bytes, limits).expect(READS);
     let (url, bytes) = ledger.put(SLOD, bytes)?;
-    let rungs = header.cuts.iter().zip(errors).enumerate().map(|(number, (cut, error))| Rung {
-        url: RungName {
-            hash: url.hash(),
-            number: number as u8,
-        },
-        from: number.checked_sub(1).map_or(0, |before| u64::from(header.cuts[before].bytes)),
-        to: u64::from(cut.bytes),
-        triangles: u64::from(cut.triangles),
-        geometric_error_m: error,
-        rms_error_m: f64::from(cut.rms_error),
-    });
+    let rungs = header
+        .cuts
+        .iter()
+        .zip(errors)
+        .enumerate()
+        .map(|(number, (cut, error))| Rung {
+            url: RungName {
+                hash: url.hash(),
+                number: number as u8,
+            },
+            from: number
+                .checked_sub(1)
+                .map_or(0, |before| u64::from(header.cuts[before].bytes)),
+            to: u64::from(cut.bytes),
+            triangles: u64::from(cut.triangles),
+            geometric_error_m: error,
+            rms_error_m: f64::from(cut.rms_error),
+        });
     let rungs = rungs.collect();
     let listed = glb::write_materials(
         &glb::GlbInput {

@@ -44,7 +44,11 @@ pub fn precision(model: &SourceModel, scale: f64) -> Precision {
     };
     let uvs = model.primitives.iter().flat_map(|p| p.uvs.iter().flatten());
     Precision {
-        position_bits: fitting(usual.position_bits, scale * longest(positions(&model.primitives)), STEP_M),
+        position_bits: fitting(
+            usual.position_bits,
+            scale * longest(positions(&model.primitives)),
+            STEP_M,
+        ),
         uv_bits: fitting(usual.uv_bits, longest(uvs), 1.0 / 4095.0),
         ..usual
     }

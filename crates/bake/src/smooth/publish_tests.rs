@@ -19,7 +19,9 @@ fn bowl(n: u32) -> Primitive {
     }
     let row = n + 1;
     for a in (0..n).flat_map(|j| j * row..j * row + n) {
-        primitive.indices.extend([a, a + row, a + 1, a + 1, a + row, a + row + 1]);
+        primitive
+            .indices
+            .extend([a, a + row, a + 1, a + 1, a + row, a + row + 1]);
     }
     primitive
 }
@@ -55,7 +57,11 @@ fn no_sampled_point_is_farther_than_a_rung_says() {
             drawn.nearest_to_all(&[p], None, 0.0).distance
         });
         let farthest = farthest.fold(0.0, f64::max);
-        assert!(farthest <= error, "{farthest} m after {} bytes, {error} m stated", cut.bytes);
+        assert!(
+            farthest <= error,
+            "{farthest} m after {} bytes, {error} m stated",
+            cut.bytes
+        );
         assert!(f64::from(cut.rms_error) <= error);
     }
 }
@@ -64,7 +70,9 @@ fn no_sampled_point_is_farther_than_a_rung_says() {
 fn a_needle_that_rounding_swallows_is_in_the_last_error() {
     let mut primitive = bowl(24);
     let tip = primitive.positions.len() as u32;
-    primitive.positions.extend([[0.0, 0.4, 0.0], [1e-6, 0.4, 0.0], [0.0, 0.9, 0.0]]);
+    primitive
+        .positions
+        .extend([[0.0, 0.4, 0.0], [1e-6, 0.4, 0.0], [0.0, 0.9, 0.0]]);
     primitive.indices.extend([tip, tip + 1, tip + 2]);
     let model = model([primitive]);
     let mesh = QuantisedMesh::new(&model, precision(&model, 1.0));
@@ -100,6 +108,9 @@ fn large_models_and_repeated_pictures_get_more_bits() {
         let precision = precision(&model, scale);
         (precision.position_bits, precision.uv_bits)
     };
-    assert_eq!([1.0, 16.0, 20.0, 1000.0].map(of), [(14, 14), (14, 14), (15, 14), (16, 14)]);
+    assert_eq!(
+        [1.0, 16.0, 20.0, 1000.0].map(of),
+        [(14, 14), (14, 14), (15, 14), (16, 14)]
+    );
     assert!(60.0 / f64::from((1 << of(60.0).0) - 1) <= STEP_M);
 }

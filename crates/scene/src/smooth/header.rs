@@ -205,10 +205,7 @@ impl Header {
             "it has more vertices or triangles than there can be"
         } else if numbers.chain(channels).any(|x| !x.is_finite()) {
             "its header has a number that is not finite"
-        } else if self
-            .cuts
-            .windows(2)
-            .any(|pair| pair[0].bytes >= pair[1].bytes)
+        } else if self.cuts.windows(2).any(|pair| pair[0].bytes >= pair[1].bytes)
             || self.cuts.last().is_some_and(|last| last.bytes != self.total_bytes)
             || self.cuts.iter().any(|cut| cut.rms_error.is_nan())
         {

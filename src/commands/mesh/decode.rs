@@ -1,0 +1,95 @@
+//! `belvedere mesh decode FILE.slod -o OUT.glb`: what does a smooth LOD, or its beginning, look like in any glTF viewer?
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use belvedere_bake::{
+    glb::{self, GlbInput},
+    source::{Material, Primitive},
+};
+use belvedere_scene::smooth::{Decoder, Snapshot};
+use serde_json::json;
+
+use crate::commands::output::{bytes, print};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A smooth LOD (.slod)
+    file: PathBuf,
+    /// Decode only so many bytes from the beginning
+    #[arg(long, value_name = "N")]
+    bytes: Option<usize>,
+    /// The GLB to write; its materials have numbers only
+    #[arg(short, long, value_name = "OUT.glb")]
+    out: PathBuf,
+    /// The most memory that the mesh may take, in MiB
+    #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    memory_mib: u64,
+}
+
+pub(super) fn run(args: Args) -> anyhow::Result<()> {
+    let shown = args.file.display();
+    let stream = std::fs::read(&args.file).with_context(|| format!("cannot read {shown}"))?;
+    let wanted = args.bytes.unwrap_or(stream.len());
+    let beginning = stream
+        .get(..wanted)
+        .with_context(|| format!("{shown} has {} bytes, not {wanted}", stream.len()))?;
+    let mut decoder = Decoder::new(args.memory_mib << 20);
+    decoder
+        .push(beginning)
+        .with_context(|| format!("cannot decode {shown}"))?;
+    let (vertices, triangles) = decoder.counts();
+    std::fs::write(&args.out, glb_of(decoder.snapshot()))
+        .with_context(|| format!("cannot write {}", args.out.display()))?;
+    print(&format!(
+        "{} of {}: {vertices} vertices, {triangles} triangles, in {}",
+        bytes(wanted as u64),
+        bytes(stream.len() as u64),
+        args.out.display(),
+    ))
+}
+
+/// A primitive for each material, over the vertices that it uses.
+fn glb_of(snapshot: Snapshot) -> Vec<u8> {
+    let material = |number| Material {
+        gltf: json!({"name": format!("material {number}")}),
+        see_through: false,
+        double_sided: false,
+    };
+    let materials: Vec<Material> = (0..snapshot.indices.len()).map(material).collect();
+    let parts = snapshot.indices.iter().enumerate();
+    let primitives: Vec<Primitive> = parts.map(|(i, corners)| part(&snapshot, i, corners)).collect();
+    glb::write(&GlbInput {
+        primitives: &primitives,
+        materials: &materials,
+        textures: &[],
+        image_uri: &|_| String::new(),
+    })
+}
+
+fn part(snapshot: &Snapshot, material: usize, corners: &[u32]) -> Primitive {
+    let mut new_of = vec![u32::MAX; snapshot.positions.len()];
+    let mut used: Vec<u32> = Vec::new();
+    let indices = corners.iter().map(|&corner| {
+        let new = &mut new_of[corner as usize];
+        if *new == u32::MAX {
+            *new = used.len() as u32;
+            used.push(corner);
+        }
+        *new
+    });
+    Primitive {
+        indices: indices.collect(),
+        material: Some(material),
+        positions: pick(&snapshot.positions, &used),
+        normals: pick(&snapshot.normals, &used),
+        uvs: snapshot.uvs.iter().map(|set| pick(set, &used)).collect(),
+        colors: pick(&snapshot.colours, &used),
+        ..Primitive::default()
+    }
+}
+
+/// The rows of these vertices; nothing of nothing.
+fn pick<T: Copy>(rows: &[T], used: &[u32]) -> Vec<T> {
+    used.iter().filter_map(|&i| rows.get(i as usize).copied()).collect()
+}

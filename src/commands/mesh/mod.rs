@@ -1,0 +1,45 @@
+//! `belvedere mesh …`: the generators of levels of detail as tools for one file, without a scene around it.
+
+mod decode;
+mod smooth;
+
+use std::path::Path;
+
+use anyhow::Context;
+use belvedere_bake::{
+    import::{self, Limits},
+    progress::Silent,
+    source::SourceScene,
+};
+
+use crate::publish::source_files::SourceFolder;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    tool: Tool,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Tool {
+    /// Write the smooth LOD of each mesh, and say what its rungs cost
+    Smooth(smooth::Args),
+    /// Write the mesh that a smooth LOD, or its beginning, gives
+    Decode(decode::Args),
+}
+
+pub(super) fn run(args: Args) -> anyhow::Result<()> {
+    match args.tool {
+        Tool::Smooth(args) => smooth::run(args),
+        Tool::Decode(args) => decode::run(args),
+    }
+}
+
+/// Reads a scene with all that stands beside it.
+fn read_scene(file: &Path) -> anyhow::Result<SourceScene> {
+    let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let imported = import::import(&name, bytes, &SourceFolder::beside(file), &Limits::default(), &Silent)
+        .with_context(|| format!("cannot import {name}"))?;
+    Ok(imported.scene)
+}

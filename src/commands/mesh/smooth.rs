@@ -1,0 +1,179 @@
+//! `belvedere mesh smooth FILE`: what does each mesh cost as a smooth LOD, and how far is each of its rungs?
+
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use anyhow::Context;
+use belvedere_bake::{
+    lod::error::HausdorffLimits,
+    smooth::{
+        encode, publish,
+        quantise::{Precision, QuantisedMesh},
+    },
+    source::SourceModel,
+};
+use belvedere_scene::smooth::{Decoder, Header};
+use serde::Serialize;
+
+use super::read_scene;
+use crate::commands::output::{bytes, percent, print, print_json, table};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A glTF 2.0 scene (.glb, .gltf or a .zip of one) or a floor plan (.plan)
+    file: PathBuf,
+    /// Write each stream into this folder, as m0.slod, m1.slod …
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Bits of a coordinate; by default 14, or as many as a step of 1 mm takes
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=16))]
+    bits: Option<u32>,
+    /// Positions and triangles only: no normals, texture coordinates and colours
+    #[arg(long)]
+    no_attributes: bool,
+    /// Print the table as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Report {
+    meshes: Vec<MeshReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct MeshReport {
+    mesh: String,
+    /// The file that was written.
+    file: Option<PathBuf>,
+    vertices: usize,
+    triangles: usize,
+    bytes: usize,
+    /// As packets of the thesis; nothing writes those.
+    thesis_bytes: Option<u64>,
+    /// 12 bytes a vertex and 6 a triangle (thesis, table 7).
+    object_bytes: usize,
+    rungs: Vec<RungReport>,
+    encode_s: f64,
+    decode_s: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct RungReport {
+    from: u32,
+    to: u32,
+    triangles: u32,
+    geometric_error_m: f64,
+    rms_error_m: f32,
+}
+
+pub(super) fn run(args: Args) -> anyhow::Result<()> {
+    let scene = read_scene(&args.file)?;
+    if let Some(folder) = &args.out {
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
+    let with_triangles = scene.models.iter().enumerate().filter(|(_, m)| m.triangle_count() > 0);
+    let meshes = with_triangles
+        .map(|(number, model)| report(number, model, &args))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    anyhow::ensure!(
+        !meshes.is_empty(),
+        "{} has no triangles, and only triangles have smooth LODs",
+        args.file.display()
+    );
+    if args.json {
+        return print_json(&Report { meshes });
+    }
+    print(&summary(&meshes))
+}
+
+fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<MeshReport> {
+    let chosen = publish::precision(model, 1.0);
+    let precision = Precision {
+        position_bits: args.bits.unwrap_or(chosen.position_bits),
+        with_attributes: !args.no_attributes,
+        ..chosen
+    };
+    let started = Instant::now();
+    let mesh = QuantisedMesh::new(model, precision);
+    let stream = encode(&mesh);
+    let encode_s = started.elapsed().as_secs_f64();
+
+    let started = Instant::now();
+    let mut decoder = Decoder::new(u64::MAX);
+    decoder.push(&stream)?;
+    let decode_s = started.elapsed().as_secs_f64();
+
+    let errors = publish::geometric_errors(model, &mesh, &stream, HausdorffLimits::default())?;
+    let cuts = Header::read(&stream)?.map_or(Vec::new(), |(header, _)| header.cuts);
+    let mut from = 0;
+    let rungs = cuts.iter().zip(errors).map(|(cut, geometric_error_m)| RungReport {
+        from: std::mem::replace(&mut from, cut.bytes),
+        to: cut.bytes,
+        triangles: cut.triangles,
+        geometric_error_m,
+        rms_error_m: cut.rms_error,
+    });
+    Ok(MeshReport {
+        mesh: model.name.clone(),
+        rungs: rungs.collect(),
+        file: args
+            .out
+            .as_deref()
+            .map(|folder| write(folder, number, &stream))
+            .transpose()?,
+        vertices: mesh.positions.len(),
+        triangles: mesh.triangles.len(),
+        bytes: stream.len(),
+        thesis_bytes: None,
+        object_bytes: 12 * mesh.positions.len() + 6 * mesh.triangles.len(),
+        encode_s,
+        decode_s,
+    })
+}
+
+fn write(folder: &Path, number: usize, stream: &[u8]) -> anyhow::Result<PathBuf> {
+    let path = folder.join(format!("m{number}.slod"));
+    std::fs::write(&path, stream).with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(path)
+}
+
+/// The table for a person: a row for each rung.
+fn summary(meshes: &[MeshReport]) -> String {
+    let head = [
+        "mesh",
+        "rung",
+        "bytes so far",
+        "of object",
+        "triangles",
+        "error",
+        "RMS error",
+    ];
+    let mut rows = Vec::new();
+    for mesh in meshes {
+        for (number, rung) in mesh.rungs.iter().enumerate() {
+            rows.push(vec![
+                if number == 0 { mesh.mesh.clone() } else { String::new() },
+                format!("r{number}"),
+                bytes(u64::from(rung.to)),
+                percent(f64::from(rung.to) / mesh.object_bytes as f64),
+                rung.triangles.to_string(),
+                format!("{:.3} mm", 1000.0 * rung.geometric_error_m),
+                format!("{:.3} mm", 1000.0 * rung.rms_error_m),
+            ]);
+        }
+    }
+    let sum = |of: fn(&MeshReport) -> f64| meshes.iter().map(of).sum::<f64>();
+    let triangles = sum(|mesh| mesh.triangles as f64);
+    format!(
+        "{}\n{} meshes, {triangles} triangles, {} ({} of the objects); encoded in {:.2} s, decoded in {:.3} s",
+        table(&head, &rows),
+        meshes.len(),
+        bytes(sum(|mesh| mesh.bytes as f64) as u64),
+        percent(sum(|mesh| mesh.bytes as f64) / sum(|mesh| mesh.object_bytes as f64)),
+        sum(|mesh| mesh.encode_s),
+        sum(|mesh| mesh.decode_s),
+    )
+}

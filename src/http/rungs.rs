@@ -1,0 +1,39 @@
+//! How is a rung of a smooth LOD answered? As an object of its own that is cut from the stored stream: nothing more is
+//! stored, and every answer is a plain whole, for caches that refuse slices.
+
+use belvedere_scene::{rung::RungName, smooth::Header};
+
+use super::error::ApiError;
+use crate::store::{Representation, Representations};
+
+/// A rung as an object without encoded forms; `whole` is the stored stream.
+///
+/// # Errors
+/// When the stream has fewer rungs, or is none.
+pub(super) fn cut(rung: RungName, whole: &Representations) -> Result<Representations, ApiError> {
+    let bytes = &whole.identity.bytes;
+    let broken = |cause: &str| ApiError::Internal(anyhow::anyhow!("{} has no rungs: {cause}", rung.whole()));
+    let header = match Header::read(bytes) {
+        Ok(Some((header, _))) => header,
+        Ok(None) => return Err(broken("its header is not whole")),
+        Err(cause) => return Err(broken(&cause.to_string())),
+    };
+    let slice = header.rung(usize::from(rung.number)).ok_or_else(|| {
+        let rungs = match header.cuts.len() {
+            0 => "none".to_owned(),
+            1 => "one, r0".to_owned(),
+            count => format!("{count}, r0 to r{}", count - 1),
+        };
+        ApiError::NotFound(format!("rung r{} of `{}`; it has {rungs}", rung.number, rung.whole()))
+    })?;
+    let etag = format!("\"{}-r{}\"", rung.hash, rung.number);
+    let slice = slice.start as usize..slice.end as usize;
+    let slice = bytes
+        .get(slice)
+        .ok_or_else(|| broken("it ends before its header says"))?;
+    Ok(Representations {
+        identity: Representation::new(bytes.slice_ref(slice), etag.into()),
+        zstd: None,
+        gzip: None,
+    })
+}

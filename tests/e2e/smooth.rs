@@ -1,0 +1,121 @@
+//! Smooth LODs, from the bake to the last byte: rungs in a static tree and from the server, and the tools for one file.
+
+use belvedere_scene::{
+    ObjectId, SceneName,
+    rung::SmoothLod,
+    smooth::{Decoder, Header},
+};
+use serde_json::Value;
+
+use crate::program::Data;
+
+const VASE: &str = "\
+title: A vase
+legend:
+    v = vase marble
+    t = spheres
+plan:
+    ########
+    #@.....#
+    #..v.t.#
+    #......#
+    ########
+";
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).expect("JSON")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_rungs_of_every_smooth_lod_are_files_of_the_tree_and_answers_of_the_server() {
+    let data = Data::new();
+    let report = data.bake(&data.write("vase.plan", VASE), "vase");
+    assert!(report["seconds"]["smooth"].as_f64() > Some(0.0), "{report}");
+    let tree = data.folder("tree");
+    let to = tree.to_str().expect("UTF-8");
+    let written = json(&data.ok(&["publish", "vase", "--to", to, "--json"]));
+    assert!(written["rungs"].as_u64() > Some(1), "{written}");
+
+    let server = data.serve();
+    let name: SceneName = "vase".parse().expect("a name");
+    let scene = server.client().open(&name).await.expect("a scene");
+    let mut smooth: Vec<SmoothLod> = Vec::new();
+    for object in 0..report["objects"].as_u64().expect("a count") {
+        let info = scene.object(ObjectId(object as u32)).await.expect("an object");
+        let triangles = info.levels[0].triangles;
+        let is_shell = info.smooth.is_none();
+        assert!(is_shell == (triangles < 500), "{triangles} triangles");
+        smooth.extend(info.smooth);
+    }
+    assert!(!smooth.is_empty());
+    for lod in smooth {
+        let whole = scene.blob(&lod.url).await.expect("the whole stream");
+        assert_eq!(whole.len() as u64, lod.bytes);
+        let mut joined = Vec::new();
+        for rung in &lod.rungs {
+            assert_eq!(joined.len() as u64, rung.from);
+            joined.extend(std::fs::read(tree.join("o").join(rung.url.file_name())).expect("a rung"));
+            assert_eq!(joined.len() as u64, rung.to);
+            let mut decoder = Decoder::new(1 << 30);
+            decoder.push(&joined).expect("a beginning");
+            assert_eq!(decoder.counts().1 as u64, rung.triangles);
+        }
+        assert!(joined == whole[..]);
+        assert!(
+            lod.rungs
+                .is_sorted_by(|a, b| a.geometric_error_m >= b.geometric_error_m)
+        );
+        let materials = json(&String::from_utf8_lossy(
+            &scene.blob(&lod.materials).await.expect("materials"),
+        ));
+        let (header, _) = Header::read(&whole).expect("a header").expect("all of it");
+        assert_eq!(
+            materials["materials"].as_array().map(Vec::len),
+            Some(usize::from(header.materials))
+        );
+    }
+}
+
+#[test]
+fn the_tools_write_smooth_lods_and_what_their_beginnings_give() {
+    let data = Data::new();
+    let file = data.write("vase.plan", VASE);
+    let (file, folder) = (file.to_str().expect("UTF-8"), data.folder("streams"));
+    let out = folder.to_str().expect("UTF-8");
+    let report = json(&data.ok(&["mesh", "smooth", file, "-o", out, "--json"]));
+    let meshes = report["meshes"].as_array().expect("meshes");
+    let mesh = meshes
+        .iter()
+        .max_by_key(|mesh| mesh["triangles"].as_u64())
+        .expect("a mesh");
+    assert!(mesh["bytes"].as_u64() < mesh["object_bytes"].as_u64(), "{mesh}");
+    assert_eq!(mesh["thesis_bytes"], Value::Null);
+    let rungs = mesh["rungs"].as_array().expect("rungs");
+    assert_eq!(rungs.last().map(|rung| &rung["to"]), Some(&mesh["bytes"]));
+
+    let stream = mesh["file"].as_str().expect("a file");
+    let glb = data.folder("part.glb");
+    for rung in rungs {
+        let length = rung["to"].to_string();
+        data.ok(&[
+            "mesh",
+            "decode",
+            stream,
+            "--bytes",
+            &length,
+            "-o",
+            glb.to_str().expect("UTF-8"),
+        ]);
+        let gltf = gltf::Gltf::open(&glb).expect("a valid GLB");
+        let counts = gltf.meshes().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>());
+        let corners: usize = counts.map(|part| part.indices().expect("indices").count()).sum();
+        assert_eq!(Some(corners as u64 / 3), rung["triangles"].as_u64());
+    }
+    let table = data.ok(&["mesh", "smooth", file, "--bits", "10", "--no-attributes"]);
+    assert!(table.contains("RMS error") && table.contains("r0"), "{table}");
+
+    let message = data.fails(&["mesh", "decode", file, "-o", glb.to_str().expect("UTF-8")]);
+    assert!(message.contains("not a smooth LOD"), "{message}");
+    let message = data.fails(&["mesh", "decode", stream, "--bytes", "99999999", "-o", "x.glb"]);
+    assert!(message.contains("bytes, not 99999999"), "{message}");
+}

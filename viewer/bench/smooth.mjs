@@ -1,0 +1,48 @@
+// How fast are smooth LODs decoded in Node, on one thread, and how large is the decoder to download?
+// `npm run bench -- a.slod b.slod …`; `belvedere mesh smooth FILE -o DIR` writes some.
+import { readFileSync } from "node:fs";
+import { basename } from "node:path";
+import { brotliCompressSync, gzipSync } from "node:zlib";
+import { build } from "vite";
+
+/** As long as each file is decoded over and over. */
+const MEASURED_MS = 1500;
+
+const entry = new URL("../core/smooth/index.ts", import.meta.url).pathname;
+const [{ output }] = await build({
+  configFile: false,
+  logLevel: "silent",
+  build: { write: false, target: "es2022", lib: { entry, formats: ["es"] } },
+});
+const code = output[0].code;
+const kilobytes = (bytes) => `${(bytes.length / 1000).toFixed(1)} kB`;
+console.log(`decoder: ${kilobytes(gzipSync(code))} gzip, ${kilobytes(brotliCompressSync(code))} brotli`);
+
+const { SmoothDecoder, snapshotOf } = await import(`data:text/javascript,${encodeURIComponent(code)}`);
+const decode = (bytes) => {
+  const decoder = new SmoothDecoder(2 ** 32);
+  decoder.push(bytes);
+  return decoder;
+};
+/** Median seconds of a run. */
+const timed = (run) => {
+  const seconds = [];
+  const until = performance.now() + MEASURED_MS;
+  while (performance.now() < until || seconds.length < 3) {
+    const started = performance.now();
+    run();
+    seconds.push((performance.now() - started) / 1000);
+  }
+  return seconds.sort((a, b) => a - b)[seconds.length >> 1];
+};
+console.log("file                      bytes triangles  decode, with snapshot (million triangles/s)");
+for (const path of process.argv.slice(2)) {
+  const bytes = new Uint8Array(readFileSync(path));
+  const { triangles } = decode(bytes);
+  const rate = (seconds) => (triangles / seconds / 1e6).toFixed(2).padStart(6);
+  const decoded = rate(timed(() => decode(bytes)));
+  const drawn = rate(timed(() => snapshotOf(decode(bytes))));
+  console.log(
+    `${basename(path).padEnd(20)} ${String(bytes.length).padStart(10)} ${String(triangles).padStart(9)}  ${decoded} ${drawn}`,
+  );
+}
