@@ -62,101 +62,89 @@ export function latticeOf(decoder: SmoothDecoder): Lattice {
 /** The mesh to draw. Empty before the header has come. */
 export function snapshotOf(decoder: SmoothDecoder): Snapshot {
   const { header } = decoder;
+  const nothing = new Float32Array(0);
+  if (!header) return { positions: nothing, normals: nothing, uvs: [], colours: nothing, indices: [] };
   const lattice = latticeOf(decoder);
-  const stride = header?.stride ?? 0;
-  // A wedge belongs to one vertex, so wedges, or vertices where there are none, are what a renderer calls vertices.
-  const corners = stride === 0 ? lattice.triangles : lattice.corners;
-  const counts = new Uint32Array(header?.materials ?? 0);
-  for (const material of lattice.materials) counts[material] = (counts[material] as number) + 3;
-  const indices = Array.from(counts, (count) => new Uint32Array(count));
+  const { firsts, indices } = indexed(header, lattice);
+  let normals = nothing;
+  let colours = nothing;
+  const uvs: Float32Array[] = [];
+  let number = 0;
+  for (const channel of header.channels) {
+    // Where the numbers of each vertex's wedge begin.
+    const places = firsts.map((corner) => (lattice.corners[corner] as number) * header.stride + number);
+    if (channel.kind === "normal") normals = normalsAt(lattice.values, places);
+    else if (channel.kind === "uv") uvs.push(realNumbers(channel, lattice.values, places));
+    else colours = realNumbers(channel, lattice.values, places);
+    number += numbersOf(channel.kind);
+  }
+  return { positions: positionsAt(header, lattice, firsts), normals, uvs, colours, indices };
+}
 
-  const drawn = new Int32Array(stride === 0 ? lattice.twicePositions.length / 3 : lattice.values.length / stride);
-  drawn.fill(-1);
-  const vertices: number[] = [];
+/** The first corner of each vertex that is drawn, and the vertices of triangles for each material. */
+function indexed(header: Header, lattice: Lattice): { firsts: Int32Array; indices: Uint32Array[] } {
+  const { triangles, materials, values } = lattice;
+  const counts = new Uint32Array(header.materials);
+  for (const material of materials) counts[material] = (counts[material] as number) + 3;
+  const indices = Array.from(counts, (count) => new Uint32Array(count));
   counts.fill(0);
+  // A wedge belongs to one vertex, so wedges, or vertices where there are none, are what a renderer calls vertices.
+  const { stride } = header;
+  const corners = stride === 0 ? triangles : lattice.corners;
+  const drawn = new Int32Array(stride === 0 ? lattice.twicePositions.length / 3 : values.length / stride).fill(-1);
+  const firsts = new Int32Array(drawn.length);
+  let vertices = 0;
   for (let i = 0; i < corners.length; i += 1) {
     const corner = corners[i] as number;
     if (drawn[corner] === -1) {
-      drawn[corner] = vertices.length;
-      vertices.push(i);
+      drawn[corner] = vertices;
+      firsts[vertices] = i;
+      vertices += 1;
     }
-    const material = lattice.materials[Math.floor(i / 3)] as number;
+    const material = materials[Math.floor(i / 3)] as number;
     const at = counts[material] as number;
     (indices[material] as Uint32Array)[at] = drawn[corner] as number;
     counts[material] = at + 1;
   }
-  return {
-    ...dressed(
-      header,
-      lattice,
-      vertices.map((i) => corners[i] as number),
-    ),
-    positions: placed(header, lattice, vertices),
-    indices,
-  };
+  return { firsts: firsts.subarray(0, vertices), indices };
 }
 
 /** Positions of the vertices that stand at these corners. */
-function placed(header: Header | undefined, lattice: Lattice, vertices: readonly number[]): Float32Array {
-  const positions = new Float32Array(3 * vertices.length);
-  if (!header) return positions;
-  vertices.forEach((corner, i) => {
-    const first = 3 * (lattice.triangles[corner] as number);
+function positionsAt(header: Header, lattice: Lattice, corners: Int32Array): Float32Array<ArrayBuffer> {
+  const positions = new Float32Array(3 * corners.length);
+  for (let i = 0; i < corners.length; i += 1) {
+    const first = 3 * (lattice.triangles[corners[i] as number] as number);
     for (let axis = 0; axis < 3; axis += 1) {
       const twice = lattice.twicePositions[first + axis] as number;
       positions[3 * i + axis] = (header.origin[axis] as number) + header.step * 0.5 * twice;
     }
-  });
+  }
   return positions;
 }
 
-/** Attributes of these wedges. */
-function dressed(
-  header: Header | undefined,
-  { values }: Lattice,
-  wedges: readonly number[],
-): Omit<Snapshot, "positions" | "indices"> {
-  let normals = new Float32Array(0);
-  let colours = new Float32Array(0);
-  const uvs: Float32Array[] = [];
-  let number = 0;
-  for (const channel of header?.channels ?? []) {
-    const at = (wedge: number) => wedge * (header?.stride ?? 0) + number;
-    if (channel.kind === "normal") {
-      normals = normalsOf(wedges, (wedge, k) => values[at(wedge) + k] as number);
-    } else {
-      const numbers = realNumbers(channel, wedges, (wedge, k) => values[at(wedge) + k] as number);
-      if (channel.kind === "uv") uvs.push(numbers);
-      else colours = numbers;
-    }
-    number += numbersOf(channel.kind);
-  }
-  return { normals, uvs, colours };
-}
-
-type NumberOf = (wedge: number, k: number) => number;
-
-function normalsOf(wedges: readonly number[], of: NumberOf): Float32Array<ArrayBuffer> {
-  const normals = new Float32Array(3 * wedges.length);
+function normalsAt(values: Int32Array, places: Int32Array): Float32Array<ArrayBuffer> {
+  const normals = new Float32Array(3 * places.length);
   const way = new Float64Array(3);
-  wedges.forEach((wedge, i) => {
-    direction(of(wedge, 0), of(wedge, 1), way);
+  for (let i = 0; i < places.length; i += 1) {
+    const place = places[i] as number;
+    direction(values[place] as number, values[place + 1] as number, way);
     const [x = 0, y = 0, z = 0] = way;
     const length = Math.fround(Math.sqrt(x * x + y * y + z * z));
-    for (let axis = 0; axis < 3; axis += 1) normals[3 * i + axis] = (way[axis] as number) / length;
-  });
+    normals[3 * i] = x / length;
+    normals[3 * i + 1] = y / length;
+    normals[3 * i + 2] = z / length;
+  }
   return normals;
 }
 
 /** Rounded as 32-bit floats are, so that every reader draws the same. */
-function realNumbers(channel: Channel, wedges: readonly number[], of: NumberOf): Float32Array<ArrayBuffer> {
+function realNumbers(channel: Channel, values: Int32Array, places: Int32Array): Float32Array<ArrayBuffer> {
   const count = numbersOf(channel.kind);
-  const numbers = new Float32Array(count * wedges.length);
-  wedges.forEach((wedge, i) => {
-    for (let k = 0; k < count; k += 1) {
-      const part = Math.fround(Math.fround(of(wedge, k)) * (channel.step[k % 2] as number));
-      numbers[count * i + k] = (channel.low[k % 2] as number) + part;
-    }
-  });
+  const numbers = new Float32Array(count * places.length);
+  for (let i = 0; i < numbers.length; i += 1) {
+    const k = i % count;
+    const number = Math.fround(values[(places[(i - k) / count] as number) + k] as number);
+    numbers[i] = (channel.low[k % 2] as number) + Math.fround(number * (channel.step[k % 2] as number));
+  }
   return numbers;
 }

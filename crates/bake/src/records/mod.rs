@@ -216,6 +216,11 @@ fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, published: u
         level0.add(&model.levels[0]);
         lowest.add(coarsest(model));
     }
+    let smooth: BTreeMap<_, _> = models
+        .iter()
+        .filter_map(|model| model.smooth.as_ref())
+        .map(|smooth| (&smooth.url, smooth.bytes))
+        .collect();
     let textures = input
         .scene
         .images
@@ -227,6 +232,7 @@ fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, published: u
         ("published", published),
         ("level0", level0.total()),
         ("coarsest", lowest.total()),
+        ("smooth", smooth.values().sum()),
         ("textures", textures.values().sum()),
         ("records", records.record_bytes),
         ("steps", records.step_bytes),
