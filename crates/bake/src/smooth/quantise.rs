@@ -206,7 +206,7 @@ impl QuantisedMesh {
 #[must_use]
 pub fn materials(model: &SourceModel) -> Vec<Option<usize>> {
     let mut materials = Vec::new();
-    for primitive in &model.primitives {
+    for primitive in model.primitives.iter().filter(|p| !p.indices.is_empty()) {
         if primitive.topology == Topology::Triangles && !materials.contains(&primitive.material) {
             materials.push(primitive.material);
         }
