@@ -197,7 +197,9 @@ export class Attributes implements Wedges {
   }
 
   private addWedgeOf(mesh: Mesh, triangle: number, vertex: number): void {
-    const wedge = this.corners.at(3 * triangle + mesh.sideOf(triangle, vertex));
+    const first = 3 * triangle;
+    const side = mesh.corners[first] === vertex ? 0 : mesh.corners[first + 1] === vertex ? 1 : 2;
+    const wedge = this.corners.values[first + side] as number;
     if (wedge !== NONE && this.presentCount < MOST_PRESENT) this.addPresent(wedge);
   }
 

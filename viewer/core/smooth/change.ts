@@ -95,15 +95,14 @@ export class Change {
   /** Changes the mesh. `fresh` is the new vertex, without triangles. */
   apply(mesh: Mesh, star: Star, split: Split, old: number, fresh: number): void {
     this.moveTriangles(mesh, star, old, fresh);
-    const bear = (third: number, oldFirst: number) =>
-      oldFirst ? mesh.addTriangle(old, fresh, third) : mesh.addTriangle(fresh, old, third);
     for (let i = 0; i < this.third.length; i += 1) {
       const third = this.third.at(i);
-      mesh.stars.insert(third, this.neighbour.at(i), this.after.at(i) === 1, bear(third, this.oldFirst.at(i)));
+      const triangle = bear(mesh, old, fresh, third, this.oldFirst.at(i));
+      mesh.stars.insert(third, this.neighbour.at(i), this.after.at(i) === 1, triangle);
     }
     for (let i = 0; i < split.extraThird.length; i += 1) {
       const third = split.extraThird.at(i);
-      const triangle = bear(third, split.extraOldFirst.at(i));
+      const triangle = bear(mesh, old, fresh, third, split.extraOldFirst.at(i));
       mesh.stars.insert(third, NONE, true, triangle);
       this.stay.push(triangle);
       this.go.push(triangle);
@@ -141,4 +140,8 @@ export class Change {
     around[3 * old + 1] = (around[3 * old + 1] as number) - y;
     around[3 * old + 2] = (around[3 * old + 2] as number) - z;
   }
+}
+
+function bear(mesh: Mesh, old: number, fresh: number, third: number, oldFirst: number): number {
+  return oldFirst ? mesh.addTriangle(old, fresh, third) : mesh.addTriangle(fresh, old, third);
 }

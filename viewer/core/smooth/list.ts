@@ -24,7 +24,7 @@ export class IntList {
   extend(length: number, value: number): void {
     if (length <= this.length) return;
     this.values = widened(this.values, length);
-    this.values.fill(value, this.length, length);
+    for (let i = this.length; i < length; i += 1) this.values[i] = value;
     this.length = length;
   }
 

@@ -2,7 +2,7 @@
  * What values has a new wedge likely? A normal is expected to be that of the triangles around it, with some regard to
  * normals beside it; all else goes on evenly over the triangle that was there before the split (`docs/SLOD.md` §8).
  */
-import { shorten } from "./geometry.ts";
+import { clear, shorten } from "./geometry.ts";
 import type { IntList } from "./list.ts";
 import type { Mesh } from "./mesh.ts";
 import { direction, nearest } from "./octahedron.ts";
@@ -32,8 +32,8 @@ export class Expectation {
   /** Of a normal, the first number of which is the wedge's `number`-th. `pending` are the corners of the new wedge. */
   ofNormal(mesh: Mesh, wedges: Wedges, pending: IntList, number: number): void {
     const { face, around, part } = this;
-    face.fill(0);
-    around.fill(0);
+    clear(face);
+    clear(around);
     const values = wedges.values;
     for (let i = 0; i < pending.length; i += CORNER) {
       const triangle = pending.at(i);
@@ -43,16 +43,19 @@ export class Expectation {
         const at = valuesOf(wedges, k < 3 ? cornerOf(wedges, triangle, side + k) : pending.at(i + 2));
         if (at < 0) continue;
         direction(values.at(at + number), values.at(at + number + 1), part);
-        for (let axis = 0; axis < 3; axis += 1) around[axis] = (around[axis] as number) + (part[axis] as number);
+        around[0] = (around[0] as number) + (part[0] as number);
+        around[1] = (around[1] as number) + (part[1] as number);
+        around[2] = (around[2] as number) + (part[2] as number);
       }
     }
     shorten(face);
     // What the triangles say counts eight times as much as the normals around.
     const counts = 8 * Math.max(reach(around), 127);
     const ofFace = Math.max(reach(face), 1);
-    const sum = (axis: number) =>
-      ((around[axis] as number) + Math.trunc(((face[axis] as number) * counts) / ofFace)) | 0;
-    nearest(sum(0), sum(1), sum(2), this.numbers);
+    for (let axis = 0; axis < 3; axis += 1) {
+      part[axis] = ((around[axis] as number) + Math.trunc(((face[axis] as number) * counts) / ofFace)) | 0;
+    }
+    nearest(part[0] as number, part[1] as number, part[2] as number, this.numbers);
   }
 
   /** Of `count` numbers of anything else. */
@@ -67,7 +70,8 @@ export class Expectation {
   ): void {
     const { sum, numbers } = this;
     const values = wedges.values;
-    sum.fill(0);
+    clear(sum);
+    sum[3] = 0;
     let told = 0;
     for (let i = 0; i < pending.length; i += CORNER) {
       const triangle = pending.at(i);
@@ -133,19 +137,21 @@ export class Expectation {
     // Ten bits are enough, and keep products small.
     const shift = Math.max(32 - Math.clz32(longest) - 10, 0);
     if (shift > 0) for (let i = 0; i < 9; i += 1) ways[i] = (ways[i] as number) >> shift;
-    const dot = (p: number, q: number) =>
-      (ways[p] as number) * (ways[q] as number) +
-      (ways[p + 1] as number) * (ways[q + 1] as number) +
-      (ways[p + 2] as number) * (ways[q + 2] as number);
-    const nn = dot(0, 0);
-    const nb = dot(0, 3);
-    const bb = dot(3, 3);
-    const nf = dot(0, 6);
-    const bf = dot(3, 6);
+    const nn = dot(ways, 0, 0);
+    const nb = dot(ways, 0, 3);
+    const bb = dot(ways, 3, 3);
+    const nf = dot(ways, 0, 6);
+    const bf = dot(ways, 3, 6);
     const area = nn * bb - nb * nb;
     this.alongNext = area === 0 ? 0 : share((bb * nf - nb * bf) * 256, area);
     this.alongBefore = area === 0 ? 0 : share((nn * bf - nb * nf) * 256, area);
   }
+}
+
+/** Of two of the ways, by their first numbers. */
+function dot(ways: Float64Array, p: number, q: number): number {
+  const first = (ways[p] as number) * (ways[q] as number) + (ways[p + 1] as number) * (ways[q + 1] as number);
+  return first + (ways[p + 2] as number) * (ways[q + 2] as number);
 }
 
 function share(part: number, area: number): number {
