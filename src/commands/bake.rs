@@ -140,9 +140,10 @@ pub(super) fn summary(report: &Report) -> String {
         ));
     }
     lines.push(format!(
-        "  coarsest levels {}, finest {}",
+        "  coarsest levels {}, finest {}, smooth LODs {}",
         size("coarsest"),
-        size("level0")
+        size("level0"),
+        size("smooth")
     ));
     let records = &report.records;
     lines.push(format!(

@@ -133,7 +133,7 @@ fn hash(decoder: &Decoder) -> String {
 
 /// What a stream gives after several lengths.
 fn told(bytes: &[u8]) -> Value {
-    let (header, header_bytes) = Header::read(bytes).unwrap().unwrap();
+    let (header, header_bytes) = Header::read(bytes).expect("a header").expect("all of it");
     let total = header.total_bytes;
     let mut lengths: Vec<u32> = (0..PORTIONS).map(|i| i * total / PORTIONS).collect();
     lengths.push(header_bytes as u32);
@@ -143,7 +143,7 @@ fn told(bytes: &[u8]) -> Value {
     lengths.dedup();
     let told = lengths.into_iter().map(|length| {
         let mut decoder = Decoder::new(1 << 24);
-        decoder.push(&bytes[..length as usize]).unwrap();
+        decoder.push(&bytes[..length as usize]).expect("a beginning");
         json!({"bytes": length, "triangles": decoder.counts().1, "hash": hash(&decoder)})
     });
     told.collect()

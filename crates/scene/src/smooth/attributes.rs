@@ -7,6 +7,7 @@
 //! of the triangles around it; of all else, that it goes on evenly over the triangle that was there before the split.
 
 use super::geometry::residual;
+use super::header::MOST_CHANNELS;
 use super::mesh::{Mesh, NONE};
 use super::model::{Nibble, number};
 use super::rans::Coder;
@@ -64,8 +65,11 @@ pub(super) struct Attributes {
     material_count: u32,
     most_wedges: usize,
     models: AttributeModels,
-    /// The corners of each new wedge that is still to be told.
+    /// The corners of the new vertex, as they were before the split.
+    was: Vec<Corner>,
+    /// The corners of each new wedge that is still to be told; then lists that are used again.
     pending: Vec<Vec<Corner>>,
+    pending_count: usize,
     present: Vec<u32>,
 }
 
@@ -134,8 +138,10 @@ impl Attributes {
                     .collect(),
                 last_copy: vec![0; kinds.len()],
             },
+            was: Vec::new(),
             pending: Vec::new(),
-            present: Vec::new(),
+            pending_count: 0,
+            present: Vec::with_capacity(MOST_PRESENT),
             kinds,
         }
     }
@@ -169,25 +175,25 @@ impl Attributes {
         }
         self.corners.resize(mesh.triangles.len(), [NONE; 3]);
         self.latest.resize(mesh.points.len(), NONE);
-        self.pending.clear();
+        self.pending_count = 0;
         let wedges = (self.values.len() / self.stride) as u32;
         let star = mesh.stars.of(mesh.points[new as usize].star);
         // The corners of moved triangles still hold wedges of the old vertex.
-        let was: Vec<Corner> = star
-            .iter()
-            .map(|&triangle| {
-                let side = side_of(mesh, triangle, new);
-                let was = std::mem::replace(&mut self.corners[triangle as usize][side], NONE);
-                (triangle, side, was)
-            })
-            .collect();
-        for (i, &corner) in was.iter().enumerate() {
-            let beside = if i > 0 { was[i - 1].2 } else { NONE };
+        self.was.clear();
+        for &triangle in star {
+            let side = side_of(mesh, triangle, new);
+            let was = std::mem::replace(&mut self.corners[triangle as usize][side], NONE);
+            self.was.push((triangle, side, was));
+        }
+        let mut beside = NONE;
+        for i in 0..self.was.len() {
+            let corner = self.was[i];
             let asked = match corner.2 {
                 NONE => Asked::BornNew,
                 wedge if wedge == beside => Asked::MovedSame,
                 _ => Asked::MovedOther,
             };
+            beside = corner.2;
             self.code_rank(coder, script.as_deref_mut(), star, (new, mesh), corner, (wedges, asked));
         }
         for triangle in first..mesh.triangles.len() as u32 {
@@ -211,11 +217,11 @@ impl Attributes {
                 }
             }
         }
-        for i in 0..self.pending.len() {
+        for i in 0..self.pending_count {
             self.code_values(coder, script.as_deref_mut(), mesh, wedges, i, split);
         }
         // Only now, so that what was drawn so far stays whole.
-        if self.pending.len() + wedges as usize > self.most_wedges {
+        if self.pending_count + wedges as usize > self.most_wedges {
             return Err("it has more wedges than its header says");
         }
         Ok(())
@@ -262,32 +268,7 @@ impl Attributes {
         (wedges, asked): (u32, Asked),
     ) {
         let (triangle, side, _) = corner;
-        self.present.clear();
-        let at = star.iter().position(|&t| t == triangle).unwrap_or(0);
-        let (behind, ahead) = (star[..at].iter().rev(), star[at..].iter().skip(1));
-        let mut add = |t: u32| {
-            let wedge = self.corners[t as usize][side_of(mesh, t, vertex)];
-            if wedge != NONE && self.present.len() < MOST_PRESENT && !self.present.contains(&wedge) {
-                self.present.push(wedge);
-            }
-        };
-        // In turn from both sides.
-        let (mut behind, mut ahead) = (behind.fuse(), ahead.fuse());
-        loop {
-            let (a, b) = (behind.next(), ahead.next());
-            a.into_iter().chain(b).for_each(|&t| add(t));
-            if a.is_none() && b.is_none() {
-                break;
-            }
-        }
-        // A wedge that no corner has at the moment may come back.
-        let mut wedge = self.latest[vertex as usize];
-        while wedge != NONE && self.present.len() < MOST_PRESENT {
-            if !self.present.contains(&wedge) {
-                self.present.push(wedge);
-            }
-            wedge = self.before[wedge as usize];
-        }
+        self.find_present(mesh, star, vertex, triangle);
         let count = self.present.len();
         let given = script.map_or(0, |script| {
             script.wedge(vertex, triangle, &self.present).unwrap_or(count)
@@ -301,15 +282,50 @@ impl Attributes {
         let wedge = match self.present.get(rank) {
             Some(&wedge) => wedge,
             None => {
-                self.pending.push(Vec::new());
+                if self.pending.len() == self.pending_count {
+                    self.pending.push(Vec::new());
+                }
+                self.pending[self.pending_count].clear();
+                self.pending_count += 1;
                 self.before.push(self.latest[vertex as usize]);
                 self.latest[vertex as usize] = self.before.len() as u32 - 1;
-                wedges + self.pending.len() as u32 - 1
+                wedges + self.pending_count as u32 - 1
             }
         };
         self.corners[triangle as usize][side] = wedge;
         if wedge >= wedges {
             self.pending[(wedge - wedges) as usize].push(corner);
+        }
+    }
+
+    /// Wedges of a vertex: from a triangle's place in its star to both sides in turn, then any others, latest first.
+    fn find_present(&mut self, mesh: &Mesh, star: &[u32], vertex: u32, triangle: u32) {
+        self.present.clear();
+        let mut behind = star.iter().position(|&t| t == triangle).unwrap_or(0);
+        let mut ahead = behind + 1;
+        while behind > 0 || ahead < star.len() {
+            if behind > 0 {
+                behind -= 1;
+                let t = star[behind];
+                self.add_present(self.corners[t as usize][side_of(mesh, t, vertex)]);
+            }
+            if let Some(&t) = star.get(ahead) {
+                ahead += 1;
+                self.add_present(self.corners[t as usize][side_of(mesh, t, vertex)]);
+            }
+        }
+        // A wedge that no corner has at the moment may come back.
+        let mut wedge = self.latest[vertex as usize];
+        while wedge != NONE && self.present.len() < MOST_PRESENT {
+            self.add_present(wedge);
+            wedge = self.before[wedge as usize];
+        }
+    }
+
+    #[inline(always)]
+    fn add_present(&mut self, wedge: u32) {
+        if wedge != NONE && self.present.len() < MOST_PRESENT && !self.present.contains(&wedge) {
+            self.present.push(wedge);
         }
     }
 
@@ -323,9 +339,10 @@ impl Attributes {
         split: Done,
     ) {
         let pending = std::mem::take(&mut self.pending[i]);
-        let mut given = vec![0; self.stride];
+        let mut given = [0; 4 * MOST_CHANNELS];
+        let given = &mut given[..self.stride];
         if let Some(script) = &mut script {
-            script.values(wedges + i as u32, &mut given);
+            script.values(wedges + i as u32, given);
         }
         let (triangle, side, was) = pending[0];
         let corners = self.corners[triangle as usize];
@@ -370,13 +387,12 @@ impl Attributes {
             self.values.extend_from_slice(&found[..kind.numbers()]);
             at = numbers.end;
         }
+        self.pending[i] = pending;
     }
 }
 
 /// Which corner of a triangle a vertex is.
 fn side_of(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
-    mesh.triangles[triangle as usize]
-        .iter()
-        .position(|&v| v == vertex)
-        .unwrap_or(0)
+    let [a, b, c] = mesh.triangles[triangle as usize];
+    usize::from(a != vertex && b == vertex) + 2 * usize::from(a != vertex && b != vertex && c == vertex)
 }
