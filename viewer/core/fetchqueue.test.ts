@@ -1,4 +1,4 @@
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import { FETCH_DEFAULTS, FetchError, FetchQueue, type FetchQueueOptions } from "./fetchqueue.ts";
 import { webCryptoDigest } from "./verify.ts";
 
@@ -19,7 +19,10 @@ function manual(options: Partial<FetchQueueOptions> = {}) {
       });
     });
   const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, digest: undefined, fetch, ...options });
-  return { queue, open };
+  /** A request, by number, as soon as it was sent: however long the machine takes until the next attempt. */
+  const attempt = (number: number) =>
+    vi.waitFor(() => open[number] ?? expect.fail(`no attempt ${number}`), { timeout: 4000, interval: 2 });
+  return { queue, open, attempt };
 }
 
 const turn = () => new Promise((resolve) => setTimeout(resolve, 10));
@@ -66,21 +69,16 @@ describe("the fetch queue", () => {
   });
 
   it("tries again what may pass, and gives up at the end", async () => {
-    const { queue, open } = manual({ attempts: 3 });
+    const { queue, attempt } = manual({ attempts: 3 });
     const lucky = queue.request("a", 1);
-    open[0]?.fail();
-    await turn();
-    open[1]?.answer("busy", 503);
-    await turn();
-    open[2]?.answer("ok");
+    (await attempt(0)).fail();
+    (await attempt(1)).answer("busy", 503);
+    (await attempt(2)).answer("ok");
     expect((await lucky).byteLength).toBe(2);
     expect(queue.tally.retries).toBe(2);
     const unlucky = queue.request("b", 1);
     unlucky.catch(() => {});
-    for (let i = 3; i < 6; i += 1) {
-      open[i]?.fail();
-      await turn();
-    }
+    for (let i = 3; i < 6; i += 1) (await attempt(i)).fail();
     await expect(unlucky).rejects.toMatchObject({ kind: "unreachable" });
   });
 
@@ -93,18 +91,17 @@ describe("the fetch queue", () => {
   });
 
   it("fetches damaged bytes once more past the cache, then says that they are damaged", async () => {
-    const { queue, open } = manual({ digest: webCryptoDigest() });
+    const { queue, attempt } = manual({ digest: webCryptoDigest() });
     const healed = queue.request(HELLO, 1);
-    open[0]?.answer("hellO");
-    await turn();
-    expect(open[1]?.init.cache).toBe("reload");
-    open[1]?.answer("hello");
+    (await attempt(0)).answer("hellO");
+    const again = await attempt(1);
+    expect(again.init.cache).toBe("reload");
+    again.answer("hello");
     expect((await healed).byteLength).toBe(5);
     const damaged = queue.request(HELLO, 1);
     damaged.catch(() => {});
-    open[2]?.answer("hellO");
-    await turn();
-    open[3]?.answer("hellO");
+    (await attempt(2)).answer("hellO");
+    (await attempt(3)).answer("hellO");
     await expect(damaged).rejects.toMatchObject({ kind: "corrupt" });
   });
 

@@ -108,12 +108,11 @@ describe.each(NAMES)("%s", (name) => {
 
   it("gives the same when it comes byte by byte, and never less than before", () => {
     const decoder = new SmoothDecoder(ENOUGH_BYTES);
-    let last = 0;
-    for (const byte of bytes) {
+    const counts = Array.from(bytes, (byte) => {
       decoder.push(Uint8Array.of(byte));
-      expect(decoder.triangles).toBeGreaterThanOrEqual(last);
-      last = decoder.triangles;
-    }
+      return decoder.triangles;
+    });
+    expect(counts).toEqual([...counts].sort((a, b) => a - b));
     expect(hash(decoder)).toBe(told.at(-1)?.hash);
   });
 
@@ -130,7 +129,7 @@ describe.each(NAMES)("%s", (name) => {
 
   it("does no harm with flipped bits", () => {
     const random = randomNumbers(name.length);
-    for (let round = 0; round < 80; round += 1) {
+    for (let round = 0; round < 50; round += 1) {
       const damaged = bytes.slice();
       for (let flip = random(4); flip >= 0; flip -= 1) {
         const at = random(damaged.length);
