@@ -42,9 +42,14 @@ export class Attributes implements Wedges {
   private readonly expectation = new Expectation();
   /** The corners of the new vertex, as they were before the split. */
   private readonly was = new IntList();
-  /** The corners of each new wedge that is still to be told. */
-  private readonly pending: IntList[] = [];
-  private pendingCount = 0;
+  /** Corners that have wedges that are still to be told, each with the place here of the next one that has the same. */
+  private readonly asked = new IntList();
+  private readonly askedNext = new IntList();
+  /** The first and the last place of each of those wedges. */
+  private readonly pendingFirst = new IntList();
+  private readonly pendingLast = new IntList();
+  /** The corners of the one that is being told. */
+  private readonly telling = new IntList();
   /** Wedges told before this split. */
   private told = 0;
   private readonly present = new Int32Array(MOST_PRESENT);
@@ -74,7 +79,10 @@ export class Attributes implements Wedges {
     if (this.stride === 0) return;
     this.corners.extend(3 * mesh.triangles, NONE);
     this.latest.extend(mesh.vertices, NONE);
-    this.pendingCount = 0;
+    this.asked.clear();
+    this.askedNext.clear();
+    this.pendingFirst.clear();
+    this.pendingLast.clear();
     this.told = this.values.length / this.stride;
     this.askMoved(reader, mesh, fresh);
     for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
@@ -84,10 +92,11 @@ export class Attributes implements Wedges {
         this.readRank(reader, mesh, vertex, triangle, side, NONE, vertex === old ? BORN_OLD : BORN_THIRD);
       }
     }
-    for (let i = 0; i < this.pendingCount; i += 1) {
-      this.readValues(reader, mesh, this.pending[i] as IntList, old, fresh, size);
+    for (let i = 0; i < this.pendingFirst.length; i += 1) {
+      this.gather(this.pendingFirst.at(i));
+      this.readValues(reader, mesh, this.telling, old, fresh, size);
     }
-    if (this.told + this.pendingCount > this.mostWedges) damaged("it has more wedges than its header says");
+    if (this.told + this.pendingFirst.length > this.mostWedges) damaged("it has more wedges than its header says");
   }
 
   /** Asks for the corners of the new vertex. Those of moved triangles still hold wedges of the old one. */
@@ -155,19 +164,34 @@ export class Attributes implements Wedges {
     const rank = count === 0 ? 0 : Math.min(reader.symbol(this.ranks + 4 * why + Math.min(count, 3)), count);
     let wedge = rank < count ? (this.present[rank] as number) : NONE;
     if (wedge === NONE) {
-      wedge = this.told + this.pendingCount;
-      if (this.pendingCount === this.pending.length) this.pending.push(new IntList());
-      (this.pending[this.pendingCount] as IntList).clear();
-      this.pendingCount += 1;
+      wedge = this.told + this.pendingFirst.length;
+      this.pendingFirst.push(NONE);
+      this.pendingLast.push(NONE);
       this.before.push(this.latest.at(vertex));
       this.latest.values[vertex] = wedge;
     }
     this.corners.values[3 * triangle + side] = wedge;
-    if (wedge >= this.told) {
-      const corners = this.pending[wedge - this.told] as IntList;
-      corners.push(triangle);
-      corners.push(side);
-      corners.push(was);
+    if (wedge >= this.told) this.ask(wedge - this.told, triangle, side, was);
+  }
+
+  /** Notes a corner that has a wedge which is still to be told. */
+  private ask(pending: number, triangle: number, side: number, was: number): void {
+    const place = this.askedNext.length;
+    this.asked.push(triangle);
+    this.asked.push(side);
+    this.asked.push(was);
+    this.askedNext.push(NONE);
+    const last = this.pendingLast.at(pending);
+    if (last === NONE) this.pendingFirst.values[pending] = place;
+    else this.askedNext.values[last] = place;
+    this.pendingLast.values[pending] = place;
+  }
+
+  /** Puts the corners together that have the same wedge, from the first on. */
+  private gather(first: number): void {
+    this.telling.clear();
+    for (let place = first; place !== NONE; place = this.askedNext.at(place)) {
+      for (let i = 0; i < CORNER; i += 1) this.telling.push(this.asked.at(CORNER * place + i));
     }
   }
 

@@ -35,25 +35,30 @@ pub(super) fn write(
         let scale = &mut scales[object.model];
         *scale = scale.max(largest_scale(object));
     }
-    let cost = |model: &SourceModel| {
+    // The triangles of each that gets one.
+    let costs = scene.models.iter().map(|model| {
         let triangles = model.triangle_count() as u64;
-        if publish::is_worthwhile(model) { triangles } else { 0 }
-    };
-    progress.start(Stage::Smooth, scene.models.iter().map(cost).sum());
-    let written = scene.models.par_iter().zip(scales).map(|(model, scale)| {
-        if progress.cancelled() {
-            return Err(BakeError::Cancelled);
-        }
-        if !publish::is_worthwhile(model) {
-            return Ok(None);
-        }
-        let mesh = QuantisedMesh::new(model, publish::precision(model, scale));
-        let bytes = smooth::encode(&mesh);
-        let is_smaller = bytes.len() < publish::plain_bytes(model);
-        let smooth = is_smaller.then(|| write_one(scene, (model, &mesh), bytes, (pictures, limits), ledger));
-        progress.advance(cost(model));
-        smooth.transpose()
+        publish::is_worthwhile(model).then_some(triangles)
     });
+    let costs: Vec<Option<u64>> = costs.collect();
+    progress.start(Stage::Smooth, costs.iter().flatten().sum());
+    let written = scene
+        .models
+        .par_iter()
+        .zip(scales)
+        .zip(&costs)
+        .map(|((model, scale), cost)| {
+            if progress.cancelled() {
+                return Err(BakeError::Cancelled);
+            }
+            let Some(triangles) = cost else { return Ok(None) };
+            let mesh = QuantisedMesh::new(model, publish::precision(model, scale));
+            let bytes = smooth::encode(&mesh);
+            let is_smaller = bytes.len() < publish::plain_bytes(model);
+            let smooth = is_smaller.then(|| write_one(scene, (model, &mesh), bytes, (pictures, limits), ledger));
+            progress.advance(*triangles);
+            smooth.transpose()
+        });
     written.collect()
 }
 

@@ -67,9 +67,12 @@ pub(super) struct Attributes {
     models: AttributeModels,
     /// The corners of the new vertex, as they were before the split.
     was: Vec<Corner>,
-    /// The corners of each new wedge that is still to be told; then lists that are used again.
-    pending: Vec<Vec<Corner>>,
-    pending_count: usize,
+    /// Corners that have wedges that are still to be told, each with the place here of the next one that has the same.
+    asked: Vec<(Corner, u32)>,
+    /// The first and the last place of each of those wedges.
+    pending: Vec<(u32, u32)>,
+    /// The corners of the one that is being told.
+    telling: Vec<Corner>,
     present: Vec<u32>,
 }
 
@@ -139,8 +142,9 @@ impl Attributes {
                 last_copy: vec![0; kinds.len()],
             },
             was: Vec::new(),
+            asked: Vec::new(),
             pending: Vec::new(),
-            pending_count: 0,
+            telling: Vec::new(),
             present: Vec::with_capacity(MOST_PRESENT),
             kinds,
         }
@@ -175,7 +179,8 @@ impl Attributes {
         }
         self.corners.resize(mesh.triangles.len(), [NONE; 3]);
         self.latest.resize(mesh.points.len(), NONE);
-        self.pending_count = 0;
+        self.asked.clear();
+        self.pending.clear();
         let wedges = (self.values.len() / self.stride) as u32;
         let star = mesh.stars.of(mesh.points[new as usize].star);
         // The corners of moved triangles still hold wedges of the old vertex.
@@ -217,11 +222,11 @@ impl Attributes {
                 }
             }
         }
-        for i in 0..self.pending_count {
+        for i in 0..self.pending.len() {
             self.code_values(coder, script.as_deref_mut(), mesh, wedges, i, split);
         }
         // Only now, so that what was drawn so far stays whole.
-        if self.pending_count + wedges as usize > self.most_wedges {
+        if self.pending.len() + wedges as usize > self.most_wedges {
             return Err("it has more wedges than its header says");
         }
         Ok(())
@@ -282,19 +287,22 @@ impl Attributes {
         let wedge = match self.present.get(rank) {
             Some(&wedge) => wedge,
             None => {
-                if self.pending.len() == self.pending_count {
-                    self.pending.push(Vec::new());
-                }
-                self.pending[self.pending_count].clear();
-                self.pending_count += 1;
+                self.pending.push((NONE, NONE));
                 self.before.push(self.latest[vertex as usize]);
                 self.latest[vertex as usize] = self.before.len() as u32 - 1;
-                wedges + self.pending_count as u32 - 1
+                wedges + self.pending.len() as u32 - 1
             }
         };
         self.corners[triangle as usize][side] = wedge;
         if wedge >= wedges {
-            self.pending[(wedge - wedges) as usize].push(corner);
+            let place = self.asked.len() as u32;
+            self.asked.push((corner, NONE));
+            let (first, last) = &mut self.pending[(wedge - wedges) as usize];
+            match self.asked.get_mut(*last as usize) {
+                Some((_, next)) => *next = place,
+                None => *first = place,
+            }
+            *last = place;
         }
     }
 
@@ -338,7 +346,13 @@ impl Attributes {
         i: usize,
         split: Done,
     ) {
-        let pending = std::mem::take(&mut self.pending[i]);
+        self.telling.clear();
+        let mut place = self.pending[i].0;
+        while let Some(&(corner, next)) = self.asked.get(place as usize) {
+            self.telling.push(corner);
+            place = next;
+        }
+        let pending = &self.telling;
         let mut given = [0; 4 * MOST_CHANNELS];
         let given = &mut given[..self.stride];
         if let Some(script) = &mut script {
@@ -356,7 +370,7 @@ impl Attributes {
                 corners: &self.corners,
                 values: &self.values,
                 stride: self.stride,
-                pending: &pending,
+                pending,
                 split: (split.old, split.new),
             };
             let copies = sources.map(|wedge| Some(&beside.value(wedge)?[numbers.clone()]));
@@ -387,7 +401,6 @@ impl Attributes {
             self.values.extend_from_slice(&found[..kind.numbers()]);
             at = numbers.end;
         }
-        self.pending[i] = pending;
     }
 }
 
