@@ -116,6 +116,7 @@ impl City {
             scene.models.push(SourceModel {
                 name: format!("building {index}"),
                 primitives: vec![primitive],
+                ..SourceModel::default()
             });
             scene.objects.push(SourceObject {
                 source_node: format!("building {index}"),

@@ -53,6 +53,8 @@ pub struct SourceModel {
     pub name: String,
     /// One for each material and topology.
     pub primitives: Vec<Primitive>,
+    /// Positions along which it was cut from other parts of its mesh. Levels keep them, so that parts do not come apart.
+    pub cut_positions: Vec<[f32; 3]>,
 }
 
 /// Geometry with one material. Strips, fans and loops are already unrolled; indices are in range; positions finite.

@@ -149,6 +149,7 @@ impl Builder {
                 indices,
                 ..Primitive::default()
             }],
+            ..SourceModel::default()
         });
         self.0.objects.push(SourceObject {
             source_node: name.to_owned(),

@@ -69,6 +69,7 @@ impl Builder {
                 indices,
                 ..Primitive::default()
             }],
+            ..SourceModel::default()
         });
         self.scene.objects.push(SourceObject {
             source_node: name.to_owned(),

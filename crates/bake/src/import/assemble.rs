@@ -130,7 +130,11 @@ impl<'a> Assembly<'_, 'a> {
                 let primitives: Vec<_> = read.into_iter().map(|r| r.primitive).collect();
                 let model = (!primitives.is_empty()).then(|| {
                     let name = name();
-                    self.scene.models.push(SourceModel { name, primitives });
+                    self.scene.models.push(SourceModel {
+                        name,
+                        primitives,
+                        ..SourceModel::default()
+                    });
                     self.scene.models.len() - 1
                 });
                 self.models.insert(key, model);
@@ -253,6 +257,7 @@ impl<'a> Assembly<'_, 'a> {
         self.scene.models.push(SourceModel {
             name,
             primitives: placed.primitives,
+            ..SourceModel::default()
         });
         self.add(node, (self.scene.models.len() - 1, placed.world_from_object), role)
     }

@@ -79,6 +79,7 @@ mod tests {
                 positions,
                 ..Primitive::default()
             }],
+            ..SourceModel::default()
         };
         let row = (0..10_001).map(|i| [i as f32 * 0.001, 0.0, 0.0]).collect();
         let far = vec![[0.0, 0.0, 0.0], [0.0, 1e6, 0.0]];

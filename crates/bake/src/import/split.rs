@@ -14,7 +14,7 @@
 //!
 //! Every object of a cut model becomes one object for each part, which share the parts' models as they shared the
 //! whole. Doors stay whole: they move as one. Guarantee: parts hold the same shapes with the same attributes as the
-//! whole. Cost: O(n log n) in the shapes of cut models; memory for one more copy of them.
+//! whole, and know where they were cut. Cost: O(n log n) in the shapes of cut models; memory for one more copy of them.
 
 use glam::{DMat4, DVec3, Vec3};
 use rayon::prelude::*;
@@ -165,7 +165,11 @@ fn cut(
             None => parts.push(part),
         }
     }
-    (parts.len() > 1).then(|| parts.into_iter().map(|part| extract(model, part)).collect())
+    (parts.len() > 1).then(|| {
+        let mut parts: Vec<SourceModel> = parts.into_iter().map(|part| extract(model, part)).collect();
+        note_cuts(&mut parts);
+        parts
+    })
 }
 
 /// The shapes of a model, where its largest instance stands.
@@ -234,6 +238,23 @@ impl<'m> Shapes<'m> {
     }
 }
 
+/// Notes in each part the positions that other parts have too.
+fn note_cuts(parts: &mut [SourceModel]) {
+    let mut places: Vec<([u32; 3], u32)> = Vec::new();
+    for (part, number) in parts.iter().zip(0..) {
+        let positions = part.primitives.iter().flat_map(|p| &p.positions);
+        // −0 is 0.
+        places.extend(positions.map(|p| (p.map(|x| (x + 0.0).to_bits()), number)));
+    }
+    places.par_sort_unstable();
+    places.dedup();
+    for here in places.chunk_by(|a, b| a.0 == b.0).filter(|here| here.len() > 1) {
+        for &(bits, part) in here {
+            parts[part as usize].cut_positions.push(bits.map(f32::from_bits));
+        }
+    }
+}
+
 /// The model of a part. Its shapes are in source order.
 fn extract(model: &SourceModel, part: Vec<Shape>) -> SourceModel {
     let by_primitive = part.chunk_by(|a, b| a.0 == b.0);
@@ -248,6 +269,7 @@ fn extract(model: &SourceModel, part: Vec<Shape>) -> SourceModel {
     SourceModel {
         name: model.name.clone(),
         primitives: primitives.collect(),
+        ..SourceModel::default()
     }
 }
 
@@ -283,6 +305,7 @@ mod tests {
             models: vec![SourceModel {
                 name: "mesh".into(),
                 primitives,
+                ..SourceModel::default()
             }],
             objects: places.iter().map(object).collect(),
             ..SourceScene::default()
@@ -345,6 +368,7 @@ mod tests {
         compact.models.push(SourceModel {
             name: "far".into(),
             primitives: vec![row(1, None)],
+            ..SourceModel::default()
         });
         for x in 0..200 {
             compact.objects.push(SourceObject {

@@ -19,11 +19,12 @@ use crate::lod::octree::Clusters;
 use crate::source::{Primitive, Topology};
 
 /// A mesh and where it comes from.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Collapsed {
     /// Its geometry.
     pub(super) primitives: Vec<Primitive>,
-    /// For each shape of all primitives in their order, the shape of the source that it is an image of.
+    /// For each shape of all primitives in their order, the shape of the source that it is an image of, or one that it
+    /// touches.
     pub(super) origins: Vec<u32>,
 }
 
@@ -69,13 +70,20 @@ impl<'a> SourceShapes<'a> {
         }
     }
 
+    /// Materials that are drawn from both sides.
+    pub(super) fn double_sided(&self) -> &'a BTreeSet<usize> {
+        self.double_sided
+    }
+
+    /// For each vertex of a primitive the first one that is equal in everything.
+    pub(super) fn equal_vertex(&self, primitive: usize) -> &[u32] {
+        &self.equal_vertex[primitive]
+    }
+
     /// What is left when each vertex moves to its cluster's representative.
     pub(super) fn collapse(&self, clusters: &Clusters) -> Collapsed {
         let kept = self.kept_images(clusters);
-        let mut collapsed = Collapsed {
-            primitives: Vec::new(),
-            origins: Vec::new(),
-        };
+        let mut collapsed = Collapsed::default();
         for (p, source) in self.primitives.iter().enumerate() {
             let images = &kept[kept.partition_point(|i| (i.primitive as usize) < p)..];
             let images = &images[..images.partition_point(|i| i.primitive as usize == p)];

@@ -19,6 +19,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::lod::proximity::{Corners, ShapeTree};
+use crate::smooth::error::{mean_square, spread};
+use crate::source::Primitive;
 
 /// When the error measure is content.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +47,18 @@ impl Default for HausdorffLimits {
     }
 }
 
+/// The root mean square of the distances of so many points on each of two sides from the other, as METRO has it (Cignoni
+/// et al. 1998): a mean and no bound, in model-space units. Infinite when a side has no shapes.
+#[must_use]
+pub fn rms(a: &[Primitive], b: &[Primitive], samples: usize) -> f64 {
+    let (a, b) = (ShapeTree::of(a), ShapeTree::of(b));
+    if a.shapes.is_empty() || b.shapes.is_empty() {
+        return f64::INFINITY;
+    }
+    let one_sided = |from: &ShapeTree, to| mean_square(&spread(&from.shapes, samples), to);
+    one_sided(&a, &b).max(one_sided(&b, &a)).sqrt()
+}
+
 /// How many points are asked for a first lower bound, and how many for a better one in each round.
 const PROBES: usize = 256;
 
@@ -56,9 +70,15 @@ struct Piece {
     bound: f64,
 }
 
-/// No point of `source` is farther from `level`, nor the reverse. `origins` names for each shape of the level the shape
-/// of the source that it comes from: a first guess.
-pub(crate) fn hausdorff_bound(source: &ShapeTree, level: &ShapeTree, origins: &[u32], limits: HausdorffLimits) -> f64 {
+/// No point of `source` is farther from `level`, nor the reverse. `origins` names for each shape of the level a shape of
+/// the source that is near: a first guess. `None` when the distance is not below `of_interest`.
+pub(crate) fn hausdorff_bound(
+    source: &ShapeTree,
+    level: &ShapeTree,
+    origins: &[u32],
+    limits: HausdorffLimits,
+    of_interest: f64,
+) -> Option<f64> {
     let piece = |corners: Corners, near| Piece {
         corners,
         near,
@@ -85,12 +105,14 @@ pub(crate) fn hausdorff_bound(source: &ShapeTree, level: &ShapeTree, origins: &[
         upper: 0.0,
         slack: limits.of_diagonal * source.diagonal(),
         relative: limits.relative,
+        of_interest,
     };
     let allowance = limits.pieces_per_shape * (source.shapes.len() + level.shapes.len()) + limits.extra_pieces;
     search.run(from_source, level, allowance);
     search.run(from_level, source, allowance);
     // Distances are rounded; the statement must not be.
-    search.upper * (1.0 + 1e-9)
+    let bound = search.upper * (1.0 + 1e-9);
+    (search.lower < of_interest && bound < of_interest).then_some(bound)
 }
 
 struct Search {
@@ -100,6 +122,8 @@ struct Search {
     upper: f64,
     slack: f64,
     relative: f64,
+    /// Nobody wants to know how far it is when it is this far.
+    of_interest: f64,
 }
 
 impl Search {
@@ -111,7 +135,7 @@ impl Search {
     fn run(&mut self, mut pieces: Vec<Piece>, target: &ShapeTree, mut allowance: usize) {
         let step = pieces.len().div_ceil(PROBES).max(1);
         self.probe(pieces.iter().step_by(step), target);
-        while !pieces.is_empty() {
+        while !pieces.is_empty() && self.lower < self.of_interest {
             let enough = self.enough();
             pieces.par_iter_mut().for_each(|piece| piece.judge(target, enough));
             allowance = allowance.saturating_sub(pieces.len());

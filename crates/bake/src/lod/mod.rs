@@ -5,27 +5,38 @@
 //! surface, nor the reverse (an upper bound of the two-sided Hausdorff distance, in model-space units, see [`mod@error`]).
 //! From the error, `belvedere_scene::object::switch_distance_m` makes a switching distance.
 //!
-//! * `octree`: Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2: which vertices fall together. Robust on
-//!   anything: soup, doublets, non-manifold edges, points and lines.
+//! * `octree` over `representative`, and `reduction`: Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2: which
+//!   vertices fall together. Robust on anything: soup, doublets, non-manifold edges, points and lines.
 //! * `collapse`: from clusters to a mesh; what becomes of triangles, lines, points and of the corners' attributes.
+//! * `quadric`: edge collapses along the surface, finer where surfaces are whole.
+//! * `generate`: a mesh for each number of shapes, by one of the two or by whichever is nearer to the source.
 //! * `error` over `proximity`: how far the result is from the source.
-//!
-//! Another generator only has to say which vertices fall together, or bring primitives of its own: the choice of levels
-//! below and the error measure do not know how a level was made.
+//! * `join` and `clean`: what to do before (thesis, §6.4) and instead (§6.5).
 
+mod clean;
 mod collapse;
 pub mod error;
+pub mod generate;
+pub mod join;
 mod octree;
 pub(crate) mod proximity;
+mod quadric;
+mod reduction;
+mod representative;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeSet;
+use std::fmt;
+use std::str::FromStr;
 
-use crate::lod::error::{HausdorffLimits, hausdorff_bound};
-use crate::lod::octree::Octree;
-use crate::lod::proximity::ShapeTree;
+use crate::lod::error::HausdorffLimits;
+use crate::lod::generate::Generator;
 use crate::source::{Primitive, SourceModel, Topology};
+
+pub use crate::lod::clean::clean;
+pub use crate::lod::octree::{OctreeSettings, Order};
+pub use crate::lod::representative::Measures;
 
 /// Ever coarser meshes of one model.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,16 +58,55 @@ pub struct LodLevel {
     pub lines: u64,
 }
 
+/// Who makes the levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Vertex clustering in an octree.
+    Octree,
+    /// Edge collapses by quadric error, and the octree where these cannot go on.
+    Quadric,
+    /// For each level the one of the two whose error is smaller.
+    #[default]
+    Best,
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Octree => "octree",
+            Self::Quadric => "quadric",
+            Self::Best => "best",
+        })
+    }
+}
+
+impl FromStr for Method {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        [Self::Octree, Self::Quadric, Self::Best]
+            .into_iter()
+            .find(|method| method.to_string() == name)
+            .ok_or_else(|| format!("`{name}` is none of octree, quadric and best"))
+    }
+}
+
 /// How many levels, and how fine a measure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LodSettings {
+    /// Who makes them.
+    pub method: Method,
+    /// How the octree works.
+    pub octree: OctreeSettings,
     /// Most levels, level 0 included.
     pub max_levels: usize,
     /// Models with fewer triangles, lines and points than this get level 0 only.
     pub min_shapes: usize,
+    /// A level has about this share of the shapes of the one before; less when there would be too many levels.
+    pub usual_share: f64,
     /// A level is worth having when it has at most this share of the bytes of the one before.
     pub worthwhile_share: f64,
-    /// No coarser level is made of one with so few triangles, lines and points.
+    /// The coarsest level has about so many triangles, lines and points.
     pub coarsest_shapes: usize,
     /// Materials that are drawn from both sides: of two triangles with the same corners and opposite winding one is
     /// enough.
@@ -68,10 +118,13 @@ pub struct LodSettings {
 impl Default for LodSettings {
     fn default() -> Self {
         Self {
+            method: Method::default(),
+            octree: OctreeSettings::default(),
             max_levels: 7,
             min_shapes: 24,
+            usual_share: 0.32,
             worthwhile_share: 0.6,
-            coarsest_shapes: 100,
+            coarsest_shapes: 50,
             double_sided: BTreeSet::new(),
             error_limits: HausdorffLimits::default(),
         }
@@ -85,21 +138,37 @@ impl Default for LodSettings {
 #[must_use]
 pub fn chain(model: &SourceModel, settings: &LodSettings) -> LodChain {
     let mut levels = vec![LodLevel::new(model.primitives.clone(), 0.0)];
-    if shape_count(&model.primitives) >= settings.min_shapes && settings.max_levels > 1 {
-        let coarser = coarser_meshes(model, settings);
-        if !coarser.is_empty() {
-            let source = ShapeTree::of(&model.primitives);
-            let mut worst = 0.0f64;
-            for mesh in coarser {
-                let level = ShapeTree::of(&mesh.primitives);
-                worst = worst.max(hausdorff_bound(&source, &level, &mesh.origins, settings.error_limits));
-                levels.push(LodLevel::new(mesh.primitives, worst));
+    let shapes = shape_count(&model.primitives);
+    if shapes >= settings.min_shapes && settings.max_levels > 1 {
+        let mut generator = Generator::new(model, settings);
+        let mut last_bytes = geometry_bytes(&model.primitives) as f64;
+        let mut worst = 0.0f64;
+        for target in targets(shapes, settings) {
+            let Some(mut level) = generator.level(target) else {
+                break;
+            };
+            let bytes = geometry_bytes(&level.primitives) as f64;
+            if bytes <= settings.worthwhile_share * last_bytes {
+                last_bytes = bytes;
+                worst = worst.max(level.geometric_error);
+                level.geometric_error = worst;
+                levels.push(level);
             }
         }
     }
     LodChain {
         levels: without_dominated(levels),
     }
+}
+
+/// How many shapes the coarser levels have, finest first: each about the same share of the one before, and the last as
+/// few as are wanted.
+fn targets(shapes: usize, settings: &LodSettings) -> Vec<usize> {
+    let shares = (settings.coarsest_shapes.max(1) as f64 / shapes as f64).min(settings.usual_share);
+    let steps = shares.ln() / settings.usual_share.ln();
+    let count = (steps.round().max(1.0) as usize).min(settings.max_levels - 1);
+    let target = |level: usize| (shapes as f64 * shares.powf(level as f64 / count as f64)).round() as usize;
+    (1..=count).map(target).filter(|&target| target > 0).collect()
 }
 
 /// Leaves out levels whose error is hardly smaller than that of a coarser one: nobody would choose them.
@@ -116,47 +185,6 @@ fn without_dominated(levels: Vec<LodLevel>) -> Vec<LodLevel> {
         kept.push(level);
     }
     kept
-}
-
-/// The meshes that are worth having, finest first, none of them empty.
-fn coarser_meshes(model: &SourceModel, settings: &LodSettings) -> Vec<collapse::Collapsed> {
-    let octree = Octree::new(&model.primitives);
-    let shapes = collapse::SourceShapes::new(&model.primitives, &settings.double_sided);
-    let has_triangles = model.triangle_count() > 0;
-    let source_bytes = geometry_bytes(&model.primitives) as f64;
-    let mut last_bytes = source_bytes;
-    let mut kept = Vec::new();
-    for depth in (0..=octree.deepest_useful(settings.worthwhile_share)).rev() {
-        let mesh = shapes.collapse(&octree.clusters(depth));
-        let count = shape_count(&mesh.primitives);
-        let vanished = has_triangles && mesh.primitives.iter().all(|p| p.topology != Topology::Triangles);
-        if count == 0 || vanished {
-            break;
-        }
-        let bytes = geometry_bytes(&mesh.primitives) as f64;
-        if bytes <= settings.worthwhile_share * last_bytes {
-            last_bytes = bytes;
-            kept.push((bytes, mesh));
-            if count <= settings.coarsest_shapes {
-                break;
-            }
-        }
-    }
-    while kept.len() > settings.max_levels - 1 {
-        kept.remove(least_missed(source_bytes, &kept));
-    }
-    kept.into_iter().map(|(_, mesh)| mesh).collect()
-}
-
-/// The mesh whose two neighbours are nearest to each other in bytes. The coarsest always stays: it is fetched first.
-fn least_missed(source_bytes: f64, kept: &[(f64, collapse::Collapsed)]) -> usize {
-    let gap = |i: usize| {
-        let finer = if i == 0 { source_bytes } else { kept[i - 1].0 };
-        kept.get(i + 1).map_or(f64::INFINITY, |coarser| finer / coarser.0)
-    };
-    (0..kept.len())
-        .min_by(|&a, &b| gap(a).total_cmp(&gap(b)))
-        .unwrap_or_default()
 }
 
 impl LodLevel {

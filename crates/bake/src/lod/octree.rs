@@ -1,38 +1,78 @@
-//! Which vertices fall together?
+//! Which vertices fall together, and in which order?
 //!
 //! D. Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2: vertices are entered into an octree over the model's box
-//! and those in one cell become one cluster. Doublets merge (the thesis's case 2). The octree is kept as a sorted row of
-//! Morton codes: a cell of depth k is a run of points whose codes share their first 3k bits, so that every depth is
-//! there at once, no depth needs more than a scan, and no input makes it deep.
+//! until each has a cell of its own; doublets share one (the thesis's case 2), and two that meet in one cell divide it
+//! (case 3). Clusters are then formed by closing cells, children before parents, in an [`Order`]; a closed cell is
+//! represented by one of its vertices (`representative`). So a level never leaves the source's box and has no
+//! coordinates that the source has not.
 //!
-//! Departures: all cells of one depth are merged at once instead of the deepest first, and the representative is the
-//! thesis's *weighted mean*, with the area of the adjacent triangles as weight. As there, it is a vertex of the source
-//! and not the mean itself, so a level never leaves the source's box and keeps the source's exact coordinates.
+//! The octree is built from a sorted row of Morton codes: a cell is a run of points whose codes begin alike, and only
+//! cells with at least two children are kept. It is thus the same for any order of insertion, has fewer cells than
+//! points, and no input makes it deep. Locked positions stay outside and never move.
+//!
+//! Cost: O(n log n) for n vertices; a cut is linear.
+
+use std::collections::BTreeSet;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::{
-    morton,
-    source::{Primitive, Topology},
-};
+use crate::lod::representative::{Involved, Measures, Part, representative};
+use crate::{morton, source::Primitive};
 
 /// Finest depth: 3 × 21 bits fill a code.
-pub(super) const MAX_DEPTH: u32 = 21;
+const MAX_DEPTH: u32 = 21;
 /// Stands for "this vertex is used by no shape".
 const UNUSED: u32 = u32::MAX;
 
-/// The distinct positions of a model in Morton order.
-pub(super) struct Octree {
-    points: Vec<DVec3>,
-    codes: Vec<u64>,
-    /// Area of adjacent triangles, model-space units squared.
-    weights: Vec<f64>,
-    /// For each primitive, for each vertex, the index of its point.
-    point_of_vertex: Vec<Vec<u32>>,
+/// Which cell is closed first. Cells are never closed before those in them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Order {
+    /// The one that costs the least quadric error, of any depth: flat parts first, however large their cells.
+    #[default]
+    LeastError,
+    /// The deepest; of several, the one with the most vertices. Keeps small distinctive features.
+    MostVertices,
+    /// The deepest; of several, the one with the fewest vertices. Keeps the sum of errors small.
+    FewestVertices,
 }
 
-/// All cells of one depth.
+/// How the octree generator works.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct OctreeSettings {
+    /// Which clusters are formed first.
+    pub order: Order,
+    /// Which vertex represents a cluster.
+    pub measures: Measures,
+}
+
+/// The distinct positions of a model and the cells around them.
+pub(super) struct Octree {
+    /// The free ones in Morton order, then the locked ones.
+    points: Vec<[f32; 3]>,
+    free: usize,
+    /// For each primitive, for each vertex, the index of its point.
+    point_of_vertex: Vec<Vec<u32>>,
+    /// Cells with at least two children, each after its children.
+    cells: Vec<Cell>,
+    /// For each cell, which number it is in the order of closing.
+    rank: Vec<u32>,
+    /// How many clusters there are when so many cells are closed.
+    clusters_left: Vec<u32>,
+}
+
+/// A cell: a run of free points.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    first: u32,
+    end: u32,
+    representative: u32,
+    children: u32,
+    /// Smaller is closed earlier.
+    key: u64,
+}
+
+/// Points that fall together.
 pub(super) struct Clusters {
     /// For each primitive, for each vertex, its cluster. Meaningless for vertices that no shape uses.
     pub(super) of_vertex: Vec<Vec<u32>>,
@@ -40,125 +80,224 @@ pub(super) struct Clusters {
     pub(super) representatives: Vec<[f32; 3]>,
 }
 
+/// Positions that must not move, by their bits.
+#[derive(Debug, Default)]
+pub(super) struct Locked(BTreeSet<[u32; 3]>);
+
+impl Locked {
+    pub(super) fn new(positions: &[[f32; 3]]) -> Self {
+        Self(positions.iter().map(|p| position_bits(*p)).collect())
+    }
+
+    pub(super) fn contains(&self, position: [f32; 3]) -> bool {
+        !self.0.is_empty() && self.0.contains(&position_bits(position))
+    }
+}
+
 impl Octree {
     /// Enters every vertex that a shape uses.
-    pub(super) fn new(primitives: &[Primitive]) -> Self {
-        let mut corners: Vec<(u64, [u32; 3], u32, u32)> = Vec::new();
-        for (p, primitive) in primitives.iter().enumerate() {
-            let mut used = vec![false; primitive.positions.len()];
-            primitive.indices.iter().for_each(|&i| used[i as usize] = true);
-            let in_use = (0..primitive.positions.len()).filter(|&v| used[v]);
-            corners.extend(in_use.map(|v| (0, position_bits(primitive.positions[v]), p as u32, v as u32)));
-        }
-        let root = RootCube::around(corners.iter().map(|c| position_from_bits(c.1)));
-        corners
-            .par_iter_mut()
-            .for_each(|c| c.0 = root.code(position_from_bits(c.1)));
-        corners.par_sort_unstable();
-
+    pub(super) fn new(primitives: &[Primitive], locked: &Locked, settings: &OctreeSettings) -> Self {
         let mut octree = Self {
             points: Vec::new(),
-            codes: Vec::new(),
-            weights: Vec::new(),
+            free: 0,
             point_of_vertex: primitives.iter().map(|p| vec![UNUSED; p.positions.len()]).collect(),
+            cells: Vec::new(),
+            rank: Vec::new(),
+            clusters_left: Vec::new(),
         };
-        let mut last = None;
-        for (code, bits, p, v) in corners {
-            if last != Some(bits) {
-                last = Some(bits);
-                octree.points.push(position_from_bits(bits));
-                octree.codes.push(code);
-            }
-            octree.point_of_vertex[p as usize][v as usize] = octree.points.len() as u32 - 1;
-        }
-        octree.weigh(primitives);
+        let root = RootCube::around(primitives.iter().flat_map(used_positions));
+        let (codes, counts) = octree.enter(primitives, &root, locked);
+        let involved = Involved::new(primitives, &octree.point_of_vertex, &octree.points, &root, settings.measures);
+        octree.cells = divide(&codes, &counts, &involved, settings.order);
+        octree.rank_cells();
         octree
     }
 
-    fn weigh(&mut self, primitives: &[Primitive]) {
-        self.weights = vec![0.0; self.points.len()];
-        for (primitive, points) in primitives.iter().zip(&self.point_of_vertex) {
-            if primitive.topology == Topology::Triangles {
-                for triangle in primitive.indices.as_chunks::<3>().0 {
-                    let corners = triangle.map(|v| points[v as usize] as usize);
-                    let [a, b, c] = corners.map(|point| self.points[point]);
-                    let area = 0.5 * (b - a).cross(c - a).length();
-                    corners.iter().for_each(|&point| self.weights[point] += area);
+    /// Sorts vertices into points; gives the codes of the free ones, and how many vertices each has.
+    fn enter(&mut self, primitives: &[Primitive], root: &RootCube, locked: &Locked) -> (Vec<u64>, Vec<u32>) {
+        let mut rows: Vec<(u64, u32, u32)> = Vec::new();
+        let mut stay: Vec<([u32; 3], u32, u32)> = Vec::new();
+        for (p, primitive) in primitives.iter().enumerate() {
+            let mut used = vec![false; primitive.positions.len()];
+            primitive.indices.iter().for_each(|&i| used[i as usize] = true);
+            for v in (0..primitive.positions.len()).filter(|&v| used[v]) {
+                if locked.contains(primitive.positions[v]) {
+                    stay.push((position_bits(primitive.positions[v]), p as u32, v as u32));
+                } else {
+                    rows.push((root.code(to_f64(primitive.positions[v])), p as u32, v as u32));
                 }
             }
         }
-    }
-
-    /// The deepest depth at which the share of clusters among points has fallen to `share`: nothing deeper is worth a
-    /// try.
-    pub(super) fn deepest_useful(&self, share: f64) -> u32 {
-        let mut clusters = [1usize; MAX_DEPTH as usize + 1];
-        for pair in self.codes.windows(2) {
-            let differs = pair[0] ^ pair[1];
-            // Codes that differ first in the digit of depth d lie in different cells from depth d on.
-            let first = if differs == 0 {
-                MAX_DEPTH + 1
-            } else {
-                MAX_DEPTH - (63 - differs.leading_zeros()) / 3
-            };
-            clusters[first as usize..].iter_mut().for_each(|count| *count += 1);
+        rows.par_sort_unstable();
+        stay.sort_unstable();
+        let bits = |p: u32, v: u32| position_bits(primitives[p as usize].positions[v as usize]);
+        let (mut codes, mut counts) = (Vec::new(), Vec::new());
+        for same in rows.chunk_by_mut(|a, b| a.0 == b.0) {
+            if same.iter().any(|row| bits(row.1, row.2) != bits(same[0].1, same[0].2)) {
+                same.sort_unstable_by_key(|row| (bits(row.1, row.2), row.1, row.2));
+            }
+            for doublets in same.chunk_by(|a, b| bits(a.1, a.2) == bits(b.1, b.2)) {
+                codes.push(doublets[0].0);
+                counts.push(doublets.len() as u32);
+                self.add_point(doublets.iter().map(|row| (row.1, row.2)), bits(doublets[0].1, doublets[0].2));
+            }
         }
-        let most = share * self.points.len() as f64;
-        (0..=MAX_DEPTH)
-            .rev()
-            .find(|&depth| clusters[depth as usize] as f64 <= most)
-            .unwrap_or(0)
+        self.free = self.points.len();
+        for doublets in stay.chunk_by(|a, b| a.0 == b.0) {
+            self.add_point(doublets.iter().map(|row| (row.1, row.2)), doublets[0].0);
+        }
+        (codes, counts)
     }
 
-    /// The cells of a depth; depth 0 is a single cell.
-    pub(super) fn clusters(&self, depth: u32) -> Clusters {
-        let shift = 3 * (MAX_DEPTH - depth);
-        let mut of_point = Vec::with_capacity(self.points.len());
+    fn add_point(&mut self, vertices: impl Iterator<Item = (u32, u32)>, bits: [u32; 3]) {
+        for (p, v) in vertices {
+            self.point_of_vertex[p as usize][v as usize] = self.points.len() as u32;
+        }
+        self.points.push(bits.map(f32::from_bits));
+    }
+
+    fn rank_cells(&mut self) {
+        let mut order: Vec<(u64, u32)> = self.cells.iter().map(|cell| cell.key).zip(0..).collect();
+        order.par_sort_unstable();
+        self.rank = vec![0; self.cells.len()];
+        let mut left = self.points.len() as u32;
+        self.clusters_left = vec![left];
+        for (rank, (_, cell)) in order.into_iter().enumerate() {
+            self.rank[cell as usize] = rank as u32;
+            left -= self.cells[cell as usize].children - 1;
+            self.clusters_left.push(left);
+        }
+    }
+
+    /// How many positions there are.
+    pub(super) fn point_count(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The point of each vertex of a primitive.
+    pub(super) fn points_of(&self, primitive: usize) -> &[u32] {
+        &self.point_of_vertex[primitive]
+    }
+
+    /// How many cells must be closed until at most so many clusters are left; all of them when there are more even then.
+    pub(super) fn closed_for(&self, clusters: usize) -> usize {
+        let closed = self.clusters_left.partition_point(|&left| left as usize > clusters);
+        closed.min(self.cells.len())
+    }
+
+    /// How many clusters there are when so many cells are closed.
+    pub(super) fn clusters_after(&self, closed: usize) -> usize {
+        self.clusters_left[closed] as usize
+    }
+
+    /// The most cells that can be closed.
+    pub(super) fn cell_count(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// For each point its cluster, and for each cluster the point that represents it, when so many cells are closed.
+    pub(super) fn cut(&self, closed: usize) -> (Vec<u32>, Vec<u32>) {
+        let mut of_point = vec![0; self.points.len()];
         let mut representatives = Vec::new();
-        let mut start = 0;
-        while start < self.points.len() {
-            let cell = self.codes[start] >> shift;
-            let run = self.codes[start..].partition_point(|code| code >> shift == cell);
-            of_point.resize(start + run, representatives.len() as u32);
-            let position = self.points[self.representative(start..start + run)];
-            representatives.push(position.as_vec3().to_array());
-            start += run;
+        // Cells come after those in them: from the last, the outermost closed ones come first.
+        let mut begin = self.free as u32;
+        let mut outermost = Vec::new();
+        for (cell, &rank) in self.cells.iter().zip(&self.rank).rev() {
+            if (rank as usize) < closed && cell.end <= begin {
+                outermost.push(cell);
+                begin = cell.first;
+            }
         }
+        let mut point = 0;
+        while point < self.points.len() as u32 {
+            let cell = outermost.pop_if(|cell| cell.first == point);
+            let (end, representative) = cell.map_or((point + 1, point), |cell| (cell.end, cell.representative));
+            of_point[point as usize..end as usize].fill(representatives.len() as u32);
+            representatives.push(representative);
+            point = end;
+        }
+        (of_point, representatives)
+    }
+
+    /// The clusters when so many cells are closed.
+    pub(super) fn clusters(&self, closed: usize) -> Clusters {
+        let (of_point, representatives) = self.cut(closed);
         let of_vertex = self.point_of_vertex.iter().map(|points| {
             let cluster = |&point: &u32| of_point.get(point as usize).copied().unwrap_or(UNUSED);
             points.iter().map(cluster).collect()
         });
         Clusters {
             of_vertex: of_vertex.collect(),
-            representatives,
+            representatives: representatives.iter().map(|&point| self.points[point as usize]).collect(),
         }
     }
+}
 
-    /// The point nearest to the weighted mean of a run, the first of several.
-    fn representative(&self, run: std::ops::Range<usize>) -> usize {
-        let total: f64 = self.weights[run.clone()].iter().sum();
-        let weight = |point: usize| if total > 0.0 { self.weights[point] } else { 1.0 };
-        let sum: f64 = run.clone().map(weight).sum();
-        let mean = run
-            .clone()
-            .map(|point| self.points[point] * (weight(point) / sum))
-            .sum::<DVec3>();
-        let nearer = |a: &usize, b: &usize| {
-            let distance = |point: usize| self.points[point].distance_squared(mean);
-            distance(*a).total_cmp(&distance(*b))
-        };
-        run.clone().min_by(nearer).unwrap_or(run.start)
+/// Finds the cells with at least two children and who represents them, each cell after those in it.
+fn divide(codes: &[u64], counts: &[u32], involved: &Involved<'_>, order: Order) -> Vec<Cell> {
+    /// A cell whose end is not reached yet.
+    struct Open {
+        depth: u32,
+        first_child: usize,
+    }
+    let mut open: Vec<Open> = Vec::new();
+    let mut parts: Vec<Part> = Vec::new();
+    let mut cells = Vec::new();
+    for (i, code) in codes.iter().enumerate() {
+        parts.push(involved.leaf(i as u32, counts[i]));
+        let depth = codes.get(i + 1).map(|next| common_depth(*code, *next));
+        while let Some(top) = open.pop_if(|top| depth.is_none_or(|depth| top.depth > depth)) {
+            cells.push(close(&mut parts, top.first_child, top.depth, involved, order));
+        }
+        if let Some(depth) = depth
+            && open.last().is_none_or(|top| top.depth < depth)
+        {
+            let first_child = parts.len() - 1;
+            open.push(Open { depth, first_child });
+        }
+    }
+    cells
+}
+
+/// Makes one part of several.
+fn close(parts: &mut Vec<Part>, first_child: usize, depth: u32, involved: &Involved<'_>, order: Order) -> Cell {
+    let children = &parts[first_child..];
+    let whole = representative(children, f64::from(depth).exp2().recip(), involved);
+    let shallowness = u64::from(MAX_DEPTH - depth) << 32;
+    let key = match order {
+        // Bits of numbers that are not negative rise with them.
+        Order::LeastError => whole.error.to_bits(),
+        Order::MostVertices => shallowness | u64::from(u32::MAX - whole.vertices),
+        Order::FewestVertices => shallowness | u64::from(whole.vertices),
+    };
+    let cell = Cell {
+        first: whole.first,
+        end: whole.end,
+        representative: whole.representative,
+        children: children.len() as u32,
+        key,
+    };
+    parts.truncate(first_child);
+    parts.push(whole);
+    cell
+}
+
+/// The depth of the smallest cell that holds both.
+fn common_depth(a: u64, b: u64) -> u32 {
+    match a ^ b {
+        0 => MAX_DEPTH,
+        differs => MAX_DEPTH - 1 - (63 - differs.leading_zeros()) / 3,
     }
 }
 
 /// The cube at the octree's root.
-struct RootCube {
+pub(super) struct RootCube {
     min: DVec3,
     side: f64,
 }
 
 impl RootCube {
-    fn around(points: impl Iterator<Item = DVec3>) -> Self {
+    pub(super) fn around(points: impl Iterator<Item = DVec3>) -> Self {
         let (min, max) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| {
             (min.min(p), max.max(p))
         });
@@ -166,22 +305,35 @@ impl RootCube {
         Self { min, side }
     }
 
+    /// Where a point lies in the cube, each coordinate from 0 to 1.
+    pub(super) fn unit(&self, point: DVec3) -> DVec3 {
+        let scale = if self.side > 0.0 { self.side.recip() } else { 0.0 };
+        (point - self.min) * scale
+    }
+
     /// The Morton code of the cell of depth [`MAX_DEPTH`] that holds a point; x is the lowest bit of each digit.
     fn code(&self, point: DVec3) -> u64 {
         let cells = f64::from(1u32 << MAX_DEPTH);
-        let scale = if self.side > 0.0 { cells / self.side } else { 0.0 };
-        let cell = ((point - self.min) * scale).min(DVec3::splat(cells - 1.0));
+        let cell = (self.unit(point) * cells).min(DVec3::splat(cells - 1.0));
         morton::code(cell.to_array().map(|x| x as u64))
     }
 }
 
+/// Positions that shapes use, as often as they do.
+fn used_positions(primitive: &Primitive) -> impl Iterator<Item = DVec3> {
+    primitive
+        .indices
+        .iter()
+        .map(|&i| to_f64(primitive.positions[i as usize]))
+}
+
 /// Bits that are equal exactly when the positions are; −0 is 0.
-fn position_bits(position: [f32; 3]) -> [u32; 3] {
+pub(super) fn position_bits(position: [f32; 3]) -> [u32; 3] {
     position.map(|x| (x + 0.0).to_bits())
 }
 
-fn position_from_bits(bits: [u32; 3]) -> DVec3 {
-    DVec3::from_array(bits.map(|x| f64::from(f32::from_bits(x))))
+pub(super) fn to_f64(position: [f32; 3]) -> DVec3 {
+    DVec3::from_array(position.map(f64::from))
 }
 
 /// A Morton order for things with centres: the order in which to put them.

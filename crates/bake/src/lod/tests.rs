@@ -3,7 +3,9 @@ use std::f32::consts::{PI, TAU};
 use glam::DVec3;
 use proptest::prelude::*;
 
-use super::proximity::point_distance_squared;
+use super::octree::{Locked, Octree};
+use super::proximity::{ShapeTree, point_distance_squared};
+use super::reduction::Reduction;
 use super::*;
 
 /// A row of pseudo-random numbers in 0..1.
@@ -110,6 +112,7 @@ fn model(primitives: impl IntoIterator<Item = Primitive>) -> SourceModel {
     SourceModel {
         name: String::from("test"),
         primitives: primitives.into_iter().collect(),
+        ..SourceModel::default()
     }
 }
 
@@ -333,7 +336,12 @@ fn a_thin_wall_keeps_both_faces_unless_one_is_drawn_from_both_sides() {
         .for_each(|t| t.swap(1, 2));
     let parts = [front, back].map(|p| Primitive { material: Some(4), ..p });
     let wall = |double_sided: BTreeSet<usize>| {
-        let clusters = Octree::new(&parts).clusters(4);
+        let deepest_first = OctreeSettings {
+            order: Order::MostVertices,
+            ..OctreeSettings::default()
+        };
+        let octree = Octree::new(&parts, &Locked::default(), &deepest_first);
+        let clusters = Reduction::new(octree, &parts).clusters_for(500);
         let left = collapse::SourceShapes::new(&parts, &double_sided).collapse(&clusters);
         left.primitives.iter().map(Primitive::count).sum::<usize>()
     };

@@ -54,7 +54,7 @@ fn shapes(twice: &[[i32; 3]], triangles: &[[u32; 3]]) -> Vec<[DVec3; 3]> {
 }
 
 /// Points at even steps of area; where in its triangle each lies follows a sequence that fills it evenly (Roberts 2018).
-fn spread(shapes: &[[DVec3; 3]], samples: usize) -> Vec<DVec3> {
+pub(crate) fn spread(shapes: &[[DVec3; 3]], samples: usize) -> Vec<DVec3> {
     let area = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).length();
     let total: f64 = shapes.iter().map(area).sum();
     let step = total / samples as f64;
@@ -82,7 +82,7 @@ fn spread(shapes: &[[DVec3; 3]], samples: usize) -> Vec<DVec3> {
     points
 }
 
-fn mean_square(points: &[DVec3], tree: &ShapeTree) -> f64 {
+pub(crate) fn mean_square(points: &[DVec3], tree: &ShapeTree) -> f64 {
     let squares = points
         .iter()
         .map(|&p| tree.nearest_to_all(&[p], None, 0.0).distance.powi(2));

@@ -15,7 +15,7 @@ pub mod error;
 pub mod publish;
 #[cfg(test)]
 mod publish_tests;
-mod quadric;
+pub(crate) mod quadric;
 pub mod quantise;
 mod script;
 #[cfg(test)]

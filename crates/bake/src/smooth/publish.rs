@@ -126,5 +126,6 @@ fn distance(source: &ShapeTree, drawn: Snapshot, limits: HausdorffLimits) -> f64
     let shapes: Vec<Corners> = triangles.map(|t| t.map(corner)).collect();
     let near = |[a, b, c]: &Corners| source.nearest_to_all(&[(a + b + c) / 3.0], None, 0.0).shape;
     let origins: Vec<u32> = shapes.par_iter().map(near).collect();
-    hausdorff_bound(source, &ShapeTree::new(shapes), &origins, limits)
+    let level = ShapeTree::new(shapes);
+    hausdorff_bound(source, &level, &origins, limits, f64::INFINITY).unwrap_or(f64::INFINITY)
 }

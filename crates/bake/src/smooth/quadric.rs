@@ -6,14 +6,14 @@ use glam::DVec3;
 
 /// A symmetric 4 × 4 matrix, its upper half by rows, and the sum of the weights.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Quadric {
+pub(crate) struct Quadric {
     m: [f64; 10],
-    pub(super) weight: f64,
+    pub(crate) weight: f64,
 }
 
 impl Quadric {
     /// Of the plane through a point with a unit normal.
-    pub(super) fn plane(normal: DVec3, point: DVec3, weight: f64) -> Self {
+    pub(crate) fn plane(normal: DVec3, point: DVec3, weight: f64) -> Self {
         let ([a, b, c], d) = (normal.to_array(), -normal.dot(point));
         let m = [a * a, a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d];
         Self {
@@ -22,7 +22,17 @@ impl Quadric {
         }
     }
 
-    pub(super) fn add(&mut self, other: &Self) {
+    /// Of a point: squared distances to it.
+    pub(crate) fn point(point: DVec3, weight: f64) -> Self {
+        let [x, y, z] = (-point).to_array();
+        let m = [1.0, 0.0, 0.0, x, 1.0, 0.0, y, 1.0, z, point.length_squared()];
+        Self {
+            m: m.map(|x| x * weight),
+            weight,
+        }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
         for (own, other) in self.m.iter_mut().zip(&other.m) {
             *own += other;
         }
@@ -30,7 +40,7 @@ impl Quadric {
     }
 
     /// The weighted sum of squared distances.
-    pub(super) fn at(&self, point: DVec3) -> f64 {
+    pub(crate) fn at(&self, point: DVec3) -> f64 {
         let [x, y, z] = point.to_array();
         let m = &self.m;
         let sum = x * (m[0] * x + 2.0 * (m[1] * y + m[2] * z + m[3]))

@@ -251,6 +251,7 @@ impl Mesh {
         SourceModel {
             name,
             primitives: primitives.collect(),
+            ..SourceModel::default()
         }
     }
 }

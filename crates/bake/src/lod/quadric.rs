@@ -1,0 +1,260 @@
+//! How far can triangles be merged along the surface?
+//!
+//! Edge collapses by quadric error (Garland & Heckbert, *Surface simplification using quadric error metrics*, 1997) with
+//! normals, colours and texture coordinates as part of the error (Hoppe, *New quadric metric for simplifying meshes with
+//! appearance attributes*, 1999), as meshoptimizer implements them. Vertices keep their places and attributes.
+//!
+//! A model is simplified as a whole, so that its primitives stay together: where two of them meet, edges collapse along
+//! the border only. What stops simplification is given up in steps, until the target is met ([`STEPS`]). A target that is
+//! missed even so is left to the octree.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use glam::DVec3;
+use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter};
+
+use crate::lod::collapse::{Collapsed, SourceShapes};
+use crate::lod::octree::{Locked, RootCube, position_bits, to_f64};
+use crate::source::{Primitive, Topology};
+
+/// Floats of attributes for each vertex: normal, texture coordinates, colour.
+const ATTRIBUTES: usize = 8;
+/// What a unit of each attribute counts beside the model's extent.
+const NORMAL_WEIGHT: f32 = 0.1;
+const UV_WEIGHT: f32 = 0.1;
+const COLOR_WEIGHT: f32 = 0.1;
+/// A target is met with so many times the triangles.
+const NEARLY: f64 = 1.1;
+
+/// What is given up, one after the other: first the seams of normals and colours, then those of texture coordinates, at
+/// last small parts that touch nothing.
+const STEPS: [(Seams, SimplifyOptions); 3] = [
+    (Seams::OfTextures, SimplifyOptions::Permissive),
+    (Seams::OfPrimitives, SimplifyOptions::Permissive),
+    (Seams::OfPrimitives, SimplifyOptions::Permissive.union(SimplifyOptions::Prune)),
+];
+
+/// Which seams stay.
+#[derive(Clone, Copy)]
+enum Seams {
+    OfTextures,
+    OfPrimitives,
+}
+
+/// The triangles of a model, ready to be simplified again and again.
+pub(super) struct QuadricSource<'a> {
+    primitives: &'a [Primitive],
+    /// Which of all vertices are those of each primitive.
+    vertices_of: Vec<Range<u32>>,
+    /// All vertices in a cube of side 1, so that nothing overflows.
+    positions: Vec<[f32; 3]>,
+    attributes: Vec<[f32; ATTRIBUTES]>,
+    weights: [f32; ATTRIBUTES],
+    texture_seams: Vec<SimplifyVertex>,
+    primitive_seams: Vec<SimplifyVertex>,
+    indices: Vec<u32>,
+    double_sided: &'a BTreeSet<usize>,
+    /// For each vertex a number that those in the same place share.
+    place_of: Vec<u32>,
+    /// For each vertex, a shape of the model that has it.
+    shape_at: Vec<u32>,
+}
+
+impl<'a> QuadricSource<'a> {
+    pub(super) fn new(primitives: &'a [Primitive], shapes: &SourceShapes<'a>, locked: &Locked) -> Self {
+        let mut source = Self {
+            primitives,
+            vertices_of: Vec::new(),
+            positions: Vec::new(),
+            attributes: Vec::new(),
+            weights: [0.0; ATTRIBUTES],
+            texture_seams: Vec::new(),
+            primitive_seams: Vec::new(),
+            indices: Vec::new(),
+            double_sided: shapes.double_sided(),
+            place_of: Vec::new(),
+            shape_at: Vec::new(),
+        };
+        let mut first_shape = 0;
+        for (p, primitive) in primitives.iter().enumerate() {
+            let first = source.shape_at.len() as u32;
+            source.vertices_of.push(first..first + primitive.positions.len() as u32);
+            source.shape_at.resize(source.shape_at.len() + primitive.positions.len(), 0);
+            if primitive.topology == Topology::Triangles {
+                let equal = shapes.equal_vertex(p);
+                for (i, &vertex) in primitive.indices.iter().enumerate() {
+                    let vertex = first + equal[vertex as usize];
+                    source.indices.push(vertex);
+                    source.shape_at[vertex as usize] = first_shape + i as u32 / 3;
+                }
+            }
+            first_shape += primitive.count() as u32;
+        }
+        source.place();
+        source.dress();
+        source.find_seams(locked);
+        source
+    }
+
+    fn place(&mut self) {
+        let used = self.indices.iter().map(|&v| self.position(v));
+        let root = RootCube::around(used.map(to_f64));
+        let all = self.primitives.iter().flat_map(|p| &p.positions);
+        self.positions = all
+            .map(|p| to_f64(*p))
+            // What no triangle uses may be anywhere.
+            .map(|p| root.unit(p).clamp(DVec3::ZERO, DVec3::ONE).as_vec3().to_array())
+            .collect();
+    }
+
+    fn dress(&mut self) {
+        let uvs = self.primitives.iter().filter_map(|p| p.uvs.first()).flatten();
+        let (low, high) = uvs.fold(([f32::MAX; 2], [f32::MIN; 2]), |(low, high), uv| {
+            ([0, 1].map(|i| low[i].min(uv[i])), [0, 1].map(|i| high[i].max(uv[i])))
+        });
+        let uv_extent = (high[0] - low[0]).max(high[1] - low[1]);
+        let uv_weight = if uv_extent > 0.0 { UV_WEIGHT / uv_extent } else { 0.0 };
+        for primitive in self.primitives {
+            for v in 0..primitive.positions.len() {
+                let normal = primitive.normals.get(v).copied().unwrap_or_default();
+                let uv = primitive.uvs.first().and_then(|set| set.get(v)).copied().unwrap_or_default();
+                let color = primitive.colors.get(v).copied().unwrap_or_default();
+                self.attributes
+                    .push([normal[0], normal[1], normal[2], uv[0], uv[1], color[0], color[1], color[2]]);
+            }
+        }
+        let has = |attribute: fn(&Primitive) -> bool| self.primitives.iter().any(attribute);
+        let weight = |has: bool, weight: f32| if has { weight } else { 0.0 };
+        let normal = weight(has(|p| !p.normals.is_empty()), NORMAL_WEIGHT);
+        let uv = weight(has(|p| p.uvs.first().is_some_and(|set| !set.is_empty())), uv_weight);
+        let color = weight(has(|p| !p.colors.is_empty()), COLOR_WEIGHT);
+        self.weights = [normal, normal, normal, uv, uv, color, color, color];
+    }
+
+    /// Marks where primitives meet, where texture coordinates jump, and what must not move.
+    fn find_seams(&mut self, locked: &Locked) {
+        let mut used = self.indices.clone();
+        used.sort_unstable();
+        used.dedup();
+        let mut places: Vec<([u32; 3], u32)> = used.iter().map(|&v| (position_bits(self.position(v)), v)).collect();
+        places.sort_unstable();
+        self.primitive_seams = vec![SimplifyVertex::None; self.positions.len()];
+        self.texture_seams = self.primitive_seams.clone();
+        self.place_of = vec![0; self.positions.len()];
+        for (here, number) in places.chunk_by(|a, b| a.0 == b.0).zip(0..) {
+            let first = here[0].1;
+            here.iter().for_each(|(_, v)| self.place_of[*v as usize] = number);
+            let differ = |what: &dyn Fn(u32) -> [u32; 2]| here.iter().any(|(_, v)| what(*v) != what(first));
+            let flags = if locked.contains(self.position(first)) {
+                [SimplifyVertex::Lock; 2]
+            } else if differ(&|v| [self.primitive_of(v) as u32, 0]) {
+                [SimplifyVertex::Protect; 2]
+            } else if differ(&|v| [3, 4].map(|i| self.attributes[v as usize][i].to_bits())) {
+                [SimplifyVertex::None, SimplifyVertex::Protect]
+            } else {
+                continue;
+            };
+            for &(_, v) in here {
+                self.primitive_seams[v as usize] = flags[0];
+                self.texture_seams[v as usize] = flags[1];
+            }
+        }
+    }
+
+    fn primitive_of(&self, vertex: u32) -> usize {
+        self.vertices_of.partition_point(|vertices| vertices.end <= vertex)
+    }
+
+    fn position(&self, vertex: u32) -> [f32; 3] {
+        let p = self.primitive_of(vertex);
+        self.primitives[p].positions[(vertex - self.vertices_of[p].start) as usize]
+    }
+
+    /// How many triangles there are.
+    pub(super) fn triangles(&self) -> usize {
+        self.indices.len() / 3
+    }
+
+    /// At most about so many of them; `None` when that cannot be, or when nothing would be left.
+    pub(super) fn simplify(&self, target: usize) -> Option<Collapsed> {
+        let most = (NEARLY * target as f64) as usize;
+        let mut indices = self.indices.clone();
+        for (seams, options) in STEPS {
+            if indices.len() / 3 > most {
+                let simpler = self.step(&indices, seams, options, target);
+                // What takes everything away goes too far.
+                if !simpler.is_empty() {
+                    indices = simpler;
+                }
+            }
+        }
+        let mesh = self.mesh(&indices);
+        (indices.len() / 3 <= most && !mesh.origins.is_empty()).then_some(mesh)
+    }
+
+    fn step(&self, indices: &[u32], seams: Seams, options: SimplifyOptions, target: usize) -> Vec<u32> {
+        let seams = match seams {
+            Seams::OfTextures => &self.texture_seams,
+            Seams::OfPrimitives => &self.primitive_seams,
+        };
+        let Ok(vertices) = VertexDataAdapter::new(meshopt::typed_to_bytes(&self.positions), size_of::<[f32; 3]>(), 0)
+        else {
+            return Vec::new();
+        };
+        meshopt::simplify_with_attributes_and_locks(
+            indices,
+            &vertices,
+            self.attributes.as_flattened(),
+            &self.weights,
+            size_of::<[f32; ATTRIBUTES]>(),
+            seams,
+            3 * target,
+            f32::MAX,
+            options,
+            None,
+        )
+    }
+
+    /// Gives triangles back to their primitives, each once.
+    fn mesh(&self, indices: &[u32]) -> Collapsed {
+        let mut of_primitive = vec![(Vec::new(), Vec::new()); self.primitives.len()];
+        let mut seen = BTreeSet::new();
+        for triangle in indices.as_chunks::<3>().0 {
+            let p = self.primitive_of(triangle[0]);
+            let own = &self.vertices_of[p];
+            let corners = triangle.map(|v| to_f64(self.position(v)));
+            // Collapses never lead from one primitive to another. If one did, the error would tell of the hole.
+            if triangle.iter().all(|v| own.contains(v)) && has_area(corners) && seen.insert(self.key(p, *triangle)) {
+                let (indices, origins) = &mut of_primitive[p];
+                indices.extend(triangle.map(|v| v - own.start));
+                origins.push(self.shape_at[triangle[0] as usize]);
+            }
+        }
+        let mut mesh = Collapsed::default();
+        for (source, (indices, origins)) in self.primitives.iter().zip(of_primitive) {
+            if !indices.is_empty() {
+                mesh.primitives.push(source.subset(indices));
+                mesh.origins.extend(origins);
+            }
+        }
+        mesh
+    }
+
+    /// Equal for doublets: corners from the first on, or in any order when both sides are drawn.
+    fn key(&self, primitive: usize, triangle: [u32; 3]) -> (Option<usize>, [u32; 3]) {
+        let material = self.primitives[primitive].material;
+        let mut places = triangle.map(|v| self.place_of[v as usize]);
+        if material.is_some_and(|m| self.double_sided.contains(&m)) {
+            places.sort_unstable();
+        } else {
+            let first = (0..3).min_by_key(|&corner| places[corner]).unwrap_or_default();
+            places.rotate_left(first);
+        }
+        (material, places)
+    }
+}
+
+fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    (b - a).cross(c - a) != DVec3::ZERO
+}
