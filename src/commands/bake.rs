@@ -5,6 +5,7 @@ use std::{path::PathBuf, sync::Arc};
 use belvedere_bake::{
     BakeSettings,
     import::Limits,
+    lod::{self, LodSettings},
     visibility::{Method, VisibilitySettings},
 };
 use belvedere_scene::SceneName;
@@ -41,6 +42,9 @@ pub(super) struct Args {
     /// How visible sets are computed: auto, sampled, occluders, portals or conservative
     #[arg(long, default_value_t)]
     visibility: Method,
+    /// Who makes levels of detail: octree, quadric, or best: for each level the one whose error is smaller
+    #[arg(long, default_value_t)]
+    lod: lod::Method,
     /// Publish a first revision with larger visible sets within a minute or so, and go on
     #[arg(long)]
     preview: bool,
@@ -64,6 +68,10 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             visibility: VisibilitySettings {
                 method: args.visibility,
                 ..VisibilitySettings::default()
+            },
+            lod: LodSettings {
+                method: args.lod,
+                ..LodSettings::default()
             },
             ..BakeSettings::default()
         },

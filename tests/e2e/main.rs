@@ -7,6 +7,7 @@ mod explaining;
 mod live;
 #[path = "../http/live_wire.rs"]
 mod live_wire;
+mod meshing;
 mod program;
 mod publishing;
 mod smooth;

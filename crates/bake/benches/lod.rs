@@ -36,7 +36,10 @@ type Contender<'a> = (&'static str, Box<dyn Fn(usize) -> Option<Vec<Primitive>> 
 
 fn run(wanted: Option<&str>) {
     println!("RMS in % of the diagonal (× triangles that were asked for)");
-    println!("{:10} {:>9} {:>6} | octree, thesis, quadric | sloppy, simplify, update", "mesh", "triangles", "level");
+    println!(
+        "{:10} {:>9} {:>6} | octree, thesis, quadric | sloppy, simplify, update",
+        "mesh", "triangles", "level"
+    );
     let mut ratios: BTreeMap<(&str, usize), Vec<f64>> = BTreeMap::new();
     let mut speeds: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for (name, make) in meshes::ALL {
@@ -45,14 +48,21 @@ fn run(wanted: Option<&str>) {
         }
     }
     println!("\ngeometric means of RMS ratios at {SHARES:?}, and how often the target was met");
-    for pair in ["octree / sloppy", "thesis / sloppy", "quadric / update", "quadric / simplify"] {
+    for pair in [
+        "octree / sloppy",
+        "thesis / sloppy",
+        "quadric / update",
+        "quadric / simplify",
+    ] {
         let row = (0..SHARES.len()).filter_map(|share| Some((share, ratios.get(&(pair, share))?)));
         let row = row.map(|(_, ratios)| format!("{:6.3} ({:2})", mean(ratios), ratios.len()));
         println!("{pair:20} {}", row.collect::<Vec<_>>().join(" "));
     }
     println!("\nmillion triangles of the source per second, to 10 %: least, geometric mean, most");
     for (name, speeds) in &speeds {
-        let (least, most) = speeds.iter().fold((f64::MAX, 0.0f64), |(l, m), &s| (l.min(s), m.max(s)));
+        let (least, most) = speeds
+            .iter()
+            .fold((f64::MAX, 0.0f64), |(l, m), &s| (l.min(s), m.max(s)));
         println!("{name:10} {least:6.2} {:6.2} {most:6.2}", mean(speeds));
     }
 }
@@ -80,9 +90,18 @@ fn mesh(
     let thesis = settings(Method::Octree, thesis);
     let quadric = settings(Method::Quadric, OctreeSettings::default());
     let ours: [Contender<'_>; 3] = [
-        ("octree", Box::new(|target| Generator::new(model, &octree).octree_mesh(target))),
-        ("thesis", Box::new(|target| Generator::new(model, &thesis).octree_mesh(target))),
-        ("quadric", Box::new(|target| Generator::new(model, &quadric).quadric_mesh(target))),
+        (
+            "octree",
+            Box::new(|target| Generator::new(model, &octree).octree_mesh(target)),
+        ),
+        (
+            "thesis",
+            Box::new(|target| Generator::new(model, &thesis).octree_mesh(target)),
+        ),
+        (
+            "quadric",
+            Box::new(|target| Generator::new(model, &quadric).quadric_mesh(target)),
+        ),
     ];
     let welded = welded(model);
     let theirs: [Contender<'_>; 3] = [
@@ -103,10 +122,16 @@ fn mesh(
         let target = (share * triangles as f64) as usize;
         let mut measured = BTreeMap::new();
         let mut row = Vec::new();
-        let meshes: Vec<_> = theirs.iter().map(|(name, make)| (*name, target, make(target))).collect();
+        let meshes: Vec<_> = theirs
+            .iter()
+            .map(|(name, make)| (*name, target, make(target)))
+            .collect();
         let left = |i: usize| meshes[i].2.as_ref().map_or(target, |mesh| count(mesh)).max(4);
         let asked = [left(0), left(0), left(2)];
-        let own = ours.iter().zip(asked).map(|((name, make), asked)| (*name, asked, make(asked)));
+        let own = ours
+            .iter()
+            .zip(asked)
+            .map(|((name, make), asked)| (*name, asked, make(asked)));
         for (name, asked, mesh) in own.chain(meshes.iter().cloned()) {
             let Some(mesh) = mesh else {
                 row.push("    none       ".to_owned());
@@ -158,7 +183,11 @@ fn diagonal(primitive: &Primitive) -> f64 {
         let (low, high) = along.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
         high - low
     };
-    [0, 1, 2].map(|axis| extent(axis).powi(2)).into_iter().sum::<f64>().sqrt()
+    [0, 1, 2]
+        .map(|axis| extent(axis).powi(2))
+        .into_iter()
+        .sum::<f64>()
+        .sqrt()
 }
 
 fn with(positions: Vec<[f32; 3]>, indices: Vec<u32>) -> Option<Vec<Primitive>> {

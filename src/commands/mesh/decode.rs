@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use belvedere_bake::{
-    glb::{self, GlbInput},
+    glb::{self, GlbInput, lattice::Lattice},
     source::{Material, Primitive},
 };
 use belvedere_scene::smooth::{Decoder, Snapshot};
@@ -39,7 +39,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         .push(beginning)
         .with_context(|| format!("cannot decode {shown}"))?;
     let (vertices, triangles) = decoder.counts();
-    std::fs::write(&args.out, glb_of(decoder.snapshot()))
+    std::fs::write(&args.out, glb_of(decoder.snapshot())?)
         .with_context(|| format!("cannot write {}", args.out.display()))?;
     print(&format!(
         "{} of {}: {vertices} vertices, {triangles} triangles, in {}",
@@ -50,7 +50,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
 }
 
 /// A primitive for each material, over the vertices that it uses.
-fn glb_of(snapshot: Snapshot) -> Vec<u8> {
+fn glb_of(snapshot: Snapshot) -> anyhow::Result<Vec<u8>> {
     let material = |number| Material {
         gltf: json!({"name": format!("material {number}")}),
         see_through: false,
@@ -59,12 +59,13 @@ fn glb_of(snapshot: Snapshot) -> Vec<u8> {
     let materials: Vec<Material> = (0..snapshot.indices.len()).map(material).collect();
     let parts = snapshot.indices.iter().enumerate();
     let primitives: Vec<Primitive> = parts.map(|(i, corners)| part(&snapshot, i, corners)).collect();
-    glb::write(&GlbInput {
+    let input = GlbInput {
         primitives: &primitives,
         materials: &materials,
         textures: &[],
         image_uri: &|_| String::new(),
-    })
+    };
+    Ok(glb::plain(&glb::write(&input, Lattice::alone(&primitives)).bytes, "")?)
 }
 
 fn part(snapshot: &Snapshot, material: usize, corners: &[u32]) -> Primitive {

@@ -1,6 +1,7 @@
 //! `belvedere mesh …`: the generators of levels of detail as tools for one file, without a scene around it.
 
 mod decode;
+mod lod;
 mod smooth;
 
 use std::path::Path;
@@ -22,6 +23,8 @@ pub(super) struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Tool {
+    /// Make the levels of detail of each mesh, and say from where on each is good enough
+    Lod(lod::Args),
     /// Write the smooth LOD of each mesh, and say what its rungs cost
     Smooth(smooth::Args),
     /// Write the mesh that a smooth LOD, or its beginning, gives
@@ -30,6 +33,7 @@ enum Tool {
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
     match args.tool {
+        Tool::Lod(args) => lod::run(args),
         Tool::Smooth(args) => smooth::run(args),
         Tool::Decode(args) => decode::run(args),
     }

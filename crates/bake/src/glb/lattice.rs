@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use belvedere_scene::Bounds;
 
-use crate::source::{Primitive, SourceModel, SourceObject, SourceScene};
+use crate::source::{Primitive, SourceObject, SourceScene};
 
 /// Rounding moves no coordinate of a level 0 by more than half of this, in metres of the world.
 pub const LONGEST_STEP_M: f64 = 1.0 / 1024.0;
@@ -55,10 +55,16 @@ impl Lattice {
         }
     }
 
+    /// The lattice of a level 0 that is in no scene; its units are metres.
+    #[must_use]
+    pub fn alone(primitives: &[Primitive]) -> Self {
+        Self::of_size(longest_side(primitives), 1.0)
+    }
+
     /// The lattices of all models' level 0.
     #[must_use]
     pub fn of_models(scene: &SourceScene) -> Vec<Self> {
-        let mut sides: Vec<f64> = scene.models.iter().map(longest_side).collect();
+        let mut sides: Vec<f64> = scene.models.iter().map(|model| longest_side(&model.primitives)).collect();
         let mut metres = vec![0.0f64; scene.models.len()];
         // Parts of one mesh stand in one place under one name.
         let mut parts: BTreeMap<_, Vec<usize>> = BTreeMap::new();
@@ -160,8 +166,8 @@ fn place(object: &SourceObject) -> (&str, [u64; 16]) {
     (&object.source_node, transform.map(f64::to_bits))
 }
 
-fn longest_side(model: &SourceModel) -> f64 {
-    let positions = model.primitives.iter().flat_map(|p| &p.positions);
+fn longest_side(primitives: &[Primitive]) -> f64 {
+    let positions = primitives.iter().flat_map(|p| &p.positions);
     let bounds = Bounds::around(positions.map(|p| p.map(f64::from)));
     bounds.size_m().into_iter().fold(0.0, f64::max)
 }

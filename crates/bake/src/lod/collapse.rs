@@ -10,7 +10,7 @@
 //! edges inside the cluster. Both sides of a seam or of a hard edge thus keep their own values, and nothing is averaged:
 //! every normal, texture coordinate and colour is one that the source has.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -50,8 +50,6 @@ struct Key {
 /// One shape of the source and what it became.
 struct Image {
     key: Key,
-    /// Whether it was a triangle or line and lost a corner.
-    reduced: bool,
     primitive: u32,
     /// Index of the shape in its primitive.
     shape: u32,
@@ -59,6 +57,22 @@ struct Image {
     origin: u32,
     /// The corners of the shape, as indices into its `indices`, that stand for the image's corners.
     corners: [u8; 3],
+}
+
+impl Image {
+    /// The edges of a triangle.
+    fn edges(&self) -> impl Iterator<Item = u64> {
+        let [a, b, c] = self.key.corners;
+        let is_triangle = self.key.topology == Topology::Triangles;
+        [edge(a, b), edge(b, c), edge(a, c)]
+            .into_iter()
+            .filter(move |_| is_triangle)
+    }
+}
+
+/// Two clusters in rising order.
+fn edge(a: u32, b: u32) -> u64 {
+    u64::from(a) << 32 | u64::from(b)
 }
 
 impl<'a> SourceShapes<'a> {
@@ -107,37 +121,39 @@ impl<'a> SourceShapes<'a> {
     /// The images that stay, in source order.
     fn kept_images(&self, clusters: &Clusters) -> Vec<Image> {
         let mut images = Vec::new();
+        let mut reduced = Vec::new();
         let mut origin = 0;
         for (p, primitive) in self.primitives.iter().enumerate() {
             let double_sided = primitive.material.is_some_and(|m| self.double_sided.contains(&m));
             for (s, shape) in primitive.indices.chunks_exact(primitive.topology.arity()).enumerate() {
                 if let Some((mut key, corners)) = image_of(primitive, shape, clusters, p) {
                     key.mirrored &= !double_sided;
-                    images.push(Image {
+                    let image = Image {
                         key,
-                        reduced: key.topology != primitive.topology,
                         primitive: p as u32,
                         shape: s as u32,
                         origin,
                         corners,
-                    });
+                    };
+                    let images = if key.topology == primitive.topology {
+                        &mut images
+                    } else {
+                        &mut reduced
+                    };
+                    images.push(image);
                 }
                 origin += 1;
             }
         }
-        images.par_sort_unstable_by_key(|i| (i.key, i.reduced, i.origin));
+        images.par_sort_unstable_by_key(|i| (i.key, i.origin));
         images.dedup_by_key(|i| i.key);
-        let mut edges: Vec<[u32; 2]> = images
-            .iter()
-            .filter(|i| i.key.topology == Topology::Triangles)
-            .flat_map(|i| {
-                let [a, b, c] = i.key.corners;
-                [[a, b], [b, c], [a, c]]
-            })
-            .collect();
-        edges.par_sort_unstable();
-        edges.dedup();
-        images.retain(|i| !i.reduced || edges.binary_search(&[i.key.corners[0], i.key.corners[1]]).is_err());
+        let edges: HashSet<u64> = images.iter().flat_map(Image::edges).collect();
+        reduced.retain(|i| !edges.contains(&edge(i.key.corners[0], i.key.corners[1])));
+        reduced.par_sort_unstable_by_key(|i| (i.key, i.origin));
+        reduced.dedup_by_key(|i| i.key);
+        // A line of the source that is there anyway comes first.
+        reduced.retain(|i| images.binary_search_by_key(&i.key, |image| image.key).is_err());
+        images.extend(reduced);
         images.par_sort_unstable_by_key(|i| i.origin);
         images
     }
@@ -307,13 +323,26 @@ fn first_equal_vertices(primitive: &Primitive) -> Vec<u32> {
         primitive.uvs.iter().for_each(|set| push(set.get(v).map(|x| &x[..])));
     }
     let row = |v: u32| &words[v as usize * stride..][..stride];
-    let mut order: Vec<u32> = (0..count as u32).collect();
-    order.par_sort_unstable_by(|&a, &b| row(a).cmp(row(b)).then(a.cmp(&b)));
+    // Equal rows have equal digests, which are quicker to sort.
+    let mut order: Vec<(u64, u32)> = (0..count as u32).map(|v| (digest(row(v)), v)).collect();
+    order.par_sort_unstable();
     let mut first = vec![0; count];
-    for run in order.chunk_by(|&a, &b| row(a) == row(b)) {
-        run.iter().for_each(|&v| first[v as usize] = run[0]);
+    for alike in order.chunk_by_mut(|a, b| a.0 == b.0) {
+        if alike.iter().any(|(_, v)| row(*v) != row(alike[0].1)) {
+            alike.sort_unstable_by(|(_, a), (_, b)| row(*a).cmp(row(*b)).then(a.cmp(b)));
+        }
+        for equal in alike.chunk_by(|(_, a), (_, b)| row(*a) == row(*b)) {
+            equal.iter().for_each(|(_, v)| first[*v as usize] = equal[0].1);
+        }
     }
     first
+}
+
+/// Mixes words, each by a multiplication and a rotation.
+fn digest(words: &[u32]) -> u64 {
+    words.iter().fold(0, |mixed: u64, &word| {
+        (mixed.rotate_left(29) ^ u64::from(word)).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+    })
 }
 
 /// The axis and sign of the largest component: one of six, stable under noise for walls and floors.

@@ -55,7 +55,9 @@ impl<'a> Generator<'a> {
         }
         let of_interest = by_quadric.as_ref().map_or(f64::INFINITY, |level| level.geometric_error);
         let by_octree = self.by_octree(target);
-        by_octree.and_then(|mesh| self.measured(mesh, of_interest)).or(by_quadric)
+        by_octree
+            .and_then(|mesh| self.measured(mesh, of_interest))
+            .or(by_quadric)
     }
 
     /// What the octree makes of it, not measured.
@@ -81,9 +83,9 @@ impl<'a> Generator<'a> {
 
     fn by_octree(&mut self, target: usize) -> Option<Collapsed> {
         let primitives = &self.model.primitives;
-        let reduction = self
-            .reduction
-            .get_or_insert_with(|| Reduction::new(Octree::new(primitives, &self.locked, &self.settings.octree), primitives));
+        let reduction = self.reduction.get_or_insert_with(|| {
+            Reduction::new(Octree::new(primitives, &self.locked, &self.settings.octree), primitives)
+        });
         let mesh = self.shapes.collapse(&reduction.clusters_for(target));
         let is_solid = mesh.primitives.iter().any(|p| p.topology == Topology::Triangles);
         (!mesh.origins.is_empty() && (is_solid || self.model.triangle_count() == 0)).then_some(mesh)
@@ -131,6 +133,7 @@ impl Thin {
         let shapes = SourceShapes::new(&self.primitives, &settings.double_sided);
         let thin = shapes.collapse(&self.reduction.clusters_for(target));
         mesh.primitives.extend(thin.primitives);
-        mesh.origins.extend(thin.origins.iter().map(|&shape| self.shapes[shape as usize]));
+        mesh.origins
+            .extend(thin.origins.iter().map(|&shape| self.shapes[shape as usize]));
     }
 }

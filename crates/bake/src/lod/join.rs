@@ -81,7 +81,11 @@ mod tests {
             ..SourceScene::default()
         };
         assert_eq!(join(&mut scene), 2);
-        let triangles: Vec<usize> = scene.objects.iter().map(|o| scene.models[o.model].triangle_count()).collect();
+        let triangles: Vec<usize> = scene
+            .objects
+            .iter()
+            .map(|o| scene.models[o.model].triangle_count())
+            .collect();
         assert_eq!(triangles, [3, 1, 1, 1, 1]);
         assert_eq!(scene.models.len(), 4);
         assert_eq!(scene.objects[3].model, scene.objects[4].model);

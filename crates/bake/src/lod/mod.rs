@@ -24,6 +24,8 @@ mod quadric;
 mod reduction;
 mod representative;
 #[cfg(test)]
+mod method_tests;
+#[cfg(test)]
 mod tests;
 
 use std::collections::BTreeSet;
@@ -106,6 +108,8 @@ pub struct LodSettings {
     pub usual_share: f64,
     /// A level is worth having when it has at most this share of the bytes of the one before.
     pub worthwhile_share: f64,
+    /// A level is left out when the next coarser one's error is at most so many times as large.
+    pub dominated: f64,
     /// The coarsest level has about so many triangles, lines and points.
     pub coarsest_shapes: usize,
     /// Materials that are drawn from both sides: of two triangles with the same corners and opposite winding one is
@@ -124,6 +128,7 @@ impl Default for LodSettings {
             min_shapes: 24,
             usual_share: 0.32,
             worthwhile_share: 0.6,
+            dominated: 1.1,
             coarsest_shapes: 50,
             double_sided: BTreeSet::new(),
             error_limits: HausdorffLimits::default(),
@@ -157,7 +162,7 @@ pub fn chain(model: &SourceModel, settings: &LodSettings) -> LodChain {
         }
     }
     LodChain {
-        levels: without_dominated(levels),
+        levels: without_dominated(levels, settings.dominated),
     }
 }
 
@@ -172,13 +177,13 @@ fn targets(shapes: usize, settings: &LodSettings) -> Vec<usize> {
 }
 
 /// Leaves out levels whose error is hardly smaller than that of a coarser one: nobody would choose them.
-fn without_dominated(levels: Vec<LodLevel>) -> Vec<LodLevel> {
+fn without_dominated(levels: Vec<LodLevel>, dominated: f64) -> Vec<LodLevel> {
     let mut kept: Vec<LodLevel> = Vec::with_capacity(levels.len());
     for level in levels {
         while kept.len() > 1
             && kept
                 .last()
-                .is_some_and(|finer| level.geometric_error <= 1.1 * finer.geometric_error)
+                .is_some_and(|finer| level.geometric_error <= dominated * finer.geometric_error)
         {
             kept.pop();
         }

@@ -107,7 +107,13 @@ impl Octree {
         };
         let root = RootCube::around(primitives.iter().flat_map(used_positions));
         let (codes, counts) = octree.enter(primitives, &root, locked);
-        let involved = Involved::new(primitives, &octree.point_of_vertex, &octree.points, &root, settings.measures);
+        let involved = Involved::new(
+            primitives,
+            &octree.point_of_vertex,
+            &octree.points,
+            &root,
+            settings.measures,
+        );
         octree.cells = divide(&codes, &counts, &involved, settings.order);
         octree.rank_cells();
         octree
@@ -139,7 +145,10 @@ impl Octree {
             for doublets in same.chunk_by(|a, b| bits(a.1, a.2) == bits(b.1, b.2)) {
                 codes.push(doublets[0].0);
                 counts.push(doublets.len() as u32);
-                self.add_point(doublets.iter().map(|row| (row.1, row.2)), bits(doublets[0].1, doublets[0].2));
+                self.add_point(
+                    doublets.iter().map(|row| (row.1, row.2)),
+                    bits(doublets[0].1, doublets[0].2),
+                );
             }
         }
         self.free = self.points.len();
@@ -228,7 +237,10 @@ impl Octree {
         });
         Clusters {
             of_vertex: of_vertex.collect(),
-            representatives: representatives.iter().map(|&point| self.points[point as usize]).collect(),
+            representatives: representatives
+                .iter()
+                .map(|&point| self.points[point as usize])
+                .collect(),
         }
     }
 }

@@ -5,8 +5,9 @@
 //! appearance attributes*, 1999), as meshoptimizer implements them. Vertices keep their places and attributes.
 //!
 //! A model is simplified as a whole, so that its primitives stay together: where two of them meet, edges collapse along
-//! the border only. What stops simplification is given up in steps, until the target is met ([`STEPS`]). A target that is
-//! missed even so is left to the octree.
+//! the border only. Other seams, of normals, colours and texture coordinates, may be crossed at the price of the error: if
+//! they were kept, what lies between them would vanish to meet the target. A target that is missed even so is left to the
+//! octree: taking small parts away would meet it at a much larger error.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -27,21 +28,6 @@ const COLOR_WEIGHT: f32 = 0.1;
 /// A target is met with so many times the triangles.
 const NEARLY: f64 = 1.1;
 
-/// What is given up, one after the other: first the seams of normals and colours, then those of texture coordinates, at
-/// last small parts that touch nothing.
-const STEPS: [(Seams, SimplifyOptions); 3] = [
-    (Seams::OfTextures, SimplifyOptions::Permissive),
-    (Seams::OfPrimitives, SimplifyOptions::Permissive),
-    (Seams::OfPrimitives, SimplifyOptions::Permissive.union(SimplifyOptions::Prune)),
-];
-
-/// Which seams stay.
-#[derive(Clone, Copy)]
-enum Seams {
-    OfTextures,
-    OfPrimitives,
-}
-
 /// The triangles of a model, ready to be simplified again and again.
 pub(super) struct QuadricSource<'a> {
     primitives: &'a [Primitive],
@@ -51,8 +37,8 @@ pub(super) struct QuadricSource<'a> {
     positions: Vec<[f32; 3]>,
     attributes: Vec<[f32; ATTRIBUTES]>,
     weights: [f32; ATTRIBUTES],
-    texture_seams: Vec<SimplifyVertex>,
-    primitive_seams: Vec<SimplifyVertex>,
+    /// What must not move, and where primitives meet.
+    flags: Vec<SimplifyVertex>,
     indices: Vec<u32>,
     double_sided: &'a BTreeSet<usize>,
     /// For each vertex a number that those in the same place share.
@@ -69,8 +55,7 @@ impl<'a> QuadricSource<'a> {
             positions: Vec::new(),
             attributes: Vec::new(),
             weights: [0.0; ATTRIBUTES],
-            texture_seams: Vec::new(),
-            primitive_seams: Vec::new(),
+            flags: Vec::new(),
             indices: Vec::new(),
             double_sided: shapes.double_sided(),
             place_of: Vec::new(),
@@ -80,7 +65,9 @@ impl<'a> QuadricSource<'a> {
         for (p, primitive) in primitives.iter().enumerate() {
             let first = source.shape_at.len() as u32;
             source.vertices_of.push(first..first + primitive.positions.len() as u32);
-            source.shape_at.resize(source.shape_at.len() + primitive.positions.len(), 0);
+            source
+                .shape_at
+                .resize(source.shape_at.len() + primitive.positions.len(), 0);
             if primitive.topology == Topology::Triangles {
                 let equal = shapes.equal_vertex(p);
                 for (i, &vertex) in primitive.indices.iter().enumerate() {
@@ -118,10 +105,16 @@ impl<'a> QuadricSource<'a> {
         for primitive in self.primitives {
             for v in 0..primitive.positions.len() {
                 let normal = primitive.normals.get(v).copied().unwrap_or_default();
-                let uv = primitive.uvs.first().and_then(|set| set.get(v)).copied().unwrap_or_default();
+                let uv = primitive
+                    .uvs
+                    .first()
+                    .and_then(|set| set.get(v))
+                    .copied()
+                    .unwrap_or_default();
                 let color = primitive.colors.get(v).copied().unwrap_or_default();
-                self.attributes
-                    .push([normal[0], normal[1], normal[2], uv[0], uv[1], color[0], color[1], color[2]]);
+                self.attributes.push([
+                    normal[0], normal[1], normal[2], uv[0], uv[1], color[0], color[1], color[2],
+                ]);
             }
         }
         let has = |attribute: fn(&Primitive) -> bool| self.primitives.iter().any(attribute);
@@ -132,33 +125,27 @@ impl<'a> QuadricSource<'a> {
         self.weights = [normal, normal, normal, uv, uv, color, color, color];
     }
 
-    /// Marks where primitives meet, where texture coordinates jump, and what must not move.
+    /// Marks where primitives meet and what must not move.
     fn find_seams(&mut self, locked: &Locked) {
         let mut used = self.indices.clone();
         used.sort_unstable();
         used.dedup();
         let mut places: Vec<([u32; 3], u32)> = used.iter().map(|&v| (position_bits(self.position(v)), v)).collect();
         places.sort_unstable();
-        self.primitive_seams = vec![SimplifyVertex::None; self.positions.len()];
-        self.texture_seams = self.primitive_seams.clone();
+        self.flags = vec![SimplifyVertex::None; self.positions.len()];
         self.place_of = vec![0; self.positions.len()];
         for (here, number) in places.chunk_by(|a, b| a.0 == b.0).zip(0..) {
             let first = here[0].1;
             here.iter().for_each(|(_, v)| self.place_of[*v as usize] = number);
-            let differ = |what: &dyn Fn(u32) -> [u32; 2]| here.iter().any(|(_, v)| what(*v) != what(first));
-            let flags = if locked.contains(self.position(first)) {
-                [SimplifyVertex::Lock; 2]
-            } else if differ(&|v| [self.primitive_of(v) as u32, 0]) {
-                [SimplifyVertex::Protect; 2]
-            } else if differ(&|v| [3, 4].map(|i| self.attributes[v as usize][i].to_bits())) {
-                [SimplifyVertex::None, SimplifyVertex::Protect]
+            let primitive = self.primitive_of(first);
+            let flag = if locked.contains(self.position(first)) {
+                SimplifyVertex::Lock
+            } else if here.iter().any(|(_, v)| self.primitive_of(*v) != primitive) {
+                SimplifyVertex::Protect
             } else {
                 continue;
             };
-            for &(_, v) in here {
-                self.primitive_seams[v as usize] = flags[0];
-                self.texture_seams[v as usize] = flags[1];
-            }
+            here.iter().for_each(|(_, v)| self.flags[*v as usize] = flag);
         }
     }
 
@@ -179,39 +166,26 @@ impl<'a> QuadricSource<'a> {
     /// At most about so many of them; `None` when that cannot be, or when nothing would be left.
     pub(super) fn simplify(&self, target: usize) -> Option<Collapsed> {
         let most = (NEARLY * target as f64) as usize;
-        let mut indices = self.indices.clone();
-        for (seams, options) in STEPS {
-            if indices.len() / 3 > most {
-                let simpler = self.step(&indices, seams, options, target);
-                // What takes everything away goes too far.
-                if !simpler.is_empty() {
-                    indices = simpler;
-                }
-            }
-        }
+        let indices = self.collapsed(target);
         let mesh = self.mesh(&indices);
         (indices.len() / 3 <= most && !mesh.origins.is_empty()).then_some(mesh)
     }
 
-    fn step(&self, indices: &[u32], seams: Seams, options: SimplifyOptions, target: usize) -> Vec<u32> {
-        let seams = match seams {
-            Seams::OfTextures => &self.texture_seams,
-            Seams::OfPrimitives => &self.primitive_seams,
-        };
+    fn collapsed(&self, target: usize) -> Vec<u32> {
         let Ok(vertices) = VertexDataAdapter::new(meshopt::typed_to_bytes(&self.positions), size_of::<[f32; 3]>(), 0)
         else {
             return Vec::new();
         };
         meshopt::simplify_with_attributes_and_locks(
-            indices,
+            &self.indices,
             &vertices,
             self.attributes.as_flattened(),
             &self.weights,
             size_of::<[f32; ATTRIBUTES]>(),
-            seams,
+            &self.flags,
             3 * target,
             f32::MAX,
-            options,
+            SimplifyOptions::Permissive,
             None,
         )
     }

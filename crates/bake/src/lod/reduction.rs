@@ -79,7 +79,9 @@ impl Reduction {
     fn shapes_left(&self, closed: usize) -> usize {
         let (of_point, clusters) = self.octree.cut(closed);
         let shapes = self.left.par_iter().with_min_len(1 << 12);
-        let whole = shapes.filter(|shape| is_left(&of_point, **shape) && !is_point(**shape)).count();
+        let whole = shapes
+            .filter(|shape| is_left(&of_point, **shape) && !is_point(**shape))
+            .count();
         let mut occupied = vec![false; clusters.len()];
         for shape in self.left.iter().filter(|shape| is_point(**shape)) {
             occupied[of_point[shape[0] as usize] as usize] = true;

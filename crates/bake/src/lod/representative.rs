@@ -1,8 +1,8 @@
 //! Which vertex stands for a cluster?
 //!
 //! D. Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2, "Selecting the cluster representative": a cluster is made
-//! of the children of one octree cell, and one of their representatives becomes its own: the one with the least weighted
-//! sum of three measures over the *involved* triangles, those with a corner in the cluster.
+//! of the children of one octree cell, and one of their representatives becomes its own (of few vertices, any of them):
+//! the one with the least weighted sum of three measures over the *involved* triangles, those with a corner in the cluster.
 //!
 //! * *Error area*: by how much the sum of their areas changes when these corners move to the candidate.
 //! * *Error volume*: the sum of the tetrahedra from each of them to the candidate.
@@ -90,6 +90,8 @@ pub(super) struct Involved<'a> {
     corners: Vec<(u32, u32)>,
 }
 
+/// Of so many vertices each may represent them.
+const FEW_POINTS: usize = 32;
 /// How much the border of a surface counts beside the surface.
 const BORDER_WEIGHT: f64 = 1.0;
 /// How much a line counts, for the square of its length.
@@ -249,19 +251,23 @@ pub(super) fn representative(parts: &[Part], side: f64, involved: &Involved<'_>)
     }
     let measures = &involved.measures;
     let mean = whole.sum / f64::from(whole.vertices);
+    let points = whole.first..whole.end;
+    let has_few = points.len() <= FEW_POINTS && !measures.visits_triangles();
+    let representatives = parts.iter().map(|part| part.representative).filter(|_| !has_few);
+    let every_point = points.clone().filter(|_| has_few);
     let mut least = f64::INFINITY;
-    for part in parts {
-        let place = involved.places[part.representative as usize];
+    for candidate in representatives.chain(every_point) {
+        let place = involved.places[candidate as usize];
         let mut cost = 0.0;
         if measures.visits_triangles() {
-            let (area, volume) = involved.visit(whole.first..whole.end, place);
+            let (area, volume) = involved.visit(points.clone(), place);
             cost += measures.error_area * area / side.powi(2) + measures.error_volume * volume / side.powi(3);
         }
         cost += measures.weighted_mean * place.distance_squared(mean) / side.powi(2);
         cost += measures.quadric * whole.quadric.at(place) / side.powi(4);
         if cost < least {
             least = cost;
-            whole.representative = part.representative;
+            whole.representative = candidate;
         }
     }
     let place = involved.places[whole.representative as usize];

@@ -1,0 +1,96 @@
+//! What the generators of levels of detail say and write as tools for one file.
+
+use serde_json::{Value, json};
+
+use crate::program::Data;
+
+/// A bumpy sheet of n × n quads as a glTF with its buffer beside it.
+fn sheet(data: &Data, n: u32) -> String {
+    let at = |i: u32| i as f32 / n as f32;
+    let vertex = |i: u32| {
+        let (x, z) = (at(i % (n + 1)), at(i / (n + 1)));
+        [x, 0.1 * (9.0 * x).sin() * (7.0 * z).cos(), z]
+    };
+    let count = (n + 1) * (n + 1);
+    let mut bytes: Vec<u8> = (0..count).flat_map(vertex).flat_map(f32::to_le_bytes).collect();
+    let quads = (0..n * n).map(|q| q / n * (n + 1) + q % n);
+    let corners = quads.flat_map(|a| [a, a + n + 1, a + 1, a + 1, a + n + 1, a + n + 2]);
+    bytes.extend(corners.flat_map(u32::to_le_bytes));
+    let gltf = json!({
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "sheet.bin", "byteLength": bytes.len()}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 12 * count},
+            {"buffer": 0, "byteOffset": 12 * count, "byteLength": 24 * n * n},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3", "min": [0, -1, 0], "max": [1, 1, 1]},
+            {"bufferView": 1, "componentType": 5125, "count": 6 * n * n, "type": "SCALAR"},
+        ],
+        "meshes": [{"name": "sheet", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    });
+    data.write("sheet.bin", bytes);
+    let file = data.write("sheet.gltf", gltf.to_string());
+    file.to_str().expect("a path in UTF-8").to_owned()
+}
+
+fn levels(report: &Value) -> Vec<Value> {
+    report["meshes"][0]["levels"].as_array().expect("levels").clone()
+}
+
+#[test]
+fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
+    let data = Data::new();
+    let file = sheet(&data, 40);
+    let folder = data.folder("out");
+    let out = folder.to_str().expect("UTF-8");
+    for method in ["octree", "quadric", "best"] {
+        let args = ["mesh", "lod", &file, "--levels", "10", "--method", method, "--error", "1%", "--json", "-o", out];
+        let report: Value = serde_json::from_str(&data.ok(&args)).expect("JSON");
+        let levels = levels(&report);
+        assert_eq!(levels.len(), 10, "{method}");
+        assert_eq!(levels[0]["triangles"], 3200);
+        assert_eq!(levels[0]["geometric_error_m"], 0.0);
+        for pair in levels.windows(2) {
+            let rises = |name: &str| pair[0][name].as_f64() <= pair[1][name].as_f64();
+            assert!(rises("geometric_error_m") && rises("switch_distance_m") && rises("range_m"), "{method}");
+            assert!(pair[1]["triangles"].as_u64() < pair[0]["triangles"].as_u64(), "{method}");
+        }
+        for level in &levels {
+            let glb = gltf::Gltf::open(folder.join(level["file"].as_str().expect("a file"))).expect("a valid GLB");
+            let indices = glb.meshes().flat_map(|m| m.primitives().collect::<Vec<_>>());
+            let triangles: usize = indices
+                .filter(|p| p.mode() == gltf::mesh::Mode::Triangles)
+                .map(|p| p.indices().expect("indices").count() / 3)
+                .sum();
+            assert_eq!(Some(triangles as u64), level["triangles"].as_u64());
+        }
+    }
+    let table = data.ok(&["mesh", "lod", &file, "--levels", "3"]);
+    assert!(table.contains("level  triangles  lines"), "{table}");
+}
+
+#[test]
+fn a_larger_error_on_the_screen_brings_levels_nearer() {
+    let data = Data::new();
+    let file = sheet(&data, 20);
+    let distance = |error: &str| {
+        let printed = data.ok(&["mesh", "lod", &file, "--levels", "2", "--error", error, "--json"]);
+        let report: Value = serde_json::from_str(&printed).expect("JSON");
+        levels(&report)[1]["switch_distance_m"].as_f64().expect("a number")
+    };
+    assert!((distance("1%") / distance("2%") - 2.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_bad_file_and_a_bad_share_are_refused() {
+    let data = Data::new();
+    let file = data.write("cut.glb", b"glTF\x02\0\0\0\xff\xff\0\0");
+    let file = file.to_str().expect("UTF-8");
+    let message = data.fails(&["mesh", "lod", file]);
+    assert!(message.contains("cut.glb") && !message.contains("panicked"), "{message}");
+    let refused = data.run(&["mesh", "lod", file, "--error", "0"]);
+    assert_eq!(refused.status.code(), Some(2));
+}
