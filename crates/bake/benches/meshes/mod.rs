@@ -82,7 +82,8 @@ fn merge(model: SourceModel) -> SourceModel {
         let fits = |p: &Primitive| {
             p.material == part.material
                 && p.normals.is_empty() == part.normals.is_empty()
-                && p.uvs.len() == part.uvs.len()
+                && p.tangents.is_empty() == part.tangents.is_empty()
+                && p.uvs.iter().map(Vec::is_empty).eq(part.uvs.iter().map(Vec::is_empty))
                 && p.colors.is_empty() == part.colors.is_empty()
         };
         let Some(whole) = merged.iter_mut().find(|p| fits(p)) else {
@@ -92,6 +93,7 @@ fn merge(model: SourceModel) -> SourceModel {
         let first = whole.positions.len() as u32;
         whole.positions.extend(part.positions);
         whole.normals.extend(part.normals);
+        whole.tangents.extend(part.tangents);
         whole.colors.extend(part.colors);
         for (set, more) in whole.uvs.iter_mut().zip(part.uvs) {
             set.extend(more);
