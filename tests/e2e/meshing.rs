@@ -47,7 +47,9 @@ fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
     let folder = data.folder("out");
     let out = folder.to_str().expect("UTF-8");
     for method in ["octree", "quadric", "best"] {
-        let args = ["mesh", "lod", &file, "--levels", "10", "--method", method, "--error", "1%", "--json", "-o", out];
+        let args = [
+            "mesh", "lod", &file, "--levels", "10", "--method", method, "--error", "1%", "--json", "-o", out,
+        ];
         let report: Value = serde_json::from_str(&data.ok(&args)).expect("JSON");
         let levels = levels(&report);
         assert_eq!(levels.len(), 10, "{method}");
@@ -55,8 +57,14 @@ fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
         assert_eq!(levels[0]["geometric_error_m"], 0.0);
         for pair in levels.windows(2) {
             let rises = |name: &str| pair[0][name].as_f64() <= pair[1][name].as_f64();
-            assert!(rises("geometric_error_m") && rises("switch_distance_m") && rises("range_m"), "{method}");
-            assert!(pair[1]["triangles"].as_u64() < pair[0]["triangles"].as_u64(), "{method}");
+            assert!(
+                rises("geometric_error_m") && rises("switch_distance_m") && rises("range_m"),
+                "{method}"
+            );
+            assert!(
+                pair[1]["triangles"].as_u64() < pair[0]["triangles"].as_u64(),
+                "{method}"
+            );
         }
         for level in &levels {
             let glb = gltf::Gltf::open(folder.join(level["file"].as_str().expect("a file"))).expect("a valid GLB");
@@ -90,7 +98,10 @@ fn a_bad_file_and_a_bad_share_are_refused() {
     let file = data.write("cut.glb", b"glTF\x02\0\0\0\xff\xff\0\0");
     let file = file.to_str().expect("UTF-8");
     let message = data.fails(&["mesh", "lod", file]);
-    assert!(message.contains("cut.glb") && !message.contains("panicked"), "{message}");
+    assert!(
+        message.contains("cut.glb") && !message.contains("panicked"),
+        "{message}"
+    );
     let refused = data.run(&["mesh", "lod", file, "--error", "0"]);
     assert_eq!(refused.status.code(), Some(2));
 }

@@ -264,7 +264,7 @@ mod tests {
         let hull = wedge();
         let room = Room::new(&hull, vec![]);
         let random = &mut Random::of([1, 2, 3]);
-        let points: Vec<_> = (0..20_000).map(|_| room.inside(random)).collect();
+        let points: Vec<_> = (0..20_000).map(|_| room.inside(random, 0.0)).collect();
         let mean = points.iter().sum::<DVec3>() / points.len() as f64;
         // The centroid of the right triangle, and half the length.
         let expected = DVec3::new(4.0 / 3.0, 1.0, 2.5);

@@ -64,7 +64,11 @@ impl Lattice {
     /// The lattices of all models' level 0.
     #[must_use]
     pub fn of_models(scene: &SourceScene) -> Vec<Self> {
-        let mut sides: Vec<f64> = scene.models.iter().map(|model| longest_side(&model.primitives)).collect();
+        let mut sides: Vec<f64> = scene
+            .models
+            .iter()
+            .map(|model| longest_side(&model.primitives))
+            .collect();
         let mut metres = vec![0.0f64; scene.models.len()];
         // Parts of one mesh stand in one place under one name.
         let mut parts: BTreeMap<_, Vec<usize>> = BTreeMap::new();

@@ -18,13 +18,13 @@ mod collapse;
 pub mod error;
 pub mod generate;
 pub mod join;
+#[cfg(test)]
+mod method_tests;
 mod octree;
 pub(crate) mod proximity;
 mod quadric;
 mod reduction;
 mod representative;
-#[cfg(test)]
-mod method_tests;
 #[cfg(test)]
 mod tests;
 

@@ -258,7 +258,10 @@ fn the_stated_error_bounds_what_brute_force_measures_and_is_not_loose() {
                 worst = worst.max(measured);
                 let stated = level.geometric_error;
                 assert!(measured <= stated, "{name}: measured {measured}, stated only {stated}");
-                assert!(stated <= 2.0 * worst, "{name}: measured {worst}, stated as much as {stated}");
+                assert!(
+                    stated <= 2.0 * worst,
+                    "{name}: measured {worst}, stated as much as {stated}"
+                );
             }
         }
     }

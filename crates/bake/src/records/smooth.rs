@@ -10,7 +10,7 @@ use belvedere_scene::{
 };
 use rayon::prelude::*;
 
-use super::{BakeError, largest_scale, models::Pictures, sink::Ledger};
+use super::{BakeError, models::Pictures, sink::Ledger};
 use crate::{
     glb,
     lod::error::HausdorffLimits,
@@ -33,7 +33,7 @@ pub(super) fn write(
     let mut scales = vec![0.0f64; scene.models.len()];
     for object in &scene.objects {
         let scale = &mut scales[object.model];
-        *scale = scale.max(largest_scale(object));
+        *scale = scale.max(object.largest_scale());
     }
     // The triangles of each that gets one.
     let costs = scene.models.iter().map(|model| {
