@@ -80,7 +80,7 @@ impl<'a> QuadricSource<'a> {
         }
         source.place();
         source.dress();
-        source.find_seams(locked);
+        source.flag_vertices(locked);
         source
     }
 
@@ -126,7 +126,7 @@ impl<'a> QuadricSource<'a> {
     }
 
     /// Marks where primitives meet and what must not move.
-    fn find_seams(&mut self, locked: &Locked) {
+    fn flag_vertices(&mut self, locked: &Locked) {
         let mut used = self.indices.clone();
         used.sort_unstable();
         used.dedup();
