@@ -142,7 +142,7 @@ export function mostPlaces({ vertices, triangles }: Header): number {
 
 /** A decoder takes no more memory than this, the stream's own bytes included. */
 export function memoryBytes(header: Header): number {
-  const corners = header.channels.length === 0 ? 0 : 36;
+  const corners = header.channels.length === 0 ? 0 : 76;
   const arrays =
     Math.max(header.vertices, 1) * 64 +
     header.triangles * (54 + corners) +

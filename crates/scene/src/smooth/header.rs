@@ -226,8 +226,8 @@ impl Header {
     #[must_use]
     pub fn memory_bytes(&self) -> u64 {
         let vertices = u64::from(self.vertices).max(1) * 64;
-        // Beside corners and material, all triangles may meet at one vertex, whose star is then looked at.
-        let corners = if self.channels.is_empty() { 0 } else { 12 + 24 };
+        // Beside corners and material, all triangles may meet at one vertex, whose star is then looked at and dressed.
+        let corners = if self.channels.is_empty() { 0 } else { 12 + 64 };
         let triangles = u64::from(self.triangles) * (12 + 2 + 40 + corners);
         let wedges = u64::from(self.wedges) * 4 * (1 + self.stride() as u64);
         let stars = 4 * super::stars::most_places(self.vertices, self.triangles) as u64;
