@@ -68,6 +68,8 @@ pub enum ApiError {
     },
     /// No room for another one; of what.
     Full(String),
+    /// The server is about to end.
+    Stopping,
     /// The target is too long.
     UriTooLong,
     /// The header fields are too long.
@@ -225,6 +227,12 @@ impl ApiError {
                 detail.clone(),
             ),
             Self::Full(detail) => (S::SERVICE_UNAVAILABLE, "full", "There is no room", detail.clone()),
+            Self::Stopping => (
+                S::SERVICE_UNAVAILABLE,
+                "stopping",
+                "The live part of the scene is not running",
+                "the server is about to end, or cannot read the scene; try again later".to_owned(),
+            ),
             Self::UriTooLong => (
                 S::URI_TOO_LONG,
                 "uri-too-long",
@@ -293,7 +301,7 @@ impl IntoResponse for ApiError {
             _ => None,
         };
         let retry_s = match &self {
-            Self::TimedOut | Self::Unavailable(_) => Some(1),
+            Self::TimedOut | Self::Unavailable(_) | Self::Stopping => Some(1),
             Self::Flooded { retry_s, .. } => Some(*retry_s),
             Self::Full(_) => Some(10),
             _ => None,
@@ -361,7 +369,7 @@ impl From<LiveError> for ApiError {
                 retry_s: retry_ms.unsigned_abs().div_ceil(1000).max(1),
             },
             LiveError::Full { .. } => Self::Full(error.to_string()),
-            LiveError::Stopped => Self::Unavailable(error.into()),
+            LiveError::Stopped => Self::Stopping,
             LiveError::Read(error) => error.into(),
         }
     }

@@ -5,15 +5,20 @@
 //! sends its task a message over a bounded channel and waits for the answer. What the rules need of the scene is read
 //! from what was published, as a client reads it.
 //!
-//! * [`Live`]: the front door: finds the scene of a session or a mover, and checks tokens.
-//! * `stage`: the task that owns a scene. `terrain`: what it reads of the published scene.
+//! * [`Live`]: the front door: finds the scene of a session or a mover, and checks tokens. [`SessionHandle`]: what its holder
+//!   may ask.
+//! * `stage`: the task that owns a scene; `message`: how it is asked. `terrain`: what it reads of the published scene.
 //! * `outbox`: what a session has not heard yet, bounded however slow its reader. `reader`: the stream that it hears.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
 //! * `registry`, `token`: who is where, and who may do what.
 
+mod error;
+mod message;
 mod outbox;
 mod reader;
 mod registry;
+mod session;
+mod settings;
 mod stage;
 mod statics;
 mod terrain;
@@ -24,104 +29,31 @@ use std::{
         Arc,
         atomic::{AtomicU64, Ordering},
     },
-    time::{Duration, Instant, UNIX_EPOCH},
+    time::{Instant, UNIX_EPOCH},
 };
 
 use belvedere_live::{
     Ms,
-    aoi::Aoi,
     event::SessionId,
-    motion::TrajectoryError,
-    world::{Counts, Moved, Refusal, Rules, Seen, Sent},
+    world::{Counts, Moved, Sent},
 };
 use belvedere_scene::{ObjectId, SceneName};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
-use self::{
-    outbox::Outbox,
-    registry::Registry,
-    stage::{Message, StageHandle},
-};
 pub use self::{
+    error::LiveError,
     reader::EventReader,
     registry::{Door, NewMover, NewSession, Opened},
+    session::SessionHandle,
+    settings::LiveSettings,
     token::Token,
 };
-use crate::published::{Publications, ReadError};
-
-/// Limits of live sessions.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LiveSettings {
-    /// How many sessions may be open.
-    pub sessions: usize,
-    /// How many movers there may be, avatars not included.
-    pub movers: usize,
-    /// Time between ticks.
-    pub tick: Duration,
-    /// A session that is silent, and whose stream is not read, ends after this.
-    pub lease: Duration,
-}
-
-impl Default for LiveSettings {
-    fn default() -> Self {
-        Self {
-            sessions: 5_000,
-            movers: 100_000,
-            tick: Duration::from_millis(100),
-            lease: Duration::from_secs(30),
-        }
-    }
-}
-
-impl LiveSettings {
-    fn rules(&self) -> Rules {
-        Rules {
-            tick_ms: self.tick.as_millis() as Ms,
-            ..Rules::default()
-        }
-    }
-}
-
-/// Why a live request is not answered as asked.
-#[derive(Debug, thiserror::Error)]
-pub enum LiveError {
-    /// No such session, mover or door; what was looked for.
-    #[error("there is no {0}")]
-    NotFound(String),
-    /// No token was given.
-    #[error("a token is needed")]
-    NoToken,
-    /// The token is that of somebody else.
-    #[error("the token is not that of {0}")]
-    WrongToken(String),
-    /// The rules refuse it.
-    #[error(transparent)]
-    Refused(#[from] Refusal),
-    /// The keys make no trajectory.
-    #[error(transparent)]
-    Trajectory(#[from] TrajectoryError),
-    /// Too many poses; the newest is kept.
-    #[error("too many poses; the newest is kept and taken in the next tick")]
-    Flooded {
-        /// When the next one is welcome.
-        retry_ms: Ms,
-    },
-    /// No room.
-    #[error("there are {most} {what} already, as many as this server takes")]
-    Full {
-        /// Of what.
-        what: &'static str,
-        /// How many there may be.
-        most: usize,
-    },
-    /// The server is about to stop, or the scene cannot be read.
-    #[error("the scene's live part is not running")]
-    Stopped,
-    /// The published scene cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-}
+use self::{
+    message::{Message, StageHandle},
+    registry::Registry,
+};
+use crate::published::Publications;
 
 /// Everything live. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -227,7 +159,7 @@ impl Live {
     /// When there is no room, or the rules refuse it.
     pub async fn open(&self, scene: &SceneName, new: NewSession) -> Result<Opened, LiveError> {
         let stage = self.stage(scene);
-        let entry = self.0.registry.new_session(&stage, self.0.settings.sessions)?;
+        let (entry, reserved) = self.0.registry.new_session(&stage, self.0.settings.sessions)?;
         let (session, object) = (entry.session, entry.object);
         let with_statics = new.with_statics;
         let message = |reply| Message::Open {
@@ -236,19 +168,15 @@ impl Live {
             with_statics,
             reply,
         };
-        match ask(&stage, message).await.and_then(|opened| opened) {
-            Ok((seen, now_ms)) => Ok(Opened {
-                session,
-                object,
-                token: entry.token,
-                seen,
-                now_ms,
-            }),
-            Err(error) => {
-                self.0.registry.end_session(session);
-                Err(error)
-            }
-        }
+        let (seen, now_ms) = ask(&stage, message).await??;
+        reserved.keep();
+        Ok(Opened {
+            session,
+            object,
+            token: entry.token,
+            seen,
+            now_ms,
+        })
     }
 
     /// A session, for whoever has its token.
@@ -280,18 +208,12 @@ impl Live {
         let owner = token
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
-        let (object, token) = self.0.registry.new_mover(&stage, token, self.0.settings.movers)?;
-        let created = async {
-            let new = new.placed(object, owner, self.now_ms())?;
-            ask(&stage, |reply| Message::Create { new, reply }).await?
-        };
-        match created.await {
-            Ok(moved) => Ok((moved, token)),
-            Err(error) => {
-                self.0.registry.end_mover(object);
-                Err(error)
-            }
-        }
+        let most = self.0.settings.movers;
+        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, most)?;
+        let new = new.placed(object, owner, self.now_ms())?;
+        let moved = ask(&stage, |reply| Message::Create { new, reply }).await??;
+        reserved.keep();
+        Ok((moved, token))
     }
 
     /// Moves a mover, for whoever has its token.
@@ -355,50 +277,6 @@ impl Live {
         let stage = self.stage(scene);
         self.0.registry.anybody(&stage, token)?;
         ask(&stage, |reply| Message::Door { door, reply }).await
-    }
-}
-
-/// A session whose token was shown.
-#[derive(Debug)]
-pub struct SessionHandle {
-    session: SessionId,
-    stage: StageHandle,
-    outbox: Arc<Outbox>,
-    lease: Duration,
-}
-
-impl SessionHandle {
-    /// Takes the participant's pose.
-    ///
-    /// # Errors
-    /// When the rules refuse it, or poses come too fast.
-    pub async fn pose(&self, sent: Sent) -> Result<Seen, LiveError> {
-        let session = self.session;
-        ask(&self.stage, |reply| Message::Pose { session, sent, reply }).await?
-    }
-
-    /// Changes how far the participant looks.
-    ///
-    /// # Errors
-    /// When the rules refuse it.
-    pub async fn set_aoi(&self, aoi: Aoi) -> Result<(), LiveError> {
-        let session = self.session;
-        ask(&self.stage, |reply| Message::Aoi { session, aoi, reply }).await?
-    }
-
-    /// Ends the session.
-    ///
-    /// # Errors
-    /// When the scene's task does not answer.
-    pub async fn close(&self) -> Result<(), LiveError> {
-        let session = self.session;
-        ask(&self.stage, |reply| Message::Close { session, reply }).await
-    }
-
-    /// What the session is told, from the event after `last_seen` on. Ends an earlier stream of the same session.
-    #[must_use]
-    pub fn events(&self, last_seen: Option<u64>) -> EventReader {
-        EventReader::attach(self.outbox.clone(), last_seen, self.lease)
     }
 }
 

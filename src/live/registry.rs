@@ -14,7 +14,7 @@ use belvedere_live::{
 };
 use belvedere_scene::{Bounds, ObjectId, SceneName};
 
-use super::{LiveError, outbox::Outbox, stage::StageHandle, token::Token};
+use super::{LiveError, message::StageHandle, outbox::Outbox, token::Token};
 
 /// A session that is asked for.
 #[derive(Debug, Clone)]
@@ -141,6 +141,33 @@ struct MoverEntry {
     stage: StageHandle,
 }
 
+/// A place in the table that is given back unless it is kept: whoever does not wait for an answer gets nothing.
+pub(super) struct Reserved<'a> {
+    registry: &'a Registry,
+    what: Option<Place>,
+}
+
+enum Place {
+    Session(SessionId),
+    Mover(ObjectId),
+}
+
+impl Reserved<'_> {
+    pub(super) fn keep(mut self) {
+        self.what = None;
+    }
+}
+
+impl Drop for Reserved<'_> {
+    fn drop(&mut self) {
+        match self.what {
+            Some(Place::Session(session)) => self.registry.end_session(session),
+            Some(Place::Mover(object)) => self.registry.end_mover(object),
+            None => {}
+        }
+    }
+}
+
 impl Tables {
     fn mover_id(&mut self) -> ObjectId {
         let id = ObjectId(FIRST_MOVER + self.next_mover);
@@ -179,7 +206,11 @@ impl Registry {
         })
     }
 
-    pub(super) fn new_session(&self, stage: &StageHandle, most: usize) -> Result<SessionEntry, LiveError> {
+    pub(super) fn new_session(
+        &self,
+        stage: &StageHandle,
+        most: usize,
+    ) -> Result<(SessionEntry, Reserved<'_>), LiveError> {
         let token = Token::random()?;
         let mut tables = self.tables();
         if tables.sessions.len() >= most {
@@ -195,7 +226,8 @@ impl Registry {
         };
         tables.next_session += 1;
         tables.sessions.insert(entry.session, entry.clone());
-        Ok(entry)
+        let what = Some(Place::Session(entry.session));
+        Ok((entry, Reserved { registry: self, what }))
     }
 
     pub(super) fn session(&self, session: SessionId) -> Result<SessionEntry, LiveError> {
@@ -248,7 +280,7 @@ impl Registry {
         stage: &StageHandle,
         token: Option<Token>,
         most: usize,
-    ) -> Result<(ObjectId, Token), LiveError> {
+    ) -> Result<(ObjectId, Token, Reserved<'_>), LiveError> {
         let token = token.map_or_else(Token::random, Ok)?;
         let mut tables = self.tables();
         if tables.movers.len() >= most {
@@ -258,7 +290,8 @@ impl Registry {
         let object = tables.mover_id();
         let stage = stage.clone();
         tables.movers.insert(object, MoverEntry { token, stage });
-        Ok((object, token))
+        let what = Some(Place::Mover(object));
+        Ok((object, token, Reserved { registry: self, what }))
     }
 
     /// The scene of a mover, for whoever has its token.

@@ -5,113 +5,37 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{Arc, Mutex, atomic::Ordering},
+    sync::{Arc, atomic::Ordering},
 };
 
 use belvedere_live::{
     Ms, World,
-    aoi::Aoi,
     event::{Event, Hello, Manifest, SessionId},
     motion::LONGEST_EXTRAPOLATION_MS,
     pace::Bucket,
-    world::{Counts, Moved, NewMover, Opening, Seen, Sent},
+    world::{Opening, Seen, Sent},
 };
-use belvedere_scene::{CellId, ObjectId, Revision, SceneName};
+use belvedere_scene::{CellId, Revision, SceneName};
 use tokio::{
-    sync::{mpsc, oneshot, watch},
+    sync::{mpsc, watch},
     time::MissedTickBehavior,
 };
 
 use super::{
     Live, LiveError,
+    message::{Message, StageHandle},
     outbox::Outbox,
-    registry::Door,
     statics::{self, View},
     terrain::Terrain,
 };
 use crate::published::ReadError;
 
-/// So many messages may wait for a scene.
-const MESSAGES: usize = 1024;
 /// Poses a session may send at once, and a second.
 const POSES: (f64, f64) = (60.0, 60.0);
 
-type Reply<T> = oneshot::Sender<T>;
-
-/// What a scene's task can be asked.
-#[derive(Debug)]
-pub(super) enum Message {
-    Open {
-        opening: Opening,
-        outbox: Arc<Outbox>,
-        with_statics: bool,
-        reply: Reply<Result<(Seen, Ms), LiveError>>,
-    },
-    Pose {
-        session: SessionId,
-        sent: Sent,
-        reply: Reply<Result<Seen, LiveError>>,
-    },
-    Aoi {
-        session: SessionId,
-        aoi: Aoi,
-        reply: Reply<Result<(), LiveError>>,
-    },
-    Close {
-        session: SessionId,
-        reply: Reply<()>,
-    },
-    Create {
-        new: NewMover,
-        reply: Reply<Result<Moved, LiveError>>,
-    },
-    Move {
-        moves: Vec<(ObjectId, Sent)>,
-        reply: Reply<Vec<Result<Moved, LiveError>>>,
-    },
-    Destroy {
-        object: ObjectId,
-        reply: Reply<()>,
-    },
-    Door {
-        door: Door,
-        reply: Reply<()>,
-    },
-}
-
-/// A way to ask a scene's task. Cheap to clone.
-#[derive(Debug, Clone)]
-pub(super) struct StageHandle {
-    messages: mpsc::Sender<Message>,
-    counts: Arc<Mutex<Counts>>,
-}
-
-impl StageHandle {
-    pub(super) async fn send(&self, message: Message) -> Result<(), LiveError> {
-        self.messages.send(message).await.map_err(|_| LiveError::Stopped)
-    }
-
-    /// Whether it still takes messages.
-    pub(super) fn runs(&self) -> bool {
-        !self.messages.is_closed()
-    }
-
-    pub(super) fn is(&self, other: &Self) -> bool {
-        self.messages.same_channel(&other.messages)
-    }
-
-    pub(super) fn counts(&self) -> Counts {
-        *self.counts.lock().expect("nobody panics while holding this lock")
-    }
-}
-
 /// Starts the task of a scene.
 pub(super) fn start(live: Live, scene: SceneName) -> StageHandle {
-    let (messages, inbox) = mpsc::channel(MESSAGES);
-    let handle = StageHandle {
-        messages,
-        counts: Arc::default(),
-    };
+    let (handle, inbox) = StageHandle::new();
     let ours = handle.clone();
     tokio::spawn(async move {
         let stopping = live.0.stopping.clone();
@@ -154,7 +78,7 @@ async fn run(
             _ = ticks.tick(), if !stage.world.is_empty() => stage.tick().await,
         }
         stage.deliver();
-        *handle.counts.lock().expect("nobody panics while holding this lock") = stage.world.counts();
+        handle.count(stage.world.counts());
     }
 }
 
@@ -179,14 +103,19 @@ struct Person {
 
 impl Stage {
     async fn take(&mut self, message: Message) {
-        // Whoever has stopped waiting for an answer needs none.
+        // Whoever has stopped waiting for an answer needs none, and has nothing.
         match message {
             Message::Open {
                 opening,
                 outbox,
                 with_statics,
                 reply,
-            } => _ = reply.send(self.open(opening, outbox, with_statics).await),
+            } => {
+                let session = opening.session;
+                if reply.send(self.open(opening, outbox, with_statics).await).is_err() {
+                    self.close(session);
+                }
+            }
             Message::Pose { session, sent, reply } => _ = reply.send(self.pose(session, sent).await),
             Message::Aoi { session, aoi, reply } => {
                 let set = self.world.set_aoi(session, aoi, self.live.now_ms());
@@ -198,8 +127,11 @@ impl Stage {
                 _ = reply.send(());
             }
             Message::Create { new, reply } => {
+                let object = new.object;
                 let created = self.world.create(new, self.live.now_ms());
-                _ = reply.send(created.map_err(LiveError::from));
+                if reply.send(created.map_err(LiveError::from)).is_err() {
+                    self.world.destroy(object);
+                }
             }
             Message::Move { moves, reply } => {
                 let now_ms = self.live.now_ms();

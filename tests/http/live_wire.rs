@@ -2,6 +2,7 @@
 //! `tests/e2e`.
 
 #![allow(dead_code, reason = "each test binary uses a part")]
+#![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 
 use std::{net::SocketAddr, time::Duration};
 

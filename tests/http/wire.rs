@@ -1,6 +1,7 @@
 //! A client that is as blunt as a test needs: bytes out, one answer in. Also used by `tests/e2e`.
 
 #![allow(dead_code, reason = "each test binary uses a part")]
+#![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 
 use std::{net::SocketAddr, time::Duration};
 

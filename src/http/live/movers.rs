@@ -21,7 +21,7 @@ use crate::{
 };
 
 const NDJSON: &str = "application/x-ndjson";
-const MAX_BATCH_BYTES: usize = 4 << 20;
+const MAX_BATCH_BYTES: usize = 1 << 20;
 const MOST_KEYS: usize = 1_000;
 const DEFAULT_SPEED_MPS: f64 = 10.0;
 

@@ -40,9 +40,9 @@ pub enum Refusal {
         /// The last time, in the sender's clock.
         last_ms: Ms,
     },
-    /// No usable speed.
-    #[error("max_speed_mps must be from 0 to {MOST_SPEED_MPS}")]
-    Speed,
+    /// No usable speed; the largest one.
+    #[error("max_speed_mps must be from 0 to {0}")]
+    Speed(f64),
     /// No usable size.
     #[error("radius_m must be above 0 and at most {MOST_RADIUS_M}")]
     Radius,
@@ -72,7 +72,7 @@ impl Refusal {
             Self::Orientation => "/orientation",
             Self::OutOfWorld(_) => "/position",
             Self::Backwards { .. } => "/t_ms",
-            Self::Speed => "/max_speed_mps",
+            Self::Speed(_) => "/max_speed_mps",
             Self::Radius => "/radius_m",
             Self::Aoi => "/aoi",
             Self::NoSession | Self::NoMover | Self::OnTrajectory | Self::NoCells => "",
@@ -84,6 +84,8 @@ impl Refusal {
 const MOST: f64 = 1e9;
 /// No mover is promised to be faster.
 pub const MOST_SPEED_MPS: f64 = 1_000.0;
+/// No participant is promised to be faster: it would see from wherever it may have come in a round trip.
+pub const MOST_WALK_MPS: f64 = 100.0;
 /// No mover is larger.
 pub const MOST_RADIUS_M: f64 = 100.0;
 /// No area of interest is larger.
@@ -146,8 +148,16 @@ pub(super) fn around(scene: &Bounds) -> Bounds {
 }
 
 pub(super) fn speed(max_speed_mps: f64) -> Result<f64, Refusal> {
-    let sound = (0.0..=MOST_SPEED_MPS).contains(&max_speed_mps);
-    sound.then_some(max_speed_mps).ok_or(Refusal::Speed)
+    up_to(MOST_SPEED_MPS, max_speed_mps)
+}
+
+pub(super) fn walking_speed(max_speed_mps: f64) -> Result<f64, Refusal> {
+    up_to(MOST_WALK_MPS, max_speed_mps)
+}
+
+fn up_to(most: f64, max_speed_mps: f64) -> Result<f64, Refusal> {
+    let sound = (0.0..=most).contains(&max_speed_mps);
+    sound.then_some(max_speed_mps).ok_or(Refusal::Speed(most))
 }
 
 pub(super) fn radius(radius_m: f64) -> Result<f64, Refusal> {

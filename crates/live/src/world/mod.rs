@@ -10,6 +10,7 @@
 
 mod check;
 mod clock;
+mod hushing;
 mod mover;
 mod movers;
 mod session;
@@ -22,7 +23,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
 pub use self::{
-    check::{MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, Moved, Refusal, Seen, Sent, Unknown},
+    check::{MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Refusal, Seen, Sent, Unknown},
     mover::Look,
     movers::NewMover,
     session::REMEMBERED,
@@ -165,6 +166,10 @@ impl World {
     /// Cells of which [`World::teach`] must tell before a participant stands here.
     #[must_use]
     pub fn unknown_at(&self, position: [f64; 3], max_speed_mps: f64) -> Unknown {
+        if check::walking_speed(max_speed_mps).is_err() {
+            // It will be refused.
+            return Vec::new();
+        }
         let mut cells = self.cells.under(&self.rules.eye_ball(position, max_speed_mps));
         cells.retain(|cell| !self.cells.knows(*cell));
         cells

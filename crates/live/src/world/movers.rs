@@ -1,4 +1,4 @@
-//! How do movers come, move, fall silent and go?
+//! How do movers come, move and go?
 
 use std::collections::BTreeSet;
 
@@ -8,13 +8,12 @@ use super::{
     Look, Moved, Refusal, Sent, World, check,
     clock::SenderClock,
     mover::{Mover, State},
-    sight::Sight,
 };
 use crate::{
     Ms,
-    event::{Event, Gone, Hush, SessionId},
+    event::{Gone, SessionId},
     motion::{Pose, Trajectory},
-    tbv::{Tbv, Validity},
+    tbv::Validity,
 };
 
 /// A mover that is to be.
@@ -41,8 +40,6 @@ const SLACK_M: f64 = 0.1;
 const SLACK: f64 = 1.05;
 /// A volume that ends so soon has done its work.
 const RENEWAL_TICKS: Ms = 3;
-/// A volume touches at most so many cells: to register it in more would cost more than the messages that it saves.
-const MOST_CELLS: usize = 128;
 
 impl World {
     /// Adds a mover.
@@ -159,126 +156,6 @@ impl World {
         Ok(teleported)
     }
 
-    /// Puts a mover away when nobody watches it; says what its owner may rely on, if it is away.
-    pub(super) fn settle(&mut self, object: ObjectId, now_ms: Ms) -> Option<Hush> {
-        let mover = self.movers.get(&object)?;
-        if mover.is_awake() && !self.is_watched(&mover.cells, mover.owner) {
-            self.hush(object, now_ms);
-        }
-        self.promise(object)
-    }
-
-    /// What the owner of a hushed mover may rely on.
-    fn promise(&self, object: ObjectId) -> Option<Hush> {
-        let mover = self.movers.get(&object)?;
-        match mover.state {
-            State::Hushed { tbv, until_ms } if mover.way.is_none() => Some(Hush {
-                object,
-                tbv,
-                until_ms: mover.clock.theirs(until_ms),
-            }),
-            _ => None,
-        }
-    }
-
-    /// Finds the longest volume, up to what has proved useful, that touches no watched cell and not too many others. A
-    /// mover that has none stays awake.
-    fn hush(&mut self, object: ObjectId, now_ms: Ms) {
-        let mover = &self.movers[&object];
-        let mut lasts_ms = mover.validity.ms();
-        while lasts_ms >= Validity::SHORTEST_MS {
-            let until_ms = now_ms + lasts_ms;
-            let (tbv, cells) = self.volume(mover, now_ms, until_ms);
-            let small = cells.len() <= MOST_CELLS || lasts_ms < 2 * Validity::SHORTEST_MS;
-            if small && !self.is_watched(&cells, mover.owner) {
-                self.end_showing(object, now_ms);
-                self.register(object, cells);
-                self.enter(object, State::Hushed { tbv, until_ms });
-                if let Some(mover) = self.movers.get_mut(&object) {
-                    mover.validity.fit(lasts_ms);
-                }
-                return;
-            }
-            lasts_ms /= 2;
-        }
-    }
-
-    /// Where a mover can be until then, and the cells that this touches.
-    fn volume(&self, mover: &Mover, now_ms: Ms, until_ms: Ms) -> (Tbv, Vec<CellId>) {
-        // Who has been silent for longer is where the extrapolation says: it would have spoken otherwise.
-        let fresh = now_ms - mover.pose.t_ms <= self.rules.grace_ms;
-        let (position, since_ms) = if fresh {
-            (mover.pose.position, mover.pose.t_ms)
-        } else {
-            (mover.pose.position_at(now_ms), now_ms)
-        };
-        let tbv = Tbv::around(position, mover.max_speed_mps, until_ms - since_ms);
-        let Some(way) = &mover.way else {
-            return (tbv, self.cells.under(&tbv.grown(mover.radius_m)));
-        };
-        let mut cells: Vec<_> = way
-            .swept(now_ms, until_ms)
-            .iter()
-            .flat_map(|passed| {
-                let grown = belvedere_scene::Bounds {
-                    min: passed.min.map(|x| x - mover.radius_m),
-                    max: passed.max.map(|x| x + mover.radius_m),
-                };
-                self.cells.meeting(&grown)
-            })
-            .collect();
-        if cells.is_empty() {
-            cells = self.cells.under(&tbv.grown(mover.radius_m));
-        }
-        cells.sort_unstable();
-        cells.dedup();
-        (tbv, cells)
-    }
-
-    /// A session has started to watch a cell of a hushed mover.
-    pub(super) fn expose(&mut self, object: ObjectId, now_ms: Ms) {
-        let Some(mover) = self.movers.get_mut(&object) else {
-            return;
-        };
-        if !matches!(mover.state, State::Hushed { .. }) {
-            return;
-        }
-        mover.validity.shorten();
-        let known = mover.way.is_some() || mover.max_speed_mps == 0.0;
-        let (owner, fresh) = (mover.owner, now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms);
-        if let Some(owner) = owner.filter(|_| !known) {
-            self.say(owner, Event::Wake { object });
-        }
-        if known || fresh {
-            self.rouse(object, now_ms);
-        } else {
-            let until_ms = now_ms + self.rules.grace_ms;
-            self.enter(object, State::Asked { until_ms });
-        }
-    }
-
-    /// A volume has expired, or an owner that was asked has said nothing.
-    pub(super) fn alarm(&mut self, object: ObjectId, now_ms: Ms) {
-        let Some(mover) = self.movers.get_mut(&object) else {
-            return;
-        };
-        let expired = matches!(mover.state, State::Hushed { .. });
-        if expired {
-            mover.validity.lengthen();
-        }
-        let spoken = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
-        if expired && mover.way.is_none() && !spoken && mover.max_speed_mps > 0.0 {
-            // The owner knows when, and is about to speak.
-            let until_ms = now_ms + self.rules.grace_ms;
-            self.enter(object, State::Asked { until_ms });
-            return;
-        }
-        self.rouse(object, now_ms);
-        if let (Some(hush), Some(owner)) = (self.settle(object, now_ms), self.movers[&object].owner) {
-            self.say(owner, Event::Hush(hush));
-        }
-    }
-
     /// From now on the pose counts.
     pub(super) fn rouse(&mut self, object: ObjectId, now_ms: Ms) {
         self.enter(object, State::Awake);
@@ -299,7 +176,7 @@ impl World {
         self.stirred_movers.insert(object);
     }
 
-    fn enter(&mut self, object: ObjectId, state: State) {
+    pub(super) fn enter(&mut self, object: ObjectId, state: State) {
         let Some(mover) = self.movers.get_mut(&object) else {
             return;
         };
@@ -318,7 +195,7 @@ impl World {
         }
     }
 
-    fn register(&mut self, object: ObjectId, cells: Vec<CellId>) {
+    pub(super) fn register(&mut self, object: ObjectId, cells: Vec<CellId>) {
         let Some(mover) = self.movers.get_mut(&object) else {
             return;
         };
@@ -331,18 +208,6 @@ impl World {
         }
         for cell in &mover.cells {
             self.movers_in[cell.index()].insert(object);
-        }
-    }
-
-    /// Nobody is told of a mover any more that has been put away.
-    fn end_showing(&mut self, object: ObjectId, now_ms: Ms) {
-        let shown_to = self.movers[&object].shown_to.clone();
-        for id in shown_to {
-            let reason = match self.sight(&self.sessions[&id], &self.movers[&object], None, now_ms) {
-                Sight::Unseen(reason) => reason,
-                Sight::Seen => Gone::Hidden,
-            };
-            self.hide(id, object, reason);
         }
     }
 

@@ -14,6 +14,7 @@ use crate::{
     cells::Place,
     event::{Event, Gone, SessionId, Void},
     pace::{self, Bucket},
+    tbv::Validity,
 };
 
 /// A session that is to be.
@@ -48,7 +49,7 @@ impl World {
             object: new.object,
             owner: Some(new.session),
             pose: new.pose,
-            max_speed_mps: new.max_speed_mps,
+            max_speed_mps: check::walking_speed(new.max_speed_mps)?,
             radius_m: new.radius_m,
             look: new.look,
             way: None,
@@ -132,6 +133,7 @@ impl World {
             // Nobody can be woken, and nobody relies on a promise any more.
             if let Some(mover) = self.movers.get_mut(&object) {
                 mover.owner = None;
+                mover.validity = Validity::new(self.rules.longest_unheard_tbv_ms);
                 self.rouse(object, now_ms);
             }
         }

@@ -1,0 +1,45 @@
+//! Why is a live request not answered as asked?
+
+use belvedere_live::{Ms, motion::TrajectoryError, world::Refusal};
+
+use crate::published::ReadError;
+
+/// Why a live request is not answered as asked.
+#[derive(Debug, thiserror::Error)]
+pub enum LiveError {
+    /// No such session, mover or door; what was looked for.
+    #[error("there is no {0}")]
+    NotFound(String),
+    /// No token was given.
+    #[error("a token is needed")]
+    NoToken,
+    /// The token is that of somebody else.
+    #[error("the token is not that of {0}")]
+    WrongToken(String),
+    /// The rules refuse it.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The keys make no trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+    /// Too many poses; the newest is kept.
+    #[error("too many poses; the newest is kept and taken in the next tick")]
+    Flooded {
+        /// When the next one is welcome.
+        retry_ms: Ms,
+    },
+    /// No room.
+    #[error("there are {most} {what} already, as many as this server takes")]
+    Full {
+        /// Of what.
+        what: &'static str,
+        /// How many there may be.
+        most: usize,
+    },
+    /// The server is about to stop, or the scene cannot be read.
+    #[error("the scene's live part is not running")]
+    Stopped,
+    /// The published scene cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+}

@@ -1,0 +1,98 @@
+//! How is the task of a scene asked?
+
+use std::sync::{Arc, Mutex};
+
+use belvedere_live::{
+    Ms,
+    aoi::Aoi,
+    event::SessionId,
+    world::{Counts, Moved, NewMover, Opening, Seen, Sent},
+};
+use belvedere_scene::ObjectId;
+use tokio::sync::{mpsc, oneshot};
+
+use super::{LiveError, outbox::Outbox, registry::Door};
+
+/// So many messages may wait for a scene.
+const MESSAGES: usize = 1024;
+
+type Reply<T> = oneshot::Sender<T>;
+
+/// What a scene's task can be asked.
+#[derive(Debug)]
+pub(super) enum Message {
+    Open {
+        opening: Opening,
+        outbox: Arc<Outbox>,
+        with_statics: bool,
+        reply: Reply<Result<(Seen, Ms), LiveError>>,
+    },
+    Pose {
+        session: SessionId,
+        sent: Sent,
+        reply: Reply<Result<Seen, LiveError>>,
+    },
+    Aoi {
+        session: SessionId,
+        aoi: Aoi,
+        reply: Reply<Result<(), LiveError>>,
+    },
+    Close {
+        session: SessionId,
+        reply: Reply<()>,
+    },
+    Create {
+        new: NewMover,
+        reply: Reply<Result<Moved, LiveError>>,
+    },
+    Move {
+        moves: Vec<(ObjectId, Sent)>,
+        reply: Reply<Vec<Result<Moved, LiveError>>>,
+    },
+    Destroy {
+        object: ObjectId,
+        reply: Reply<()>,
+    },
+    Door {
+        door: Door,
+        reply: Reply<()>,
+    },
+}
+
+/// A way to ask a scene's task. Cheap to clone.
+#[derive(Debug, Clone)]
+pub(super) struct StageHandle {
+    messages: mpsc::Sender<Message>,
+    counts: Arc<Mutex<Counts>>,
+}
+
+impl StageHandle {
+    /// A way to ask, and what is asked.
+    pub(super) fn new() -> (Self, mpsc::Receiver<Message>) {
+        let (messages, inbox) = mpsc::channel(MESSAGES);
+        let counts = Arc::default();
+        (Self { messages, counts }, inbox)
+    }
+
+    /// Takes note of what there is.
+    pub(super) fn count(&self, counts: Counts) {
+        *self.counts.lock().expect("nobody panics while holding this lock") = counts;
+    }
+
+    pub(super) async fn send(&self, message: Message) -> Result<(), LiveError> {
+        self.messages.send(message).await.map_err(|_| LiveError::Stopped)
+    }
+
+    /// Whether it still takes messages.
+    pub(super) fn runs(&self) -> bool {
+        !self.messages.is_closed()
+    }
+
+    pub(super) fn is(&self, other: &Self) -> bool {
+        self.messages.same_channel(&other.messages)
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        *self.counts.lock().expect("nobody panics while holding this lock")
+    }
+}

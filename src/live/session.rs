@@ -1,0 +1,59 @@
+//! What can a participant ask of its session?
+
+use std::{sync::Arc, time::Duration};
+
+use belvedere_live::{
+    aoi::Aoi,
+    event::SessionId,
+    world::{Seen, Sent},
+};
+
+use super::{
+    EventReader, LiveError, ask,
+    message::{Message, StageHandle},
+    outbox::Outbox,
+};
+
+/// A session whose token was shown.
+#[derive(Debug)]
+pub struct SessionHandle {
+    pub(super) session: SessionId,
+    pub(super) stage: StageHandle,
+    pub(super) outbox: Arc<Outbox>,
+    pub(super) lease: Duration,
+}
+
+impl SessionHandle {
+    /// Takes the participant's pose.
+    ///
+    /// # Errors
+    /// When the rules refuse it, or poses come too fast.
+    pub async fn pose(&self, sent: Sent) -> Result<Seen, LiveError> {
+        let session = self.session;
+        ask(&self.stage, |reply| Message::Pose { session, sent, reply }).await?
+    }
+
+    /// Changes how far the participant looks.
+    ///
+    /// # Errors
+    /// When the rules refuse it.
+    pub async fn set_aoi(&self, aoi: Aoi) -> Result<(), LiveError> {
+        let session = self.session;
+        ask(&self.stage, |reply| Message::Aoi { session, aoi, reply }).await?
+    }
+
+    /// Ends the session.
+    ///
+    /// # Errors
+    /// When the scene's task does not answer.
+    pub async fn close(&self) -> Result<(), LiveError> {
+        let session = self.session;
+        ask(&self.stage, |reply| Message::Close { session, reply }).await
+    }
+
+    /// What the session is told, from the event after `last_seen` on. Ends an earlier stream of the same session.
+    #[must_use]
+    pub fn events(&self, last_seen: Option<u64>) -> EventReader {
+        EventReader::attach(self.outbox.clone(), last_seen, self.lease)
+    }
+}
