@@ -10,7 +10,7 @@
 //! edges inside the cluster. Both sides of a seam or of a hard edge thus keep their own values, and nothing is averaged:
 //! every normal, texture coordinate and colour is one that the source has.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -147,8 +147,12 @@ impl<'a> SourceShapes<'a> {
         }
         images.par_sort_unstable_by_key(|i| (i.key, i.origin));
         images.dedup_by_key(|i| i.key);
-        let edges: HashSet<u64> = images.iter().flat_map(Image::edges).collect();
-        reduced.retain(|i| !edges.contains(&edge(i.key.corners[0], i.key.corners[1])));
+        let mut edges: Vec<u64> = images.iter().flat_map(Image::edges).collect();
+        edges.par_sort_unstable();
+        reduced.retain(|i| {
+            let [from, to, ..] = i.key.corners;
+            edges.binary_search(&edge(from, to)).is_err()
+        });
         reduced.par_sort_unstable_by_key(|i| (i.key, i.origin));
         reduced.dedup_by_key(|i| i.key);
         // A line of the source that is there anyway comes first.

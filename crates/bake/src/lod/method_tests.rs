@@ -123,7 +123,7 @@ fn what_hardly_is_a_mesh_gives_a_chain() {
     let on_a_line = points(Topology::Triangles, (0..300).map(|i| [i as f32, 0.0, 0.0]).collect());
     let vast = points(
         Topology::Triangles,
-        vec![[f32::MAX, 0.0, 1.0], [f32::MIN, 1.0, 0.0], [0.0; 3]].repeat(50),
+        [[f32::MAX, 0.0, 1.0], [f32::MIN, 1.0, 0.0], [0.0; 3]].repeat(50),
     );
     let single = points(Topology::Points, vec![[0.0; 3]]);
     let settings = LodSettings {
