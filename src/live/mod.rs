@@ -1,7 +1,7 @@
 //! Who is in a scene right now, and how do they hear of each other?
 //!
 //! One task owns each scene that has visitors ([`stage`]); it feeds the pure rules of `belvedere-live` with what comes in
-//! and with the time, and puts what they say into one [`Outbox`] for each session. Whoever wants something of a scene
+//! and with the time, and puts what they say into one [`outbox::Outbox`] for each session. Whoever wants something of a scene
 //! sends its task a message over a bounded channel and waits for the answer. What the rules need of the scene is read
 //! from what was published, as a client reads it.
 //!
