@@ -106,6 +106,22 @@ impl Trajectory {
         Ok(Self { begin_ms, keys, repeat })
     }
 
+    /// What it passes.
+    #[must_use]
+    pub fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    /// The speed on the fastest of its lines.
+    #[must_use]
+    pub fn fastest_mps(&self) -> f64 {
+        let speed = |pair: &[Key]| {
+            let length_s = (pair[1].t_ms - pair[0].t_ms) as f64 * 1e-3;
+            crate::cells::distance_m(pair[0].position, pair[1].position) / length_s
+        };
+        self.keys.windows(2).map(speed).fold(0.0, f64::max)
+    }
+
     fn period_ms(&self) -> Ms {
         self.keys.last().map_or(0, |key| key.t_ms)
     }

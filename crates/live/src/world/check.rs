@@ -2,7 +2,7 @@
 
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
-use crate::{Ms, cells::Place, event::Hush};
+use crate::{Ms, cells::Place, event::Hush, motion::Key};
 
 /// A pose as it was sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +43,9 @@ pub enum Refusal {
     /// No usable speed; the largest one.
     #[error("max_speed_mps must be from 0 to {0}")]
     Speed(f64),
+    /// A key of a trajectory is nowhere near the scene, or has no orientation.
+    #[error("key {0} of the trajectory is no pose near the scene")]
+    Key(usize),
     /// No usable size.
     #[error("radius_m must be above 0 and at most {MOST_RADIUS_M}")]
     Radius,
@@ -75,6 +78,7 @@ impl Refusal {
             Self::Speed(_) => "/max_speed_mps",
             Self::Radius => "/radius_m",
             Self::Aoi => "/aoi",
+            Self::Key(_) => "/trajectory/keys",
             Self::NoSession | Self::NoMover | Self::OnTrajectory | Self::NoCells => "",
         }
     }
@@ -145,6 +149,18 @@ pub(super) fn around(scene: &Bounds) -> Bounds {
         min: scene.min.map(|x| x - reach_m),
         max: scene.max.map(|x| x + reach_m),
     }
+}
+
+/// Whether something can be at a key of a trajectory.
+pub(super) fn key(key: &Key, world: &Bounds) -> Result<Sent, Refusal> {
+    Sent {
+        t_ms: None,
+        position: key.position,
+        orientation: key.orientation,
+        velocity: None,
+        acceleration: None,
+    }
+    .checked(world)
 }
 
 pub(super) fn speed(max_speed_mps: f64) -> Result<f64, Refusal> {

@@ -59,7 +59,13 @@ impl World {
     /// Adds a mover that nobody has looked at yet.
     pub(super) fn add(&mut self, new: NewMover, now_ms: Ms) -> Result<(), Refusal> {
         let sent = new.pose.checked(&self.reach)?;
-        let (max_speed_mps, radius_m) = (check::speed(new.max_speed_mps)?, check::radius(new.radius_m)?);
+        let keys = new.way.iter().flat_map(|way| way.keys());
+        for (number, key) in keys.enumerate() {
+            check::key(key, &self.reach).map_err(|_| Refusal::Key(number))?;
+        }
+        // Who follows a known way keeps to that way's speed, whatever was promised.
+        let promised_mps = new.way.as_ref().map_or(new.max_speed_mps, Trajectory::fastest_mps);
+        let (max_speed_mps, radius_m) = (check::speed(promised_mps)?, check::radius(new.radius_m)?);
         if self.cells.is_empty() {
             return Err(Refusal::NoCells);
         }
