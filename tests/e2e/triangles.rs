@@ -27,7 +27,14 @@ fn rounded(corners: [DVec3; 3], step: f64) -> Triangle {
     triangle
 }
 
-fn triangles_of_mesh(mesh: &gltf::Mesh<'_>, buffers: &[Vec<u8>], world: DMat4, step: f64, out: &mut Vec<Triangle>) {
+/// Whether an importer keeps a triangle.
+fn has_area([a, b, c]: &[DVec3; 3]) -> bool {
+    (b - a).cross(c - a) != DVec3::ZERO
+}
+
+/// The corners of a mesh's triangles in its own space.
+fn triangles_of_mesh(mesh: &gltf::Mesh<'_>, buffers: &[Vec<u8>]) -> Vec<[DVec3; 3]> {
+    let mut out = Vec::new();
     for primitive in mesh.primitives() {
         if primitive.mode() != gltf::mesh::Mode::Triangles {
             continue;
@@ -43,10 +50,10 @@ fn triangles_of_mesh(mesh: &gltf::Mesh<'_>, buffers: &[Vec<u8>], world: DMat4, s
             None => (0..points.len()).collect(),
         };
         for t in indices.chunks_exact(3) {
-            let corners = [points[t[0]], points[t[1]], points[t[2]]];
-            out.push(rounded(corners.map(|c| world.transform_point3(c)), step));
+            out.push([points[t[0]], points[t[1]], points[t[2]]]);
         }
     }
+    out
 }
 
 fn source_triangles(path: &std::path::Path, step: f64) -> Vec<Triangle> {
@@ -70,7 +77,8 @@ fn source_triangles(path: &std::path::Path, step: f64) -> Vec<Triangle> {
         let local = glam::Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
         let world = parent * local;
         if let Some(mesh) = node.mesh() {
-            triangles_of_mesh(&mesh, &buffers, world, step, &mut found);
+            let kept = triangles_of_mesh(&mesh, &buffers).into_iter().filter(has_area);
+            found.extend(kept.map(|t| rounded(t.map(|c| world.transform_point3(c)), step)));
         }
         open.extend(node.children().map(|child| (child, world)));
     }
@@ -93,7 +101,9 @@ async fn published_triangles(scene: &Scene<HttpSource>, source: &HttpSource, ste
         let buffers = vec![gltf.blob.clone().expect("a binary chunk")];
         let world = DMat4::from_cols_array(&info.transform);
         for mesh in gltf.meshes() {
-            triangles_of_mesh(&mesh, &buffers, world, step, &mut found);
+            // Rounding may have taken its area from one; it is published all the same.
+            let written = triangles_of_mesh(&mesh, &buffers).into_iter();
+            found.extend(written.map(|t| rounded(t.map(|c| world.transform_point3(c)), step)));
         }
     }
     found

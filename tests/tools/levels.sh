@@ -16,7 +16,7 @@ cat >"$work/rooms.plan" <<'PLAN'
 PLAN
 "$belvedere" bake "$work/rooms.plan" --scene rooms --data "$data"
 scenes=../shared/scenes
-for file in museum-hall/hall.glb ship-textured/dutch_ship_medium_1k.gltf village-tiles/house1-1.glb engine-cad/2CylinderEngine.glb; do
+for file in village-tiles/{house1-1,tree-beech-1-0}.glb edge-cases/primitive-modes/Mesh_PrimitiveMode_0{0,1,4}.gltf; do
   name=$(basename "$file")
   name=$(tr '[:upper:]_' '[:lower:]-' <<<"${name%.*}")
   if [ -e "$scenes/$file" ]; then "$belvedere" bake "$scenes/$file" --scene "$name" --data "$data" --visibility sampled; fi

@@ -3,7 +3,7 @@
  * of each scene, as it is published and in its plain form, with Khronos' validator, three.js and glTF-Transform. Fails
  * on any error of the validator, and where a level and its plain form do not fill the same box.
  */
-import { NodeIO } from "@gltf-transform/core";
+import { GLB_BUFFER, NodeIO } from "@gltf-transform/core";
 import { ALL_EXTENSIONS } from "@gltf-transform/extensions";
 import validator from "gltf-validator";
 import { Box3 } from "three";
@@ -55,11 +55,19 @@ async function errorsOf(address, glb) {
   return report.issues.messages.filter(({ severity }) => severity === 0);
 }
 
+/** What glTF-Transform reads, pictures beside the GLB included; it takes none of those from a GLB by itself. */
+async function documentOf(address, glb) {
+  const view = new DataView(glb.buffer, glb.byteOffset, glb.byteLength);
+  const jsonBytes = view.getUint32(12, true);
+  const json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + jsonBytes)));
+  const resources = { [GLB_BUFFER]: glb.slice(28 + jsonBytes) };
+  for (const { uri } of json.images ?? []) resources[uri] = await bytesOf(new URL(uri, address));
+  return transform.readJSON({ json, resources });
+}
+
 /** The box that three.js puts around a level, after glTF-Transform has read it too. */
 async function boxOf(address, glb) {
-  const document = await transform.binaryToJSON(glb);
-  for (const { uri } of document.json.images ?? []) document.resources[uri] = await bytesOf(new URL(uri, address));
-  const meshes = (await transform.readJSON(document)).getRoot().listMeshes().length;
+  const meshes = (await documentOf(address, glb)).getRoot().listMeshes().length;
   const { scene } = await three.parseAsync(glb.buffer, "");
   const box = new Box3().setFromObject(scene, true);
   if (box.isEmpty() !== (meshes === 0)) throw new Error(`${address}: three.js and glTF-Transform do not see the same`);
