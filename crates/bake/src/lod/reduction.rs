@@ -76,22 +76,24 @@ impl Reduction {
         self.left.retain(|shape| is_left(&of_point, *shape));
     }
 
+    /// Triangles that keep their corners apart, and lines and points that differ.
     fn shapes_left(&self, closed: usize) -> usize {
-        let (of_point, clusters) = self.octree.cut(closed);
+        let (of_point, _) = self.octree.cut(closed);
         let shapes = self.left.par_iter().with_min_len(1 << 12);
-        let whole = shapes
-            .filter(|shape| is_left(&of_point, **shape) && !is_point(**shape))
-            .count();
-        let mut occupied = vec![false; clusters.len()];
-        for shape in self.left.iter().filter(|shape| is_point(**shape)) {
-            occupied[of_point[shape[0] as usize] as usize] = true;
-        }
-        whole + occupied.into_iter().filter(|&is| is).count()
+        let left = shapes.filter(|shape| is_left(&of_point, **shape));
+        let triangles = left.clone().filter(|shape| !is_thin(**shape)).count();
+        let ends = |[a, _, b]: &[u32; 3]| [*a, *b].map(|point| of_point[point as usize]);
+        let mut thin: Vec<_> = left.filter(|shape| is_thin(**shape)).map(ends).collect();
+        thin.par_iter_mut().for_each(|ends| ends.sort_unstable());
+        thin.par_sort_unstable();
+        thin.dedup();
+        triangles + thin.len()
     }
 }
 
-fn is_point(shape: [u32; 3]) -> bool {
-    shape[0] == shape[2] && shape[0] == shape[1]
+/// Whether a shape is a line or a point.
+fn is_thin(shape: [u32; 3]) -> bool {
+    shape[1] == shape[2]
 }
 
 /// Whether a shape is still what it was: all its corners in different clusters.
