@@ -54,7 +54,7 @@ fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
         let levels = levels(&report);
         assert_eq!(levels.len(), 10, "{method}");
         assert_eq!(levels[0]["triangles"], 3200);
-        assert_eq!(levels[0]["geometric_error_m"], 0.0);
+        assert!(levels[0]["geometric_error_m"].as_f64() < Some(1e-4), "rounding alone");
         for pair in levels.windows(2) {
             let rises = |name: &str| pair[0][name].as_f64() <= pair[1][name].as_f64();
             assert!(

@@ -163,13 +163,15 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         let seconds = started.elapsed().as_secs_f64();
         let radius_m = radius_m(model);
         let lattice = Lattice::alone(&model.primitives);
+        let mut worst_m = 0.0f64;
         let report = |(level, mesh): (usize, &LodLevel)| {
             let glb = pictures.glb(mesh, lattice.of_error(mesh.geometric_error));
             let file = args.output.as_ref().map(|folder| {
                 let name = format!("mesh{number}.lod{level}.glb");
                 write(&folder.join(&name), &glb::plain(&glb.bytes, "")?).map(|()| name)
             });
-            let geometric_error_m = mesh.geometric_error + glb.rounding;
+            let geometric_error_m = worst_m.max(mesh.geometric_error + glb.rounding);
+            worst_m = geometric_error_m;
             let switch_distance_m = geometric_error_m / (args.error * tangent);
             anyhow::Ok(LevelReport {
                 level,
