@@ -115,7 +115,7 @@ fn difference(a: &Triangle, b: &Triangle) -> Option<i64> {
     const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let apart = |order: &[usize; 3]| {
         let steps = (0..9).map(|i| (a[i / 3][i % 3] - b[order[i / 3]][i % 3]).abs());
-        steps.fold(Some(0), |sum, steps| sum.filter(|_| steps <= 1).map(|sum| sum + steps))
+        steps.map(|steps| (steps <= 1).then_some(steps)).sum::<Option<i64>>()
     };
     ORDERS.iter().filter_map(apart).min()
 }
