@@ -10,6 +10,7 @@
  */
 import { createHash } from "node:crypto";
 import type { CellRecord, Portal, Visible } from "../core/cellrecord.ts";
+import { FORMAT } from "../core/documents.ts";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { ball, box, encodeCellRecord, encodeGlb, encodePng, encodeSteps, type Shape } from "./encode.ts";
 
@@ -87,7 +88,7 @@ class Publisher {
     };
     const counts = { cells: cells.length, objects: objects.length, models: this.sizes.size, triangles: 1 };
     const manifest = this.json({
-      format: 2,
+      format: FORMAT,
       ...shared,
       counts,
       visibility: { method: "sampled", guarantee: "sampled", mean_visible: 1 },
