@@ -93,22 +93,30 @@ impl Body {
         (enter <= leave).then_some(enter)
     }
 
-    /// Whether all segments between two regions meet it, so that neither sees the other (seed: Cohen-Or & Zadicario
-    /// 1998, *Outline of the approach*): points hidden from an eye by a convex body form a convex set, and so do eyes
-    /// from which a point is hidden, hence corners suffice. `hull_rays_only` leaves out the segments that do not lie on
-    /// the convex hull of both; of two boxes these are all but the eight between equal corners, because a plane that
-    /// touches both touches them in equal corners.
+    /// Whether all segments from one region to another meet it, so that nothing of the second is seen from the first
+    /// (seed: Cohen-Or & Zadicario 1998, *Outline of the approach*): points hidden from an eye by a convex body form a
+    /// convex set, and so do eyes from which a point is hidden, hence corners suffice. `hull_rays_only` leaves out the
+    /// segments that do not lie on the convex hull of both; of two boxes these are all but the eight between equal
+    /// corners, because a plane that touches both touches them in equal corners.
     #[must_use]
-    pub fn separates(&self, a: &Region, b: &Region, hull_rays_only: bool) -> bool {
-        let reaches_down = a.min.y.min(b.min.y) >= self.stands_m;
-        if (self.open_below && !reaches_down) || a.overlaps(b) {
+    pub fn separates(&self, eye: &Region, target: &Region, hull_rays_only: bool) -> bool {
+        let reaches_down = eye.min.y.min(target.min.y) >= self.stands_m;
+        if (self.open_below && !reaches_down) || eye.overlaps(target) {
             return false;
         }
         let blocks = |from, to| self.blocks(from, to, reaches_down);
-        match (&a.points[..], &b.points[..]) {
-            ([], []) if hull_rays_only => (0..8).all(|i| blocks(a.corner(i), b.corner(i))),
-            _ => a.corners().all(|from| b.corners().all(|to| blocks(from, to))),
+        match (&eye.points[..], &target.points[..]) {
+            ([], []) if hull_rays_only => (0..8).all(|i| blocks(eye.corner(i), target.corner(i))),
+            _ => eye.corners().all(|from| target.corners().all(|to| blocks(from, to))),
         }
+    }
+
+    /// Whether some of a region may lie inside it.
+    #[must_use]
+    pub fn may_hold(&self, eye: &Region) -> bool {
+        let boxes_meet = self.min.cmplt(eye.max).all() && self.max.cmpgt(eye.min).all();
+        let before = |plane: &Vec4| eye.heights(plane.truncate(), plane.w)[0] >= 0.0;
+        boxes_meet && !self.planes.iter().any(before)
     }
 
     /// Whether a point lies in it.

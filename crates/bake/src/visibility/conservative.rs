@@ -256,7 +256,7 @@ impl<'a> Observer<'a> {
                     if !hidden {
                         open.push(object);
                         if fused {
-                            self.draw(object);
+                            self.draw(eye, object);
                         }
                     }
                 }
@@ -266,10 +266,12 @@ impl<'a> Observer<'a> {
         open
     }
 
-    fn draw(&mut self, object: u32) {
-        let bodies = self.scenery.bodies_of[object as usize].clone();
-        for index in bodies {
-            self.shadows.add(&self.scenery.blocker.occluders.bodies[index as usize]);
+    /// Draws the shadows of an object's bodies, as far as no eye of the region is inside them.
+    fn draw(&mut self, eye: &Region, object: u32) {
+        for index in self.scenery.bodies_of[object as usize].clone() {
+            if self.prover.is_outside(eye, index) {
+                self.shadows.add(&self.scenery.blocker.occluders.bodies[index as usize]);
+            }
         }
     }
 
@@ -300,7 +302,7 @@ impl<'a> Observer<'a> {
             if !self.shadows.are_of(eye, floor_m) {
                 self.shadows.begin(eye, floor_m);
                 for object in open.iter() {
-                    self.draw(*object);
+                    self.draw(eye, *object);
                 }
             }
             let shadows = &self.shadows;

@@ -46,13 +46,19 @@ struct Town {
 
 impl Town {
     fn new(city: City) -> Self {
+        Self::with_cells_grown(city, 0.0)
+    }
+
+    /// With cells that reach so much further to all sides on their floor, into houses too.
+    fn with_cells_grown(city: City, by_m: f32) -> Self {
         let world = World::new(&city.scene()).unwrap();
         let scenery = Scenery::of(&world);
         let relative = |point: glam::DVec3| world.relative(point.to_array());
+        let grown = Vec3::new(by_m, 0.0, by_m);
         let cells: Vec<_> = city
             .street_cells(CELLS)
             .into_iter()
-            .map(|[min, max]| Region::of_box(relative(min), relative(max)))
+            .map(|[min, max]| Region::of_box(relative(min) - grown, relative(max) + grown))
             .collect();
         let seen = cells
             .iter()
@@ -102,14 +108,24 @@ fn look(world: &World, cell: &Region, random: &mut Random) -> Vec<u32> {
     seen.into_iter().collect()
 }
 
+const BLOCKS: [usize; 2] = [12, 9];
+
 fn towns() -> [Town; 2] {
-    let blocks = [12, 9];
+    let blocks = BLOCKS;
     [City::DENSE, City::SPARSE].map(|city| Town::new(City { blocks, ..city }))
 }
 
 #[test]
 fn whatever_rays_see_is_in_every_conservative_set() {
-    for town in towns() {
+    let blocks = BLOCKS;
+    // Eyes inside a house look out through the backs of its walls.
+    let reaching_into_houses = Town::with_cells_grown(City { blocks, ..City::DENSE }, 4.0);
+    let indoors = reaching_into_houses.cells.iter().filter(|cell| {
+        let bodies = &reaching_into_houses.scenery.blocker.occluders.bodies;
+        bodies.iter().any(|body| body.may_hold(cell))
+    });
+    assert!(indoors.count() > 0);
+    for town in towns().into_iter().chain([reaching_into_houses]) {
         let all = Method::Conservative.proofs();
         for settings in [ONE_BODY, FUSED, WALLS, all] {
             for ((sets, seen), cell) in town.not_hidden(settings).iter().zip(&town.seen).zip(&town.cells) {

@@ -24,6 +24,7 @@ mod sights;
 mod solid;
 mod surroundings;
 mod targets;
+mod within;
 
 #[cfg(test)]
 mod conservative_tests;

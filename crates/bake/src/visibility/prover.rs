@@ -22,8 +22,8 @@ use std::{borrow::Borrow, ops::ControlFlow};
 use glam::{Vec2, Vec3};
 use obvhs::bvh2::Bvh2;
 
-use super::segment;
-use crate::occluders::{Body, Occluders, Rectangle, Region, Wall, Way};
+use super::{segment, within::Solids};
+use crate::occluders::{Body, Occluders, Rectangle, Region, Tolerance, Wall, Way};
 
 /// At most this many tests of a wall for one question.
 pub const MAX_STEPS: u32 = 300;
@@ -42,6 +42,8 @@ const BODIES: usize = 0;
 const WALLS: usize = 1;
 /// How many bodies on the first ray are tried, from the eye on.
 const BODIES_TRIED: usize = 16;
+/// Bodies of one solid are nearer to each other than so many times the width of the holes that are closed.
+const TOUCHING: f32 = 4.0;
 /// A wall hides only what lies further behind its plane than so many times the distance within which faces lie in it.
 const BEHIND: f32 = 4.0;
 
@@ -51,6 +53,7 @@ pub struct Blocker {
     pub occluders: Occluders,
     bodies: Bvh2,
     walls: Bvh2,
+    solids: Solids,
 }
 
 /// Which proofs may be used.
@@ -77,10 +80,12 @@ impl Blocker {
     /// Makes occluders ready for questions.
     #[must_use]
     pub fn new(occluders: Occluders) -> Self {
-        let pad_m = occluders.tolerance.plane_m;
+        let Tolerance { plane_m, hole_m } = occluders.tolerance;
+        let bodies = segment::tree(occluders.bodies.iter().map(|b| [b.min, b.max]), 0.0);
         Self {
-            bodies: segment::tree(occluders.bodies.iter().map(|b| [b.min, b.max]), 0.0),
-            walls: segment::tree(occluders.walls.iter().map(|wall| wall.around()), pad_m),
+            walls: segment::tree(occluders.walls.iter().map(|wall| wall.around()), plane_m),
+            solids: Solids::of(&occluders.bodies, &bodies, TOUCHING * hole_m),
+            bodies,
             occluders,
         }
     }
@@ -146,6 +151,10 @@ pub struct Prover<'a> {
     blocker: &'a Blocker,
     proofs: Proofs,
     closed: Vec<u32>,
+    /// Where eyes are …
+    eye: Region,
+    /// … and the solids that may hold some of them, rising.
+    within: Vec<u32>,
     /// Bodies and walls that worked lately, by the direction of the target, the last one first.
     recent: Vec<[Vec<u32>; 2]>,
     steps_left: u32,
@@ -171,6 +180,8 @@ impl<'a> Prover<'a> {
             blocker,
             proofs,
             closed: Vec::new(),
+            eye: Region::default(),
+            within: Vec::new(),
             recent: vec![Default::default(); SECTORS],
             steps_left: 0,
             budget: u32::MAX,
@@ -198,6 +209,35 @@ impl<'a> Prover<'a> {
         }
     }
 
+    /// From now on eyes are in this region.
+    fn stand_in(&mut self, eye: &Region) {
+        if self.eye != *eye {
+            let Blocker {
+                occluders,
+                bodies,
+                solids,
+                ..
+            } = self.blocker;
+            self.within = solids.around(&occluders.bodies, bodies, eye);
+            self.eye = eye.clone();
+        }
+    }
+
+    /// Whether a body may hide things from a region: no eye in there is inside the same solid.
+    pub fn is_outside(&mut self, eye: &Region, body: u32) -> bool {
+        self.stand_in(eye);
+        self.hides_at_all(body)
+    }
+
+    fn hides_at_all(&self, body: u32) -> bool {
+        self.within.binary_search(&self.blocker.solids.of_body(body)).is_err()
+    }
+
+    /// Whether one body lies between two regions for all eyes.
+    fn separates(&self, body: u32, from: &Region, to: &Region) -> bool {
+        self.hides_at_all(body) && self.blocker.body(body).separates(from, to, true)
+    }
+
     /// A proof that no point of the target can be seen from any point of the eye region, if one is found.
     pub fn hides(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
         self.hides_by_one(eye, target)
@@ -209,7 +249,8 @@ impl<'a> Prover<'a> {
         if eye.overlaps(target) {
             return None;
         }
-        let body = |index: &u32| self.blocker.body(*index).separates(eye, target, true);
+        self.stand_in(eye);
+        let body = |index: &u32| self.separates(*index, eye, target);
         let sector = sector(eye, target);
         let [bodies, walls] = &self.recent[sector];
         if let Some(at) = bodies.iter().position(body) {
@@ -246,6 +287,7 @@ impl<'a> Prover<'a> {
         if !self.proofs.walls || self.budget == 0 || eye.overlaps(target) {
             return None;
         }
+        self.stand_in(eye);
         let allowed = MAX_STEPS.min(self.budget);
         self.steps_left = allowed;
         let mut passed = vec![eye.clone(), target.clone()];
@@ -278,7 +320,7 @@ impl<'a> Prover<'a> {
             let body = self.blocker.body(index);
             if body.meets(from, to) {
                 tries_left -= 1;
-                found = body.separates(eye, target, true).then_some(index);
+                found = self.separates(index, eye, target).then_some(index);
             }
             go_on(found.is_none() && tries_left > 0)
         });
@@ -383,10 +425,10 @@ impl<'a> Prover<'a> {
     fn body_beside(&self, passed: &[Region]) -> bool {
         let (eye, target) = (&passed[0], &passed[1]);
         let opening = &passed[passed.len() - 1];
-        self.recent[sector(eye, target)][BODIES].iter().any(|index| {
-            let body = self.blocker.body(*index);
-            body.separates(eye, opening, true) || body.separates(opening, target, true)
-        })
+        let recent = self.recent[sector(eye, target)][BODIES].iter();
+        let mut between =
+            recent.map(|body| self.separates(*body, eye, opening) || self.separates(*body, opening, target));
+        between.any(|between| between)
     }
 
     /// How sight lines that pass these regions cross a wall, if they surely do.

@@ -1,0 +1,122 @@
+//! Which bodies hide nothing from a region, because some of it may lie inside them?
+//!
+//! A sight line that enters a body from outside crosses a front and ends there. An eye inside looks out through backs, which
+//! need not be drawn; and where several bodies that touch fill one solid, it looks through all of them. So none of these
+//! hides anything from a region that reaches into one. Cells do reach into things: a city's houses stand off the grid that
+//! cells are cut on, and rooms are furnished.
+
+use glam::Vec3A;
+use obvhs::{aabb::Aabb, bvh2::Bvh2};
+
+use crate::occluders::{Body, Region};
+
+/// What is filled by bodies that touch.
+pub(super) struct Solids {
+    /// The first body of the solid that each body is part of.
+    first: Vec<u32>,
+}
+
+impl Solids {
+    /// Bodies of one object whose boxes are nearer to each other than a gap fill one solid.
+    pub(super) fn of(bodies: &[Body], tree: &Bvh2, gap_m: f32) -> Self {
+        let mut first: Vec<u32> = (0..bodies.len() as u32).collect();
+        for (index, body) in (0u32..).zip(bodies) {
+            let around = Region::of_box(body.min - gap_m, body.max + gap_m);
+            each_in(tree, &around, |other| {
+                let touches = other < index && {
+                    let other = &bodies[other as usize];
+                    other.object == body.object && around.overlaps(&Region::of_box(other.min, other.max))
+                };
+                if touches {
+                    let [a, b] = [index, other].map(|body| root(&mut first, body));
+                    first[a.max(b) as usize] = a.min(b);
+                }
+            });
+        }
+        for index in 0..first.len() as u32 {
+            first[index as usize] = root(&mut first, index);
+        }
+        Self { first }
+    }
+
+    /// The solid that a body is part of.
+    pub(super) fn of_body(&self, body: u32) -> u32 {
+        self.first[body as usize]
+    }
+
+    /// The solids that may hold some of a region, rising.
+    pub(super) fn around(&self, bodies: &[Body], tree: &Bvh2, eye: &Region) -> Vec<u32> {
+        let mut solids = Vec::new();
+        each_in(tree, eye, |body| {
+            if bodies[body as usize].may_hold(eye) {
+                solids.push(self.of_body(body));
+            }
+        });
+        solids.sort_unstable();
+        solids.dedup();
+        solids
+    }
+}
+
+fn root(first: &mut [u32], mut body: u32) -> u32 {
+    while first[body as usize] != body {
+        first[body as usize] = first[first[body as usize] as usize];
+        body = first[body as usize];
+    }
+    body
+}
+
+/// Visits at least the bodies whose boxes meet a region's.
+fn each_in(tree: &Bvh2, region: &Region, mut visit: impl FnMut(u32)) {
+    let aabb = Aabb::new(Vec3A::from(region.min), Vec3A::from(region.max));
+    if !tree.nodes.is_empty() {
+        tree.aabb_traverse(aabb, |tree, leaf| {
+            let node = &tree.nodes[leaf as usize];
+            let held = node.first_index..node.first_index + node.prim_count;
+            held.for_each(|at| visit(tree.primitive_indices[at as usize]));
+            true
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::visibility::segment;
+
+    fn body(object: u32, min: [f32; 3], max: [f32; 3]) -> Body {
+        Body {
+            min: Vec3::from(min),
+            max: Vec3::from(max),
+            planes: Vec::new(),
+            stands_m: 0.0,
+            open_below: false,
+            object,
+        }
+    }
+
+    #[test]
+    fn a_region_that_reaches_into_one_storey_is_inside_the_whole_tower_but_not_inside_its_neighbours() {
+        let bodies = [
+            body(0, [0.0, 0.0, 0.0], [4.0, 4.0, 4.0]),
+            body(0, [1.0, 4.001, 1.0], [3.0, 8.0, 3.0]),
+            body(0, [1.5, 8.001, 1.5], [2.5, 12.0, 2.5]),
+            body(0, [9.0, 0.0, 0.0], [10.0, 4.0, 4.0]),
+            body(1, [4.0, 0.0, 0.0], [8.0, 4.0, 4.0]),
+        ];
+        let tree = segment::tree(bodies.iter().map(|b| [b.min, b.max]), 0.0);
+        let solids = Solids::of(&bodies, &tree, 0.01);
+        assert_eq!([0, 1, 2, 3, 4].map(|body| solids.of_body(body)), [0, 0, 0, 3, 4]);
+        let around = |min: [f32; 3], max: [f32; 3]| {
+            solids.around(&bodies, &tree, &Region::of_box(Vec3::from(min), Vec3::from(max)))
+        };
+        assert_eq!(around([1.6, 11.0, 1.6], [5.0, 13.0, 5.0]), [0]);
+        assert!(
+            around([-3.0, 0.0, 0.0], [0.0, 4.0, 4.0]).is_empty(),
+            "touching is not inside"
+        );
+        assert_eq!(around([3.9, 0.0, 0.0], [4.1, 1.0, 1.0]), [0, 4]);
+    }
+}
