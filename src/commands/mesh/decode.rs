@@ -1,4 +1,4 @@
-//! `belvedere mesh decode FILE.slod -o OUT.glb`: what does a smooth LOD, or its beginning, look like in any glTF viewer?
+//! `belvedere mesh decode FILE -o OUT.glb`: what does a smooth LOD, or its beginning, look like in any glTF viewer?
 
 use std::path::PathBuf;
 
@@ -7,14 +7,14 @@ use belvedere_bake::{
     glb::{self, GlbInput, lattice::Lattice},
     source::{Material, Primitive},
 };
-use belvedere_scene::smooth::{Decoder, Snapshot};
+use belvedere_scene::smooth::{Decoder, SmoothError, Snapshot, thesis};
 use serde_json::json;
 
 use crate::commands::output::{bytes, print};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A smooth LOD (.slod)
+    /// A smooth LOD (.slod), or packets of Schmalstieg's thesis (.slth)
     file: PathBuf,
     /// Decode only so many bytes from the beginning
     #[arg(long, value_name = "N")]
@@ -34,19 +34,25 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let beginning = stream
         .get(..wanted)
         .with_context(|| format!("{shown} has {} bytes, not {wanted}", stream.len()))?;
-    let mut decoder = Decoder::new(args.memory_mib << 20);
-    decoder
-        .push(beginning)
-        .with_context(|| format!("cannot decode {shown}"))?;
-    let (vertices, triangles) = decoder.counts();
-    std::fs::write(&args.out, glb_of(decoder.snapshot())?)
-        .with_context(|| format!("cannot write {}", args.out.display()))?;
+    let snapshot = snapshot_of(beginning, args.memory_mib << 20).with_context(|| format!("cannot decode {shown}"))?;
+    let vertices = snapshot.positions.len();
+    let triangles = snapshot.indices.iter().map(Vec::len).sum::<usize>() / 3;
+    std::fs::write(&args.out, glb_of(snapshot)?).with_context(|| format!("cannot write {}", args.out.display()))?;
     print(&format!(
         "{} of {}: {vertices} vertices, {triangles} triangles, in {}",
         bytes(wanted as u64),
         bytes(stream.len() as u64),
         args.out.display(),
     ))
+}
+
+fn snapshot_of(beginning: &[u8], most_bytes: u64) -> Result<Snapshot, SmoothError> {
+    if beginning.starts_with(&thesis::MAGIC) {
+        return Ok(thesis::decode(beginning)?.into());
+    }
+    let mut decoder = Decoder::new(most_bytes);
+    decoder.push(beginning)?;
+    Ok(decoder.snapshot())
 }
 
 /// A primitive for each material, over the vertices that it uses.

@@ -11,6 +11,7 @@ use belvedere_bake::{
     smooth::{
         encode, publish,
         quantise::{Precision, QuantisedMesh},
+        thesis,
     },
     source::SourceModel,
 };
@@ -33,6 +34,9 @@ pub(super) struct Args {
     /// Positions and triangles only: no normals, texture coordinates and colours
     #[arg(long)]
     no_attributes: bool,
+    /// Write packets as Schmalstieg's thesis describes them (m0.slth …) instead of our own streams
+    #[arg(long)]
+    thesis: bool,
     /// Print the table as JSON
     #[arg(long)]
     json: bool,
@@ -51,8 +55,8 @@ struct MeshReport {
     vertices: usize,
     triangles: usize,
     bytes: usize,
-    /// As packets of the thesis; nothing writes those.
-    thesis_bytes: Option<u64>,
+    /// Positions, triangles and materials as packets of the thesis; none where these cannot tell so many materials.
+    thesis_bytes: Option<usize>,
     /// 12 bytes a vertex and 6 a triangle (thesis, table 7).
     object_bytes: usize,
     rungs: Vec<RungReport>,
@@ -108,6 +112,16 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
 
     let errors = publish::geometric_errors(model, &mesh, &stream, HausdorffLimits::default())?;
     let cuts = Header::read(&stream)?.map_or(Vec::new(), |(header, _)| header.cuts);
+    let packets = thesis::encode(&mesh);
+    let (written, ext) = match (args.thesis, &packets) {
+        (false, _) => (&stream, "slod"),
+        (true, Some(packets)) => (packets, "slth"),
+        (true, None) => anyhow::bail!(
+            "{} has more than {} materials, which packets of the thesis cannot tell",
+            model.name,
+            thesis::MOST_MATERIALS
+        ),
+    };
     let mut from = 0;
     let rungs = cuts.iter().zip(errors).map(|(cut, geometric_error_m)| RungReport {
         from: std::mem::replace(&mut from, cut.bytes),
@@ -122,20 +136,20 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
         file: args
             .out
             .as_deref()
-            .map(|folder| write(folder, number, &stream))
+            .map(|folder| write(folder, &format!("m{number}.{ext}"), written))
             .transpose()?,
         vertices: mesh.positions.len(),
         triangles: mesh.triangles.len(),
         bytes: stream.len(),
-        thesis_bytes: None,
+        thesis_bytes: packets.as_ref().map(Vec::len),
         object_bytes: 12 * mesh.positions.len() + 6 * mesh.triangles.len(),
         encode_s,
         decode_s,
     })
 }
 
-fn write(folder: &Path, number: usize, stream: &[u8]) -> anyhow::Result<PathBuf> {
-    let path = folder.join(format!("m{number}.slod"));
+fn write(folder: &Path, name: &str, stream: &[u8]) -> anyhow::Result<PathBuf> {
+    let path = folder.join(name);
     std::fs::write(&path, stream).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(path)
 }
@@ -167,12 +181,15 @@ fn summary(meshes: &[MeshReport]) -> String {
     }
     let sum = |of: fn(&MeshReport) -> f64| meshes.iter().map(of).sum::<f64>();
     let triangles = sum(|mesh| mesh.triangles as f64);
+    let objects = sum(|mesh| mesh.object_bytes as f64);
     format!(
-        "{}\n{} meshes, {triangles} triangles, {} ({} of the objects); encoded in {:.2} s, decoded in {:.3} s",
+        "{}\n{} meshes, {triangles} triangles, {} ({} of the objects, with attributes where there are any; positions and \
+         triangles as the thesis writes them: {}); encoded in {:.2} s, decoded in {:.3} s",
         table(&head, &rows),
         meshes.len(),
         bytes(sum(|mesh| mesh.bytes as f64) as u64),
-        percent(sum(|mesh| mesh.bytes as f64) / sum(|mesh| mesh.object_bytes as f64)),
+        percent(sum(|mesh| mesh.bytes as f64) / objects),
+        percent(sum(|mesh| mesh.thesis_bytes.map_or(0.0, |bytes| bytes as f64)) / objects),
         sum(|mesh| mesh.encode_s),
         sum(|mesh| mesh.decode_s),
     )

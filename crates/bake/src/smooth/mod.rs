@@ -6,7 +6,7 @@
 //!    `weights` finds out first how this mesh's positions are predicted best;
 //! 4. `cuts` over [`mod@error`]: where it is good to stop.
 //!
-//! [`publish`] says which models of a scene get one, how fine, and how far each rung is from the source.
+//! [`thesis`] writes the packets of the thesis, to compare with. [`publish`] says which models of a scene get one, how fine, and how far each rung is from the source.
 
 pub mod canonical;
 mod collapse;
@@ -20,6 +20,7 @@ pub mod quantise;
 mod script;
 #[cfg(test)]
 mod tests;
+pub mod thesis;
 mod weights;
 
 use belvedere_scene::smooth::Header;

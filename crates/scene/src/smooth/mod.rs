@@ -12,6 +12,8 @@
 //! * [`geometry`]: where the new vertex is. [`attributes`] and [`octahedron`]: what its corners look like.
 //! * [`mod@model`] and [`rans`]: how decisions become bits.
 //!
+//! [`thesis`] reads the packets of the thesis itself.
+//!
 //! All arithmetic on which reader and writer must agree is on integers, exact also in languages with only 53 bits.
 
 pub mod attributes;
@@ -31,6 +33,7 @@ pub mod split;
 mod stars;
 #[cfg(test)]
 mod tests;
+pub mod thesis;
 mod values;
 
 pub use decoder::Decoder;
@@ -43,6 +46,9 @@ pub enum SmoothError {
     /// It is something else.
     #[error("this is not a smooth LOD: it does not begin with \"SLOD\"")]
     NotSmooth,
+    /// It is something else.
+    #[error("these are not packets of a smooth LOD: they do not begin with \"SLTH\" and three extents")]
+    NotThesis,
     /// It is from another time.
     #[error("this smooth LOD has version {0}, and only 1 is known: update this program or bake the scene again")]
     Version(u8),
