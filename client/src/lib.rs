@@ -9,9 +9,9 @@
 //! let eye = scene.pointer().viewpoints[0].position;
 //! let located = scene.locate(eye).await?;
 //! let record = scene.record(&located.cell).await?;
-//! for object in scene.visible(&record).await? {
-//!     let coarsest = object.levels.last().expect("an object has levels");
-//!     let glb = scene.blob(&coarsest.url).await?;
+//! let objects = scene.visible(&record).await?;
+//! let coarsest: Vec<_> = objects.iter().filter_map(|object| object.levels.last()).collect();
+//! for (object, glb) in objects.iter().zip(scene.glbs(&coarsest).await?) {
 //!     println!("{} in {} bytes", object.object, glb.len());
 //! }
 //! # Ok(())
@@ -24,6 +24,7 @@
 //! [`Walk`] goes through it from cell to cell and fetches what changes.
 
 mod error;
+mod packs;
 mod scene;
 mod source;
 mod walk;

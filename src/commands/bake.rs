@@ -159,6 +159,17 @@ pub(super) fn summary(report: &Report) -> String {
          change of the set",
         records.mean_record, records.mean_record_set, records.mean_step, records.mean_step_set,
     ));
+    let packs = &report.packs;
+    lines.push(format!(
+        "  {} of {} coarsest levels in {} packs: with nothing in hand a cell takes {:.1} requests for them on average, \
+         coming from next door {:.1}; {} of the bytes are of what it does not see",
+        packs.files,
+        report.models,
+        packs.packs,
+        packs.requests_per_cell,
+        packs.requests_per_crossing,
+        percent(packs.wasted_share),
+    ));
     if report.whole {
         lines.push("  a small world: the manifest lists every object, and clients load all of them".to_owned());
     }

@@ -20,14 +20,17 @@ use belvedere_bake::{
     import::{self, Limits},
     records::{BlobSink, SinkError, Written},
 };
-use belvedere_scene::{BlobHash, BlobName, SceneName, manifest::RecordSizes};
+use belvedere_scene::{
+    BlobHash, BlobName, SceneName,
+    manifest::{PackSummary, RecordSizes},
+};
 use serde::{Deserialize, Serialize};
 
 use self::{data::DataFolder, found::FoundFile, source_files::SourceFolder};
 use crate::{db::NewRevision, progress::BakeProgress};
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 5;
+const BAKE_VERSION: u32 = 6;
 
 /// What to bake, and under which name.
 #[derive(Debug)]
@@ -92,6 +95,9 @@ pub(crate) struct Report {
     pub(crate) visibility: VisibilityReport,
     /// What the binary records and the steps between adjacent cells cost.
     pub(crate) records: RecordsReport,
+    /// What it costs to enter a cell.
+    #[serde(default)]
+    pub(crate) packs: PackSummary,
     /// Whether the manifest lists every object because the world is small.
     pub(crate) whole: bool,
     pub(crate) bytes: std::collections::BTreeMap<String, u64>,
@@ -395,6 +401,7 @@ fn report(publisher: &Publisher, written: &Written, defects: &[DefectReport], pr
             remembered_cells: written.remembered_cells,
         },
         records: manifest.records.into(),
+        packs: manifest.packs,
         whole: manifest.whole.is_some(),
         bytes: manifest.bytes.clone(),
         seconds,

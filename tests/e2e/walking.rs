@@ -192,6 +192,44 @@ async fn behind_one_cold_cache_the_second_walk_costs_the_server_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn packs_hold_what_their_levels_hold_and_cost_a_cell_as_few_requests_as_the_manifest_says() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve();
+    let (mut requests, mut alone) = (0, 0);
+    let cells = open(&server.client(), "rooms").await.pointer().cells;
+    for id in 0..cells {
+        let cache = Cache {
+            origin: HttpSource::new(&server.base).expect("an address"),
+            kept: Arc::default(),
+        };
+        let scene = open(&Client::new(cache.clone()), "rooms").await;
+        let cell = scene.cell(CellId(id)).await.expect("the index").expect("a cell");
+        let record = scene.record(&cell).await.expect("a record");
+        let infos = scene.visible(&record).await.expect("infos");
+        let coarsest: Vec<_> = infos.iter().filter_map(|info| info.levels.last()).collect();
+        let glbs = scene.glbs(&coarsest).await.expect("levels");
+        let asked = |ext: &str| {
+            let kept = cache.kept.lock().expect("the cache");
+            kept.keys().filter(|path| path.ends_with(ext)).count()
+        };
+        requests += asked(".pack") + asked(".glb");
+        assert!(asked(".pack") > 0);
+        for (level, glb) in coarsest.iter().zip(&glbs) {
+            assert_eq!(*glb, scene.blob(&level.url).await.expect("a level"));
+        }
+        alone += asked(".glb");
+    }
+    assert!(requests * 2 < alone, "{requests} requests instead of {alone}");
+    let packs = open(&server.client(), "rooms").await.manifest().packs;
+    let mean = requests as f64 / f64::from(cells);
+    assert!(
+        (packs.requests_per_cell - mean).abs() < 1e-9,
+        "{packs:?}, {mean} counted"
+    );
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn every_cell_can_be_reached_by_the_index_and_names_only_objects_that_exist() {
     let data = Data::new();
     data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");

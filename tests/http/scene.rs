@@ -11,7 +11,7 @@ use belvedere::{
 use belvedere_scene::{
     BlobHash, BlobName, Bounds, CellId, ModelId, ObjectId, Revision,
     index::{CellChunk, Page, PageEntry, PageKind},
-    manifest::{Counts, FORMAT, Manifest, RecordSizes, VisibilitySummary},
+    manifest::{Counts, FORMAT, Manifest, PackSummary, RecordSizes, VisibilitySummary},
     object::{Level, Model, ObjectChunk, ObjectEntry},
     pointer::{Pointer, Viewpoint},
     record::{self, CellJson, CellRecord, Guarantee, Hull, Steps, Visible},
@@ -178,6 +178,7 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
         geometric_error_m: 0.0,
         switch_distance_m: 0.0,
         textures: vec![],
+        pack: None,
     };
     let models = BTreeMap::from([(
         ModelId(0),
@@ -246,6 +247,7 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
             reason: "asked for".to_owned(),
         },
         occluders: None,
+        packs: PackSummary::default(),
         records: RecordSizes::default(),
         cells,
         objects,

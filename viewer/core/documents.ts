@@ -85,6 +85,17 @@ export interface Level {
   readonly triangles: number;
   readonly geometricError: number;
   readonly textures: readonly TextureRef[];
+  /** Where the same GLB stands among others that the same cells see. */
+  readonly pack: PackRef | undefined;
+}
+
+/** A place in a pack, which is nothing but GLBs, one after the other. */
+export interface PackRef {
+  readonly url: string;
+  /** Of the whole pack. */
+  readonly bytes: number;
+  /** Where the GLB starts. */
+  readonly from: number;
 }
 
 /** Unique geometry; `levels` is finest first and never empty. */
@@ -213,6 +224,7 @@ function readModel(json: Json, model: number): Model {
     triangles: level.field("triangles").count(),
     geometricError: level.field("geometric_error_m").number(),
     textures: level.field("textures").optional(readTextures) ?? [],
+    pack: level.field("pack").optional(readPack),
   }));
   if (levels.length === 0) json.field("levels").fail("a list with at least one level");
   levels.forEach((level, i) => {
@@ -223,6 +235,10 @@ function readModel(json: Json, model: number): Model {
 
 function readTextures(json: Json): TextureRef[] {
   return json.list((texture) => ({ url: texture.field("url").blob(), bytes: texture.field("bytes").count() }));
+}
+
+function readPack(json: Json): PackRef {
+  return { url: json.field("url").blob(), bytes: json.field("bytes").count(), from: json.field("from").count() };
 }
 
 function readObjectEntry(json: Json): ObjectEntry {

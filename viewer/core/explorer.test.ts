@@ -106,6 +106,34 @@ describe("an explorer", () => {
     expect(scene.manifest.whole).toBeUndefined();
   });
 
+  it("fetches a pack once instead of its levels, and lone levels once most of it is held", async () => {
+    const { requests, explorer, host, problems, go, quiet } = await explore({ packed: true });
+    go(ROOM_0);
+    await quiet();
+    expect(problems).toEqual([]);
+    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+    const glbs = requests.filter((path) => path.endsWith(".glb"));
+    const finer = host.uploads.length - new Set(host.uploads.map(({ model }) => model)).size;
+    // Two pedestals are in no pack; the balls' finer levels never are.
+    expect(glbs.length).toBe(2 + finer);
+    expect(requests.filter((path) => path.endsWith(".pack")).length).toBe(1);
+    go(room(1));
+    await quiet();
+    expect(requests.filter((path) => path.endsWith(".pack")).length).toBe(1);
+    expect(explorer).toMatchObject({ settled: true, missing: 0 });
+  });
+
+  it("fetches levels alone when their pack is lost", async () => {
+    const spoil = (files: Files) => {
+      for (const path of [...files.keys()].filter((path) => path.endsWith(".pack"))) files.delete(path);
+    };
+    const { explorer, problems, go, quiet } = await explore({ packed: true, spoil });
+    go(ROOM_0);
+    await quiet();
+    expect(problems).toEqual([]);
+    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+  });
+
   it("fetches only what can be seen", async () => {
     const { requests, files, go, quiet } = await explore({ rooms: 12, perChunk: 4 });
     go(ROOM_0);

@@ -7,6 +7,7 @@ import type { Level } from "./documents.ts";
 import { FetchError, type FetchQueue } from "./fetchqueue.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import type { PlacedObject } from "./objects.ts";
+import { outOf, packsWorth } from "./packs.ts";
 import type { ResidencySet } from "./residency.ts";
 import type { ModelState, Want } from "./scheduler.ts";
 import type { Tree } from "./tree.ts";
@@ -81,9 +82,15 @@ export class ModelLoads {
       // A level on its way to a finer one is worth finishing; one that nobody needs any more is not.
       const useful = want !== undefined && want.level <= load.level;
       if (!useful && load.state === "fetching") this.cancel(load);
-      else if (want) for (const url of load.urls) this.parts.queue.reprioritise(url, want.priority);
     }
-    for (const want of wants) if (!this.loads.has(want.object.model.model)) void this.start(want);
+    // What several loads share is as urgent as the most urgent of them, which comes first.
+    for (const want of [...wants].reverse()) {
+      const urls = this.loads.get(want.object.model.model)?.urls ?? [];
+      for (const url of urls) this.parts.queue.reprioritise(url, want.priority);
+    }
+    const starting = wants.filter((want) => !this.loads.has(want.object.model.model));
+    const worth = packsWorth(starting.flatMap(({ object, level }) => object.model.levels[level] ?? []));
+    for (const want of starting) void this.start(want, worth);
   }
 
   private cancel(load: Load): void {
@@ -93,14 +100,14 @@ export class ModelLoads {
     for (const url of load.urls) if (!shared.has(url)) this.parts.queue.cancel(url);
   }
 
-  private async start(want: Want): Promise<void> {
+  private async start(want: Want, packs: ReadonlySet<string>): Promise<void> {
     const { model } = want.object;
     const level = model.levels[want.level];
     if (!level || this.closed) return;
     const load: Load = { model: model.model, level: want.level, urls: new Set(), state: "fetching" };
     this.loads.set(model.model, load);
     try {
-      await this.bring(load, level, want.priority);
+      await this.bring(load, level, want.priority, packs);
     } catch (error) {
       if (load.state === "cancelled" || (error instanceof FetchError && error.kind === "cancelled")) return;
       const levels = this.failed.get(model.model) ?? new Set();
@@ -112,11 +119,11 @@ export class ModelLoads {
     if (!this.closed) this.parts.changed();
   }
 
-  private async bring(load: Load, level: Level, priority: number): Promise<void> {
+  private async bring(load: Load, level: Level, priority: number, packs: ReadonlySet<string>): Promise<void> {
     const { host, residency, budget } = this.parts;
     const textures = new Map<string, ArrayBuffer>();
     const [glb] = await Promise.all([
-      this.fetch(load, level.url, priority),
+      this.fetchGlb(load, level, priority, packs),
       this.fetchTextures(load, level, priority, textures),
     ]);
     await budget.run(async () => {
@@ -129,6 +136,20 @@ export class ModelLoads {
       residency.hold(load.model, { level: load.level, bytes });
       for (const model of residency.evict()) host.evict(model);
     });
+  }
+
+  /** A level's GLB, out of its pack where that is worth it. One that cannot be had so is fetched alone. */
+  private async fetchGlb(load: Load, level: Level, priority: number, packs: ReadonlySet<string>): Promise<ArrayBuffer> {
+    const { pack } = level;
+    if (pack && packs.has(pack.url)) {
+      try {
+        const glb = outOf(await this.fetch(load, pack.url, priority), pack, level);
+        if (glb) return glb;
+      } catch (error) {
+        if (load.state === "cancelled") throw error;
+      }
+    }
+    return this.fetch(load, level.url, priority);
   }
 
   /** Adds textures that the renderer does not hold. One that cannot be fetched stays out: plain beats a hole. */

@@ -25,6 +25,7 @@ function object(id: number, model: number, distance_m: number, errors: number[],
         triangles: 1,
         geometricError,
         textures: texture ? [{ url: texture, bytes: 50 }] : [],
+        pack: undefined,
       })),
     },
   };

@@ -3,7 +3,7 @@ import { join } from "node:path";
 import { describe, expect, it } from "vitest";
 
 const ROOT = join(import.meta.dirname, "..");
-const IMPORT = /(?:from|import)\s*\(?\s*["']([^"']+)["']/g;
+const IMPORT = /(?:from\s|import\s*\(?)\s*["']([^"'\n]+)["']/g;
 const LONGEST_FILE_LINES = 600;
 
 /** Which other rooms and packages each room may import. Tests may import more. */

@@ -10,7 +10,7 @@
  */
 import { createHash } from "node:crypto";
 import type { CellRecord, Portal, Visible } from "../core/cellrecord.ts";
-import { FORMAT } from "../core/documents.ts";
+import { FORMAT, type PackRef } from "../core/documents.ts";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { ball, box, encodeCellRecord, encodeGlb, encodePng, encodeSteps, type Shape } from "./encode.ts";
 
@@ -28,6 +28,8 @@ export interface FixtureOptions {
   readonly whole?: boolean;
   /** Entries of one chunk and of one page, small so that the trees have several levels. */
   readonly perChunk?: number;
+  /** Puts the coarsest levels of what stands in every room into one pack. */
+  readonly packed?: boolean;
 }
 
 /** Paths below the base, `/o/…` and `/v1/…`, and their bytes. */
@@ -62,7 +64,7 @@ export function serveFiles(files: Files, base = "https://host/sub/") {
 
 class Publisher {
   readonly files: Files = new Map();
-  private readonly models: Record<string, unknown> = {};
+  private readonly models: Record<string, { levels: { url: string; pack?: PackRef }[] }> = {};
   private readonly placed: Placed[] = [];
   private readonly sizes = new Map<number, { finest: number; coarsest: number }>();
   private readonly perChunk: number;
@@ -70,6 +72,7 @@ class Publisher {
   constructor(private readonly options: FixtureOptions) {
     this.perChunk = options.perChunk ?? 4;
     this.makeModels();
+    if (options.packed) this.pack();
     for (let room = 0; room < options.rooms; room += 1) this.furnish(room);
     const objects = this.placed.map((placed, i) => this.objectEntry(placed, i));
     const cells = Array.from({ length: options.rooms * 2 - 1 }, (_, cell) => this.cellEntry(cell));
@@ -146,6 +149,19 @@ class Publisher {
     );
     const lintel = box([0, DOOR_HEIGHT_M, half - door], [WALL_M, HEIGHT_M, half + door]);
     this.model(4, [{ shape: lintel, error: 0 }], [0.75, 0.72, 0.68]);
+  }
+
+  /** The coarsest levels so far in one pack. */
+  private pack(): void {
+    const coarsest = Object.values(this.models).map(({ levels }) => levels[levels.length - 1]);
+    const files = coarsest.map((level) => this.files.get(level?.url ?? "") ?? new Uint8Array());
+    const whole = new Uint8Array(Buffer.concat(files));
+    const url = this.blob(whole, "pack");
+    let from = 0;
+    coarsest.forEach((level, i) => {
+      if (level) level.pack = { url, bytes: whole.length, from };
+      from += files[i]?.length ?? 0;
+    });
   }
 
   private furnish(room: number): void {

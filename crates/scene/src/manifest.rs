@@ -35,6 +35,9 @@ pub struct Manifest {
     pub occluders: Option<OccludersRef>,
     /// What records and steps cost.
     pub records: RecordSizes,
+    /// What entering a cell costs with packs.
+    #[serde(default)]
+    pub packs: PackSummary,
     /// Root of the tree that finds cells by place; leads to [`crate::index::CellChunk`]s.
     pub cells: Page,
     /// Root of the tree that finds objects by id; leads to [`ObjectChunk`]s.
@@ -51,6 +54,24 @@ pub struct OccludersRef {
     pub url: BlobName,
     /// Its size.
     pub bytes: u64,
+}
+
+/// The packs of a revision, and what it costs to enter a cell and fetch the coarsest level of all that it sees, pictures
+/// apart.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct PackSummary {
+    /// How many packs there are.
+    pub packs: u32,
+    /// How many GLBs are in one.
+    pub files: u32,
+    /// Bytes of all packs.
+    pub bytes: u64,
+    /// Packs, and GLBs that are in none, that a cell needs which was entered with nothing in hand: the mean over all cells.
+    pub requests_per_cell: f64,
+    /// The share of these bytes that are of models which the cell does not see, over all cells.
+    pub wasted_share: f64,
+    /// The same for who comes from an adjacent cell and holds what that needs: the mean over all ways from cell to cell.
+    pub requests_per_crossing: f64,
 }
 
 /// How many things a revision has.

@@ -29,6 +29,20 @@ pub struct Level {
     /// Textures that the GLB refers to, each an immutable object of its own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub textures: Vec<TextureRef>,
+    /// The same GLB among others that the same cells see.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pack: Option<PackRef>,
+}
+
+/// Where a GLB stands in a pack: an immutable object (`.pack`) that is nothing but GLBs, one after the other.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PackRef {
+    /// The pack.
+    pub url: BlobName,
+    /// Its size as stored.
+    pub bytes: u64,
+    /// Where in it the GLB starts.
+    pub from: u64,
 }
 
 /// A texture that a level refers to.

@@ -6,6 +6,7 @@ mod cells;
 #[cfg(test)]
 mod city_tests;
 mod models;
+mod packs;
 mod pages;
 mod settle;
 mod sink;
@@ -116,10 +117,10 @@ pub fn write(
     progress: &dyn Progress,
 ) -> Result<Written, BakeError> {
     let ledger = Ledger::new(sink, &models.blobs);
-    let models = &models.models[..];
-
     progress.start(Stage::Publish, input.graph.cells.len() as u64);
     let entries = object_entries(input);
+    let (models, packs) = packs::write(models, &models_seen(input), &input.graph.cells, &ledger)?;
+    let models = &models[..];
     let objects = pages::write_tree(&entries, |entry| entry.bounds, |row| chunk(row, models), &ledger)?;
     let written = cells::write_records(input, &entries, models, &ledger, progress)?;
     let cells = pages::write_tree(
@@ -158,6 +159,7 @@ pub fn write(
         },
         occluders: Some(occluders),
         records: written.sizes,
+        packs,
         cells,
         objects,
         whole: small.then(|| chunk(&entries, models)),
@@ -169,6 +171,15 @@ pub fn write(
         blobs: ledger.into_blobs(),
         remembered_cells: input.visibility.remembered,
     })
+}
+
+/// The models that each cell sees.
+fn models_seen(input: Input<'_>) -> Vec<Vec<usize>> {
+    let model = |object: u32| input.scene.objects[object as usize].model;
+    let cells = input.visibility.cells.iter();
+    cells
+        .map(|cell| cell.objects.iter().map(|seen| model(seen.object)).collect())
+        .collect()
 }
 
 fn object_entries(input: Input<'_>) -> Vec<ObjectEntry> {

@@ -25,6 +25,8 @@ use crate::{
 /// The levels of every model, stored; models keep their order.
 pub struct Models {
     pub(super) models: Vec<Model>,
+    /// The GLB of each one's coarsest level.
+    pub(super) coarsest_glb: Vec<Vec<u8>>,
     /// Every object that they are made of with its size.
     pub(super) blobs: Vec<(BlobName, u64)>,
 }
@@ -52,16 +54,22 @@ impl Models {
             let chain = lod::chain(model, settings);
             let pictures = pictures.on(model);
             let levels = (0u32..).zip(&chain.levels);
-            let levels = levels.map(|(number, level)| write_level(number, level, scene, lattice, &pictures, &ledger));
+            let mut coarsest_glb = Vec::new();
+            let levels = levels.map(|(number, level)| {
+                let input = (number, level);
+                write_level(input, scene, lattice, &pictures, &ledger, &mut coarsest_glb)
+            });
             let levels = no_finer_level_worse(levels.collect::<Result<_, _>>()?);
             progress.advance(cost(model));
-            Ok(levels)
+            Ok((levels, coarsest_glb))
         });
-        let levels: Vec<_> = levels.collect::<Result<_, BakeError>>()?;
+        let written: Vec<_> = levels.collect::<Result<_, BakeError>>()?;
+        let (levels, coarsest_glb): (Vec<_>, Vec<_>) = written.into_iter().unzip();
         let smooth = smooth::write(scene, &pictures, settings.error_limits, &ledger, progress)?;
         let models = levels.into_iter().zip(smooth);
         Ok(Self {
             models: models.map(|(levels, smooth)| Model { levels, smooth }).collect(),
+            coarsest_glb,
             blobs: ledger.into_blobs(),
         })
     }
@@ -136,13 +144,14 @@ impl PicturesOnModel<'_> {
     }
 }
 
+/// Stores a level; leaves its GLB in `last_glb`.
 fn write_level(
-    number: u32,
-    level: &LodLevel,
+    (number, level): (u32, &LodLevel),
     scene: &SourceScene,
     lattice: Lattice,
     pictures: &PicturesOnModel<'_>,
     ledger: &Ledger<'_>,
+    last_glb: &mut Vec<u8>,
 ) -> Result<Level, SinkError> {
     let used: BTreeSet<usize> = glb::used_textures(&level.primitives, &scene.materials)
         .into_iter()
@@ -155,6 +164,7 @@ fn write_level(
         image_uri: &|image| pictures.at(image, level.geometric_error).url.to_string(),
     };
     let glb = glb::write(&input, lattice.of_error(level.geometric_error));
+    last_glb.clone_from(&glb.bytes);
     let (url, bytes) = ledger.put("glb", glb.bytes)?;
     let geometric_error = level.geometric_error + glb.rounding;
     Ok(Level {
@@ -170,6 +180,7 @@ fn write_level(
             .collect::<BTreeSet<_>>()
             .into_iter()
             .collect(),
+        pack: None,
     })
 }
 

@@ -1,0 +1,50 @@
+//! How does a client get many coarsest levels with few requests? In packs, where most of a pack is wanted.
+
+use std::collections::BTreeMap;
+
+use belvedere_scene::{BlobHash, BlobName, object::Level};
+use bytes::Bytes;
+
+use crate::{ByteSource, Error, Scene};
+
+/// A pack is fetched whole when at least this share of its bytes is wanted.
+const WORTH_A_PACK: f64 = 0.5;
+
+impl<S: ByteSource> Scene<S> {
+    /// The GLBs of some levels, in their order, each verified against the hash in its name. Levels that stand in a pack
+    /// of which at least half is wanted come with that pack.
+    ///
+    /// # Errors
+    /// When one cannot be fetched or arrives damaged.
+    pub async fn glbs(&self, levels: &[&Level]) -> Result<Vec<Bytes>, Error> {
+        let mut wanted: BTreeMap<&BlobName, u64> = BTreeMap::new();
+        let files: BTreeMap<&BlobName, &Level> = levels.iter().map(|level| (&level.url, *level)).collect();
+        for level in files.values() {
+            if let Some(pack) = &level.pack {
+                *wanted.entry(&pack.url).or_default() += level.bytes;
+            }
+        }
+        let mut packs: BTreeMap<&BlobName, Bytes> = BTreeMap::new();
+        let mut glbs: BTreeMap<&BlobName, Bytes> = BTreeMap::new();
+        for (name, level) in files {
+            let worth = |bytes: u64, all: u64| bytes as f64 >= WORTH_A_PACK * all as f64;
+            let glb = match &level.pack {
+                Some(pack) if worth(wanted[&pack.url], pack.bytes) => {
+                    if !packs.contains_key(&pack.url) {
+                        packs.insert(&pack.url, self.blob(&pack.url).await?);
+                    }
+                    let (from, bytes) = (pack.from as usize, level.bytes as usize);
+                    let whole = &packs[&pack.url];
+                    let slice = from.checked_add(bytes).filter(|to| *to <= whole.len());
+                    let slice = slice.map(|to| whole.slice(from..to));
+                    slice
+                        .filter(|glb| BlobHash::of(glb) == name.hash())
+                        .ok_or_else(|| Error::Corrupt(pack.url.clone()))?
+                }
+                _ => self.blob(name).await?,
+            };
+            glbs.insert(name, glb);
+        }
+        Ok(levels.iter().map(|level| glbs[&level.url].clone()).collect())
+    }
+}

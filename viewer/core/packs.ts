@@ -1,0 +1,30 @@
+/**
+ * Which coarsest levels come together? A pack holds those that the same cells see, one GLB after the other; who wants most
+ * of it fetches all of it with one request.
+ */
+import type { Level, PackRef } from "./documents.ts";
+
+/** A pack is fetched whole when at least this share of its bytes is wanted. */
+const WORTH_A_PACK = 0.5;
+
+/** The packs that are worth fetching, by URL, for who wants these levels. */
+export function packsWorth(levels: Iterable<Level>): Set<string> {
+  const packs = new Map<string, { pack: PackRef; files: Map<number, number> }>();
+  for (const { pack, bytes } of levels) {
+    if (!pack) continue;
+    const known = packs.get(pack.url) ?? { pack, files: new Map<number, number>() };
+    packs.set(pack.url, known);
+    known.files.set(pack.from, bytes);
+  }
+  const worth = [...packs.values()].filter(({ pack, files }) => {
+    const wanted_bytes = [...files.values()].reduce((sum, bytes) => sum + bytes, 0);
+    return wanted_bytes >= WORTH_A_PACK * pack.bytes;
+  });
+  return new Set(worth.map(({ pack }) => pack.url));
+}
+
+/** A level's GLB out of its pack; `undefined` when the pack is too short for it. */
+export function outOf(whole: ArrayBuffer, pack: PackRef, level: Level): ArrayBuffer | undefined {
+  const to = pack.from + level.bytes;
+  return to <= whole.byteLength ? whole.slice(pack.from, to) : undefined;
+}
