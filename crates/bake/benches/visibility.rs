@@ -1,4 +1,4 @@
-//! How fast and how tight are visible sets? Prints tables; asserts nothing. `cargo bench -p belvedere-bake -- [paper | methods | interior | growth]`
+//! How fast and how tight are visible sets? Prints tables; asserts nothing. `cargo bench -p belvedere-bake -- [paper | methods | interior | growth | online]`
 //!
 //! The scene is the city of Cohen-Or & Zadicario (1998), 2,128 buildings, with street cells of a quarter of a building.
 //! Times are CPU time of one thread.
@@ -31,13 +31,19 @@ const RAYS: usize = 1_000_000;
 /// … and so many at each object that they did not see and that no proof hides.
 const AIMED: usize = 40_000;
 
+/// Questions on line …
+const QUESTIONS: usize = 500;
+/// … each asked so often.
+const REPEATS: usize = 16;
+
 fn main() {
     let wanted = std::env::args().nth(1).filter(|name| !name.starts_with('-'));
-    let tables: [(&str, fn()); 4] = [
+    let tables: [(&str, fn()); 5] = [
         ("paper", papers_tables),
         ("methods", methods),
         ("interior", interior),
         ("growth", growth),
+        ("online", on_line),
     ];
     for (name, print) in tables {
         if wanted.as_ref().is_none_or(|wanted| wanted == name) {
@@ -413,6 +419,46 @@ fn growth() {
             world.object_bounds().len(),
             open as f64 / CELLS as f64
         );
+    }
+}
+
+/// What `POST …/visible` takes, without HTTP.
+fn on_line() {
+    println!("\nQuestions on line, {QUESTIONS} boxes of a quarter of a building in the streets of 2,128\n");
+    println!("| city | openings | not hidden, mean | ms, median | 99 of 100 | most |");
+    println!("|---|---|---|---|---|---|");
+    for (name, city) in [("dense", City::DENSE), ("sparse", City::SPARSE)] {
+        let world = World::new(&city.scene()).unwrap();
+        let scenery = Scenery::of(&world);
+        let relative = |p: glam::DVec3| world.relative(p.to_array());
+        let eyes = city.street_cells(QUESTIONS).into_iter();
+        let eyes: Vec<_> = eyes
+            .map(|[min, max]| Region::of_box(relative(min), relative(max)))
+            .collect();
+        for (openings, settings) in [
+            ("no", ConservativeSettings::ROUGH),
+            ("yes", ConservativeSettings::ON_LINE),
+        ] {
+            let mut open = 0;
+            let ask = |eye: &Region| {
+                // The clock of a thread may tick as seldom as every 4 ms.
+                let started = cpu_ms();
+                for _ in 0..REPEATS {
+                    open += Observer::new(&scenery, settings).visible(eye, &[]).len();
+                }
+                (cpu_ms() - started) / REPEATS as f64
+            };
+            let mut times: Vec<f64> = eyes.iter().map(ask).collect();
+            times.sort_by(f64::total_cmp);
+            let at = |share: f64| times[((QUESTIONS - 1) as f64 * share) as usize];
+            println!(
+                "| {name} | {openings} | {:.0} | {:.1} | {:.1} | {:.1} |",
+                open as f64 / (QUESTIONS * REPEATS) as f64,
+                at(0.5),
+                at(0.99),
+                at(1.0)
+            );
+        }
     }
 }
 

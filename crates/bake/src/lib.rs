@@ -28,6 +28,7 @@ pub mod pictures;
 mod pipeline;
 pub mod progress;
 pub mod records;
+mod share;
 pub mod smooth;
 pub mod source;
 pub mod visibility;

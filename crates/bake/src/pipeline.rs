@@ -13,6 +13,7 @@ use crate::{
     occluders::Hiders,
     progress::{Cancelled, Progress, Silent},
     records::{self, BlobSink, Models, SinkError, Written},
+    share::share,
     source::{Material, SourceScene, SourceViewpoint},
     visibility::{self, Views, Visibility, VisibilitySettings, conservative::Scenery},
     world::{World, WorldError},
@@ -83,7 +84,7 @@ impl<'a> Host<'a> {
     }
 }
 
-/// Bakes an imported scene: split → cells → levels → visibility → records. Everything goes to the sink; the caller
+/// Bakes an imported scene: share → split → cells → levels → visibility → records. Everything goes to the sink; the caller
 /// moves the pointer. What was found for each cell is remembered, and recalled where nothing has changed.
 ///
 /// # Errors
@@ -95,7 +96,7 @@ pub fn bake(
     host: &Host<'_>,
 ) -> Result<Written, BakeError> {
     let progress = host.progress;
-    let scene = in_spatial_order(split::split(source.scene, &settings.split, defects));
+    let scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
     let world = World::new(&scene)?;
     let viewpoints: Vec<[f64; 3]> = scene
         .viewpoints

@@ -57,7 +57,7 @@ impl ConservativeSettings {
         fusion: true,
         halvings: 0,
         target_halvings: 0,
-        steps: 3000,
+        steps: 1500,
     };
 }
 
