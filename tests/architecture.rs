@@ -13,6 +13,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "belvedere",
         &[
             "belvedere-bake",
+            "belvedere-client",
             "belvedere-live",
             "belvedere-scene",
             "belvedere-verify",

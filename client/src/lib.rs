@@ -21,12 +21,13 @@
 //! The client reads the published tree and nothing else, so a plain folder behind a web server is as good as a
 //! Belvedere server. Every immutable object is verified against the hash in its name. Three things hand to each
 //! other: a [`Client`] follows pointers and opens a [`Scene`], which is one revision and never changes under its reader; a
-//! [`Walk`] goes through it from cell to cell and fetches what changes.
+//! [`Walk`] goes through it from cell to cell and fetches what changes. [`tour`] measures what visitors get to see.
 
 mod error;
 mod packs;
 mod scene;
 mod source;
+pub mod tour;
 mod walk;
 
 pub use error::Error;

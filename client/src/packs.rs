@@ -2,13 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use belvedere_scene::{BlobHash, BlobName, object::Level};
+use belvedere_scene::{
+    BlobHash, BlobName,
+    object::{Level, PackRef},
+};
 use bytes::Bytes;
 
 use crate::{ByteSource, Error, Scene};
 
 /// A pack is fetched whole when at least this share of its bytes is wanted.
 const WORTH_A_PACK: f64 = 0.5;
+
+/// Whether enough of these levels stand in a pack for it to be fetched whole.
+pub(crate) fn is_worth(pack: &PackRef, wanted: &[&Level]) -> bool {
+    let inside = |level: &&&Level| level.pack.as_ref().is_some_and(|other| other.url == pack.url);
+    let files: BTreeMap<&BlobName, u64> = wanted.iter().filter(inside).map(|l| (&l.url, l.bytes)).collect();
+    files.values().sum::<u64>() as f64 >= WORTH_A_PACK * pack.bytes as f64
+}
 
 impl<S: ByteSource> Scene<S> {
     /// The GLBs of some levels, in their order, each verified against the hash in its name. Levels that stand in a pack
@@ -17,19 +27,12 @@ impl<S: ByteSource> Scene<S> {
     /// # Errors
     /// When one cannot be fetched or arrives damaged.
     pub async fn glbs(&self, levels: &[&Level]) -> Result<Vec<Bytes>, Error> {
-        let mut wanted: BTreeMap<&BlobName, u64> = BTreeMap::new();
         let files: BTreeMap<&BlobName, &Level> = levels.iter().map(|level| (&level.url, *level)).collect();
-        for level in files.values() {
-            if let Some(pack) = &level.pack {
-                *wanted.entry(&pack.url).or_default() += level.bytes;
-            }
-        }
         let mut packs: BTreeMap<&BlobName, Bytes> = BTreeMap::new();
         let mut glbs: BTreeMap<&BlobName, Bytes> = BTreeMap::new();
         for (name, level) in files {
-            let worth = |bytes: u64, all: u64| bytes as f64 >= WORTH_A_PACK * all as f64;
             let glb = match &level.pack {
-                Some(pack) if worth(wanted[&pack.url], pack.bytes) => {
+                Some(pack) if is_worth(pack, levels) => {
                     if !packs.contains_key(&pack.url) {
                         packs.insert(&pack.url, self.blob(&pack.url).await?);
                     }

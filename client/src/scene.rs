@@ -95,6 +95,10 @@ impl<S: ByteSource> Scene<S> {
         &self.pointer
     }
 
+    pub(crate) fn source(&self) -> &S {
+        &self.source
+    }
+
     /// The revision's manifest.
     #[must_use]
     pub fn manifest(&self) -> &Manifest {

@@ -1,8 +1,10 @@
 //! Where do bytes come from? A server, a CDN, or a folder.
 
-use std::{future::Future, path::PathBuf, time::Duration};
+use std::{future::Future, io::Read, path::PathBuf, time::Duration};
 
 use bytes::Bytes;
+use flate2::read::GzDecoder;
+use reqwest::header::{ACCEPT_ENCODING, CONTENT_ENCODING};
 
 use crate::Error;
 
@@ -10,7 +12,19 @@ use crate::Error;
 pub trait ByteSource: Send + Sync {
     /// The bytes at a path that starts with `/`.
     fn get(&self, path: &str) -> impl Future<Output = Result<Bytes, Error>> + Send;
+
+    /// The same, and how many bytes of it a line had to carry: fewer where it came compressed.
+    fn get_carried(&self, path: &str) -> impl Future<Output = Result<(Bytes, u64), Error>> + Send {
+        async {
+            let bytes = self.get(path).await?;
+            let carried = bytes.len() as u64;
+            Ok((bytes, carried))
+        }
+    }
 }
+
+/// No document is larger than this once it is unpacked.
+const MOST_DOCUMENT_BYTES: u64 = 256 << 20;
 
 /// A server or CDN.
 #[derive(Debug, Clone)]
@@ -44,6 +58,10 @@ impl HttpSource {
 
 impl ByteSource for HttpSource {
     async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        Ok(self.get_carried(path).await?.0)
+    }
+
+    async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
         let failed = |cause: reqwest::Error| Error::Fetch {
             path: path.to_owned(),
             cause: chain(&cause),
@@ -51,14 +69,40 @@ impl ByteSource for HttpSource {
         let answer = self
             .http
             .get(format!("{}{path}", self.base))
+            .header(ACCEPT_ENCODING, "gzip")
             .send()
             .await
             .map_err(failed)?;
         if answer.status() == reqwest::StatusCode::NOT_FOUND {
             return Err(Error::Missing(path.to_owned()));
         }
-        answer.error_for_status().map_err(failed)?.bytes().await.map_err(failed)
+        let answer = answer.error_for_status().map_err(failed)?;
+        let packed = answer
+            .headers()
+            .get(CONTENT_ENCODING)
+            .is_some_and(|encoding| encoding == "gzip");
+        let bytes = answer.bytes().await.map_err(failed)?;
+        let carried = bytes.len() as u64;
+        let bytes = if packed { unpacked(path, &bytes)? } else { bytes };
+        Ok((bytes, carried))
     }
+}
+
+fn unpacked(path: &str, packed: &[u8]) -> Result<Bytes, Error> {
+    let mut bytes = Vec::new();
+    let read = GzDecoder::new(packed)
+        .take(MOST_DOCUMENT_BYTES + 1)
+        .read_to_end(&mut bytes);
+    let too_large = bytes.len() as u64 > MOST_DOCUMENT_BYTES;
+    match read {
+        Ok(_) if !too_large => Ok(bytes.into()),
+        Ok(_) => Err(format!("it has more than {MOST_DOCUMENT_BYTES} bytes")),
+        Err(cause) => Err(format!("its gzip is damaged: {cause}")),
+    }
+    .map_err(|cause| Error::Fetch {
+        path: path.to_owned(),
+        cause,
+    })
 }
 
 /// A folder that `belvedere publish` wrote.
@@ -89,6 +133,14 @@ impl ByteSource for FolderSource {
                 cause: cause.to_string(),
             }),
         }
+    }
+
+    /// What a web server in front of the folder would send.
+    async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        let bytes = self.get(path).await?;
+        let packed = tokio::fs::metadata(self.root.join(format!("{}.gz", path.trim_start_matches('/')))).await;
+        let carried = packed.map_or(bytes.len() as u64, |packed| packed.len());
+        Ok((bytes, carried))
     }
 }
 

@@ -9,6 +9,7 @@ mod output;
 mod publish;
 pub mod serve;
 mod verify;
+mod walk;
 
 use clap::{Parser, Subcommand};
 
@@ -34,6 +35,8 @@ enum Command {
     Inspect(inspect::Args),
     /// Look for visible objects that the visible sets lack; fails when there are too many
     Verify(verify::Args),
+    /// Send visitors through a served or published scene and measure what they get to see, and when
+    Walk(walk::Args),
     /// Make levels of detail of the meshes in a file, without baking a scene
     Mesh(mesh::Args),
     /// Remove blobs and old revisions that nothing needs
@@ -70,6 +73,7 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Publish(args) => publish::run(args).await,
         Command::Inspect(args) => inspect::run(args).await,
         Command::Verify(args) => verify::run(args).await,
+        Command::Walk(args) => walk::run(args).await,
         Command::Mesh(args) => mesh::run(args),
         Command::Gc(args) => gc::run(args).await,
         Command::Openapi => output::print(crate::http::OPENAPI_JSON),

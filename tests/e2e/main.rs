@@ -14,6 +14,7 @@ mod smooth;
 mod triangles;
 mod verifying;
 mod visible;
+mod visiting;
 mod walking;
 #[path = "../http/wire.rs"]
 mod wire;

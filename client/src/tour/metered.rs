@@ -1,0 +1,52 @@
+//! What did each request cost? A source that notes sizes and real latencies.
+
+use std::{
+    sync::Mutex,
+    time::{Duration, Instant},
+};
+
+use bytes::Bytes;
+
+use crate::{ByteSource, Error};
+
+/// One request that was answered.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Answer {
+    pub(super) bytes: u64,
+    pub(super) took: Duration,
+}
+
+/// A source with a note of all its answers.
+pub(super) struct Metered<S> {
+    source: S,
+    answers: Mutex<Vec<Answer>>,
+}
+
+impl<S> Metered<S> {
+    pub(super) fn new(source: S) -> Self {
+        Self {
+            source,
+            answers: Mutex::default(),
+        }
+    }
+
+    /// The answers since somebody last asked.
+    pub(super) fn take(&self) -> Vec<Answer> {
+        let mut answers = self.answers.lock().expect("nothing panics while it holds this lock");
+        std::mem::take(&mut *answers)
+    }
+}
+
+impl<S: ByteSource> ByteSource for Metered<S> {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        let started = Instant::now();
+        let (bytes, carried) = self.source.get_carried(path).await?;
+        let answer = Answer {
+            bytes: carried,
+            took: started.elapsed(),
+        };
+        let mut answers = self.answers.lock().expect("nothing panics while it holds this lock");
+        answers.push(answer);
+        Ok(bytes)
+    }
+}

@@ -1,0 +1,66 @@
+//! What does a visitor get to see while the bytes are still coming? Walks through a scene along a script, over a simulated
+//! line, and measures (Marvie & Bouatouch, *A VRML97-X3D extension for massive scenery management in virtual worlds*, 2004,
+//! §7: download quality, convergence time, with and without prefetching).
+//!
+//! * [`script`]: where the visitor is, and when;
+//! * [`line`]: when what was asked for arrives;
+//! * `metered`: what every document cost;
+//! * `visitor`: what is asked for next;
+//! * [`outcome`]: what became of it.
+//!
+//! Bytes are fetched for real, as fast as they come; *when* they arrive is simulated. So a tour of an hour takes seconds, and
+//! the same script gives the same numbers on any machine, but for the latencies of real requests.
+
+pub mod line;
+mod metered;
+pub mod outcome;
+pub mod script;
+mod visitor;
+
+pub use line::Line;
+pub use outcome::{Frame, Outcome, Tour};
+pub use script::{Script, ScriptError};
+
+use crate::{ByteSource, Client, Error};
+use belvedere_scene::SceneName;
+use metered::Metered;
+use visitor::Visitor;
+
+/// How a visitor walks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TourSettings {
+    /// The line to the visitor.
+    pub line: Line,
+    /// Whether the cell that the visitor heads for is fetched ahead.
+    pub prefetch: bool,
+    /// Frames each second, of the scripted time.
+    pub frames_per_s: f64,
+    /// Levels are refined until their error covers at most so many pixels of a picture 1,080 pixels high.
+    pub target_px: f64,
+}
+
+impl Default for TourSettings {
+    fn default() -> Self {
+        Self {
+            line: Line::default(),
+            prefetch: true,
+            frames_per_s: 10.0,
+            target_px: 1.0,
+        }
+    }
+}
+
+/// Sends one visitor along a script; the visitor holds nothing at first.
+///
+/// # Errors
+/// When the scene cannot be opened. What cannot be fetched later is counted, and the tour goes on without it.
+pub async fn walk<S: ByteSource>(
+    source: S,
+    scene: &SceneName,
+    script: &Script,
+    settings: &TourSettings,
+) -> Result<Tour, Error> {
+    let client = Client::new(Metered::new(source));
+    let scene = client.open(scene).await?;
+    Visitor::new(&scene, settings).walk(script).await
+}

@@ -1,0 +1,177 @@
+//! What became of a tour? Frame by frame, and in sum over many visitors.
+
+use serde::Serialize;
+
+/// A moment of a tour.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Frame {
+    /// Scripted time, milliseconds.
+    pub t_ms: f64,
+    /// The share of the objects that can be seen from the visitor's cell of which a level is there (download quality).
+    pub quality: f64,
+    /// How many of them have nothing there.
+    pub missing: u32,
+    /// Bytes that have come so far.
+    pub bytes: u64,
+}
+
+/// What became of one visitor.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tour {
+    /// In order of time.
+    pub frames: Vec<Frame>,
+    /// When all that can be seen from the first cell had come, if it did.
+    pub converged_ms: Option<f64>,
+    /// Why bytes came.
+    pub bytes: Causes,
+    /// Requests.
+    pub requests: u64,
+    /// What could not be fetched.
+    pub failures: u64,
+    /// What requests really took, in milliseconds.
+    pub latencies_ms: Vec<f64>,
+}
+
+/// Why bytes came.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Causes {
+    /// For what could be seen when they were asked for, and documents.
+    pub needed: u64,
+    /// Ahead, and seen later.
+    pub prefetched_used: u64,
+    /// Ahead, and never seen.
+    pub prefetched_wasted: u64,
+}
+
+/// Download quality over frames, 0 to 1.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Quality {
+    /// The worst frame.
+    pub min: f64,
+    /// The mean of all frames.
+    pub mean: f64,
+    /// One frame of twenty is worse.
+    pub p5: f64,
+}
+
+/// Milliseconds of real requests.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Latency {
+    /// Half of them took less.
+    pub p50: f64,
+    /// One of a hundred took more.
+    pub p99: f64,
+}
+
+/// What became of all visitors.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Visitors.
+    pub sessions: u64,
+    /// Frames of all of them.
+    pub frames: u64,
+    /// Over the frames after each visitor's convergence.
+    pub quality: Quality,
+    /// Objects in sight of which nothing was there, summed over those frames.
+    pub holes: u64,
+    /// Of all visitors.
+    pub bytes: Causes,
+    /// The mean over visitors of how long all that can be seen from the first cell took to come; null when one never had it.
+    pub convergence_s: Option<f64>,
+    /// Of all visitors.
+    pub requests: u64,
+    /// What could not be fetched.
+    pub failures: u64,
+    /// Of all requests.
+    pub latency_ms: Latency,
+}
+
+impl Outcome {
+    /// Sums up.
+    #[must_use]
+    pub fn of(tours: &[Tour]) -> Self {
+        let settled = |tour: &Tour| {
+            let from_ms = tour.converged_ms.unwrap_or(f64::INFINITY);
+            let frames = tour.frames.iter().filter(move |frame| frame.t_ms >= from_ms);
+            frames.copied().collect::<Vec<_>>()
+        };
+        let mut frames: Vec<Frame> = tours.iter().flat_map(settled).collect();
+        frames.sort_by(|a, b| a.quality.total_cmp(&b.quality));
+        let sum = |of: fn(&Tour) -> u64| tours.iter().map(of).sum::<u64>();
+        let converged: Option<Vec<f64>> = tours.iter().map(|tour| tour.converged_ms).collect();
+        let mut latencies_ms: Vec<f64> = tours
+            .iter()
+            .flat_map(|tour| tour.latencies_ms.iter().copied())
+            .collect();
+        latencies_ms.sort_by(f64::total_cmp);
+        Self {
+            sessions: tours.len() as u64,
+            frames: sum(|tour| tour.frames.len() as u64),
+            quality: Quality {
+                min: frames.first().map_or(0.0, |frame| frame.quality),
+                mean: mean(frames.iter().map(|frame| frame.quality)),
+                p5: at_share(&frames, 0.05).map_or(0.0, |frame| frame.quality),
+            },
+            holes: frames.iter().map(|frame| u64::from(frame.missing)).sum(),
+            bytes: Causes {
+                needed: sum(|tour| tour.bytes.needed),
+                prefetched_used: sum(|tour| tour.bytes.prefetched_used),
+                prefetched_wasted: sum(|tour| tour.bytes.prefetched_wasted),
+            },
+            convergence_s: converged
+                .filter(|all| !all.is_empty())
+                .map(|all| mean(all.into_iter()) / 1000.0),
+            requests: sum(|tour| tour.requests),
+            failures: sum(|tour| tour.failures),
+            latency_ms: Latency {
+                p50: at_share(&latencies_ms, 0.5).unwrap_or(0.0),
+                p99: at_share(&latencies_ms, 0.99).unwrap_or(0.0),
+            },
+        }
+    }
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len();
+    if count == 0 {
+        0.0
+    } else {
+        values.sum::<f64>() / count as f64
+    }
+}
+
+/// What such a share of sorted things is below of.
+fn at_share<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
+    let last = sorted.len().checked_sub(1)?;
+    sorted.get((share * last as f64).round() as usize).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_before_convergence_do_not_count_and_who_never_converges_is_told() {
+        let frame = |t_ms: f64, quality: f64, missing: u32| Frame {
+            t_ms,
+            quality,
+            missing,
+            bytes: 0,
+        };
+        let tour = Tour {
+            frames: vec![frame(0.0, 0.0, 9), frame(100.0, 1.0, 0), frame(200.0, 0.5, 2)],
+            converged_ms: Some(60.0),
+            latencies_ms: vec![3.0, 1.0],
+            ..Tour::default()
+        };
+        let outcome = Outcome::of(std::slice::from_ref(&tour));
+        assert_eq!((outcome.frames, outcome.holes), (3, 2));
+        assert_eq!((outcome.quality.min, outcome.quality.mean), (0.5, 0.75));
+        assert_eq!(outcome.convergence_s, Some(0.06));
+        let never = Tour {
+            converged_ms: None,
+            ..tour.clone()
+        };
+        assert_eq!(Outcome::of(&[tour, never]).convergence_s, None);
+    }
+}

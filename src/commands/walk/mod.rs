@@ -1,0 +1,188 @@
+//! `belvedere walk URL --scene S`: what do visitors get to see while the bytes are still coming? A test of a deployment, and
+//! of a scene before it is deployed.
+
+mod chart;
+mod quantity;
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use belvedere_client::{
+    ByteSource, Client, FolderSource, HttpSource,
+    tour::{self, Line, Outcome, Script, Tour, TourSettings},
+};
+use belvedere_scene::SceneName;
+
+use super::output::{bytes, percent, print, print_json, table};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A server or CDN, or a folder that `belvedere publish` wrote
+    #[arg(value_name = "URL|DIR")]
+    tree: String,
+    /// The scene
+    #[arg(long)]
+    scene: SceneName,
+    /// The way: JSON lines {"t_ms": 0, "position": [x, y, z]}; by default a made-up walk from cell to cell
+    #[arg(long)]
+    script: Option<PathBuf>,
+    /// Bandwidth of each visitor's simulated line, in bits a second: 128k, 5M; by default without limit
+    #[arg(long, value_parser = quantity::bits_per_s)]
+    bandwidth: Option<f64>,
+    /// Time from a request to its answer on that line: 50ms, 0.2s
+    #[arg(long, value_parser = quantity::milliseconds, default_value = "0ms")]
+    latency: f64,
+    /// Walk at this speed: 3km/h, 1.5m/s; by default as the script says, or 5km/h
+    #[arg(long, value_parser = quantity::metres_per_s)]
+    speed: Option<f64>,
+    /// Whether what lies ahead is fetched before it is seen
+    #[arg(long, default_value = "on", value_parser = ["on", "off"])]
+    prefetch: String,
+    /// Visitors at once; made-up walks differ, and of a script each starts a second later
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    sessions: u32,
+    /// How long a made-up walk takes, in seconds of its own time
+    #[arg(long, default_value_t = 120.0)]
+    duration: f64,
+    /// Made-up walks of another number are other walks
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Fail when the mean download quality after convergence is lower: 95%
+    #[arg(long, value_parser = quantity::share)]
+    min_quality: Option<f64>,
+    /// Draw quality and bytes of the first visitor over time
+    #[arg(long, value_name = "SVG")]
+    plot: Option<PathBuf>,
+    /// Write the first visitor's way as a script
+    #[arg(long, value_name = "FILE")]
+    save_script: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Made-up walks are as fast as people, in metres a second.
+const WALKING_MPS: f64 = 5.0 / 3.6;
+
+pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    if args.tree.contains("://") {
+        let source = HttpSource::new(&args.tree)?;
+        walk(args, source).await
+    } else {
+        anyhow::ensure!(
+            std::path::Path::new(&args.tree).is_dir(),
+            "`{}` is neither an address, like http://127.0.0.1:8080, nor a folder",
+            args.tree
+        );
+        let source = FolderSource::new(&args.tree);
+        walk(args, source).await
+    }
+}
+
+async fn walk<S: ByteSource + Clone + 'static>(args: Args, source: S) -> anyhow::Result<()> {
+    let settings = TourSettings {
+        line: Line {
+            bits_per_s: args.bandwidth.unwrap_or(f64::INFINITY),
+            latency_ms: args.latency,
+        },
+        prefetch: args.prefetch == "on",
+        ..TourSettings::default()
+    };
+    let scripts = scripts(&args, &source).await?;
+    if let Some(file) = &args.save_script {
+        std::fs::write(file, scripts[0].to_text()).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    let visitors = scripts.into_iter().map(|script| {
+        let (source, scene) = (source.clone(), args.scene.clone());
+        tokio::spawn(async move { tour::walk(source, &scene, &script, &settings).await })
+    });
+    let visitors: Vec<_> = visitors.collect();
+    let mut tours: Vec<Tour> = Vec::with_capacity(visitors.len());
+    for visitor in visitors {
+        tours.push(visitor.await??);
+    }
+    if let Some(file) = &args.plot {
+        std::fs::write(file, chart::draw(&tours[0])).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    let outcome = Outcome::of(&tours);
+    if args.json {
+        print_json(&outcome)?;
+    } else {
+        print(&summary(&outcome))?;
+    }
+    if let Some(least) = args.min_quality {
+        anyhow::ensure!(
+            outcome.convergence_s.is_some(),
+            "not every visitor ever had all that can be seen from the first cell: {} was asked for",
+            percent(least)
+        );
+        anyhow::ensure!(
+            outcome.quality.mean >= least,
+            "the mean download quality is {}, less than {}",
+            percent(outcome.quality.mean),
+            percent(least)
+        );
+    }
+    Ok(())
+}
+
+/// The way of each visitor.
+async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Result<Vec<Script>> {
+    if let Some(file) = &args.script {
+        let shown = file.display();
+        let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {shown}"))?;
+        let script = Script::parse(&text).with_context(|| format!("{shown} is no script"))?;
+        let script = args
+            .speed
+            .map_or(script.clone(), |speed_mps| script.at_speed(speed_mps));
+        return Ok((0..args.sessions)
+            .map(|number| script.later(f64::from(number) * 1000.0))
+            .collect());
+    }
+    anyhow::ensure!(
+        args.duration.is_finite() && args.duration > 0.0,
+        "--duration must be a number of seconds above 0"
+    );
+    let scene = Client::new(source.clone()).open(&args.scene).await?;
+    let speed_mps = args.speed.unwrap_or(WALKING_MPS);
+    let mut scripts = Vec::with_capacity(args.sessions as usize);
+    for number in 0..u64::from(args.sessions) {
+        scripts.push(Script::wander(&scene, speed_mps, args.duration, args.seed.wrapping_add(number << 32)).await?);
+    }
+    Ok(scripts)
+}
+
+fn summary(outcome: &Outcome) -> String {
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let causes = &outcome.bytes;
+    let converged = outcome.convergence_s.map_or_else(
+        || "never, for some".to_owned(),
+        |seconds| format!("after {seconds:.1} s"),
+    );
+    let quality = &outcome.quality;
+    let mut rows = vec![
+        row("visitors, frames", format!("{}, {}", outcome.sessions, outcome.frames)),
+        row("all of the first cell there", converged),
+        row("download quality since, mean", percent(quality.mean)),
+        row(
+            "  … the worst of twenty, and of all frames",
+            format!("{}, {}", percent(quality.p5), percent(quality.min)),
+        ),
+        row(
+            "objects in sight without any level, summed over frames",
+            outcome.holes.to_string(),
+        ),
+        row("bytes that were needed", bytes(causes.needed)),
+        row("  … fetched ahead and seen", bytes(causes.prefetched_used)),
+        row("  … fetched ahead and never seen", bytes(causes.prefetched_wasted)),
+        row("requests", outcome.requests.to_string()),
+        row(
+            "their real latency, half and 99 of 100 below",
+            format!("{:.1} ms, {:.1} ms", outcome.latency_ms.p50, outcome.latency_ms.p99),
+        ),
+    ];
+    if outcome.failures > 0 {
+        rows.push(row("could not be fetched", outcome.failures.to_string()));
+    }
+    table(&["", ""], &rows).trim_start_matches('\n').to_owned()
+}

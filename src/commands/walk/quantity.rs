@@ -1,0 +1,68 @@
+//! How much is `128k`, `3km/h`, `50ms` or `95%`?
+
+/// `128k`, `1.5M`, `56000`: bits a second.
+pub(super) fn bits_per_s(text: &str) -> Result<f64, String> {
+    let units = [("k", 1e3), ("M", 1e6), ("G", 1e9), ("", 1.0)];
+    above_zero(text, &units, "a bandwidth in bits a second, such as 128k or 5M")
+}
+
+/// `3km/h`, `1.5m/s`: metres a second.
+pub(super) fn metres_per_s(text: &str) -> Result<f64, String> {
+    let units = [("km/h", 1.0 / 3.6), ("m/s", 1.0)];
+    above_zero(text, &units, "a speed, such as 3km/h or 1.5m/s")
+}
+
+/// `50ms`, `0.2s`: milliseconds.
+pub(super) fn milliseconds(text: &str) -> Result<f64, String> {
+    quantity(text, &[("ms", 1.0), ("s", 1000.0)])
+        .filter(|ms| *ms >= 0.0)
+        .ok_or_else(|| "expected a time, such as 50ms or 0.2s".to_owned())
+}
+
+/// `95%`, `0.95`: a share.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    quantity(text, &[("%", 0.01), ("", 1.0)])
+        .filter(|share| (0.0..=1.0).contains(share))
+        .ok_or_else(|| "expected a share, such as 95% or 0.95".to_owned())
+}
+
+fn above_zero(text: &str, units: &[(&str, f64)], what: &str) -> Result<f64, String> {
+    quantity(text, units)
+        .filter(|value| *value > 0.0)
+        .ok_or_else(|| format!("expected {what}"))
+}
+
+/// A number with the first of these units that it ends with.
+fn quantity(text: &str, units: &[(&str, f64)]) -> Option<f64> {
+    let (number, scale) = units
+        .iter()
+        .find_map(|(unit, scale)| Some((text.trim().strip_suffix(unit)?, scale)))?;
+    let value = number.trim().parse::<f64>().ok()? * scale;
+    value.is_finite().then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_have_units() {
+        assert_eq!(bits_per_s("128k"), Ok(128e3));
+        assert_eq!(bits_per_s("56000"), Ok(56e3));
+        assert_eq!(metres_per_s("36 km/h"), Ok(10.0));
+        assert_eq!(milliseconds("0.2s"), Ok(200.0));
+        assert_eq!(share("95%"), Ok(0.95));
+    }
+
+    #[test]
+    fn what_is_none_is_told_what_would_be() {
+        for wrong in ["", "fast", "3", "-3km/h", "NaNm/s", "infm/s"] {
+            assert_eq!(
+                metres_per_s(wrong),
+                Err("expected a speed, such as 3km/h or 1.5m/s".to_owned()),
+                "{wrong}"
+            );
+        }
+        assert!(share("195%").is_err() && bits_per_s("0").is_err() && milliseconds("-1ms").is_err());
+    }
+}

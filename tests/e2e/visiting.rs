@@ -1,0 +1,86 @@
+//! `belvedere walk`: visitors are sent through a scene, and what they get to see is measured.
+
+use serde_json::Value;
+
+use crate::program::{Data, THREE_ROOMS};
+
+const THROUGH_THE_DOOR: &str = r#"{"t_ms": 0, "position": [2.5, 1.5, 2.5]}
+{"t_ms": 20000, "position": [6.5, 1.5, 2.5]}
+"#;
+
+fn walk(data: &Data, tree: &str, more: &[&str]) -> Value {
+    let script = data.write("way.jsonl", THROUGH_THE_DOOR);
+    let script = script.to_str().expect("UTF-8");
+    let args = ["walk", tree, "--scene", "rooms", "--script", script, "--json"];
+    serde_json::from_str(&data.ok(&[&args, more].concat())).expect("JSON")
+}
+
+#[test]
+fn a_slow_line_brings_things_later_and_what_lies_ahead_is_there_before_it_is_seen() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let server = data.serve();
+    let tree = data.folder("tree");
+    let tree = tree.to_str().expect("UTF-8");
+
+    let fast = walk(&data, tree, &[]);
+    assert_eq!((&fast["sessions"], &fast["frames"]), (&1.into(), &201.into()), "{fast}");
+    assert_eq!((&fast["holes"], &fast["failures"]), (&0.into(), &0.into()), "{fast}");
+    assert_eq!(fast["quality"]["min"], 1.0, "{fast}");
+
+    let slow = walk(&data, tree, &["--bandwidth", "64k", "--latency", "50ms"]);
+    assert!(
+        slow["convergence_s"].as_f64() > fast["convergence_s"].as_f64(),
+        "{slow}"
+    );
+    let bytes =
+        |outcome: &Value| ["needed", "prefetched_used", "prefetched_wasted"].map(|c| outcome["bytes"][c].as_u64());
+    let unaided = walk(
+        &data,
+        tree,
+        &["--bandwidth", "64k", "--latency", "50ms", "--prefetch", "off"],
+    );
+    assert_eq!(bytes(&unaided)[1..], [Some(0), Some(0)]);
+    assert!(slow["quality"]["mean"].as_f64() >= unaided["quality"]["mean"].as_f64());
+
+    // What the line carries does not depend on who sends it.
+    let served = walk(&data, &server.base, &["--bandwidth", "64k", "--latency", "50ms"]);
+    for same in ["quality", "convergence_s", "bytes", "requests", "holes"] {
+        assert_eq!(slow[same], served[same], "{same}");
+    }
+    let many = walk(&data, &server.base, &["--sessions", "5", "--speed", "36km/h"]);
+    assert_eq!(many["sessions"], 5);
+    assert!(many["requests"].as_u64() > Some(20), "{many}");
+}
+
+#[test]
+fn made_up_walks_are_repeatable_and_guard_a_deployment() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let tree = data.folder("tree");
+    let tree = tree.to_str().expect("UTF-8");
+    let (way, plot) = (data.folder("way.jsonl"), data.folder("plot.svg"));
+    let files = [way.to_str().expect("UTF-8"), plot.to_str().expect("UTF-8")];
+    let walk = ["walk", tree, "--scene", "rooms", "--duration", "30"];
+    let saved = ["--save-script", files[0], "--plot", files[1], "--min-quality", "95%"];
+    let table = data.ok(&[&walk[..], &saved].concat());
+    assert!(table.contains("download quality since, mean"), "{table}");
+    assert!(std::fs::read_to_string(&plot).expect("a plot").starts_with("<svg"));
+    let first = std::fs::read_to_string(&way).expect("a script");
+    assert!(first.lines().count() > 2, "{first}");
+    data.ok(&[&walk[..], &saved].concat());
+    assert_eq!(std::fs::read_to_string(&way).expect("a script"), first);
+
+    let message = data.fails(&[&walk[..], &["--bandwidth", "1", "--min-quality", "95%"]].concat());
+    assert!(message.contains("not every visitor ever had all"), "{message}");
+    let message = data.fails(&["walk", "nowhere", "--scene", "rooms"]);
+    assert!(message.contains("neither an address"), "{message}");
+    let bad = data.write("bad.jsonl", "{\"t_ms\": 0}\n");
+    let message = data.fails(&[&walk[..], &["--script", bad.to_str().expect("UTF-8")]].concat());
+    assert!(
+        message.contains("bad.jsonl is no script: line 1: missing field `position`"),
+        "{message}"
+    );
+}
