@@ -124,6 +124,7 @@ impl<'t> Lexer<'t> {
         }
         let found = &self.text[start..self.at];
         let is_plain = found.bytes().all(|b| b.is_ascii_digit() || b"+-.eE".contains(&b));
+        let is_plain = is_plain && !found.contains(".e") && !found.contains(".E");
         let number = found
             .parse()
             .ok()

@@ -43,7 +43,7 @@ impl Default for Limits {
         Self {
             levels: 64,
             nesting: 640,
-            steps: 200_000_000,
+            steps: 1_000_000_000,
             triangles: 16_000_000,
             parts: 65_536,
             placements: 1_000_000,

@@ -264,9 +264,11 @@ impl<'p> Evaluator<'p> {
             }
             BuiltIn::Round => (a + 0.5).floor(),
             BuiltIn::Sin => sin_cos(a).0,
-            BuiltIn::Sqrt => self
-                .within((scope, at), a, "what a root is taken of", (0.0, f64::MAX))?
-                .sqrt(),
+            BuiltIn::Sqrt if a < 0.0 => {
+                let (what, wanted) = ("what a root is taken of", "0 or more");
+                return self.error(scope.module, at, Problem::Shape { what, wanted });
+            }
+            BuiltIn::Sqrt => a.sqrt(),
             BuiltIn::Count | BuiltIn::Mix => unreachable!("they take lists"),
         };
         self.finite(scope, at, result, "this result")
@@ -277,7 +279,7 @@ impl<'p> Evaluator<'p> {
         let octaves = self
             .within((scope, at), octaves, "octaves", (1.0, MAX_OCTAVES))?
             .floor() as u32;
-        self.count(scope, at, 4 * u64::from(octaves))?;
+        self.count(scope, at, octaves.into())?;
         let (mut x, mut z, mut weight, mut sum) = (x, z, 1.0, 0.0);
         for octave in 0..octaves {
             self.within((scope, at), x.abs(), "a coordinate of noise", (0.0, MAX_NOISE))?;
