@@ -5,7 +5,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use belvedere_scene::procedural::{Grown, Loader, Mesh, NoImports, Program, Settings, Value, affine::Affine, grow};
+use belvedere_scene::procedural::{
+    Grown, Loader, Mesh, NoImports, Program, Settings, Surface, Value, affine::Affine, grow,
+};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
@@ -135,6 +137,21 @@ fn hash(grown: &Grown) -> String {
     sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// Everything that a part looks like: its meshes, with their materials spelt out.
+fn looks(grown: &Grown, part: usize) -> Vec<(Mesh, Surface)> {
+    let meshes = grown.parts[part].meshes.iter();
+    let looks = meshes.map(|mesh| {
+        (
+            Mesh {
+                material: 0,
+                ..mesh.clone()
+            },
+            grown.materials[mesh.material].clone(),
+        )
+    });
+    looks.collect()
+}
+
 /// Compares with a golden file, or writes it when blessing.
 fn check(name: &str, found: &Json) {
     let path = folder().join(name);
@@ -165,6 +182,38 @@ fn what_grows_is_what_grew_before() {
         })
     });
     check("grown.json", &found.collect());
+}
+
+#[test]
+fn parts_that_can_be_made_alone_are_the_same_alone() {
+    let town = json!({"file": "../../../content/town", "seed": 3, "parameters": {"reach": 2}});
+    let town_parts = grown(&town).parts;
+    let drawn = town_parts
+        .iter()
+        .filter(|part| !part.meshes.is_empty() && !part.is_called);
+    let alone = town_parts.iter().filter(|part| part.recipe.is_some());
+    assert!(alone.count() > drawn.count() * 3 / 4);
+    for case in [&town, &json!({"file": "modules", "seed": 5})] {
+        let whole = grown(case);
+        let settings = Settings {
+            seed: case["seed"].as_u64().unwrap() as u32,
+            ..Settings::default()
+        };
+        let folder = folder()
+            .join(case["file"].as_str().unwrap())
+            .parent()
+            .unwrap()
+            .to_owned();
+        let mut alone = 0;
+        for (index, part) in whole.parts.iter().enumerate() {
+            let Some(recipe) = &part.recipe else { continue };
+            let program = Program::read("alone", recipe.text(), &Beside(folder.clone())).unwrap();
+            let again = grow(&program, &settings).unwrap();
+            assert_eq!(looks(&again, 1), looks(&whole, index), "{}", recipe.text());
+            alone += 1;
+        }
+        assert!(alone > 2, "{alone} parts");
+    }
 }
 
 #[test]

@@ -20,7 +20,11 @@ impl Loader for Content {
 #[test]
 fn every_example_grows() {
     let page = fs::read_to_string(root().join("docs/PROCEDURAL.md")).unwrap();
-    let examples: Vec<&str> = page.split("```dcg\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    let examples: Vec<&str> = page
+        .split("```dcg\n")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next())
+        .collect();
     assert!(examples.len() >= 12, "{} examples", examples.len());
     for example in examples {
         let program = Program::read("example.dcg", example.to_owned(), &Content);

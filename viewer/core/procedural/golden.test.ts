@@ -8,6 +8,7 @@ import { grow } from "./evaluator/index.ts";
 import { type Grown, instancesOf } from "./grown.ts";
 import { LIMITS } from "./limits.ts";
 import { readProgram } from "./link.ts";
+import { growModel } from "./recipe.ts";
 import { type Value, valueFromJson } from "./value.ts";
 
 /** Rules, how they are grown and what they give, as the tests in Rust wrote it. */
@@ -91,6 +92,25 @@ describe("what is said of a mistake is what is said in Rust", () => {
     expect(found).toBeInstanceOf(DcgError);
     expect((found as DcgError).message).toBe(said);
   });
+});
+
+it("grows a part alone as it is in the whole", () => {
+  const whole = grown({ file: "modules", seed: 5 });
+  const text = (name: string) => readFileSync(join(GOLDEN, name), "utf8");
+  const imports = new Map([["fence.dcg", text("fence.dcg")]]);
+  const stone = whole.parts.find((part) => part.name === "stone");
+  const upright = whole.parts.filter((part) => part.name === "upright").at(-1);
+  for (const size of [0.25, 0.5, 0.75]) {
+    const recipe = { rules: text("modules.dcg"), imports, part: "stone", parameters: { size } };
+    const { meshes } = growModel(recipe, { seed: 5 });
+    expect(meshes.length).toBe(1);
+    const same = whole.parts.some((part) => part.meshes[0]?.positions.join() === meshes[0]?.positions.join());
+    expect(same || stone === undefined).toBe(true);
+  }
+  const recipe = { rules: text("fence.dcg"), imports: new Map(), part: "upright", parameters: { height: 2 } };
+  const { meshes, materials } = growModel(recipe, { seed: 5 });
+  expect(meshes[0]?.positions).toEqual(upright?.meshes[0]?.positions);
+  expect(materials[meshes[0]?.material ?? 0]?.name).toBe("wood");
 });
 
 /** The same numbers in every run, up to `below`. */

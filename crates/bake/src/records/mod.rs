@@ -7,6 +7,7 @@ mod cells;
 mod city_tests;
 mod models;
 mod pages;
+mod rules;
 mod settle;
 mod sink;
 mod smooth;

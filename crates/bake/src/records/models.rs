@@ -10,7 +10,7 @@ use belvedere_scene::{
 use rayon::prelude::*;
 
 use super::{
-    BakeError,
+    BakeError, rules,
     sink::{BlobSink, Ledger, SinkError},
     smooth,
 };
@@ -59,9 +59,16 @@ impl Models {
         });
         let levels: Vec<_> = levels.collect::<Result<_, BakeError>>()?;
         let smooth = smooth::write(scene, &pictures, settings.error_limits, &ledger, progress)?;
-        let models = levels.into_iter().zip(smooth);
+        let rules = scene.models.iter().map(|model| rules::write(model, &ledger));
+        let rules = rules.collect::<Result<Vec<_>, SinkError>>()?;
+        let models = levels.into_iter().zip(smooth).zip(rules);
+        let models = models.map(|((levels, smooth), procedural)| Model {
+            levels,
+            smooth,
+            procedural,
+        });
         Ok(Self {
-            models: models.map(|(levels, smooth)| Model { levels, smooth }).collect(),
+            models: models.collect(),
             blobs: ledger.into_blobs(),
         })
     }

@@ -2,6 +2,7 @@
 
 use super::affine::Affine;
 use super::limits::Usage;
+use super::recipe::Recipe;
 use super::solid::Mesh;
 use crate::Bounds;
 
@@ -23,6 +24,8 @@ pub struct Part {
     pub name: String,
     /// Whether the name is from `called`: then it is also the name of what is placed in it.
     pub is_called: bool,
+    /// How it can be made alone, when it can.
+    pub recipe: Option<Recipe>,
     /// Its own triangles, one mesh for each material.
     pub meshes: Vec<Mesh>,
     /// Parts that it places.
@@ -94,6 +97,7 @@ impl Part {
         Self {
             name: name.to_owned(),
             is_called,
+            recipe: None,
             meshes: Vec::new(),
             placements: Vec::new(),
             models: Vec::new(),

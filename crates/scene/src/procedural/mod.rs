@@ -25,6 +25,7 @@ pub mod limits;
 mod link;
 mod parser;
 pub mod random;
+mod recipe;
 mod solid;
 mod syntax;
 #[cfg(test)]
@@ -36,5 +37,6 @@ pub use evaluator::{Settings, bounds, grow};
 pub use grown::{Grown, Instance, Part, Placement, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};
+pub use recipe::Recipe;
 pub use solid::Mesh;
 pub use value::Value;

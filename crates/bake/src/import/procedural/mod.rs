@@ -8,6 +8,8 @@ mod absorb;
 mod node;
 mod scene;
 
+use std::sync::Arc;
+
 use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
 use belvedere_scene::procedural::{Grown, Limits as GrowthLimits, Loader, Program, Settings, grow};
 
@@ -61,7 +63,9 @@ pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) ->
     let program = Program::read(file, text, &beside)?;
     let grown = grow(&program, settings)?;
     let mut defects = Defects::default();
-    let scene = scene::scene_of(&grown, &mut |model| {
+    let texts = program.files().map(|(name, text)| (name.to_owned(), text.to_owned()));
+    let rules = (Arc::new(texts.collect()), settings.seed);
+    let scene = scene::scene_of(&grown, &rules, &mut |model| {
         let imported = beside.import(model, ground)?;
         defects.absorb(imported.defects);
         Ok(imported.scene)

@@ -1,8 +1,9 @@
 //! Which objects does a grown model consist of?
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use belvedere_scene::procedural::{Grown, Instance, Mesh, Surface};
+use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Recipe, Surface};
 use glam::{DMat4, DVec3, Vec3};
 use serde_json::json;
 
@@ -10,20 +11,25 @@ use super::absorb::absorb;
 use crate::import::ImportError;
 use crate::import::topology::compact;
 use crate::source::{
-    AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceScene, SourceViewpoint, Topology,
+    AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceRecipe, SourceScene, SourceViewpoint,
+    Topology,
 };
 
 /// A glTF file by the name that rules give it.
 type Import<'i> = &'i mut dyn FnMut(&str) -> Result<SourceScene, ImportError>;
 
+/// The texts of all files, and the seed.
+type Rules = (Arc<BTreeMap<String, String>>, u32);
+
 /// The scene that a model makes.
-pub(super) fn scene_of(grown: &Grown, import: Import) -> Result<SourceScene, ImportError> {
+pub(super) fn scene_of(grown: &Grown, rules: &Rules, import: Import) -> Result<SourceScene, ImportError> {
     let mut scene = SourceScene {
         title: Some(grown.parts[0].name.clone()),
         ..SourceScene::default()
     };
     let material_of = add_materials(grown, &mut scene);
-    let models: Vec<Option<SourceModel>> = grown.parts.iter().map(|part| model(part, &material_of)).collect();
+    let models = grown.parts.iter().map(|part| model(part, &material_of, rules));
+    let models: Vec<Option<SourceModel>> = models.collect();
     let mut model_of = vec![None; models.len()];
     let mut imported: BTreeMap<&str, Vec<SourceObject>> = BTreeMap::new();
     let mut names = Names::default();
@@ -146,16 +152,19 @@ fn material(surface: &Surface) -> Material {
 }
 
 /// A part's triangles; `None` when it has none with an area.
-fn model(part: &belvedere_scene::procedural::Part, material_of: &BTreeMap<usize, usize>) -> Option<SourceModel> {
-    let primitives: Vec<Primitive> = part
-        .meshes
-        .iter()
-        .map(|mesh| primitive(mesh, material_of.get(&mesh.material).copied()))
-        .filter(|primitive| !primitive.indices.is_empty())
-        .collect();
+fn model(part: &Part, material_of: &BTreeMap<usize, usize>, (texts, seed): &Rules) -> Option<SourceModel> {
+    let meshes = part.meshes.iter();
+    let primitives = meshes.map(|mesh| primitive(mesh, material_of.get(&mesh.material).copied()));
+    let primitives: Vec<Primitive> = primitives.filter(|primitive| !primitive.indices.is_empty()).collect();
+    let recipe = |recipe: &Recipe| SourceRecipe {
+        texts: texts.clone(),
+        recipe: recipe.clone(),
+        seed: *seed,
+    };
     (!primitives.is_empty()).then(|| SourceModel {
         name: part.name.clone(),
         primitives,
+        recipe: part.recipe.as_ref().map(recipe),
         ..SourceModel::default()
     })
 }

@@ -11,6 +11,7 @@ use crate::procedural::error::Problem;
 use crate::procedural::grown::{Part, Placement};
 use crate::procedural::limits::reached;
 use crate::procedural::random::{step, step_name};
+use crate::procedural::recipe::Recipe;
 use crate::procedural::syntax::{At, Call, Expr, Formal, Rule, Statement};
 use crate::procedural::value::Value;
 
@@ -196,6 +197,17 @@ impl<'p> Evaluator<'p> {
                     return self.error(inner.module, rule.at, Problem::BeyondDeclared(rule.name.clone()));
                 }
                 self.accounts[part].finished = true;
+                if self.instances[inner.instance].is_default {
+                    let formals = rule.formals.iter().map(|formal| formal.name.clone());
+                    let values = self.stack[inner.base..].iter().cloned();
+                    self.note_recipe(
+                        part,
+                        turtle.material,
+                        inner.module,
+                        Some(&rule.name),
+                        formals.zip(values).collect(),
+                    );
+                }
                 part
             }
         };
@@ -267,7 +279,28 @@ impl<'p> Evaluator<'p> {
         })?;
         self.stack.truncate(base);
         self.accounts[part].finished = true;
+        let names = body.parameters.iter().map(|parameter| parameter.formal.name.clone());
+        let values = self.instances[instance].values.iter().flatten().cloned();
+        let parameters = names.zip(values).collect();
+        self.note_recipe(part, turtle.material, module, None, parameters);
         Ok(part)
+    }
+
+    /// Notes how a part can be made alone: when it places nothing, and nothing in it has taken on paint from outside.
+    fn note_recipe(
+        &mut self,
+        part: usize,
+        material: usize,
+        module: usize,
+        rule: Option<&str>,
+        parameters: Vec<(String, Value)>,
+    ) {
+        let made = &mut self.parts[part];
+        let is_alone = made.placements.is_empty() && made.models.is_empty() && !made.meshes.is_empty();
+        if is_alone && (material == 0 || made.meshes.iter().all(|mesh| mesh.material != material)) {
+            let (file, part) = (self.program.modules[module].file.clone(), rule.map(str::to_owned));
+            made.recipe = Some(Recipe { file, part, parameters });
+        }
     }
 
     /// A file with values for its parameters, and the path that belongs to them. Equal values, same instance.
@@ -280,7 +313,9 @@ impl<'p> Evaluator<'p> {
         let file = &self.program.modules[module];
         let count = file.parameters.len() + file.globals.len();
         let instance = self.instances.len();
+        let is_default = given.iter().all(Option::is_none);
         self.instances.push(ModuleInstance {
+            is_default,
             values: vec![None; count],
         });
         let mut scope = Scope {

@@ -94,6 +94,8 @@ struct Turtle {
 /// A file with values for its parameters.
 #[derive(Debug)]
 struct ModuleInstance {
+    /// Whether nothing was given to it.
+    is_default: bool,
     values: Vec<Option<Value>>,
 }
 
