@@ -1,6 +1,11 @@
 //! `belvedere grow FILE.dcg -o OUT.glb`: what grows out of rules, as a plain GLB, and what it took.
 
-use std::{collections::BTreeMap, fs, path::PathBuf, time::Instant};
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::PathBuf,
+    time::{Duration, Instant},
+};
 
 use anyhow::Context;
 use belvedere_bake::{
@@ -78,8 +83,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         progress: &Silent,
     };
     let growth = plant(&name, read, &settings, ground).with_context(|| format!("cannot grow {name}"))?;
-    let mut report = Report::of(&growth, &settings);
-    report.seconds = started.elapsed().as_secs_f64();
+    let mut report = Report::of(&growth, &settings, started.elapsed());
     if let Some(output) = &args.output {
         let glb = write_whole(&growth.scene);
         fs::write(output, &glb).with_context(|| format!("cannot write {}", output.display()))?;
@@ -92,8 +96,8 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
 }
 
 impl Report {
-    /// The report of what grew; it took no time yet.
-    pub(super) fn of(growth: &Growth, settings: &Settings) -> Self {
+    /// The report of what grew in this time.
+    pub(super) fn of(growth: &Growth, settings: &Settings, time: Duration) -> Self {
         let Growth {
             program, grown, scene, ..
         } = growth;
@@ -108,7 +112,7 @@ impl Report {
             bounds: grown.parts[0].bounds,
             parameters: program.parameters().map(str::to_owned).collect(),
             limits: usage.map(|(name, used, limit)| (name, [used, limit])).into(),
-            seconds: 0.0,
+            seconds: time.as_secs_f64(),
             bytes: None,
         }
     }

@@ -38,7 +38,7 @@ export function after(outer: Affine, inner: Affine): Affine {
 
 /** Moved along its own axes. */
 export function moved(frame: Affine, by: Vector): Affine {
-  return { ...frame, origin: point(frame, by) };
+  return { x: frame.x, y: frame.y, z: frame.z, origin: point(frame, by) };
 }
 
 function times(v: Vector, factor: number): Vector {

@@ -178,24 +178,19 @@ export abstract class Expressions extends State {
 
   private builtIn(scope: Scope, { at, name, site, args }: Kind<"builtin">): number {
     if (name === "count") return this.list(scope, at, args[0] as Expr, "what is counted").items.length;
-    const [a = 0, b = 0, c = 0] = args.map((arg) => this.number(scope, at, arg, "an argument of this function"));
-    return this.finite(
-      scope,
-      at,
-      this.applied(scope, at, name, a, b, c, () => step(scope.path, site), args.length),
-    );
+    const a = this.operand(scope, at, args[0]);
+    const b = this.operand(scope, at, args[1]);
+    const c = this.operand(scope, at, args[2]);
+    if (name !== "random") return this.finite(scope, at, this.applied(scope, at, name, a, b, c));
+    const part = fraction(step(scope.path, site));
+    return args.length === 0 ? part : this.finite(scope, at, a + (b - a) * part);
   }
 
-  private applied(
-    scope: Scope,
-    at: At,
-    name: BuiltIn,
-    a: number,
-    b: number,
-    c: number,
-    path: () => number,
-    given: number,
-  ): number {
+  private operand(scope: Scope, at: At, expr: Expr | undefined): number {
+    return expr ? this.number(scope, at, expr, "an argument of this function") : 0;
+  }
+
+  private applied(scope: Scope, at: At, name: BuiltIn, a: number, b: number, c: number): number {
     switch (name) {
       case "abs":
         return Math.abs(a);
@@ -222,10 +217,6 @@ export abstract class Expressions extends State {
         return this.fractal(scope, at, a, b, c);
       case "power":
         return power(a, Math.floor(this.within(scope, at, b, "a power", -64, 64)));
-      case "random": {
-        const part = fraction(path());
-        return given === 0 ? part : a + (b - a) * part;
-      }
       case "round":
         return Math.floor(a + 0.5);
       case "sin":
@@ -235,7 +226,8 @@ export abstract class Expressions extends State {
         return Math.sqrt(a);
       case "count":
       case "mix":
-        throw new Error(`${name} takes lists`);
+      case "random":
+        throw new Error(`${name} is not made of its arguments alone`);
     }
   }
 

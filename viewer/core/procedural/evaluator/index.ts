@@ -11,7 +11,7 @@ import { type Corner, outline } from "../solid/polygon.ts";
 import type { At, Expr, Statement, Transform } from "../syntax.ts";
 import type { Value } from "../value.ts";
 import { Calls } from "./calls.ts";
-import type { Scope, Turtle } from "./state.ts";
+import { type Scope, type Turtle, withPath } from "./state.ts";
 
 /** What can be chosen besides the text. */
 export interface Settings {
@@ -79,7 +79,7 @@ class Evaluator extends Calls {
       }
       case "place": {
         const frame = this.placed(scope, turtle.frame, statement);
-        this.visit(scope, { ...turtle, frame }, statement.body);
+        this.visit(scope, { frame, material: turtle.material }, statement.body);
         return;
       }
       case "paint":
@@ -118,13 +118,9 @@ class Evaluator extends Calls {
   private placed(scope: Scope, frame: Affine, { at, transform, by }: Kind<"place">): Affine {
     const numbers = by.map((expr) => this.ranged(scope, at, expr, "a transform", -MAX_LENGTH, MAX_LENGTH));
     const placed = this.transformed(scope, at, frame, transform, numbers);
-    const { x, y, z, origin } = placed;
-    for (const vector of [x, y, z, origin]) {
-      if (vector.every((v) => Math.abs(v) <= MAX_LENGTH)) continue;
-      const what = "the place to which this leads";
-      throw this.error(scope.module, at, `${what} is not a finite number here; keep its operands within range`);
-    }
-    return placed;
+    if (isWithin(placed.x) && isWithin(placed.y) && isWithin(placed.z) && isWithin(placed.origin)) return placed;
+    const what = "the place to which this leads";
+    throw this.error(scope.module, at, `${what} is not a finite number here; keep its operands within range`);
   }
 
   private transformed(scope: Scope, at: At, frame: Affine, transform: Transform, by: readonly number[]): Affine {
@@ -156,7 +152,7 @@ class Evaluator extends Calls {
     const count = isCount ? Math.floor(this.within(scope, at, value, "a count", 0, MAX_COUNT)) : value.items.length;
     for (let i = 0; i < count; i += 1) {
       this.assignAll(scope, at, slots, isCount ? i : (value.items[i] as Value));
-      this.visit({ ...scope, path: step(path, i) }, turtle, body);
+      this.visit(withPath(scope, step(path, i)), turtle, body);
     }
   }
 
@@ -189,7 +185,7 @@ class Evaluator extends Calls {
         const along = (start[axis] as number) + i * EVEN_STEPS[axis];
         this.assign(scope, slots[axis], (extents[axis] as number) * (along - Math.floor(along) - 0.5));
       }
-      this.visit({ ...scope, path: step(path, 2 + i) }, turtle, body);
+      this.visit(withPath(scope, step(path, 2 + i)), turtle, body);
     }
   }
 
@@ -209,7 +205,7 @@ class Evaluator extends Calls {
       [length, i].slice(0, slots.length).forEach((value, k) => {
         this.assign(scope, slots[k] as number, value);
       });
-      this.visit({ ...scope, path: step(path, i) }, { ...turtle, frame: after(turtle.frame, edge) }, body);
+      this.visit(withPath(scope, step(path, i)), { ...turtle, frame: after(turtle.frame, edge) }, body);
     });
   }
 
@@ -230,4 +226,9 @@ class Evaluator extends Calls {
         return statement.at;
     }
   }
+}
+
+/** Whether numbers are still told apart so far out. */
+function isWithin([x, y, z]: Vector): boolean {
+  return Math.abs(x) <= MAX_LENGTH && Math.abs(y) <= MAX_LENGTH && Math.abs(z) <= MAX_LENGTH;
 }

@@ -20,6 +20,11 @@ export interface Scope {
   readonly level: number;
 }
 
+/** The same names with other random numbers. Written out, because it is done for each turn of a loop. */
+export function withPath({ module, instance, base, depth, level }: Scope, path: number): Scope {
+  return { module, instance, base, path, depth, level };
+}
+
 /** What is handed down besides names. */
 export interface Turtle {
   readonly frame: Affine;

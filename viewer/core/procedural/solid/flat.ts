@@ -45,8 +45,10 @@ const BOX: readonly (readonly [Four, Vector])[] = [
 export function writeBox(writer: Writer, [width, height, depth]: Vector): void {
   const x = width / 2;
   const z = depth / 2;
-  const at = (i: number): Vector => [i & 1 ? x : -x, i & 2 ? height : 0, i & 4 ? z : -z];
-  for (const [[a, b, c, d], normal] of BOX) writer.quad([at(a), at(b), at(c), at(d)], normal);
+  const corners: Vector[] = [];
+  for (let i = 0; i < 8; i += 1) corners.push([i & 1 ? x : -x, i & 2 ? height : 0, i & 4 ? z : -z]);
+  const at = (i: number) => corners[i] as Vector;
+  for (const [face, normal] of BOX) writer.quad([at(face[0]), at(face[1]), at(face[2]), at(face[3])], normal);
 }
 
 /** A wall for each edge, a lid and a floor. */

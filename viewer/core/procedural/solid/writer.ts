@@ -89,6 +89,10 @@ export class Writer {
     );
   }
 
+  private corner(at: Vector, normal: Vector): number {
+    return this.vertex(at[0], at[1], at[2], normal);
+  }
+
   /** Adds a triangle that is counter-clockwise before the frame. */
   triangle(a: number, b: number, c: number): void {
     if (this.mirrored) this.mesh.triangle(a, c, b);
@@ -98,7 +102,10 @@ export class Writer {
   /** Adds a flat quadrangle with corners in order. */
   quad(corners: readonly [Vector, Vector, Vector, Vector], normal: Vector): void {
     const written = this.normal(normal);
-    const [a, b, c, d] = corners.map((corner) => this.vertex(...corner, written)) as [number, number, number, number];
+    const a = this.corner(corners[0], written);
+    const b = this.corner(corners[1], written);
+    const c = this.corner(corners[2], written);
+    const d = this.corner(corners[3], written);
     this.triangle(a, b, c);
     this.triangle(a, c, d);
   }

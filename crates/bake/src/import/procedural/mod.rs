@@ -7,6 +7,8 @@
 mod absorb;
 mod node;
 mod scene;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
