@@ -2,6 +2,8 @@
 //! with which each is grown (`cases.json`) and what they give (`grown.json`), and wrong rules with what is said of them
 //! (`mistakes.json`). `viewer/core/procedural/golden.test.ts` reads the same files. `make bless` writes the two last ones.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -64,12 +64,10 @@ impl Affine {
     pub fn turned(&self, axis: usize, degrees: f64) -> Self {
         let (sin, cos) = sin_cos(degrees);
         let (from, to) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (u, v) = (self.axes[from], self.axes[to]);
         let mut axes = self.axes;
-        for i in 0..3 {
-            let (u, v) = (self.axes[from][i], self.axes[to][i]);
-            axes[from][i] = u * cos + v * sin;
-            axes[to][i] = v * cos - u * sin;
-        }
+        axes[from] = std::array::from_fn(|i| u[i] * cos + v[i] * sin);
+        axes[to] = std::array::from_fn(|i| v[i] * cos - u[i] * sin);
         Self {
             axes,
             origin: self.origin,

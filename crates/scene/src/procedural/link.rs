@@ -127,7 +127,7 @@ impl Program {
         Ok(self)
     }
 
-    fn link(&self, from: usize, call: &Call) -> Result<(Target, Vec<Option<usize>>), (At, Problem)> {
+    fn link(&self, from: usize, call: &Call) -> Result<Linked, (At, Problem)> {
         let own = &self.modules[from];
         let import = |alias: &str| own.imports.iter().find(|import| import.alias == alias);
         let target = match &call.module {
@@ -208,6 +208,9 @@ impl Program {
         }
     }
 }
+
+/// What a call leads to, and for each formal the argument that it is given.
+type Linked = (Target, Vec<Option<usize>>);
 
 /// For each formal the argument that it is given.
 fn given(call: &Call, formals: &[&Formal]) -> Result<Vec<Option<usize>>, (At, Problem)> {

@@ -76,8 +76,8 @@ fn a_worm_has_as_many_spheres_as_it_counts() {
 fn solids_are_closed_and_look_outwards() {
     for (text, wanted, tolerance) in [
         ("box(2, 3, 4)", 24.0, 1e-6),
-        ("cylinder(1, 2, sides = 256)", 6.283, 0.01),
-        ("cone(1, 3, sides = 256)", 3.1416, 0.01),
+        ("cylinder(1, 2, sides = 256)", std::f64::consts::TAU, 0.01),
+        ("cone(1, 3, sides = 256)", std::f64::consts::PI, 0.01),
         ("cone(1, 3, top = 1, sides = 4)", 6.0, 1e-5),
         ("sphere(1, sides = 256)", 4.1888, 0.01),
         ("lathe([[0, 0], [1, 0], [1, 2], [0, 2]], sides = 4)", 4.0, 1e-5),
