@@ -5,13 +5,15 @@
 //! counted, and stops at its limit.
 //!
 //! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times.
-//! * [`call`] follows edges of the graph: it opens frames, and shares parts.
+//! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values.
 //! * [`expression`] computes values, [`terminal`] makes solids and [`material`] surfaces of them.
 
 mod call;
 mod enumerate;
 mod expression;
 mod material;
+mod module;
+mod part;
 mod statement;
 mod terminal;
 

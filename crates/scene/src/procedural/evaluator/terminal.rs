@@ -1,6 +1,6 @@
 //! Which solid do these values make? Values are checked here; a [`Solid`] is sound.
 
-use super::call::placed;
+use super::part::placed;
 use super::{Evaluator, Outcome, Scope, Turtle};
 use crate::procedural::error::Problem;
 use crate::procedural::limits::{FINEST, MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached};
