@@ -262,6 +262,18 @@ fn bombs_end_at_their_limits() {
         ("part a(n) {} for i in 1e6 a(i)", "parts"),
         ("material m(n) {} for i in 1e6 paint m(i) {}", "materials"),
         ("heights x, z in 1 by 1 steps 4096 by 4096 = 0", "triangles"),
+        (
+            "rule a() { { { { { { { { { { { a() } } } } } } } } } } } a()",
+            "nesting",
+        ),
+        (
+            "function f(x) = -(-(-(-(-(-(-(-(-(-(-f(x)))))))))))\nlet a = f(1)",
+            "nesting",
+        ),
+        (
+            "part a(n) { move(0, 1, 0) turn(1) scale(1) paint m(n) { if n { for i in 1 a(n - 1) } } } material m(n) {} a(99)",
+            "nesting",
+        ),
     ] {
         let found = complaint(text);
         assert!(found.contains(what), "{text}: {found}");
