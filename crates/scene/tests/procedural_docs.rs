@@ -1,11 +1,12 @@
-//! Does what `docs/PROCEDURAL.md` shows work? Every example in it is grown.
+//! Does what `docs/PROCEDURAL.md` shows work, and what `content/` holds? Every example is grown, every model at every level
+//! of detail.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use belvedere_scene::procedural::{Loader, Program, Settings, grow};
+use belvedere_scene::procedural::{Loader, Program, Settings, Value, bounds, grow};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -34,6 +35,38 @@ fn every_example_grows() {
         match grown {
             Ok(grown) => assert!(grown.triangles() > 10, "draws nothing:\n{example}"),
             Err(error) => panic!("{error}\nin\n{example}"),
+        }
+    }
+}
+
+#[test]
+fn the_content_has_more_triangles_the_more_detail_it_has_and_keeps_within_its_bounds() {
+    let small = |name: &str| match name {
+        "terrain.dcg" => vec![("tiles", 2.0), ("steps", 16.0)],
+        "town.dcg" => vec![("reach", 2.0)],
+        _ => vec![],
+    };
+    for name in ["tree.dcg", "conifer.dcg", "terrain.dcg", "town.dcg"] {
+        let program = Program::read(name, Content.load(name).unwrap(), &Content).unwrap();
+        let parameters = small(name)
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), Value::Number(value)));
+        let mut settings = Settings {
+            parameters: parameters.collect(),
+            ..Settings::default()
+        };
+        let mut triangles = 0;
+        for detail in 0..=4 {
+            settings.detail = detail;
+            let grown = grow(&program, &settings).unwrap();
+            assert!(grown.triangles() > triangles, "{name} at {detail}");
+            triangles = grown.triangles();
+            let declared = bounds(&program, &settings).unwrap();
+            let exact = grown.parts[0].bounds;
+            assert!(
+                (0..3).all(|a| declared.min[a] <= exact.min[a] && exact.max[a] <= declared.max[a]),
+                "{name}"
+            );
         }
     }
 }
