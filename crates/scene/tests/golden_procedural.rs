@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
 /// Wrong in one way each.
-const MISTAKES: [&str; 40] = [
+const MISTAKES: [&str; 42] = [
     "rule branch() {}\n  brnach()",
     "box(1, 1, dpth = 1)",
     "box(1, 1)",
@@ -55,6 +55,8 @@ const MISTAKES: [&str; 40] = [
     "turn(1, 2) box(1, 1, 1)",
     "let a = mix([1], [1, 2], 0.5)",
     "let a = random(1)",
+    "let a = 1 + if 1 then 2 else 3",
+    "box(1, 1, 1) 5",
 ];
 
 fn folder() -> PathBuf {

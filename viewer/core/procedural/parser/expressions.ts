@@ -100,6 +100,7 @@ export class ExpressionParser extends Cursor {
       return { kind: "list", items, at: word.at };
     }
     if (word.kind !== "name") throw this.expected("a value");
+    if (word.text === "if") throw this.expected("a value; put brackets around `if … then … else …` here");
     const { name, at } = this.name("a value");
     return this.isSymbol("(") || this.isSymbol(".") ? this.application(name, at) : this.variable(name, at);
   }

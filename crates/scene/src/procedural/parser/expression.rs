@@ -132,6 +132,7 @@ impl Parser<'_> {
                 }
                 Ok(Expr::List(items, token.at))
             }
+            Kind::Name("if") => self.expected("a value; put brackets around `if … then … else …` here"),
             Kind::Name(_) => {
                 let (name, at) = self.name("a value")?;
                 if self.is_symbol("(") || self.is_symbol(".") {
