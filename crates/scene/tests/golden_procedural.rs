@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
 /// Wrong in one way each.
-const MISTAKES: [&str; 42] = [
+const MISTAKES: [&str; 44] = [
     "rule branch() {}\n  brnach()",
     "box(1, 1, dpth = 1)",
     "box(1, 1)",
@@ -57,6 +57,8 @@ const MISTAKES: [&str; 42] = [
     "let a = random(1)",
     "let a = 1 + if 1 then 2 else 3",
     "box(1, 1, 1) 5",
+    "move(1.25e95, 0, -3e-9) box(1, 1, 1)",
+    "let a = [1][-1e-9]",
 ];
 
 fn folder() -> PathBuf {

@@ -74,7 +74,12 @@ export function argumentTwice(name: string): string {
 }
 
 export function outOfRange(what: string, value: number, min: number, max: number): string {
-  return `${what} is ${value}; it must be from ${min} to ${max}`;
+  return `${what} is ${shown(value)}; it must be from ${shown(min)} to ${shown(max)}`;
+}
+
+/** A number as Rust writes it. */
+export function shown(number: number): string {
+  return `${number}`.replace("e+", "e");
 }
 
 export const DIVISION_BY_ZERO = "division by zero; test the divisor with `if` before";

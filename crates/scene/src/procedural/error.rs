@@ -158,7 +158,7 @@ pub enum Problem {
         wanted: &'static str,
     },
     /// An index outside of a list.
-    #[error("there is no item {index}: the list has {count}, counted from 0")]
+    #[error("there is no item {index}: the list has {count}, counted from 0", index = shown(*.index))]
     NoItem {
         /// The index.
         index: f64,
@@ -166,7 +166,7 @@ pub enum Problem {
         count: usize,
     },
     /// A value outside of its range.
-    #[error("{what} is {value}; it must be from {min} to {max}")]
+    #[error("{what} is {value}; it must be from {min} to {max}", value = shown(*.value), min = shown(*.min), max = shown(*.max))]
     OutOfRange {
         /// Which.
         what: String,
@@ -199,6 +199,16 @@ pub enum Problem {
     /// Geometry outside of what was declared.
     #[error("part `{0}` reaches beyond what it declares with `within`; widen that")]
     BeyondDeclared(String),
+}
+
+/// A number with few digits, as JavaScript writes it but for the `+` of large exponents.
+fn shown(number: f64) -> String {
+    let size = number.abs();
+    if size >= 1e21 || (size > 0.0 && size < 1e-6) {
+        format!("{number:e}")
+    } else {
+        number.to_string()
+    }
 }
 
 fn quoted(name: &str) -> String {

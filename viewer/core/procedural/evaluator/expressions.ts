@@ -1,6 +1,6 @@
 /** What is the value of an expression? As `crates/scene/src/procedural/evaluator/expression.rs`. */
 import { atan2, power, sinCos } from "../arithmetic.ts";
-import { DIVISION_BY_ZERO, outOfRange } from "../error.ts";
+import { DIVISION_BY_ZERO, outOfRange, shown } from "../error.ts";
 import { MAX_LIST, reached } from "../limits.ts";
 import { fraction, noise, step } from "../random.ts";
 import type { At, BuiltIn, Expr, Operator } from "../syntax.ts";
@@ -114,7 +114,11 @@ export abstract class Expressions extends State {
     const number = this.number(scope, at, index, "the number of an item");
     const item = items[Math.floor(number)];
     if (item !== undefined) return item;
-    throw this.error(scope.module, at, `there is no item ${number}: the list has ${items.length}, counted from 0`);
+    throw this.error(
+      scope.module,
+      at,
+      `there is no item ${shown(number)}: the list has ${items.length}, counted from 0`,
+    );
   }
 
   /** Numbers that are made of numbers. */
