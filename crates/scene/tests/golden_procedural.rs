@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
 /// Wrong in one way each.
-const MISTAKES: [&str; 44] = [
+const MISTAKES: [&str; 45] = [
     "rule branch() {}\n  brnach()",
     "box(1, 1, dpth = 1)",
     "box(1, 1)",
@@ -59,6 +59,7 @@ const MISTAKES: [&str; 44] = [
     "box(1, 1, 1) 5",
     "move(1.25e95, 0, -3e-9) box(1, 1, 1)",
     "let a = [1][-1e-9]",
+    "part p() within [-1, 0, -1] to [1, 1, 1] { turn(30) move(0.5, 0, 0) cone(0.6, 1) }\np()",
 ];
 
 fn folder() -> PathBuf {
@@ -185,6 +186,7 @@ fn what_grows_is_what_grew_before() {
             "parts": usage.parts,
             "placements": usage.placements,
             "materials": usage.materials,
+            "bounds": grown.parts[0].bounds,
         })
     });
     check("grown.json", &found.collect());

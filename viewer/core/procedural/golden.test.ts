@@ -3,6 +3,7 @@ import { readFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import { describe, expect, it } from "vitest";
 import { type Affine, columns } from "./affine.ts";
+import type { Bounds } from "./bounds.ts";
 import { DcgError } from "./error.ts";
 import { grow } from "./evaluator/index.ts";
 import { type Grown, instancesOf } from "./grown.ts";
@@ -70,9 +71,11 @@ function hash(model: Grown): string {
 }
 
 describe("what grows is what grows in Rust, bit for bit", () => {
-  const wanted = json<({ case: Case; hash: string } & Record<keyof typeof LIMITS, number>)[]>("grown.json");
-  it.each(wanted)("$case", ({ case: settings, hash: golden, ...usage }) => {
+  const wanted =
+    json<({ case: Case; hash: string; bounds: Bounds } & Record<keyof typeof LIMITS, number>)[]>("grown.json");
+  it.each(wanted)("$case", ({ case: settings, hash: golden, bounds, ...usage }) => {
     const model = grown(settings);
+    expect(model.parts[0]?.bounds).toEqual(bounds);
     expect(model.usage).toEqual(usage);
     expect(hash(model)).toBe(golden);
   });

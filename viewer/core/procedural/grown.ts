@@ -1,5 +1,6 @@
 /** What has grown? Parts that are placed, and what they look like. As `crates/scene/src/procedural/grown.rs`. */
 import { type Affine, after, IDENTITY } from "./affine.ts";
+import type { Bounds } from "./bounds.ts";
 import type { Amounts } from "./limits.ts";
 import type { Mesh } from "./solid/writer.ts";
 
@@ -22,6 +23,8 @@ export interface Part {
   readonly models: { readonly path: string; readonly frame: Affine }[];
   /** Where one may look from; along −z, with +y up. */
   readonly viewpoints: { readonly name: string; readonly frame: Affine }[];
+  /** A box that holds it and all that it places, but for glTF files. */
+  bounds: Bounds;
 }
 
 export type Channels = readonly [number, number, number];

@@ -4,6 +4,7 @@
  */
 import { IDENTITY } from "../affine.ts";
 import { linearLight } from "../arithmetic.ts";
+import { around, EMPTY, exceeds, placedBounds, union } from "../bounds.ts";
 import { outOfRange, unknown } from "../error.ts";
 import { type Channels, type Part, PLAIN, type Surface } from "../grown.ts";
 import { reached } from "../limits.ts";
@@ -140,9 +141,12 @@ export abstract class Calls extends Terminals {
       part = this.begin(caller, call.at, rule.name, false);
       this.known.set(key, part);
       const scope = { ...inner, path };
-      // What a part declares is computed, so that errors in it are found; that it holds is checked in Rust.
-      for (const corner of rule.within ?? []) this.point3(scope, rule.at, this.value(scope, rule.at, corner));
+      const declared = rule.within?.map((corner) => this.point3(scope, rule.at, this.value(scope, rule.at, corner)));
       this.inside(part, turtle.material, true, (within) => this.visit(scope, within, rule.body));
+      if (declared && exceeds((this.parts[part] as Part).bounds, around(declared))) {
+        const problem = `part \`${rule.name}\` reaches beyond what it declares with \`within\`; widen that`;
+        throw this.error(inner.module, rule.at, problem);
+      }
       this.account(part).finished = true;
     } else if (!this.account(part).finished) {
       const wayOut = "count them down and stop with `if`";
@@ -242,7 +246,7 @@ export abstract class Calls extends Terminals {
   }
 
   private push(name: string, isCalled: boolean): number {
-    this.parts.push({ name, isCalled, meshes: [], placements: [], models: [], viewpoints: [] });
+    this.parts.push({ name, isCalled, meshes: [], placements: [], models: [], viewpoints: [], bounds: EMPTY });
     this.accounts.push({ finished: false, placements: 0 });
     return this.parts.length - 1;
   }
@@ -263,7 +267,9 @@ export abstract class Calls extends Terminals {
     account.placements += 1 + this.account(part).placements;
     const limit = this.limits.placements;
     if (account.placements > limit) throw this.error(scope.module, at, reached("placements", limit));
-    (this.parts[this.part] as Part).placements.push({ part, frame: turtle.frame });
+    const outer = this.parts[this.part] as Part;
+    outer.placements.push({ part, frame: turtle.frame });
+    outer.bounds = union(outer.bounds, placedBounds((this.parts[part] as Part).bounds, turtle.frame));
   }
 
   /** The index of the material that a call leads to. */

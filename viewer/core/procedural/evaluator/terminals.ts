@@ -1,5 +1,6 @@
 /** Which solid do these values make? Values are checked here. As `crates/scene/src/procedural/evaluator/terminal.rs`. */
 import type { Vector } from "../affine.ts";
+import { extentOf, placedBounds, union } from "../bounds.ts";
 import { Fault } from "../error.ts";
 import type { Part } from "../grown.ts";
 import { MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached } from "../limits.ts";
@@ -20,11 +21,13 @@ type Given = readonly (Expr | undefined)[];
 export abstract class Terminals extends Expressions {
   /** Adds a solid to the part that is being made. */
   protected add(scope: Scope, at: At, { frame, material }: Turtle, solid: Solid): void {
+    const part = this.parts[this.part] as Part;
+    part.bounds = union(part.bounds, placedBounds(extentOf(solid), frame));
     const limit = this.limits.triangles;
     if (this.usage.triangles + mostTriangles(solid) > limit) {
       throw this.error(scope.module, at, reached("triangles", limit));
     }
-    const { meshes } = this.parts[this.part] as Part;
+    const { meshes } = part;
     let mesh = meshes.find((known) => known.material === material);
     if (!mesh) {
       mesh = new Mesh(material);
