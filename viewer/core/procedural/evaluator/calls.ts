@@ -21,6 +21,12 @@ interface Account {
   placements: number;
 }
 
+/** What is called with arguments. */
+interface Framed {
+  readonly formals: readonly Formal[];
+  readonly slots: number;
+}
+
 /** A file with values for its parameters, and the path that belongs to them. */
 interface Grown {
   readonly instance: number;
@@ -69,7 +75,7 @@ export abstract class Calls extends Terminals {
       return;
     }
     const rule = this.module(call.module).rules[call.index] as Rule;
-    const inner = this.bound(scope, call, rule.formals, rule.slots, depth);
+    const inner = this.bound(scope, call, rule, depth, step(scope.path, call.site));
     if (rule.isPart) this.placePart(scope, call, turtle, rule, inner);
     else this.visitRule(turtle, rule, inner);
     this.close(inner.base);
@@ -80,7 +86,7 @@ export abstract class Calls extends Terminals {
     const depth = this.deeper(scope, call.at);
     const rule = this.module(call.module).functions[call.index];
     if (!rule) throw new Error("a function call leads to a function");
-    const inner = this.bound(scope, call, rule.formals, rule.slots, depth);
+    const inner = this.bound(scope, call, rule, depth, step(scope.path, call.site));
     const value = this.value(inner, rule.at, rule.value);
     this.close(inner.base);
     return value;
@@ -105,9 +111,8 @@ export abstract class Calls extends Terminals {
   }
 
   /** Puts a frame on the stack: arguments as the caller computes them, then defaults. */
-  private bound(scope: Scope, call: Call, formals: readonly Formal[], slots: number, depth: number): Scope {
+  private bound(scope: Scope, call: Call, { formals, slots }: Framed, depth: number, path: number): Scope {
     const instance = this.instanceOf(scope, call);
-    const path = step(scope.path, call.site);
     const inner = { module: call.module, instance, base: this.open(slots), path, depth, level: 0 };
     call.given.forEach((given, slot) => {
       const argument = call.args[given];
@@ -276,8 +281,7 @@ export abstract class Calls extends Terminals {
   protected surface(scope: Scope, index: number): number {
     const call = this.called(scope, index);
     const rule = this.module(call.module).materials[call.index] as MaterialRule;
-    const frame = this.bound(scope, call, rule.formals, rule.slots, scope.depth);
-    const inner = { ...frame, path: stepName(this.seed, rule.name) };
+    const inner = this.bound(scope, call, rule, scope.depth, stepName(this.seed, rule.name));
     const args = this.stack.slice(inner.base);
     const key = [call.module, call.index, inner.instance, ...args.map(keyOf)].join();
     let material = this.knownMaterials.get(key);
