@@ -58,6 +58,7 @@ tools:
 ## After a meant change of what is written: golden files anew, to be looked at and committed.
 bless:
 	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-bake --test golden_smooth
+	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-scene --test golden_procedural
 
 clean:
 	$(CARGO) clean

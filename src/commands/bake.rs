@@ -18,7 +18,7 @@ use crate::{
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A glTF 2.0 scene (.glb, .gltf or a .zip of one) or a floor plan (.plan)
+    /// A glTF 2.0 scene (.glb, .gltf or a .zip of one), a floor plan (.plan) or rules (.dcg)
     file: PathBuf,
     /// The name under which it is published: a-z, 0-9, `-` and `_`
     #[arg(long)]

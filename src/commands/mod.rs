@@ -3,6 +3,7 @@
 mod bake;
 mod demo;
 mod gc;
+mod grow;
 mod inspect;
 mod mesh;
 mod output;
@@ -39,6 +40,8 @@ enum Command {
     Walk(walk::Args),
     /// Make levels of detail of the meshes in a file, without baking a scene
     Mesh(mesh::Args),
+    /// Grow a model out of rules (.dcg) and write it as a GLB
+    Grow(grow::Args),
     /// Remove blobs and old revisions that nothing needs
     Gc(gc::Args),
     /// Print the OpenAPI document of the HTTP interface
@@ -75,6 +78,7 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Verify(args) => verify::run(args).await,
         Command::Walk(args) => walk::run(args).await,
         Command::Mesh(args) => mesh::run(args),
+        Command::Grow(args) => grow::run(args),
         Command::Gc(args) => gc::run(args).await,
         Command::Openapi => output::print(crate::http::OPENAPI_JSON),
     }

@@ -4,6 +4,7 @@
 mod bad_input;
 mod doors;
 mod explaining;
+mod growing;
 mod live;
 #[path = "../http/live_wire.rs"]
 mod live_wire;

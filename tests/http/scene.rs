@@ -185,6 +185,7 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
         Model {
             levels: vec![level],
             smooth: None,
+            procedural: None,
         },
     )]);
     let (mut cells, mut objects) = (Page::default(), Page::default());

@@ -161,11 +161,11 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         let heading = here.map_or_else(Vec::new, |here| self.heading(here, position, before));
         while self.now_ms < until_ms {
             let under_way = self.arrivals.values().filter(|at| **at > self.now_ms && at.is_finite());
-            if under_way.count() < UNDER_WAY {
-                if let Some((file, bytes, cause)) = self.next_file(position, &heading).await {
-                    self.fetch(file, bytes, cause).await;
-                    continue;
-                }
+            if under_way.count() < UNDER_WAY
+                && let Some((file, bytes, cause)) = self.next_file(position, &heading).await
+            {
+                self.fetch(file, bytes, cause).await;
+                continue;
             }
             let later = self.arrivals.values().filter(|at| **at > self.now_ms);
             let known = here.and_then(|here| self.known.get(&here)).map(|known| known.from_ms);

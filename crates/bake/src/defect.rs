@@ -27,6 +27,13 @@ impl Defects {
         }
     }
 
+    /// Adds what was noted elsewhere; the first place stays the first.
+    pub fn absorb(&mut self, other: Self) {
+        for (kind, (count, first)) in other.0 {
+            self.note(kind, count, || first);
+        }
+    }
+
     /// All kinds, by name.
     pub fn iter(&self) -> impl Iterator<Item = Defect> {
         self.0.iter().map(|(kind, (count, first))| Defect {

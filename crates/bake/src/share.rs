@@ -96,8 +96,8 @@ fn digest_of(model: &SourceModel) -> Digest {
 
 /// How the first of two models with one digest has to be moved to be the second.
 fn translation(first: &SourceModel, second: &SourceModel) -> Option<DVec3> {
-    // Cuts lie where they lie.
-    if !first.cut_positions.is_empty() {
+    // Cuts lie where they lie, and equal rules share a model already.
+    if !first.cut_positions.is_empty() || first.recipe.is_some() || second.recipe.is_some() {
         return None;
     }
     let pairs = || first.primitives.iter().zip(&second.primitives);

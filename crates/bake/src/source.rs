@@ -3,6 +3,10 @@
 //! Spaces: positions are in model space; `world_from_object` places them. Lengths are metres, +Y is up, faces are
 //! counter-clockwise seen from their front, angles are radians, as in glTF 2.0.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use belvedere_scene::procedural::Recipe;
 use glam::{DMat3, DMat4, DVec3};
 
 /// A scene as read from a source file, before anything was computed.
@@ -55,6 +59,19 @@ pub struct SourceModel {
     pub primitives: Vec<Primitive>,
     /// Positions along which it was cut from other parts of its mesh. Levels keep them, so that parts do not come apart.
     pub cut_positions: Vec<[f32; 3]>,
+    /// How it grows, when it is whole and has grown from rules.
+    pub recipe: Option<SourceRecipe>,
+}
+
+/// Rules from which a model grows.
+#[derive(Debug, Clone)]
+pub struct SourceRecipe {
+    /// The texts of all files by their names.
+    pub texts: Arc<BTreeMap<String, String>>,
+    /// Which part of which file, with which parameters.
+    pub recipe: Recipe,
+    /// Where random numbers come from.
+    pub seed: u32,
 }
 
 /// Geometry with one material. Strips, fans and loops are already unrolled; indices are in range; positions finite.

@@ -13,6 +13,7 @@
 //! * [`index`]: pages and chunks, through which a client finds a cell or an object without reading the whole world.
 //! * [`smooth`]: smooth LODs: streams of which every beginning is a coarser mesh; their decoder.
 //! * [`walk`]: from a known cell to the cell at a point nearby.
+//! * [`procedural`]: models written as rules, and what grows out of them.
 //! * [`object`]: object infos: where an object stands and which levels of detail it has.
 //! * [`rung`]: the slices in which a smooth LOD is fetched, and what an object info says of them.
 //! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
@@ -26,6 +27,7 @@ pub mod index;
 pub mod manifest;
 pub mod object;
 pub mod pointer;
+pub mod procedural;
 pub mod record;
 pub mod rung;
 pub mod smooth;

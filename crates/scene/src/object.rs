@@ -77,6 +77,31 @@ pub struct Model {
     /// The same in one stream of which every beginning is a coarser mesh, where that pays.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smooth: Option<SmoothLod>,
+    /// The rules that it has grown from, where it can be grown alone: for clients that know the language.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub procedural: Option<Procedural>,
+}
+
+/// Rules from which a model can be grown instead of being downloaded (`docs/PROCEDURAL.md`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Procedural {
+    /// The rules (`.dcg`), the same object for every model that is made of them.
+    pub rules: BlobName,
+    /// What they import, by the names that they give it.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub imports: BTreeMap<String, BlobName>,
+    /// The part of them; absent for the file as a whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    /// A number or a list for each parameter.
+    pub parameters: BTreeMap<String, serde_json::Value>,
+    /// Where random numbers come from.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub seed: u32,
+}
+
+fn is_zero(seed: &u32) -> bool {
+    *seed == 0
 }
 
 /// A placed instance of a model, as a chunk lists it.
@@ -143,10 +168,10 @@ pub struct ObjectInfo {
     pub bounds: Bounds,
     /// `world_from_object`, column-major.
     pub transform: [f64; 16],
-    /// The geometry; null for a procedural object.
+    /// The geometry.
     pub model: Option<ModelId>,
-    /// Rules and parameters of a procedural object; always null in format 3.
-    pub procedural: Option<serde_json::Value>,
+    /// The rules that the geometry has grown from; null where there are none, or it cannot be grown alone.
+    pub procedural: Option<Procedural>,
     /// Whether it may move.
     pub mover: bool,
     /// Whether it is a door.
@@ -174,7 +199,7 @@ impl ObjectInfo {
             bounds: entry.bounds,
             transform: entry.transform,
             model: Some(entry.model),
-            procedural: None,
+            procedural: model.procedural.clone(),
             mover: entry.mover,
             door: entry.door,
             levels: model.levels.iter().map(in_metres).collect(),

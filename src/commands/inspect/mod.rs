@@ -1,6 +1,7 @@
 //! `belvedere inspect SCENE|FILE`: what is in a published scene, cell by cell, or in a source file.
 
 mod explain;
+mod file;
 
 use std::{
     path::{Path, PathBuf},
@@ -8,7 +9,6 @@ use std::{
 };
 
 use anyhow::Context;
-use belvedere_bake::import::{self, Limits};
 use belvedere_scene::{
     CellId, ObjectId, SceneName,
     index::CellEntry,
@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use super::output::{bytes, no_such_cell, percent, print, print_json, table};
 use crate::{
-    publish::{Report, data::DataFolder, source_files::SourceFolder, tree::no_such_scene},
+    publish::{Report, data::DataFolder, tree::no_such_scene},
     published::SceneReader,
 };
 
@@ -49,7 +49,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             args.cell.is_none(),
             "a source file has no cells yet: bake it, then inspect the scene"
         );
-        return inspect_file(file, args.json);
+        return file::inspect(file, args.json);
     }
     let name: SceneName = args
         .what
@@ -326,66 +326,4 @@ async fn levels(scene: &Opened) -> anyhow::Result<Vec<LevelLine>> {
         line
     });
     Ok(sums.collect())
-}
-
-/// What a source file holds, before anything is baked.
-#[derive(Debug, Serialize)]
-struct FileReport {
-    objects: usize,
-    models: usize,
-    triangles: usize,
-    materials: usize,
-    textures: usize,
-    image_bytes: usize,
-    viewpoints: usize,
-    defects: Vec<belvedere_bake::defect::Defect>,
-}
-
-fn inspect_file(file: &Path, json: bool) -> anyhow::Result<()> {
-    let bytes_read = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let files = SourceFolder::beside(file);
-    let imported = import::import(
-        &name,
-        bytes_read,
-        &files,
-        &Limits::default(),
-        &belvedere_bake::progress::Silent,
-    )
-    .with_context(|| format!("cannot import {name}"))?;
-    let scene = &imported.scene;
-    let report = FileReport {
-        objects: scene.objects.len(),
-        models: scene.models.len(),
-        triangles: scene
-            .objects
-            .iter()
-            .map(|o| scene.models[o.model].triangle_count())
-            .sum(),
-        materials: scene.materials.len(),
-        textures: scene.textures.len(),
-        image_bytes: scene.images.iter().map(|i| i.bytes.len()).sum(),
-        viewpoints: scene.viewpoints.len(),
-        defects: imported.defects.iter().collect(),
-    };
-    if json {
-        return print_json(&report);
-    }
-    print(&format!(
-        "{name}: {} objects of {} models, {} triangles drawn, {} materials, {} textures ({}), {} viewpoints",
-        report.objects,
-        report.models,
-        report.triangles,
-        report.materials,
-        report.textures,
-        bytes(report.image_bytes as u64),
-        report.viewpoints,
-    ))?;
-    for defect in &report.defects {
-        print(&format!(
-            "  {} × {} (first: {})",
-            defect.count, defect.kind, defect.first
-        ))?;
-    }
-    Ok(())
 }

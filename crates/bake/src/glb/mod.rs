@@ -9,6 +9,7 @@
 //! * `geometry`: their order, accessors and buffer views, compressed where that saves bytes
 //!   (`EXT_meshopt_compression`). Indices are u16 when they fit, else u32; never u8, which many GPUs widen anyway.
 //! * `materials`: the glTF materials that are used, with their textures.
+//! * [`write_whole`]: a whole scene in one file, plainly.
 //! * [`plain()`]: the same level without the two extensions.
 //!
 //! Guarantee: the same input gives the same bytes; nothing that is not referred to is written.
@@ -20,6 +21,7 @@ mod plain;
 mod streams;
 #[cfg(test)]
 mod tests;
+mod whole;
 
 use std::collections::BTreeSet;
 
@@ -29,6 +31,7 @@ use crate::glb::geometry::BufferWriter;
 use crate::glb::lattice::{Frame, Lattice};
 use crate::glb::materials::MaterialTable;
 pub use crate::glb::plain::{NoLevel, plain};
+pub use crate::glb::whole::write_whole;
 use crate::meshopt_view;
 use crate::source::{Material, Primitive, Texture};
 

@@ -8,6 +8,7 @@ use super::document::Item;
 use super::instances::Instances;
 use super::nodes::{AuthoredKind, Mark, PlacedNode, walk};
 use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
+use super::procedural::{self, Ground, Nursery, Planting};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
 use super::{ImportError, Limits, materials};
@@ -52,6 +53,7 @@ pub(super) fn assemble(
         models: BTreeMap::new(),
         has_targets: BTreeMap::new(),
     };
+    let mut plantings = Vec::new();
     for node in &hierarchy.nodes {
         if progress.cancelled() {
             return Err(ImportError::Cancelled);
@@ -68,6 +70,14 @@ pub(super) fn assemble(
                     }
                     _ => None,
                 };
+                if let Some(wanted) = procedural::wanted(item.value) {
+                    plantings.push(Planting {
+                        node: node.name.clone(),
+                        role,
+                        world_from_node: node.world_from_node,
+                        wanted: wanted.clone(),
+                    });
+                }
                 assembly.draw(node, &item, (role, skin))?;
             }
             (_, None) | (Mark::Avatar, _) => {}
@@ -75,11 +85,21 @@ pub(super) fn assemble(
         progress.advance(1);
     }
     let Assembly { mut scene, .. } = assembly;
+    leave_out_unused_models(&mut scene);
+    materials::read_used(reader, &mut scene)?;
+    let mut nursery = Nursery::default();
+    let files = reader.files;
+    let ground = Ground {
+        files,
+        limits,
+        progress,
+    };
+    for planting in &plantings {
+        nursery.plant(&mut scene, planting, (&mut reader.defects, ground))?;
+    }
     if scene.objects.is_empty() {
         return Err(nothing_to_draw(reader));
     }
-    leave_out_unused_models(&mut scene);
-    materials::read_used(reader, &mut scene)?;
     scene.viewpoints = hierarchy.viewpoints;
     scene.title = title(reader);
     Ok(scene)

@@ -1,11 +1,13 @@
 //! Why was a source refused? Refusals are fatal; what can be mended is counted in [`Defects`](crate::defect::Defects).
 
+use belvedere_scene::procedural::DcgError;
+
 /// A source that cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// Not a format that is read here.
     #[error(
-        "this is {found}; give a glTF 2.0 file (.glb, or .gltf with its files), a .zip that holds one, or a floor plan (.plan)"
+        "this is {found}; give a glTF 2.0 file (.glb, or .gltf with its files), a .zip that holds one, a floor plan (.plan) or rules (.dcg)"
     )]
     UnknownFormat {
         /// What it looks like.
@@ -77,6 +79,33 @@ pub enum ImportError {
     PlanNotText {
         /// The first byte that is none.
         byte: usize,
+    },
+    /// Rules that are wrong.
+    #[error("{0}")]
+    Rules(#[from] Box<DcgError>),
+    /// Rules that are wrong, or are given wrong parameters, in a node of a glTF file.
+    #[error("node \"{node}\", {error}")]
+    RulesOfNode {
+        /// The node.
+        node: String,
+        /// What is wrong.
+        error: Box<DcgError>,
+    },
+    /// Rules are text.
+    #[error("{file} is not UTF-8 text: byte {byte} is not")]
+    RulesNotText {
+        /// The file.
+        file: String,
+        /// The first byte that is none.
+        byte: usize,
+    },
+    /// A glTF file that rules place.
+    #[error("`model \"{model}\"`: {reason}")]
+    ModelOfRules {
+        /// The file, as the rules name it.
+        model: String,
+        /// Why it cannot be placed.
+        reason: String,
     },
     /// The caller wanted to stop.
     #[error("import was cancelled")]

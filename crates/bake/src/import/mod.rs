@@ -1,7 +1,7 @@
 //! What does the source file hold?
 //!
-//! glTF 2.0 (`.glb`, `.gltf` with its files, `.zip` of one) or a floor plan ([`plan`]) becomes a [`SourceScene`] and a count of [`Defects`]. The
-//! file may be anything: what can be mended or left out is, and is counted with its first place; what would change the
+//! glTF 2.0 (`.glb`, `.gltf` with its files, `.zip` of one), a floor plan ([`plan`]) or rules ([`procedural`]) become a
+//! [`SourceScene`] and a count of [`Defects`]. The file may be anything: what can be mended or left out is, and is counted with its first place; what would change the
 //! scene beyond recognition, leave the source's folder or go over the limits is refused with an [`ImportError`].
 //!
 //! A tour, in the order in which data flows: `container` and `archive` find the document and its bytes; `document`
@@ -29,6 +29,7 @@ mod materials;
 mod nodes;
 pub mod plan;
 mod primitives;
+pub mod procedural;
 mod reader;
 mod skin;
 pub mod split;
@@ -57,6 +58,7 @@ use archive::Archive;
 use container::{Format, detect, glb_chunks, without_byte_order_mark};
 use document::{Item, parsed_bytes};
 use limits::Budget;
+use procedural::Ground;
 use reader::{Bytes, Reader};
 
 /// A source that was read.
@@ -129,6 +131,17 @@ pub fn import(
     budget.claim(bytes.len(), 1, || file_name.to_owned())?;
     if file_name.ends_with(".plan") {
         return read_plan(&bytes, progress);
+    }
+    if file_name.ends_with(".dcg") {
+        return procedural::read(
+            file_name,
+            bytes,
+            Ground {
+                files,
+                limits,
+                progress,
+            },
+        );
     }
     if detect(file_name, &bytes) != Format::Zip {
         return Document::open(file_name, bytes, &mut budget)?.read(files, budget, (limits, progress));

@@ -57,7 +57,7 @@ pub(super) struct Reader<'a> {
     pub(super) budget: Budget,
     /// What was wrong so far.
     pub(super) defects: Defects,
-    files: &'a dyn SourceFiles,
+    pub(super) files: &'a dyn SourceFiles,
     bin: Option<Bytes>,
     buffers: BTreeMap<usize, Result<Bytes, Flaw>>,
     decompressed: BTreeMap<usize, Result<Bytes, Flaw>>,

@@ -19,5 +19,6 @@ pub fn clean(model: &SourceModel, settings: &LodSettings) -> SourceModel {
         name: model.name.clone(),
         primitives: shapes.collapse(&octree.clusters(0)).primitives,
         cut_positions: model.cut_positions.clone(),
+        recipe: model.recipe.clone(),
     }
 }

@@ -8,6 +8,7 @@ mod city_tests;
 mod models;
 mod packs;
 mod pages;
+mod rules;
 mod settle;
 mod sink;
 mod smooth;

@@ -10,7 +10,7 @@ use belvedere_scene::{
 use rayon::prelude::*;
 
 use super::{
-    BakeError,
+    BakeError, rules,
     sink::{BlobSink, Ledger, SinkError},
     smooth,
 };
@@ -66,9 +66,16 @@ impl Models {
         let written: Vec<_> = levels.collect::<Result<_, BakeError>>()?;
         let (levels, coarsest_glb): (Vec<_>, Vec<_>) = written.into_iter().unzip();
         let smooth = smooth::write(scene, &pictures, settings.error_limits, &ledger, progress)?;
-        let models = levels.into_iter().zip(smooth);
+        let rules = scene.models.iter().map(|model| rules::write(model, &ledger));
+        let rules = rules.collect::<Result<Vec<_>, SinkError>>()?;
+        let models = levels.into_iter().zip(smooth).zip(rules);
+        let models = models.map(|((levels, smooth), procedural)| Model {
+            levels,
+            smooth,
+            procedural,
+        });
         Ok(Self {
-            models: models.map(|(levels, smooth)| Model { levels, smooth }).collect(),
+            models: models.collect(),
             coarsest_glb,
             blobs: ledger.into_blobs(),
         })

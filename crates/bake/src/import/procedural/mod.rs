@@ -1,0 +1,181 @@
+//! What world do rules describe? A `.dcg` file, or one that a glTF node names, becomes objects like any others.
+//!
+//! `docs/PROCEDURAL.md` is the language, [`belvedere_scene::procedural`] grows it. Each part that has triangles becomes a
+//! model, each place where it stands an object. Names mean here what they mean in glTF: `door:`, `cell:`, `portal:`,
+//! `occluder:`. A glTF file that rules place is imported once and placed as often as they say.
+
+mod absorb;
+mod node;
+mod scene;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
+use belvedere_scene::procedural::{Grown, Limits as GrowthLimits, Loader, Program, Settings, grow};
+
+use super::uri::relative_path;
+use super::{FileError, ImportError, Imported, Limits, SourceFiles};
+use crate::defect::Defects;
+use crate::progress::{Progress, Stage};
+use crate::source::SourceScene;
+pub(super) use node::{Nursery, Planting, wanted};
+
+/// Rules, what grew out of them, and the scene that it makes.
+#[derive(Debug)]
+pub struct Growth {
+    /// The rules.
+    pub program: Program,
+    /// What they grew.
+    pub grown: Grown,
+    /// The same as a source scene, with the glTF files that it places.
+    pub scene: SourceScene,
+    /// What was wrong with those.
+    pub defects: Defects,
+}
+
+/// Where the rules' other files are, and what may be taken.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    /// Gives files beside the source.
+    pub files: &'a dyn SourceFiles,
+    /// What the whole source may take.
+    pub limits: &'a Limits,
+    /// Who looks on.
+    pub progress: &'a dyn Progress,
+}
+
+/// Grows a file of rules. `path` is below the source's folder; what it imports is looked for beside it.
+///
+/// # Errors
+/// When the text is none, is wrong, or needs a file that is not there.
+pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) -> Result<Growth, ImportError> {
+    let text = String::from_utf8(bytes).map_err(|cause| ImportError::RulesNotText {
+        file: path.to_owned(),
+        byte: cause.utf8_error().valid_up_to(),
+    })?;
+    let (folder, file) = path
+        .rsplit_once('/')
+        .map_or(("", path), |(folder, file)| (folder, file));
+    let beside = Beside {
+        folder,
+        files: ground.files,
+    };
+    let program = Program::read(file, text, &beside)?;
+    let grown = grow(&program, settings)?;
+    let mut defects = Defects::default();
+    let texts = program.files().map(|(name, text)| (name.to_owned(), text.to_owned()));
+    let rules = (Arc::new(texts.collect()), settings.seed);
+    let scene = scene::scene_of(&grown, &rules, &mut |model| {
+        let imported = beside.import(model, ground)?;
+        defects.absorb(imported.defects);
+        Ok(imported.scene)
+    })?;
+    Ok(Growth {
+        program,
+        grown,
+        scene,
+        defects,
+    })
+}
+
+/// Reads a `.dcg` source with the parameters that it has by itself.
+pub(super) fn read(file_name: &str, bytes: Vec<u8>, ground: Ground) -> Result<Imported, ImportError> {
+    ground.progress.start(Stage::Import, 1);
+    let settings = Settings {
+        limits: growth_limits(ground.limits),
+        ..Settings::default()
+    };
+    let growth = plant(file_name, bytes, &settings, ground)?;
+    if growth.scene.objects.is_empty() {
+        return Err(ImportError::NothingToDraw {
+            reasons: "the rules draw nothing".to_owned(),
+        });
+    }
+    ground.progress.advance(1);
+    Ok(Imported {
+        scene: growth.scene,
+        defects: growth.defects,
+    })
+}
+
+/// What rules may take of what a source may.
+fn growth_limits(limits: &Limits) -> GrowthLimits {
+    /// About what a triangle with its vertices takes from the evaluation to the scene.
+    const TRIANGLE_BYTES: u64 = 200;
+    let usual = GrowthLimits::default();
+    GrowthLimits {
+        triangles: usual.triangles.min(limits.memory_bytes / TRIANGLE_BYTES),
+        placements: usual.placements.min(limits.max_objects as u64),
+        ..usual
+    }
+}
+
+/// Files in the folder of the rules.
+struct Beside<'a> {
+    folder: &'a str,
+    files: &'a dyn SourceFiles,
+}
+
+impl Beside<'_> {
+    fn path(&self, relative: &str) -> Option<String> {
+        let path = relative_path(relative)?;
+        Some(if self.folder.is_empty() {
+            path
+        } else {
+            format!("{}/{path}", self.folder)
+        })
+    }
+
+    /// A glTF file that rules place. Rules in it are not grown, or two files could place each other for ever.
+    fn import(&self, relative: &str, ground: Ground) -> Result<Imported, ImportError> {
+        let missing = |reason: String| ImportError::ModelOfRules {
+            model: relative.to_owned(),
+            reason,
+        };
+        let path = self.path(relative).ok_or_else(|| missing(OUTSIDE.to_owned()))?;
+        if path.ends_with(".dcg") || path.ends_with(".plan") {
+            return Err(missing("`model` places glTF files; use `import` for rules".to_owned()));
+        }
+        let bytes = self
+            .files
+            .read(&path, ground.limits.memory_bytes)
+            .map_err(|cause| missing(cause.to_string()))?;
+        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+        let files = Below {
+            folder,
+            files: self.files,
+        };
+        super::import(&path, bytes, &files, ground.limits, ground.progress)
+    }
+}
+
+const OUTSIDE: &str = "it lies outside of the source's folder: put it beside the source";
+
+impl Loader for Beside<'_> {
+    fn load(&self, path: &str) -> Result<String, String> {
+        let path = self.path(path).ok_or(OUTSIDE)?;
+        let bytes = self
+            .files
+            .read(&path, MAX_TEXT_BYTES as u64)
+            .map_err(|cause| cause.to_string())?;
+        String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())
+    }
+}
+
+/// The files of a folder below the source's, without rules.
+struct Below<'a> {
+    folder: &'a str,
+    files: &'a dyn SourceFiles,
+}
+
+impl SourceFiles for Below<'_> {
+    fn read(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
+        match relative.ends_with(".dcg") {
+            true => Err(FileError::Denied),
+            false if self.folder.is_empty() => self.files.read(relative, max_bytes),
+            false => self.files.read(&format!("{}/{relative}", self.folder), max_bytes),
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Which rules does a glTF node name? `extras.belvedere`: `{"procedural": "tree.dcg", "parameters": {…}, "seed": 1}`.
+
+use std::collections::BTreeMap;
+
+use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
+use belvedere_scene::procedural::{Settings, Value};
+use glam::DMat4;
+use serde_json::Value as Json;
+
+use super::absorb::absorb;
+use super::{Ground, growth_limits, plant};
+use crate::defect::Defects;
+use crate::import::ImportError;
+use crate::import::uri::relative_path;
+use crate::source::{Role, SourceObject, SourceScene};
+
+/// Rules that a node names, and where they grow.
+#[derive(Debug)]
+pub(crate) struct Planting {
+    /// The node's name.
+    pub(crate) node: String,
+    /// What its author said it is.
+    pub(crate) role: Role,
+    pub(crate) world_from_node: DMat4,
+    /// Its `extras.belvedere`.
+    pub(crate) wanted: Json,
+}
+
+/// What a node's extras say of rules, when they do.
+pub(crate) fn wanted(node: &Json) -> Option<&Json> {
+    let belvedere = node.pointer("/extras/belvedere")?;
+    belvedere.get("procedural").map(|_| belvedere)
+}
+
+/// Grows what nodes name; equal wishes once.
+#[derive(Default)]
+pub(crate) struct Nursery {
+    known: BTreeMap<String, Vec<SourceObject>>,
+}
+
+impl Nursery {
+    /// Adds the objects of a node's rules to the scene.
+    pub(crate) fn plant(
+        &mut self,
+        scene: &mut SourceScene,
+        planting: &Planting,
+        (defects, ground): (&mut Defects, Ground),
+    ) -> Result<(), ImportError> {
+        let key = planting.wanted.to_string();
+        if !self.known.contains_key(&key) {
+            let grown = grow_wanted(&planting.wanted, &planting.node, ground);
+            let objects = match grown? {
+                Ok((inner, found)) => {
+                    defects.absorb(found);
+                    absorb(scene, inner)
+                }
+                Err(kind) => {
+                    defects.note(kind, 1, || planting.node.clone());
+                    Vec::new()
+                }
+            };
+            self.known.insert(key.clone(), objects);
+        }
+        for object in &self.known[&key] {
+            if scene.objects.len() >= ground.limits.max_objects {
+                let (place, limit) = (planting.node.clone(), ground.limits.max_objects);
+                return Err(ImportError::TooManyObjects { place, limit });
+            }
+            scene.objects.push(SourceObject {
+                source_node: format!("{}/{}", planting.node, object.source_node),
+                world_from_object: planting.world_from_node * object.world_from_object,
+                role: if planting.role == Role::Ordinary {
+                    object.role
+                } else {
+                    planting.role
+                },
+                ..object.clone()
+            });
+        }
+        Ok(())
+    }
+}
+
+/// What the wish grows, or why there is nothing.
+fn grow_wanted(
+    wanted: &Json,
+    node: &str,
+    ground: Ground,
+) -> Result<Result<(SourceScene, Defects), &'static str>, ImportError> {
+    let Some(path) = wanted["procedural"].as_str().and_then(relative_path) else {
+        return Ok(Err("`procedural` that names no file beside the source: not grown"));
+    };
+    let mut parameters = BTreeMap::new();
+    for (name, value) in wanted["parameters"].as_object().into_iter().flatten() {
+        let Some(value) = Value::from_json(value) else {
+            return Ok(Err("`parameters` that are not numbers or lists of them: not grown"));
+        };
+        parameters.insert(name.clone(), value);
+    }
+    let Ok(bytes) = ground.files.read(&path, MAX_TEXT_BYTES as u64) else {
+        return Ok(Err("rules that cannot be read: not grown"));
+    };
+    let seed = wanted["seed"].as_u64().unwrap_or(0) as u32;
+    let limits = growth_limits(ground.limits);
+    let settings = Settings {
+        seed,
+        parameters,
+        limits,
+        ..Settings::default()
+    };
+    let growth = plant(&path, bytes, &settings, ground).map_err(|cause| match cause {
+        ImportError::Rules(error) => ImportError::RulesOfNode {
+            node: node.to_owned(),
+            error,
+        },
+        other => other,
+    })?;
+    Ok(Ok((growth.scene, growth.defects)))
+}

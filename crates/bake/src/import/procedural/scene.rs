@@ -1,0 +1,207 @@
+//! Which objects does a grown model consist of?
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Recipe, Surface};
+use glam::{DMat4, DVec3, Vec3};
+use serde_json::json;
+
+use super::absorb::absorb;
+use crate::import::ImportError;
+use crate::import::topology::compact;
+use crate::source::{
+    AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceRecipe, SourceScene, SourceViewpoint,
+    Topology,
+};
+
+/// A glTF file by the name that rules give it.
+type Import<'i> = &'i mut dyn FnMut(&str) -> Result<SourceScene, ImportError>;
+
+/// The texts of all files, and the seed.
+type Rules = (Arc<BTreeMap<String, String>>, u32);
+
+/// The scene that a model makes.
+pub(super) fn scene_of(grown: &Grown, rules: &Rules, import: Import) -> Result<SourceScene, ImportError> {
+    let mut scene = SourceScene {
+        title: Some(grown.parts[0].name.clone()),
+        ..SourceScene::default()
+    };
+    let material_of = add_materials(grown, &mut scene);
+    let models = grown.parts.iter().map(|part| model(part, &material_of, rules));
+    let models: Vec<Option<SourceModel>> = models.collect();
+    let mut model_of = vec![None; models.len()];
+    let mut imported: BTreeMap<&str, Vec<SourceObject>> = BTreeMap::new();
+    let mut names = Names::default();
+    for instance in grown.instances() {
+        let part = &grown.parts[instance.part];
+        let world_from_part = matrix(&instance);
+        for (name, frame) in &part.viewpoints {
+            let world_from_camera = world_from_part * DMat4::from_cols_array(&frame.columns());
+            scene.viewpoints.push(SourceViewpoint {
+                name: name.clone(),
+                world_from_camera: rigid(world_from_camera),
+            });
+        }
+        for (path, frame) in &part.models {
+            if !imported.contains_key(path.as_str()) {
+                let objects = absorb(&mut scene, import(path)?);
+                imported.insert(path, objects);
+            }
+            let world_from_model = world_from_part * DMat4::from_cols_array(&frame.columns());
+            for object in &imported[path.as_str()] {
+                scene.objects.push(SourceObject {
+                    source_node: names.numbered(&object.source_node),
+                    world_from_object: world_from_model * object.world_from_object,
+                    ..object.clone()
+                });
+            }
+        }
+        let Some(model) = &models[instance.part] else { continue };
+        let kind = instance.name.split_once(':').map_or("", |(kind, _)| kind);
+        let authored = match kind {
+            "cell" => Some(&mut scene.authored.cells),
+            "portal" => Some(&mut scene.authored.portals),
+            "occluder" => Some(&mut scene.authored.occluders),
+            _ => None,
+        };
+        if let Some(list) = authored {
+            list.push(AuthoredShape {
+                node: names.numbered(instance.name),
+                triangles: placed(model, world_from_part),
+            });
+            continue;
+        }
+        let index = *model_of[instance.part].get_or_insert_with(|| {
+            scene.models.push(model.clone());
+            scene.models.len() - 1
+        });
+        scene.objects.push(SourceObject {
+            source_node: names.numbered(instance.name),
+            part: 0,
+            model: index,
+            world_from_object: world_from_part,
+            role: if kind == "door" { Role::Door } else { Role::Ordinary },
+        });
+    }
+    Ok(scene)
+}
+
+/// `tree`, `tree 2`, `tree 3` …
+#[derive(Default)]
+struct Names(BTreeMap<String, usize>);
+
+impl Names {
+    fn numbered(&mut self, name: &str) -> String {
+        let count = self.0.entry(name.to_owned()).or_insert(0);
+        *count += 1;
+        if *count == 1 {
+            name.to_owned()
+        } else {
+            format!("{name} {count}")
+        }
+    }
+}
+
+fn matrix(instance: &Instance) -> DMat4 {
+    DMat4::from_cols_array(&instance.world_from_part.columns())
+}
+
+/// Without scale: a viewpoint has a place and directions only.
+fn rigid(world_from_camera: DMat4) -> DMat4 {
+    let (_, rotation, translation) = world_from_camera.to_scale_rotation_translation();
+    DMat4::from_rotation_translation(rotation.normalize(), translation)
+}
+
+/// Adds the materials that some triangle has; where each of the model's lies in the scene.
+fn add_materials(grown: &Grown, scene: &mut SourceScene) -> BTreeMap<usize, usize> {
+    let mut material_of = BTreeMap::new();
+    for mesh in grown.parts.iter().flat_map(|part| &part.meshes) {
+        material_of.entry(mesh.material).or_insert_with(|| {
+            scene.materials.push(material(&grown.materials[mesh.material]));
+            scene.materials.len() - 1
+        });
+    }
+    material_of
+}
+
+fn material(surface: &Surface) -> Material {
+    let [r, g, b] = surface.colour;
+    let mut gltf = json!({
+        "name": surface.name,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [r, g, b, surface.opacity],
+            "metallicFactor": surface.metallic,
+            "roughnessFactor": surface.roughness,
+        },
+    });
+    if surface.emissive != [0.0; 3] {
+        gltf["emissiveFactor"] = json!(surface.emissive);
+    }
+    if surface.opacity < 1.0 {
+        gltf["alphaMode"] = json!("BLEND");
+    }
+    if surface.double_sided {
+        gltf["doubleSided"] = json!(true);
+    }
+    Material {
+        gltf,
+        see_through: surface.opacity < 1.0,
+        double_sided: surface.double_sided,
+    }
+}
+
+/// A part's triangles; `None` when it has none with an area.
+fn model(part: &Part, material_of: &BTreeMap<usize, usize>, (texts, seed): &Rules) -> Option<SourceModel> {
+    let meshes = part.meshes.iter();
+    let primitives = meshes.map(|mesh| primitive(mesh, material_of.get(&mesh.material).copied()));
+    let primitives: Vec<Primitive> = primitives.filter(|primitive| !primitive.indices.is_empty()).collect();
+    let recipe = |recipe: &Recipe| SourceRecipe {
+        texts: texts.clone(),
+        recipe: recipe.clone(),
+        seed: *seed,
+    };
+    (!primitives.is_empty()).then(|| SourceModel {
+        name: part.name.clone(),
+        primitives,
+        recipe: part.recipe.as_ref().map(recipe),
+        ..SourceModel::default()
+    })
+}
+
+fn primitive(mesh: &Mesh, material: Option<usize>) -> Primitive {
+    let corner = |i: u32| Vec3::from_array(mesh.positions[i as usize]);
+    let has_area = |t: &&[u32; 3]| {
+        let [a, b, c] = t.map(corner);
+        (b - a).cross(c - a) != Vec3::ZERO
+    };
+    let mut indices: Vec<u32> = mesh
+        .indices
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .filter(has_area)
+        .flatten()
+        .copied()
+        .collect();
+    let used = compact(&mut indices);
+    let pick = |values: &[[f32; 3]]| used.iter().map(|i| values[*i as usize]).collect();
+    Primitive {
+        topology: Topology::Triangles,
+        material,
+        positions: pick(&mesh.positions),
+        normals: pick(&mesh.normals),
+        indices,
+        ..Primitive::default()
+    }
+}
+
+fn placed(model: &SourceModel, world_from_part: DMat4) -> Vec<[DVec3; 3]> {
+    let place = |p: [f32; 3]| world_from_part.transform_point3(p.map(f64::from).into());
+    model
+        .primitives
+        .iter()
+        .flat_map(Primitive::triangles)
+        .map(|t| t.map(place))
+        .collect()
+}

@@ -1,0 +1,127 @@
+//! What becomes of rules as a source, alone and in glTF files.
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+
+use crate::glb::write_whole;
+use crate::import::testing::Gltf;
+use crate::import::{FileError, ImportError, Imported, Limits, SourceFiles, import};
+use crate::progress::Silent;
+use crate::source::Role;
+
+const GATE: &str = "
+parameter height = 2 from 1 to 9
+material wood { colour = #8a6a45 }
+part post(h) { paint wood cylinder(0.1, h) }
+for i in 3 move(2 * i, 0, 0) post(height)
+called \"door:gate\" box(1, 1, 0.1)
+called \"cell:yard\" move(0, 0, 5) box(9, 3, 4)
+move(0, 1.7, 5) viewpoint \"Yard\"
+";
+
+/// Files beside the source.
+struct Beside(BTreeMap<&'static str, Vec<u8>>);
+
+impl SourceFiles for Beside {
+    fn read(&self, relative: &str, _: u64) -> Result<Vec<u8>, FileError> {
+        self.0.get(relative).cloned().ok_or(FileError::Missing)
+    }
+}
+
+fn read(name: &str, bytes: Vec<u8>, files: &[(&'static str, Vec<u8>)]) -> Result<Imported, ImportError> {
+    let limits = Limits {
+        memory_bytes: 64 << 20,
+        max_objects: 1000,
+    };
+    import(name, bytes, &Beside(files.iter().cloned().collect()), &limits, &Silent)
+}
+
+fn rules(text: &str, files: &[(&'static str, Vec<u8>)]) -> Result<Imported, ImportError> {
+    read("world.dcg", text.as_bytes().to_vec(), files)
+}
+
+fn names(imported: &Imported) -> Vec<&str> {
+    let objects = imported.scene.objects.iter();
+    objects.map(|object| object.source_node.as_str()).collect()
+}
+
+#[test]
+fn parts_become_models_places_become_objects_and_names_keep_their_meaning() {
+    let scene = rules(GATE, &[]).unwrap();
+    assert_eq!(names(&scene), ["post", "post 2", "post 3", "door:gate"]);
+    let scene = scene.scene;
+    assert_eq!((scene.models.len(), scene.title.as_deref()), (2, Some("world")));
+    assert_eq!(scene.objects[2].world_from_object.w_axis.x, 4.0);
+    assert_eq!(scene.objects[3].role, Role::Door);
+    assert_eq!(scene.authored.cells.len(), 1);
+    assert_eq!(scene.viewpoints[0].name, "Yard");
+    assert!(scene.models[0].recipe.is_some() && scene.models[1].recipe.is_none());
+}
+
+#[test]
+fn imports_and_gltf_files_are_found_beside_the_rules() {
+    let triangle = Gltf::triangle().glb();
+    let text = "import \"lib/gate.dcg\" as gate
+        gate(height = 3) move(0, 0, 9) gate() for i in 4 move(i, 0, 0) model \"lib/bench.glb\"";
+    let files = [("lib/gate.dcg", GATE.into()), ("lib/bench.glb", triangle)];
+    let imported = rules(text, &files).unwrap();
+    assert_eq!(imported.scene.objects.len(), 12);
+    // posts of two heights, a gate for each use of the file, one bench
+    assert_eq!(imported.scene.models.len(), 5);
+    for (text, wanted) in [
+        ("import \"../x.dcg\" as x", "outside of the source's folder"),
+        ("model \"x.glb\"", "there is no such file"),
+        ("model \"world.dcg\"", "use `import` for rules"),
+        ("let a = 1", "the rules draw nothing"),
+        (
+            "bix(1, 1, 1)",
+            "world.dcg, line 1, column 1: `bix` is not a rule here; did you mean `box`?",
+        ),
+    ] {
+        let error = rules(text, &[]).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
+}
+
+#[test]
+fn a_gltf_node_grows_what_it_names() {
+    let mut gltf = Gltf::triangle();
+    let wish = |height: f64| json!({"belvedere": {"procedural": "gate.dcg", "parameters": {"height": height}}});
+    for (name, x, height) in [("north", 10.0, 2.0), ("south", 20.0, 2.0), ("tall", 30.0, 5.0)] {
+        gltf.push(
+            "nodes",
+            json!({"name": name, "translation": [x, 0, 0], "extras": wish(height)}),
+        );
+    }
+    gltf.push(
+        "nodes",
+        json!({"name": "none", "extras": {"belvedere": {"procedural": "none.dcg"}}}),
+    );
+    gltf.json["scenes"][0]["nodes"] = json!([0, 1, 2, 3, 4]);
+    let files = [("gate.dcg", GATE.into())];
+    let imported = read("scene.glb", gltf.glb(), &files).unwrap();
+    assert_eq!(names(&imported)[..3], ["n", "north/post", "north/post 2"]);
+    assert_eq!(imported.scene.objects.len(), 1 + 3 * 4);
+    assert_eq!(imported.scene.models.len(), 1 + 2 * 2);
+    assert_eq!(imported.scene.objects[6].world_from_object.w_axis.x, 22.0);
+    assert_eq!(imported.scene.objects[4].role, Role::Door);
+    assert_eq!(imported.defects.count("rules that cannot be read: not grown"), 1);
+
+    gltf.json["nodes"][1]["extras"]["belvedere"]["parameters"]["height"] = json!(99);
+    let error = read("scene.glb", gltf.glb(), &files).unwrap_err().to_string();
+    assert!(
+        error.contains("node \"north\"") && error.contains("from 1 to 9"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_is_written_as_a_plain_glb_is_read_as_the_same_scene() {
+    let scene = rules(GATE, &[]).unwrap().scene;
+    let again = read("again.glb", write_whole(&scene), &[]).unwrap();
+    assert_eq!(names(&again), ["post", "post 2", "post 3", "door:gate"]);
+    assert_eq!(again.scene.models[0].primitives, scene.models[0].primitives);
+    assert_eq!(again.scene.materials[0].gltf, scene.materials[0].gltf);
+    assert_eq!(again.defects.iter().count(), 0);
+}

@@ -1,0 +1,51 @@
+//! From which rules can a client grow a model itself? Writes the texts, each once, and says what to make of them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use belvedere_scene::{BlobName, object::Procedural};
+
+use super::sink::{Ledger, SinkError};
+use crate::source::{SourceModel, SourceRecipe};
+
+/// The extension of rules.
+const DCG: &str = "dcg";
+
+/// What a client that knows the language needs, when the model has grown from rules and can be grown alone.
+pub(super) fn write(model: &SourceModel, ledger: &Ledger<'_>) -> Result<Option<Procedural>, SinkError> {
+    let Some(SourceRecipe { texts, recipe, seed }) = &model.recipe else {
+        return Ok(None);
+    };
+    let put = |name: &str| -> Result<BlobName, SinkError> {
+        let text = texts.get(name).map(String::as_str).unwrap_or_default();
+        Ok(ledger.put(DCG, text.as_bytes().to_vec())?.0)
+    };
+    let mut imports = BTreeMap::new();
+    for name in imported(texts, &recipe.file) {
+        imports.insert(name.to_owned(), put(name)?);
+    }
+    let parameters = recipe
+        .parameters
+        .iter()
+        .map(|(name, value)| (name.clone(), value.to_json()));
+    Ok(Some(Procedural {
+        rules: put(&recipe.file)?,
+        imports,
+        part: recipe.part.clone(),
+        parameters: parameters.collect(),
+        seed: *seed,
+    }))
+}
+
+/// The files that a file imports, and those that they import. A text that holds a name in quotes counts as importing it.
+fn imported<'t>(texts: &'t BTreeMap<String, String>, file: &str) -> BTreeSet<&'t str> {
+    let mut found = BTreeSet::new();
+    let mut open = vec![file];
+    while let Some(text) = open.pop().and_then(|file| texts.get(file)) {
+        for name in texts.keys().filter(|name| text.contains(&format!("\"{name}\""))) {
+            if name != file && found.insert(name.as_str()) {
+                open.push(name);
+            }
+        }
+    }
+    found
+}

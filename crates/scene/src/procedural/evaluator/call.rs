@@ -1,0 +1,104 @@
+//! Where does a call lead? To the body of a rule, which draws into the part that it is called in; to a part; to a file.
+
+use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::procedural::limits::reached;
+use crate::procedural::random::step;
+use crate::procedural::syntax::{At, Call, Formal, Rule};
+use crate::procedural::value::Value;
+
+impl<'p> Evaluator<'p> {
+    /// Visits what a call leads to.
+    pub(super) fn follow(&mut self, scope: &Scope, turtle: &Turtle, call: usize) -> Outcome<()> {
+        let module = &self.program.modules[scope.module];
+        let call = &module.calls[call];
+        let depth = self.deeper(scope, call.at)?;
+        let Some(index) = call.target.index else {
+            return self.place_file(scope, turtle, call, depth);
+        };
+        let rule = self.rule(call.target.module, index);
+        let instance = self.called_instance(scope, call)?;
+        let inner = Scope {
+            module: call.target.module,
+            instance,
+            base: self.stack.len(),
+            path: step(scope.path, call.site),
+            depth,
+            level: 0,
+        };
+        self.bind((scope, call), &inner, (&rule.formals, rule.slots))?;
+        if rule.is_part {
+            self.place_part((scope, call.at), turtle, rule, index, inner)?;
+        } else {
+            self.visit_rule(turtle, rule, index, inner)?;
+        }
+        self.stack.truncate(inner.base);
+        Ok(())
+    }
+
+    /// The value of a function of the file.
+    pub(super) fn apply(&mut self, scope: &Scope, call: usize) -> Outcome<Value> {
+        let call = &self.program.modules[scope.module].calls[call];
+        let depth = self.deeper(scope, call.at)?;
+        let function = &self.program.modules[call.target.module].functions[call.target.index.unwrap_or_default()];
+        let inner = Scope {
+            module: call.target.module,
+            instance: self.called_instance(scope, call)?,
+            base: self.stack.len(),
+            path: step(scope.path, call.site),
+            depth,
+            level: 0,
+        };
+        self.bind((scope, call), &inner, (&function.formals, function.slots))?;
+        let value = self.value(&inner, function.at, &function.value)?;
+        self.stack.truncate(inner.base);
+        Ok(value)
+    }
+
+    fn deeper(&mut self, scope: &Scope, at: At) -> Outcome<u32> {
+        let depth = scope.depth + 1;
+        self.usage.levels = self.usage.levels.max(depth);
+        let limit = self.settings.limits.levels;
+        if depth > limit {
+            return self.error(scope.module, at, reached("levels", limit.into()));
+        }
+        Ok(depth)
+    }
+
+    /// Puts a frame on the stack: arguments as the caller computes them, then defaults.
+    pub(super) fn bind(
+        &mut self,
+        (scope, call): (&Scope, &'p Call),
+        inner: &Scope,
+        (formals, slots): (&'p [Formal], u32),
+    ) -> Outcome<()> {
+        self.stack.resize(inner.base + slots as usize, Value::NONE);
+        for (slot, given) in call.given.iter().enumerate() {
+            if let Some(argument) = given.map(|i| &call.arguments[i]) {
+                self.stack[inner.base + slot] = self.value(scope, argument.at, &argument.value)?;
+            }
+        }
+        for (slot, (formal, given)) in formals.iter().zip(&call.given).enumerate() {
+            if let (None, Some(default)) = (given, &formal.default) {
+                self.stack[inner.base + slot] = self.value(inner, formal.at, default)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The body of a rule, or what stands in for it when its levels are used up.
+    fn visit_rule(&mut self, turtle: &Turtle, rule: &'p Rule, index: usize, mut scope: Scope) -> Outcome<()> {
+        let id = self.first_rule[scope.module] + index;
+        scope.level = self.open[id];
+        let body = match &rule.levels {
+            Some(levels) if f64::from(scope.level) >= self.number(&scope, rule.at, levels, "`levels`")? => {
+                rule.then.as_ref()
+            }
+            _ => Some(&rule.body),
+        };
+        let Some(body) = body else { return Ok(()) };
+        self.open[id] += 1;
+        self.visit(&scope, turtle, body)?;
+        self.open[id] -= 1;
+        Ok(())
+    }
+}

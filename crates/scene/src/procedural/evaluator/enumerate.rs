@@ -1,0 +1,143 @@
+//! How often, and where? Enumerators visit their statement once for each member of a population. Each visit has a path of
+//! its own, so that each member has random numbers of its own.
+
+use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::procedural::affine::Affine;
+use crate::procedural::error::Problem;
+use crate::procedural::random::{fraction, step};
+use crate::procedural::solid::outline;
+use crate::procedural::syntax::{At, Expr, Statement};
+use crate::procedural::value::Value;
+
+/// Most members of one population.
+const MAX_COUNT: f64 = 1_048_576.0;
+/// Largest extent, metres.
+const MAX_EXTENT: f64 = 1e6;
+/// The plastic number's inverse and its square: steps of the most even sequence in the plane (Roberts 2018).
+const EVEN_STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+
+/// A scope, a place in the text and the word that the enumerator adds to the path.
+type Site<'s> = (&'s Scope, At, u32);
+
+impl<'p> Evaluator<'p> {
+    /// `for`: over numbers from 0, or over the items of a list.
+    pub(super) fn repeat(
+        &mut self,
+        (scope, at, site): Site,
+        turtle: &Turtle,
+        (slots, over): (&'p [u32], &'p Expr),
+        body: &'p Statement,
+    ) -> Outcome<()> {
+        let path = step(scope.path, site);
+        match self.value(scope, at, over)? {
+            Value::Number(count) => {
+                let count = self.within((scope, at), count, "a count", (0.0, MAX_COUNT))?.floor() as u32;
+                for i in 0..count {
+                    let inner = Scope {
+                        path: step(path, i),
+                        ..*scope
+                    };
+                    self.assign((scope, at), slots, Value::Number(i.into()))?;
+                    self.visit(&inner, turtle, body)?;
+                }
+            }
+            Value::List(items, _) => {
+                for (i, item) in items.iter().enumerate() {
+                    let inner = Scope {
+                        path: step(path, i as u32),
+                        ..*scope
+                    };
+                    self.assign((scope, at), slots, item.clone())?;
+                    self.visit(&inner, turtle, body)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// One name takes a value as it is, several take the items of a list.
+    fn assign(&mut self, (scope, at): (&Scope, At), slots: &[u32], value: Value) -> Outcome<()> {
+        match (slots, value) {
+            ([slot], value) => *self.local(scope, *slot) = value,
+            (_, Value::List(items, _)) if items.len() == slots.len() => {
+                for (slot, item) in slots.iter().zip(items.iter()) {
+                    *self.local(scope, *slot) = item.clone();
+                }
+            }
+            _ => {
+                let (what, wanted) = ("what `for` goes over", "a list of lists with an item for each name");
+                return self.error(scope.module, at, Problem::Shape { what, wanted });
+            }
+        }
+        Ok(())
+    }
+
+    /// `scatter`: evenly over a rectangle around the origin, beginning anywhere.
+    pub(super) fn scatter(
+        &mut self,
+        (scope, at, site): Site,
+        turtle: &Turtle,
+        (slots, count, over): ([u32; 2], &'p Expr, &'p [Expr; 2]),
+        body: &'p Statement,
+    ) -> Outcome<()> {
+        let path = step(scope.path, site);
+        let count = self.ranged((scope, at), count, "a count", (0.0, MAX_COUNT))?.floor() as u32;
+        let width = self.ranged((scope, at), &over[0], "a width", (0.0, MAX_EXTENT))?;
+        let depth = self.ranged((scope, at), &over[1], "a depth", (0.0, MAX_EXTENT))?;
+        let start = [0, 1].map(|axis| fraction(step(path, axis)));
+        for i in 0..count {
+            let inner = Scope {
+                path: step(path, 2 + i),
+                ..*scope
+            };
+            for (axis, extent) in [width, depth].into_iter().enumerate() {
+                let along = start[axis] + f64::from(i) * EVEN_STEPS[axis];
+                *self.local(scope, slots[axis]) = Value::Number(extent * (along - along.floor() - 0.5));
+            }
+            self.visit(&inner, turtle, body)?;
+        }
+        Ok(())
+    }
+
+    /// `edges`: along each edge of a polygon, with x along the edge and z outwards.
+    pub(super) fn follow_edges(
+        &mut self,
+        (scope, at, site): Site,
+        turtle: &Turtle,
+        (slots, polygon): (&'p [u32], &'p Expr),
+        body: &'p Statement,
+    ) -> Outcome<()> {
+        let path = step(scope.path, site);
+        let polygon = self.value(scope, at, polygon)?;
+        let corners = outline(&self.polygon(scope, at, &polygon)?);
+        for (i, &[x, z]) in corners.iter().enumerate() {
+            let [to_x, to_z] = corners[(i + 1) % corners.len()];
+            let (dx, dz) = (to_x - x, to_z - z);
+            let length = (dx * dx + dz * dz).sqrt();
+            if length == 0.0 {
+                continue;
+            }
+            let (ux, uz) = (dx / length, dz / length);
+            let edge = Affine {
+                axes: [[ux, 0.0, uz], [0.0, 1.0, 0.0], [-uz, 0.0, ux]],
+                origin: [x, 0.0, z],
+            };
+            let inner = Scope {
+                path: step(path, i as u32),
+                ..*scope
+            };
+            for (slot, value) in slots.iter().zip([length, i as f64]) {
+                *self.local(scope, *slot) = Value::Number(value);
+            }
+            self.visit(
+                &inner,
+                &Turtle {
+                    frame: turtle.frame.after(&edge),
+                    ..*turtle
+                },
+                body,
+            )?;
+        }
+        Ok(())
+    }
+}

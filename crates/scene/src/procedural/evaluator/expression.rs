@@ -1,0 +1,324 @@
+//! What is the value of an expression?
+
+use super::{Evaluator, Outcome, Scope};
+use crate::procedural::arithmetic::{atan2, power, sin_cos};
+use crate::procedural::error::Problem;
+use crate::procedural::limits::{MAX_LIST, reached};
+use crate::procedural::random::{fraction, noise, step};
+use crate::procedural::syntax::{At, BuiltIn, Expr, Operator};
+use crate::procedural::value::Value;
+
+/// Beyond this a whole number is no longer told from the next in every operation.
+const MAX_NOISE: f64 = 1e9;
+/// Most terms of fractal noise.
+const MAX_OCTAVES: f64 = 16.0;
+
+impl<'p> Evaluator<'p> {
+    pub(super) fn value(&mut self, scope: &Scope, at: At, expr: &'p Expr) -> Outcome<Value> {
+        self.descend(scope, at)?;
+        let value = match expr {
+            Expr::Local(slot) => self.local(scope, *slot).clone(),
+            Expr::Global(index) => self.global(scope, *index)?,
+            Expr::Colour(channels) => Value::numbers(*channels),
+            Expr::List(items, at) => {
+                let values: Outcome<_> = items.iter().map(|item| self.value(scope, *at, item)).collect();
+                self.limited(scope, *at, values?)?
+            }
+            Expr::Item { at, of } => self.item(scope, *at, &of[0], &of[1])?,
+            Expr::If(branches) => {
+                let [condition, then, otherwise] = &**branches;
+                let branch = if self.condition(scope, at, condition)? {
+                    then
+                } else {
+                    otherwise
+                };
+                self.value(scope, at, branch)?
+            }
+            Expr::Call(index) => self.apply(scope, *index)?,
+            Expr::BuiltIn {
+                name: BuiltIn::Mix,
+                at,
+                arguments,
+                ..
+            } => self.mix(scope, *at, arguments)?,
+            _ => Value::Number(self.computed(scope, at, expr)?),
+        };
+        self.ascend();
+        Ok(value)
+    }
+
+    /// A value that must be a number; `what` it is for.
+    pub(super) fn number(&mut self, scope: &Scope, at: At, expr: &'p Expr, what: &'static str) -> Outcome<f64> {
+        match expr {
+            Expr::Number(number) => Ok(*number),
+            Expr::Binary { .. } | Expr::Minus(_) | Expr::Detail | Expr::Level => {
+                self.descend(scope, at)?;
+                let number = self.computed(scope, at, expr)?;
+                self.ascend();
+                Ok(number)
+            }
+            Expr::Local(slot) => match self.local(scope, *slot) {
+                Value::Number(number) => Ok(*number),
+                Value::List(..) => self.error(scope.module, at, Problem::NotANumber(what)),
+            },
+            _ => match self.value(scope, at, expr)? {
+                Value::Number(number) => Ok(number),
+                Value::List(..) => self.error(scope.module, at, Problem::NotANumber(what)),
+            },
+        }
+    }
+
+    pub(super) fn condition(&mut self, scope: &Scope, at: At, expr: &'p Expr) -> Outcome<bool> {
+        Ok(self.number(scope, at, expr, "a condition")? != 0.0)
+    }
+
+    /// A number within a range.
+    pub(super) fn ranged(
+        &mut self,
+        (scope, at): (&Scope, At),
+        expr: &'p Expr,
+        what: &'static str,
+        (min, max): (f64, f64),
+    ) -> Outcome<f64> {
+        let value = self.number(scope, at, expr, what)?;
+        self.within((scope, at), value, what, (min, max))
+    }
+
+    pub(super) fn within(
+        &self,
+        (scope, at): (&Scope, At),
+        value: f64,
+        what: &'static str,
+        (min, max): (f64, f64),
+    ) -> Outcome<f64> {
+        if min <= value && value <= max {
+            return Ok(value);
+        }
+        let what = what.to_owned();
+        self.error(scope.module, at, Problem::OutOfRange { what, value, min, max })
+    }
+
+    pub(super) fn items(&mut self, scope: &Scope, at: At, expr: &'p Expr, what: &'static str) -> Outcome<Value> {
+        match self.value(scope, at, expr)? {
+            Value::Number(_) => self.error(scope.module, at, Problem::NotAList(what)),
+            list => Ok(list),
+        }
+    }
+
+    fn limited(&mut self, scope: &Scope, at: At, items: Vec<Value>) -> Outcome<Value> {
+        let list = Value::list(items);
+        if list.size() > MAX_LIST {
+            return self.error(scope.module, at, reached("numbers in a list", MAX_LIST as u64));
+        }
+        Ok(list)
+    }
+
+    fn global(&mut self, scope: &Scope, index: usize) -> Outcome<Value> {
+        let used = &self.program.modules[scope.module].uses[index];
+        match &self.instances[scope.instance].values[used.slot] {
+            Some(value) => Ok(value.clone()),
+            None => self.error(scope.module, used.at, Problem::NotComputed(used.name.clone())),
+        }
+    }
+
+    fn item(&mut self, scope: &Scope, at: At, list: &'p Expr, index: &'p Expr) -> Outcome<Value> {
+        let list = self.items(scope, at, list, "what has items")?;
+        let index = self.number(scope, at, index, "the number of an item")?;
+        let Value::List(items, _) = &list else {
+            unreachable!("items gives lists")
+        };
+        let found = if index >= 0.0 {
+            items.get(index.floor() as usize)
+        } else {
+            None
+        };
+        match found {
+            Some(item) => Ok(item.clone()),
+            None => self.error(
+                scope.module,
+                at,
+                Problem::NoItem {
+                    index,
+                    count: items.len(),
+                },
+            ),
+        }
+    }
+
+    /// Numbers that are made of numbers.
+    fn computed(&mut self, scope: &Scope, at: At, expr: &'p Expr) -> Outcome<f64> {
+        match expr {
+            Expr::Number(number) => Ok(*number),
+            Expr::Detail => Ok(self.settings.detail.into()),
+            Expr::Level => Ok(scope.level.into()),
+            Expr::Minus(of) => Ok(-self.number(scope, at, of, "what follows `-`")?),
+            Expr::Not(of) => Ok(truth(!self.condition(scope, at, of)?)),
+            Expr::And(sides) => Ok(truth(
+                self.condition(scope, at, &sides[0])? && self.condition(scope, at, &sides[1])?,
+            )),
+            Expr::Or(sides) => Ok(truth(
+                self.condition(scope, at, &sides[0])? || self.condition(scope, at, &sides[1])?,
+            )),
+            Expr::Binary { operator, at, sides } => {
+                let left = self.number(scope, *at, &sides[0], "what is computed with")?;
+                let right = self.number(scope, *at, &sides[1], "what is computed with")?;
+                self.binary(scope, *at, *operator, left, right)
+            }
+            Expr::BuiltIn {
+                name,
+                at,
+                site,
+                arguments,
+            } => self.built_in(scope, *at, *name, *site, arguments),
+            Expr::Colour(_)
+            | Expr::Local(_)
+            | Expr::Global(_)
+            | Expr::If(_)
+            | Expr::List(..)
+            | Expr::Item { .. }
+            | Expr::Call(_) => {
+                unreachable!("their values may be lists")
+            }
+        }
+    }
+
+    fn binary(&self, scope: &Scope, at: At, operator: Operator, a: f64, b: f64) -> Outcome<f64> {
+        let result = match operator {
+            Operator::Add => a + b,
+            Operator::Subtract => a - b,
+            Operator::Multiply => a * b,
+            Operator::Divide if b == 0.0 => return self.error(scope.module, at, Problem::DivisionByZero),
+            Operator::Divide => a / b,
+            Operator::Equal => truth(a == b),
+            Operator::Unequal => truth(a != b),
+            Operator::Less => truth(a < b),
+            Operator::AtMost => truth(a <= b),
+            Operator::More => truth(a > b),
+            Operator::AtLeast => truth(a >= b),
+        };
+        self.finite(scope, at, result, "this result")
+    }
+
+    fn finite(&self, scope: &Scope, at: At, number: f64, what: &'static str) -> Outcome<f64> {
+        if number.is_finite() {
+            Ok(number)
+        } else {
+            self.error(scope.module, at, Problem::NotFinite(what))
+        }
+    }
+
+    fn built_in(&mut self, scope: &Scope, at: At, name: BuiltIn, site: u32, arguments: &'p [Expr]) -> Outcome<f64> {
+        if name == BuiltIn::Count {
+            let list = self.items(scope, at, &arguments[0], "what is counted")?;
+            return Ok(if let Value::List(items, _) = list {
+                items.len() as f64
+            } else {
+                0.0
+            });
+        }
+        let mut numbers = [0.0; 3];
+        for (number, argument) in numbers.iter_mut().zip(arguments) {
+            *number = self.number(scope, at, argument, "an argument of this function")?;
+        }
+        let [a, b, c] = numbers;
+        let result = match name {
+            BuiltIn::Abs => a.abs(),
+            BuiltIn::Atan2 => atan2(a, b),
+            BuiltIn::Ceil => -(-a).floor(),
+            BuiltIn::Clamp => {
+                if a < b {
+                    b
+                } else if a > c {
+                    c
+                } else {
+                    a
+                }
+            }
+            BuiltIn::Cos => sin_cos(a).1,
+            BuiltIn::Floor => a.floor(),
+            BuiltIn::Max => {
+                if a > b {
+                    a
+                } else {
+                    b
+                }
+            }
+            BuiltIn::Min => {
+                if a < b {
+                    a
+                } else {
+                    b
+                }
+            }
+            BuiltIn::Mod if b == 0.0 => return self.error(scope.module, at, Problem::DivisionByZero),
+            BuiltIn::Mod => a - b * (a / b).floor(),
+            BuiltIn::Noise => self.fractal((scope, at), (a, b), 1.0)?,
+            BuiltIn::Fractal => self.fractal((scope, at), (a, b), c)?,
+            BuiltIn::Power => {
+                let whole = self.within((scope, at), b, "a power", (-64.0, 64.0))?;
+                power(a, whole.floor() as i32)
+            }
+            BuiltIn::Random => {
+                let part = fraction(step(scope.path, site));
+                if arguments.is_empty() { part } else { a + (b - a) * part }
+            }
+            BuiltIn::Round => (a + 0.5).floor(),
+            BuiltIn::Sin => sin_cos(a).0,
+            BuiltIn::Sqrt if a < 0.0 => {
+                let (what, wanted) = ("what a root is taken of", "0 or more");
+                return self.error(scope.module, at, Problem::Shape { what, wanted });
+            }
+            BuiltIn::Sqrt => a.sqrt(),
+            BuiltIn::Count | BuiltIn::Mix => unreachable!("they take lists"),
+        };
+        self.finite(scope, at, result, "this result")
+    }
+
+    /// Octaves of noise, each half as high and half as wide as the one before.
+    fn fractal(&mut self, (scope, at): (&Scope, At), (x, z): (f64, f64), octaves: f64) -> Outcome<f64> {
+        let octaves = self
+            .within((scope, at), octaves, "octaves", (1.0, MAX_OCTAVES))?
+            .floor() as u32;
+        self.count(scope, at, octaves.into())?;
+        let (mut x, mut z, mut weight, mut sum) = (x, z, 1.0, 0.0);
+        for octave in 0..octaves {
+            self.within((scope, at), x.abs(), "a coordinate of noise", (0.0, MAX_NOISE))?;
+            self.within((scope, at), z.abs(), "a coordinate of noise", (0.0, MAX_NOISE))?;
+            sum += weight * noise(self.settings.seed.wrapping_add(octave), x, z);
+            (x, z, weight) = (2.0 * x, 2.0 * z, 0.5 * weight);
+        }
+        Ok(sum)
+    }
+
+    /// Between two numbers, or item by item between two lists.
+    fn mix(&mut self, scope: &Scope, at: At, arguments: &'p [Expr]) -> Outcome<Value> {
+        let from = self.value(scope, at, &arguments[0])?;
+        let to = self.value(scope, at, &arguments[1])?;
+        let part = self.number(scope, at, &arguments[2], "the third argument of `mix`")?;
+        self.count(scope, at, from.size() as u64)?;
+        self.mixed((scope, at), &from, &to, part)
+    }
+
+    fn mixed(&self, (scope, at): (&Scope, At), from: &Value, to: &Value, part: f64) -> Outcome<Value> {
+        match (from, to) {
+            (Value::Number(a), Value::Number(b)) => Ok(Value::Number(self.finite(
+                scope,
+                at,
+                a + (b - a) * part,
+                "this result",
+            )?)),
+            (Value::List(a, _), Value::List(b, _)) if a.len() == b.len() => {
+                let items = a.iter().zip(b.iter()).map(|(a, b)| self.mixed((scope, at), a, b, part));
+                Ok(Value::list(items.collect::<Outcome<_>>()?))
+            }
+            _ => {
+                let (what, wanted) = ("what is mixed", "two numbers, or two lists of the same shape");
+                self.error(scope.module, at, Problem::Shape { what, wanted })
+            }
+        }
+    }
+}
+
+fn truth(holds: bool) -> f64 {
+    if holds { 1.0 } else { 0.0 }
+}

@@ -1,0 +1,90 @@
+//! What does a surface look like? Materials are computed once for each set of arguments.
+
+use super::{Evaluator, Outcome, Scope};
+use crate::procedural::arithmetic::linear_light;
+use crate::procedural::error::Problem;
+use crate::procedural::grown::Surface;
+use crate::procedural::limits::reached;
+use crate::procedural::random::step_name;
+use crate::procedural::syntax::{At, Expr, MaterialRule, Property};
+use crate::procedural::value::Value;
+
+impl<'p> Evaluator<'p> {
+    /// The index of the material that a call leads to.
+    pub(super) fn surface(&mut self, scope: &Scope, call: usize) -> Outcome<usize> {
+        let call = &self.program.modules[scope.module].calls[call];
+        let (module, index) = (call.target.module, call.target.index.unwrap_or_default());
+        let rule = &self.program.modules[module].materials[index];
+        let instance = self.called_instance(scope, call)?;
+        let path = step_name(self.settings.seed, &rule.name);
+        let inner = Scope {
+            module,
+            instance,
+            base: self.stack.len(),
+            path,
+            depth: scope.depth,
+            level: 0,
+        };
+        self.bind((scope, call), &inner, (&rule.formals, rule.slots))?;
+        let mut key = vec![module as u64, index as u64, instance as u64];
+        self.stack[inner.base..]
+            .iter()
+            .for_each(|argument| argument.key(&mut key));
+        let material = match self.known_materials.get(&key) {
+            Some(&material) => material,
+            None => {
+                let limit = self.settings.limits.materials;
+                if self.materials.len() as u64 >= limit {
+                    return self.error(scope.module, call.at, reached("materials", limit));
+                }
+                let surface = self.computed_surface(&inner, rule)?;
+                self.materials.push(surface);
+                self.known_materials.insert(key, self.materials.len() - 1);
+                self.materials.len() - 1
+            }
+        };
+        self.stack.truncate(inner.base);
+        Ok(material)
+    }
+
+    fn computed_surface(&mut self, scope: &Scope, rule: &'p MaterialRule) -> Outcome<Surface> {
+        let mut surface = Surface {
+            name: rule.name.clone(),
+            ..Surface::default()
+        };
+        for (property, value) in &rule.properties {
+            let mut share = |name| self.ranged((scope, rule.at), value, name, (0.0, 1.0));
+            match property {
+                Property::Roughness => surface.roughness = share("roughness")?,
+                Property::Metallic => surface.metallic = share("metallic")?,
+                Property::Opacity => surface.opacity = share("opacity")?,
+                Property::DoubleSided => surface.double_sided = share("double_sided")? != 0.0,
+                Property::Colour => surface.colour = self.colour(scope, rule.at, value)?,
+                Property::Emissive => surface.emissive = self.colour(scope, rule.at, value)?,
+            }
+        }
+        Ok(surface)
+    }
+
+    /// Linear light of a colour.
+    fn colour(&mut self, scope: &Scope, at: At, expr: &'p Expr) -> Outcome<[f64; 3]> {
+        let value = self.value(scope, at, expr)?;
+        let channels = match &value {
+            Value::List(items, _) if items.len() == 3 => items.iter().map(|item| match item {
+                Value::Number(channel) if (0.0..=1.0).contains(channel) => Some(linear_light(*channel)),
+                _ => None,
+            }),
+            _ => return self.error(scope.module, at, COLOUR),
+        };
+        let channels: Option<Vec<f64>> = channels.collect();
+        match channels.as_deref() {
+            Some(&[r, g, b]) => Ok([r, g, b]),
+            _ => self.error(scope.module, at, COLOUR),
+        }
+    }
+}
+
+const COLOUR: Problem = Problem::Shape {
+    what: "a colour",
+    wanted: "`#rrggbb`, or three numbers from 0 to 1",
+};

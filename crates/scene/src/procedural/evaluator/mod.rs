@@ -1,0 +1,213 @@
+//! What grows out of the rules? A traversal of the graph, depth first and from left to right (Schmalstieg 1997, §8.3).
+//!
+//! Values are computed when the traversal comes by: arguments once for each call, branches that are not taken never. State
+//! is handed down and never up, so what happens in one branch does not touch the next. Everything that is visited is
+//! counted, and stops at its limit.
+//!
+//! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times.
+//! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values.
+//! * [`expression`] computes values, [`terminal`] makes solids and [`material`] surfaces of them.
+
+mod call;
+mod enumerate;
+mod expression;
+mod material;
+mod module;
+mod part;
+mod statement;
+mod terminal;
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::affine::Affine;
+use super::error::{DcgError, Problem};
+use super::grown::{Grown, Part, Surface};
+use super::limits::{FINEST, Limits, Usage, reached};
+use super::link::Program;
+use super::syntax::{At, Rule};
+use super::value::Value;
+use crate::Bounds;
+
+/// What can be chosen besides the text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Where random numbers come from.
+    pub seed: u32,
+    /// Level of detail, from 0 (coarsest) to [`FINEST`].
+    pub detail: u32,
+    /// Values for parameters of the first file.
+    pub parameters: BTreeMap<String, Value>,
+    /// What may be taken.
+    pub limits: Limits,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            detail: FINEST,
+            parameters: BTreeMap::new(),
+            limits: Limits::default(),
+        }
+    }
+}
+
+/// Grows a model: all its triangles.
+///
+/// # Errors
+/// When a parameter is unknown or out of range, something has no value, or a limit is reached.
+pub fn grow(program: &Program, settings: &Settings) -> Result<Grown, Box<DcgError>> {
+    Evaluator::new(program, settings, false).finish()
+}
+
+/// A box that holds the model, without making triangles. A part that says `within` is not looked into.
+///
+/// # Errors
+/// As [`grow`] does, but for what is inside of such parts.
+pub fn bounds(program: &Program, settings: &Settings) -> Result<Bounds, Box<DcgError>> {
+    Ok(Evaluator::new(program, settings, true).finish()?.parts[0].bounds)
+}
+
+type Outcome<T> = Result<T, Box<DcgError>>;
+
+/// Where names are looked up, and which random numbers belong here.
+#[derive(Debug, Clone, Copy)]
+struct Scope {
+    module: usize,
+    /// Index into [`Evaluator::instances`].
+    instance: usize,
+    /// Where the values of the rule begin on the stack.
+    base: usize,
+    /// See [`random`](super::random).
+    path: u32,
+    /// Calls inside each other.
+    depth: u32,
+    /// Calls of this rule inside each other.
+    level: u32,
+}
+
+/// What is handed down besides names.
+#[derive(Debug, Clone, Copy)]
+struct Turtle {
+    frame: Affine,
+    material: usize,
+}
+
+/// A file with values for its parameters.
+#[derive(Debug)]
+struct ModuleInstance {
+    /// Whether nothing was given to it.
+    is_default: bool,
+    values: Vec<Option<Value>>,
+}
+
+/// What is known of a part besides its geometry.
+#[derive(Debug, Clone, Copy, Default)]
+struct Account {
+    finished: bool,
+    /// Parts placed in it, with all that they contain.
+    placements: u64,
+}
+
+struct Evaluator<'p> {
+    program: &'p Program,
+    settings: &'p Settings,
+    /// Whether only bounds are wanted.
+    measuring: bool,
+    usage: Usage,
+    nesting: u32,
+    stack: Vec<Value>,
+    instances: Vec<ModuleInstance>,
+    /// Files with their own defaults.
+    default_instances: Vec<Option<usize>>,
+    /// Instances and parts by what they were made with.
+    known: HashMap<Vec<u64>, usize>,
+    known_materials: HashMap<Vec<u64>, usize>,
+    /// Calls that are open, for each rule of each module.
+    open: Vec<u32>,
+    /// Where the rules of a module begin in `open`.
+    first_rule: Vec<usize>,
+    parts: Vec<Part>,
+    accounts: Vec<Account>,
+    /// The part that is being made.
+    part: usize,
+    materials: Vec<Surface>,
+}
+
+impl<'p> Evaluator<'p> {
+    fn new(program: &'p Program, settings: &'p Settings, measuring: bool) -> Self {
+        let mut first_rule = Vec::new();
+        let mut rules = 0;
+        for module in &program.modules {
+            first_rule.push(rules);
+            rules += module.rules.len();
+        }
+        Self {
+            program,
+            settings,
+            measuring,
+            usage: Usage::default(),
+            nesting: 0,
+            stack: Vec::new(),
+            instances: Vec::new(),
+            default_instances: vec![None; program.modules.len()],
+            known: HashMap::new(),
+            known_materials: HashMap::new(),
+            open: vec![0; rules],
+            first_rule,
+            parts: Vec::new(),
+            accounts: Vec::new(),
+            part: 0,
+            materials: vec![Surface::default()],
+        }
+    }
+
+    fn finish(mut self) -> Outcome<Grown> {
+        self.grow_model()?;
+        self.usage.parts = self.parts.len() as u64;
+        self.usage.materials = self.materials.len() as u64;
+        self.usage.placements = self.accounts[0].placements;
+        Ok(Grown {
+            parts: self.parts,
+            materials: self.materials,
+            usage: self.usage,
+        })
+    }
+
+    fn error<T>(&self, module: usize, at: At, problem: Problem) -> Outcome<T> {
+        Err(self.program.modules[module].error(at, problem))
+    }
+
+    /// Counts visits; `at` is where to say that there are too many.
+    fn count(&mut self, scope: &Scope, at: At, steps: u64) -> Outcome<()> {
+        self.usage.steps = self.usage.steps.saturating_add(steps);
+        let limit = self.settings.limits.steps;
+        if self.usage.steps > limit {
+            return self.error(scope.module, at, reached("steps", limit));
+        }
+        Ok(())
+    }
+
+    /// Goes one deeper; whoever calls it comes back with [`Evaluator::ascend`], unless there was an error.
+    fn descend(&mut self, scope: &Scope, at: At) -> Outcome<()> {
+        self.nesting += 1;
+        self.usage.nesting = self.usage.nesting.max(self.nesting);
+        let limit = self.settings.limits.nesting;
+        if self.nesting > limit {
+            return self.error(scope.module, at, reached("nesting", limit.into()));
+        }
+        self.count(scope, at, 1)
+    }
+
+    fn ascend(&mut self) {
+        self.nesting -= 1;
+    }
+
+    fn local(&mut self, scope: &Scope, slot: u32) -> &mut Value {
+        &mut self.stack[scope.base + slot as usize]
+    }
+
+    fn rule(&self, module: usize, index: usize) -> &'p Rule {
+        &self.program.modules[module].rules[index]
+    }
+}

@@ -1,0 +1,194 @@
+//! What is a file with values for its parameters? An instance, whose globals its rules see, and a part when it is called.
+
+use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle};
+use crate::procedural::affine::Affine;
+use crate::procedural::error::{Problem, nearest};
+use crate::procedural::grown::Part;
+use crate::procedural::syntax::{At, Call};
+use crate::procedural::value::Value;
+
+impl<'p> Evaluator<'p> {
+    /// Grows the first file with the parameters from outside.
+    pub(super) fn grow_model(&mut self) -> Outcome<()> {
+        let module = &self.program.modules[0];
+        let names = module.parameters.iter().map(|parameter| parameter.formal.name.as_str());
+        for name in self.settings.parameters.keys() {
+            if !names.clone().any(|known| known == name) {
+                let (kind, suggestion) = ("parameter", nearest(name, names));
+                return self.error(
+                    0,
+                    0,
+                    Problem::Unknown {
+                        kind,
+                        name: name.clone(),
+                        suggestion,
+                    },
+                );
+            }
+        }
+        let given = module
+            .parameters
+            .iter()
+            .map(|p| self.settings.parameters.get(&p.formal.name).cloned());
+        let turtle = Turtle {
+            frame: Affine::IDENTITY,
+            material: 0,
+        };
+        let (instance, path) = self.instance(0, given.collect(), (0, 0))?;
+        self.grow_file(&turtle, 0, (instance, path), 0)?;
+        Ok(())
+    }
+
+    /// Whose globals the callee sees: those of the caller, or an imported file's with its defaults.
+    pub(super) fn called_instance(&mut self, scope: &Scope, call: &Call) -> Outcome<usize> {
+        if call.module.is_none() {
+            return Ok(scope.instance);
+        }
+        let module = call.target.module;
+        if let Some(instance) = self.default_instances[module] {
+            return Ok(instance);
+        }
+        let given = vec![None; self.program.modules[module].parameters.len()];
+        let (instance, _) = self.instance(module, given, (scope.module, call.at))?;
+        self.default_instances[module] = Some(instance);
+        Ok(instance)
+    }
+
+    pub(super) fn place_file(&mut self, scope: &Scope, turtle: &Turtle, call: &'p Call, depth: u32) -> Outcome<()> {
+        let mut given = Vec::new();
+        for argument in &call.given {
+            given.push(match argument.map(|i| &call.arguments[i]) {
+                Some(argument) => Some(self.value(scope, argument.at, &argument.value)?),
+                None => None,
+            });
+        }
+        let module = call.target.module;
+        let (instance, path) = self.instance(module, given, (scope.module, call.at))?;
+        let key = vec![2, instance as u64, turtle.material as u64];
+        let part = match self.known.get(&key) {
+            Some(&part) => part,
+            None => {
+                self.check_parts((scope, call.at))?;
+                let part = self.grow_file(turtle, module, (instance, path), depth)?;
+                self.known.insert(key, part);
+                part
+            }
+        };
+        self.place_known((scope, call.at), turtle, part)
+    }
+
+    /// The part that a file is as a whole.
+    pub(super) fn grow_file(
+        &mut self,
+        turtle: &Turtle,
+        module: usize,
+        (instance, path): (usize, u32),
+        depth: u32,
+    ) -> Outcome<usize> {
+        let body = &self.program.modules[module];
+        let name = body.file.rsplit('/').next().unwrap_or_default();
+        let part = self.parts.len();
+        self.parts
+            .push(Part::new(name.strip_suffix(".dcg").unwrap_or(name), false));
+        self.accounts.push(Account::default());
+        let base = self.stack.len();
+        self.stack.resize(base + body.body_slots as usize, Value::NONE);
+        let scope = Scope {
+            module,
+            instance,
+            base,
+            path,
+            depth,
+            level: 0,
+        };
+        self.inside(part, turtle.material, true, |e, turtle| {
+            body.body
+                .iter()
+                .try_for_each(|statement| e.visit(&scope, turtle, statement))
+        })?;
+        self.stack.truncate(base);
+        self.accounts[part].finished = true;
+        let names = body.parameters.iter().map(|parameter| parameter.formal.name.clone());
+        let values = self.instances[instance].values.iter().flatten().cloned();
+        let parameters = names.zip(values).collect();
+        self.note_recipe(part, turtle.material, module, None, parameters);
+        Ok(part)
+    }
+
+    /// A file with values for its parameters, and the path that belongs to them. Equal values, same instance.
+    fn instance(
+        &mut self,
+        module: usize,
+        given: Vec<Option<Value>>,
+        (caller, at): (usize, At),
+    ) -> Outcome<(usize, u32)> {
+        let file = &self.program.modules[module];
+        let count = file.parameters.len() + file.globals.len();
+        let instance = self.instances.len();
+        let is_default = given.iter().all(Option::is_none);
+        self.instances.push(ModuleInstance {
+            is_default,
+            values: vec![None; count],
+        });
+        let mut scope = Scope {
+            module,
+            instance,
+            base: self.stack.len(),
+            path: self.settings.seed,
+            depth: 0,
+            level: 0,
+        };
+        for (slot, (parameter, given)) in file.parameters.iter().zip(given).enumerate() {
+            let is_given = given.is_some();
+            let value = match (given, &parameter.formal.default) {
+                (Some(value), _) => value,
+                (None, Some(default)) => self.value(&scope, parameter.formal.at, default)?,
+                (None, None) => Value::NONE,
+            };
+            if let Some((least, most)) = &parameter.range {
+                let min = self.number(&scope, parameter.formal.at, least, "the least value")?;
+                let max = self.number(&scope, parameter.formal.at, most, "the most value")?;
+                let Value::Number(number) = value else {
+                    return self.error(
+                        module,
+                        parameter.formal.at,
+                        Problem::NotANumber("a parameter with a range"),
+                    );
+                };
+                if number < min || number > max {
+                    let what = format!("`{}`", parameter.formal.name);
+                    let (module, at) = if is_given {
+                        (caller, at)
+                    } else {
+                        (module, parameter.formal.at)
+                    };
+                    return self.error(
+                        module,
+                        at,
+                        Problem::OutOfRange {
+                            what,
+                            value: number,
+                            min,
+                            max,
+                        },
+                    );
+                }
+            }
+            scope.path = value.step(scope.path);
+            self.instances[instance].values[slot] = Some(value);
+        }
+        let parameters = &self.instances[instance].values[..file.parameters.len()];
+        let mut key = vec![3, module as u64];
+        parameters.iter().flatten().for_each(|value| value.key(&mut key));
+        if let Some(&known) = self.known.get(&key) {
+            self.instances.truncate(instance);
+            return Ok((known, scope.path));
+        }
+        for (i, global) in file.globals.iter().enumerate() {
+            let value = self.value(&scope, global.at, &global.value)?;
+            self.instances[instance].values[file.parameters.len() + i] = Some(value);
+        }
+        self.known.insert(key, instance);
+        Ok((instance, scope.path))
+    }
+}

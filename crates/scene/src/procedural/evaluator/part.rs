@@ -1,0 +1,186 @@
+//! What is shared? What a part looks like depends on its parameters and its material alone: its random numbers begin anew
+//! from the seed, its name and its parameters. So equal calls share one part, and a population costs no more than its
+//! placements (Schmalstieg 1997, §8.3: the enumerator node).
+
+use super::{Account, Evaluator, Outcome, Scope, Turtle};
+use crate::Bounds;
+use crate::procedural::affine::Affine;
+use crate::procedural::error::Problem;
+use crate::procedural::grown::{Part, Placement};
+use crate::procedural::limits::reached;
+use crate::procedural::random::step_name;
+use crate::procedural::recipe::Recipe;
+use crate::procedural::syntax::{At, Expr, Rule, Statement};
+use crate::procedural::value::Value;
+
+/// By how much geometry may go beyond what a part declares: rounding to single precision, relative and in metres.
+const SLACK: f64 = 1e-6;
+
+impl<'p> Evaluator<'p> {
+    pub(super) fn place_part(
+        &mut self,
+        (caller, at): (&Scope, At),
+        turtle: &Turtle,
+        rule: &'p Rule,
+        index: usize,
+        inner: Scope,
+    ) -> Outcome<()> {
+        let arguments = &self.stack[inner.base..inner.base + rule.formals.len()];
+        let mut key = vec![
+            1,
+            inner.module as u64,
+            index as u64,
+            inner.instance as u64,
+            turtle.material as u64,
+        ];
+        arguments.iter().for_each(|argument| argument.key(&mut key));
+        let path = step_name(self.settings.seed, &rule.name);
+        let path = arguments.iter().fold(path, |path, argument| argument.step(path));
+        let part = match self.known.get(&key) {
+            Some(&part) if self.accounts[part].finished => part,
+            Some(_) => return self.error(caller.module, at, Problem::PartInItself(rule.name.clone())),
+            None => {
+                let part = self.begin((caller, at), &rule.name, false)?;
+                self.known.insert(key, part);
+                let scope = Scope { path, ..inner };
+                let declared = self.declared_bounds(&scope, rule)?;
+                match declared {
+                    Some(bounds) if self.measuring => self.parts[part].bounds = bounds,
+                    _ => self.inside(part, turtle.material, true, |e, turtle| {
+                        e.visit(&scope, turtle, &rule.body)
+                    })?,
+                }
+                if declared.is_some_and(|bounds| exceeds(&self.parts[part].bounds, &bounds)) {
+                    return self.error(inner.module, rule.at, Problem::BeyondDeclared(rule.name.clone()));
+                }
+                self.accounts[part].finished = true;
+                if self.instances[inner.instance].is_default {
+                    let formals = rule.formals.iter().map(|formal| formal.name.clone());
+                    let values = self.stack[inner.base..].iter().cloned();
+                    self.note_recipe(
+                        part,
+                        turtle.material,
+                        inner.module,
+                        Some(&rule.name),
+                        formals.zip(values).collect(),
+                    );
+                }
+                part
+            }
+        };
+        self.place_known((caller, at), turtle, part)
+    }
+
+    fn declared_bounds(&mut self, scope: &Scope, rule: &'p Rule) -> Outcome<Option<Bounds>> {
+        let Some((least, most)) = &rule.within else {
+            return Ok(None);
+        };
+        let mut corner = |expr: &'p Expr| {
+            let value = self.value(scope, rule.at, expr)?;
+            self.point3(scope, rule.at, &value)
+        };
+        Ok(Some(Bounds::around([corner(least)?, corner(most)?])))
+    }
+
+    /// Notes how a part can be made alone: when it places nothing, and nothing in it has taken on paint from outside.
+    pub(super) fn note_recipe(
+        &mut self,
+        part: usize,
+        material: usize,
+        module: usize,
+        rule: Option<&str>,
+        parameters: Vec<(String, Value)>,
+    ) {
+        let made = &mut self.parts[part];
+        let is_alone = made.placements.is_empty() && made.models.is_empty() && !made.meshes.is_empty();
+        if is_alone && (material == 0 || made.meshes.iter().all(|mesh| mesh.material != material)) {
+            let (file, part) = (self.program.modules[module].file.clone(), rule.map(str::to_owned));
+            made.recipe = Some(Recipe { file, part, parameters });
+        }
+    }
+
+    /// Statements whose geometry is named: a part of its own that is not shared.
+    pub(super) fn visit_called(
+        &mut self,
+        scope: &Scope,
+        turtle: &Turtle,
+        name: &str,
+        body: &'p Statement,
+    ) -> Outcome<()> {
+        let part = self.begin((scope, 0), name, true)?;
+        self.inside(part, turtle.material, false, |e, turtle| e.visit(scope, turtle, body))?;
+        self.accounts[part].finished = true;
+        self.place_known((scope, 0), turtle, part)
+    }
+
+    pub(super) fn check_parts(&self, (scope, at): (&Scope, At)) -> Outcome<()> {
+        let limit = self.settings.limits.parts;
+        if self.parts.len() as u64 >= limit {
+            return self.error(scope.module, at, reached("parts", limit));
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, place: (&Scope, At), name: &str, is_called: bool) -> Outcome<usize> {
+        self.check_parts(place)?;
+        self.parts.push(Part::new(name, is_called));
+        self.accounts.push(Account::default());
+        Ok(self.parts.len() - 1)
+    }
+
+    /// Visits what is inside of a part, in its own space; a part that is shared does not see which rules are open.
+    pub(super) fn inside(
+        &mut self,
+        part: usize,
+        material: usize,
+        is_shared: bool,
+        visit: impl FnOnce(&mut Self, &Turtle) -> Outcome<()>,
+    ) -> Outcome<()> {
+        let outer = std::mem::replace(&mut self.part, part);
+        let shut = vec![0; if is_shared { self.open.len() } else { 0 }];
+        let open = is_shared.then(|| std::mem::replace(&mut self.open, shut));
+        visit(
+            self,
+            &Turtle {
+                frame: Affine::IDENTITY,
+                material,
+            },
+        )?;
+        if let Some(open) = open {
+            self.open = open;
+        }
+        self.part = outer;
+        Ok(())
+    }
+
+    pub(super) fn place_known(&mut self, (scope, at): (&Scope, At), turtle: &Turtle, part: usize) -> Outcome<()> {
+        let inner = self.parts[part].bounds;
+        let placements = self.accounts[part].placements.saturating_add(1);
+        let account = &mut self.accounts[self.part];
+        account.placements = account.placements.saturating_add(placements);
+        let limit = self.settings.limits.placements;
+        if self.accounts[self.part].placements > limit {
+            return self.error(scope.module, at, reached("placements", limit));
+        }
+        let outer = &mut self.parts[self.part];
+        outer.placements.push(Placement {
+            part,
+            frame: turtle.frame,
+        });
+        outer.bounds = outer.bounds.union(&placed(&inner, &turtle.frame));
+        Ok(())
+    }
+}
+
+/// A box around a box in a frame.
+pub(super) fn placed(bounds: &Bounds, frame: &Affine) -> Bounds {
+    if bounds.is_empty() {
+        return Bounds::EMPTY;
+    }
+    Bounds::around(bounds.corners().map(|corner| frame.point(corner)))
+}
+
+fn exceeds(inner: &Bounds, outer: &Bounds) -> bool {
+    let slack = SLACK * (1.0 + outer.diagonal_m());
+    (0..3).any(|a| inner.min[a] < outer.min[a] - slack || inner.max[a] > outer.max[a] + slack)
+}

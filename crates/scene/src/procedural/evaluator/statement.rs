@@ -1,0 +1,165 @@
+//! What does a node do when the traversal comes to it?
+
+use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::procedural::error::Problem;
+use crate::procedural::syntax::{At, Expr, Statement, Transform};
+use crate::procedural::value::Value;
+
+/// Farthest move and largest scale, so that a model stays within reach of numbers.
+const MAX_LENGTH: f64 = 1e9;
+/// Smallest scale, either way.
+const MIN_SCALE: f64 = 1e-6;
+
+impl<'p> Evaluator<'p> {
+    pub(super) fn visit(&mut self, scope: &Scope, turtle: &Turtle, statement: &'p Statement) -> Outcome<()> {
+        self.descend(scope, self.place(scope, statement))?;
+        self.act(scope, turtle, statement)?;
+        self.ascend();
+        Ok(())
+    }
+
+    fn act(&mut self, scope: &Scope, turtle: &Turtle, statement: &'p Statement) -> Outcome<()> {
+        match statement {
+            Statement::Group(statements) => statements.iter().try_for_each(|inner| self.visit(scope, turtle, inner)),
+            Statement::Let { slot, value, at } => {
+                let value = self.value(scope, *at, value)?;
+                *self.local(scope, *slot) = value;
+                Ok(())
+            }
+            Statement::If {
+                condition,
+                then,
+                otherwise,
+                at,
+            } => match (self.condition(scope, *at, condition)?, otherwise) {
+                (true, _) => self.visit(scope, turtle, then),
+                (false, Some(otherwise)) => self.visit(scope, turtle, otherwise),
+                (false, None) => Ok(()),
+            },
+            Statement::Choose { number, of, at } => {
+                let number = self.number(scope, *at, number, "what is chosen by")?.floor();
+                let last = of.len() as f64 - 1.0;
+                match of.get(number.clamp(0.0, last.max(0.0)) as usize) {
+                    Some(chosen) => self.visit(scope, turtle, chosen),
+                    None => Ok(()),
+                }
+            }
+            Statement::Place {
+                transform,
+                at,
+                by,
+                body,
+            } => {
+                let turtle = self.placed((scope, *at), turtle, *transform, by)?;
+                self.visit(scope, &turtle, body)
+            }
+            Statement::Paint { call, body } => {
+                let material = self.surface(scope, *call)?;
+                self.visit(scope, &Turtle { material, ..*turtle }, body)
+            }
+            Statement::Called { name, body } => self.visit_called(scope, turtle, name, body),
+            Statement::Call(call) => self.follow(scope, turtle, *call),
+            Statement::Solid { kind, at, arguments } => {
+                let solid = self.solid((scope, *at), *kind, arguments)?;
+                self.add((scope, *at), turtle, &solid)
+            }
+            Statement::Viewpoint(name) => {
+                self.parts[self.part].viewpoints.push((name.clone(), turtle.frame));
+                Ok(())
+            }
+            Statement::Model(path) => {
+                self.parts[self.part].models.push((path.clone(), turtle.frame));
+                Ok(())
+            }
+            Statement::For {
+                at,
+                site,
+                slots,
+                over,
+                body,
+            } => self.repeat((scope, *at, *site), turtle, (slots, over), body),
+            Statement::Scatter {
+                at,
+                site,
+                slots,
+                count,
+                over,
+                body,
+            } => self.scatter((scope, *at, *site), turtle, (*slots, count, over), body),
+            Statement::Edges {
+                at,
+                site,
+                slots,
+                polygon,
+                body,
+            } => self.follow_edges((scope, *at, *site), turtle, (slots, polygon), body),
+            Statement::Heights {
+                at,
+                slots,
+                over,
+                steps,
+                height,
+            } => {
+                let solid = self.heights((scope, *at), *slots, (over, steps), height)?;
+                self.add((scope, *at), turtle, &solid)
+            }
+        }
+    }
+
+    fn placed(
+        &mut self,
+        (scope, at): (&Scope, At),
+        turtle: &Turtle,
+        transform: Transform,
+        by: &'p [Expr],
+    ) -> Outcome<Turtle> {
+        let mut numbers = [0.0; 3];
+        for (number, expr) in numbers.iter_mut().zip(by) {
+            *number = self.ranged((scope, at), expr, "a transform", (-MAX_LENGTH, MAX_LENGTH))?;
+        }
+        let [x, y, z] = numbers;
+        let frame = match transform {
+            Transform::Move => turtle.frame.moved(numbers),
+            Transform::Turn => turtle.frame.turned(1, x),
+            Transform::Tilt => turtle.frame.turned(0, x),
+            Transform::Roll => turtle.frame.turned(2, x),
+            Transform::Scale => {
+                let factors = if by.len() == 1 { [x; 3] } else { [x, y, z] };
+                if factors.iter().any(|factor| factor.abs() < MIN_SCALE) {
+                    let (what, wanted) = ("a scale", "other than 0");
+                    return self.error(scope.module, at, Problem::Shape { what, wanted });
+                }
+                turtle.frame.scaled(factors)
+            }
+        };
+        let numbers = frame.axes.iter().chain([&frame.origin]).flatten();
+        if numbers.into_iter().any(|v| v.is_nan() || v.abs() > MAX_LENGTH) {
+            return self.error(scope.module, at, Problem::NotFinite("the place to which this leads"));
+        }
+        Ok(Turtle { frame, ..*turtle })
+    }
+
+    /// Where a node stands in the text, to say that something ended there.
+    fn place(&self, scope: &Scope, statement: &Statement) -> At {
+        match statement {
+            Statement::Let { at, .. }
+            | Statement::If { at, .. }
+            | Statement::Choose { at, .. }
+            | Statement::Place { at, .. }
+            | Statement::Solid { at, .. }
+            | Statement::For { at, .. }
+            | Statement::Scatter { at, .. }
+            | Statement::Edges { at, .. }
+            | Statement::Heights { at, .. } => *at,
+            Statement::Call(call) | Statement::Paint { call, .. } => self.program.modules[scope.module].calls[*call].at,
+            Statement::Called { body, .. } => self.place(scope, body),
+            Statement::Group(statements) => statements.first().map_or(0, |first| self.place(scope, first)),
+            Statement::Viewpoint(_) | Statement::Model(_) => 0,
+        }
+    }
+}
+
+impl Value {
+    /// What a value is before it is computed.
+    pub(super) const NONE: Self = Self::Number(0.0);
+}

@@ -1,0 +1,265 @@
+//! Which solid do these values make? Values are checked here; a [`Solid`] is sound.
+
+use super::part::placed;
+use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::procedural::error::Problem;
+use crate::procedural::limits::{FINEST, MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached};
+use crate::procedural::solid::{Heights, Mesh, SIDES, Solid, SolidKind, Writer};
+use crate::procedural::syntax::{At, Expr};
+use crate::procedural::value::Value;
+
+/// Largest length of a solid, metres.
+const MAX_LENGTH: f64 = 1e6;
+/// Most vertices of a mesh, so that indices and their differences stay within 32 bits.
+const MAX_VERTICES: usize = 1 << 30;
+
+type Place<'s> = (&'s Scope, At);
+/// A solid and its arguments.
+type Given<'p> = (SolidKind, &'p [Option<Expr>]);
+
+impl<'p> Evaluator<'p> {
+    /// Adds a solid to the part that is being made.
+    pub(super) fn add(&mut self, (scope, at): Place, turtle: &Turtle, solid: &Solid) -> Outcome<()> {
+        let part = &mut self.parts[self.part];
+        part.bounds = part.bounds.union(&placed(&solid.extent(), &turtle.frame));
+        if self.measuring {
+            return Ok(());
+        }
+        let limit = self.settings.limits.triangles;
+        if self.usage.triangles + solid.most_triangles() > limit {
+            return self.error(scope.module, at, reached("triangles", limit));
+        }
+        let material = turtle.material;
+        let index = match part.meshes.iter().position(|mesh| mesh.material == material) {
+            Some(index) => index,
+            None => {
+                part.meshes.push(Mesh {
+                    material,
+                    ..Mesh::default()
+                });
+                part.meshes.len() - 1
+            }
+        };
+        let mesh = &mut part.meshes[index];
+        let before = mesh.indices.len();
+        let written = solid.write(&mut Writer::new(mesh, &turtle.frame));
+        self.usage.triangles += (mesh.indices.len() - before) as u64 / 3;
+        if mesh.positions.len() > MAX_VERTICES {
+            return self.error(scope.module, at, reached("triangles", limit));
+        }
+        written.or_else(|problem| self.error(scope.module, at, problem))
+    }
+
+    pub(super) fn solid(&mut self, place: Place, kind: SolidKind, arguments: &'p [Option<Expr>]) -> Outcome<Solid> {
+        let given = (kind, arguments);
+        Ok(match kind {
+            SolidKind::Box => Solid::Box([
+                self.length(place, given, 0)?,
+                self.length(place, given, 1)?,
+                self.length(place, given, 2)?,
+            ]),
+            SolidKind::Cone => Solid::Cone {
+                radii: [self.length(place, given, 0)?, self.length(place, given, 2)?],
+                height: self.length(place, given, 1)?,
+                sides: self.sides(place, given, 3)?,
+                closed: self.flag(place, given, 4)?,
+            },
+            SolidKind::Cylinder => {
+                let radius = self.length(place, given, 0)?;
+                Solid::Cone {
+                    radii: [radius, radius],
+                    height: self.length(place, given, 1)?,
+                    sides: self.sides(place, given, 2)?,
+                    closed: self.flag(place, given, 3)?,
+                }
+            }
+            SolidKind::Sphere => Solid::Sphere {
+                radius: self.length(place, given, 0)?,
+                sides: self.sides(place, given, 1)?,
+            },
+            SolidKind::Lathe => {
+                let profile = self.corners(place, arguments[0].as_ref(), 2)?;
+                if profile.iter().any(|[radius, _]| *radius < 0.0) {
+                    return self.error(place.0.module, place.1, shape("a radius of a profile", "0 or more"));
+                }
+                Solid::Lathe {
+                    profile,
+                    sides: self.sides(place, given, 1)?,
+                    smooth: self.flag(place, given, 2)?,
+                }
+            }
+            SolidKind::Prism => {
+                let footprint = self.corners(place, arguments[0].as_ref(), 3)?;
+                self.count_ears(place, footprint.len())?;
+                let height = self.length(place, given, 1)?;
+                Solid::Prism { footprint, height }
+            }
+            SolidKind::Polygon => {
+                let points = self.points(place, arguments[0].as_ref())?;
+                let face = (0..points.len() as u32).collect();
+                self.mesh(place, points, vec![face])?
+            }
+            SolidKind::Mesh => {
+                let points = self.points(place, arguments[0].as_ref())?;
+                let faces = self.faces(place, arguments[1].as_ref(), points.len())?;
+                self.mesh(place, points, faces)?
+            }
+        })
+    }
+
+    /// An argument, or what it is when it is not given.
+    fn argument(&mut self, place: Place, (kind, arguments): Given<'p>, index: usize, most: f64) -> Outcome<f64> {
+        let (name, default) = kind.formals()[index];
+        match &arguments[index] {
+            Some(expr) => self.ranged(place, expr, name, (0.0, most)),
+            None => Ok(default.unwrap_or_default()),
+        }
+    }
+
+    fn length(&mut self, place: Place, given: Given<'p>, index: usize) -> Outcome<f64> {
+        self.argument(place, given, index, MAX_LENGTH)
+    }
+
+    fn flag(&mut self, place: Place, given: Given<'p>, index: usize) -> Outcome<bool> {
+        Ok(self.argument(place, given, index, 1.0)? != 0.0)
+    }
+
+    /// Sides of a round solid; by the level of detail when nobody says how many.
+    fn sides(&mut self, place: Place, given: Given<'p>, index: usize) -> Outcome<u32> {
+        Ok(match self.argument(place, given, index, MAX_SIDES)?.floor() as u32 {
+            0 => SIDES[self.settings.detail.min(FINEST) as usize],
+            sides => sides.max(3),
+        })
+    }
+
+    fn mesh(&mut self, place: Place, points: Vec<[f64; 3]>, faces: Vec<Vec<u32>>) -> Outcome<Solid> {
+        for face in &faces {
+            if face.len() < 3 || face.len() > MAX_CORNERS {
+                return self.error(
+                    place.0.module,
+                    place.1,
+                    shape("a face", "three corners or more, up to 256"),
+                );
+            }
+            self.count_ears(place, face.len())?;
+        }
+        Ok(Solid::Mesh { points, faces })
+    }
+
+    /// Cutting off ears looks at each corner from each corner, once for each ear.
+    fn count_ears(&mut self, (scope, at): Place, corners: usize) -> Outcome<()> {
+        self.count(scope, at, (corners * corners * corners / 16) as u64)
+    }
+
+    /// `heights`: a sample for each grid point, and one more around them for the slopes at the border.
+    pub(super) fn heights(
+        &mut self,
+        place: Place,
+        slots: [u32; 2],
+        (over, steps): (&'p [Expr; 2], &'p [Expr; 2]),
+        height: &'p Expr,
+    ) -> Outcome<Solid> {
+        let over = [
+            self.ranged(place, &over[0], "a width", (1e-3, MAX_LENGTH))?,
+            self.ranged(place, &over[1], "a depth", (1e-3, MAX_LENGTH))?,
+        ];
+        let steps = [
+            self.ranged(place, &steps[0], "steps", (1.0, MAX_STEPS))?.floor() as u32,
+            self.ranged(place, &steps[1], "steps", (1.0, MAX_STEPS))?.floor() as u32,
+        ];
+        let (scope, at) = place;
+        let limit = self.settings.limits.triangles;
+        if self.usage.triangles + 2 * u64::from(steps[0]) * u64::from(steps[1]) > limit {
+            return self.error(scope.module, at, reached("triangles", limit));
+        }
+        let mut heights = Vec::new();
+        for j in 0..steps[1] + 3 {
+            let z = over[1] * ((f64::from(j) - 1.0) / f64::from(steps[1]) - 0.5);
+            *self.local(scope, slots[1]) = Value::Number(z);
+            for i in 0..steps[0] + 3 {
+                let x = over[0] * ((f64::from(i) - 1.0) / f64::from(steps[0]) - 0.5);
+                *self.local(scope, slots[0]) = Value::Number(x);
+                heights.push(self.ranged(place, height, "a height", (-MAX_LENGTH, MAX_LENGTH))?);
+            }
+        }
+        Ok(Solid::Heights(Heights { over, steps, heights }))
+    }
+
+    fn listed(&mut self, (scope, at): Place, expr: Option<&'p Expr>) -> Outcome<Value> {
+        match expr {
+            Some(expr) => self.items(scope, at, expr, "the corners of a solid"),
+            None => Ok(Value::list(Vec::new())),
+        }
+    }
+
+    fn points(&mut self, place: Place, expr: Option<&'p Expr>) -> Outcome<Vec<[f64; 3]>> {
+        let list = self.listed(place, expr)?;
+        let Value::List(items, _) = list else {
+            return Ok(Vec::new());
+        };
+        items.iter().map(|item| self.point3(place.0, place.1, item)).collect()
+    }
+
+    fn faces(&mut self, (scope, at): Place, expr: Option<&'p Expr>, points: usize) -> Outcome<Vec<Vec<u32>>> {
+        let list = self.listed((scope, at), expr)?;
+        let Value::List(faces, _) = list else {
+            return Ok(Vec::new());
+        };
+        let face = |face: &Value| -> Option<Vec<u32>> {
+            let Value::List(corners, _) = face else { return None };
+            let corner = |corner: &Value| match corner {
+                Value::Number(i) if *i >= 0.0 && *i < points as f64 => Some(*i as u32),
+                _ => None,
+            };
+            corners.iter().map(corner).collect()
+        };
+        match faces.iter().map(face).collect() {
+            Some(faces) => Ok(faces),
+            None => self.error(
+                scope.module,
+                at,
+                shape("a face", "a list of numbers of points, counted from 0"),
+            ),
+        }
+    }
+
+    pub(super) fn point3(&self, scope: &Scope, at: At, value: &Value) -> Outcome<[f64; 3]> {
+        self.coordinates(value)
+            .map_or_else(|| self.error(scope.module, at, shape("a point", "`[x, y, z]`")), Ok)
+    }
+
+    /// Corners `[x, z]` of a polygon.
+    pub(super) fn polygon(&self, scope: &Scope, at: At, value: &Value) -> Outcome<Vec<[f64; 2]>> {
+        self.corners_of((scope, at), value, 3)
+    }
+
+    fn corners(&mut self, place: Place, expr: Option<&'p Expr>, least: usize) -> Outcome<Vec<[f64; 2]>> {
+        let list = self.listed(place, expr)?;
+        self.corners_of(place, &list, least)
+    }
+
+    fn corners_of(&self, (scope, at): Place, value: &Value, least: usize) -> Outcome<Vec<[f64; 2]>> {
+        let corners = match value {
+            Value::List(items, _) if (least..=MAX_CORNERS).contains(&items.len()) => {
+                items.iter().map(|item| self.coordinates(item)).collect()
+            }
+            _ => None,
+        };
+        let wanted = "a list of `[x, z]`: two or more in a profile, three or more around a polygon, up to 256";
+        corners.map_or_else(|| self.error(scope.module, at, shape("this outline", wanted)), Ok)
+    }
+
+    fn coordinates<const N: usize>(&self, value: &Value) -> Option<[f64; N]> {
+        let Value::List(items, _) = value else { return None };
+        let number = |item: &Value| match item {
+            Value::Number(number) if number.abs() <= MAX_LENGTH => Some(*number),
+            _ => None,
+        };
+        let numbers: Option<Vec<f64>> = items.iter().map(number).collect();
+        numbers?.try_into().ok()
+    }
+}
+
+fn shape(what: &'static str, wanted: &'static str) -> Problem {
+    Problem::Shape { what, wanted }
+}

@@ -1,0 +1,102 @@
+//! How much may a model take, and how much of that has it taken?
+
+use super::error::Problem;
+
+/// Most bytes of one file of rules.
+pub const MAX_TEXT_BYTES: usize = 1 << 20;
+/// Most files of one model.
+pub const MAX_MODULES: usize = 256;
+/// Most blocks, brackets and operators inside each other in a text.
+pub const MAX_NESTING: u32 = 96;
+/// Most numbers in one list, those of lists inside of it included.
+pub const MAX_LIST: usize = 1 << 16;
+/// Most corners of a polygon.
+pub const MAX_CORNERS: usize = 256;
+/// Most sides of a round solid.
+pub const MAX_SIDES: f64 = 256.0;
+/// Most cells of a height field along one side.
+pub const MAX_STEPS: f64 = 4_096.0;
+/// The finest level of detail.
+pub const FINEST: u32 = 4;
+
+/// What the evaluation of a model may take.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Limits {
+    /// Calls inside each other.
+    pub levels: u32,
+    /// Everything inside each other: calls, blocks and expressions. Bounds the machine's stack.
+    pub nesting: u32,
+    /// Nodes visited, of rules and of expressions.
+    pub steps: u64,
+    /// Triangles, each part counted once.
+    pub triangles: u64,
+    /// Parts: pieces of geometry that can be placed often.
+    pub parts: u64,
+    /// Parts placed, counting again whatever they contain.
+    pub placements: u64,
+    /// Different materials.
+    pub materials: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            levels: 64,
+            nesting: 640,
+            steps: 1_000_000_000,
+            triangles: 16_000_000,
+            parts: 65_536,
+            placements: 1_000_000,
+            materials: 4_096,
+        }
+    }
+}
+
+/// What was taken.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Usage {
+    /// Most calls that were inside each other.
+    pub levels: u32,
+    /// Most of everything that was inside each other.
+    pub nesting: u32,
+    /// Nodes visited.
+    pub steps: u64,
+    /// Triangles, each part counted once.
+    pub triangles: u64,
+    /// Parts.
+    pub parts: u64,
+    /// Parts placed.
+    pub placements: u64,
+    /// Materials.
+    pub materials: u64,
+}
+
+impl Usage {
+    /// Name, taken and allowed, for each limit.
+    #[must_use]
+    pub fn of(&self, limits: &Limits) -> [(&'static str, u64, u64); 7] {
+        [
+            ("levels", self.levels.into(), limits.levels.into()),
+            ("nesting", self.nesting.into(), limits.nesting.into()),
+            ("steps", self.steps, limits.steps),
+            ("triangles", self.triangles, limits.triangles),
+            ("parts", self.parts, limits.parts),
+            ("placements", self.placements, limits.placements),
+            ("materials", self.materials, limits.materials),
+        ]
+    }
+}
+
+/// The error of a limit that was reached.
+pub(super) fn reached(what: &'static str, limit: u64) -> Problem {
+    let way_out = match what {
+        "levels" | "nesting" => "stop the recursion earlier, with `if` or `levels`",
+        "steps" => "repeat less, or grow it with less detail",
+        "triangles" => "use fewer sides or steps, or a `part` for what is repeated",
+        "placements" => "place fewer, or split the world into several files",
+        "parts" => "give parts parameters that take fewer different values",
+        "materials" => "let their parameters take fewer different values",
+        _ => "make it smaller",
+    };
+    Problem::Limit { what, limit, way_out }
+}

@@ -1,0 +1,261 @@
+//! What does each name of a file lead to? Imports are read, calls are joined to what they call.
+
+use std::collections::BTreeMap;
+
+use super::error::{DcgError, Problem, nearest};
+use super::limits::{MAX_MODULES, reached};
+use super::parser::parse;
+use super::solid::SolidKind;
+use super::syntax::{At, BuiltIn, Call, Formal, Module, Target, Wanted};
+
+/// Gives the texts of files. Whoever implements it decides what a path may lead to.
+pub trait Loader {
+    /// The text of a file. `path` is as an `import` wrote it.
+    ///
+    /// # Errors
+    /// With a reason for the author, when there is no such file or it cannot be read.
+    fn load(&self, path: &str) -> Result<String, String>;
+}
+
+/// No other files.
+#[derive(Debug, Clone, Copy)]
+pub struct NoImports;
+
+impl Loader for NoImports {
+    fn load(&self, _: &str) -> Result<String, String> {
+        Err("there are no other files here".to_owned())
+    }
+}
+
+/// A model that was read and found sound: the first file and all that it imports.
+#[derive(Debug, Clone)]
+pub struct Program {
+    pub(super) modules: Vec<Module>,
+}
+
+impl Program {
+    /// Reads a file and what it imports.
+    ///
+    /// # Errors
+    /// When one of them cannot be read or says something that has no meaning.
+    pub fn read(file: &str, text: String, loader: &dyn Loader) -> Result<Self, Box<DcgError>> {
+        let mut modules = vec![parse(file, text)?];
+        let mut known = BTreeMap::from([(file.to_owned(), 0)]);
+        let mut next = 0;
+        while next < modules.len() {
+            for i in 0..modules[next].imports.len() {
+                let import = &modules[next].imports[i];
+                let (path, at) = (import.path.clone(), import.at);
+                let module = match known.get(&path) {
+                    Some(&module) => module,
+                    None if modules.len() == MAX_MODULES => {
+                        return Err(modules[next].error(at, reached("files", MAX_MODULES as u64)));
+                    }
+                    None => {
+                        let text = loader.load(&path).map_err(|reason| {
+                            let path = path.clone();
+                            modules[next].error(at, Problem::Import { path, reason })
+                        })?;
+                        modules.push(parse(&path, text)?);
+                        known.insert(path, modules.len() - 1);
+                        modules.len() - 1
+                    }
+                };
+                modules[next].imports[i].module = module;
+            }
+            next += 1;
+        }
+        let program = Self { modules };
+        program.refuse_cycles()?;
+        program.linked()
+    }
+
+    /// The parameters that the model can be given, with their names.
+    pub fn parameters(&self) -> impl Iterator<Item = &str> {
+        self.modules[0]
+            .parameters
+            .iter()
+            .map(|parameter| parameter.formal.name.as_str())
+    }
+
+    /// The files that it consists of, with their texts; the first is the model's own.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.modules
+            .iter()
+            .map(|module| (module.file.as_str(), module.text.as_str()))
+    }
+
+    /// Removes files that import nothing that is left, until none is left; what stays is in a cycle or leads to one.
+    fn refuse_cycles(&self) -> Result<(), Box<DcgError>> {
+        let mut left = vec![true; self.modules.len()];
+        let is_open = |import: &super::syntax::Import, left: &[bool]| left[import.module];
+        while let Some(free) =
+            (0..left.len()).find(|&i| left[i] && !self.modules[i].imports.iter().any(|import| is_open(import, &left)))
+        {
+            left[free] = false;
+        }
+        // From a file that is left, go on along what is left: the first met twice is in a cycle.
+        let Some(mut at) = left.iter().position(|left| *left) else {
+            return Ok(());
+        };
+        let mut met = vec![false; left.len()];
+        loop {
+            met[at] = true;
+            let module = &self.modules[at];
+            let Some(import) = module.imports.iter().find(|import| is_open(import, &left)) else {
+                return Ok(());
+            };
+            if met[import.module] {
+                let path = self.modules[import.module].file.clone();
+                return Err(module.error(import.at, Problem::ImportCycle(path)));
+            }
+            at = import.module;
+        }
+    }
+
+    fn linked(mut self) -> Result<Self, Box<DcgError>> {
+        for module in 0..self.modules.len() {
+            let mut calls = std::mem::take(&mut self.modules[module].calls);
+            for call in &mut calls {
+                let linked = self.link(module, call);
+                let (target, given) = linked.map_err(|(at, problem)| self.modules[module].error(at, problem))?;
+                call.target = target;
+                call.given = given;
+            }
+            self.modules[module].calls = calls;
+        }
+        Ok(self)
+    }
+
+    fn link(&self, from: usize, call: &Call) -> Result<Linked, (At, Problem)> {
+        let own = &self.modules[from];
+        let import = |alias: &str| own.imports.iter().find(|import| import.alias == alias);
+        let target = match &call.module {
+            None => match (self.index_of(from, call), import(&call.name)) {
+                (Some(index), _) => Target {
+                    module: from,
+                    index: Some(index),
+                },
+                (None, Some(import)) if call.wanted == Wanted::Shape => Target {
+                    module: import.module,
+                    index: None,
+                },
+                _ => return Err((call.at, self.unknown(from, call))),
+            },
+            Some(alias) => {
+                let Some(import) = import(alias) else {
+                    let aliases = own.imports.iter().map(|import| import.alias.as_str());
+                    let (kind, name, suggestion) = ("imported file", alias.clone(), nearest(alias, aliases));
+                    return Err((call.at, Problem::Unknown { kind, name, suggestion }));
+                };
+                match self.index_of(import.module, call) {
+                    Some(index) => Target {
+                        module: import.module,
+                        index: Some(index),
+                    },
+                    None => return Err((call.at, self.unknown(import.module, call))),
+                }
+            }
+        };
+        let formals = self.formals(target, call.wanted);
+        Ok((target, given(call, &formals)?))
+    }
+
+    /// What a call can give.
+    pub(super) fn formals(&self, target: Target, wanted: Wanted) -> Vec<&Formal> {
+        let module = &self.modules[target.module];
+        match (wanted, target.index) {
+            (_, None) => module.parameters.iter().map(|parameter| &parameter.formal).collect(),
+            (Wanted::Shape, Some(index)) => module.rules[index].formals.iter().collect(),
+            (Wanted::Function, Some(index)) => module.functions[index].formals.iter().collect(),
+            (Wanted::Material, Some(index)) => module.materials[index].formals.iter().collect(),
+        }
+    }
+
+    fn index_of(&self, module: usize, call: &Call) -> Option<usize> {
+        self.names(module, call.wanted)
+            .iter()
+            .position(|name| *name == call.name)
+    }
+
+    fn names(&self, module: usize, wanted: Wanted) -> Vec<&str> {
+        let module = &self.modules[module];
+        match wanted {
+            Wanted::Shape => module.rules.iter().map(|rule| rule.name.as_str()).collect(),
+            Wanted::Function => module.functions.iter().map(|function| function.name.as_str()).collect(),
+            Wanted::Material => module.materials.iter().map(|material| material.name.as_str()).collect(),
+        }
+    }
+
+    fn unknown(&self, module: usize, call: &Call) -> Problem {
+        let imports = self.modules[module].imports.iter().map(|import| import.alias.as_str());
+        let own = self.names(module, call.wanted).into_iter();
+        let names: Vec<&str> = match call.wanted {
+            Wanted::Shape => own.chain(imports).chain(SolidKind::names()).collect(),
+            Wanted::Function => own.chain(BuiltIn::ALL.map(|(name, ..)| name)).collect(),
+            Wanted::Material => own.collect(),
+        };
+        let kind = match call.wanted {
+            Wanted::Shape => "rule",
+            Wanted::Function => "function",
+            Wanted::Material => "material",
+        };
+        let suggestion = nearest(&call.name, names);
+        Problem::Unknown {
+            kind,
+            name: call.name.clone(),
+            suggestion,
+        }
+    }
+}
+
+/// What a call leads to, and for each formal the argument that it is given.
+type Linked = (Target, Vec<Option<usize>>);
+
+/// For each formal the argument that it is given.
+fn given(call: &Call, formals: &[&Formal]) -> Result<Vec<Option<usize>>, (At, Problem)> {
+    let mut given = vec![None; formals.len()];
+    for (i, argument) in call.arguments.iter().enumerate() {
+        let place = match &argument.name {
+            None => i,
+            Some(name) => formals.iter().position(|formal| formal.name == *name).ok_or_else(|| {
+                let names = formals.iter().map(|formal| formal.name.as_str());
+                let (kind, suggestion) = ("parameter of what is called", nearest(name, names));
+                (
+                    argument.at,
+                    Problem::Unknown {
+                        kind,
+                        name: name.clone(),
+                        suggestion,
+                    },
+                )
+            })?,
+        };
+        match given.get_mut(place) {
+            None => {
+                let (callee, most) = (call.name.clone(), formals.len());
+                return Err((argument.at, Problem::TooManyArguments { callee, most }));
+            }
+            Some(Some(_)) => return Err((argument.at, Problem::ArgumentTwice(formals[place].name.clone()))),
+            Some(slot) => *slot = Some(i),
+        }
+    }
+    let missing = formals
+        .iter()
+        .zip(&given)
+        .find(|(formal, given)| formal.default.is_none() && given.is_none());
+    match missing {
+        None => Ok(given),
+        Some((formal, _)) => {
+            let (callee, name) = (call.name.clone(), formal.name.clone());
+            Err((call.at, Problem::MissingArgument { callee, name }))
+        }
+    }
+}
+
+impl Module {
+    /// An error at a place of this file.
+    pub(super) fn error(&self, at: At, problem: Problem) -> Box<DcgError> {
+        DcgError::at(&self.file, &self.text, at, problem)
+    }
+}

@@ -1,0 +1,260 @@
+//! What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body.
+
+use super::{Parsed, Parser, unknown};
+use crate::procedural::error::Problem;
+use crate::procedural::lexer::Kind;
+use crate::procedural::solid::SolidKind;
+use crate::procedural::syntax::{
+    At, BuiltIn, Formal, Function, Import, MaterialRule, Named, Parameter, Property, Rule,
+};
+
+/// Words with which a statement begins.
+const STATEMENTS: [&str; 17] = [
+    "called",
+    "choose",
+    "edges",
+    "else",
+    "for",
+    "heights",
+    "if",
+    "let",
+    "model",
+    "move",
+    "paint",
+    "roll",
+    "scale",
+    "scatter",
+    "tilt",
+    "turn",
+    "viewpoint",
+];
+/// Words with which a declaration begins.
+const DECLARATIONS: [&str; 6] = ["import", "parameter", "material", "function", "rule", "part"];
+impl<'t> Parser<'t> {
+    pub(super) fn file(&mut self) -> Parsed<()> {
+        loop {
+            match self.peek().kind {
+                Kind::End => break,
+                Kind::Name(word) if DECLARATIONS.contains(&word) => {
+                    self.next += 1;
+                    self.declaration(word)?;
+                }
+                Kind::Name("let") => {
+                    self.next += 1;
+                    let (name, at) = self.declared_value("a name for the value")?;
+                    self.expect("=")?;
+                    let value = self.expression()?;
+                    let name = name.to_owned();
+                    self.module.globals.push(Named { name, at, value });
+                }
+                _ => {
+                    let statement = self.statement()?;
+                    self.module.body.push(statement);
+                }
+            }
+        }
+        self.module.body_slots = self.slots;
+        self.resolve_uses()
+    }
+
+    fn declaration(&mut self, word: &str) -> Parsed<()> {
+        match word {
+            "import" => self.import(),
+            "parameter" => self.parameter(),
+            "material" => self.material(),
+            "function" => self.function(),
+            _ => self.rule(word == "part"),
+        }
+    }
+
+    /// A name for what is called by a word of its own.
+    fn declared(&mut self, what: &str) -> Parsed<(&'t str, At)> {
+        let (name, at) = self.declared_value(what)?;
+        let is_solid = SolidKind::named(name).is_some();
+        let is_function = BuiltIn::ALL.iter().any(|(known, ..)| *known == name);
+        if is_solid || is_function || STATEMENTS.contains(&name) || DECLARATIONS.contains(&name) {
+            return Err((at, Problem::Reserved(name.to_owned())));
+        }
+        Ok((name, at))
+    }
+
+    /// A name for something of the whole file.
+    fn declared_value(&mut self, what: &str) -> Parsed<(&'t str, At)> {
+        let (name, at) = self.name(what)?;
+        if let Some((_, first)) = self.declared.iter().find(|(known, _)| *known == name) {
+            let first_line = self.line(*first);
+            let name = name.to_owned();
+            return Err((at, Problem::Twice { name, first_line }));
+        }
+        self.declared.push((name, at));
+        Ok((name, at))
+    }
+
+    fn import(&mut self) -> Parsed<()> {
+        let path = self.text("the file to import, in quotes")?.to_owned();
+        self.expect_word("as")?;
+        let (alias, at) = self.declared("a name for the file")?;
+        let alias = alias.to_owned();
+        self.module.imports.push(Import {
+            alias,
+            at,
+            path,
+            module: 0,
+        });
+        Ok(())
+    }
+
+    fn parameter(&mut self) -> Parsed<()> {
+        let (name, at) = self.declared_value("a name for the parameter")?;
+        self.expect("=")?;
+        let default = Some(self.expression()?);
+        let range = if self.takes_word("from") {
+            let least = self.expression()?;
+            self.expect_word("to")?;
+            Some((least, self.expression()?))
+        } else {
+            None
+        };
+        let name = name.to_owned();
+        let formal = Formal { name, at, default };
+        self.module.parameters.push(Parameter { formal, range });
+        Ok(())
+    }
+
+    fn formals(&mut self) -> Parsed<Vec<Formal>> {
+        self.expect("(")?;
+        let mut formals: Vec<Formal> = Vec::new();
+        while !self.takes(")") {
+            let (name, at) = self.name("a name for a parameter")?;
+            if let Some(first) = formals.iter().find(|formal| formal.name == name) {
+                let first_line = self.line(first.at);
+                let name = name.to_owned();
+                return Err((at, Problem::Twice { name, first_line }));
+            }
+            let default = if self.takes("=") {
+                Some(self.expression()?)
+            } else {
+                None
+            };
+            self.bind(name);
+            let name = name.to_owned();
+            formals.push(Formal { name, at, default });
+            if !self.is_symbol(")") {
+                self.expect(",")?;
+            }
+        }
+        Ok(formals)
+    }
+
+    fn material(&mut self) -> Parsed<()> {
+        let (name, at) = self.declared("a name for the material")?;
+        let ((formals, properties), slots) = self.framed(|parser| {
+            let formals = if parser.is_symbol("(") {
+                parser.formals()?
+            } else {
+                Vec::new()
+            };
+            parser.expect("{")?;
+            let mut properties = Vec::new();
+            while !parser.takes("}") {
+                let (name, at) = parser.name("a property, such as `colour`")?;
+                let known = Property::ALL.iter().find(|(known, _)| *known == name);
+                let Some((_, property)) = known else {
+                    let names = Property::ALL.iter().map(|(name, _)| *name);
+                    return Err((at, unknown("property of a material", name, names)));
+                };
+                parser.expect("=")?;
+                properties.push((*property, parser.expression()?));
+                parser.takes(",");
+            }
+            Ok((formals, properties))
+        })?;
+        let name = name.to_owned();
+        self.module.materials.push(MaterialRule {
+            name,
+            at,
+            formals,
+            properties,
+            slots,
+        });
+        Ok(())
+    }
+
+    fn function(&mut self) -> Parsed<()> {
+        let (name, at) = self.declared("a name for the function")?;
+        let ((formals, value), slots) = self.framed(|parser| {
+            let formals = parser.formals()?;
+            parser.expect("=")?;
+            Ok((formals, parser.expression()?))
+        })?;
+        let name = name.to_owned();
+        self.module.functions.push(Function {
+            name,
+            at,
+            formals,
+            value,
+            slots,
+        });
+        Ok(())
+    }
+
+    fn rule(&mut self, is_part: bool) -> Parsed<()> {
+        let (name, at) = self.declared("a name for the rule")?;
+        let (mut rule, slots) = self.framed(|parser| {
+            let formals = parser.formals()?;
+            let levels_at = parser.peek().at;
+            let levels = if parser.takes_word("levels") {
+                Some(parser.expression()?)
+            } else {
+                None
+            };
+            if is_part && levels.is_some() {
+                return Err((levels_at, Problem::LevelsOfPart));
+            }
+            let within = if parser.takes_word("within") {
+                let least = parser.expression()?;
+                parser.expect_word("to")?;
+                Some((least, parser.expression()?))
+            } else {
+                None
+            };
+            let body = parser.block()?;
+            let then = if parser.takes_word("then") {
+                Some(parser.statement()?)
+            } else {
+                None
+            };
+            let name = name.to_owned();
+            Ok(Rule {
+                name,
+                at,
+                is_part,
+                formals,
+                levels,
+                within,
+                body,
+                then,
+                slots: 0,
+            })
+        })?;
+        rule.slots = slots;
+        self.module.rules.push(rule);
+        Ok(())
+    }
+
+    /// Finds the globals that were used, now that all of them are known.
+    fn resolve_uses(&mut self) -> Parsed<()> {
+        let module = &mut self.module;
+        let parameters = module.parameters.iter().map(|parameter| parameter.formal.name.as_str());
+        let names: Vec<&str> = parameters
+            .chain(module.globals.iter().map(|global| global.name.as_str()))
+            .collect();
+        for used in &mut module.uses {
+            match names.iter().position(|name| *name == used.name) {
+                Some(slot) => used.slot = slot,
+                None => return Err((used.at, unknown("value", &used.name, names))),
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,236 @@
+//! How is a value written? Operators by rising strength: `or`, `and`, `not`, comparisons, `+ −`, `* /`, a sign, `[item]`.
+
+use super::{Parsed, Parser, unknown};
+use crate::procedural::error::Problem;
+use crate::procedural::lexer::Kind;
+use crate::procedural::syntax::{At, BuiltIn, Call, Expr, Operator, Target, Use, Wanted};
+
+/// Operators that may stand between two sides, by their symbols.
+const COMPARISONS: [(&str, Operator); 6] = [
+    ("==", Operator::Equal),
+    ("!=", Operator::Unequal),
+    ("<=", Operator::AtMost),
+    (">=", Operator::AtLeast),
+    ("<", Operator::Less),
+    (">", Operator::More),
+];
+const SUMS: [(&str, Operator); 2] = [("+", Operator::Add), ("-", Operator::Subtract)];
+const PRODUCTS: [(&str, Operator); 2] = [("*", Operator::Multiply), ("/", Operator::Divide)];
+
+impl Parser<'_> {
+    pub(super) fn expression(&mut self) -> Parsed<Expr> {
+        self.nested(|parser| {
+            if !parser.takes_word("if") {
+                return parser.disjunction();
+            }
+            let condition = parser.expression()?;
+            parser.expect_word("then")?;
+            let then = parser.expression()?;
+            parser.expect_word("else")?;
+            Ok(Expr::If(Box::new([condition, then, parser.expression()?])))
+        })
+    }
+
+    fn disjunction(&mut self) -> Parsed<Expr> {
+        let mut left = self.conjunction()?;
+        let mut count = 0;
+        while self.takes_word("or") {
+            count = self.chained(count)?;
+            left = Expr::Or(Box::new([left, self.conjunction()?]));
+        }
+        Ok(left)
+    }
+
+    fn conjunction(&mut self) -> Parsed<Expr> {
+        let mut left = self.negation()?;
+        let mut count = 0;
+        while self.takes_word("and") {
+            count = self.chained(count)?;
+            left = Expr::And(Box::new([left, self.negation()?]));
+        }
+        Ok(left)
+    }
+
+    fn negation(&mut self) -> Parsed<Expr> {
+        if self.takes_word("not") {
+            return self.nested(|parser| Ok(Expr::Not(Box::new(parser.negation()?))));
+        }
+        let left = self.sum()?;
+        match self.operator(&COMPARISONS) {
+            None => Ok(left),
+            Some((operator, at)) => {
+                let sides = Box::new([left, self.sum()?]);
+                Ok(Expr::Binary { operator, at, sides })
+            }
+        }
+    }
+
+    fn sum(&mut self) -> Parsed<Expr> {
+        let mut left = self.product()?;
+        let mut count = 0;
+        while let Some((operator, at)) = self.operator(&SUMS) {
+            count = self.chained(count)?;
+            let sides = Box::new([left, self.product()?]);
+            left = Expr::Binary { operator, at, sides };
+        }
+        Ok(left)
+    }
+
+    fn product(&mut self) -> Parsed<Expr> {
+        let mut left = self.signed()?;
+        let mut count = 0;
+        while let Some((operator, at)) = self.operator(&PRODUCTS) {
+            count = self.chained(count)?;
+            let sides = Box::new([left, self.signed()?]);
+            left = Expr::Binary { operator, at, sides };
+        }
+        Ok(left)
+    }
+
+    fn signed(&mut self) -> Parsed<Expr> {
+        if self.takes("-") {
+            return self.nested(|parser| Ok(Expr::Minus(Box::new(parser.signed()?))));
+        }
+        let mut value = self.atom()?;
+        let mut count = 0;
+        while self.is_symbol("[") {
+            count = self.chained(count)?;
+            let at = self.take().at;
+            let index = self.expression()?;
+            self.expect("]")?;
+            let of = Box::new([value, index]);
+            value = Expr::Item { at, of };
+        }
+        Ok(value)
+    }
+
+    fn atom(&mut self) -> Parsed<Expr> {
+        let token = self.peek();
+        match token.kind {
+            Kind::Number(number) => {
+                self.next += 1;
+                Ok(Expr::Number(number))
+            }
+            Kind::Colour(channels) => {
+                self.next += 1;
+                Ok(Expr::Colour(channels))
+            }
+            Kind::Symbol("(") => {
+                self.next += 1;
+                let value = self.expression()?;
+                self.expect(")")?;
+                Ok(value)
+            }
+            Kind::Symbol("[") => {
+                self.next += 1;
+                let mut items = Vec::new();
+                while !self.takes("]") {
+                    items.push(self.expression()?);
+                    if !self.is_symbol("]") {
+                        self.expect(",")?;
+                    }
+                }
+                Ok(Expr::List(items, token.at))
+            }
+            Kind::Name("if") => self.expected("a value; put brackets around `if … then … else …` here"),
+            Kind::Name(_) => {
+                let (name, at) = self.name("a value")?;
+                if self.is_symbol("(") || self.is_symbol(".") {
+                    self.application(name, at)
+                } else {
+                    Ok(self.variable(name, at))
+                }
+            }
+            _ => self.expected("a value"),
+        }
+    }
+
+    /// The nearest value of that name: of the rule, else of the file or the language.
+    fn variable(&mut self, name: &str, at: At) -> Expr {
+        if let Some((_, slot)) = self.scope.iter().rev().find(|(known, _)| *known == name) {
+            return Expr::Local(*slot);
+        }
+        match name {
+            "detail" => Expr::Detail,
+            "level" => Expr::Level,
+            _ => {
+                let name = name.to_owned();
+                self.module.uses.push(Use { name, at, slot: 0 });
+                Expr::Global(self.module.uses.len() - 1)
+            }
+        }
+    }
+
+    /// A function with its arguments.
+    fn application(&mut self, name: &str, at: At) -> Parsed<Expr> {
+        let built_in = BuiltIn::ALL.iter().find(|(known, ..)| *known == name);
+        if let Some(&(name, function, least, most)) = built_in {
+            let site = self.site();
+            let arguments = self.arguments()?;
+            if let Some(surplus) = arguments.get(most) {
+                let callee = name.to_owned();
+                return Err((surplus.at, Problem::TooManyArguments { callee, most }));
+            }
+            if let Some(named) = arguments.iter().find(|argument| argument.name.is_some()) {
+                let name = named.name.clone().unwrap_or_default();
+                return Err((named.at, unknown("parameter of this function", &name, [])));
+            }
+            if arguments.len() < least || (function == BuiltIn::Random && arguments.len() == 1) {
+                return self.expected(format!("{most} arguments of `{name}` before this"));
+            }
+            let arguments = arguments.into_iter().map(|argument| argument.value).collect();
+            return Ok(Expr::BuiltIn {
+                name: function,
+                at,
+                site,
+                arguments,
+            });
+        }
+        Ok(Expr::Call(self.call(name, at, Wanted::Function)?))
+    }
+
+    /// The rest of a call, from behind its first name on; its place in the table of calls.
+    pub(super) fn call(&mut self, first: &str, at: At, wanted: Wanted) -> Parsed<usize> {
+        let (module, name) = if self.takes(".") {
+            let (name, _) = self.name("a name of the imported file")?;
+            (Some(first.to_owned()), name.to_owned())
+        } else {
+            (None, first.to_owned())
+        };
+        let site = self.site();
+        let takes_arguments = wanted != Wanted::Material || self.is_symbol("(");
+        let arguments = if takes_arguments { self.arguments()? } else { Vec::new() };
+        self.module.calls.push(Call {
+            at,
+            module,
+            name,
+            arguments,
+            site,
+            wanted,
+            target: Target::default(),
+            given: Vec::new(),
+        });
+        Ok(self.module.calls.len() - 1)
+    }
+
+    fn operator(&mut self, known: &[(&str, Operator)]) -> Option<(Operator, At)> {
+        let token = self.peek();
+        let found = known.iter().find(|(symbol, _)| self.is_symbol(symbol))?;
+        self.next += 1;
+        Some((found.1, token.at))
+    }
+
+    /// A long chain of operators is as deep a tree as brackets make.
+    fn chained(&mut self, count: u32) -> Parsed<u32> {
+        if count >= MAX_CHAIN {
+            return Err((
+                self.peek().at,
+                crate::procedural::limits::reached("nesting", MAX_CHAIN.into()),
+            ));
+        }
+        Ok(count + 1)
+    }
+}
+
+/// Most operators in a row.
+const MAX_CHAIN: u32 = 64;

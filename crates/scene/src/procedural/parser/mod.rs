@@ -1,0 +1,217 @@
+//! How do words become nodes? A parser that looks one word ahead (recursive descent).
+//!
+//! Local names become slots while they are read; see [`syntax`](super::syntax). This file holds what the parser knows;
+//! [`declaration`] reads what a file consists of, [`statement`] and [`expression`] what stands inside of that.
+
+mod declaration;
+mod expression;
+mod statement;
+
+use super::error::{DcgError, Problem, nearest};
+use super::lexer::{Kind, Token, words};
+use super::limits::{MAX_NESTING, MAX_TEXT_BYTES, reached};
+use super::syntax::{Argument, At, Module};
+
+type Parsed<T> = Result<T, (At, Problem)>;
+
+/// Words of expressions, which no value can be called.
+const OPERATORS: [&str; 6] = ["if", "then", "else", "and", "or", "not"];
+
+/// Reads a file.
+pub(super) fn parse(file: &str, text: String) -> Result<Module, Box<DcgError>> {
+    let parsed = if text.len() > MAX_TEXT_BYTES {
+        Err((0, reached("bytes of text", MAX_TEXT_BYTES as u64)))
+    } else {
+        words(&text).and_then(|words| {
+            let mut parser = Parser::new(&text, &words);
+            parser.file()?;
+            Ok(parser.module)
+        })
+    };
+    let mut module = parsed.map_err(|(at, problem)| DcgError::at(file, &text, at, problem))?;
+    module.file = file.to_owned();
+    module.text = text;
+    Ok(module)
+}
+
+struct Parser<'t> {
+    text: &'t str,
+    words: &'t [Token<'t>],
+    next: usize,
+    module: Module,
+    /// Names of the values in reach, and their slots.
+    scope: Vec<(&'t str, u32)>,
+    /// Most values that were in reach at once.
+    slots: u32,
+    /// Calls, loops and random numbers so far in this rule.
+    sites: u32,
+    nesting: u32,
+    /// Declared names and where, to find what is given twice.
+    declared: Vec<(&'t str, At)>,
+}
+
+impl<'t> Parser<'t> {
+    fn new(text: &'t str, words: &'t [Token<'t>]) -> Self {
+        Self {
+            text,
+            words,
+            next: 0,
+            module: Module::default(),
+            scope: Vec::new(),
+            slots: 0,
+            sites: 0,
+            nesting: 0,
+            declared: Vec::new(),
+        }
+    }
+
+    fn peek(&self) -> Token<'t> {
+        self.words[self.next.min(self.words.len() - 1)]
+    }
+
+    fn take(&mut self) -> Token<'t> {
+        let token = self.peek();
+        self.next += 1;
+        token
+    }
+
+    fn is_symbol(&self, symbol: &str) -> bool {
+        matches!(self.peek().kind, Kind::Symbol(found) if found == symbol)
+    }
+
+    fn takes(&mut self, symbol: &str) -> bool {
+        let found = self.is_symbol(symbol);
+        self.next += usize::from(found);
+        found
+    }
+
+    fn is_word(&self, word: &str) -> bool {
+        self.peek().kind == Kind::Name(word)
+    }
+
+    fn takes_word(&mut self, word: &str) -> bool {
+        let found = self.is_word(word);
+        self.next += usize::from(found);
+        found
+    }
+
+    fn expected<T>(&self, what: impl Into<String>) -> Parsed<T> {
+        let token = self.peek();
+        let problem = Problem::Expected {
+            expected: what.into(),
+            found: token.kind.to_string(),
+        };
+        Err((token.at, problem))
+    }
+
+    fn expect(&mut self, symbol: &str) -> Parsed<()> {
+        if self.takes(symbol) {
+            Ok(())
+        } else {
+            self.expected(format!("`{symbol}`"))
+        }
+    }
+
+    fn expect_word(&mut self, word: &str) -> Parsed<()> {
+        if self.takes_word(word) {
+            Ok(())
+        } else {
+            self.expected(format!("`{word}`"))
+        }
+    }
+
+    fn name(&mut self, what: &str) -> Parsed<(&'t str, At)> {
+        let token = self.peek();
+        match token.kind {
+            Kind::Name(name) if OPERATORS.contains(&name) => Err((token.at, Problem::Reserved(name.to_owned()))),
+            Kind::Name(name) => {
+                self.next += 1;
+                Ok((name, token.at))
+            }
+            _ => self.expected(what),
+        }
+    }
+
+    fn text(&mut self, what: &str) -> Parsed<&'t str> {
+        match self.peek().kind {
+            Kind::Text(text) => {
+                self.next += 1;
+                Ok(text)
+            }
+            _ => self.expected(what),
+        }
+    }
+
+    /// Runs `read` one level deeper.
+    fn nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
+        if self.nesting == MAX_NESTING {
+            return Err((self.peek().at, reached("nesting", MAX_NESTING.into())));
+        }
+        self.nesting += 1;
+        let result = read(self);
+        self.nesting -= 1;
+        result
+    }
+
+    fn site(&mut self) -> u32 {
+        self.sites += 1;
+        self.sites
+    }
+
+    /// Brings a value into reach.
+    fn bind(&mut self, name: &'t str) -> u32 {
+        let slot = self.scope.len() as u32;
+        self.scope.push((name, slot));
+        self.slots = self.slots.max(slot + 1);
+        slot
+    }
+
+    /// Runs `read` with nothing in reach, and says how many values it needed.
+    fn framed<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<(T, u32)> {
+        let scope = std::mem::take(&mut self.scope);
+        let (slots, sites) = (std::mem::take(&mut self.slots), std::mem::take(&mut self.sites));
+        let result = read(self)?;
+        let needed = std::mem::replace(&mut self.slots, slots);
+        self.scope = scope;
+        self.sites = sites;
+        Ok((result, needed))
+    }
+
+    /// Arguments in brackets.
+    fn arguments(&mut self) -> Parsed<Vec<Argument>> {
+        self.expect("(")?;
+        let mut arguments: Vec<Argument> = Vec::new();
+        while !self.takes(")") {
+            let at = self.peek().at;
+            let name = match (self.peek().kind, self.words.get(self.next + 1).map(|word| word.kind)) {
+                (Kind::Name(name), Some(Kind::Symbol("="))) => {
+                    self.next += 2;
+                    Some(name.to_owned())
+                }
+                _ => None,
+            };
+            if name.is_none() && arguments.last().is_some_and(|last| last.name.is_some()) {
+                return Err((at, Problem::UnnamedAfterNamed));
+            }
+            let value = self.expression()?;
+            arguments.push(Argument { name, at, value });
+            if !self.is_symbol(")") {
+                self.expect(",")?;
+            }
+        }
+        Ok(arguments)
+    }
+
+    /// The line in which a byte lies, counted from 1.
+    fn line(&self, at: At) -> usize {
+        1 + self.text[..at as usize].matches('\n').count()
+    }
+}
+
+fn unknown<'a>(kind: &'static str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Problem {
+    Problem::Unknown {
+        kind,
+        name: name.to_owned(),
+        suggestion: nearest(name, known),
+    }
+}

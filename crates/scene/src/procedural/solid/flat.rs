@@ -1,0 +1,104 @@
+//! Which triangles do boxes, prisms, sets of polygons and height fields have?
+
+use super::Heights;
+use super::mesh::Writer;
+use super::polygon::{newell, outline, triangulated};
+use crate::procedural::error::Problem;
+
+/// Six faces, each with corners of its own.
+pub(super) fn write_box(writer: &mut Writer, [width, height, depth]: [f64; 3]) {
+    let (x, z) = (width / 2.0, depth / 2.0);
+    let at = |i: usize| {
+        [
+            if i & 1 == 1 { x } else { -x },
+            if i & 2 == 2 { height } else { 0.0 },
+            if i & 4 == 4 { z } else { -z },
+        ]
+    };
+    let faces: [([usize; 4], [f64; 3]); 6] = [
+        ([1, 3, 7, 5], [1.0, 0.0, 0.0]),
+        ([0, 4, 6, 2], [-1.0, 0.0, 0.0]),
+        ([2, 6, 7, 3], [0.0, 1.0, 0.0]),
+        ([0, 1, 5, 4], [0.0, -1.0, 0.0]),
+        ([4, 5, 7, 6], [0.0, 0.0, 1.0]),
+        ([0, 2, 3, 1], [0.0, 0.0, -1.0]),
+    ];
+    for (corners, normal) in faces {
+        writer.quad(corners.map(at), normal);
+    }
+}
+
+/// A wall for each edge, a lid and a floor.
+pub(super) fn write_prism(writer: &mut Writer, footprint: &[[f64; 2]], height: f64) -> Result<(), Problem> {
+    let corners = outline(footprint);
+    let triangles = triangulated(&corners)?;
+    for (i, &[x, z]) in corners.iter().enumerate() {
+        let [to_x, to_z] = corners[(i + 1) % corners.len()];
+        let wall = [[x, 0.0, z], [to_x, 0.0, to_z], [to_x, height, to_z], [x, height, z]];
+        writer.quad(wall, [z - to_z, 0.0, to_x - x]);
+    }
+    for (y, up) in [(height, 1.0), (0.0, -1.0)] {
+        let normal = writer.normal([0.0, up, 0.0]);
+        let vertices: Vec<u32> = corners.iter().map(|&[x, z]| writer.vertex([x, y, z], normal)).collect();
+        for &[a, b, c] in &triangles {
+            let [a, b, c] = [a, b, c].map(|corner| vertices[corner]);
+            if up > 0.0 {
+                writer.triangle(a, b, c);
+            } else {
+                writer.triangle(a, c, b);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Flat polygons; each has corners of its own.
+pub(super) fn write_mesh(writer: &mut Writer, points: &[[f64; 3]], faces: &[Vec<u32>]) -> Result<(), Problem> {
+    for face in faces {
+        let corners: Vec<[f64; 3]> = face.iter().map(|&i| points[i as usize]).collect();
+        let normal = newell(&corners);
+        // Looked at along the axis on which it has most area, with that side's order kept.
+        let steep = (0..3).fold(0, |best, a| if normal[a].abs() > normal[best].abs() { a } else { best });
+        let (u, v) = ((steep + 1) % 3, (steep + 2) % 3);
+        let flipped = normal[steep] < 0.0;
+        let flat = |p: &[f64; 3]| if flipped { [p[u], p[v]] } else { [p[v], p[u]] };
+        let triangles = triangulated(&corners.iter().map(flat).collect::<Vec<_>>())?;
+        let normal = writer.normal(normal);
+        let vertices: Vec<u32> = corners.iter().map(|&corner| writer.vertex(corner, normal)).collect();
+        for [a, b, c] in triangles {
+            writer.triangle(vertices[a], vertices[b], vertices[c]);
+        }
+    }
+    Ok(())
+}
+
+/// A grid; normals by the slope between the samples on both sides.
+pub(super) fn write_heights(writer: &mut Writer, field: &Heights) {
+    let [columns, rows] = field.steps.map(|steps| steps as usize);
+    let [width, depth] = field.over;
+    let (dx, dz) = (width / columns as f64, depth / rows as f64);
+    let row = columns + 3;
+    let height = |i: usize, j: usize| field.heights[j * row + i];
+    let mut first = 0;
+    for j in 0..=rows {
+        for i in 0..=columns {
+            // Samples begin one step before the rectangle.
+            let slope_x = (height(i + 2, j + 1) - height(i, j + 1)) / (2.0 * dx);
+            let slope_z = (height(i + 1, j + 2) - height(i + 1, j)) / (2.0 * dz);
+            let normal = writer.normal([-slope_x, 1.0, -slope_z]);
+            let x = width * (i as f64 / columns as f64 - 0.5);
+            let z = depth * (j as f64 / rows as f64 - 0.5);
+            let vertex = writer.vertex([x, height(i + 1, j + 1), z], normal);
+            if (i, j) == (0, 0) {
+                first = vertex;
+            }
+        }
+    }
+    let at = |i: usize, j: usize| first + (j * (columns + 1) + i) as u32;
+    for j in 0..rows {
+        for i in 0..columns {
+            writer.triangle(at(i, j), at(i, j + 1), at(i + 1, j + 1));
+            writer.triangle(at(i, j), at(i + 1, j + 1), at(i + 1, j));
+        }
+    }
+}

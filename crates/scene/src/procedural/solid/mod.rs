@@ -1,0 +1,195 @@
+//! What can be seen of a model? Its terminals: solids and surfaces, each a function from a few numbers to triangles.
+//!
+//! A solid stands on the origin: its base lies in the plane y = 0, its middle is at x = z = 0. A sphere has its middle at
+//! the origin. Lengths are metres; triangles are counter-clockwise from outside.
+
+mod flat;
+mod mesh;
+mod polygon;
+mod round;
+
+pub use mesh::Mesh;
+pub(super) use mesh::Writer;
+pub(super) use polygon::outline;
+
+use super::error::Problem;
+use super::limits::FINEST;
+use crate::Bounds;
+
+/// The terminals that are written like a call.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum SolidKind {
+    Box,
+    Cone,
+    Cylinder,
+    Lathe,
+    Mesh,
+    Polygon,
+    Prism,
+    Sphere,
+}
+
+/// A name, and what it is when it is not given.
+type Formals = &'static [(&'static str, Option<f64>)];
+
+impl SolidKind {
+    const ALL: [(&'static str, Self, Formals); 8] = [
+        ("box", Self::Box, &[("width", None), ("height", None), ("depth", None)]),
+        (
+            "cone",
+            Self::Cone,
+            &[
+                ("radius", None),
+                ("height", None),
+                ("top", Some(0.0)),
+                ("sides", Some(0.0)),
+                ("closed", Some(1.0)),
+            ],
+        ),
+        (
+            "cylinder",
+            Self::Cylinder,
+            &[
+                ("radius", None),
+                ("height", None),
+                ("sides", Some(0.0)),
+                ("closed", Some(1.0)),
+            ],
+        ),
+        (
+            "lathe",
+            Self::Lathe,
+            &[("profile", None), ("sides", Some(0.0)), ("smooth", Some(0.0))],
+        ),
+        ("mesh", Self::Mesh, &[("points", None), ("faces", None)]),
+        ("polygon", Self::Polygon, &[("points", None)]),
+        ("prism", Self::Prism, &[("footprint", None), ("height", None)]),
+        ("sphere", Self::Sphere, &[("radius", None), ("sides", Some(0.0))]),
+    ];
+
+    pub(super) fn named(name: &str) -> Option<Self> {
+        Self::ALL
+            .iter()
+            .find(|(known, ..)| *known == name)
+            .map(|(_, kind, _)| *kind)
+    }
+
+    pub(super) fn names() -> [&'static str; 8] {
+        Self::ALL.map(|(name, ..)| name)
+    }
+
+    pub(super) fn name(self) -> &'static str {
+        Self::ALL[self as usize].0
+    }
+
+    pub(super) fn formals(self) -> Formals {
+        Self::ALL[self as usize].2
+    }
+}
+
+/// A terminal with its numbers: checked, finite.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Solid {
+    Box([f64; 3]),
+    /// A cylinder when both radii are the same.
+    Cone {
+        radii: [f64; 2],
+        height: f64,
+        sides: u32,
+        closed: bool,
+    },
+    Sphere {
+        radius: f64,
+        sides: u32,
+    },
+    /// Radius and height of each corner, from bottom to top for faces that look outwards.
+    Lathe {
+        profile: Vec<[f64; 2]>,
+        sides: u32,
+        smooth: bool,
+    },
+    /// Corners x, z.
+    Prism {
+        footprint: Vec<[f64; 2]>,
+        height: f64,
+    },
+    Mesh {
+        points: Vec<[f64; 3]>,
+        faces: Vec<Vec<u32>>,
+    },
+    Heights(Heights),
+}
+
+/// A surface over a rectangle around the origin.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Heights {
+    /// Width and depth.
+    pub(super) over: [f64; 2],
+    /// Cells along x and z.
+    pub(super) steps: [u32; 2],
+    /// Rows along x, rising z, with one more sample around the rectangle: (steps₀ + 3) · (steps₁ + 3) heights.
+    pub(super) heights: Vec<f64>,
+}
+
+/// Sides of a round solid whose author does not say how many, by level of detail.
+pub(super) const SIDES: [u32; FINEST as usize + 1] = [4, 6, 8, 12, 16];
+
+impl Solid {
+    /// Adds its triangles.
+    pub(super) fn write(&self, writer: &mut Writer) -> Result<(), Problem> {
+        match self {
+            Self::Box(size) => flat::write_box(writer, *size),
+            Self::Cone {
+                radii,
+                height,
+                sides,
+                closed,
+            } => round::write_cone(writer, *radii, *height, (*sides, *closed)),
+            Self::Sphere { radius, sides } => round::write_sphere(writer, *radius, *sides),
+            Self::Lathe { profile, sides, smooth } => round::write_lathe(writer, profile, (*sides, *smooth)),
+            Self::Prism { footprint, height } => return flat::write_prism(writer, footprint, *height),
+            Self::Mesh { points, faces } => return flat::write_mesh(writer, points, faces),
+            Self::Heights(heights) => flat::write_heights(writer, heights),
+        }
+        Ok(())
+    }
+
+    /// At least as many triangles as [`Solid::write`] adds.
+    pub(super) fn most_triangles(&self) -> u64 {
+        match self {
+            Self::Box(_) => 12,
+            Self::Cone { sides, .. } => 4 * u64::from(*sides),
+            Self::Sphere { sides, .. } => u64::from(*sides) * u64::from(*sides),
+            Self::Lathe { profile, sides, .. } => 2 * profile.len() as u64 * u64::from(*sides),
+            Self::Prism { footprint, .. } => 4 * footprint.len() as u64,
+            Self::Mesh { faces, .. } => faces.iter().map(|face| face.len() as u64).sum(),
+            Self::Heights(heights) => 2 * u64::from(heights.steps[0]) * u64::from(heights.steps[1]),
+        }
+    }
+
+    /// A box that holds it.
+    pub(super) fn extent(&self) -> Bounds {
+        let round = |radius: f64, low: f64, high: f64| {
+            let r = radius.abs();
+            Bounds::around([[-r, low, -r], [r, high, r]])
+        };
+        match self {
+            Self::Box([w, h, d]) => Bounds::around([[-w / 2.0, 0.0, -d / 2.0], [w / 2.0, *h, d / 2.0]]),
+            Self::Cone { radii, height, .. } => round(radii[0].max(radii[1]), 0.0, *height),
+            Self::Sphere { radius, .. } => round(*radius, -radius, *radius),
+            Self::Lathe { profile, .. } => profile
+                .iter()
+                .map(|[r, y]| round(*r, *y, *y))
+                .fold(Bounds::EMPTY, |all, ring| all.union(&ring)),
+            Self::Prism { footprint, height } => {
+                Bounds::around(footprint.iter().flat_map(|[x, z]| [[*x, 0.0, *z], [*x, *height, *z]]))
+            }
+            Self::Mesh { points, .. } => Bounds::around(points.iter().copied()),
+            Self::Heights(heights) => {
+                let [w, d] = heights.over;
+                let corner = |y: &f64| [[-w / 2.0, *y, -d / 2.0], [w / 2.0, *y, d / 2.0]];
+                Bounds::around(heights.heights.iter().flat_map(corner))
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Which triangles do cones, spheres and turned profiles have? Rings around the y axis, joined by strips.
+
+use super::mesh::Writer;
+use crate::procedural::arithmetic::sin_cos;
+
+/// A circle of vertices with normals that lean outwards.
+#[derive(Debug, Clone, Copy)]
+struct Ring {
+    radius: f64,
+    y: f64,
+    /// Outward and upward part of the normal.
+    normal: [f64; 2],
+}
+
+/// A mantle, and a disc at each end that has a radius when it is closed.
+pub(super) fn write_cone(writer: &mut Writer, radii: [f64; 2], height: f64, (sides, closed): (u32, bool)) {
+    let [low, high] = radii;
+    let circle = circle(sides);
+    let ring = |radius, y| Ring {
+        radius,
+        y,
+        normal: [height, low - high],
+    };
+    strip(writer, &circle, &[ring(low, 0.0), ring(high, height)]);
+    if closed {
+        disc(writer, &circle, (low, 0.0), false);
+        disc(writer, &circle, (high, height), true);
+    }
+}
+
+/// Half as many rows as sides.
+pub(super) fn write_sphere(writer: &mut Writer, radius: f64, sides: u32) {
+    let rows = sides.div_ceil(2).max(2);
+    let ring = |row: u32| {
+        let (sin, cos) = sin_cos(180.0 * f64::from(row) / f64::from(rows));
+        Ring {
+            radius: radius * sin,
+            y: -radius * cos,
+            normal: [sin, -cos],
+        }
+    };
+    strip(writer, &circle(sides), &(0..=rows).map(ring).collect::<Vec<_>>());
+}
+
+/// A strip for each part of the profile, or one for all of it when it is smooth.
+pub(super) fn write_lathe(writer: &mut Writer, profile: &[[f64; 2]], (sides, smooth): (u32, bool)) {
+    let circle = circle(sides);
+    let outward = |i: usize| {
+        let ([r, y], [to_r, to_y]) = (profile[i], profile[i + 1]);
+        let (dr, dy) = (to_r - r, to_y - y);
+        let length = (dr * dr + dy * dy).sqrt();
+        if length > 0.0 {
+            [dy / length, -dr / length]
+        } else {
+            [0.0, 0.0]
+        }
+    };
+    let last = profile.len() - 1;
+    let ring = |i: usize, normal| Ring {
+        radius: profile[i][0],
+        y: profile[i][1],
+        normal,
+    };
+    if smooth {
+        let rings = (0..=last).map(|i| {
+            let (a, b) = (outward(i.saturating_sub(1)), outward(i.min(last - 1)));
+            ring(i, [a[0] + b[0], a[1] + b[1]])
+        });
+        strip(writer, &circle, &rings.collect::<Vec<_>>());
+        return;
+    }
+    for i in 0..last {
+        let normal = outward(i);
+        strip(writer, &circle, &[ring(i, normal), ring(i + 1, normal)]);
+    }
+}
+
+/// Directions x, z of the corners, the first along x, then towards −z: counter-clockwise from above.
+fn circle(sides: u32) -> Vec<[f64; 2]> {
+    let direction = |side: u32| {
+        let (sin, cos) = sin_cos(360.0 * f64::from(side) / f64::from(sides));
+        [cos, -sin]
+    };
+    (0..sides).map(direction).collect()
+}
+
+/// Joins each ring to the next; where one has no radius, with triangles.
+fn strip(writer: &mut Writer, circle: &[[f64; 2]], rings: &[Ring]) {
+    let sides = circle.len() as u32;
+    let mut below: Option<(u32, Ring)> = None;
+    for ring in rings {
+        let mut first = 0;
+        for (side, &[x, z]) in circle.iter().enumerate() {
+            let normal = writer.normal([ring.normal[0] * x, ring.normal[1], ring.normal[0] * z]);
+            let vertex = writer.vertex([ring.radius * x, ring.y, ring.radius * z], normal);
+            if side == 0 {
+                first = vertex;
+            }
+        }
+        if let Some((under, lower)) = below {
+            for side in 0..sides {
+                let next = (side + 1) % sides;
+                if lower.radius > 0.0 {
+                    writer.triangle(under + side, under + next, first + next);
+                }
+                if ring.radius > 0.0 {
+                    writer.triangle(under + side, first + next, first + side);
+                }
+            }
+        }
+        below = Some((first, *ring));
+    }
+}
+
+/// A flat, regular polygon; nothing without a radius.
+fn disc(writer: &mut Writer, circle: &[[f64; 2]], (radius, y): (f64, f64), looks_up: bool) {
+    if radius == 0.0 {
+        return;
+    }
+    let normal = writer.normal([0.0, if looks_up { 1.0 } else { -1.0 }, 0.0]);
+    let vertices: Vec<u32> = circle
+        .iter()
+        .map(|&[x, z]| writer.vertex([radius * x, y, radius * z], normal))
+        .collect();
+    for pair in vertices[1..].windows(2) {
+        if looks_up {
+            writer.triangle(vertices[0], pair[0], pair[1]);
+        } else {
+            writer.triangle(vertices[0], pair[1], pair[0]);
+        }
+    }
+}

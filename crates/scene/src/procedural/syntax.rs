@@ -1,0 +1,336 @@
+//! What does a file of rules say? Its nodes: a directed graph, cyclic where rules call each other.
+//!
+//! Names of variables are already slots: where a value lies in the frame of a rule, or among the values of a file. Calls
+//! lie in a table beside the nodes; [`link`](super::link) fills in what they lead to.
+
+use super::solid::SolidKind;
+
+/// Byte in the text of a module.
+pub(super) type At = u32;
+
+/// One file.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Module {
+    pub(super) file: String,
+    pub(super) text: String,
+    pub(super) imports: Vec<Import>,
+    pub(super) parameters: Vec<Parameter>,
+    /// `let` outside of rules: value `i` of these lies behind the parameters.
+    pub(super) globals: Vec<Named<Expr>>,
+    pub(super) rules: Vec<Rule>,
+    pub(super) functions: Vec<Function>,
+    pub(super) materials: Vec<MaterialRule>,
+    pub(super) body: Vec<Statement>,
+    /// Values that the body has besides the globals.
+    pub(super) body_slots: u32,
+    pub(super) calls: Vec<Call>,
+    /// Uses of globals.
+    pub(super) uses: Vec<Use>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Named<T> {
+    pub(super) name: String,
+    pub(super) at: At,
+    pub(super) value: T,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Import {
+    pub(super) alias: String,
+    pub(super) at: At,
+    pub(super) path: String,
+    /// Index of the module, once linked.
+    pub(super) module: usize,
+}
+
+/// What a file can be given from outside.
+#[derive(Debug, Clone)]
+pub(super) struct Parameter {
+    pub(super) formal: Formal,
+    pub(super) range: Option<(Expr, Expr)>,
+}
+
+/// What a rule, function or material can be given.
+#[derive(Debug, Clone)]
+pub(super) struct Formal {
+    pub(super) name: String,
+    pub(super) at: At,
+    pub(super) default: Option<Expr>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Rule {
+    pub(super) name: String,
+    pub(super) at: At,
+    /// Its geometry depends on its parameters alone and is shared.
+    pub(super) is_part: bool,
+    pub(super) formals: Vec<Formal>,
+    pub(super) levels: Option<Expr>,
+    /// Two opposite corners of a box that holds it.
+    pub(super) within: Option<(Expr, Expr)>,
+    pub(super) body: Statement,
+    /// In place of the body when `levels` are used up.
+    pub(super) then: Option<Statement>,
+    pub(super) slots: u32,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Function {
+    pub(super) name: String,
+    pub(super) at: At,
+    pub(super) formals: Vec<Formal>,
+    pub(super) value: Expr,
+    pub(super) slots: u32,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct MaterialRule {
+    pub(super) name: String,
+    pub(super) at: At,
+    pub(super) formals: Vec<Formal>,
+    pub(super) properties: Vec<(Property, Expr)>,
+    pub(super) slots: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Property {
+    Colour,
+    Roughness,
+    Metallic,
+    Emissive,
+    Opacity,
+    DoubleSided,
+}
+
+impl Property {
+    pub(super) const ALL: [(&'static str, Self); 6] = [
+        ("colour", Self::Colour),
+        ("roughness", Self::Roughness),
+        ("metallic", Self::Metallic),
+        ("emissive", Self::Emissive),
+        ("opacity", Self::Opacity),
+        ("double_sided", Self::DoubleSided),
+    ];
+}
+
+/// A call of a rule, a part, a file, a function or a material.
+#[derive(Debug, Clone)]
+pub(super) struct Call {
+    pub(super) at: At,
+    /// The alias before the dot.
+    pub(super) module: Option<String>,
+    pub(super) name: String,
+    pub(super) arguments: Vec<Argument>,
+    /// Which word the call adds to the path.
+    pub(super) site: u32,
+    pub(super) wanted: Wanted,
+    /// What it leads to, once linked.
+    pub(super) target: Target,
+    /// For each formal the argument that it is given, once linked.
+    pub(super) given: Vec<Option<usize>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wanted {
+    Shape,
+    Function,
+    Material,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Target {
+    pub(super) module: usize,
+    /// Index of the rule, function or material; `None` for the file as a whole.
+    pub(super) index: Option<usize>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Argument {
+    pub(super) name: Option<String>,
+    pub(super) at: At,
+    pub(super) value: Expr,
+}
+
+/// A global that is used before it may be known.
+#[derive(Debug, Clone)]
+pub(super) struct Use {
+    pub(super) name: String,
+    pub(super) at: At,
+    pub(super) slot: usize,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Statement {
+    Group(Vec<Statement>),
+    Let {
+        at: At,
+        slot: u32,
+        value: Expr,
+    },
+    If {
+        at: At,
+        condition: Expr,
+        then: Box<Statement>,
+        otherwise: Option<Box<Statement>>,
+    },
+    Choose {
+        at: At,
+        number: Expr,
+        of: Vec<Statement>,
+    },
+    Place {
+        transform: Transform,
+        at: At,
+        by: Vec<Expr>,
+        body: Box<Statement>,
+    },
+    Paint {
+        call: usize,
+        body: Box<Statement>,
+    },
+    Called {
+        name: String,
+        body: Box<Statement>,
+    },
+    Call(usize),
+    Solid {
+        kind: SolidKind,
+        at: At,
+        arguments: Vec<Option<Expr>>,
+    },
+    Viewpoint(String),
+    Model(String),
+    For {
+        at: At,
+        site: u32,
+        slots: Vec<u32>,
+        over: Expr,
+        body: Box<Statement>,
+    },
+    Scatter {
+        at: At,
+        site: u32,
+        slots: [u32; 2],
+        count: Expr,
+        over: [Expr; 2],
+        body: Box<Statement>,
+    },
+    Edges {
+        at: At,
+        site: u32,
+        slots: Vec<u32>,
+        polygon: Expr,
+        body: Box<Statement>,
+    },
+    Heights {
+        at: At,
+        slots: [u32; 2],
+        over: [Expr; 2],
+        steps: [Expr; 2],
+        height: Expr,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Transform {
+    Move,
+    Turn,
+    Tilt,
+    Roll,
+    Scale,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Expr {
+    Number(f64),
+    Colour([f64; 3]),
+    Local(u32),
+    /// Index into [`Module::uses`].
+    Global(usize),
+    Detail,
+    Level,
+    Minus(Box<Expr>),
+    Not(Box<Expr>),
+    Binary {
+        operator: Operator,
+        at: At,
+        sides: Box<[Expr; 2]>,
+    },
+    And(Box<[Expr; 2]>),
+    Or(Box<[Expr; 2]>),
+    If(Box<[Expr; 3]>),
+    List(Vec<Expr>, At),
+    Item {
+        at: At,
+        of: Box<[Expr; 2]>,
+    },
+    BuiltIn {
+        name: BuiltIn,
+        at: At,
+        site: u32,
+        arguments: Vec<Expr>,
+    },
+    Call(usize),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Operator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Equal,
+    Unequal,
+    Less,
+    AtMost,
+    More,
+    AtLeast,
+}
+
+/// Functions of the language.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BuiltIn {
+    Abs,
+    Atan2,
+    Ceil,
+    Clamp,
+    Cos,
+    Count,
+    Floor,
+    Fractal,
+    Max,
+    Min,
+    Mix,
+    Mod,
+    Noise,
+    Power,
+    Random,
+    Round,
+    Sin,
+    Sqrt,
+}
+
+impl BuiltIn {
+    /// Name, least and most arguments of each.
+    pub(super) const ALL: [(&'static str, Self, usize, usize); 18] = [
+        ("abs", Self::Abs, 1, 1),
+        ("atan2", Self::Atan2, 2, 2),
+        ("ceil", Self::Ceil, 1, 1),
+        ("clamp", Self::Clamp, 3, 3),
+        ("cos", Self::Cos, 1, 1),
+        ("count", Self::Count, 1, 1),
+        ("floor", Self::Floor, 1, 1),
+        ("fractal", Self::Fractal, 3, 3),
+        ("max", Self::Max, 2, 2),
+        ("min", Self::Min, 2, 2),
+        ("mix", Self::Mix, 3, 3),
+        ("mod", Self::Mod, 2, 2),
+        ("noise", Self::Noise, 2, 2),
+        ("power", Self::Power, 2, 2),
+        ("random", Self::Random, 0, 2),
+        ("round", Self::Round, 1, 1),
+        ("sin", Self::Sin, 1, 1),
+        ("sqrt", Self::Sqrt, 1, 1),
+    ];
+}

@@ -1,0 +1,283 @@
+//! Behaviour of the language: what grows out of a text, and what is said when it is wrong.
+
+use super::{DcgError, Grown, Limits, NoImports, Program, Settings, Value, bounds, grow};
+
+fn read(text: &str) -> Result<Program, Box<DcgError>> {
+    Program::read("test.dcg", text.to_owned(), &NoImports)
+}
+
+fn grown(text: &str) -> Grown {
+    grow(&read(text).unwrap(), &Settings::default()).unwrap()
+}
+
+/// What is said of a text, without the line that is shown.
+fn complaint(text: &str) -> String {
+    let limits = Limits {
+        steps: 4_000_000,
+        triangles: 1_000_000,
+        ..Limits::default()
+    };
+    let settings = Settings {
+        limits,
+        ..Settings::default()
+    };
+    let error = read(text).and_then(|program| grow(&program, &settings)).unwrap_err();
+    error.to_string().lines().next().unwrap_or_default().to_owned()
+}
+
+/// Corners of the model's own triangles, one triple of points for each.
+fn corners(grown: &Grown) -> Vec<[[f32; 3]; 3]> {
+    let meshes = grown.parts[0].meshes.iter();
+    let of = |mesh: &super::Mesh| {
+        let triples = mesh.indices.as_chunks::<3>().0.to_vec();
+        triples
+            .into_iter()
+            .map(|t| t.map(|i| mesh.positions[i as usize]))
+            .collect::<Vec<_>>()
+    };
+    meshes.flat_map(of).collect()
+}
+
+/// Six times the volume that triangles enclose when they look outwards.
+fn volume(grown: &Grown) -> f64 {
+    let v = |p: [f32; 3]| p.map(f64::from);
+    let signed = |[a, b, c]: [[f32; 3]; 3]| super::affine::dot(v(a), super::affine::cross(v(b), v(c)));
+    corners(grown).into_iter().map(signed).sum::<f64>() / 6.0
+}
+
+const WORM: &str = "
+parameter count = 4 from 0 to 30
+rule worm(c) {
+  if c > 0 { sphere(0.5) move(1, 0, 0) worm(c - 1) }
+  else cone(0.5, 1)
+}
+worm(count)
+";
+
+#[test]
+fn a_worm_has_as_many_spheres_as_it_counts() {
+    let model = grown(WORM);
+    let bounds = model.parts[0].bounds;
+    assert_eq!((bounds.min[0], bounds.max[0]), (-0.5, 4.5));
+    let parameters = [("count".to_owned(), Value::Number(9.0))].into();
+    let longer = grow(
+        &read(WORM).unwrap(),
+        &Settings {
+            parameters,
+            ..Settings::default()
+        },
+    )
+    .unwrap();
+    assert_eq!(longer.parts[0].bounds.max[0], 9.5);
+    assert!(longer.usage.levels > model.usage.levels);
+}
+
+#[test]
+fn solids_are_closed_and_look_outwards() {
+    for (text, wanted, tolerance) in [
+        ("box(2, 3, 4)", 24.0, 1e-6),
+        ("cylinder(1, 2, sides = 256)", std::f64::consts::TAU, 0.01),
+        ("cone(1, 3, sides = 256)", std::f64::consts::PI, 0.01),
+        ("cone(1, 3, top = 1, sides = 4)", 6.0, 1e-5),
+        ("sphere(1, sides = 256)", 4.1888, 0.01),
+        ("lathe([[0, 0], [1, 0], [1, 2], [0, 2]], sides = 4)", 4.0, 1e-5),
+        ("prism([[0, 0], [0, 2], [2, 2], [2, 0]], 3)", 12.0, 1e-5),
+        ("prism([[0, 0], [2, 0], [2, 2], [0, 2]], 3)", 12.0, 1e-5),
+        ("prism([[0, 0], [4, 0], [4, 1], [1, 1], [1, 4], [0, 4]], 1)", 7.0, 1e-5),
+        ("scale(-1, 1, 2) box(1, 1, 1)", 2.0, 1e-6),
+        (
+            "mesh([[0,0,0],[1,0,0],[0,1,0],[0,0,1]], [[0,2,1],[0,1,3],[1,2,3],[2,0,3]])",
+            1.0 / 6.0,
+            1e-6,
+        ),
+        ("turn(30) tilt(40) roll(50) move(1, 2, 3) box(1, 2, 3)", 6.0, 1e-5),
+    ] {
+        let found = volume(&grown(text));
+        assert!((found - wanted).abs() < tolerance, "{text}: {found}");
+    }
+}
+
+#[test]
+fn normals_agree_with_the_way_round() {
+    for text in [
+        "turn(20) scale(1, -2, 3) { sphere(1) cone(1, 2, 0.5) box(1, 1, 1) }",
+        "lathe([[1, 0], [2, 1], [1, 3]], smooth = 1) prism([[0, 0], [3, 0], [1, 1], [0, 3]], 1)",
+        "heights x, z in 10 by 10 steps 20 by 10 = fractal(x / 3, z / 3, 4)",
+    ] {
+        let model = grown(text);
+        for mesh in &model.parts[0].meshes {
+            for t in mesh.indices.as_chunks::<3>().0 {
+                let [a, b, c] = t.map(|i| mesh.positions[i as usize].map(f64::from));
+                let edge = |p: [f64; 3]| std::array::from_fn(|i| p[i] - a[i]);
+                let face = super::affine::cross(edge(b), edge(c));
+                let normal = t.map(|i| mesh.normals[i as usize].map(f64::from));
+                assert!(normal.iter().all(|n| super::affine::dot(*n, face) >= 0.0), "{text}");
+            }
+        }
+    }
+}
+
+#[test]
+fn equal_parts_are_shared_and_unequal_ones_are_not() {
+    let model = grown("part post(h) { cylinder(0.1, h) } for i in 100 move(i, 0, 0) post(1 + mod(i, 2))");
+    assert_eq!(model.parts.len(), 3);
+    assert_eq!(model.usage.placements, 100);
+    assert_eq!(model.instances().len(), 101);
+}
+
+#[test]
+fn random_numbers_depend_on_the_place_and_the_seed_only() {
+    let text = "rule die() { box(random(1, 2), 1, 1) } for i in 5 move(3 * i, 0, 0) die()";
+    let with_more = text.replace("for i in 5", "for i in 5 {} for i in 5");
+    let program = |text: &str| read(text).unwrap();
+    let positions = |text: &str, seed| {
+        let grown = grow(
+            &program(text),
+            &Settings {
+                seed,
+                ..Settings::default()
+            },
+        )
+        .unwrap();
+        grown.parts[0].meshes[0].positions.clone()
+    };
+    assert_eq!(positions(text, 1), positions(text, 1));
+    assert_ne!(positions(text, 1), positions(text, 2));
+    assert_ne!(positions(text, 1), positions(&with_more, 1));
+    let widths: std::collections::BTreeSet<u32> = positions(text, 1)
+        .chunks(24)
+        .map(|die| (die[0][0] - die[12][0]).abs().to_bits())
+        .collect();
+    assert!(widths.len() > 3);
+}
+
+#[test]
+fn levels_end_a_recursion_and_leave_something_in_its_place() {
+    let model = grown(
+        "rule stem() levels 3 + level * 0 { box(1, 1, 1) move(0, 1, 0) stem() } then sphere(0.5, sides = 4)
+         stem()",
+    );
+    assert_eq!(model.parts[0].bounds.max[1], 3.5);
+}
+
+#[test]
+fn bounds_hold_what_grows_and_are_found_without_triangles() {
+    let text = "
+part tree(h) within [-h, 0, -h] to [h, 2 * h, h] { cylinder(0.1, h) move(0, h, 0) sphere(random(0.5, 0.9)) }
+for i in 10 move(3 * i, 0, 0) turn(random(0, 360)) tree(random(2, 4))";
+    let program = read(text).unwrap();
+    let settings = Settings::default();
+    let (declared, exact) = (
+        bounds(&program, &settings).unwrap(),
+        grow(&program, &settings).unwrap().parts[0].bounds,
+    );
+    assert_eq!(declared, declared.union(&exact));
+    assert_eq!(
+        complaint("part p() within [-1, 0, -1] to [1, 1, 1] { box(1, 2, 1) } p()"),
+        "test.dcg, line 1, column 6: part `p` reaches beyond what it declares with `within`; widen that"
+    );
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
+    for (text, wanted) in [
+        (
+            "rule branch() {}\n  brnach()",
+            "line 2, column 3: `brnach` is not a rule here; did you mean `branch`?",
+        ),
+        (
+            "box(1, 1, dpth = 1)",
+            "line 1, column 11: `dpth` is not a parameter of this solid here; did you mean `depth`?",
+        ),
+        (
+            "box(1, 1)",
+            "line 1, column 1: `box` needs `depth`; give it, or a default where `box` is defined",
+        ),
+        (
+            "let a = 1\nbox(a, a / (a - 1), a)",
+            "line 2, column 10: division by zero; test the divisor with `if` before",
+        ),
+        (
+            "let a = 1e308 * 10",
+            "line 1, column 15: this result is not a finite number here; keep its operands within range",
+        ),
+        (
+            "rule a() { b() } rule b() { a() } a()",
+            "line 1, column 29: more than 64 levels; stop the recursion earlier, with `if` or `levels`",
+        ),
+        (
+            "part a() { a() } a()",
+            "line 1, column 12: part `a` contains itself with the same parameters; count them down and stop with `if`",
+        ),
+        (
+            "box(1, 1, 1) rule box() {}",
+            "line 1, column 19: `box` is a word of the language; choose another name",
+        ),
+        (
+            "import \"x.dcg\" as x",
+            "line 1, column 19: \"x.dcg\" cannot be imported: there are no other files here",
+        ),
+        (
+            "paint brick box(1, 1, 1) material brik { }",
+            "line 1, column 7: `brick` is not a material here; did you mean `brik`?",
+        ),
+        (
+            "prism([[0, 0], [1, 1], [1, 0], [0, 1]], 1)",
+            "line 1, column 1: this polygon crosses itself or has no area; list its corners in order around it",
+        ),
+        (
+            "for i in 1e9 box(1, 1, 1)",
+            "line 1, column 1: a count is 1000000000; it must be from 0 to 1048576",
+        ),
+        (
+            "box(1, 1, 1",
+            "line 1, column 12: expected `,`, found the end of the file",
+        ),
+        (
+            "box(1, 1, 1) §",
+            "line 1, column 14: `§` means nothing here; comments begin with `//`, colours with `#`",
+        ),
+        (
+            "let a = [1, 2]\nbox(a[2], 1, 1)",
+            "line 2, column 6: there is no item 2: the list has 2, counted from 0",
+        ),
+        (
+            "rule r(a, b) {} r(1, c = 2)",
+            "line 1, column 22: `c` is not a parameter of what is called here; did you mean `a`?",
+        ),
+    ] {
+        let found = complaint(text);
+        assert_eq!(found.strip_prefix("test.dcg, "), Some(wanted), "{text}");
+    }
+}
+
+#[test]
+fn bombs_end_at_their_limits() {
+    for (text, what) in [
+        ("rule a(n) { a(n + 1) a(n + 2) } a(0)", "levels"),
+        ("part a(n) { if n > 0 { a(n - 1) a(n - 1) } } a(40)", "placements"),
+        ("for i in 1e6 for j in 1e6 {}", "steps"),
+        ("for i in 1e6 for j in 1e6 sphere(1, sides = 256)", "triangles"),
+        ("rule a(n, l) { a(n + 1, [l, l]) } a(0, [1])", "numbers in a list"),
+        ("part a(n) {} for i in 1e6 a(i)", "parts"),
+        ("material m(n) {} for i in 1e6 paint m(i) {}", "materials"),
+        ("heights x, z in 1 by 1 steps 4096 by 4096 = 0", "triangles"),
+        (
+            "rule a() { { { { { { { { { { { a() } } } } } } } } } } } a()",
+            "nesting",
+        ),
+        (
+            "function f(x) = -(-(-(-(-(-(-(-(-(-(-f(x)))))))))))\nlet a = f(1)",
+            "nesting",
+        ),
+        (
+            "part a(n) { move(0, 1, 0) turn(1) scale(1) paint m(n) { if n { for i in 1 a(n - 1) } } } material m(n) {} a(99)",
+            "nesting",
+        ),
+    ] {
+        let found = complaint(text);
+        assert!(found.contains(what), "{text}: {found}");
+    }
+    let deep = format!("let a = {}1{}", "(".repeat(5000), ")".repeat(5000));
+    assert!(complaint(&deep).contains("nesting"));
+}

@@ -1,0 +1,77 @@
+//! What can be computed with? Numbers, and lists of them.
+
+use std::sync::Arc;
+
+use super::random::{step, step_number};
+
+/// A number or a list. Lists are shared, never changed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// Finite.
+    Number(f64),
+    /// Items, and how many numbers and lists they are with all that is inside of them.
+    List(Arc<[Value]>, usize),
+}
+
+impl Value {
+    /// A list of these.
+    #[must_use]
+    pub fn list(items: Vec<Self>) -> Self {
+        let size = items.iter().map(Self::size).fold(0, usize::saturating_add);
+        Self::List(items.into(), size)
+    }
+
+    /// A list of numbers.
+    pub(super) fn numbers(numbers: impl IntoIterator<Item = f64>) -> Self {
+        Self::list(numbers.into_iter().map(Self::Number).collect())
+    }
+
+    /// Numbers and lists in it, itself included.
+    pub(super) fn size(&self) -> usize {
+        match self {
+            Self::Number(_) => 1,
+            Self::List(_, size) => size.saturating_add(1),
+        }
+    }
+
+    /// The same value as JSON says it: a number, or an array of values; `None` for anything else.
+    #[must_use]
+    pub fn from_json(json: &serde_json::Value) -> Option<Self> {
+        match json {
+            serde_json::Value::Array(items) => items.iter().map(Self::from_json).collect::<Option<_>>().map(Self::list),
+            _ => json.as_f64().filter(|number| number.is_finite()).map(Self::Number),
+        }
+    }
+
+    /// As JSON.
+    #[must_use]
+    pub fn to_json(&self) -> serde_json::Value {
+        match self {
+            Self::Number(number) => serde_json::json!(number),
+            Self::List(items, _) => items.iter().map(Self::to_json).collect(),
+        }
+    }
+
+    /// Adds the bits by which values are told apart.
+    pub(super) fn key(&self, key: &mut Vec<u64>) {
+        match self {
+            // Adding 0 turns −0 into 0.
+            Self::Number(number) => key.push((number + 0.0).to_bits()),
+            Self::List(items, _) => {
+                // No finite number has these bits.
+                key.push(u64::MAX - items.len() as u64);
+                items.iter().for_each(|item| item.key(key));
+            }
+        }
+    }
+
+    /// The path after this value.
+    pub(super) fn step(&self, path: u32) -> u32 {
+        match self {
+            Self::Number(number) => step_number(path, number + 0.0),
+            Self::List(items, _) => items
+                .iter()
+                .fold(step(path, items.len() as u32), |path, item| item.step(path)),
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! Do the same rules give the same bits every day, and in TypeScript? `tests/golden/procedural` holds rules, the settings
+//! with which each is grown (`cases.json`) and what they give (`grown.json`), and wrong rules with what is said of them
+//! (`mistakes.json`). `viewer/core/procedural/golden.test.ts` reads the same files. `make bless` writes the two last ones.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use belvedere_scene::procedural::{
+    Grown, Loader, Mesh, NoImports, Program, Settings, Surface, Value, affine::Affine, grow,
+};
+use serde_json::{Value as Json, json};
+use sha2::{Digest, Sha256};
+
+/// Wrong in one way each.
+const MISTAKES: [&str; 45] = [
+    "rule branch() {}\n  brnach()",
+    "box(1, 1, dpth = 1)",
+    "box(1, 1)",
+    "box(1, 1, 1, 1)",
+    "box(width = 1, 1, 1)",
+    "box(1, height = 1, height = 2)",
+    "let a = 1\nbox(a, a / (a - 1), a)",
+    "let a = 1e308 * 10",
+    "rule a() { b() } rule b() { a() } a()",
+    "part a() { a() } a()",
+    "part a() levels 3 { a() }",
+    "box(1, 1, 1) rule box() {}",
+    "rule a() {} rule b() {}\nlet a = 1",
+    "import \"x.dcg\" as x",
+    "paint brick box(1, 1, 1) material brik { }",
+    "material m { color = #fff }",
+    "material m { colour = 3 } paint m box(1, 1, 1)",
+    "material m { roughness = 2 } paint m box(1, 1, 1)",
+    "prism([[0, 0], [1, 1], [1, 0], [0, 1]], 1)",
+    "prism([[0, 0], [1, 1]], 1)",
+    "for i in 1e9 box(1, 1, 1)",
+    "for a, b in [1, 2] box(1, 1, 1)",
+    "box(1, 1, 1",
+    "box(1, 1, 1) §",
+    "box(1, 1, 1) // fine\n\"no end",
+    "let a = 1.2.3",
+    "let a = #12345",
+    "let a = [1, 2]\nbox(a[2], 1, 1)",
+    "let a = 3\nbox(a[0], 1, 1)",
+    "let a = [1]\nbox(a, 1, 1)",
+    "let a = b let b = 1",
+    "function f(x) = x + y",
+    "function f(x) = sqrt(x) let a = f(-1)",
+    "rule r(a, b) {} r(1, c = 2)",
+    "rule r(a, b) {} r(1)",
+    "rule r(a, a) {}",
+    "scale(0) box(1, 1, 1)",
+    "turn(1, 2) box(1, 1, 1)",
+    "let a = mix([1], [1, 2], 0.5)",
+    "let a = random(1)",
+    "let a = 1 + if 1 then 2 else 3",
+    "box(1, 1, 1) 5",
+    "move(1.25e95, 0, -3e-9) box(1, 1, 1)",
+    "let a = [1][-1e-9]",
+    "part p() within [-1, 0, -1] to [1, 1, 1] { turn(30) move(0.5, 0, 0) cone(0.6, 1) }\np()",
+];
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/procedural")
+}
+
+struct Beside(PathBuf);
+
+impl Loader for Beside {
+    fn load(&self, path: &str) -> Result<String, String> {
+        fs::read_to_string(self.0.join(path)).map_err(|cause| cause.to_string())
+    }
+}
+
+fn grown(case: &Json) -> Grown {
+    let path = folder().join(format!("{}.dcg", case["file"].as_str().unwrap()));
+    let text = fs::read_to_string(&path).unwrap();
+    let name = path.file_name().unwrap().to_str().unwrap();
+    let program = Program::read(name, text, &Beside(path.parent().unwrap().to_owned())).unwrap();
+    let parameters = case["parameters"].as_object().into_iter().flatten();
+    let settings = Settings {
+        seed: case["seed"].as_u64().unwrap_or(0) as u32,
+        detail: case["detail"].as_u64().unwrap_or(4) as u32,
+        parameters: parameters
+            .map(|(name, value)| (name.clone(), Value::from_json(value).unwrap()))
+            .collect(),
+        ..Settings::default()
+    };
+    grow(&program, &settings).unwrap()
+}
+
+/// Everything that was grown, as little-endian bytes in order.
+fn hash(grown: &Grown) -> String {
+    let mut sum = Sha256::new();
+    let count = |sum: &mut Sha256, count: usize| sum.update((count as u32).to_le_bytes());
+    let frame = |sum: &mut Sha256, frame: &Affine| frame.columns().iter().for_each(|v| sum.update(v.to_le_bytes()));
+    for part in &grown.parts {
+        sum.update(part.name.as_bytes());
+        count(&mut sum, part.meshes.len());
+        for Mesh {
+            material,
+            positions,
+            normals,
+            indices,
+        } in &part.meshes
+        {
+            count(&mut sum, *material);
+            count(&mut sum, positions.len());
+            count(&mut sum, indices.len());
+            positions
+                .iter()
+                .chain(normals)
+                .flatten()
+                .for_each(|v| sum.update(v.to_le_bytes()));
+            indices.iter().for_each(|i| sum.update(i.to_le_bytes()));
+        }
+        count(&mut sum, part.placements.len());
+        for placement in &part.placements {
+            count(&mut sum, placement.part);
+            frame(&mut sum, &placement.frame);
+        }
+        for (name, place) in part.viewpoints.iter().chain(&part.models) {
+            sum.update(name.as_bytes());
+            frame(&mut sum, place);
+        }
+    }
+    for instance in grown.instances() {
+        sum.update(instance.name.as_bytes());
+        frame(&mut sum, &instance.world_from_part);
+    }
+    for surface in &grown.materials {
+        sum.update(surface.name.as_bytes());
+        let shares = [
+            surface.roughness,
+            surface.metallic,
+            surface.opacity,
+            f64::from(surface.double_sided),
+        ];
+        let numbers = surface.colour.iter().chain(&surface.emissive).chain(&shares);
+        numbers.for_each(|v| sum.update(v.to_le_bytes()));
+    }
+    sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Everything that a part looks like: its meshes, with their materials spelt out.
+fn looks(grown: &Grown, part: usize) -> Vec<(Mesh, Surface)> {
+    let meshes = grown.parts[part].meshes.iter();
+    let looks = meshes.map(|mesh| {
+        (
+            Mesh {
+                material: 0,
+                ..mesh.clone()
+            },
+            grown.materials[mesh.material].clone(),
+        )
+    });
+    looks.collect()
+}
+
+/// Compares with a golden file, or writes it when blessing.
+fn check(name: &str, found: &Json) {
+    let path = folder().join(name);
+    let text = format!("{found:#}\n");
+    if std::env::var_os("BELVEDERE_BLESS").is_some() {
+        fs::write(&path, &text).unwrap();
+    }
+    let golden = fs::read_to_string(&path).unwrap();
+    assert_eq!(golden, text, "{name} differs; if that is meant, `make bless`");
+}
+
+#[test]
+fn what_grows_is_what_grew_before() {
+    let cases: Vec<Json> = serde_json::from_slice(&fs::read(folder().join("cases.json")).unwrap()).unwrap();
+    let found = cases.iter().map(|case| {
+        let grown = grown(case);
+        let usage = grown.usage;
+        json!({
+            "case": case,
+            "hash": hash(&grown),
+            "triangles": usage.triangles,
+            "steps": usage.steps,
+            "levels": usage.levels,
+            "nesting": usage.nesting,
+            "parts": usage.parts,
+            "placements": usage.placements,
+            "materials": usage.materials,
+            "bounds": grown.parts[0].bounds,
+        })
+    });
+    check("grown.json", &found.collect());
+}
+
+#[test]
+fn parts_that_can_be_made_alone_are_the_same_alone() {
+    let town = json!({"file": "../../../content/town", "seed": 3, "parameters": {"reach": 2}});
+    let town_parts = grown(&town).parts;
+    let drawn = town_parts
+        .iter()
+        .filter(|part| !part.meshes.is_empty() && !part.is_called);
+    let alone = town_parts.iter().filter(|part| part.recipe.is_some());
+    assert!(alone.count() > drawn.count() * 3 / 4);
+    for case in [&town, &json!({"file": "modules", "seed": 5})] {
+        let whole = grown(case);
+        let settings = Settings {
+            seed: case["seed"].as_u64().unwrap() as u32,
+            ..Settings::default()
+        };
+        let folder = folder()
+            .join(case["file"].as_str().unwrap())
+            .parent()
+            .unwrap()
+            .to_owned();
+        let mut alone = 0;
+        for (index, part) in whole.parts.iter().enumerate() {
+            let Some(recipe) = &part.recipe else { continue };
+            let program = Program::read("alone", recipe.text(), &Beside(folder.clone())).unwrap();
+            let again = grow(&program, &settings).unwrap();
+            assert_eq!(looks(&again, 1), looks(&whole, index), "{}", recipe.text());
+            alone += 1;
+        }
+        assert!(alone > 2, "{alone} parts");
+    }
+}
+
+#[test]
+fn mistakes_are_called_what_they_were_called_before() {
+    let said = MISTAKES.iter().map(|text| {
+        let program = Program::read("test.dcg", (*text).to_owned(), &NoImports);
+        let error = program
+            .and_then(|program| grow(&program, &Settings::default()))
+            .unwrap_err();
+        json!({"text": text, "said": error.to_string()})
+    });
+    check("mistakes.json", &said.collect());
+}

@@ -1,0 +1,151 @@
+//! `belvedere grow FILE.dcg -o OUT.glb`: what grows out of rules, as a plain GLB, and what it took.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::PathBuf,
+    time::{Duration, Instant},
+};
+
+use anyhow::Context;
+use belvedere_bake::{
+    glb::write_whole,
+    import::{
+        Limits,
+        procedural::{Ground, Growth, plant},
+    },
+    progress::Silent,
+};
+use belvedere_scene::{
+    Bounds,
+    procedural::{Settings, Value, limits::FINEST},
+};
+use serde::Serialize;
+
+use super::output::{bytes, print, print_json};
+use crate::publish::source_files::SourceFolder;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A file of rules (.dcg)
+    file: PathBuf,
+    /// Where to write the model, as a plain GLB; without it only the report is printed
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// A parameter of the rules: `--set height=12`; a list as in JSON: `--set 'footprint=[[0,0],[8,0],[8,6]]'`
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
+    set: Vec<(String, Value)>,
+    /// Where random numbers come from
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+    /// The level of detail, from 0 (coarsest) to 4 (finest)
+    #[arg(long, default_value_t = FINEST, value_parser = clap::value_parser!(u32).range(0..=i64::from(FINEST)))]
+    detail: u32,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What grew, and what it took.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    /// Bytes of the rules, imported files included.
+    rule_bytes: usize,
+    /// The same geometry at 12 bytes for each vertex and 6 for each triangle.
+    explicit_bytes: u64,
+    parts: usize,
+    objects: usize,
+    /// Those of every object, and those that are stored.
+    triangles: u64,
+    own_triangles: u64,
+    bounds: Bounds,
+    parameters: Vec<String>,
+    /// For each limit what was used and what may be used.
+    limits: BTreeMap<&'static str, [u64; 2]>,
+    seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bytes: Option<usize>,
+}
+
+pub(super) fn run(args: Args) -> anyhow::Result<()> {
+    let read = fs::read(&args.file).with_context(|| format!("cannot read {}", args.file.display()))?;
+    let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+    let settings = Settings {
+        seed: args.seed,
+        detail: args.detail,
+        parameters: args.set.into_iter().collect(),
+        ..Settings::default()
+    };
+    let started = Instant::now();
+    let ground = Ground {
+        files: &SourceFolder::beside(&args.file),
+        limits: &Limits::default(),
+        progress: &Silent,
+    };
+    let growth = plant(&name, read, &settings, ground).with_context(|| format!("cannot grow {name}"))?;
+    let mut report = Report::of(&growth, &settings, started.elapsed());
+    if let Some(output) = &args.output {
+        let glb = write_whole(&growth.scene);
+        fs::write(output, &glb).with_context(|| format!("cannot write {}", output.display()))?;
+        report.bytes = Some(glb.len());
+    }
+    if args.json {
+        return print_json(&report);
+    }
+    print(&report.sentences(&name))
+}
+
+impl Report {
+    /// The report of what grew in this time.
+    pub(super) fn of(growth: &Growth, settings: &Settings, time: Duration) -> Self {
+        let Growth {
+            program, grown, scene, ..
+        } = growth;
+        let usage = grown.usage.of(&settings.limits);
+        Self {
+            rule_bytes: program.files().map(|(_, text)| text.len()).sum(),
+            explicit_bytes: grown.explicit_bytes(),
+            parts: scene.models.len(),
+            objects: scene.objects.len(),
+            triangles: grown.triangles(),
+            own_triangles: grown.usage.triangles,
+            bounds: grown.parts[0].bounds,
+            parameters: program.parameters().map(str::to_owned).collect(),
+            limits: usage.map(|(name, used, limit)| (name, [used, limit])).into(),
+            seconds: time.as_secs_f64(),
+            bytes: None,
+        }
+    }
+
+    /// The report for a person.
+    pub(super) fn sentences(&self, name: &str) -> String {
+        let limit = |(what, [used, limit]): (&&str, &[u64; 2])| format!("{used} of {limit} {what}");
+        let size = self.bounds.size_m();
+        let mut lines = vec![
+            format!(
+                "{name}: {} of rules for {} of geometry (12 B a vertex, 6 B a triangle)",
+                bytes(self.rule_bytes as u64),
+                bytes(self.explicit_bytes)
+            ),
+            format!(
+                "  {} triangles in {} objects of {} parts, {:.1} × {:.1} × {:.1} m, in {:.3} s",
+                self.triangles, self.objects, self.parts, size[0], size[1], size[2], self.seconds
+            ),
+            format!(
+                "  used {}",
+                self.limits.iter().map(limit).collect::<Vec<_>>().join(", ")
+            ),
+        ];
+        if !self.parameters.is_empty() {
+            lines.push(format!("  parameters: {}", self.parameters.join(", ")));
+        }
+        lines.join("\n")
+    }
+}
+
+fn parameter(text: &str) -> Result<(String, Value), String> {
+    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
+    let json = serde_json::from_str(value).map_err(|_| format!("`{value}` is neither a number nor a list"))?;
+    let value = Value::from_json(&json).ok_or_else(|| format!("`{value}` is neither a number nor a list of them"))?;
+    Ok((name.trim().to_owned(), value))
+}

@@ -1,0 +1,97 @@
+//! What is in a source file, before it is baked?
+
+use std::{path::Path, time::Instant};
+
+use anyhow::Context;
+use belvedere_bake::{
+    defect::Defect,
+    import::{
+        self, Imported, Limits,
+        procedural::{Ground, Growth, plant},
+    },
+    progress::Silent,
+};
+use belvedere_scene::procedural::Settings;
+use serde::Serialize;
+
+use super::super::{
+    grow,
+    output::{bytes, print, print_json},
+};
+use crate::publish::source_files::SourceFolder;
+
+/// What a source file holds, before anything is baked.
+#[derive(Debug, Serialize)]
+struct FileReport {
+    objects: usize,
+    models: usize,
+    triangles: usize,
+    materials: usize,
+    textures: usize,
+    image_bytes: usize,
+    viewpoints: usize,
+    defects: Vec<Defect>,
+    /// What growing it took, when it is a file of rules.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    growth: Option<grow::Report>,
+}
+
+pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
+    let bytes_read = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let ground = Ground {
+        files: &SourceFolder::beside(file),
+        limits: &Limits::default(),
+        progress: &Silent,
+    };
+    let (imported, growth) = if name.ends_with(".dcg") {
+        let settings = Settings::default();
+        let started = Instant::now();
+        let growth = plant(&name, bytes_read, &settings, ground).with_context(|| format!("cannot grow {name}"))?;
+        let report = grow::Report::of(&growth, &settings, started.elapsed());
+        let Growth { scene, defects, .. } = growth;
+        (Imported { scene, defects }, Some(report))
+    } else {
+        let imported = import::import(&name, bytes_read, ground.files, ground.limits, ground.progress);
+        (imported.with_context(|| format!("cannot import {name}"))?, None)
+    };
+    let scene = &imported.scene;
+    let report = FileReport {
+        objects: scene.objects.len(),
+        models: scene.models.len(),
+        triangles: scene
+            .objects
+            .iter()
+            .map(|o| scene.models[o.model].triangle_count())
+            .sum(),
+        materials: scene.materials.len(),
+        textures: scene.textures.len(),
+        image_bytes: scene.images.iter().map(|i| i.bytes.len()).sum(),
+        viewpoints: scene.viewpoints.len(),
+        defects: imported.defects.iter().collect(),
+        growth,
+    };
+    if json {
+        return print_json(&report);
+    }
+    print(&format!(
+        "{name}: {} objects of {} models, {} triangles drawn, {} materials, {} textures ({}), {} viewpoints",
+        report.objects,
+        report.models,
+        report.triangles,
+        report.materials,
+        report.textures,
+        bytes(report.image_bytes as u64),
+        report.viewpoints,
+    ))?;
+    if let Some(growth) = &report.growth {
+        print(&growth.sentences(&name))?;
+    }
+    for defect in &report.defects {
+        print(&format!(
+            "  {} × {} (first: {})",
+            defect.count, defect.kind, defect.first
+        ))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! What grows out of rules: as a file, as a scene, and on a client that knows the language.
+
+use belvedere_scene::{
+    BlobName,
+    procedural::{Loader, Program, Settings, grow},
+};
+use serde_json::Value;
+
+use crate::program::Data;
+
+const HUT: &str = "
+import \"post.dcg\" as post
+parameter size = 4 from 2 to 9
+material wall { colour = #d8c39a }
+part hut(size, floors) { paint wall box(size, 3 * floors, size) move(0, 3 * floors, 0) cone(size, 2, sides = 4) }
+for i in 3 move(12 * i, 0, 0) { hut(size, 1 + mod(i, 2)) move(6, 0, 0) post() }
+move(0, 1.7, 14) viewpoint \"Huts\"
+";
+const POST: &str = "parameter height = 2\ncylinder(0.1, height)";
+
+fn files(data: &Data) -> String {
+    data.write("post.dcg", POST);
+    let file = data.write("huts.dcg", HUT);
+    file.to_str().expect("a path in UTF-8").to_owned()
+}
+
+#[test]
+fn grow_writes_a_glb_and_says_what_it_took() {
+    let data = Data::new();
+    let file = files(&data);
+    let out = data.folder("huts.glb");
+    let out = out.to_str().expect("UTF-8");
+    let args = ["grow", &file, "-o", out, "--set", "size=5", "--seed", "7", "--json"];
+    let report: Value = serde_json::from_str(&data.ok(&args)).expect("JSON");
+    assert_eq!((&report["objects"], &report["parts"]), (&6.into(), &3.into()));
+    assert_eq!(report["limits"]["levels"], serde_json::json!([1, 64]));
+    let glb = gltf::Gltf::open(out).expect("a valid GLB");
+    assert_eq!((glb.nodes().count(), glb.meshes().count()), (6, 3));
+    assert!(data.ok(&["grow", &file]).contains("used 1 of 64 levels"));
+    assert!(data.ok(&["inspect", &file]).contains("6 objects of 3 models"));
+    for (argument, wanted) in [
+        ("size=99", "`size` is 99; it must be from 2 to 9"),
+        ("sise=3", "did you mean `size`?"),
+    ] {
+        let error = data.fails(&["grow", &file, "--set", argument]);
+        assert!(error.contains(wanted), "{error}");
+    }
+}
+
+/// Rules by the names that an object info gives them.
+struct Published(Vec<(String, String)>);
+
+impl Loader for Published {
+    fn load(&self, path: &str) -> Result<String, String> {
+        let found = self.0.iter().find(|(name, _)| name == path);
+        found
+            .map(|(_, text)| text.clone())
+            .ok_or_else(|| "not published".to_owned())
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_client_grows_what_others_download() {
+    let data = Data::new();
+    files(&data);
+    data.bake(&data.folder("huts.dcg"), "huts");
+    let server = data.serve();
+    let scene = server
+        .client()
+        .open(&"huts".parse().expect("a name"))
+        .await
+        .expect("a scene");
+    let mut rules = std::collections::BTreeSet::<BlobName>::new();
+    for number in 0..6 {
+        let info = scene
+            .object(belvedere_scene::ObjectId(number))
+            .await
+            .expect("an object");
+        let procedural = info.procedural.expect("it has grown from rules");
+        rules.insert(procedural.rules.clone());
+        let mut texts = vec![("rules".to_owned(), procedural.rules)];
+        texts.extend(procedural.imports);
+        let mut loader = Published(Vec::new());
+        for (name, blob) in texts {
+            let bytes = scene.blob(&blob).await.expect("the rules are there");
+            loader.0.push((name, String::from_utf8(bytes.to_vec()).expect("text")));
+        }
+        let parameters = procedural
+            .parameters
+            .iter()
+            .map(|(name, value)| format!("{name} = {value}"));
+        let parameters: Vec<String> = parameters.collect();
+        let part = procedural.part.map_or(String::new(), |part| format!(".{part}"));
+        let text = format!("import \"rules\" as rules rules{part}({})", parameters.join(", "));
+        let program = Program::read("model", text, &loader).expect("sound rules");
+        let grown = grow(&program, &Settings::default()).expect("they grow");
+        let triangles: usize = grown.parts[1].meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
+        assert_eq!(triangles as u64, info.levels[0].triangles, "{}", info.source_node);
+    }
+    assert_eq!(rules.len(), 2, "one object of rules for each file");
+}

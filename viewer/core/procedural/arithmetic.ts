@@ -1,0 +1,87 @@
+/**
+ * How is the same angle the same everywhere? Functions made of + − × ÷, square roots and rounding down only, with the
+ * same steps in the same order as `crates/scene/src/procedural/arithmetic.rs`. `Math.sin` and its like differ from
+ * machine to machine in their last bits and are not used. Angles are in degrees.
+ */
+
+const RADIANS = 0.017_453_292_519_943_295;
+
+/** Sine and cosine of an angle in degrees; multiples of 90 are exact. */
+export function sinCos(degrees: number): [number, number] {
+  const turned = degrees - 360 * Math.floor(degrees / 360);
+  const quarter = Math.floor(turned / 90 + 0.5);
+  const [sin, cos] = nearZero((turned - 90 * quarter) * RADIANS);
+  switch (quarter & 3) {
+    case 0:
+      return [sin, cos];
+    case 1:
+      return [cos, -sin];
+    case 2:
+      return [-sin, -cos];
+    default:
+      return [-cos, sin];
+  }
+}
+
+/** Taylor's series within an eighth of a turn. */
+function nearZero(x: number): [number, number] {
+  const z = x * x;
+  let sin = 1;
+  let cos = 1;
+  for (let k = 8; k >= 1; k -= 1) {
+    sin = 1 - (sin * z) / (2 * k * (2 * k + 1));
+    cos = 1 - (cos * z) / (2 * k * (2 * k - 1));
+  }
+  return [x * sin, cos];
+}
+
+/** The angle of the direction (x, y) in degrees, from −180 to 180; 0 for no direction. */
+export function atan2(y: number, x: number): number {
+  const across = Math.abs(y);
+  const along = Math.abs(x);
+  if (across === 0 && along === 0) return 0;
+  const acute = across <= along ? arc(across / along) : 90 - arc(along / across);
+  const upper = x < 0 ? 180 - acute : acute;
+  return y < 0 ? -upper : upper;
+}
+
+/** Arc tangent from 0 to 1: halved three times, then the series. */
+function arc(tangent: number): number {
+  let t = tangent;
+  for (let i = 0; i < 3; i += 1) t /= 1 + Math.sqrt(1 + t * t);
+  const z = t * t;
+  let sum = 0;
+  for (let k = 17; k >= 1; k -= 2) sum = 1 / k - z * sum;
+  return (8 * t * sum) / RADIANS;
+}
+
+/** A whole power, by squaring. */
+export function power(base: number, exponent: number): number {
+  let result = 1;
+  let square = base;
+  for (let left = Math.abs(exponent); left > 0; left >>>= 1) {
+    if (left & 1) result *= square;
+    square *= square;
+  }
+  return exponent < 0 ? 1 / result : result;
+}
+
+/** Linear light of an sRGB channel (IEC 61966-2-1), to four decimals. */
+export function linearLight(channel: number): number {
+  let linear = channel / 12.92;
+  if (channel > 0.04045) {
+    const base = (channel + 0.055) / 1.055;
+    linear = base * base * fifthRoot(base * base);
+  }
+  return Math.floor(linear * 1e4 + 0.5) / 1e4;
+}
+
+/** By Newton's method from above. */
+function fifthRoot(x: number): number {
+  let root = 1;
+  for (let i = 0; i < 24; i += 1) {
+    const fourth = root * root * root * root;
+    root -= (root * fourth - x) / (5 * fourth);
+  }
+  return root;
+}

@@ -1,0 +1,270 @@
+/** What is the value of an expression? As `crates/scene/src/procedural/evaluator/expression.rs`. */
+import { atan2, power, sinCos } from "../arithmetic.ts";
+import { DIVISION_BY_ZERO, outOfRange, shown } from "../error.ts";
+import { MAX_LIST, reached } from "../limits.ts";
+import { fraction, noise, step } from "../random.ts";
+import type { At, BuiltIn, Expr, Operator } from "../syntax.ts";
+import { type List, listOf, sizeOf, type Value } from "../value.ts";
+import { type Scope, State } from "./state.ts";
+
+const MAX_NOISE = 1e9;
+const MAX_OCTAVES = 16;
+
+type Kind<K extends Expr["kind"]> = Extract<Expr, { kind: K }>;
+
+export abstract class Expressions extends State {
+  /** The value of a function of the file. */
+  protected abstract apply(scope: Scope, call: number): Value;
+
+  protected value(scope: Scope, at: At, expr: Expr): Value {
+    this.descend(scope, at);
+    const value = this.anyValue(scope, at, expr);
+    this.ascend();
+    return value;
+  }
+
+  private anyValue(scope: Scope, at: At, expr: Expr): Value {
+    switch (expr.kind) {
+      case "local":
+        return this.local(scope, expr.slot);
+      case "global":
+        return this.global(scope, expr.use);
+      case "colour":
+        return listOf(expr.channels);
+      case "list":
+        return this.limited(
+          scope,
+          expr.at,
+          expr.items.map((item) => this.value(scope, expr.at, item)),
+        );
+      case "item":
+        return this.item(scope, expr);
+      case "if":
+        return this.value(scope, at, this.condition(scope, at, expr.condition) ? expr.yes : expr.no);
+      case "call":
+        return this.apply(scope, expr.call);
+      case "builtin":
+        return expr.name === "mix" ? this.mix(scope, expr) : this.builtIn(scope, expr);
+      default:
+        return this.computed(scope, at, expr);
+    }
+  }
+
+  /** A value that must be a number; `what` it is for. */
+  protected number(scope: Scope, at: At, expr: Expr, what: string): number {
+    switch (expr.kind) {
+      case "number":
+        return expr.value;
+      case "binary":
+      case "minus":
+      case "detail":
+      case "level": {
+        this.descend(scope, at);
+        const number = this.computed(scope, at, expr);
+        this.ascend();
+        return number;
+      }
+    }
+    const value = expr.kind === "local" ? this.local(scope, expr.slot) : this.value(scope, at, expr);
+    if (typeof value !== "number") {
+      throw this.error(scope.module, at, `${what} must be a number, and this is a list`);
+    }
+    return value;
+  }
+
+  protected condition(scope: Scope, at: At, expr: Expr): boolean {
+    return this.number(scope, at, expr, "a condition") !== 0;
+  }
+
+  /** A number within a range. */
+  protected ranged(scope: Scope, at: At, expr: Expr, what: string, min: number, max: number): number {
+    return this.within(scope, at, this.number(scope, at, expr, what), what, min, max);
+  }
+
+  protected within(scope: Scope, at: At, value: number, what: string, min: number, max: number): number {
+    if (min <= value && value <= max) return value;
+    throw this.error(scope.module, at, outOfRange(what, value, min, max));
+  }
+
+  protected list(scope: Scope, at: At, expr: Expr, what: string): List {
+    const value = this.value(scope, at, expr);
+    if (typeof value === "number") {
+      throw this.error(scope.module, at, `${what} must be a list, and this is a number`);
+    }
+    return value;
+  }
+
+  private limited(scope: Scope, at: At, items: Value[]): List {
+    const list = listOf(items);
+    if (sizeOf(list) > MAX_LIST) throw this.error(scope.module, at, reached("numbers in a list", MAX_LIST));
+    return list;
+  }
+
+  private global(scope: Scope, index: number): Value {
+    const use = this.module(scope.module).uses[index];
+    const value = this.instances[scope.instance]?.[use?.slot ?? 0];
+    if (value === undefined) {
+      throw this.error(scope.module, use?.at ?? 0, `\`${use?.name}\` is not computed yet; move its \`let\` up`);
+    }
+    return value;
+  }
+
+  private item(scope: Scope, { at, of, index }: Kind<"item">): Value {
+    const { items } = this.list(scope, at, of, "what has items");
+    const number = this.number(scope, at, index, "the number of an item");
+    const item = items[Math.floor(number)];
+    if (item !== undefined) return item;
+    throw this.error(
+      scope.module,
+      at,
+      `there is no item ${shown(number)}: the list has ${items.length}, counted from 0`,
+    );
+  }
+
+  /** Numbers that are made of numbers. */
+  private computed(scope: Scope, at: At, expr: Expr): number {
+    switch (expr.kind) {
+      case "number":
+        return expr.value;
+      case "detail":
+        return this.detail;
+      case "level":
+        return scope.level;
+      case "minus":
+        return -this.number(scope, at, expr.of, "what follows `-`");
+      case "not":
+        return this.condition(scope, at, expr.of) ? 0 : 1;
+      case "and":
+        return this.condition(scope, at, expr.left) && this.condition(scope, at, expr.right) ? 1 : 0;
+      case "or":
+        return this.condition(scope, at, expr.left) || this.condition(scope, at, expr.right) ? 1 : 0;
+      case "binary": {
+        const left = this.number(scope, expr.at, expr.left, "what is computed with");
+        const right = this.number(scope, expr.at, expr.right, "what is computed with");
+        return this.binary(scope, expr.at, expr.operator, left, right);
+      }
+      default:
+        throw new Error(`a ${expr.kind} may be a list`);
+    }
+  }
+
+  private binary(scope: Scope, at: At, operator: Operator, a: number, b: number): number {
+    switch (operator) {
+      case "+":
+        return this.finite(scope, at, a + b);
+      case "-":
+        return this.finite(scope, at, a - b);
+      case "*":
+        return this.finite(scope, at, a * b);
+      case "/":
+        if (b === 0) throw this.error(scope.module, at, DIVISION_BY_ZERO);
+        return this.finite(scope, at, a / b);
+      case "==":
+        return a === b ? 1 : 0;
+      case "!=":
+        return a === b ? 0 : 1;
+      case "<":
+        return a < b ? 1 : 0;
+      case "<=":
+        return a <= b ? 1 : 0;
+      case ">":
+        return a > b ? 1 : 0;
+      case ">=":
+        return a >= b ? 1 : 0;
+    }
+  }
+
+  private finite(scope: Scope, at: At, number: number): number {
+    if (Number.isFinite(number)) return number;
+    const wayOut = "keep its operands within range";
+    throw this.error(scope.module, at, `this result is not a finite number here; ${wayOut}`);
+  }
+
+  private builtIn(scope: Scope, { at, name, site, args }: Kind<"builtin">): number {
+    if (name === "count") return this.list(scope, at, args[0] as Expr, "what is counted").items.length;
+    const a = this.operand(scope, at, args[0]);
+    const b = this.operand(scope, at, args[1]);
+    const c = this.operand(scope, at, args[2]);
+    if (name !== "random") return this.finite(scope, at, this.applied(scope, at, name, a, b, c));
+    const part = fraction(step(scope.path, site));
+    return args.length === 0 ? part : this.finite(scope, at, a + (b - a) * part);
+  }
+
+  private operand(scope: Scope, at: At, expr: Expr | undefined): number {
+    return expr ? this.number(scope, at, expr, "an argument of this function") : 0;
+  }
+
+  private applied(scope: Scope, at: At, name: BuiltIn, a: number, b: number, c: number): number {
+    switch (name) {
+      case "abs":
+        return Math.abs(a);
+      case "atan2":
+        return atan2(a, b);
+      case "ceil":
+        return -Math.floor(-a);
+      case "clamp":
+        return a < b ? b : a > c ? c : a;
+      case "cos":
+        return sinCos(a)[1];
+      case "floor":
+        return Math.floor(a);
+      case "max":
+        return a > b ? a : b;
+      case "min":
+        return a < b ? a : b;
+      case "mod":
+        if (b === 0) throw this.error(scope.module, at, DIVISION_BY_ZERO);
+        return a - b * Math.floor(a / b);
+      case "noise":
+        return this.fractal(scope, at, a, b, 1);
+      case "fractal":
+        return this.fractal(scope, at, a, b, c);
+      case "power":
+        return power(a, Math.floor(this.within(scope, at, b, "a power", -64, 64)));
+      case "round":
+        return Math.floor(a + 0.5);
+      case "sin":
+        return sinCos(a)[0];
+      case "sqrt":
+        if (a < 0) throw this.error(scope.module, at, "what a root is taken of must be 0 or more");
+        return Math.sqrt(a);
+      case "count":
+      case "mix":
+      case "random":
+        throw new Error(`${name} is not made of its arguments alone`);
+    }
+  }
+
+  /** Octaves of noise, each half as high and half as wide as the one before. */
+  private fractal(scope: Scope, at: At, x: number, z: number, octaves: number): number {
+    const count = Math.floor(this.within(scope, at, octaves, "octaves", 1, MAX_OCTAVES));
+    this.count(scope, at, count);
+    let [u, v, weight, sum] = [x, z, 1, 0];
+    for (let octave = 0; octave < count; octave += 1) {
+      this.within(scope, at, Math.abs(u), "a coordinate of noise", 0, MAX_NOISE);
+      this.within(scope, at, Math.abs(v), "a coordinate of noise", 0, MAX_NOISE);
+      sum += weight * noise((this.seed + octave) | 0, u, v);
+      u *= 2;
+      v *= 2;
+      weight *= 0.5;
+    }
+    return sum;
+  }
+
+  /** Between two numbers, or item by item between two lists. */
+  private mix(scope: Scope, { at, args }: Kind<"builtin">): Value {
+    const from = this.value(scope, at, args[0] as Expr);
+    const to = this.value(scope, at, args[1] as Expr);
+    const part = this.number(scope, at, args[2] as Expr, "the third argument of `mix`");
+    this.count(scope, at, sizeOf(from));
+    return this.mixed(scope, at, from, to, part);
+  }
+
+  private mixed(scope: Scope, at: At, from: Value, to: Value, part: number): Value {
+    if (typeof from === "number" && typeof to === "number") return this.finite(scope, at, from + (to - from) * part);
+    if (typeof from !== "number" && typeof to !== "number" && from.items.length === to.items.length) {
+      return listOf(from.items.map((item, i) => this.mixed(scope, at, item, to.items[i] as Value, part)));
+    }
+    throw this.error(scope.module, at, "what is mixed must be two numbers, or two lists of the same shape");
+  }
+}

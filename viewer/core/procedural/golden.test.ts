@@ -1,0 +1,147 @@
+import { createHash } from "node:crypto";
+import { readFileSync } from "node:fs";
+import { basename, dirname, join } from "node:path";
+import { describe, expect, it } from "vitest";
+import { type Affine, columns } from "./affine.ts";
+import type { Bounds } from "./bounds.ts";
+import { DcgError } from "./error.ts";
+import { grow } from "./evaluator/index.ts";
+import { type Grown, instancesOf } from "./grown.ts";
+import { LIMITS } from "./limits.ts";
+import { readProgram } from "./link.ts";
+import { growModel } from "./recipe.ts";
+import { type Value, valueFromJson } from "./value.ts";
+
+/** Rules, how they are grown and what they give, as the tests in Rust wrote it. */
+const GOLDEN = join(import.meta.dirname, "../../../tests/golden/procedural");
+
+interface Case {
+  readonly file: string;
+  readonly seed?: number;
+  readonly detail?: number;
+  readonly parameters?: Record<string, unknown>;
+}
+
+const json = <T>(name: string) => JSON.parse(readFileSync(join(GOLDEN, name), "utf8")) as T;
+
+function grown({ file, parameters = {}, ...settings }: Case): Grown {
+  const path = join(GOLDEN, `${file}.dcg`);
+  const load = (name: string) => readFileSync(join(dirname(path), name), "utf8");
+  const values = Object.entries(parameters).map(([name, value]) => [name, valueFromJson(value) as Value] as const);
+  return grow(readProgram(basename(path), load(basename(path)), load), { ...settings, parameters: new Map(values) });
+}
+
+/** The same as in Rust: everything that was grown, as little-endian bytes in order. */
+function hash(model: Grown): string {
+  const sum = createHash("sha256");
+  const counts = (...numbers: number[]) => sum.update(Uint32Array.from(numbers));
+  const frame = (place: Affine) => sum.update(Float64Array.from(columns(place)));
+  for (const part of model.parts) {
+    sum.update(part.name);
+    counts(part.meshes.length);
+    for (const mesh of part.meshes) {
+      counts(mesh.material, mesh.vertices, 3 * mesh.triangles);
+      sum.update(mesh.positions);
+      sum.update(mesh.normals);
+      sum.update(mesh.indices);
+    }
+    counts(part.placements.length);
+    for (const placement of part.placements) {
+      counts(placement.part);
+      frame(placement.frame);
+    }
+    for (const viewpoint of part.viewpoints) {
+      sum.update(viewpoint.name);
+      frame(viewpoint.frame);
+    }
+    for (const placed of part.models) {
+      sum.update(placed.path);
+      frame(placed.frame);
+    }
+  }
+  for (const instance of instancesOf(model)) {
+    sum.update(instance.name);
+    frame(instance.worldFromPart);
+  }
+  for (const { name, colour, emissive, roughness, metallic, opacity, doubleSided } of model.materials) {
+    sum.update(name);
+    sum.update(Float64Array.of(...colour, ...emissive, roughness, metallic, opacity, doubleSided ? 1 : 0));
+  }
+  return sum.digest("hex");
+}
+
+describe("what grows is what grows in Rust, bit for bit", () => {
+  const wanted =
+    json<({ case: Case; hash: string; bounds: Bounds } & Record<keyof typeof LIMITS, number>)[]>("grown.json");
+  it.each(wanted)("$case", ({ case: settings, hash: golden, bounds, ...usage }) => {
+    const model = grown(settings);
+    expect(model.parts[0]?.bounds).toEqual(bounds);
+    expect(model.usage).toEqual(usage);
+    expect(hash(model)).toBe(golden);
+  });
+});
+
+describe("what is said of a mistake is what is said in Rust", () => {
+  it.each(json<{ text: string; said: string }[]>("mistakes.json"))("$text", ({ text, said }) => {
+    const load = () => {
+      throw new Error("there are no other files here");
+    };
+    let found: unknown;
+    try {
+      grow(readProgram("test.dcg", text, load));
+    } catch (error) {
+      found = error;
+    }
+    expect(found).toBeInstanceOf(DcgError);
+    expect((found as DcgError).message).toBe(said);
+  });
+});
+
+it("grows a part alone as it is in the whole", () => {
+  const whole = grown({ file: "modules", seed: 5 });
+  const text = (name: string) => readFileSync(join(GOLDEN, name), "utf8");
+  const imports = new Map([["fence.dcg", text("fence.dcg")]]);
+  const stone = whole.parts.find((part) => part.name === "stone");
+  const upright = whole.parts.filter((part) => part.name === "upright").at(-1);
+  for (const size of [0.25, 0.5, 0.75]) {
+    const recipe = { rules: text("modules.dcg"), imports, part: "stone", parameters: { size } };
+    const { meshes } = growModel(recipe, { seed: 5 });
+    expect(meshes.length).toBe(1);
+    const same = whole.parts.some((part) => part.meshes[0]?.positions.join() === meshes[0]?.positions.join());
+    expect(same || stone === undefined).toBe(true);
+  }
+  const recipe = { rules: text("fence.dcg"), imports: new Map(), part: "upright", parameters: { height: 2 } };
+  const { meshes, materials } = growModel(recipe, { seed: 5 });
+  expect(meshes[0]?.positions).toEqual(upright?.meshes[0]?.positions);
+  expect(materials[meshes[0]?.material ?? 0]?.name).toBe("wood");
+});
+
+/** The same numbers in every run, up to `below`. */
+function randomNumbers(seed: number): (below: number) => number {
+  let state = seed;
+  return (below) => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return Math.floor((state / 2 ** 32) * below);
+  };
+}
+
+it("gives a model or a DcgError for any text", () => {
+  const random = randomNumbers(3);
+  const files = ["worm", "solids", "numbers", "fence"].map((name) => readFileSync(join(GOLDEN, `${name}.dcg`), "utf8"));
+  const pieces = files.join(" ").split(/\b/);
+  for (let round = 0; round < 300; round += 1) {
+    const words = (files[round % files.length] as string).split(/\b/);
+    for (let change = random(4); change >= 0; change -= 1) {
+      words.splice(random(words.length), random(3), pieces[random(pieces.length)] as string);
+    }
+    try {
+      const limits = { ...LIMITS, steps: 100_000, triangles: 20_000 };
+      grow(
+        readProgram("test.dcg", words.join(""), () => ""),
+        { limits },
+      );
+    } catch (error) {
+      expect(error).toBeInstanceOf(DcgError);
+    }
+  }
+});

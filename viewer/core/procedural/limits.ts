@@ -1,0 +1,53 @@
+/** How much may a model take, and how much of that has it taken? As `crates/scene/src/procedural/limits.rs`. */
+
+export const MAX_TEXT_BYTES = 2 ** 20;
+export const MAX_MODULES = 256;
+export const MAX_NESTING = 96;
+export const MAX_CHAIN = 64;
+export const MAX_LIST = 2 ** 16;
+export const MAX_CORNERS = 256;
+export const MAX_SIDES = 256;
+export const MAX_STEPS = 4096;
+/** The finest level of detail. */
+export const FINEST = 4;
+
+/** What was or may be taken, by name. */
+export interface Amounts {
+  /** Calls inside each other. */
+  levels: number;
+  /** Calls, blocks and expressions inside each other. */
+  nesting: number;
+  /** Nodes visited. */
+  steps: number;
+  /** Triangles, each part counted once. */
+  triangles: number;
+  parts: number;
+  /** Parts placed, counting again whatever they contain. */
+  placements: number;
+  materials: number;
+}
+
+export const LIMITS: Readonly<Amounts> = {
+  levels: 64,
+  nesting: 640,
+  steps: 1_000_000_000,
+  triangles: 16_000_000,
+  parts: 65_536,
+  placements: 1_000_000,
+  materials: 4_096,
+};
+
+const WAYS_OUT: Readonly<Record<string, string>> = {
+  levels: "stop the recursion earlier, with `if` or `levels`",
+  nesting: "stop the recursion earlier, with `if` or `levels`",
+  steps: "repeat less, or grow it with less detail",
+  triangles: "use fewer sides or steps, or a `part` for what is repeated",
+  placements: "place fewer, or split the world into several files",
+  parts: "give parts parameters that take fewer different values",
+  materials: "let their parameters take fewer different values",
+};
+
+/** What is said when a limit is reached. */
+export function reached(what: string, limit: number): string {
+  return `more than ${limit} ${what}; ${WAYS_OUT[what] ?? "make it smaller"}`;
+}

@@ -1,0 +1,146 @@
+/** What does each name of a file lead to? As `crates/scene/src/procedural/link.rs`. */
+import { argumentTwice, DcgError, Fault, missingArgument, tooManyArguments, unknown } from "./error.ts";
+import { MAX_MODULES, reached } from "./limits.ts";
+import { parse } from "./parser/index.ts";
+import { SOLIDS } from "./solid/kinds.ts";
+import { BUILT_INS, type Call, type Formal, type Module, type Wanted } from "./syntax.ts";
+
+/** The text of a file, as an `import` names it; throws an error with a reason when it cannot be had. */
+export type Load = (path: string) => string;
+
+/** A model that was read and found sound: the first file and all that it imports. */
+export interface Program {
+  readonly modules: readonly Module[];
+}
+
+/** Reads a file and what it imports. Throws a {@link DcgError}. */
+export function readProgram(file: string, text: string, load: Load): Program {
+  const modules = [parse(file, text)];
+  const known = new Map([[file, 0]]);
+  for (const module of modules) {
+    for (const item of module.imports) {
+      const index = known.get(item.path) ?? modules.length;
+      if (index === modules.length) {
+        if (index === MAX_MODULES) throw errorAt(module, item.at, reached("files", MAX_MODULES));
+        modules.push(parse(item.path, loaded(module, item, load)));
+        known.set(item.path, index);
+      }
+      item.module = index;
+    }
+  }
+  refuseCycles(modules);
+  for (const module of modules) {
+    for (const call of module.calls) {
+      try {
+        link(modules, module, call);
+      } catch (error) {
+        throw error instanceof Fault ? errorAt(module, error.at, error.problem) : error;
+      }
+    }
+  }
+  return { modules };
+}
+
+/** An error at a place of a module. */
+export function errorAt(module: Module, at: number, problem: string): DcgError {
+  return DcgError.at(module.file, module.text, at, problem);
+}
+
+function loaded(module: Module, { path, at }: { path: string; at: number }, load: Load): string {
+  try {
+    return load(path);
+  } catch (error) {
+    const reason = error instanceof Error ? error.message : String(error);
+    throw errorAt(module, at, `"${path}" cannot be imported: ${reason}`);
+  }
+}
+
+/** Removes files that import nothing that is left, until none is left; what stays is in a cycle or leads to one. */
+function refuseCycles(modules: readonly Module[]): void {
+  const left = new Set(modules.keys());
+  const open = (module: Module | undefined) => module?.imports.find((item) => left.has(item.module));
+  for (let removed = true; removed; ) {
+    removed = false;
+    for (const i of left) {
+      if (!open(modules[i])) removed = left.delete(i) || removed;
+    }
+  }
+  const met = new Set<number>();
+  for (let at = [...left][0]; at !== undefined; ) {
+    met.add(at);
+    const module = modules[at] as Module;
+    const item = open(module);
+    if (item && met.has(item.module)) {
+      const { file } = modules[item.module] as Module;
+      throw errorAt(
+        module,
+        item.at,
+        `"${file}" imports itself, directly or through others; move what both need to a third file`,
+      );
+    }
+    at = item?.module;
+  }
+}
+
+function link(modules: readonly Module[], own: Module, call: Call): void {
+  const from = modules.indexOf(own);
+  const imported = (alias: string) => own.imports.find((item) => item.alias === alias);
+  const { alias } = call;
+  if (alias === undefined) {
+    const index = names(own, call.wanted).indexOf(call.name);
+    const whole = call.wanted === "rule" ? imported(call.name) : undefined;
+    if (index < 0 && !whole) throw new Fault(call.at, unknownCall(own, call));
+    call.module = index >= 0 ? from : (whole?.module ?? from);
+    call.index = index;
+  } else {
+    const item = imported(alias);
+    if (!item) {
+      const aliases = own.imports.map((known) => known.alias);
+      throw new Fault(call.at, unknown("imported file", alias, aliases));
+    }
+    const module = modules[item.module] as Module;
+    call.module = item.module;
+    call.index = names(module, call.wanted).indexOf(call.name);
+    if (call.index < 0) throw new Fault(call.at, unknownCall(module, call));
+  }
+  call.given = given(call, formalsOf(modules[call.module] as Module, call));
+}
+
+/** What a call can give. */
+function formalsOf(module: Module, { wanted, index }: Call): readonly Formal[] {
+  if (index < 0) return module.parameters.map(({ formal }) => formal);
+  const list = { rule: module.rules, function: module.functions, material: module.materials }[wanted];
+  return list[index]?.formals ?? [];
+}
+
+function names(module: Module, wanted: Wanted): string[] {
+  const list = { rule: module.rules, function: module.functions, material: module.materials }[wanted];
+  return list.map(({ name }) => name);
+}
+
+function unknownCall(module: Module, call: Call): string {
+  const known = names(module, call.wanted);
+  if (call.wanted === "rule") known.push(...module.imports.map((item) => item.alias), ...Object.keys(SOLIDS));
+  if (call.wanted === "function") known.push(...Object.keys(BUILT_INS));
+  return unknown(call.wanted, call.name, known);
+}
+
+/** For each formal the index of the argument that it is given. */
+function given(call: Call, formals: readonly Formal[]): number[] {
+  const found = formals.map(() => -1);
+  call.args.forEach((argument, i) => {
+    const { name } = argument;
+    const place = name === undefined ? i : formals.findIndex((formal) => formal.name === name);
+    if (name !== undefined && place < 0) {
+      const known = formals.map((formal) => formal.name);
+      throw new Fault(argument.at, unknown("parameter of what is called", name, known));
+    }
+    const formal = formals[place];
+    if (!formal) throw new Fault(argument.at, tooManyArguments(call.name, formals.length));
+    if (found[place] !== -1) throw new Fault(argument.at, argumentTwice(formal.name));
+    found[place] = i;
+  });
+  const missing = formals.find((formal, i) => !formal.initial && found[i] === -1);
+  if (missing) throw new Fault(call.at, missingArgument(call.name, missing.name));
+  return found;
+}

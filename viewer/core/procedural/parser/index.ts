@@ -1,0 +1,185 @@
+/** What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body. */
+import { DcgError, Fault, reserved, twice, unknown } from "../error.ts";
+import { words } from "../lexer.ts";
+import { MAX_TEXT_BYTES, reached } from "../limits.ts";
+import { solidNamed } from "../solid/kinds.ts";
+import { type Expr, type Formal, isBuiltIn, type Module, PROPERTIES, type Property } from "../syntax.ts";
+import type { NamedAt } from "./cursor.ts";
+import { StatementParser } from "./statements.ts";
+
+const STATEMENTS =
+  "called choose edges else for heights if let model move paint roll scale scatter tilt turn viewpoint".split(" ");
+const DECLARATIONS = ["import", "parameter", "material", "function", "rule", "part"];
+
+/** Reads a file. */
+export function parse(file: string, text: string): Module {
+  const module: Module = {
+    file,
+    text,
+    imports: [],
+    parameters: [],
+    globals: [],
+    rules: [],
+    functions: [],
+    materials: [],
+    body: [],
+    bodySlots: 0,
+    calls: [],
+    uses: [],
+  };
+  try {
+    if (new TextEncoder().encode(text).length > MAX_TEXT_BYTES) {
+      throw new Fault(0, reached("bytes of text", MAX_TEXT_BYTES));
+    }
+    new Parser(module, words(text)).file();
+  } catch (error) {
+    throw error instanceof Fault ? DcgError.at(file, text, error.at, error.problem) : error;
+  }
+  return module;
+}
+
+class Parser extends StatementParser {
+  /** Declared names and where, to find what is given twice. */
+  private readonly given = new Map<string, number>();
+
+  file(): void {
+    for (let word = this.next; word.kind !== "end"; word = this.next) {
+      if (word.kind === "name" && DECLARATIONS.includes(word.text)) {
+        this.skip();
+        this.declaration(word.text);
+      } else if (this.takesWord("let")) {
+        const { name, at } = this.declaredValue("a name for the value");
+        this.expect("=");
+        this.module.globals.push({ name, at, value: this.expression() });
+      } else {
+        this.module.body.push(this.statement());
+      }
+    }
+    this.module.bodySlots = this.slots;
+    this.resolveUses();
+  }
+
+  private declaration(word: string): void {
+    if (word === "import") this.import();
+    else if (word === "parameter") this.parameter();
+    else if (word === "material") this.material();
+    else if (word === "function") this.functionRule();
+    else this.rule(word === "part");
+  }
+
+  /** A name for what is called by a word of its own. */
+  private declared(what: string): NamedAt {
+    const { name, at } = this.declaredValue(what);
+    if (solidNamed(name) || isBuiltIn(name) || STATEMENTS.includes(name) || DECLARATIONS.includes(name)) {
+      throw new Fault(at, reserved(name));
+    }
+    return { name, at };
+  }
+
+  /** A name for something of the whole file. */
+  private declaredValue(what: string): NamedAt {
+    const { name, at } = this.name(what);
+    const first = this.given.get(name);
+    if (first !== undefined) throw new Fault(at, twice(name, this.line(first)));
+    this.given.set(name, at);
+    return { name, at };
+  }
+
+  private import(): void {
+    const path = this.text("the file to import, in quotes");
+    this.expectWord("as");
+    const { name: alias, at } = this.declared("a name for the file");
+    this.module.imports.push({ alias, at, path, module: 0 });
+  }
+
+  private parameter(): void {
+    const { name, at } = this.declaredValue("a name for the parameter");
+    this.expect("=");
+    const formal = { name, at, initial: this.expression() };
+    if (!this.takesWord("from")) {
+      this.module.parameters.push({ formal });
+      return;
+    }
+    const least = this.expression();
+    this.expectWord("to");
+    this.module.parameters.push({ formal, range: [least, this.expression()] });
+  }
+
+  private formals(): Formal[] {
+    this.expect("(");
+    const formals: Formal[] = [];
+    while (!this.takes(")")) {
+      const { name, at } = this.name("a name for a parameter");
+      const first = formals.find((formal) => formal.name === name);
+      if (first) throw new Fault(at, twice(name, this.line(first.at)));
+      const initial = this.takes("=") ? this.expression() : undefined;
+      this.bind(name);
+      formals.push(initial ? { name, at, initial } : { name, at });
+      if (!this.isSymbol(")")) this.expect(",");
+    }
+    return formals;
+  }
+
+  private material(): void {
+    const { name, at } = this.declared("a name for the material");
+    const [{ formals, properties }, slots] = this.framed(() => {
+      const formals = this.isSymbol("(") ? this.formals() : [];
+      const properties: [Property, Expr][] = [];
+      this.expect("{");
+      while (!this.takes("}")) {
+        const { name, at } = this.name("a property, such as `colour`");
+        const property = PROPERTIES.find((known) => known === name);
+        if (!property) throw new Fault(at, unknown("property of a material", name, PROPERTIES));
+        this.expect("=");
+        properties.push([property, this.expression()]);
+        this.takes(",");
+      }
+      return { formals, properties };
+    });
+    this.module.materials.push({ name, at, formals, properties, slots });
+  }
+
+  private functionRule(): void {
+    const { name, at } = this.declared("a name for the function");
+    const [{ formals, value }, slots] = this.framed(() => {
+      const formals = this.formals();
+      this.expect("=");
+      return { formals, value: this.expression() };
+    });
+    this.module.functions.push({ name, at, formals, value, slots });
+  }
+
+  private rule(isPart: boolean): void {
+    const { name, at } = this.declared("a name for the rule");
+    const [parts, slots] = this.framed(() => {
+      const formals = this.formals();
+      const levelsAt = this.next.at;
+      const levels = this.takesWord("levels") ? this.expression() : undefined;
+      if (isPart && levels) {
+        const wayOut = "write a rule with `levels` and call it in the part";
+        throw new Fault(levelsAt, `a part cannot have \`levels\`; ${wayOut}`);
+      }
+      const within = this.takesWord("within") ? this.corners() : undefined;
+      const body = this.block();
+      const afterwards = this.takesWord("then") ? this.statement() : undefined;
+      return { formals, levels, within, body, afterwards };
+    });
+    this.module.rules.push({ name, at, isPart, slots, ...parts });
+  }
+
+  private corners(): [Expr, Expr] {
+    const least = this.expression();
+    this.expectWord("to");
+    return [least, this.expression()];
+  }
+
+  /** Finds the globals that were used, now that all of them are known. */
+  private resolveUses(): void {
+    const { parameters, globals, uses } = this.module;
+    const names = [...parameters.map(({ formal }) => formal.name), ...globals.map(({ name }) => name)];
+    for (const use of uses) {
+      use.slot = names.indexOf(use.name);
+      if (use.slot < 0) throw new Fault(use.at, unknown("value", use.name, names));
+    }
+  }
+}

@@ -1,0 +1,191 @@
+/** What is done at a place? Groups, selections, values, transforms, materials, calls, solids and enumerators. */
+import { argumentTwice, expected, Fault, missingArgument, tooManyArguments, unknown } from "../error.ts";
+import { SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
+import type { At, Expr, Statement, Transform } from "../syntax.ts";
+import { ExpressionParser } from "./expressions.ts";
+
+const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
+const VALUE_NAME = "a name for the value";
+
+export class StatementParser extends ExpressionParser {
+  statement(): Statement {
+    return this.nested(() => this.anyStatement());
+  }
+
+  private anyStatement(): Statement {
+    const word = this.next;
+    if (this.isSymbol("{")) return this.block();
+    if (word.kind !== "name") throw this.expected(A_STATEMENT);
+    const { at } = word;
+    this.skip();
+    switch (word.text) {
+      case "let": {
+        const { name } = this.name(VALUE_NAME);
+        this.expect("=");
+        const value = this.expression();
+        return { kind: "let", at, slot: this.bind(name), value };
+      }
+      case "if": {
+        const condition = this.expression();
+        const yes = this.inner();
+        return { kind: "if", at, condition, yes, no: this.takesWord("else") ? this.inner() : undefined };
+      }
+      case "choose": {
+        const number = this.expression();
+        return { kind: "choose", at, number, of: this.statements() };
+      }
+      case "for":
+        return this.repetition(at);
+      case "scatter":
+        return this.scattering(at);
+      case "edges":
+        return this.edges(at);
+      case "heights":
+        return this.heights(at);
+      case "move":
+      case "turn":
+      case "tilt":
+      case "roll":
+      case "scale":
+        return this.placed(word.text, at);
+      case "paint": {
+        const material = this.name("a material");
+        const call = this.call(material.name, material.at, "material");
+        return { kind: "paint", call, body: this.inner() };
+      }
+      case "called": {
+        const name = this.text("a name in quotes");
+        return { kind: "called", name, body: this.inner() };
+      }
+      case "viewpoint":
+        return { kind: "viewpoint", name: this.text("the viewpoint's name in quotes") };
+      case "model":
+        return { kind: "model", path: this.text("a glTF file in quotes") };
+    }
+    const solid = solidNamed(word.text);
+    if (solid) return this.solid(solid, at);
+    if (this.isSymbol("(") || this.isSymbol(".")) return { kind: "call", call: this.call(word.text, at, "rule") };
+    this.skip(-1);
+    throw this.expected(A_STATEMENT);
+  }
+
+  private inner(): Statement {
+    return this.enclosed(() => this.statement());
+  }
+
+  /** Statements in braces; what they bind is out of reach behind them. */
+  private statements(): Statement[] {
+    this.expect("{");
+    return this.enclosed(() => {
+      const of: Statement[] = [];
+      while (!this.takes("}")) of.push(this.statement());
+      return of;
+    });
+  }
+
+  block(): Statement {
+    return { kind: "group", of: this.statements() };
+  }
+
+  private placed(transform: Transform, at: At): Statement {
+    const args = this.args();
+    const counts = { move: [3], scale: [1, 3], turn: [1], tilt: [1], roll: [1] }[transform];
+    if (!counts.includes(args.length) || args.some((argument) => argument.name !== undefined)) {
+      const usual = { move: "`move(x, y, z)`", scale: "`scale(factor)` or `scale(x, y, z)`" };
+      const wanted = transform === "move" || transform === "scale" ? usual[transform] : `\`${transform}(degrees)\``;
+      throw new Fault(at, expected(wanted, `\`${transform}\` with ${args.length} arguments`));
+    }
+    return { kind: "place", at, transform, by: args.map((argument) => argument.value), body: this.inner() };
+  }
+
+  private solid(solid: SolidKind, at: At): Statement {
+    const formals = SOLIDS[solid];
+    const found: (Expr | undefined)[] = formals.map(() => undefined);
+    this.args().forEach((argument, place) => {
+      const { name } = argument;
+      const index = name === undefined ? place : formals.findIndex(([known]) => known === name);
+      if (name !== undefined && index < 0) {
+        const names = formals.map(([known]) => known);
+        throw new Fault(argument.at, unknown("parameter of this solid", name, names));
+      }
+      const formal = formals[index];
+      if (!formal) throw new Fault(argument.at, tooManyArguments(solid, formals.length));
+      if (found[index]) throw new Fault(argument.at, argumentTwice(formal[0]));
+      found[index] = argument.value;
+    });
+    const missing = formals.find(([, initial], i) => initial === undefined && !found[i]);
+    if (missing) throw new Fault(at, missingArgument(solid, missing[0]));
+    return { kind: "solid", at, solid, args: found };
+  }
+
+  /** Names of values, separated by commas, not yet in reach. */
+  private names(): string[] {
+    const names = [this.name(VALUE_NAME).name];
+    while (this.takes(",")) names.push(this.name(VALUE_NAME).name);
+    return names;
+  }
+
+  private twoNames(): [string, string] {
+    const first = this.name("a name for x").name;
+    this.expect(",");
+    return [first, this.name("a name for z").name];
+  }
+
+  /** `WIDTH by DEPTH` */
+  private extent(): [Expr, Expr] {
+    const width = this.expression();
+    this.expectWord("by");
+    return [width, this.expression()];
+  }
+
+  private repetition(at: At): Statement {
+    const names = this.names();
+    this.expectWord("in");
+    const site = this.site();
+    const over = this.expression();
+    return this.enclosed(() => {
+      const slots = names.map((name) => this.bind(name));
+      return { kind: "for", at, site, slots, over, body: this.statement() };
+    });
+  }
+
+  private scattering(at: At): Statement {
+    const site = this.site();
+    const count = this.expression();
+    this.expectWord("as");
+    const [x, z] = this.twoNames();
+    this.expectWord("in");
+    const over = this.extent();
+    return this.enclosed(() => {
+      const slots: [number, number] = [this.bind(x), this.bind(z)];
+      return { kind: "scatter", at, site, slots, count, over, body: this.statement() };
+    });
+  }
+
+  private edges(at: At): Statement {
+    const names = this.names();
+    if (names.length > 2) {
+      throw new Fault(at, "edges must be `edges length in …` or `edges length, number in …`");
+    }
+    this.expectWord("in");
+    const site = this.site();
+    const polygon = this.expression();
+    return this.enclosed(() => {
+      const slots = names.map((name) => this.bind(name));
+      return { kind: "edges", at, site, slots, polygon, body: this.statement() };
+    });
+  }
+
+  private heights(at: At): Statement {
+    const [x, z] = this.twoNames();
+    this.expectWord("in");
+    const over = this.extent();
+    this.expectWord("steps");
+    const steps = this.extent();
+    this.expect("=");
+    return this.enclosed(() => {
+      const slots: [number, number] = [this.bind(x), this.bind(z)];
+      return { kind: "heights", at, slots, over, steps, height: this.expression() };
+    });
+  }
+}

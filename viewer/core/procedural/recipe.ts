@@ -1,0 +1,40 @@
+/** How is a published model grown instead of being downloaded? `docs/FORMAT.md`, "Objects": its rules and parameters. */
+import { grow, type Settings } from "./evaluator/index.ts";
+import type { Surface } from "./grown.ts";
+import { readProgram } from "./link.ts";
+import type { Mesh } from "./solid/writer.ts";
+import type { JsonValue } from "./value.ts";
+
+/** What an object info says of rules, with their texts in place of their addresses. */
+export interface Recipe {
+  /** The text of the rules. */
+  readonly rules: string;
+  /** The texts of what they import, by the names that they give it. */
+  readonly imports: ReadonlyMap<string, string>;
+  /** The part of them; `undefined` for the file as a whole. */
+  readonly part: string | undefined;
+  readonly parameters: Readonly<Record<string, JsonValue>>;
+}
+
+/** Triangles in the model's own space, and the materials that they name. */
+export interface GrownModel {
+  readonly meshes: readonly Mesh[];
+  readonly materials: readonly Surface[];
+}
+
+/** The name under which the rules are imported; none of theirs can be called so, because it is no file name. */
+const RULES = "";
+
+/** Grows one model. Throws a `DcgError`. */
+export function growModel(recipe: Recipe, settings: Omit<Settings, "parameters"> = {}): GrownModel {
+  const load = (path: string): string => {
+    const text = path === RULES ? recipe.rules : recipe.imports.get(path);
+    if (text === undefined) throw new Error("it is not among the imports");
+    return text;
+  };
+  const args = Object.entries(recipe.parameters).map(([name, value]) => `${name} = ${JSON.stringify(value)}`);
+  const callee = recipe.part === undefined ? "rules" : `rules.${recipe.part}`;
+  const text = `import "${RULES}" as rules ${callee}(${args.join(", ")})`;
+  const grown = grow(readProgram("model", text, load), settings);
+  return { meshes: grown.parts[1]?.meshes ?? [], materials: grown.materials };
+}

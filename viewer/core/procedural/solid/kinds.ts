@@ -1,0 +1,56 @@
+/** Which terminals are written like a call? Their parameters, and what each is when it is not given. */
+
+type Formals = readonly (readonly [name: string, initial: number | undefined])[];
+
+export const SOLIDS = {
+  box: [
+    ["width", undefined],
+    ["height", undefined],
+    ["depth", undefined],
+  ],
+  cone: [
+    ["radius", undefined],
+    ["height", undefined],
+    ["top", 0],
+    ["sides", 0],
+    ["closed", 1],
+  ],
+  cylinder: [
+    ["radius", undefined],
+    ["height", undefined],
+    ["sides", 0],
+    ["closed", 1],
+  ],
+  lathe: [
+    ["profile", undefined],
+    ["sides", 0],
+    ["smooth", 0],
+  ],
+  mesh: [
+    ["points", undefined],
+    ["faces", undefined],
+  ],
+  polygon: [["points", undefined]],
+  prism: [
+    ["footprint", undefined],
+    ["height", undefined],
+  ],
+  sphere: [
+    ["radius", undefined],
+    ["sides", 0],
+  ],
+} as const satisfies Record<string, Formals>;
+
+export type SolidKind = keyof typeof SOLIDS;
+
+export function solidNamed(name: string): SolidKind | undefined {
+  return Object.hasOwn(SOLIDS, name) ? (name as SolidKind) : undefined;
+}
+
+/** Parameters of a solid. */
+export function formalsOf(kind: SolidKind): Formals {
+  return SOLIDS[kind];
+}
+
+/** Sides of a round solid whose author does not say how many, by level of detail. */
+export const SIDES = [4, 6, 8, 12, 16] as const;

@@ -1,0 +1,228 @@
+/**
+ * What does a file of rules say? Its nodes: a directed graph, cyclic where rules call each other. As
+ * `crates/scene/src/procedural/syntax.rs`: variables are slots already, calls are joined to what they call by `link.ts`.
+ */
+import type { SolidKind } from "./solid/kinds.ts";
+
+/** Index in the text of a module. */
+export type At = number;
+
+export interface Module {
+  readonly file: string;
+  readonly text: string;
+  readonly imports: Import[];
+  readonly parameters: Parameter[];
+  /** `let` outside of rules: value `i` of these lies behind the parameters. */
+  readonly globals: Global[];
+  readonly rules: Rule[];
+  readonly functions: FunctionRule[];
+  readonly materials: MaterialRule[];
+  readonly body: Statement[];
+  /** Values that the body has besides the globals. */
+  bodySlots: number;
+  readonly calls: Call[];
+  /** Uses of globals. */
+  readonly uses: Use[];
+}
+
+export interface Import {
+  readonly alias: string;
+  readonly at: At;
+  readonly path: string;
+  /** Index of the module, once linked. */
+  module: number;
+}
+
+export interface Global {
+  readonly name: string;
+  readonly at: At;
+  readonly value: Expr;
+}
+
+/** What a file can be given from outside. */
+export interface Parameter {
+  readonly formal: Formal;
+  readonly range?: readonly [Expr, Expr];
+}
+
+/** What a rule, function or material can be given. */
+export interface Formal {
+  readonly name: string;
+  readonly at: At;
+  readonly initial?: Expr;
+}
+
+interface Declared {
+  readonly name: string;
+  readonly at: At;
+  readonly formals: Formal[];
+  readonly slots: number;
+}
+
+export interface Rule extends Declared {
+  /** Its geometry depends on its parameters alone and is shared. */
+  readonly isPart: boolean;
+  readonly levels: Expr | undefined;
+  /** Two opposite corners of a box that holds it. */
+  readonly within: readonly [Expr, Expr] | undefined;
+  readonly body: Statement;
+  /** In place of the body when `levels` are used up. */
+  readonly afterwards: Statement | undefined;
+}
+
+export interface FunctionRule extends Declared {
+  readonly value: Expr;
+}
+
+export interface MaterialRule extends Declared {
+  readonly properties: readonly (readonly [Property, Expr])[];
+}
+
+export const PROPERTIES = ["colour", "roughness", "metallic", "emissive", "opacity", "double_sided"] as const;
+export type Property = (typeof PROPERTIES)[number];
+
+export type Wanted = "rule" | "function" | "material";
+
+/** A call of a rule, a part, a file, a function or a material. */
+export interface Call {
+  readonly at: At;
+  /** The alias before the dot. */
+  readonly alias: string | undefined;
+  readonly name: string;
+  readonly args: readonly Argument[];
+  /** Which word the call adds to the path. */
+  readonly site: number;
+  readonly wanted: Wanted;
+  /** Module that it leads to, once linked. */
+  module: number;
+  /** Index of the rule, function or material there; −1 for the file as a whole. */
+  index: number;
+  /** For each formal the index of its argument, or −1. */
+  given: number[];
+}
+
+export interface Argument {
+  readonly name: string | undefined;
+  readonly at: At;
+  readonly value: Expr;
+}
+
+export interface Use {
+  readonly name: string;
+  readonly at: At;
+  slot: number;
+}
+
+export type Transform = "move" | "turn" | "tilt" | "roll" | "scale";
+
+export type Statement =
+  | { readonly kind: "group"; readonly of: readonly Statement[] }
+  | { readonly kind: "let"; readonly at: At; readonly slot: number; readonly value: Expr }
+  | {
+      readonly kind: "if";
+      readonly at: At;
+      readonly condition: Expr;
+      readonly yes: Statement;
+      readonly no: Statement | undefined;
+    }
+  | { readonly kind: "choose"; readonly at: At; readonly number: Expr; readonly of: readonly Statement[] }
+  | {
+      readonly kind: "place";
+      readonly at: At;
+      readonly transform: Transform;
+      readonly by: readonly Expr[];
+      readonly body: Statement;
+    }
+  | { readonly kind: "paint"; readonly call: number; readonly body: Statement }
+  | { readonly kind: "called"; readonly name: string; readonly body: Statement }
+  | { readonly kind: "call"; readonly call: number }
+  | { readonly kind: "solid"; readonly at: At; readonly solid: SolidKind; readonly args: readonly (Expr | undefined)[] }
+  | { readonly kind: "viewpoint"; readonly name: string }
+  | { readonly kind: "model"; readonly path: string }
+  | {
+      readonly kind: "for";
+      readonly at: At;
+      readonly site: number;
+      readonly slots: readonly number[];
+      readonly over: Expr;
+      readonly body: Statement;
+    }
+  | {
+      readonly kind: "scatter";
+      readonly at: At;
+      readonly site: number;
+      readonly slots: readonly [number, number];
+      readonly count: Expr;
+      readonly over: readonly [Expr, Expr];
+      readonly body: Statement;
+    }
+  | {
+      readonly kind: "edges";
+      readonly at: At;
+      readonly site: number;
+      readonly slots: readonly number[];
+      readonly polygon: Expr;
+      readonly body: Statement;
+    }
+  | {
+      readonly kind: "heights";
+      readonly at: At;
+      readonly slots: readonly [number, number];
+      readonly over: readonly [Expr, Expr];
+      readonly steps: readonly [Expr, Expr];
+      readonly height: Expr;
+    };
+
+export type Operator = "+" | "-" | "*" | "/" | "==" | "!=" | "<" | "<=" | ">" | ">=";
+
+export type Expr =
+  | { readonly kind: "number"; readonly value: number }
+  | { readonly kind: "colour"; readonly channels: readonly [number, number, number] }
+  | { readonly kind: "local"; readonly slot: number }
+  /** Index into the module's uses. */
+  | { readonly kind: "global"; readonly use: number }
+  | { readonly kind: "detail" }
+  | { readonly kind: "level" }
+  | { readonly kind: "minus"; readonly of: Expr }
+  | { readonly kind: "not"; readonly of: Expr }
+  | { readonly kind: "binary"; readonly at: At; readonly operator: Operator; readonly left: Expr; readonly right: Expr }
+  | { readonly kind: "and"; readonly left: Expr; readonly right: Expr }
+  | { readonly kind: "or"; readonly left: Expr; readonly right: Expr }
+  | { readonly kind: "if"; readonly condition: Expr; readonly yes: Expr; readonly no: Expr }
+  | { readonly kind: "list"; readonly at: At; readonly items: readonly Expr[] }
+  | { readonly kind: "item"; readonly at: At; readonly of: Expr; readonly index: Expr }
+  | {
+      readonly kind: "builtin";
+      readonly at: At;
+      readonly name: BuiltIn;
+      readonly site: number;
+      readonly args: readonly Expr[];
+    }
+  | { readonly kind: "call"; readonly call: number };
+
+/** Functions of the language: how many arguments they take at least and at most. */
+export const BUILT_INS = {
+  abs: [1, 1],
+  atan2: [2, 2],
+  ceil: [1, 1],
+  clamp: [3, 3],
+  cos: [1, 1],
+  count: [1, 1],
+  floor: [1, 1],
+  fractal: [3, 3],
+  max: [2, 2],
+  min: [2, 2],
+  mix: [3, 3],
+  mod: [2, 2],
+  noise: [2, 2],
+  power: [2, 2],
+  random: [0, 2],
+  round: [1, 1],
+  sin: [1, 1],
+  sqrt: [1, 1],
+} as const;
+export type BuiltIn = keyof typeof BUILT_INS;
+
+export function isBuiltIn(name: string): name is BuiltIn {
+  return Object.hasOwn(BUILT_INS, name);
+}
