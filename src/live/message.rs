@@ -6,7 +6,7 @@ use belvedere_live::{
     Ms,
     aoi::Aoi,
     event::SessionId,
-    world::{Counts, Moved, NewMover, Opening, Seen, Sent},
+    world::{Counts, Moved, NewMover, Seen, Sent, Visitor},
 };
 use belvedere_scene::ObjectId;
 use tokio::sync::{mpsc, oneshot};
@@ -22,7 +22,9 @@ type Reply<T> = oneshot::Sender<T>;
 #[derive(Debug)]
 pub(super) enum Message {
     Open {
-        opening: Opening,
+        session: SessionId,
+        object: ObjectId,
+        visitor: Visitor,
         outbox: Arc<Outbox>,
         with_statics: bool,
         reply: Reply<Result<(Seen, Ms), LiveError>>,
@@ -42,6 +44,8 @@ pub(super) enum Message {
         reply: Reply<()>,
     },
     Create {
+        object: ObjectId,
+        owner: Option<SessionId>,
         new: NewMover,
         reply: Reply<Result<Moved, LiveError>>,
     },

@@ -35,7 +35,7 @@ use std::{
 use belvedere_live::{
     Ms,
     event::SessionId,
-    world::{Counts, Moved, Sent},
+    world::{Counts, Moved, NewMover, Sent, Visitor},
 };
 use belvedere_scene::{ObjectId, SceneName};
 use tokio::sync::oneshot;
@@ -44,7 +44,7 @@ use tokio_util::sync::CancellationToken;
 pub use self::{
     error::LiveError,
     reader::EventReader,
-    registry::{Door, NewMover, NewSession, Opened},
+    registry::{Door, Opened},
     session::SessionHandle,
     settings::LiveSettings,
     token::Token,
@@ -153,17 +153,18 @@ impl Live {
             .stage(scene, || stage::start(self.clone(), scene.clone()))
     }
 
-    /// Opens a session.
+    /// Opens a session, which hears of static objects too if it wants.
     ///
     /// # Errors
     /// When there is no room, or the rules refuse it.
-    pub async fn open(&self, scene: &SceneName, new: NewSession) -> Result<Opened, LiveError> {
+    pub async fn open(&self, scene: &SceneName, visitor: Visitor, with_statics: bool) -> Result<Opened, LiveError> {
         let stage = self.stage(scene);
         let (entry, reserved) = self.0.registry.new_session(&stage, self.0.settings.sessions)?;
         let (session, object) = (entry.session, entry.object);
-        let with_statics = new.with_statics;
         let message = |reply| Message::Open {
-            opening: new.opening(session, object),
+            session,
+            object,
+            visitor,
             outbox: entry.outbox.clone(),
             with_statics,
             reply,
@@ -210,8 +211,13 @@ impl Live {
             .transpose()?;
         let most = self.0.settings.movers;
         let (object, token, reserved) = self.0.registry.new_mover(&stage, token, most)?;
-        let new = new.placed(object, owner, self.now_ms())?;
-        let moved = ask(&stage, |reply| Message::Create { new, reply }).await??;
+        let message = |reply| Message::Create {
+            object,
+            owner,
+            new,
+            reply,
+        };
+        let moved = ask(&stage, message).await??;
         reserved.keep();
         Ok((moved, token))
     }

@@ -13,9 +13,9 @@ use belvedere_live::{
     event::{Event, Hello, Manifest, SessionId},
     motion::LONGEST_EXTRAPOLATION_MS,
     pace::Bucket,
-    world::{Opening, Seen, Sent},
+    world::{Seen, Sent, Visitor},
 };
-use belvedere_scene::{CellId, Revision, SceneName};
+use belvedere_scene::{CellId, ObjectId, Revision, SceneName};
 use tokio::{
     sync::{mpsc, watch},
     time::MissedTickBehavior,
@@ -106,13 +106,15 @@ impl Stage {
         // Whoever has stopped waiting for an answer needs none, and has nothing.
         match message {
             Message::Open {
-                opening,
+                session,
+                object,
+                visitor,
                 outbox,
                 with_statics,
                 reply,
             } => {
-                let session = opening.session;
-                if reply.send(self.open(opening, outbox, with_statics).await).is_err() {
+                let opened = self.open((session, object), visitor, outbox, with_statics).await;
+                if reply.send(opened).is_err() {
                     self.close(session);
                 }
             }
@@ -126,9 +128,13 @@ impl Stage {
                 self.close(session);
                 _ = reply.send(());
             }
-            Message::Create { new, reply } => {
-                let object = new.object;
-                let created = self.world.create(new, self.live.now_ms());
+            Message::Create {
+                object,
+                owner,
+                new,
+                reply,
+            } => {
+                let created = self.world.create(object, owner, new, self.live.now_ms());
                 if reply.send(created.map_err(LiveError::from)).is_err() {
                     self.world.destroy(object);
                 }
@@ -153,16 +159,16 @@ impl Stage {
 
     async fn open(
         &mut self,
-        opening: Opening,
+        (session, object): (SessionId, ObjectId),
+        visitor: Visitor,
         outbox: Arc<Outbox>,
         with_statics: bool,
     ) -> Result<(Seen, Ms), LiveError> {
-        let (session, object, aoi) = (opening.session, opening.object, opening.aoi);
-        let position = opening.pose.position;
-        self.learn(self.world.unknown_at(position, opening.max_speed_mps))
+        let (position, aoi) = (visitor.pose.position, visitor.aoi);
+        self.learn(self.world.unknown_at(position, visitor.max_speed_mps))
             .await?;
         let now_ms = self.live.now_ms();
-        let seen = self.world.open(opening, now_ms)?;
+        let seen = self.world.open(session, object, visitor, now_ms)?;
         let settings = &self.live.0.settings;
         outbox.push(&Event::Hello(Hello {
             session,

@@ -44,12 +44,7 @@ impl Terrain {
     /// Teaches cells what is seen from wherever somebody stands.
     pub(super) async fn teach(&self, cells: &mut Cells, eyes: Vec<Ball>) -> Result<(), ReadError> {
         for eye in eyes {
-            let unknown: Vec<_> = cells
-                .under(&eye)
-                .into_iter()
-                .filter(|cell| !cells.knows(*cell))
-                .collect();
-            for (cell, sees) in self.sights(unknown).await? {
+            for (cell, sees) in self.sights(cells.unknown_under(&eye)).await? {
                 cells.learn(cell, &sees);
             }
         }

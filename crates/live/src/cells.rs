@@ -162,6 +162,14 @@ impl Cells {
         self.sees.get(cell.index()).is_some_and(Option::is_some)
     }
 
+    /// The cells that a ball touches and of which nothing is known.
+    #[must_use]
+    pub fn unknown_under(&self, ball: &Ball) -> Vec<CellId> {
+        let mut cells = self.under(ball);
+        cells.retain(|cell| !self.knows(*cell));
+        cells
+    }
+
     /// What some cells see together, themselves included, rising. A cell of which nothing is known sees itself.
     #[must_use]
     pub fn seen_from(&self, eyes: &[CellId]) -> Arc<[CellId]> {

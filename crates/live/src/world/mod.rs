@@ -27,7 +27,7 @@ pub use self::{
     mover::Look,
     movers::NewMover,
     session::REMEMBERED,
-    sessions::Opening,
+    sessions::Visitor,
 };
 use self::{mover::Mover, session::Session};
 use crate::{
@@ -170,9 +170,7 @@ impl World {
             // It will be refused.
             return Vec::new();
         }
-        let mut cells = self.cells.under(&self.rules.eye_ball(position, max_speed_mps));
-        cells.retain(|cell| !self.cells.knows(*cell));
-        cells
+        self.cells.unknown_under(&self.rules.eye_ball(position, max_speed_mps))
     }
 
     /// The same for a session that moves there.

@@ -19,10 +19,6 @@ use crate::{
 /// A mover that is to be.
 #[derive(Debug, Clone)]
 pub struct NewMover {
-    /// Its id, which nothing else ever had.
-    pub object: ObjectId,
-    /// The session that drives it, hears `hush` and `wake`, and is not told of it.
-    pub owner: Option<SessionId>,
     /// Where it is.
     pub pose: Sent,
     /// A promise.
@@ -42,13 +38,19 @@ const SLACK: f64 = 1.05;
 const RENEWAL_TICKS: Ms = 3;
 
 impl World {
-    /// Adds a mover.
+    /// Adds a mover; nothing else ever had its id. The session that drives it, if there is one, hears `hush` and `wake`,
+    /// and is not told of it.
     ///
     /// # Errors
     /// When something about it cannot be.
-    pub fn create(&mut self, new: NewMover, now_ms: Ms) -> Result<Moved, Refusal> {
-        let object = new.object;
-        self.add(new, now_ms)?;
+    pub fn create(
+        &mut self,
+        object: ObjectId,
+        owner: Option<SessionId>,
+        new: NewMover,
+        now_ms: Ms,
+    ) -> Result<Moved, Refusal> {
+        self.add(object, owner, new, now_ms)?;
         Ok(Moved {
             object,
             hush: self.settle(object, now_ms),
@@ -57,7 +59,13 @@ impl World {
     }
 
     /// Adds a mover that nobody has looked at yet.
-    pub(super) fn add(&mut self, new: NewMover, now_ms: Ms) -> Result<(), Refusal> {
+    pub(super) fn add(
+        &mut self,
+        object: ObjectId,
+        owner: Option<SessionId>,
+        new: NewMover,
+        now_ms: Ms,
+    ) -> Result<(), Refusal> {
         let sent = new.pose.checked(&self.reach)?;
         let keys = new.way.iter().flat_map(|way| way.keys());
         for (number, key) in keys.enumerate() {
@@ -72,14 +80,14 @@ impl World {
         let mut pose = Pose::resting(now_ms, sent.position, sent.orientation);
         pose.velocity = sent.velocity.unwrap_or_default();
         pose.acceleration = sent.acceleration.unwrap_or_default();
-        let heard = new.owner.is_some() || new.way.is_some();
+        let heard = owner.is_some() || new.way.is_some();
         let longest_ms = if heard {
             self.rules.longest_tbv_ms
         } else {
             self.rules.longest_unheard_tbv_ms
         };
         let mover = Mover {
-            owner: new.owner,
+            owner,
             look: new.look,
             radius_m,
             max_speed_mps,
@@ -92,8 +100,8 @@ impl World {
             validity: Validity::new(longest_ms),
         };
         let reach_m = radius_m + self.rules.tick_reach_m(&mover);
-        self.movers.insert(new.object, mover);
-        self.rouse(new.object, now_ms);
+        self.movers.insert(object, mover);
+        self.rouse(object, now_ms);
         if reach_m > self.largest_m {
             self.largest_m = reach_m;
             let all: Vec<_> = self.sessions.keys().copied().collect();

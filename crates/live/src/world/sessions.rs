@@ -17,13 +17,9 @@ use crate::{
     tbv::Validity,
 };
 
-/// A session that is to be.
+/// A participant that is to be.
 #[derive(Debug, Clone)]
-pub struct Opening {
-    /// Its id, which no other ever had.
-    pub session: SessionId,
-    /// The id of its avatar.
-    pub object: ObjectId,
+pub struct Visitor {
     /// Where the participant is.
     pub pose: Sent,
     /// How far it looks.
@@ -39,27 +35,26 @@ pub struct Opening {
 }
 
 impl World {
-    /// Opens a session. The caller greets it; what it sees is told at the next tick.
+    /// Opens a session with an avatar; nothing else ever had their ids. The caller greets it; what it sees is told at the
+    /// next tick.
     ///
     /// # Errors
     /// When something about it cannot be.
-    pub fn open(&mut self, new: Opening, now_ms: Ms) -> Result<Seen, Refusal> {
+    pub fn open(&mut self, id: SessionId, object: ObjectId, new: Visitor, now_ms: Ms) -> Result<Seen, Refusal> {
         let aoi = check::aoi(new.aoi)?;
         let avatar = NewMover {
-            object: new.object,
-            owner: Some(new.session),
             pose: new.pose,
             max_speed_mps: check::walking_speed(new.max_speed_mps)?,
             radius_m: new.radius_m,
             look: new.look,
             way: None,
         };
-        self.add(avatar, now_ms)?;
+        self.add(object, Some(id), avatar, now_ms)?;
         let second = self.rules.bytes_per_s;
-        let session = Session::new(new.object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
-        self.sessions.insert(new.session, session);
-        self.look(new.session, now_ms);
-        self.seen(new.session, false, now_ms)
+        let session = Session::new(object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
+        self.sessions.insert(id, session);
+        self.look(id, now_ms);
+        self.seen(id, false, now_ms)
     }
 
     /// Takes a participant's pose. `unknown_to` must be empty for it.

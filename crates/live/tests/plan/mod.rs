@@ -11,7 +11,7 @@ use belvedere_live::{
     cells::{Cell, Cells, distance_m},
     event::{Event, FIRST_MOVER, Gone, Hush, SessionId, Void},
     motion::{Key, Pose, Trajectory},
-    world::{Look, NewMover, Opening, Rules, Sent},
+    world::{Look, NewMover, Rules, Sent, Visitor},
 };
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
@@ -138,9 +138,7 @@ impl Stage {
         self.teach(x);
         let object = self.object();
         let session = SessionId(u64::from(self.next));
-        let opening = Opening {
-            session,
-            object,
+        let visitor = Visitor {
             pose: self.sent(x),
             aoi: Aoi {
                 enter_m: 100.0,
@@ -151,7 +149,7 @@ impl Stage {
             look: Look::default(),
             hears_movers: true,
         };
-        self.world.open(opening, self.now_ms).unwrap();
+        self.world.open(session, object, visitor, self.now_ms).unwrap();
         self.avatars.insert(session, object);
         self.beliefs.insert(session, Belief::default());
         self.listen();
@@ -171,15 +169,13 @@ impl Stage {
     pub(crate) fn mover(&mut self, x: f64, max_speed_mps: f64, way: Option<Trajectory>) -> ObjectId {
         let object = self.object();
         let new = NewMover {
-            object,
-            owner: None,
             pose: self.sent(x),
             max_speed_mps,
             radius_m: RADIUS_M,
             look: Look::default(),
             way,
         };
-        self.world.create(new, self.now_ms).unwrap();
+        self.world.create(object, None, new, self.now_ms).unwrap();
         self.listen();
         object
     }
