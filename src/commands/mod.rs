@@ -1,5 +1,6 @@
 //! What can one ask of the program? One module for each command of `belvedere`; this file is the list of them.
 
+mod audit;
 mod bake;
 mod demo;
 mod gc;
@@ -34,6 +35,8 @@ enum Command {
     Inspect(inspect::Args),
     /// Look for visible objects that the visible sets lack; fails when there are too many
     Verify(verify::Args),
+    /// Replay a recording of live sessions: was anybody told of what it cannot see, or not of what it sees?
+    Audit(audit::Args),
     /// Make levels of detail of the meshes in a file, without baking a scene
     Mesh(mesh::Args),
     /// Remove blobs and old revisions that nothing needs
@@ -70,6 +73,7 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Publish(args) => publish::run(args).await,
         Command::Inspect(args) => inspect::run(args).await,
         Command::Verify(args) => verify::run(args).await,
+        Command::Audit(args) => audit::run(args).await,
         Command::Mesh(args) => mesh::run(args),
         Command::Gc(args) => gc::run(args).await,
         Command::Openapi => output::print(crate::http::OPENAPI_JSON),

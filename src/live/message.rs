@@ -11,7 +11,7 @@ use belvedere_live::{
 use belvedere_scene::ObjectId;
 use tokio::sync::{mpsc, oneshot};
 
-use super::{LiveError, outbox::Outbox, registry::Door};
+use super::{LiveError, outbox::Outbox, registry::Door, screens::Screen};
 
 /// So many messages may wait for a scene.
 const MESSAGES: usize = 1024;
@@ -61,6 +61,10 @@ pub(super) enum Message {
         door: Door,
         reply: Reply<()>,
     },
+    /// What closed doors hide from a cell.
+    Screen(Screen),
+    /// All questions that were asked are answered.
+    ScreensFound,
 }
 
 /// A way to ask a scene's task. Cheap to clone.

@@ -9,6 +9,8 @@
 //!   may ask.
 //! * `stage`: the task that owns a scene; `message`: how it is asked. `terrain`: what it reads of the published scene.
 //! * `outbox`: what a session has not heard yet, bounded however slow its reader. `reader`: the stream that it hears.
+//! * `screens`: what closed doors hide from a cell, proved beside that task.
+//! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
 //! * `registry`, `token`: who is where, and who may do what.
 
@@ -16,7 +18,9 @@ mod error;
 mod message;
 mod outbox;
 mod reader;
+mod record;
 mod registry;
+mod screens;
 mod session;
 mod settings;
 mod stage;
@@ -44,6 +48,7 @@ use tokio_util::sync::CancellationToken;
 pub use self::{
     error::LiveError,
     reader::EventReader,
+    record::{Block, Recorder, Recording, RecordingError},
     registry::{Door, Opened},
     session::SessionHandle,
     settings::LiveSettings,
@@ -64,6 +69,7 @@ struct Inner {
     publications: Publications,
     settings: LiveSettings,
     registry: Registry,
+    recorder: Option<Recorder>,
     clock: Clock,
     stopping: CancellationToken,
     tally: Tally,
@@ -114,13 +120,19 @@ impl Clock {
 }
 
 impl Live {
-    /// Nobody is there yet. Streams end when `stopping` is cancelled.
+    /// Nobody is there yet. What happens is recorded if there is a recorder. Streams end when `stopping` is cancelled.
     #[must_use]
-    pub fn new(publications: Publications, settings: LiveSettings, stopping: CancellationToken) -> Self {
+    pub fn new(
+        publications: Publications,
+        settings: LiveSettings,
+        recorder: Option<Recorder>,
+        stopping: CancellationToken,
+    ) -> Self {
         Self(Arc::new(Inner {
             publications,
             settings,
             registry: Registry::default(),
+            recorder,
             clock: Clock::start(),
             stopping,
             tally: Tally::default(),

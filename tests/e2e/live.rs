@@ -2,14 +2,16 @@
 
 use std::net::SocketAddr;
 
+use belvedere_client::HttpSource;
 use serde_json::json;
 
 use crate::{
-    live_wire::Person,
+    doors::{document, names, two_rooms},
+    live_wire::{Person, json},
     program::{Data, Server, THREE_ROOMS},
 };
 
-fn address(server: &Server) -> SocketAddr {
+pub(crate) fn address(server: &Server) -> SocketAddr {
     server.base.trim_start_matches("http://").parse().expect("an address")
 }
 
@@ -51,4 +53,61 @@ async fn walls_hide_people_and_those_whom_they_hide_need_not_speak() {
     for token in [&west.token, &closed_in.token] {
         assert!(!log.contains(token.as_str()), "the log shows a token");
     }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_door_that_closes_hides_people_from_each_other_until_it_opens() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.glb", two_rooms()), "rooms");
+    let server = data.serve();
+    let west = enter(&server, 2.5, 2.5).await;
+    let mut hears = west.listen().await;
+    let east = enter(&server, 8.0, 2.5).await;
+    let beside = enter(&server, 8.0, 1.0).await;
+    let mut seen_by_east = east.listen().await;
+    assert_eq!(hears.wait("object-info").await.data["object"], east.object);
+
+    let source = HttpSource::new(&server.base).expect("an address");
+    let around = document(&source, "/v1/scenes/rooms/objects?bbox=5,0,2,5.2,2.2,3").await;
+    let door = names(&around)
+        .into_iter()
+        .find(|(node, _)| node == "door:between")
+        .expect("a door")
+        .1;
+    let set = |open: bool| {
+        let path = format!("/v1/scenes/rooms/doors/{door}");
+        let (address, token) = (address(&server), west.token.clone());
+        async move {
+            json(address, ("PUT", &path), Some(&token), &json!({"open": open}))
+                .await
+                .status
+        }
+    };
+    assert_eq!(set(false).await, 200);
+    assert_eq!(hears.wait("door").await.data, json!({"object": door, "open": false}));
+    let gone = hears.wait("object-gone").await.data;
+    assert_eq!(gone["reason"], "hidden");
+    assert_eq!(
+        seen_by_east.wait("object-gone").await.data["objects"],
+        json!([west.object])
+    );
+    assert!(
+        west.stand(json!([2.5, 1.5, 2.5])).await["hush"].is_object(),
+        "nobody sees it"
+    );
+    let so_far = hears.text.len();
+    for step in 0..5 {
+        east.stand(json!([8.0 + 0.1 * f64::from(step), 1.5, 2.5])).await;
+        assert!(
+            beside.stand(json!([8.0, 1.5, 1.0])).await["hush"].is_null(),
+            "east sees it"
+        );
+    }
+
+    assert_eq!(set(true).await, 200);
+    assert_eq!(hears.wait("door").await.data["open"], true);
+    east.stand(json!([8.2, 1.5, 2.5])).await;
+    hears.wait("object-pos").await;
+    let between = hears.text[so_far..].split("event: door").next().expect("a text");
+    assert!(!between.contains("object-"), "while it was closed: {between}");
 }

@@ -6,7 +6,7 @@
 use std::{fmt, str::FromStr};
 
 use belvedere_scene::{BlobName, CellId, ObjectId, Revision, SceneName, object::ObjectInfo};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{Ms, motion::Pose, tbv::Tbv};
 
@@ -147,7 +147,7 @@ pub struct Hello {
 }
 
 /// Why earlier events are void.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Void {
     /// The reader was away or too slow for longer than events are kept.

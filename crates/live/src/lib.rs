@@ -9,11 +9,13 @@
 //! * [`aoi`]: areas of interest with hysteresis.
 //! * [`pace`]: how often and how much a session is told.
 //! * [`event`]: what it is told.
+//! * [`journal`]: what has happened, written down, and lived through again.
 //! * [`world`]: the rules themselves. Who may see what is decided in `world::sight` and nowhere else.
 
 pub mod aoi;
 pub mod cells;
 pub mod event;
+pub mod journal;
 pub mod motion;
 pub mod pace;
 pub mod tbv;

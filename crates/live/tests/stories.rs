@@ -3,6 +3,7 @@
 mod plan;
 
 use belvedere_live::event::{Event, Gone};
+use belvedere_scene::{CellId, ObjectId};
 use plan::Stage;
 
 #[test]
@@ -140,6 +141,66 @@ fn doors_are_told_to_whoever_comes_to_see_them() {
         (stage.heard(near, "door").len(), stage.heard(far, "door").len()),
         (2, 2)
     );
+}
+
+#[test]
+fn a_closed_door_hides_who_is_behind_it_within_a_tick_and_hushes_both() {
+    let mut stage = Stage::row(5, 4);
+    let (a, b) = (stage.enter(0.5), stage.enter(3.5));
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    stage.gate(2, false);
+    stage.tick();
+    assert_eq!(stage.last_gone(a), Some((stage.avatar(b), Gone::Hidden)));
+    for session in [a, b] {
+        let told = stage.unread(session);
+        assert!(told.iter().any(|event| matches!(event, Event::Hush(_))), "{told:?}");
+    }
+    let infos = stage.count(a, "object-info");
+    stage.gate(2, true);
+    for session in [a, b] {
+        let told = stage.unread(session);
+        assert!(told.iter().any(|event| matches!(event, Event::Wake { .. })), "{told:?}");
+    }
+    stage.stand(b);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    assert_eq!(stage.count(a, "object-info"), infos, "its info was kept");
+}
+
+#[test]
+fn behind_two_closed_doors_one_that_opens_shows_nobody() {
+    let mut stage = Stage::row(5, 2);
+    let (a, b) = (stage.enter(1.4), stage.enter(3.6));
+    stage.gate(2, false);
+    stage.gate(3, false);
+    stage.tick();
+    let told = stage.count(a, "object-info");
+    for border in [2, 3, 2, 3] {
+        stage.gate(border, true);
+        stage.silence(500);
+        stage.gate(border, false);
+    }
+    assert_eq!((stage.seen_by(a), stage.count(a, "object-info")), (vec![], told));
+    stage.gate(2, true);
+    stage.gate(3, true);
+    stage.stand(b);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}
+
+#[test]
+fn an_answer_about_a_door_that_has_opened_since_is_void() {
+    let mut stage = Stage::rooms(4);
+    let (a, b) = (stage.enter(1.4), stage.enter(2.6));
+    stage.gate(2, false);
+    stage.gate(2, true);
+    stage.stand(b);
+    stage.tick();
+    let now_ms = stage.now_ms;
+    stage.world.screen(CellId(1), &[ObjectId(1_002)], &[CellId(2)], now_ms);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
 }
 
 #[test]

@@ -43,7 +43,7 @@ const WALLS: usize = 1;
 /// How many bodies on the first ray are tried, from the eye on.
 const BODIES_TRIED: usize = 16;
 /// A wall hides only what lies further behind its plane than so many times the distance within which faces lie in it.
-const BEHIND: f32 = 4.0;
+pub(super) const BEHIND: f32 = 4.0;
 
 /// What hides, ready for questions.
 pub struct Blocker {
@@ -463,7 +463,7 @@ fn is_empty(rectangle: &Rectangle, margin_m: f32) -> bool {
 
 /// A rectangle in which all segments between two regions on different sides cross a wall. Only segments on the convex hull
 /// of both can cross at its border; for two boxes these join equal corners.
-fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
+pub(super) fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
     let mut rectangle = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
     let mut include = |place: Vec2| {
         for axis in 0..2 {
@@ -497,7 +497,7 @@ fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
 }
 
 /// An opening as a region: a flat box where the wall stands along the world's axes.
-fn region_of(wall: &Wall, opening: &Rectangle) -> Region {
+pub(super) fn region_of(wall: &Wall, opening: &Rectangle) -> Region {
     let [u, v] = *opening;
     let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| wall.point(Vec2::new(u[i], v[j])));
     let hull = Region::hull(corners.to_vec());

@@ -10,6 +10,7 @@
 
 mod check;
 mod clock;
+mod doors;
 mod hushing;
 mod mover;
 mod movers;
@@ -21,15 +22,17 @@ mod tick;
 use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::{Bounds, CellId, ObjectId};
+use serde::{Deserialize, Serialize};
 
 pub use self::{
     check::{MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Refusal, Seen, Sent, Unknown},
+    doors::Unscreened,
     mover::Look,
     movers::NewMover,
     session::REMEMBERED,
     sessions::Visitor,
 };
-use self::{mover::Mover, session::Session};
+use self::{doors::Door, mover::Mover, session::Session};
 use crate::{
     Ms,
     cells::{Ball, Cells},
@@ -37,7 +40,7 @@ use crate::{
 };
 
 /// What can be set.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Rules {
     /// Time between ticks.
     pub tick_ms: Ms,
@@ -92,13 +95,9 @@ pub struct World {
     /// Not told yet.
     gone: BTreeMap<(SessionId, Gone), Vec<ObjectId>>,
     doors: BTreeMap<ObjectId, Door>,
+    /// Cells from which closed doors may hide something, and nobody has said what yet.
+    unscreened: BTreeSet<CellId>,
     events: Vec<(SessionId, Event)>,
-}
-
-#[derive(Debug)]
-struct Door {
-    open: bool,
-    cells: Vec<CellId>,
 }
 
 /// How much there is.
@@ -132,6 +131,7 @@ impl World {
             stirred_movers: BTreeSet::new(),
             gone: BTreeMap::new(),
             doors: BTreeMap::new(),
+            unscreened: BTreeSet::new(),
             events: Vec::new(),
         }
     }
@@ -170,7 +170,8 @@ impl World {
             // It will be refused.
             return Vec::new();
         }
-        self.cells.unknown_under(&self.rules.eye_ball(position, max_speed_mps))
+        let eye = self.rules.eye_ball(position, max_speed_mps);
+        self.cells.unknown_under(&self.looked_ahead(eye, max_speed_mps))
     }
 
     /// The same for a session that moves there.
@@ -199,6 +200,7 @@ impl World {
         self.watchers = vec![BTreeSet::new(); cells.len()];
         self.cells = cells;
         self.doors.clear();
+        self.unscreened.clear();
         self.alarms.clear();
         let movers: Vec<_> = self.movers.keys().copied().collect();
         for object in movers {
@@ -216,36 +218,6 @@ impl World {
             self.look(id, now_ms);
             if let Ok(place) = self.place_of(id) {
                 self.say(id, Event::Cell { cell: place.cell });
-            }
-        }
-    }
-
-    /// Opens or closes a door; everybody who may see it is told, the others when they come to see it.
-    pub fn set_door(&mut self, door: ObjectId, bounds: &Bounds, open: bool) {
-        let cells = self.cells.meeting(bounds);
-        let watching: BTreeSet<_> = cells
-            .iter()
-            .flat_map(|cell| &self.watchers[cell.index()])
-            .copied()
-            .collect();
-        self.doors.insert(door, Door { open, cells });
-        for session in watching {
-            self.tell_doors(session);
-        }
-    }
-
-    /// Tells a session what it does not know of the doors that it may see. Doors are published open.
-    fn tell_doors(&mut self, id: SessionId) {
-        let Some(session) = self.sessions.get_mut(&id) else {
-            return;
-        };
-        for (object, door) in &self.doors {
-            let watched = |cell: &CellId| session.eye.watched.binary_search(cell).is_ok();
-            let believed = session.doors.get(object).copied().unwrap_or(true);
-            if believed != door.open && door.cells.iter().any(watched) {
-                session.doors.insert(*object, door.open);
-                let (object, open) = (*object, door.open);
-                self.events.push((id, Event::Door { object, open }));
             }
         }
     }

@@ -4,6 +4,8 @@ use std::{collections::BTreeSet, sync::Arc};
 
 use belvedere_scene::{Bounds, CellId, ObjectId, object::ObjectInfo};
 
+use serde::{Deserialize, Serialize};
+
 use super::clock::SenderClock;
 use crate::{
     Ms,
@@ -31,7 +33,7 @@ pub(super) struct Mover {
 }
 
 /// What a mover looks like.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Look {
     /// A name for people.
     pub name: String,

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use belvedere_scene::{CellId, ObjectId};
+use serde::{Deserialize, Serialize};
 
 use super::{
     Look, Moved, Refusal, Sent, World, check,
@@ -17,7 +18,7 @@ use crate::{
 };
 
 /// A mover that is to be.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NewMover {
     /// Where it is.
     pub pose: Sent,

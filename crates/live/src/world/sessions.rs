@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use belvedere_scene::ObjectId;
+use serde::{Deserialize, Serialize};
 
 use super::{
     Look, NewMover, Refusal, Seen, Sent, World, check,
@@ -18,7 +19,7 @@ use crate::{
 };
 
 /// A participant that is to be.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Visitor {
     /// Where the participant is.
     pub pose: Sent,
@@ -171,6 +172,7 @@ impl World {
         let before = std::mem::replace(&mut session.eye, eye).watched;
         let now = session.eye.watched.clone();
         self.stirred_sessions.insert(id);
+        self.ask_ahead(id);
         if before == now {
             return;
         }

@@ -3,7 +3,7 @@
 //! A participant sees into the cells that can be seen from its own cell, and from those that it may have reached before
 //! the next event arrives: within its speed times a round trip. A mover is in the cells that its ball touches, widened
 //! by what it moves in a tick. The mover is told of when one of its cells is seen into and it is inside the area of
-//! interest. Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
+//! interest. What closed doors hide is left out ([`doors`](super::doors)). Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
 //!
 //! Conservative as far as the scene's sets are: a mover that is not told of cannot be seen.
 

@@ -1,7 +1,10 @@
 //! The task that owns a scene: the only one that touches its rules.
 //!
 //! It takes messages, ticks, follows new revisions and ends leases. Poses that come too fast are refused, and the newest
-//! of them is taken in the next tick.
+//! of them is taken in the next tick. What changes the rules' world goes through its [`Journal`], so that all of it can be
+//! recorded.
+
+mod ground;
 
 use std::{
     collections::BTreeMap,
@@ -9,13 +12,14 @@ use std::{
 };
 
 use belvedere_live::{
-    Ms, World,
-    event::{Event, Hello, Manifest, SessionId},
+    Ms,
+    event::{Event, Hello, SessionId},
+    journal::Journal,
     motion::LONGEST_EXTRAPOLATION_MS,
     pace::Bucket,
     world::{Seen, Sent, Visitor},
 };
-use belvedere_scene::{CellId, ObjectId, Revision, SceneName};
+use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::{
     sync::{mpsc, watch},
     time::MissedTickBehavior,
@@ -28,7 +32,6 @@ use super::{
     statics::{self, View},
     terrain::Terrain,
 };
-use crate::published::ReadError;
 
 /// Poses a session may send at once, and a second.
 const POSES: (f64, f64) = (60.0, 60.0);
@@ -58,14 +61,17 @@ async fn run(
     let terrain = Terrain {
         published: live.0.publications.scene(scene).ok_or_else(missing)?,
     };
-    let rules = live.0.settings.rules();
+    let (ground, rules) = (terrain.ground().await?, live.0.settings.rules());
+    let records = live.0.recorder.is_some();
     let mut stage = Stage {
-        world: World::new(terrain.cells().await?, &terrain.bounds(), rules),
+        world: Journal::begin(scene.clone(), &ground, rules, records, live.now_ms()),
         live: live.clone(),
         scene: scene.clone(),
         terrain,
         people: BTreeMap::new(),
         unreadable: None,
+        proving: false,
+        ticked: false,
     };
     let mut ticks = tokio::time::interval(live.0.settings.tick);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -77,7 +83,9 @@ async fn run(
             },
             _ = ticks.tick(), if !stage.world.is_empty() => stage.tick().await,
         }
+        stage.find_screens(handle);
         stage.deliver();
+        stage.record().await;
         handle.count(stage.world.counts());
     }
 }
@@ -86,10 +94,14 @@ struct Stage {
     live: Live,
     scene: SceneName,
     terrain: Terrain,
-    world: World,
+    world: Journal,
     people: BTreeMap<SessionId, Person>,
     /// A newer revision that could not be read.
     unreadable: Option<Revision>,
+    /// Somebody is finding out what closed doors hide.
+    proving: bool,
+    /// Something has been written for which a tick has passed.
+    ticked: bool,
 }
 
 /// What the task keeps of a session beside the rules.
@@ -136,7 +148,7 @@ impl Stage {
             } => {
                 let created = self.world.create(object, owner, new, self.live.now_ms());
                 if reply.send(created.map_err(LiveError::from)).is_err() {
-                    self.world.destroy(object);
+                    self.world.destroy(object, self.live.now_ms());
                 }
             }
             Message::Move { moves, reply } => {
@@ -147,13 +159,17 @@ impl Stage {
                 _ = reply.send(moved.map(|moved| moved.map_err(LiveError::from)).collect());
             }
             Message::Destroy { object, reply } => {
-                self.world.destroy(object);
+                self.world.destroy(object, self.live.now_ms());
                 _ = reply.send(());
             }
             Message::Door { door, reply } => {
-                self.world.set_door(door.object, &door.bounds, door.open);
+                self.world
+                    .set_door(door.object, &door.bounds, door.open, self.live.now_ms());
+                self.show_statics_to_all(false);
                 _ = reply.send(());
             }
+            Message::Screen(screen) => self.screen(&screen),
+            Message::ScreensFound => self.proving = false,
         }
     }
 
@@ -184,6 +200,7 @@ impl Stage {
         let view = with_statics.then(|| {
             let (view, seen) = watch::channel(View {
                 published: self.terrain.published.clone(),
+                closed: self.world.closed(),
                 position,
                 enter_m: aoi.enter_m,
                 round: 0,
@@ -224,14 +241,11 @@ impl Stage {
         Ok(seen)
     }
 
-    /// Reads what is seen from cells where nobody has stood yet.
-    async fn learn(&mut self, cells: Vec<CellId>) -> Result<(), ReadError> {
-        if !cells.is_empty() {
-            for (cell, sees) in self.terrain.sights(cells).await? {
-                self.world.teach(cell, &sees);
-            }
-        }
-        Ok(())
+    fn show_statics_to_all(&mut self, anew: bool) {
+        let sessions: Vec<_> = self.people.keys().copied().collect();
+        sessions
+            .into_iter()
+            .for_each(|session| self.show_statics(session, anew));
     }
 
     fn show_statics(&mut self, session: SessionId, anew: bool) {
@@ -243,6 +257,7 @@ impl Stage {
                 view.position = position;
                 view.enter_m = aoi.enter_m;
                 view.published = self.terrain.published.clone();
+                view.closed = self.world.closed();
                 view.round += u64::from(anew);
             });
         }
@@ -277,6 +292,7 @@ impl Stage {
             _ = self.apply(session, sent).await;
         }
         self.world.tick(self.live.now_ms());
+        self.ticked = true;
         self.resync();
     }
 
@@ -299,39 +315,17 @@ impl Stage {
         }
     }
 
-    /// Goes on with a new revision; with the old one while the new one cannot be read.
-    async fn follow(&mut self) {
-        let Some(published) = self.live.0.publications.scene(&self.scene) else {
+    /// Hands on what has been written since the last tick.
+    async fn record(&mut self) {
+        let Some(recorder) = &self.live.0.recorder else {
             return;
         };
-        let revision = published.pointer.revision;
-        if Arc::ptr_eq(&published, &self.terrain.published) || self.unreadable == Some(revision) {
-            return;
+        if (self.ticked || self.world.is_empty())
+            && let Some(written) = self.world.written()
+        {
+            recorder.write(&self.scene, written).await;
         }
-        if let Err(error) = self.rebase(Terrain { published }).await {
-            tracing::error!(scene = %self.scene, %revision, %error, "visitors stay with an earlier revision");
-            self.unreadable = Some(revision);
-        }
-    }
-
-    async fn rebase(&mut self, terrain: Terrain) -> Result<(), ReadError> {
-        let mut cells = terrain.cells().await?;
-        terrain.teach(&mut cells, self.world.eyes().collect()).await?;
-        self.deliver();
-        let pointer = &terrain.published.pointer;
-        for person in self.people.values() {
-            person.outbox.push(&Event::Revision {
-                revision: pointer.revision,
-                manifest: Manifest(pointer.manifest.clone()),
-            });
-        }
-        self.world.rebase(cells, &terrain.bounds(), self.live.now_ms());
-        self.terrain = terrain;
-        let sessions: Vec<_> = self.people.keys().copied().collect();
-        sessions
-            .into_iter()
-            .for_each(|session| self.show_statics(session, true));
-        Ok(())
+        self.ticked = false;
     }
 
     /// Puts what the rules have said into the outboxes.
