@@ -14,7 +14,7 @@ use crate::{
     config::{Config, LogFormat, Settings},
     db::Catalogue,
     http::{AppState, Metrics, OnLine, RequestLimits, accept::serve_connections, front::Front},
-    live::{Live, Recorder},
+    live::{Live, Recorder, Sources},
     published::Publications,
     store::BlobStore,
 };
@@ -80,7 +80,13 @@ pub async fn serve(
         )
     })?;
     let recorder = config.record.as_deref().map(recorder).transpose()?;
-    let live = Live::new(publications.clone(), config.live, recorder.clone(), shutdown.clone());
+    let sources = Sources {
+        publications: publications.clone(),
+        catalogue: catalogue.clone(),
+        recorder: recorder.clone(),
+    };
+    let live = Live::new(sources, config.live, shutdown.clone());
+    live.restore().await?;
     let front = Front::new(AppState {
         publications,
         live,

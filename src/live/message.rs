@@ -47,6 +47,8 @@ pub(super) enum Message {
         object: ObjectId,
         owner: Option<SessionId>,
         new: NewMover,
+        /// It outlives the server.
+        stays: bool,
         reply: Reply<Result<Moved, LiveError>>,
     },
     Move {
@@ -59,6 +61,10 @@ pub(super) enum Message {
     },
     Door {
         door: Door,
+        reply: Reply<()>,
+    },
+    /// Whatever outlived the server is back.
+    Ready {
         reply: Reply<()>,
     },
     /// What closed doors hide from a cell.

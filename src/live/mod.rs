@@ -12,9 +12,11 @@
 //! * `screens`: what closed doors hide from a cell, proved beside that task.
 //! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
+//! * `keeping`: movers and doors that outlive the server.
 //! * `registry`, `token`: who is where, and who may do what.
 
 mod error;
+mod keeping;
 mod message;
 mod outbox;
 mod reader;
@@ -41,7 +43,7 @@ use belvedere_live::{
     event::SessionId,
     world::{Counts, Moved, NewMover, Sent, Visitor},
 };
-use belvedere_scene::{ObjectId, SceneName};
+use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
@@ -55,10 +57,11 @@ pub use self::{
     token::Token,
 };
 use self::{
+    keeping::Undo,
     message::{Message, StageHandle},
     registry::Registry,
 };
-use crate::published::Publications;
+use crate::{db::Catalogue, published::Publications};
 
 /// Everything live. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -66,13 +69,23 @@ pub struct Live(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
-    publications: Publications,
+    sources: Sources,
     settings: LiveSettings,
     registry: Registry,
-    recorder: Option<Recorder>,
     clock: Clock,
     stopping: CancellationToken,
     tally: Tally,
+}
+
+/// What live sessions read and write.
+#[derive(Debug, Clone)]
+pub struct Sources {
+    /// The scenes.
+    pub publications: Publications,
+    /// Where movers are kept that outlive the server.
+    pub catalogue: Catalogue,
+    /// What happens is recorded, if there is a recorder.
+    pub recorder: Option<Recorder>,
 }
 
 /// What has been counted since the start.
@@ -120,23 +133,38 @@ impl Clock {
 }
 
 impl Live {
-    /// Nobody is there yet. What happens is recorded if there is a recorder. Streams end when `stopping` is cancelled.
+    /// Nobody is there yet. Streams end when `stopping` is cancelled.
     #[must_use]
-    pub fn new(
-        publications: Publications,
-        settings: LiveSettings,
-        recorder: Option<Recorder>,
-        stopping: CancellationToken,
-    ) -> Self {
+    pub fn new(sources: Sources, settings: LiveSettings, stopping: CancellationToken) -> Self {
         Self(Arc::new(Inner {
-            publications,
+            sources,
             settings,
             registry: Registry::default(),
-            recorder,
             clock: Clock::start(),
             stopping,
             tally: Tally::default(),
         }))
+    }
+
+    /// Brings back whatever outlived the server.
+    ///
+    /// # Errors
+    /// When the catalogue cannot be read.
+    pub async fn restore(&self) -> anyhow::Result<()> {
+        let Sources {
+            catalogue,
+            publications,
+            ..
+        } = &self.0.sources;
+        if let Some(last) = catalogue.last_kept_mover().await? {
+            self.0.registry.skip_movers(last);
+        }
+        for scene in catalogue.scenes_with_kept().await? {
+            if publications.scene(&scene).is_some() {
+                ask(&self.stage(&scene), |reply| Message::Ready { reply }).await?;
+            }
+        }
+        Ok(())
     }
 
     /// What there is.
@@ -207,7 +235,8 @@ impl Live {
         })
     }
 
-    /// Adds a program-driven mover. Who shows a session's token drives it through that session.
+    /// Adds a program-driven mover, which outlives the server if it `stays`. Who shows a session's token drives it through
+    /// that session.
     ///
     /// # Errors
     /// When there is no room, or the rules refuse it.
@@ -215,6 +244,7 @@ impl Live {
         &self,
         scene: &SceneName,
         new: NewMover,
+        stays: bool,
         token: Option<Token>,
     ) -> Result<(Moved, Token), LiveError> {
         let stage = self.stage(scene);
@@ -222,14 +252,22 @@ impl Live {
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
         let most = self.0.settings.movers;
-        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, most)?;
+        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, stays, most)?;
+        let kept = stays.then(|| new.clone());
         let message = |reply| Message::Create {
             object,
             owner,
             new,
+            stays,
             reply,
         };
         let moved = ask(&stage, message).await??;
+        if let Some(new) = kept {
+            let undo = Undo::of(&self.0.sources.catalogue, &stage, object);
+            let kept = keeping::keep_mover(&self.0.sources.catalogue, scene, (object, token), &new).await;
+            kept.map_err(LiveError::Unkept)?;
+            undo.forget();
+        }
         reserved.keep();
         Ok((moved, token))
     }
@@ -282,19 +320,31 @@ impl Live {
     /// When there is none, or the token is not its own.
     pub async fn destroy(&self, object: ObjectId, token: Option<Token>) -> Result<(), LiveError> {
         let stage = self.0.registry.mover(object, token)?;
+        if self.0.registry.stays(object) {
+            let forgotten = self.0.sources.catalogue.forget_mover(object).await;
+            forgotten.map_err(LiveError::Unkept)?;
+        }
         ask(&stage, |reply| Message::Destroy { object, reply }).await?;
         self.0.registry.end_mover(object);
         Ok(())
     }
 
-    /// Opens or closes a door, for whoever has a token of the scene.
+    /// Opens or closes a door of a revision, for whoever has a token of the scene.
     ///
     /// # Errors
     /// When the token is none of the scene's.
-    pub async fn set_door(&self, scene: &SceneName, door: Door, token: Option<Token>) -> Result<(), LiveError> {
+    pub async fn set_door(
+        &self,
+        scene: &SceneName,
+        revision: Revision,
+        door: Door,
+        token: Option<Token>,
+    ) -> Result<(), LiveError> {
         let stage = self.stage(scene);
         self.0.registry.anybody(&stage, token)?;
-        ask(&stage, |reply| Message::Door { door, reply }).await
+        ask(&stage, |reply| Message::Door { door, reply }).await?;
+        let kept = keeping::keep_door(&self.0.sources.catalogue, scene, revision, &door).await;
+        kept.map_err(LiveError::Unkept)
     }
 }
 

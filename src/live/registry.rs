@@ -65,6 +65,8 @@ pub(super) struct SessionEntry {
 struct MoverEntry {
     token: Token,
     stage: StageHandle,
+    /// It outlives the server.
+    stays: bool,
 }
 
 /// A place in the table that is given back unless it is kept: whoever does not wait for an answer gets nothing.
@@ -196,6 +198,7 @@ impl Registry {
         &self,
         stage: &StageHandle,
         token: Option<Token>,
+        stays: bool,
         most: usize,
     ) -> Result<(ObjectId, Token, Reserved<'_>), LiveError> {
         let token = token.map_or_else(Token::random, Ok)?;
@@ -206,9 +209,22 @@ impl Registry {
         }
         let object = tables.mover_id();
         let stage = stage.clone();
-        tables.movers.insert(object, MoverEntry { token, stage });
+        tables.movers.insert(object, MoverEntry { token, stage, stays });
         let what = Some(Place::Mover(object));
         Ok((object, token, Reserved { registry: self, what }))
+    }
+
+    /// Ids up to here are taken.
+    pub(super) fn skip_movers(&self, last: ObjectId) {
+        let mut tables = self.tables();
+        let next = (last.0 + 1).saturating_sub(FIRST_MOVER);
+        tables.next_mover = tables.next_mover.max(next);
+    }
+
+    /// A mover is back that was there before.
+    pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) {
+        let (stage, stays) = (stage.clone(), true);
+        self.tables().movers.insert(object, MoverEntry { token, stage, stays });
     }
 
     /// The scene of a mover, for whoever has its token.
@@ -218,6 +234,11 @@ impl Registry {
         let entry = entry.ok_or_else(|| LiveError::NotFound(format!("mover {object}")))?;
         entry.token.admit(token, || format!("mover {object}"))?;
         Ok(entry.stage.clone())
+    }
+
+    /// Whether a mover outlives the server.
+    pub(super) fn stays(&self, object: ObjectId) -> bool {
+        self.tables().movers.get(&object).is_some_and(|mover| mover.stays)
     }
 
     pub(super) fn end_mover(&self, object: ObjectId) {

@@ -105,7 +105,11 @@ fn tampered(data: &Data, name: &str, tamper: impl Fn(&str, &mut Value)) {
                 tamper(entry[0], &mut output);
             }
             // What is not touched stays as it is, to the last byte.
-            let output = if output == written { entry[1].to_owned() } else { output.to_string() };
+            let output = if output == written {
+                entry[1].to_owned()
+            } else {
+                output.to_string()
+            };
             text += &format!("{}\n{output}\n", entry[0]);
         }
         let frame = zstd::bulk::compress(text.as_bytes(), 1).expect("a frame");

@@ -2,9 +2,12 @@
 
 mod plan;
 
-use belvedere_live::event::{Event, Gone};
+use belvedere_live::{
+    cells::distance_m,
+    event::{Event, Gone},
+};
 use belvedere_scene::{CellId, ObjectId};
-use plan::Stage;
+use plan::{SPEED_MPS, Stage};
 
 #[test]
 fn two_in_one_room_hear_of_each_other_and_not_of_themselves() {
@@ -78,6 +81,18 @@ fn a_teleport_breaks_the_promise_and_is_seen_at_once() {
     assert!(stage.jump(b, 1.5).is_none(), "it is visible there");
     stage.tick();
     assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}
+
+#[test]
+fn two_poses_within_a_moment_do_not_make_a_rocket() {
+    let mut stage = Stage::rooms(3);
+    let (a, b) = (stage.enter(0.5), stage.enter(0.7));
+    stage.now_ms += 1;
+    stage.pose(b, 0.8);
+    stage.silence(1_000);
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    let shown = stage.beliefs[&a].shown[&stage.avatar(b)];
+    assert!(distance_m(shown.velocity, [0.0; 3]) <= SPEED_MPS + 1e-9, "{shown:?}");
 }
 
 #[test]

@@ -49,6 +49,6 @@ pub(in crate::http) async fn set(
         bounds: info.bounds,
         open,
     };
-    live.set_door(&scene, door, token).await?;
+    live.set_door(&scene, published.pointer.revision, door, token).await?;
     Ok(now(StatusCode::OK, &Answer { object, open }))
 }

@@ -42,6 +42,7 @@ struct Asked {
     radius_m: Option<f64>,
     max_speed_mps: Option<f64>,
     trajectory: Option<Way>,
+    persistent: Option<bool>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -119,7 +120,9 @@ pub(in crate::http) async fn create(
         look: look(&published, asked.avatar, asked.name).await?,
         way: way.transpose().map_err(LiveError::from)?,
     };
-    let (moved, token) = live.create(&scene, new, token).await?;
+    let (moved, token) = live
+        .create(&scene, new, asked.persistent.unwrap_or(false), token)
+        .await?;
     let answer = Created {
         object: moved.object,
         token: token.reveal(),

@@ -47,7 +47,7 @@ impl Stage {
 
     /// Goes on with a new revision; with the old one while the new one cannot be read.
     pub(super) async fn follow(&mut self) {
-        let Some(published) = self.live.0.publications.scene(&self.scene) else {
+        let Some(published) = self.live.0.sources.publications.scene(&self.scene) else {
             return;
         };
         let revision = published.pointer.revision;

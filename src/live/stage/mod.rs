@@ -17,7 +17,7 @@ use belvedere_live::{
     journal::Journal,
     motion::LONGEST_EXTRAPOLATION_MS,
     pace::Bucket,
-    world::{Seen, Sent, Visitor},
+    world::{Moved, Seen, Sent, Visitor},
 };
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::{
@@ -27,8 +27,10 @@ use tokio::{
 
 use super::{
     Live, LiveError,
+    keeping::{self, Keeping},
     message::{Message, StageHandle},
     outbox::Outbox,
+    registry::Door,
     statics::{self, View},
     terrain::Terrain,
 };
@@ -59,10 +61,10 @@ async fn run(
 ) -> Result<(), LiveError> {
     let missing = || LiveError::NotFound(format!("scene `{scene}`"));
     let terrain = Terrain {
-        published: live.0.publications.scene(scene).ok_or_else(missing)?,
+        published: live.0.sources.publications.scene(scene).ok_or_else(missing)?,
     };
     let (ground, rules) = (terrain.ground().await?, live.0.settings.rules());
-    let records = live.0.recorder.is_some();
+    let records = live.0.sources.recorder.is_some();
     let mut stage = Stage {
         world: Journal::begin(scene.clone(), &ground, rules, records, live.now_ms()),
         live: live.clone(),
@@ -72,7 +74,9 @@ async fn run(
         unreadable: None,
         proving: false,
         ticked: false,
+        keeping: Keeping::default(),
     };
+    stage.restore(handle).await;
     let mut ticks = tokio::time::interval(live.0.settings.tick);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -102,6 +106,7 @@ struct Stage {
     proving: bool,
     /// Something has been written for which a tick has passed.
     ticked: bool,
+    keeping: Keeping,
 }
 
 /// What the task keeps of a session beside the rules.
@@ -114,6 +119,32 @@ struct Person {
 }
 
 impl Stage {
+    /// Puts back whatever outlived the server.
+    async fn restore(&mut self, handle: &StageHandle) {
+        let (catalogue, revision) = (&self.live.0.sources.catalogue, self.terrain.published.pointer.revision);
+        let movers = keeping::kept_movers(catalogue, &self.scene).await;
+        let doors = keeping::kept_doors(catalogue, &self.scene, revision).await;
+        let (movers, doors) = match (movers, doors) {
+            (Ok(movers), Ok(doors)) => (movers, doors),
+            (Err(error), _) | (_, Err(error)) => {
+                tracing::error!(scene = %self.scene, %error, "what was kept of the scene cannot be read");
+                return;
+            }
+        };
+        for Door { object, bounds, open } in doors {
+            self.world.set_door(object, &bounds, open, self.live.now_ms());
+        }
+        for (object, token, new) in movers {
+            match self.world.create(object, None, new, self.live.now_ms()) {
+                Ok(_) => {
+                    self.keeping.stay(object);
+                    self.live.0.registry.restore_mover(handle, object, token);
+                }
+                Err(refusal) => tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more"),
+            }
+        }
+    }
+
     async fn take(&mut self, message: Message) {
         // Whoever has stopped waiting for an answer needs none, and has nothing.
         match message {
@@ -144,21 +175,23 @@ impl Stage {
                 object,
                 owner,
                 new,
+                stays,
                 reply,
             } => {
                 let created = self.world.create(object, owner, new, self.live.now_ms());
+                if stays {
+                    self.keeping.stay(object);
+                }
                 if reply.send(created.map_err(LiveError::from)).is_err() {
                     self.world.destroy(object, self.live.now_ms());
                 }
             }
             Message::Move { moves, reply } => {
-                let now_ms = self.live.now_ms();
-                let moved = moves
-                    .into_iter()
-                    .map(|(object, sent)| self.world.move_to(object, sent, now_ms));
-                _ = reply.send(moved.map(|moved| moved.map_err(LiveError::from)).collect());
+                let moved = moves.into_iter().map(|(object, sent)| self.move_to(object, sent));
+                _ = reply.send(moved.collect());
             }
             Message::Destroy { object, reply } => {
+                self.keeping.forget(object);
                 self.world.destroy(object, self.live.now_ms());
                 _ = reply.send(());
             }
@@ -168,9 +201,16 @@ impl Stage {
                 self.show_statics_to_all(false);
                 _ = reply.send(());
             }
+            Message::Ready { reply } => _ = reply.send(()),
             Message::Screen(screen) => self.screen(&screen),
             Message::ScreensFound => self.proving = false,
         }
+    }
+
+    fn move_to(&mut self, object: ObjectId, sent: Sent) -> Result<Moved, LiveError> {
+        let moved = self.world.move_to(object, sent, self.live.now_ms())?;
+        self.keeping.moved(object, sent);
+        Ok(moved)
     }
 
     async fn open(
@@ -293,6 +333,7 @@ impl Stage {
         }
         self.world.tick(self.live.now_ms());
         self.ticked = true;
+        self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
         self.resync();
     }
 
@@ -317,7 +358,7 @@ impl Stage {
 
     /// Hands on what has been written since the last tick.
     async fn record(&mut self) {
-        let Some(recorder) = &self.live.0.recorder else {
+        let Some(recorder) = &self.live.0.sources.recorder else {
             return;
         };
         if (self.ticked || self.world.is_empty())

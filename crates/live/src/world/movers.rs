@@ -140,11 +140,13 @@ impl World {
         let moved_m = crate::cells::distance_m(last.position, sent.position);
         let teleported = moved_m > SLACK * mover.max_speed_mps * elapsed_s + SLACK_M;
         let step: [f64; 3] = std::array::from_fn(|a| sent.position[a] - last.position[a]);
+        // Two poses that come within a moment of each other say little of the speed; no more than was promised.
+        let per_s = (1.0 / elapsed_s).min(mover.max_speed_mps / moved_m.max(f64::MIN_POSITIVE));
         let estimate = || match elapsed_s {
             _ if teleported => [0.0; 3],
             0.0 => last.velocity,
             1.0.. => [0.0; 3],
-            _ => step.map(|x| x / elapsed_s),
+            _ => step.map(|x| x * per_s),
         };
         mover.pose = Pose {
             t_ms,
