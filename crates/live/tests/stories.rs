@@ -96,6 +96,31 @@ fn two_poses_within_a_moment_do_not_make_a_rocket() {
 }
 
 #[test]
+fn deep_in_a_crowd_little_is_seen_and_told_less_often_and_a_few_people_are_no_crowd() {
+    let seen = |people: u32| {
+        let mut stage = Stage::hall(40);
+        (0..people).for_each(|i| _ = stage.park(2.0 + 36.0 * f64::from(i) / f64::from(people)));
+        let a = stage.enter(0.5);
+        stage.tick();
+        let told = stage.heard(a, "object-info").into_iter().map(|event| match event {
+            Event::ObjectInfo(told) => told.moving.unwrap().attention,
+            other => panic!("{other:?}"),
+        });
+        told.collect::<Vec<_>>()
+    };
+    let few = seen(20);
+    assert!(few.len() == 20 && few.iter().all(|attention| attention.visibility.is_none()));
+    let crowd = seen(120);
+    assert_eq!(crowd.len(), 120, "nobody is culled unless that is asked for");
+    let (near, far) = (crowd[0], crowd[119]);
+    assert!(
+        near.visibility > Some(0.9) && far.visibility < Some(0.3),
+        "{near:?} {far:?}"
+    );
+    assert!(far.period_ms > few[19].period_ms, "{far:?} {:?}", few[19]);
+}
+
+#[test]
 fn between_the_radii_nothing_flickers() {
     let mut stage = Stage::hall(40);
     let (a, b) = (stage.enter(0.5), stage.enter(12.0));

@@ -5,7 +5,7 @@
 //! [`crate::scene`], but that doors may be closed: then their faces hide as any other's do. Cost: a few dozen boxes and faces for a
 //! question.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, ops::ControlFlow};
 
 use belvedere_scene::ObjectId;
 use glam::DVec3;
@@ -75,6 +75,27 @@ impl Blockade {
     /// Whether one sees straight from one point to another while these doors are closed and the others open.
     #[must_use]
     pub fn sees(&self, from: DVec3, to: DVec3, closed: &BTreeSet<ObjectId>) -> bool {
+        let mut free = true;
+        self.meet(from, to, closed, &mut |_| {
+            free = false;
+            ControlFlow::Break(())
+        });
+        free
+    }
+
+    /// How far one sees on that way: the share of it before anything hides the rest, 1 for all of it.
+    #[must_use]
+    pub fn reach(&self, from: DVec3, to: DVec3, closed: &BTreeSet<ObjectId>) -> f64 {
+        let mut nearest = 1.0f64;
+        self.meet(from, to, closed, &mut |share| {
+            nearest = nearest.min(share);
+            ControlFlow::Continue(())
+        });
+        nearest
+    }
+
+    /// Calls with the share of the way at each face that hides.
+    fn meet(&self, from: DVec3, to: DVec3, closed: &BTreeSet<ObjectId>, found: &mut dyn FnMut(f64) -> ControlFlow<()>) {
         let way = to - from;
         let mut open = if self.nodes.is_empty() { vec![] } else { vec![0] };
         while let Some(number) = open.pop() {
@@ -87,11 +108,12 @@ impl Blockade {
                 continue;
             }
             let faces = &self.faces[node.at..node.at + node.count];
-            if faces.iter().any(|face| face.hides(from, way, closed)) {
-                return false;
+            for share in faces.iter().filter_map(|face| face.hides_at(from, way, closed)) {
+                if found(share).is_break() {
+                    return;
+                }
             }
         }
-        true
     }
 }
 
@@ -147,23 +169,24 @@ impl Face {
         (a + b + c) / 3.0
     }
 
-    fn hides(&self, from: DVec3, way: DVec3, closed: &BTreeSet<ObjectId>) -> bool {
+    /// The share of a way at which it hides the rest.
+    fn hides_at(&self, from: DVec3, way: DVec3, closed: &BTreeSet<ObjectId>) -> Option<f64> {
         if self.door.is_some_and(|door| !closed.contains(&door)) {
-            return false;
+            return None;
         }
         let [a, b, c] = self.corners;
         let normal = (b - a).cross(c - a);
         let approach = normal.dot(way);
         if approach == 0.0 || (self.front_only && approach > 0.0) {
-            return false;
+            return None;
         }
         let share = normal.dot(a - from) / approach;
         if !(CLEARANCE..=1.0 - CLEARANCE).contains(&share) {
-            return false;
+            return None;
         }
         let point = from + share * way;
         let inside = |from: DVec3, to: DVec3| normal.dot((to - from).cross(point - from)) >= 0.0;
-        inside(a, b) && inside(b, c) && inside(c, a)
+        (inside(a, b) && inside(b, c) && inside(c, a)).then_some(share)
     }
 }
 
@@ -231,9 +254,14 @@ mod tests {
         let mut seen = 0;
         for _ in 0..500 {
             let (from, to) = (point(-6.0), point(6.0));
-            let plainly = !blockade.faces.iter().any(|face| face.hides(from, to - from, &NONE));
-            assert_eq!(blockade.sees(from, to, &NONE), plainly);
-            seen += usize::from(plainly);
+            let hits = blockade
+                .faces
+                .iter()
+                .filter_map(|face| face.hides_at(from, to - from, &NONE));
+            let plainly = hits.fold(1.0, f64::min);
+            assert_eq!(blockade.reach(from, to, &NONE), plainly);
+            assert_eq!(blockade.sees(from, to, &NONE), plainly == 1.0);
+            seen += usize::from(plainly == 1.0);
         }
         assert!((50..450).contains(&seen), "{seen}");
     }

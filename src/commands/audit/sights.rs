@@ -7,10 +7,17 @@ use belvedere_verify::{blockade::Blockade, check::Cell};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// So many rays look from a cell into another before it counts as hidden.
-const RAYS: u64 = 1 << 15;
-/// So many at once.
-const AT_ONCE: u64 = 1 << 10;
+/// So many rays look from a cell into another …
+const RAYS: u64 = 1 << 12;
+/// … and so many of those that got furthest are changed a little …
+const KEPT: usize = 64;
+/// … in so many ways each …
+const WAYS: u64 = 8;
+/// … so often, before the other cell counts as hidden.
+const ROUNDS: u32 = 24;
+/// By so much of the way to another place in the cell at first, and each time so much less.
+const STEP: f64 = 0.5;
+const STEP_SHRINKS: f64 = 0.8;
 /// A closed door fills its doorway: gaps around its box of up to this share of its longest edge are closed, as for visible
 /// sets.
 const DOOR_GAP: f64 = 0.03;
@@ -60,20 +67,34 @@ impl Sights {
         let (Some(here), Some(there)) = (self.cells.get(from.index()), self.cells.get(to.index())) else {
             return false;
         };
-        let ray = |number: u64| {
-            let [a, b] = [(here, 1), (there, 2)].map(|(cell, seed)| {
-                // Kinds of places take turns; those of the one cell slower, so that all meet all.
-                let number = if seed == 1 {
-                    number
-                } else {
-                    number / 7 + 7 * (number % 7)
-                };
-                cell.room.eye(seed, cell.id.0, number, self.error_m).position
-            });
-            self.blockade.sees(a, b, closed) || self.blockade.sees(b, a, closed)
+        let place = |cell: &Cell, seed: u64, number: u64| cell.room.eye(seed, cell.id.0, number, self.error_m).position;
+        let line = |a: DVec3, b: DVec3| {
+            let [ahead, back] = [(a, b), (b, a)].map(|(from, to)| self.blockade.reach(from, to, closed));
+            let clear = ahead == 1.0 || back == 1.0;
+            (if clear { f64::INFINITY } else { ahead + back }, [a, b])
         };
-        let mut begins = (0..RAYS).step_by(AT_ONCE as usize);
-        begins.any(|begin| (begin..begin + AT_ONCE).into_par_iter().any(ray))
+        // Kinds of places take turns; those of the one cell slower, so that all meet all.
+        let first = |n: u64| line(place(here, 1, n), place(there, 2, n / 7 + 7 * (n % 7)));
+        let mut best: Vec<_> = (0..RAYS).into_par_iter().map(first).collect();
+        let mut step = STEP;
+        for round in 0..ROUNDS {
+            best.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+            best.truncate(KEPT);
+            if best.first().is_none_or(|(reach, _)| *reach == f64::INFINITY) {
+                break;
+            }
+            let changed = |n: u64| {
+                let (_, [a, b]) = best[n as usize % best.len()];
+                let n = u64::from(round) * KEPT as u64 * WAYS + n;
+                // Each end by itself, and both.
+                let [at_a, at_b] = [[step, 0.0], [0.0, step], [step, step]][n as usize % 3];
+                line(a.lerp(place(here, 3, n), at_a), b.lerp(place(there, 4, n), at_b))
+            };
+            let more: Vec<_> = (0..KEPT as u64 * WAYS).into_par_iter().map(changed).collect();
+            best.extend(more);
+            step *= STEP_SHRINKS;
+        }
+        best.iter().any(|(reach, _)| *reach == f64::INFINITY)
     }
 
     /// Whether a small thing is in plain view of an eye: not just its middle but what is around it, from neither side through

@@ -8,6 +8,7 @@
 //! to watch one of those cells, after the algorithm of Sudarsky & Gotsman (§3), with view cells for BSP leaves and one
 //! registration of a mover for all sessions. Work in a tick is O(visible + expired + exposed).
 
+mod among;
 mod check;
 mod clock;
 mod doors;
@@ -36,6 +37,7 @@ use self::{doors::Door, mover::Mover, session::Session};
 use crate::{
     Ms,
     cells::{Ball, Cells},
+    crowd::{Crowd, Crowding},
     event::{Event, Gone, SessionId},
 };
 
@@ -56,6 +58,8 @@ pub struct Rules {
     pub grace_ms: Ms,
     /// Poses for one session, in bytes a second.
     pub bytes_per_s: f64,
+    /// Whether people hide each other, and how much that counts.
+    pub crowd: Option<Crowding>,
 }
 
 impl Default for Rules {
@@ -68,6 +72,7 @@ impl Default for Rules {
             longest_unheard_tbv_ms: 2_000,
             grace_ms: 1_000,
             bytes_per_s: 64_000.0,
+            crowd: Some(Crowding::default()),
         }
     }
 }
@@ -89,6 +94,8 @@ pub struct World {
     alarms: BTreeSet<(Ms, ObjectId)>,
     /// The radius of the largest mover there ever was, with what it moves in a tick.
     largest_m: f64,
+    /// Who is awake, seen from above, where people hide each other.
+    crowd: Option<Crowd>,
     /// Sessions and movers whose relations may have changed since the last tick.
     stirred_sessions: BTreeSet<SessionId>,
     stirred_movers: BTreeSet<ObjectId>,
@@ -127,6 +134,7 @@ impl World {
             awake: BTreeSet::new(),
             alarms: BTreeSet::new(),
             largest_m: 0.0,
+            crowd: rules.crowd.map(|_| Crowd::new(&reach)),
             stirred_sessions: BTreeSet::new(),
             stirred_movers: BTreeSet::new(),
             gone: BTreeMap::new(),
@@ -196,6 +204,7 @@ impl World {
     /// again.
     pub fn rebase(&mut self, cells: Cells, bounds: &Bounds, now_ms: Ms) {
         self.reach = check::around(&bounds.union(&cells.bounds()));
+        self.crowd = self.rules.crowd.map(|_| Crowd::new(&self.reach));
         self.movers_in = vec![BTreeSet::new(); cells.len()];
         self.watchers = vec![BTreeSet::new(); cells.len()];
         self.cells = cells;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::clock::SenderClock;
 use crate::{
     Ms,
-    event::{Moving, SessionId, Told},
+    event::{Attention, Moving, SessionId, Told},
     motion::{Pose, Trajectory},
     tbv::{Tbv, Validity},
 };
@@ -65,7 +65,7 @@ impl Mover {
     }
 
     /// What a session is told that does not know it.
-    pub(super) fn told(&self, object: ObjectId, period_ms: Ms) -> Told {
+    pub(super) fn told(&self, object: ObjectId, attention: Attention) -> Told {
         let Look { name, model } = &self.look;
         let position = self.pose.position;
         let scale = model.as_deref().map_or([1.0; 3], |model| axis_scales(&model.transform));
@@ -88,7 +88,7 @@ impl Mover {
         let moving = Moving {
             pose: self.pose,
             radius_m: self.radius_m,
-            period_ms,
+            attention,
         };
         Told {
             info,

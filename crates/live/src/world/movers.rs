@@ -189,6 +189,9 @@ impl World {
         }
         let ball = self.rules.mover_ball(&self.movers[&object], now_ms);
         let cells = self.cells.under(&ball);
+        if let (Some(crowd), Some(mover)) = (&mut self.crowd, self.movers.get(&object)) {
+            crowd.put(object, ball.center, mover.radius_m);
+        }
         self.register(object, cells);
         self.stirred_movers.insert(object);
     }
@@ -205,10 +208,18 @@ impl World {
             Some(at_ms) => {
                 self.alarms.insert((at_ms, object));
                 self.awake.remove(&object);
+                self.leave_crowd(object);
             }
             None => {
                 self.awake.insert(object);
             }
+        }
+    }
+
+    /// Whom nobody sees hides nobody.
+    fn leave_crowd(&mut self, object: ObjectId) {
+        if let Some(crowd) = &mut self.crowd {
+            crowd.take(object);
         }
     }
 
@@ -237,6 +248,7 @@ impl World {
             self.alarms.remove(&(at_ms, object));
         }
         self.awake.remove(&object);
+        self.leave_crowd(object);
         self.stirred_movers.remove(&object);
         for cell in &mover.cells {
             self.movers_in[cell.index()].remove(&object);

@@ -14,7 +14,7 @@ use crate::{
     aoi::Aoi,
     cells::Place,
     event::{Event, Gone, SessionId, Void},
-    pace::{self, Bucket},
+    pace::Bucket,
     tbv::Validity,
 };
 
@@ -148,7 +148,7 @@ impl World {
             let mover = &self.movers[object];
             shown.sent = Some(mover.pose);
             shown.sent_at_ms = now_ms;
-            infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.period_ms))));
+            infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.attention))));
         }
         self.say(id, Event::Resync { reason });
         self.say(id, Event::Cell { cell: place.cell });
@@ -206,22 +206,22 @@ impl World {
     /// From now on a session is told of a mover.
     pub(super) fn show(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
         let away_m = self.away_m(id, object, now_ms);
+        let attention = self.attention(id, &self.movers[&object], away_m, now_ms);
         let (Some(session), Some(mover)) = (self.sessions.get_mut(&id), self.movers.get_mut(&object)) else {
             return;
         };
-        let period_ms = pace::period_ms(away_m, self.rules.tick_ms);
         let known = session.recall(object);
         let shown = Shown {
             since_ms: now_ms,
             sent: (!known).then_some(mover.pose),
             sent_at_ms: now_ms,
-            period_ms,
+            attention,
             priority: 0.0,
         };
         session.shown.insert(object, shown);
         mover.shown_to.insert(id);
         if !known {
-            let told = Box::new(mover.told(object, period_ms));
+            let told = Box::new(mover.told(object, attention));
             self.events.push((id, Event::ObjectInfo(told)));
         }
     }

@@ -93,7 +93,10 @@ impl World {
         let eye = self.movers[&session.object].pose.position;
         let away_m = distance_m(eye, mover.pose.position_at(now_ms));
         let inside = session.aoi.holds(away_m, since_ms, now_ms, self.rules.shortest_stay_ms);
-        match (mover.is_awake() && session.eye.sees_any(&mover.cells), inside) {
+        let seen = mover.is_awake()
+            && session.eye.sees_any(&mover.cells)
+            && !self.is_lost_in_crowd(session, mover, since_ms.is_some(), now_ms);
+        match (seen, inside) {
             (true, true) => Sight::Seen,
             (false, _) if away_m <= session.aoi.leave_m => Sight::Unseen(Gone::Hidden),
             _ => Sight::Unseen(Gone::Left),
