@@ -15,6 +15,7 @@
 //! * `keeping`: movers and doors that outlive the server.
 //! * `registry`, `token`: who is where, and who may do what.
 
+mod clock;
 mod error;
 mod keeping;
 mod message;
@@ -30,12 +31,9 @@ mod statics;
 mod terrain;
 mod token;
 
-use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
-    time::{Instant, UNIX_EPOCH},
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
 };
 
 use belvedere_live::{
@@ -47,6 +45,12 @@ use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
+use self::{
+    clock::Clock,
+    keeping::Undo,
+    message::{Message, StageHandle},
+    registry::Registry,
+};
 pub use self::{
     error::LiveError,
     reader::EventReader,
@@ -55,11 +59,6 @@ pub use self::{
     session::SessionHandle,
     settings::LiveSettings,
     token::Token,
-};
-use self::{
-    keeping::Undo,
-    message::{Message, StageHandle},
-    registry::Registry,
 };
 use crate::{db::Catalogue, published::Publications};
 
@@ -110,26 +109,6 @@ pub struct LiveCounts {
     pub floods: u64,
     /// Sessions whose lease ran out.
     pub expired: u64,
-}
-
-/// Unix time that never jumps.
-#[derive(Debug, Clone, Copy)]
-struct Clock {
-    start: Instant,
-    start_ms: Ms,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self {
-            start: Instant::now(),
-            start_ms: UNIX_EPOCH.elapsed().map_or(0, |since| since.as_millis() as Ms),
-        }
-    }
-
-    fn now_ms(&self) -> Ms {
-        self.start_ms + self.start.elapsed().as_millis() as Ms
-    }
 }
 
 impl Live {

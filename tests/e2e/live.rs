@@ -176,7 +176,7 @@ async fn movers_that_stay_and_doors_are_as_they_were_after_a_kill() {
     assert_eq!(other.status, 404, "it was not to stay");
     let person = enter(&server, 1.5, 2.5).await;
     let mut hears = person.listen().await;
-    let mut infos = vec![
+    let mut infos = [
         hears.wait("object-info").await.data,
         hears.wait("object-info").await.data,
     ];

@@ -1,5 +1,5 @@
 //! How does a scene's task know what the rules must know of the scene? It reads what is seen from where people stand, has
-//! found out what closed doors hide of it, and follows new revisions.
+//! found out what closed doors hide of it, follows new revisions, and puts back what outlived the server.
 
 use std::sync::Arc;
 
@@ -9,6 +9,7 @@ use belvedere_scene::CellId;
 use super::Stage;
 use crate::{
     live::{
+        Door, keeping,
         message::StageHandle,
         screens::{self, Screen},
         terrain::Terrain,
@@ -17,6 +18,32 @@ use crate::{
 };
 
 impl Stage {
+    /// Puts back whatever outlived the server.
+    pub(super) async fn restore(&mut self, handle: &StageHandle) {
+        let (catalogue, revision) = (&self.live.0.sources.catalogue, self.terrain.published.pointer.revision);
+        let movers = keeping::kept_movers(catalogue, &self.scene).await;
+        let doors = keeping::kept_doors(catalogue, &self.scene, revision).await;
+        let (movers, doors) = match (movers, doors) {
+            (Ok(movers), Ok(doors)) => (movers, doors),
+            (Err(error), _) | (_, Err(error)) => {
+                tracing::error!(scene = %self.scene, %error, "what was kept of the scene cannot be read");
+                return;
+            }
+        };
+        for Door { object, bounds, open } in doors {
+            self.world.set_door(object, &bounds, open, self.live.now_ms());
+        }
+        for (object, token, new) in movers {
+            match self.world.create(object, None, new, self.live.now_ms()) {
+                Ok(_) => {
+                    self.keeping.stay(object);
+                    self.live.0.registry.restore_mover(handle, object, token);
+                }
+                Err(refusal) => tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more"),
+            }
+        }
+    }
+
     /// Reads what is seen from cells where nobody has stood yet.
     pub(super) async fn learn(&mut self, cells: Vec<CellId>) -> Result<(), ReadError> {
         for (cell, sees) in self.terrain.sights(cells).await? {

@@ -5,6 +5,7 @@
 //! recorded.
 
 mod ground;
+mod tick;
 
 use std::{
     collections::BTreeMap,
@@ -27,10 +28,9 @@ use tokio::{
 
 use super::{
     Live, LiveError,
-    keeping::{self, Keeping},
+    keeping::Keeping,
     message::{Message, StageHandle},
     outbox::Outbox,
-    registry::Door,
     statics::{self, View},
     terrain::Terrain,
 };
@@ -119,32 +119,6 @@ struct Person {
 }
 
 impl Stage {
-    /// Puts back whatever outlived the server.
-    async fn restore(&mut self, handle: &StageHandle) {
-        let (catalogue, revision) = (&self.live.0.sources.catalogue, self.terrain.published.pointer.revision);
-        let movers = keeping::kept_movers(catalogue, &self.scene).await;
-        let doors = keeping::kept_doors(catalogue, &self.scene, revision).await;
-        let (movers, doors) = match (movers, doors) {
-            (Ok(movers), Ok(doors)) => (movers, doors),
-            (Err(error), _) | (_, Err(error)) => {
-                tracing::error!(scene = %self.scene, %error, "what was kept of the scene cannot be read");
-                return;
-            }
-        };
-        for Door { object, bounds, open } in doors {
-            self.world.set_door(object, &bounds, open, self.live.now_ms());
-        }
-        for (object, token, new) in movers {
-            match self.world.create(object, None, new, self.live.now_ms()) {
-                Ok(_) => {
-                    self.keeping.stay(object);
-                    self.live.0.registry.restore_mover(handle, object, token);
-                }
-                Err(refusal) => tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more"),
-            }
-        }
-    }
-
     async fn take(&mut self, message: Message) {
         // Whoever has stopped waiting for an answer needs none, and has nothing.
         match message {
@@ -307,66 +281,6 @@ impl Stage {
         self.world.close(session, self.live.now_ms());
         self.people.remove(&session);
         self.live.0.registry.end_session(session);
-    }
-
-    async fn tick(&mut self) {
-        self.follow().await;
-        let lease = self.live.0.settings.lease;
-        let expired: Vec<_> = self
-            .people
-            .iter()
-            .filter(|(_, p)| p.outbox.silent_for() > lease)
-            .map(|(s, _)| *s)
-            .collect();
-        for session in expired {
-            self.live.0.tally.expired.fetch_add(1, Ordering::Relaxed);
-            self.close(session);
-        }
-        let late: Vec<_> = self
-            .people
-            .iter_mut()
-            .filter_map(|(s, p)| Some((*s, p.late.take()?)))
-            .collect();
-        for (session, sent) in late {
-            // It was refused once already; what is wrong with it would have been told then.
-            _ = self.apply(session, sent).await;
-        }
-        self.world.tick(self.live.now_ms());
-        self.ticked = true;
-        self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
-        self.resync();
-    }
-
-    fn resync(&mut self) {
-        let waiting: Vec<_> = self
-            .people
-            .iter()
-            .filter_map(|(s, person)| Some((*s, person.outbox.wants_resync()?)))
-            .collect();
-        if waiting.is_empty() {
-            return;
-        }
-        // What the tick has just said belongs before.
-        self.deliver();
-        for (session, reason) in waiting {
-            self.live.0.tally.resyncs.fetch_add(1, Ordering::Relaxed);
-            self.world.resync(session, reason, self.live.now_ms());
-            self.deliver();
-            self.show_statics(session, true);
-        }
-    }
-
-    /// Hands on what has been written since the last tick.
-    async fn record(&mut self) {
-        let Some(recorder) = &self.live.0.sources.recorder else {
-            return;
-        };
-        if (self.ticked || self.world.is_empty())
-            && let Some(written) = self.world.written()
-        {
-            recorder.write(&self.scene, written).await;
-        }
-        self.ticked = false;
     }
 
     /// Puts what the rules have said into the outboxes.
