@@ -50,6 +50,9 @@ pub struct Settings {
     /// A live session that is silent for longer ends, in seconds [default: 30]
     #[arg(long, value_name = "S", env = "BELVEDERE_LEASE_S")]
     pub lease_s: Option<u64>,
+    /// Record what happens in live sessions into this file, or go on with it, for `belvedere audit`
+    #[arg(long, value_name = "FILE", env = "BELVEDERE_RECORD")]
+    pub record: Option<PathBuf>,
     /// What to log, like `info` or `warn,belvedere=debug` [default: info]
     #[arg(long, value_name = "FILTER", env = "BELVEDERE_LOG")]
     pub log: Option<String>,
@@ -122,6 +125,8 @@ pub struct Config {
     pub poll: Duration,
     /// Limits of live sessions.
     pub live: LiveSettings,
+    /// Where live sessions are recorded, if they are.
+    pub record: Option<PathBuf>,
     /// What to log.
     pub log: String,
     /// How to log.
@@ -159,6 +164,7 @@ impl Settings {
             max_movers: self.max_movers.or(fallback.max_movers),
             tick_ms: self.tick_ms.or(fallback.tick_ms),
             lease_s: self.lease_s.or(fallback.lease_s),
+            record: self.record.or(fallback.record),
             log: self.log.or(fallback.log),
             log_format: self.log_format.or(fallback.log_format),
         }
@@ -212,6 +218,7 @@ impl TryFrom<Settings> for Config {
             },
             request_timeout,
             live,
+            record: settings.record,
             poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),
             log,
             log_format: settings.log_format.unwrap_or_default(),

@@ -1,5 +1,6 @@
 //! What can one ask of the program? One module for each command of `belvedere`; this file is the list of them.
 
+mod audit;
 mod bake;
 mod demo;
 mod gc;
@@ -38,6 +39,8 @@ enum Command {
     Verify(verify::Args),
     /// Send visitors through a served or published scene and measure what they get to see, and when
     Walk(walk::Args),
+    /// Replay a recording of live sessions: was anybody told of what it cannot see, or not of what it sees?
+    Audit(audit::Args),
     /// Make levels of detail of the meshes in a file, without baking a scene
     Mesh(mesh::Args),
     /// Grow a model out of rules (.dcg) and write it as a GLB
@@ -77,6 +80,7 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Inspect(args) => inspect::run(args).await,
         Command::Verify(args) => verify::run(args).await,
         Command::Walk(args) => walk::run(args).await,
+        Command::Audit(args) => audit::run(args).await,
         Command::Mesh(args) => mesh::run(args),
         Command::Grow(args) => grow::run(args),
         Command::Gc(args) => gc::run(args).await,

@@ -1,6 +1,9 @@
 //! `belvedere serve`: hand out what is published until told to stop.
 
-use std::{net::SocketAddr, path::PathBuf};
+use std::{
+    net::SocketAddr,
+    path::{Path, PathBuf},
+};
 
 use anyhow::Context;
 use tokio::net::TcpListener;
@@ -11,7 +14,7 @@ use crate::{
     config::{Config, LogFormat, Settings},
     db::Catalogue,
     http::{AppState, Metrics, OnLine, RequestLimits, accept::serve_connections, front::Front},
-    live::Live,
+    live::{Live, Recorder, Sources},
     published::Publications,
     store::BlobStore,
 };
@@ -76,7 +79,14 @@ pub async fn serve(
             config.listen
         )
     })?;
-    let live = Live::new(publications.clone(), config.live, shutdown.clone());
+    let recorder = config.record.as_deref().map(recorder).transpose()?;
+    let sources = Sources {
+        publications: publications.clone(),
+        catalogue: catalogue.clone(),
+        recorder: recorder.clone(),
+    };
+    let live = Live::new(sources, config.live, shutdown.clone());
+    live.restore().await?;
     let front = Front::new(AppState {
         publications,
         live,
@@ -93,7 +103,14 @@ pub async fn serve(
     }
     on_listen(listener.local_addr().context("the listening socket has no address")?);
     serve_connections(listener, front, config.connections, shutdown).await;
+    if let Some(recorder) = recorder {
+        recorder.flush().await;
+    }
     Ok(())
+}
+
+fn recorder(file: &Path) -> anyhow::Result<Recorder> {
+    Recorder::open(file).with_context(|| format!("cannot record into {}", file.display()))
 }
 
 /// Writes the log to standard error.

@@ -3,6 +3,10 @@
 //! The catalogue is a small SQLite database beside the blobs. Publishing inserts a revision with its blobs and moves
 //! the scene's pointer in **one transaction, last**: a crash before it leaves the old revision served and nothing but
 //! blobs that `gc` collects.
+//!
+//! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`]).
+
+mod kept;
 
 use std::{collections::BTreeSet, path::Path, time::Duration};
 
@@ -15,6 +19,8 @@ use sqlx::{
     AssertSqlSafe, Row, SqlitePool,
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
+
+pub use kept::{KeptDoor, KeptMover};
 
 /// The catalogue of one data folder. Cheap to clone.
 #[derive(Debug, Clone)]

@@ -370,6 +370,7 @@ impl From<LiveError> for ApiError {
             },
             LiveError::Full { .. } => Self::Full(error.to_string()),
             LiveError::Stopped => Self::Stopping,
+            LiveError::Unkept(cause) => Self::Internal(cause),
             LiveError::Read(error) => error.into(),
         }
     }

@@ -4,8 +4,7 @@
 //! nothing else is.
 
 use axum::{
-    body::Bytes,
-    extract::{FromRequestParts, Request, path::ErrorKind, rejection::PathRejection},
+    extract::{FromRequestParts, path::ErrorKind, rejection::PathRejection},
     http::{header, request::Parts},
 };
 use belvedere_scene::{Bounds, ObjectId, Revision};
@@ -13,24 +12,6 @@ use percent_encoding::percent_decode_str;
 
 use super::error::ApiError;
 use crate::live::Token;
-
-/// What a body may hold.
-pub(super) const JSON: &str = "application/json";
-/// The size of a usual body.
-pub(super) const MAX_BODY_BYTES: usize = 64 << 10;
-
-/// The body, of one of these media types or of none that is stated.
-pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) -> Result<Bytes, ApiError> {
-    let taken = request.headers().get(header::CONTENT_TYPE).is_none_or(|kind| {
-        let essence = kind.to_str().unwrap_or_default().split(';').next().unwrap_or_default();
-        types.iter().any(|taken| essence.trim().eq_ignore_ascii_case(taken))
-    });
-    if !taken {
-        return Err(ApiError::UnsupportedMediaType);
-    }
-    let limited = axum::body::to_bytes(request.into_body(), most_bytes).await;
-    limited.map_err(|_| ApiError::BodyTooLarge { most_bytes })
-}
 
 /// The token that a request shows: `Authorization: Bearer …`, or `?token=…` for readers that cannot set headers.
 #[derive(Debug)]
@@ -51,11 +32,13 @@ impl<S: Sync> FromRequestParts<S> for Shown {
             }
             None => query.text("token")?,
         };
-        let token = header
-            .map(|text| text.parse().map_err(|_| ApiError::NoToken))
-            .transpose()?;
-        Ok(Self(token))
+        header.map(token).transpose().map(Self)
     }
+}
+
+/// A token as it is written.
+pub(super) fn token(text: &str) -> Result<Token, ApiError> {
+    text.parse().map_err(|_| ApiError::NoToken)
 }
 
 /// So many doors a query may close.

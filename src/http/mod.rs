@@ -4,16 +4,18 @@
 //! limits, the log) stands once, in a layer or in a type.
 //!
 //! * [`routes`]: the table of routes. `openapi`: the same for machines.
-//! * `extract`, `error`: how requests are read, and the one shape of every error.
+//! * `extract`, `body`, `error`: how requests are read, and the one shape of every error.
 //! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes. `rungs`: slices of smooth
 //!   LODs that are objects of their own.
 //! * `queries`: cells, objects and what is visible. `visible`: the same for any place, computed on line.
 //! * `live`: sessions with their event streams, movers and doors.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
+//! * `momentary`: answers that no cache keeps.
 //! * [`accept`]: the accept loop with its limits and its end.
 
 pub mod accept;
 mod around;
+mod body;
 mod conditional;
 mod cors;
 mod documents;
@@ -24,6 +26,7 @@ mod health;
 mod immutable;
 mod live;
 mod metrics;
+mod momentary;
 mod negotiate;
 mod openapi;
 mod queries;

@@ -6,18 +6,19 @@
 use std::sync::Arc;
 
 use axum::{
-    Json,
     extract::{Request, State},
-    http::{HeaderMap, HeaderValue, header},
-    response::{IntoResponse, Response},
+    http::StatusCode,
+    response::Response,
 };
 use belvedere_scene::{Bounds, ObjectId, Revision, SceneName, record::Guarantee};
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
 
 use super::{
+    body::json_body,
     error::ApiError,
-    extract::{JSON, MAX_BODY_BYTES, MOST_DOORS, Path, body},
+    extract::{MOST_DOORS, Path},
+    momentary::now,
     queries::find,
 };
 use crate::published::{NoDoor, NotHidden, Publications, Question};
@@ -88,19 +89,14 @@ struct Answer<'a> {
 }
 
 impl Asked {
-    fn read(body: &[u8]) -> Result<Self, ApiError> {
-        const SHAPE: &str =
-            r#"{"position": [x, y, z], "radius_m": r} or {"box": {"min": [x, y, z], "max": [x, y, z]}}"#;
-        let asked: Self = serde_json::from_slice(body)
-            .map_err(|error| ApiError::bad_body("", format!("the body must be JSON, {SHAPE}: {error}")))?;
-        if asked.position.is_some() == asked.r#box.is_some() {
-            return Err(ApiError::bad_body("", format!("the body must name one place, {SHAPE}")));
-        }
-        Ok(asked)
-    }
+    const SHAPE: &str = r#"{"position": [x, y, z], "radius_m": r} or {"box": {"min": [x, y, z], "max": [x, y, z]}}"#;
 
     /// The box that holds every eye.
     fn eye(&self) -> Result<Bounds, ApiError> {
+        if self.position.is_some() == self.r#box.is_some() {
+            let detail = format!("the body must name one place, {}", Self::SHAPE);
+            return Err(ApiError::bad_body("", detail));
+        }
         let near = |x: &f64| x.abs() <= FURTHEST_M;
         let far = |pointer| {
             ApiError::bad_body(
@@ -149,7 +145,7 @@ pub(super) async fn from_anywhere(
     Path(scene): Path<SceneName>,
     request: Request,
 ) -> Result<Response, ApiError> {
-    let asked = Asked::read(&body(request, &[JSON], MAX_BODY_BYTES).await?)?;
+    let asked: Asked = json_body(request, Asked::SHAPE).await?;
     let (eye, limit) = (asked.eye()?, asked.limit()?);
     if asked.closed.len() > MOST_DOORS {
         return Err(ApiError::bad_body(
@@ -195,17 +191,16 @@ pub(super) async fn from_anywhere(
         objects: &found[start..end],
         next_after: (end < found.len()).then(|| found[end - 1].object),
     };
-    let mut headers = HeaderMap::new();
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    Ok((headers, Json(answer)).into_response())
+    Ok(now(StatusCode::OK, &answer))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::http::body::json;
 
     fn eye(body: &str) -> Result<Bounds, ApiError> {
-        Asked::read(body.as_bytes())?.eye()
+        json::<Asked>(body.as_bytes(), Asked::SHAPE)?.eye()
     }
 
     #[test]

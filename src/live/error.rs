@@ -39,6 +39,9 @@ pub enum LiveError {
     /// The server is about to stop, or the scene cannot be read.
     #[error("the scene's live part is not running")]
     Stopped,
+    /// It was not written down that something stays, or does not any more.
+    #[error("the catalogue cannot be written: {0}")]
+    Unkept(anyhow::Error),
     /// The published scene cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),

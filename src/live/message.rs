@@ -6,12 +6,12 @@ use belvedere_live::{
     Ms,
     aoi::Aoi,
     event::SessionId,
-    world::{Counts, Moved, NewMover, Opening, Seen, Sent},
+    world::{Counts, Moved, NewMover, Seen, Sent, Visitor},
 };
 use belvedere_scene::ObjectId;
 use tokio::sync::{mpsc, oneshot};
 
-use super::{LiveError, outbox::Outbox, registry::Door};
+use super::{LiveError, outbox::Outbox, registry::Door, screens::Screen};
 
 /// So many messages may wait for a scene.
 const MESSAGES: usize = 1024;
@@ -22,7 +22,9 @@ type Reply<T> = oneshot::Sender<T>;
 #[derive(Debug)]
 pub(super) enum Message {
     Open {
-        opening: Opening,
+        session: SessionId,
+        object: ObjectId,
+        visitor: Visitor,
         outbox: Arc<Outbox>,
         with_statics: bool,
         reply: Reply<Result<(Seen, Ms), LiveError>>,
@@ -42,7 +44,11 @@ pub(super) enum Message {
         reply: Reply<()>,
     },
     Create {
+        object: ObjectId,
+        owner: Option<SessionId>,
         new: NewMover,
+        /// It outlives the server.
+        stays: bool,
         reply: Reply<Result<Moved, LiveError>>,
     },
     Move {
@@ -57,6 +63,14 @@ pub(super) enum Message {
         door: Door,
         reply: Reply<()>,
     },
+    /// Whatever outlived the server is back.
+    Ready {
+        reply: Reply<()>,
+    },
+    /// What closed doors hide from a cell.
+    Screen(Screen),
+    /// All questions that were asked are answered.
+    ScreensFound,
 }
 
 /// A way to ask a scene's task. Cheap to clone.

@@ -9,14 +9,21 @@
 //!   may ask.
 //! * `stage`: the task that owns a scene; `message`: how it is asked. `terrain`: what it reads of the published scene.
 //! * `outbox`: what a session has not heard yet, bounded however slow its reader. `reader`: the stream that it hears.
+//! * `screens`: what closed doors hide from a cell, proved beside that task.
+//! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
+//! * `keeping`: movers and doors that outlive the server.
 //! * `registry`, `token`: who is where, and who may do what.
 
+mod clock;
 mod error;
+mod keeping;
 mod message;
 mod outbox;
 mod reader;
+mod record;
 mod registry;
+mod screens;
 mod session;
 mod settings;
 mod stage;
@@ -24,36 +31,36 @@ mod statics;
 mod terrain;
 mod token;
 
-use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
-    time::{Instant, UNIX_EPOCH},
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
 };
 
 use belvedere_live::{
     Ms,
     event::SessionId,
-    world::{Counts, Moved, Sent},
+    world::{Counts, Moved, NewMover, Sent, Visitor},
 };
-use belvedere_scene::{ObjectId, SceneName};
+use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
+use self::{
+    clock::Clock,
+    keeping::Undo,
+    message::{Message, StageHandle},
+    registry::Registry,
+};
 pub use self::{
     error::LiveError,
     reader::EventReader,
-    registry::{Door, NewMover, NewSession, Opened},
+    record::{Block, Recorder, Recording, RecordingError},
+    registry::{Door, Opened},
     session::SessionHandle,
     settings::LiveSettings,
     token::Token,
 };
-use self::{
-    message::{Message, StageHandle},
-    registry::Registry,
-};
-use crate::published::Publications;
+use crate::{db::Catalogue, published::Publications};
 
 /// Everything live. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -61,12 +68,23 @@ pub struct Live(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
-    publications: Publications,
+    sources: Sources,
     settings: LiveSettings,
     registry: Registry,
     clock: Clock,
     stopping: CancellationToken,
     tally: Tally,
+}
+
+/// What live sessions read and write.
+#[derive(Debug, Clone)]
+pub struct Sources {
+    /// The scenes.
+    pub publications: Publications,
+    /// Where movers are kept that outlive the server.
+    pub catalogue: Catalogue,
+    /// What happens is recorded, if there is a recorder.
+    pub recorder: Option<Recorder>,
 }
 
 /// What has been counted since the start.
@@ -93,38 +111,39 @@ pub struct LiveCounts {
     pub expired: u64,
 }
 
-/// Unix time that never jumps.
-#[derive(Debug, Clone, Copy)]
-struct Clock {
-    start: Instant,
-    start_ms: Ms,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self {
-            start: Instant::now(),
-            start_ms: UNIX_EPOCH.elapsed().map_or(0, |since| since.as_millis() as Ms),
-        }
-    }
-
-    fn now_ms(&self) -> Ms {
-        self.start_ms + self.start.elapsed().as_millis() as Ms
-    }
-}
-
 impl Live {
     /// Nobody is there yet. Streams end when `stopping` is cancelled.
     #[must_use]
-    pub fn new(publications: Publications, settings: LiveSettings, stopping: CancellationToken) -> Self {
+    pub fn new(sources: Sources, settings: LiveSettings, stopping: CancellationToken) -> Self {
         Self(Arc::new(Inner {
-            publications,
+            sources,
             settings,
             registry: Registry::default(),
             clock: Clock::start(),
             stopping,
             tally: Tally::default(),
         }))
+    }
+
+    /// Brings back whatever outlived the server.
+    ///
+    /// # Errors
+    /// When the catalogue cannot be read.
+    pub async fn restore(&self) -> anyhow::Result<()> {
+        let Sources {
+            catalogue,
+            publications,
+            ..
+        } = &self.0.sources;
+        if let Some(last) = catalogue.last_kept_mover().await? {
+            self.0.registry.skip_movers(last);
+        }
+        for scene in catalogue.scenes_with_kept().await? {
+            if publications.scene(&scene).is_some() {
+                ask(&self.stage(&scene), |reply| Message::Ready { reply }).await?;
+            }
+        }
+        Ok(())
     }
 
     /// What there is.
@@ -153,17 +172,18 @@ impl Live {
             .stage(scene, || stage::start(self.clone(), scene.clone()))
     }
 
-    /// Opens a session.
+    /// Opens a session, which hears of static objects too if it wants.
     ///
     /// # Errors
     /// When there is no room, or the rules refuse it.
-    pub async fn open(&self, scene: &SceneName, new: NewSession) -> Result<Opened, LiveError> {
+    pub async fn open(&self, scene: &SceneName, visitor: Visitor, with_statics: bool) -> Result<Opened, LiveError> {
         let stage = self.stage(scene);
         let (entry, reserved) = self.0.registry.new_session(&stage, self.0.settings.sessions)?;
         let (session, object) = (entry.session, entry.object);
-        let with_statics = new.with_statics;
         let message = |reply| Message::Open {
-            opening: new.opening(session, object),
+            session,
+            object,
+            visitor,
             outbox: entry.outbox.clone(),
             with_statics,
             reply,
@@ -194,7 +214,8 @@ impl Live {
         })
     }
 
-    /// Adds a program-driven mover. Who shows a session's token drives it through that session.
+    /// Adds a program-driven mover, which outlives the server if it `stays`. Who shows a session's token drives it through
+    /// that session.
     ///
     /// # Errors
     /// When there is no room, or the rules refuse it.
@@ -202,6 +223,7 @@ impl Live {
         &self,
         scene: &SceneName,
         new: NewMover,
+        stays: bool,
         token: Option<Token>,
     ) -> Result<(Moved, Token), LiveError> {
         let stage = self.stage(scene);
@@ -209,9 +231,22 @@ impl Live {
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
         let most = self.0.settings.movers;
-        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, most)?;
-        let new = new.placed(object, owner, self.now_ms())?;
-        let moved = ask(&stage, |reply| Message::Create { new, reply }).await??;
+        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, stays, most)?;
+        let kept = stays.then(|| new.clone());
+        let message = |reply| Message::Create {
+            object,
+            owner,
+            new,
+            stays,
+            reply,
+        };
+        let moved = ask(&stage, message).await??;
+        if let Some(new) = kept {
+            let undo = Undo::of(&self.0.sources.catalogue, &stage, object);
+            let kept = keeping::keep_mover(&self.0.sources.catalogue, scene, (object, token), &new).await;
+            kept.map_err(LiveError::Unkept)?;
+            undo.forget();
+        }
         reserved.keep();
         Ok((moved, token))
     }
@@ -264,19 +299,31 @@ impl Live {
     /// When there is none, or the token is not its own.
     pub async fn destroy(&self, object: ObjectId, token: Option<Token>) -> Result<(), LiveError> {
         let stage = self.0.registry.mover(object, token)?;
+        if self.0.registry.stays(object) {
+            let forgotten = self.0.sources.catalogue.forget_mover(object).await;
+            forgotten.map_err(LiveError::Unkept)?;
+        }
         ask(&stage, |reply| Message::Destroy { object, reply }).await?;
         self.0.registry.end_mover(object);
         Ok(())
     }
 
-    /// Opens or closes a door, for whoever has a token of the scene.
+    /// Opens or closes a door of a revision, for whoever has a token of the scene.
     ///
     /// # Errors
     /// When the token is none of the scene's.
-    pub async fn set_door(&self, scene: &SceneName, door: Door, token: Option<Token>) -> Result<(), LiveError> {
+    pub async fn set_door(
+        &self,
+        scene: &SceneName,
+        revision: Revision,
+        door: Door,
+        token: Option<Token>,
+    ) -> Result<(), LiveError> {
         let stage = self.stage(scene);
         self.0.registry.anybody(&stage, token)?;
-        ask(&stage, |reply| Message::Door { door, reply }).await
+        ask(&stage, |reply| Message::Door { door, reply }).await?;
+        let kept = keeping::keep_door(&self.0.sources.catalogue, scene, revision, &door).await;
+        kept.map_err(LiveError::Unkept)
     }
 }
 

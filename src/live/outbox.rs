@@ -106,8 +106,7 @@ impl Outbox {
         state.queue_bytes += data.len();
         state.queue.push_back((event.name(), data));
         if state.queue_bytes > QUEUE_BYTES {
-            state.clear();
-            state.missed = Some(Void::Missed);
+            state.miss(Void::Missed);
         }
         state.wake();
     }

@@ -7,48 +7,12 @@ use std::{
 
 use belvedere_live::{
     Ms,
-    aoi::Aoi,
     event::{FIRST_MOVER, SessionId},
-    motion::{Key, Trajectory},
-    world::{self, Counts, Look, Opening, Seen, Sent},
+    world::{Counts, Seen},
 };
 use belvedere_scene::{Bounds, ObjectId, SceneName};
 
 use super::{LiveError, message::StageHandle, outbox::Outbox, token::Token};
-
-/// A session that is asked for.
-#[derive(Debug, Clone)]
-pub struct NewSession {
-    /// Where the participant is.
-    pub pose: Sent,
-    /// How far it looks.
-    pub aoi: Aoi,
-    /// A promise.
-    pub max_speed_mps: f64,
-    /// The size of its avatar.
-    pub radius_m: f64,
-    /// What its avatar looks like.
-    pub look: Look,
-    /// Whether it wants to hear of movers and doors.
-    pub hears_movers: bool,
-    /// Whether it wants infos of static objects too.
-    pub with_statics: bool,
-}
-
-impl NewSession {
-    pub(super) fn opening(self, session: SessionId, object: ObjectId) -> Opening {
-        Opening {
-            session,
-            object,
-            pose: self.pose,
-            aoi: self.aoi,
-            max_speed_mps: self.max_speed_mps,
-            radius_m: self.radius_m,
-            look: self.look,
-            hears_movers: self.hears_movers,
-        }
-    }
-}
 
 /// A session that was opened.
 #[derive(Debug)]
@@ -63,44 +27,6 @@ pub struct Opened {
     pub seen: Seen,
     /// Server time.
     pub now_ms: Ms,
-}
-
-/// A mover that is asked for.
-#[derive(Debug, Clone)]
-pub struct NewMover {
-    /// Where it is.
-    pub pose: Sent,
-    /// A promise.
-    pub max_speed_mps: f64,
-    /// A ball of this radius around its position holds it.
-    pub radius_m: f64,
-    /// What it looks like.
-    pub look: Look,
-    /// A way that it follows by itself, from now on, again and again if the flag says so.
-    pub way: Option<(Vec<Key>, bool)>,
-}
-
-impl NewMover {
-    pub(super) fn placed(
-        self,
-        object: ObjectId,
-        owner: Option<SessionId>,
-        now_ms: Ms,
-    ) -> Result<world::NewMover, LiveError> {
-        let way = self
-            .way
-            .map(|(keys, repeat)| Trajectory::new(now_ms, keys, repeat))
-            .transpose()?;
-        Ok(world::NewMover {
-            object,
-            owner,
-            pose: self.pose,
-            max_speed_mps: self.max_speed_mps,
-            radius_m: self.radius_m,
-            look: self.look,
-            way,
-        })
-    }
 }
 
 /// A door and what is to become of it.
@@ -139,6 +65,8 @@ pub(super) struct SessionEntry {
 struct MoverEntry {
     token: Token,
     stage: StageHandle,
+    /// It outlives the server.
+    stays: bool,
 }
 
 /// A place in the table that is given back unless it is kept: whoever does not wait for an answer gets nothing.
@@ -173,6 +101,12 @@ impl Tables {
         let id = ObjectId(FIRST_MOVER + self.next_mover);
         self.next_mover += 1;
         id
+    }
+
+    fn session_of(&self, stage: &StageHandle, token: Token) -> Option<SessionId> {
+        let mut sessions = self.sessions.values();
+        let entry = sessions.find(|entry| entry.token == token && entry.stage.is(stage))?;
+        Some(entry.session)
     }
 }
 
@@ -237,31 +171,16 @@ impl Registry {
 
     /// The session of a scene that has this token.
     pub(super) fn session_of(&self, stage: &StageHandle, token: Token) -> Result<SessionId, LiveError> {
-        let tables = self.tables();
-        let entry = tables
-            .sessions
-            .values()
-            .find(|entry| entry.token == token && entry.stage.is(stage));
-        entry
-            .map(|entry| entry.session)
-            .ok_or_else(|| LiveError::WrongToken("a session in this scene".to_owned()))
+        let session = self.tables().session_of(stage, token);
+        session.ok_or_else(|| LiveError::WrongToken("a session in this scene".to_owned()))
     }
 
     /// Whether anybody in a scene has this token.
     pub(super) fn anybody(&self, stage: &StageHandle, token: Option<Token>) -> Result<(), LiveError> {
         let token = token.ok_or(LiveError::NoToken)?;
         let tables = self.tables();
-        let driven = tables
-            .movers
-            .values()
-            .any(|mover| mover.token == token && mover.stage.is(stage));
-        let visits = || {
-            tables
-                .sessions
-                .values()
-                .any(|entry| entry.token == token && entry.stage.is(stage))
-        };
-        if driven || visits() {
+        let driven = |mover: &MoverEntry| mover.token == token && mover.stage.is(stage);
+        if tables.movers.values().any(driven) || tables.session_of(stage, token).is_some() {
             Ok(())
         } else {
             Err(LiveError::WrongToken("a session or a mover in this scene".to_owned()))
@@ -279,6 +198,7 @@ impl Registry {
         &self,
         stage: &StageHandle,
         token: Option<Token>,
+        stays: bool,
         most: usize,
     ) -> Result<(ObjectId, Token, Reserved<'_>), LiveError> {
         let token = token.map_or_else(Token::random, Ok)?;
@@ -289,9 +209,22 @@ impl Registry {
         }
         let object = tables.mover_id();
         let stage = stage.clone();
-        tables.movers.insert(object, MoverEntry { token, stage });
+        tables.movers.insert(object, MoverEntry { token, stage, stays });
         let what = Some(Place::Mover(object));
         Ok((object, token, Reserved { registry: self, what }))
+    }
+
+    /// Ids up to here are taken.
+    pub(super) fn skip_movers(&self, last: ObjectId) {
+        let mut tables = self.tables();
+        let next = (last.0 + 1).saturating_sub(FIRST_MOVER);
+        tables.next_mover = tables.next_mover.max(next);
+    }
+
+    /// A mover is back that was there before.
+    pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) {
+        let (stage, stays) = (stage.clone(), true);
+        self.tables().movers.insert(object, MoverEntry { token, stage, stays });
     }
 
     /// The scene of a mover, for whoever has its token.
@@ -301,6 +234,11 @@ impl Registry {
         let entry = entry.ok_or_else(|| LiveError::NotFound(format!("mover {object}")))?;
         entry.token.admit(token, || format!("mover {object}"))?;
         Ok(entry.stage.clone())
+    }
+
+    /// Whether a mover outlives the server.
+    pub(super) fn stays(&self, object: ObjectId) -> bool {
+        self.tables().movers.get(&object).is_some_and(|mover| mover.stays)
     }
 
     pub(super) fn end_mover(&self, object: ObjectId) {

@@ -6,6 +6,7 @@
 use std::{collections::BTreeSet, sync::Arc, time::Duration};
 
 use belvedere_live::event::{Event, Told};
+use belvedere_scene::ObjectId;
 use tokio::sync::watch;
 
 use super::outbox::Outbox;
@@ -15,6 +16,7 @@ use crate::published::{Published, ReadError};
 #[derive(Debug, Clone)]
 pub(super) struct View {
     pub(super) published: Arc<Published>,
+    pub(super) closed: Vec<ObjectId>,
     pub(super) position: [f64; 3],
     pub(super) enter_m: f64,
     /// What was told in an earlier round is void.
@@ -61,7 +63,9 @@ async fn in_view(view: &View) -> Result<Vec<Told>, ReadError> {
     let Some(located) = reader.cell_at(view.position).await? else {
         return Ok(Vec::new());
     };
-    let page = reader.visible(located.cell.cell, &[], None, usize::MAX).await?;
+    let page = reader
+        .visible(located.cell.cell, &view.closed, None, usize::MAX)
+        .await?;
     let seen = page.map_or_else(Vec::new, |page| page.objects);
     let near = seen.into_iter().map(|seen| seen.info);
     let near = near.filter(|info| info.bounds.distance_m(view.position) <= view.enter_m);

@@ -1,14 +1,18 @@
 //! What do the rules need of a published scene? The shapes of its cells at once, and what a cell sees when it is asked.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use belvedere_live::{
     cells::{Ball, Cell, Cells},
+    journal::Ground,
     world::Unknown,
 };
-use belvedere_scene::{Bounds, CellId};
+use belvedere_scene::CellId;
 
 use crate::published::{Published, ReadError};
+
+/// What can be seen into from a cell.
+pub(super) type Sight = (CellId, Vec<CellId>);
 
 /// A published revision as the rules see it.
 #[derive(Debug, Clone)]
@@ -17,22 +21,22 @@ pub(super) struct Terrain {
 }
 
 impl Terrain {
-    /// The shapes of all cells.
-    pub(super) async fn cells(&self) -> Result<Cells, ReadError> {
+    /// All that is known at once.
+    pub(super) async fn ground(&self) -> Result<Ground, ReadError> {
         let entries = self.published.reader.all_cells().await?;
         let shape = |entry: belvedere_scene::index::CellEntry| Cell {
             bounds: entry.bounds,
             planes: entry.planes,
         };
-        Ok(Cells::new(entries.into_iter().map(shape).collect()))
-    }
-
-    pub(super) fn bounds(&self) -> Bounds {
-        self.published.pointer.bounds
+        Ok(Ground {
+            revision: self.published.pointer.revision,
+            bounds: self.published.pointer.bounds,
+            cells: entries.into_iter().map(shape).collect(),
+        })
     }
 
     /// What can be seen into from each of these cells.
-    pub(super) async fn sights(&self, cells: Unknown) -> Result<Vec<(CellId, Vec<CellId>)>, ReadError> {
+    pub(super) async fn sights(&self, cells: Unknown) -> Result<Vec<Sight>, ReadError> {
         let mut sights = Vec::with_capacity(cells.len());
         for cell in cells {
             let record = self.published.reader.cell_record(cell).await?;
@@ -41,18 +45,14 @@ impl Terrain {
         Ok(sights)
     }
 
-    /// Teaches cells what is seen from wherever somebody stands.
-    pub(super) async fn teach(&self, cells: &mut Cells, eyes: Vec<Ball>) -> Result<(), ReadError> {
-        for eye in eyes {
-            let unknown: Vec<_> = cells
-                .under(&eye)
-                .into_iter()
-                .filter(|cell| !cells.knows(*cell))
-                .collect();
-            for (cell, sees) in self.sights(unknown).await? {
-                cells.learn(cell, &sees);
-            }
-        }
-        Ok(())
+    /// What can be seen into from wherever somebody stands.
+    pub(super) async fn sights_around(
+        &self,
+        ground: &Ground,
+        eyes: impl Iterator<Item = Ball>,
+    ) -> Result<Vec<Sight>, ReadError> {
+        let cells = Cells::new(ground.cells.clone());
+        let under: BTreeSet<_> = eyes.flat_map(|eye| cells.under(&eye)).collect();
+        self.sights(under.into_iter().collect()).await
     }
 }

@@ -7,6 +7,7 @@
 mod hiding;
 mod question;
 mod reader;
+mod screening;
 
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 

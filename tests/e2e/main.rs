@@ -1,6 +1,7 @@
 //! Does the program do what its users see? Runs the real binary on a free port with a temporary data folder, and looks
 //! at the result through the client crate, as any program of a user would.
 
+mod auditing;
 mod bad_input;
 mod doors;
 mod explaining;

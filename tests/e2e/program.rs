@@ -71,7 +71,12 @@ impl Data {
     }
 
     pub(crate) fn serve(&self) -> Server {
-        Server::start(self)
+        self.serve_with(&[])
+    }
+
+    /// Serves with more arguments.
+    pub(crate) fn serve_with(&self, args: &[&str]) -> Server {
+        Server::start(self, args)
     }
 }
 
@@ -83,9 +88,9 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    fn start(data: &Data) -> Self {
+    fn start(data: &Data, args: &[&str]) -> Self {
         let mut child = data
-            .command(&["serve", "--listen", "127.0.0.1:0"])
+            .command(&[&["serve", "--listen", "127.0.0.1:0"], args].concat())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -117,6 +122,12 @@ impl Server {
 
     pub(crate) fn client(&self) -> Client<HttpSource> {
         Client::new(HttpSource::new(&self.base).expect("an address"))
+    }
+
+    /// Ends it without a warning.
+    pub(crate) fn kill(mut self) {
+        self.child.kill().expect("it is killed");
+        self.child.wait().expect("it ends");
     }
 
     /// Asks it to stop as an init system would; gives its exit code and its log.

@@ -14,7 +14,7 @@ use belvedere_live::{
     aoi::Aoi,
     cells::{Cell, Cells},
     event::{Event, FIRST_MOVER, SessionId},
-    world::{Look, NewMover, Opening, Rules, Sent},
+    world::{Look, NewMover, Rules, Sent, Visitor},
 };
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
@@ -125,9 +125,7 @@ fn run(homes: &[u32], with_sessions: bool, volumes: bool) -> Outcome {
         let pose = walker.sent(now_ms);
         match session {
             Some(session) => {
-                let opening = Opening {
-                    session,
-                    object: walker.object,
+                let visitor = Visitor {
                     pose,
                     aoi,
                     max_speed_mps: SPEED_MPS,
@@ -135,27 +133,25 @@ fn run(homes: &[u32], with_sessions: bool, volumes: bool) -> Outcome {
                     look: Look::default(),
                     hears_movers: true,
                 };
-                world.open(opening, now_ms).expect("a session");
+                world.open(session, walker.object, visitor, now_ms).expect("a session");
             }
             None => {
                 let new = NewMover {
-                    object: walker.object,
-                    owner: Some(SessionId(u64::MAX)),
                     pose,
                     max_speed_mps: SPEED_MPS,
                     radius_m: 0.3,
                     look: Look::default(),
                     way: None,
                 };
-                world.create(new, now_ms).expect("a mover");
+                world
+                    .create(walker.object, Some(SessionId(u64::MAX)), new, now_ms)
+                    .expect("a mover");
             }
         }
         walkers.push(walker);
     }
     if !with_sessions {
-        let opening = Opening {
-            session: observer,
-            object: ObjectId(FIRST_MOVER - 1),
+        let visitor = Visitor {
             pose: Sent {
                 position: middle(0),
                 ..walkers[0].sent(now_ms)
@@ -166,7 +162,9 @@ fn run(homes: &[u32], with_sessions: bool, volumes: bool) -> Outcome {
             look: Look::default(),
             hears_movers: true,
         };
-        world.open(opening, now_ms).expect("a session");
+        world
+            .open(observer, ObjectId(FIRST_MOVER - 1), visitor, now_ms)
+            .expect("a session");
     }
     let (mut poses_in, mut told, mut spent_s) = (0, 0, 0.0);
     // The first second, in which everybody appears, is not counted.

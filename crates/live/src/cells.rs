@@ -4,10 +4,10 @@
 //! ready at once. Cells are found through a tree of boxes over their rising ids: ids of neighbours are near each other
 //! (`belvedere_scene::index`), so the boxes are tight. A question costs O(log cells + answers).
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use belvedere_scene::{
-    Bounds, CellId,
+    Bounds, CellId, ObjectId,
     convex::{self, HalfSpace},
 };
 
@@ -15,7 +15,7 @@ use belvedere_scene::{
 const FAN: usize = 8;
 
 /// The shape of a view cell.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Cell {
     /// The box around it.
     pub bounds: Bounds,
@@ -47,7 +47,7 @@ pub fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// The cell at a point, or the nearest.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Place {
     /// The cell; of several at the same distance the one with the lowest id.
     pub cell: CellId,
@@ -61,7 +61,17 @@ pub struct Cells {
     cells: Vec<Cell>,
     /// `tree[0][i]` is the box around the cells `FAN · i ..`, `tree[n][i]` that around `tree[n - 1][FAN · i ..]`.
     tree: Vec<Vec<Bounds>>,
+    /// While all doors are open.
     sees: Vec<Option<Arc<[CellId]>>>,
+    screens: BTreeMap<CellId, Screen>,
+}
+
+/// What closed doors leave of what a cell sees.
+#[derive(Debug, Clone)]
+struct Screen {
+    /// These doors are closed, rising; of others it makes no use.
+    closed: Vec<ObjectId>,
+    leaves: Arc<[CellId]>,
 }
 
 impl Cells {
@@ -77,6 +87,7 @@ impl Cells {
         }
         Self {
             sees: vec![None; cells.len()],
+            screens: BTreeMap::new(),
             cells,
             tree,
         }
@@ -159,19 +170,63 @@ impl Cells {
     /// Whether it is known what a cell sees.
     #[must_use]
     pub fn knows(&self, cell: CellId) -> bool {
-        self.sees.get(cell.index()).is_some_and(Option::is_some)
+        self.sees_through_all(cell).is_some()
+    }
+
+    /// What a cell sees while all doors are open, itself included, rising.
+    #[must_use]
+    pub fn sees_through_all(&self, cell: CellId) -> Option<&Arc<[CellId]>> {
+        self.sees.get(cell.index())?.as_ref()
+    }
+
+    /// Takes note of what cannot be seen from a cell while these doors, rising, are closed.
+    pub fn screen(&mut self, cell: CellId, closed: &[ObjectId], hidden: &[CellId]) {
+        let Some(sees) = self.sees_through_all(cell) else {
+            return;
+        };
+        let left = sees.iter().filter(|other| **other == cell || !hidden.contains(other));
+        let screen = Screen {
+            closed: closed.to_vec(),
+            leaves: left.copied().collect(),
+        };
+        self.screens.insert(cell, screen);
+    }
+
+    /// The closed doors that have been reckoned with in what a cell sees.
+    #[must_use]
+    pub fn screened_by(&self, cell: CellId) -> &[ObjectId] {
+        self.screens.get(&cell).map_or(&[], |screen| &screen.closed)
+    }
+
+    /// A door is open: nothing counts as hidden any more that it hides. Gives the cells for which it did, rising.
+    pub fn open(&mut self, door: ObjectId) -> Vec<CellId> {
+        let opened = self.screens.extract_if(.., |_, screen| screen.closed.contains(&door));
+        opened.map(|(cell, _)| cell).collect()
+    }
+
+    fn seen_by(&self, cell: CellId) -> Option<&Arc<[CellId]>> {
+        let screen = self.screens.get(&cell).map(|screen| &screen.leaves);
+        screen.or_else(|| self.sees_through_all(cell))
+    }
+
+    /// The cells that a ball touches and of which nothing is known.
+    #[must_use]
+    pub fn unknown_under(&self, ball: &Ball) -> Vec<CellId> {
+        let mut cells = self.under(ball);
+        cells.retain(|cell| !self.knows(*cell));
+        cells
     }
 
     /// What some cells see together, themselves included, rising. A cell of which nothing is known sees itself.
     #[must_use]
     pub fn seen_from(&self, eyes: &[CellId]) -> Arc<[CellId]> {
         if let [eye] = eyes
-            && let Some(Some(sees)) = self.sees.get(eye.index())
+            && let Some(sees) = self.seen_by(*eye)
         {
             return sees.clone();
         }
         let mut all = eyes.to_vec();
-        for sees in eyes.iter().filter_map(|eye| self.sees.get(eye.index())?.as_ref()) {
+        for sees in eyes.iter().filter_map(|eye| self.seen_by(*eye)) {
             all.extend_from_slice(sees);
         }
         all.sort_unstable();
@@ -274,5 +329,24 @@ mod tests {
             [CellId(0), CellId(2), CellId(3)]
         );
         assert!(cells.knows(CellId(0)) && !cells.knows(CellId(3)));
+    }
+
+    #[test]
+    fn closed_doors_leave_less_until_one_of_them_opens() {
+        let mut cells = field(2);
+        let [a, b] = [ObjectId(5), ObjectId(9)];
+        cells.screen(CellId(0), &[a], &[CellId(2)]);
+        assert_eq!(cells.screened_by(CellId(0)), [], "nothing is known of the cell yet");
+        cells.learn(CellId(0), &[CellId(1), CellId(2)]);
+        cells.screen(CellId(0), &[a, b], &[CellId(0), CellId(2)]);
+        assert_eq!(
+            *cells.seen_from(&[CellId(0)]),
+            [CellId(0), CellId(1)],
+            "a cell sees itself"
+        );
+        assert_eq!(cells.screened_by(CellId(0)), [a, b]);
+        assert_eq!(cells.open(ObjectId(7)), []);
+        assert_eq!(cells.open(b), [CellId(0)]);
+        assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0), CellId(1), CellId(2)]);
     }
 }

@@ -6,7 +6,7 @@
 use std::{fmt, str::FromStr};
 
 use belvedere_scene::{BlobName, CellId, ObjectId, Revision, SceneName, object::ObjectInfo};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{Ms, motion::Pose, tbv::Tbv};
 
@@ -147,7 +147,7 @@ pub struct Hello {
 }
 
 /// Why earlier events are void.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Void {
     /// The reader was away or too slow for longer than events are kept.
@@ -174,8 +174,22 @@ pub struct Moving {
     pub pose: Pose,
     /// A ball of this radius around its position holds it.
     pub radius_m: f64,
+    /// How closely the session follows it.
+    #[serde(flatten)]
+    pub attention: Attention,
+}
+
+/// How closely a session follows a mover.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Attention {
     /// Shortest time between its updates.
     pub period_ms: Ms,
+    /// In a crowd: about the share of it that one sees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visibility: Option<f64>,
+    /// In a crowd: the level of its model that will do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<u32>,
 }
 
 /// Where a mover is.
@@ -188,13 +202,21 @@ pub struct ObjectPose {
     pub pose: Pose,
 }
 
-/// How often a mover is told of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+impl Attention {
+    /// Whether the two make no difference to whoever follows the mover.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        (self.period_ms, self.level) == (other.period_ms, other.level)
+    }
+}
+
+/// How closely a mover is followed from now on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Period {
     /// The mover.
     pub object: ObjectId,
-    /// Shortest time between its updates.
-    pub period_ms: Ms,
+    /// That.
+    #[serde(flatten)]
+    pub attention: Attention,
 }
 
 /// Why a mover is no longer told of.

@@ -8,12 +8,16 @@
 //! * [`tbv`]: temporal bounding volumes: where a hidden mover surely is, and for how long.
 //! * [`aoi`]: areas of interest with hysteresis.
 //! * [`pace`]: how often and how much a session is told.
+//! * [`crowd`]: who is hidden among many.
 //! * [`event`]: what it is told.
+//! * [`journal`]: what has happened, written down, and lived through again.
 //! * [`world`]: the rules themselves. Who may see what is decided in `world::sight` and nowhere else.
 
 pub mod aoi;
 pub mod cells;
+pub mod crowd;
 pub mod event;
+pub mod journal;
 pub mod motion;
 pub mod pace;
 pub mod tbv;

@@ -4,7 +4,7 @@
 //! it, the server extrapolates the pose that it has sent likewise, and sends another only when the two are too far apart.
 
 use belvedere_scene::Bounds;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::Ms;
 
@@ -60,7 +60,7 @@ impl Pose {
 }
 
 /// A point of a trajectory.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Key {
     /// Since the trajectory began.
     pub t_ms: Ms,
@@ -71,12 +71,29 @@ pub struct Key {
 }
 
 /// A way that is known ahead: straight lines between keys.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written")]
 pub struct Trajectory {
     begin_ms: Ms,
     /// At least one, rising in time, the first at zero.
     keys: Vec<Key>,
     repeat: bool,
+}
+
+/// A trajectory as it may have been written.
+#[derive(Deserialize)]
+struct Written {
+    begin_ms: Ms,
+    keys: Vec<Key>,
+    repeat: bool,
+}
+
+impl TryFrom<Written> for Trajectory {
+    type Error = TrajectoryError;
+
+    fn try_from(written: Written) -> Result<Self, TrajectoryError> {
+        Self::new(written.begin_ms, written.keys, written.repeat)
+    }
 }
 
 /// Why keys make no trajectory.
@@ -104,6 +121,11 @@ impl Trajectory {
             return Err(TrajectoryError::Order(at + 1));
         }
         Ok(Self { begin_ms, keys, repeat })
+    }
+
+    /// Every time that it names.
+    pub(crate) fn times(&self) -> impl Iterator<Item = Ms> {
+        self.keys.iter().map(|key| key.t_ms).chain([self.begin_ms])
     }
 
     /// What it passes.

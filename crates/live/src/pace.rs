@@ -68,6 +68,12 @@ pub fn period_ms(distance_m: f64, tick_ms: Ms) -> Ms {
     tick_ms << doublings as u32
 }
 
+/// Of what is partly hidden one sees as little as of all of it from further away.
+#[must_use]
+pub fn as_far_m(distance_m: f64, visibility: f64) -> f64 {
+    distance_m / visibility.clamp(1e-4, 1.0).sqrt()
+}
+
 /// What one tick adds to the priority of a mover that is due: about the share of the view that it fills.
 #[must_use]
 pub fn priority(distance_m: f64, radius_m: f64) -> f64 {

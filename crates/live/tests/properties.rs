@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use belvedere_live::{
     cells::distance_m,
     event::{Event, SessionId},
+    journal::replay::Replay,
     pace,
 };
 use plan::{SPEED_MPS, Stage};
@@ -21,6 +22,7 @@ enum Step {
     Jump { who: usize, to: f64 },
     Look { who: usize, enter_m: f64 },
     Resync { who: usize },
+    Gate { border: u32, open: bool },
     Nothing,
 }
 
@@ -31,6 +33,7 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         1 => (who.clone(), 0.0..f64::from(CELLS)).prop_map(|(who, to)| Step::Jump { who, to }),
         1 => (who.clone(), 0.5..8.0f64).prop_map(|(who, enter_m)| Step::Look { who, enter_m }),
         1 => who.prop_map(|who| Step::Resync { who }),
+        2 => (1..CELLS, any::<bool>()).prop_map(|(border, open)| Step::Gate { border, open }),
         2 => Just(Step::Nothing),
     ];
     prop::collection::vec(step, 1..150)
@@ -76,6 +79,7 @@ impl Play {
                 self.enter_m[who] = enter_m;
             }
             Step::Resync { who } => self.stage.resync(self.people[who]),
+            Step::Gate { border, open } => self.stage.gate(border, open),
             Step::Nothing => {}
         }
         self.speak();
@@ -193,6 +197,16 @@ proptest! {
                 let apart_m = distance_m(pose.position_at(now_ms), after.shown[object].position_at(now_ms));
                 prop_assert!(apart_m <= pace::tolerance_m(f64::from(CELLS)) + 1e-9, "{object}: {apart_m} m");
             }
+        }
+    }
+
+    #[test]
+    fn a_journal_is_lived_through_again_to_the_last_byte(steps in steps()) {
+        let mut play = Play::new();
+        steps.into_iter().for_each(|step| play.act(step));
+        let mut replay = Replay::default();
+        for (input, output) in play.stage.journal() {
+            prop_assert_eq!(replay.take(&input).unwrap().output, output, "{}", input);
         }
     }
 

@@ -2,8 +2,12 @@
 
 mod plan;
 
-use belvedere_live::event::{Event, Gone};
-use plan::Stage;
+use belvedere_live::{
+    cells::distance_m,
+    event::{Event, Gone},
+};
+use belvedere_scene::{CellId, ObjectId};
+use plan::{SPEED_MPS, Stage};
 
 #[test]
 fn two_in_one_room_hear_of_each_other_and_not_of_themselves() {
@@ -80,6 +84,43 @@ fn a_teleport_breaks_the_promise_and_is_seen_at_once() {
 }
 
 #[test]
+fn two_poses_within_a_moment_do_not_make_a_rocket() {
+    let mut stage = Stage::rooms(3);
+    let (a, b) = (stage.enter(0.5), stage.enter(0.7));
+    stage.now_ms += 1;
+    stage.pose(b, 0.8);
+    stage.silence(1_000);
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    let shown = stage.beliefs[&a].shown[&stage.avatar(b)];
+    assert!(distance_m(shown.velocity, [0.0; 3]) <= SPEED_MPS + 1e-9, "{shown:?}");
+}
+
+#[test]
+fn deep_in_a_crowd_little_is_seen_and_told_less_often_and_a_few_people_are_no_crowd() {
+    let seen = |people: u32| {
+        let mut stage = Stage::hall(40);
+        (0..people).for_each(|i| _ = stage.park(2.0 + 36.0 * f64::from(i) / f64::from(people)));
+        let a = stage.enter(0.5);
+        stage.tick();
+        let told = stage.heard(a, "object-info").into_iter().map(|event| match event {
+            Event::ObjectInfo(told) => told.moving.unwrap().attention,
+            other => panic!("{other:?}"),
+        });
+        told.collect::<Vec<_>>()
+    };
+    let few = seen(20);
+    assert!(few.len() == 20 && few.iter().all(|attention| attention.visibility.is_none()));
+    let crowd = seen(120);
+    assert_eq!(crowd.len(), 120, "nobody is culled unless that is asked for");
+    let (near, far) = (crowd[0], crowd[119]);
+    assert!(
+        near.visibility > Some(0.9) && far.visibility < Some(0.3),
+        "{near:?} {far:?}"
+    );
+    assert!(far.period_ms > few[19].period_ms, "{far:?} {:?}", few[19]);
+}
+
+#[test]
 fn between_the_radii_nothing_flickers() {
     let mut stage = Stage::hall(40);
     let (a, b) = (stage.enter(0.5), stage.enter(12.0));
@@ -140,6 +181,66 @@ fn doors_are_told_to_whoever_comes_to_see_them() {
         (stage.heard(near, "door").len(), stage.heard(far, "door").len()),
         (2, 2)
     );
+}
+
+#[test]
+fn a_closed_door_hides_who_is_behind_it_within_a_tick_and_hushes_both() {
+    let mut stage = Stage::row(5, 4);
+    let (a, b) = (stage.enter(0.5), stage.enter(3.5));
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    stage.gate(2, false);
+    stage.tick();
+    assert_eq!(stage.last_gone(a), Some((stage.avatar(b), Gone::Hidden)));
+    for session in [a, b] {
+        let told = stage.unread(session);
+        assert!(told.iter().any(|event| matches!(event, Event::Hush(_))), "{told:?}");
+    }
+    let infos = stage.count(a, "object-info");
+    stage.gate(2, true);
+    for session in [a, b] {
+        let told = stage.unread(session);
+        assert!(told.iter().any(|event| matches!(event, Event::Wake { .. })), "{told:?}");
+    }
+    stage.stand(b);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    assert_eq!(stage.count(a, "object-info"), infos, "its info was kept");
+}
+
+#[test]
+fn behind_two_closed_doors_one_that_opens_shows_nobody() {
+    let mut stage = Stage::row(5, 2);
+    let (a, b) = (stage.enter(1.4), stage.enter(3.6));
+    stage.gate(2, false);
+    stage.gate(3, false);
+    stage.tick();
+    let told = stage.count(a, "object-info");
+    for border in [2, 3, 2, 3] {
+        stage.gate(border, true);
+        stage.silence(500);
+        stage.gate(border, false);
+    }
+    assert_eq!((stage.seen_by(a), stage.count(a, "object-info")), (vec![], told));
+    stage.gate(2, true);
+    stage.gate(3, true);
+    stage.stand(b);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}
+
+#[test]
+fn an_answer_about_a_door_that_has_opened_since_is_void() {
+    let mut stage = Stage::rooms(4);
+    let (a, b) = (stage.enter(1.4), stage.enter(2.6));
+    stage.gate(2, false);
+    stage.gate(2, true);
+    stage.stand(b);
+    stage.tick();
+    let now_ms = stage.now_ms;
+    stage.world.screen(CellId(1), &[ObjectId(1_002)], &[CellId(2)], now_ms);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
 }
 
 #[test]

@@ -13,6 +13,7 @@
 //! * [`cube`]: the item buffer (Weghorst, Hooper and Greenberg, *Improved Computational Methods for Ray Tracing*,
 //!   1984): which object shows at each pixel.
 //! * [`sight`]: single sight lines in `f64`, which confirm or reject what the item buffer claims.
+//! * [`blockade`]: straight ways between any two points, many of them, doors open or closed.
 //! * [`check`]: all cells, all eyes, and what came out.
 //! * [`mod@line`]: one sight line from a cell to an object.
 //! * [`verdict`]: whether that is good enough.
@@ -20,6 +21,7 @@
 //!
 //! `docs/VERIFY.md` states the semantics that the sets are held to.
 
+pub mod blockade;
 pub mod check;
 pub mod cube;
 pub mod eyes;

@@ -8,11 +8,12 @@ use axum::{
 use belvedere_scene::{ObjectId, SceneName};
 use serde::{Deserialize, Serialize};
 
-use super::{now, read};
 use crate::{
     http::{
+        body::json_body,
         error::ApiError,
-        extract::{JSON, MAX_BODY_BYTES, Path, Shown, body},
+        extract::{Path, Shown},
+        momentary::now,
         queries::find,
     },
     live::{Door, Live},
@@ -39,7 +40,7 @@ pub(in crate::http) async fn set(
     Shown(token): Shown,
     request: Request,
 ) -> Result<Response, ApiError> {
-    let Asked { open } = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, r#"{"open": true}"#)?;
+    let Asked { open } = json_body(request, r#"{"open": true}"#).await?;
     let published = find(&publications, &scene)?;
     let info = published.reader.object_info(object).await?.filter(|info| info.door);
     let info = info.ok_or_else(|| ApiError::NotFound(format!("door {object} in scene `{scene}`")))?;
@@ -48,6 +49,6 @@ pub(in crate::http) async fn set(
         bounds: info.bounds,
         open,
     };
-    live.set_door(&scene, door, token).await?;
+    live.set_door(&scene, published.pointer.revision, door, token).await?;
     Ok(now(StatusCode::OK, &Answer { object, open }))
 }

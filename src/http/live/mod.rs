@@ -8,26 +8,15 @@ pub(super) mod sessions;
 
 use std::sync::Arc;
 
-use axum::{
-    Json,
-    http::{HeaderMap, HeaderValue, StatusCode, header},
-    response::{IntoResponse, Response},
-};
 use belvedere_live::{
     Ms,
     world::{Look, Sent},
 };
 use belvedere_scene::ObjectId;
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde::Deserialize;
 
 use super::error::ApiError;
 use crate::published::Published;
-
-/// Reads a body, which must have this shape.
-fn read<T: DeserializeOwned>(body: &[u8], shape: &str) -> Result<T, ApiError> {
-    serde_json::from_slice(body)
-        .map_err(|error| ApiError::bad_body("", format!("the body must be JSON, {shape}: {error}")))
-}
 
 /// A time in whole milliseconds. To JSON Schema 10.0 is an integer.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -89,17 +78,4 @@ async fn look(published: &Published, avatar: Option<ObjectId>, name: Option<Stri
         return Err(ApiError::bad_body("/name", "a name has at most 200 bytes"));
     }
     Ok(Look { name, model })
-}
-
-/// An answer that is for this moment only.
-fn now<T: Serialize>(status: StatusCode, answer: &T) -> Response {
-    let mut headers = HeaderMap::new();
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    (status, headers, Json(answer)).into_response()
-}
-
-/// Done; there is nothing to say.
-fn done() -> Response {
-    let no_store = (header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    (StatusCode::NO_CONTENT, [no_store]).into_response()
 }

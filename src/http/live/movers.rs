@@ -5,18 +5,24 @@ use axum::{
     http::StatusCode,
     response::Response,
 };
-use belvedere_live::{event::Hush, motion::Key};
+use belvedere_live::{
+    event::Hush,
+    motion::{Key, Trajectory},
+    world::NewMover,
+};
 use belvedere_scene::{ObjectId, SceneName};
 use serde::{Deserialize, Serialize};
 
-use super::{Pose, Time, UPRIGHT, done, look, now, read, sessions::DEFAULT_RADIUS_M};
+use super::{Pose, Time, UPRIGHT, look, sessions::DEFAULT_RADIUS_M};
 use crate::{
     http::{
+        body::{JSON, body, json, json_body},
         error::ApiError,
-        extract::{JSON, MAX_BODY_BYTES, Path, Shown, body},
+        extract::{self, Path, Shown},
+        momentary::{done, now},
         queries::find,
     },
-    live::{Live, NewMover, Token},
+    live::{Live, LiveError, Token},
     published::Publications,
 };
 
@@ -36,6 +42,7 @@ struct Asked {
     radius_m: Option<f64>,
     max_speed_mps: Option<f64>,
     trajectory: Option<Way>,
+    persistent: Option<bool>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -86,7 +93,7 @@ pub(in crate::http) async fn create(
     request: Request,
 ) -> Result<Response, ApiError> {
     const SHAPE: &str = r#"{"position": [x, y, z], "max_speed_mps": 3} or {"trajectory": {"keys": [{"t_ms": 0, "position": [x, y, z]}], "repeat": true}}"#;
-    let asked: Asked = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, SHAPE)?;
+    let asked: Asked = json_body(request, SHAPE).await?;
     let published = find(&publications, &scene)?;
     let keys = asked.trajectory.as_ref().map_or(&[][..], |way| &way.keys);
     if keys.len() > MOST_KEYS {
@@ -102,16 +109,20 @@ pub(in crate::http) async fn create(
         velocity: None,
         acceleration: None,
     };
+    let begin_ms = live.now_ms();
+    let way = asked
+        .trajectory
+        .map(|way| Trajectory::new(begin_ms, way.keys.iter().map(WayKey::key).collect(), way.repeat));
     let new = NewMover {
         pose: pose.sent(),
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         look: look(&published, asked.avatar, asked.name).await?,
-        way: asked
-            .trajectory
-            .map(|way| (way.keys.iter().map(WayKey::key).collect(), way.repeat)),
+        way: way.transpose().map_err(LiveError::from)?,
     };
-    let (moved, token) = live.create(&scene, new, token).await?;
+    let (moved, token) = live
+        .create(&scene, new, asked.persistent.unwrap_or(false), token)
+        .await?;
     let answer = Created {
         object: moved.object,
         token: token.reveal(),
@@ -127,7 +138,7 @@ pub(in crate::http) async fn pose(
     Shown(token): Shown,
     request: Request,
 ) -> Result<Response, ApiError> {
-    let pose: Pose = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, Pose::SHAPE)?;
+    let pose: Pose = json_body(request, Pose::SHAPE).await?;
     let moved = live.move_to(object, token, pose.sent()).await?;
     let answer = Moved {
         teleported: moved.teleported,
@@ -238,11 +249,8 @@ type Move = (ObjectId, Option<Token>, belvedere_live::world::Sent);
 
 /// Reads a line; its token goes before that of the request.
 fn line(text: &[u8], token: Option<Token>) -> Result<Move, ApiError> {
-    let line: Line = read(text, LINE)?;
-    let own = line
-        .token
-        .map(|text| text.parse().map_err(|_| ApiError::NoToken))
-        .transpose()?;
+    let line: Line = json(text, LINE)?;
+    let own = line.token.as_deref().map(extract::token).transpose()?;
     let pose = Pose {
         t_ms: line.t_ms,
         position: line.position,

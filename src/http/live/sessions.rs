@@ -12,20 +12,22 @@ use belvedere_live::{
     Ms,
     aoi::Aoi,
     event::{Hush, SessionId},
-    world::Seen,
+    world::{Seen, Visitor},
 };
 use belvedere_scene::{CellId, ObjectId, SceneName};
 use futures_util::StreamExt;
 use serde::{Deserialize, Serialize};
 
-use super::{Pose, Time, done, look, now, read};
+use super::{Pose, Time, look};
 use crate::{
     http::{
+        body::json_body,
         error::ApiError,
-        extract::{JSON, MAX_BODY_BYTES, Path, Shown, body},
+        extract::{Path, Shown},
+        momentary::{done, now},
         queries::find,
     },
-    live::{Live, NewSession},
+    live::Live,
     published::Publications,
 };
 
@@ -101,7 +103,7 @@ pub(in crate::http) async fn open(
     request: Request,
 ) -> Result<Response, ApiError> {
     const SHAPE: &str = r#"{"position": [x, y, z], "aoi": {"enter_m": 50, "leave_m": 60}, "max_speed_mps": 3}"#;
-    let asked: Asked = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, SHAPE)?;
+    let asked: Asked = json_body(request, SHAPE).await?;
     let published = find(&publications, &scene)?;
     let pose = Pose {
         t_ms: asked.t_ms,
@@ -114,16 +116,15 @@ pub(in crate::http) async fn open(
         Some(included) => included.contains(&what),
         None => what == Included::Movers,
     };
-    let new = NewSession {
+    let visitor = Visitor {
         pose: pose.sent(),
         aoi: asked.aoi.unwrap_or(DEFAULT_AOI),
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         hears_movers: wants(Included::Movers),
-        with_statics: wants(Included::Static),
         look: look(&published, asked.avatar, asked.name).await?,
     };
-    let opened = live.open(&scene, new).await?;
+    let opened = live.open(&scene, visitor, wants(Included::Static)).await?;
     let session = opened.session;
     let answer = Opened {
         session,
@@ -155,7 +156,7 @@ pub(in crate::http) async fn pose(
     request: Request,
 ) -> Result<Response, ApiError> {
     let session = live.session(session, token)?;
-    let pose: Pose = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, Pose::SHAPE)?;
+    let pose: Pose = json_body(request, Pose::SHAPE).await?;
     let seen = session.pose(pose.sent()).await?;
     Ok(now(StatusCode::OK, &Posed::from(seen)))
 }
@@ -169,7 +170,7 @@ pub(in crate::http) async fn aoi(
 ) -> Result<Response, ApiError> {
     let session = live.session(session, token)?;
     let shape = r#"{"enter_m": 50, "leave_m": 60}"#;
-    let aoi: Aoi = read(&body(request, &[JSON], MAX_BODY_BYTES).await?, shape)?;
+    let aoi: Aoi = json_body(request, shape).await?;
     session.set_aoi(aoi).await?;
     Ok(now(StatusCode::OK, &aoi))
 }

@@ -9,6 +9,7 @@ pub mod conservative;
 pub mod epsilon;
 pub mod fusion;
 pub mod prover;
+pub mod screen;
 
 mod doors;
 mod glance;

@@ -45,7 +45,7 @@ const BODIES_TRIED: usize = 16;
 /// Bodies of one solid are nearer to each other than so many times the width of the holes that are closed.
 const TOUCHING: f32 = 4.0;
 /// A wall hides only what lies further behind its plane than so many times the distance within which faces lie in it.
-const BEHIND: f32 = 4.0;
+pub(super) const BEHIND: f32 = 4.0;
 
 /// What hides, ready for questions.
 pub struct Blocker {
@@ -505,7 +505,7 @@ fn is_empty(rectangle: &Rectangle, margin_m: f32) -> bool {
 
 /// A rectangle in which all segments between two regions on different sides cross a wall. Only segments on the convex hull
 /// of both can cross at its border; for two boxes these join equal corners.
-fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
+pub(super) fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
     let mut rectangle = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
     let mut include = |place: Vec2| {
         for axis in 0..2 {
@@ -539,7 +539,7 @@ fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
 }
 
 /// An opening as a region: a flat box where the wall stands along the world's axes.
-fn region_of(wall: &Wall, opening: &Rectangle) -> Region {
+pub(super) fn region_of(wall: &Wall, opening: &Rectangle) -> Region {
     let [u, v] = *opening;
     let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| wall.point(Vec2::new(u[i], v[j])));
     let hull = Region::hull(corners.to_vec());

@@ -1,11 +1,12 @@
 //! What may a sender say? Everything that comes from outside is checked here, before it changes anything.
 
 use belvedere_scene::{Bounds, CellId, ObjectId};
+use serde::{Deserialize, Serialize};
 
 use crate::{Ms, cells::Place, event::Hush, motion::Key};
 
 /// A pose as it was sent.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sent {
     /// In the sender's clock; none means now.
     pub t_ms: Option<Ms>,
@@ -96,7 +97,7 @@ pub const MOST_RADIUS_M: f64 = 100.0;
 pub const MOST_AOI_M: f64 = 1e6;
 
 /// What became of a participant's pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Seen {
     /// Where the participant is.
     pub place: Place,
@@ -105,7 +106,7 @@ pub struct Seen {
 }
 
 /// What became of a mover's pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Moved {
     /// The mover.
     pub object: ObjectId,

@@ -114,9 +114,14 @@ impl World {
         if known || fresh {
             self.rouse(object, now_ms);
         } else {
-            let until_ms = now_ms + self.rules.grace_ms;
-            self.enter(object, State::Asked { until_ms });
+            self.wait_for(object, now_ms);
         }
+    }
+
+    /// Its owner is about to speak.
+    fn wait_for(&mut self, object: ObjectId, now_ms: Ms) {
+        let until_ms = now_ms + self.rules.grace_ms;
+        self.enter(object, State::Asked { until_ms });
     }
 
     /// A volume has expired, or an owner that was asked has said nothing.
@@ -130,9 +135,8 @@ impl World {
         }
         let spoken = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
         if expired && mover.way.is_none() && !spoken && mover.max_speed_mps > 0.0 {
-            // The owner knows when, and is about to speak.
-            let until_ms = now_ms + self.rules.grace_ms;
-            self.enter(object, State::Asked { until_ms });
+            // The owner knows when.
+            self.wait_for(object, now_ms);
             return;
         }
         self.rouse(object, now_ms);

@@ -8,8 +8,10 @@
 //! to watch one of those cells, after the algorithm of Sudarsky & Gotsman (§3), with view cells for BSP leaves and one
 //! registration of a mover for all sessions. Work in a tick is O(visible + expired + exposed).
 
+mod among;
 mod check;
 mod clock;
+mod doors;
 mod hushing;
 mod mover;
 mod movers;
@@ -21,23 +23,26 @@ mod tick;
 use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::{Bounds, CellId, ObjectId};
+use serde::{Deserialize, Serialize};
 
 pub use self::{
     check::{MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Refusal, Seen, Sent, Unknown},
+    doors::Unscreened,
     mover::Look,
     movers::NewMover,
     session::REMEMBERED,
-    sessions::Opening,
+    sessions::Visitor,
 };
-use self::{mover::Mover, session::Session};
+use self::{doors::Door, mover::Mover, session::Session};
 use crate::{
     Ms,
     cells::{Ball, Cells},
+    crowd::{Crowd, Crowding},
     event::{Event, Gone, SessionId},
 };
 
 /// What can be set.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Rules {
     /// Time between ticks.
     pub tick_ms: Ms,
@@ -53,6 +58,8 @@ pub struct Rules {
     pub grace_ms: Ms,
     /// Poses for one session, in bytes a second.
     pub bytes_per_s: f64,
+    /// Whether people hide each other, and how much that counts.
+    pub crowd: Option<Crowding>,
 }
 
 impl Default for Rules {
@@ -65,6 +72,7 @@ impl Default for Rules {
             longest_unheard_tbv_ms: 2_000,
             grace_ms: 1_000,
             bytes_per_s: 64_000.0,
+            crowd: Some(Crowding::default()),
         }
     }
 }
@@ -86,19 +94,17 @@ pub struct World {
     alarms: BTreeSet<(Ms, ObjectId)>,
     /// The radius of the largest mover there ever was, with what it moves in a tick.
     largest_m: f64,
+    /// Who is awake, seen from above, where people hide each other.
+    crowd: Option<Crowd>,
     /// Sessions and movers whose relations may have changed since the last tick.
     stirred_sessions: BTreeSet<SessionId>,
     stirred_movers: BTreeSet<ObjectId>,
     /// Not told yet.
     gone: BTreeMap<(SessionId, Gone), Vec<ObjectId>>,
     doors: BTreeMap<ObjectId, Door>,
+    /// Cells from which closed doors may hide something, and nobody has said what yet.
+    unscreened: BTreeSet<CellId>,
     events: Vec<(SessionId, Event)>,
-}
-
-#[derive(Debug)]
-struct Door {
-    open: bool,
-    cells: Vec<CellId>,
 }
 
 /// How much there is.
@@ -128,10 +134,12 @@ impl World {
             awake: BTreeSet::new(),
             alarms: BTreeSet::new(),
             largest_m: 0.0,
+            crowd: rules.crowd.map(|_| Crowd::new(&reach)),
             stirred_sessions: BTreeSet::new(),
             stirred_movers: BTreeSet::new(),
             gone: BTreeMap::new(),
             doors: BTreeMap::new(),
+            unscreened: BTreeSet::new(),
             events: Vec::new(),
         }
     }
@@ -170,9 +178,8 @@ impl World {
             // It will be refused.
             return Vec::new();
         }
-        let mut cells = self.cells.under(&self.rules.eye_ball(position, max_speed_mps));
-        cells.retain(|cell| !self.cells.knows(*cell));
-        cells
+        let eye = self.rules.eye_ball(position, max_speed_mps);
+        self.cells.unknown_under(&self.looked_ahead(eye, max_speed_mps))
     }
 
     /// The same for a session that moves there.
@@ -197,10 +204,12 @@ impl World {
     /// again.
     pub fn rebase(&mut self, cells: Cells, bounds: &Bounds, now_ms: Ms) {
         self.reach = check::around(&bounds.union(&cells.bounds()));
+        self.crowd = self.rules.crowd.map(|_| Crowd::new(&self.reach));
         self.movers_in = vec![BTreeSet::new(); cells.len()];
         self.watchers = vec![BTreeSet::new(); cells.len()];
         self.cells = cells;
         self.doors.clear();
+        self.unscreened.clear();
         self.alarms.clear();
         let movers: Vec<_> = self.movers.keys().copied().collect();
         for object in movers {
@@ -218,36 +227,6 @@ impl World {
             self.look(id, now_ms);
             if let Ok(place) = self.place_of(id) {
                 self.say(id, Event::Cell { cell: place.cell });
-            }
-        }
-    }
-
-    /// Opens or closes a door; everybody who may see it is told, the others when they come to see it.
-    pub fn set_door(&mut self, door: ObjectId, bounds: &Bounds, open: bool) {
-        let cells = self.cells.meeting(bounds);
-        let watching: BTreeSet<_> = cells
-            .iter()
-            .flat_map(|cell| &self.watchers[cell.index()])
-            .copied()
-            .collect();
-        self.doors.insert(door, Door { open, cells });
-        for session in watching {
-            self.tell_doors(session);
-        }
-    }
-
-    /// Tells a session what it does not know of the doors that it may see. Doors are published open.
-    fn tell_doors(&mut self, id: SessionId) {
-        let Some(session) = self.sessions.get_mut(&id) else {
-            return;
-        };
-        for (object, door) in &self.doors {
-            let watched = |cell: &CellId| session.eye.watched.binary_search(cell).is_ok();
-            let believed = session.doors.get(object).copied().unwrap_or(true);
-            if believed != door.open && door.cells.iter().any(watched) {
-                session.doors.insert(*object, door.open);
-                let (object, open) = (*object, door.open);
-                self.events.push((id, Event::Door { object, open }));
             }
         }
     }

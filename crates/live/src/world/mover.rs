@@ -4,10 +4,12 @@ use std::{collections::BTreeSet, sync::Arc};
 
 use belvedere_scene::{Bounds, CellId, ObjectId, object::ObjectInfo};
 
+use serde::{Deserialize, Serialize};
+
 use super::clock::SenderClock;
 use crate::{
     Ms,
-    event::{Moving, SessionId, Told},
+    event::{Attention, Moving, SessionId, Told},
     motion::{Pose, Trajectory},
     tbv::{Tbv, Validity},
 };
@@ -31,7 +33,7 @@ pub(super) struct Mover {
 }
 
 /// What a mover looks like.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Look {
     /// A name for people.
     pub name: String,
@@ -63,7 +65,7 @@ impl Mover {
     }
 
     /// What a session is told that does not know it.
-    pub(super) fn told(&self, object: ObjectId, period_ms: Ms) -> Told {
+    pub(super) fn told(&self, object: ObjectId, attention: Attention) -> Told {
         let Look { name, model } = &self.look;
         let position = self.pose.position;
         let scale = model.as_deref().map_or([1.0; 3], |model| axis_scales(&model.transform));
@@ -86,7 +88,7 @@ impl Mover {
         let moving = Moving {
             pose: self.pose,
             radius_m: self.radius_m,
-            period_ms,
+            attention,
         };
         Told {
             info,

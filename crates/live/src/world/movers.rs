@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use belvedere_scene::{CellId, ObjectId};
+use serde::{Deserialize, Serialize};
 
 use super::{
     Look, Moved, Refusal, Sent, World, check,
@@ -17,12 +18,8 @@ use crate::{
 };
 
 /// A mover that is to be.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NewMover {
-    /// Its id, which nothing else ever had.
-    pub object: ObjectId,
-    /// The session that drives it, hears `hush` and `wake`, and is not told of it.
-    pub owner: Option<SessionId>,
     /// Where it is.
     pub pose: Sent,
     /// A promise.
@@ -42,13 +39,19 @@ const SLACK: f64 = 1.05;
 const RENEWAL_TICKS: Ms = 3;
 
 impl World {
-    /// Adds a mover.
+    /// Adds a mover; nothing else ever had its id. The session that drives it, if there is one, hears `hush` and `wake`,
+    /// and is not told of it.
     ///
     /// # Errors
     /// When something about it cannot be.
-    pub fn create(&mut self, new: NewMover, now_ms: Ms) -> Result<Moved, Refusal> {
-        let object = new.object;
-        self.add(new, now_ms)?;
+    pub fn create(
+        &mut self,
+        object: ObjectId,
+        owner: Option<SessionId>,
+        new: NewMover,
+        now_ms: Ms,
+    ) -> Result<Moved, Refusal> {
+        self.add(object, owner, new, now_ms)?;
         Ok(Moved {
             object,
             hush: self.settle(object, now_ms),
@@ -57,7 +60,13 @@ impl World {
     }
 
     /// Adds a mover that nobody has looked at yet.
-    pub(super) fn add(&mut self, new: NewMover, now_ms: Ms) -> Result<(), Refusal> {
+    pub(super) fn add(
+        &mut self,
+        object: ObjectId,
+        owner: Option<SessionId>,
+        new: NewMover,
+        now_ms: Ms,
+    ) -> Result<(), Refusal> {
         let sent = new.pose.checked(&self.reach)?;
         let keys = new.way.iter().flat_map(|way| way.keys());
         for (number, key) in keys.enumerate() {
@@ -72,14 +81,14 @@ impl World {
         let mut pose = Pose::resting(now_ms, sent.position, sent.orientation);
         pose.velocity = sent.velocity.unwrap_or_default();
         pose.acceleration = sent.acceleration.unwrap_or_default();
-        let heard = new.owner.is_some() || new.way.is_some();
+        let heard = owner.is_some() || new.way.is_some();
         let longest_ms = if heard {
             self.rules.longest_tbv_ms
         } else {
             self.rules.longest_unheard_tbv_ms
         };
         let mover = Mover {
-            owner: new.owner,
+            owner,
             look: new.look,
             radius_m,
             max_speed_mps,
@@ -92,8 +101,8 @@ impl World {
             validity: Validity::new(longest_ms),
         };
         let reach_m = radius_m + self.rules.tick_reach_m(&mover);
-        self.movers.insert(new.object, mover);
-        self.rouse(new.object, now_ms);
+        self.movers.insert(object, mover);
+        self.rouse(object, now_ms);
         if reach_m > self.largest_m {
             self.largest_m = reach_m;
             let all: Vec<_> = self.sessions.keys().copied().collect();
@@ -131,11 +140,13 @@ impl World {
         let moved_m = crate::cells::distance_m(last.position, sent.position);
         let teleported = moved_m > SLACK * mover.max_speed_mps * elapsed_s + SLACK_M;
         let step: [f64; 3] = std::array::from_fn(|a| sent.position[a] - last.position[a]);
+        // Two poses that come within a moment of each other say little of the speed; no more than was promised.
+        let per_s = (1.0 / elapsed_s).min(mover.max_speed_mps / moved_m.max(f64::MIN_POSITIVE));
         let estimate = || match elapsed_s {
             _ if teleported => [0.0; 3],
             0.0 => last.velocity,
             1.0.. => [0.0; 3],
-            _ => step.map(|x| x / elapsed_s),
+            _ => step.map(|x| x * per_s),
         };
         mover.pose = Pose {
             t_ms,
@@ -178,6 +189,9 @@ impl World {
         }
         let ball = self.rules.mover_ball(&self.movers[&object], now_ms);
         let cells = self.cells.under(&ball);
+        if let (Some(crowd), Some(mover)) = (&mut self.crowd, self.movers.get(&object)) {
+            crowd.put(object, ball.center, mover.radius_m);
+        }
         self.register(object, cells);
         self.stirred_movers.insert(object);
     }
@@ -194,10 +208,18 @@ impl World {
             Some(at_ms) => {
                 self.alarms.insert((at_ms, object));
                 self.awake.remove(&object);
+                self.leave_crowd(object);
             }
             None => {
                 self.awake.insert(object);
             }
+        }
+    }
+
+    /// Whom nobody sees hides nobody.
+    fn leave_crowd(&mut self, object: ObjectId) {
+        if let Some(crowd) = &mut self.crowd {
+            crowd.take(object);
         }
     }
 
@@ -226,6 +248,7 @@ impl World {
             self.alarms.remove(&(at_ms, object));
         }
         self.awake.remove(&object);
+        self.leave_crowd(object);
         self.stirred_movers.remove(&object);
         for cell in &mover.cells {
             self.movers_in[cell.index()].remove(&object);

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use belvedere_scene::ObjectId;
 
-use super::sight::Eye;
-use crate::{Ms, aoi::Aoi, motion::Pose, pace::Bucket};
+use super::{among::Among, sight::Eye};
+use crate::{Ms, aoi::Aoi, event::Attention, motion::Pose, pace::Bucket};
 
 /// Infos of so many hidden movers a client is expected to keep: the last ones.
 pub const REMEMBERED: usize = 256;
@@ -24,6 +24,8 @@ pub(super) struct Session {
     /// What it believes of doors that were ever moved.
     pub(super) doors: BTreeMap<ObjectId, bool>,
     pub(super) bytes: Bucket,
+    /// What it sees of a crowd, where there is one.
+    pub(super) among: Option<Among>,
 }
 
 /// What a session knows of a mover.
@@ -33,7 +35,7 @@ pub(super) struct Shown {
     /// The last pose that it was sent; none when it must be sent one at once.
     pub(super) sent: Option<Pose>,
     pub(super) sent_at_ms: Ms,
-    pub(super) period_ms: Ms,
+    pub(super) attention: Attention,
     pub(super) priority: f64,
 }
 
@@ -48,6 +50,7 @@ impl Session {
             remembered: VecDeque::new(),
             doors: BTreeMap::new(),
             bytes,
+            among: None,
         }
     }
 

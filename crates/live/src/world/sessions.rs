@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use belvedere_scene::ObjectId;
+use serde::{Deserialize, Serialize};
 
 use super::{
     Look, NewMover, Refusal, Seen, Sent, World, check,
@@ -13,17 +14,13 @@ use crate::{
     aoi::Aoi,
     cells::Place,
     event::{Event, Gone, SessionId, Void},
-    pace::{self, Bucket},
+    pace::Bucket,
     tbv::Validity,
 };
 
-/// A session that is to be.
-#[derive(Debug, Clone)]
-pub struct Opening {
-    /// Its id, which no other ever had.
-    pub session: SessionId,
-    /// The id of its avatar.
-    pub object: ObjectId,
+/// A participant that is to be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Visitor {
     /// Where the participant is.
     pub pose: Sent,
     /// How far it looks.
@@ -39,27 +36,26 @@ pub struct Opening {
 }
 
 impl World {
-    /// Opens a session. The caller greets it; what it sees is told at the next tick.
+    /// Opens a session with an avatar; nothing else ever had their ids. The caller greets it; what it sees is told at the
+    /// next tick.
     ///
     /// # Errors
     /// When something about it cannot be.
-    pub fn open(&mut self, new: Opening, now_ms: Ms) -> Result<Seen, Refusal> {
+    pub fn open(&mut self, id: SessionId, object: ObjectId, new: Visitor, now_ms: Ms) -> Result<Seen, Refusal> {
         let aoi = check::aoi(new.aoi)?;
         let avatar = NewMover {
-            object: new.object,
-            owner: Some(new.session),
             pose: new.pose,
             max_speed_mps: check::walking_speed(new.max_speed_mps)?,
             radius_m: new.radius_m,
             look: new.look,
             way: None,
         };
-        self.add(avatar, now_ms)?;
+        self.add(object, Some(id), avatar, now_ms)?;
         let second = self.rules.bytes_per_s;
-        let session = Session::new(new.object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
-        self.sessions.insert(new.session, session);
-        self.look(new.session, now_ms);
-        self.seen(new.session, false, now_ms)
+        let session = Session::new(object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
+        self.sessions.insert(id, session);
+        self.look(id, now_ms);
+        self.seen(id, false, now_ms)
     }
 
     /// Takes a participant's pose. `unknown_to` must be empty for it.
@@ -152,7 +148,7 @@ impl World {
             let mover = &self.movers[object];
             shown.sent = Some(mover.pose);
             shown.sent_at_ms = now_ms;
-            infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.period_ms))));
+            infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.attention))));
         }
         self.say(id, Event::Resync { reason });
         self.say(id, Event::Cell { cell: place.cell });
@@ -176,6 +172,7 @@ impl World {
         let before = std::mem::replace(&mut session.eye, eye).watched;
         let now = session.eye.watched.clone();
         self.stirred_sessions.insert(id);
+        self.ask_ahead(id);
         if before == now {
             return;
         }
@@ -209,22 +206,22 @@ impl World {
     /// From now on a session is told of a mover.
     pub(super) fn show(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
         let away_m = self.away_m(id, object, now_ms);
+        let attention = self.attention(id, &self.movers[&object], away_m, now_ms);
         let (Some(session), Some(mover)) = (self.sessions.get_mut(&id), self.movers.get_mut(&object)) else {
             return;
         };
-        let period_ms = pace::period_ms(away_m, self.rules.tick_ms);
         let known = session.recall(object);
         let shown = Shown {
             since_ms: now_ms,
             sent: (!known).then_some(mover.pose),
             sent_at_ms: now_ms,
-            period_ms,
+            attention,
             priority: 0.0,
         };
         session.shown.insert(object, shown);
         mover.shown_to.insert(id);
         if !known {
-            let told = Box::new(mover.told(object, period_ms));
+            let told = Box::new(mover.told(object, attention));
             self.events.push((id, Event::ObjectInfo(told)));
         }
     }

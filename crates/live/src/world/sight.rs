@@ -3,7 +3,7 @@
 //! A participant sees into the cells that can be seen from its own cell, and from those that it may have reached before
 //! the next event arrives: within its speed times a round trip. A mover is in the cells that its ball touches, widened
 //! by what it moves in a tick. The mover is told of when one of its cells is seen into and it is inside the area of
-//! interest. Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
+//! interest. What closed doors hide is left out ([`doors`](super::doors)). Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
 //!
 //! Conservative as far as the scene's sets are: a mover that is not told of cannot be seen.
 
@@ -93,7 +93,10 @@ impl World {
         let eye = self.movers[&session.object].pose.position;
         let away_m = distance_m(eye, mover.pose.position_at(now_ms));
         let inside = session.aoi.holds(away_m, since_ms, now_ms, self.rules.shortest_stay_ms);
-        match (mover.is_awake() && session.eye.sees_any(&mover.cells), inside) {
+        let seen = mover.is_awake()
+            && session.eye.sees_any(&mover.cells)
+            && !self.is_lost_in_crowd(session, mover, since_ms.is_some(), now_ms);
+        match (seen, inside) {
             (true, true) => Sight::Seen,
             (false, _) if away_m <= session.aoi.leave_m => Sight::Unseen(Gone::Hidden),
             _ => Sight::Unseen(Gone::Left),

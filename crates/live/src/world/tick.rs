@@ -3,7 +3,7 @@
 
 use belvedere_scene::ObjectId;
 
-use super::{World, sight::Sight};
+use super::{World, among, sight::Sight};
 use crate::{
     Ms,
     cells::distance_m,
@@ -20,6 +20,7 @@ impl World {
         self.tell_gone();
         self.expire(now_ms);
         self.advance(now_ms);
+        self.look_around(now_ms);
         self.judge(now_ms);
         self.tell_gone();
         self.tell_poses(now_ms);
@@ -113,13 +114,16 @@ impl World {
                 let mover = &self.movers[object];
                 let position = mover.pose.position_at(now_ms);
                 let away_m = distance_m(eye, position);
-                // The period changes only when it is well beyond the border.
-                let [nearer, further] = [0.9, 1.1].map(|x| pace::period_ms(x * away_m, self.rules.tick_ms));
-                if nearer == further && nearer != shown.period_ms {
-                    shown.period_ms = nearer;
-                    let object = *object;
-                    let period_ms = nearer;
-                    rates.push(Period { object, period_ms });
+                let seen = among::visibility(session.among.as_ref(), self.crowd.as_ref(), position);
+                // It changes only when the mover is well beyond the border.
+                let [nearer, further] =
+                    [0.9, 1.1].map(|x| among::attention(mover, x * away_m, seen, self.rules.tick_ms));
+                if nearer.is_like(&further) && !nearer.is_like(&shown.attention) {
+                    shown.attention = nearer;
+                    rates.push(Period {
+                        object: *object,
+                        attention: nearer,
+                    });
                 }
                 let Some(sent) = shown.sent else {
                     due.push((f64::INFINITY, *object));
@@ -128,8 +132,8 @@ impl World {
                 let wrong = distance_m(sent.position_at(now_ms), position) > pace::tolerance_m(away_m)
                     || sent.turned_rad(&mover.pose) > pace::TOLERANCE_RAD;
                 if wrong {
-                    shown.priority += pace::priority(away_m, mover.radius_m);
-                    if now_ms - shown.sent_at_ms >= shown.period_ms {
+                    shown.priority += seen.unwrap_or(1.0) * pace::priority(away_m, mover.radius_m);
+                    if now_ms - shown.sent_at_ms >= shown.attention.period_ms {
                         due.push((shown.priority, *object));
                     }
                 }

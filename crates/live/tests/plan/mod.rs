@@ -6,12 +6,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_live::{
-    Ms, World,
+    Ms,
     aoi::Aoi,
     cells::{Cell, Cells, distance_m},
     event::{Event, FIRST_MOVER, Gone, Hush, SessionId, Void},
+    journal::{Ground, Journal},
     motion::{Key, Pose, Trajectory},
-    world::{Look, NewMover, Opening, Rules, Sent},
+    world::{Look, NewMover, Rules, Sent, Visitor},
 };
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
@@ -64,9 +65,13 @@ impl Belief {
 }
 
 pub(crate) struct Stage {
-    pub(crate) world: World,
+    pub(crate) world: Journal,
+    /// All that was written.
+    journal: String,
     pub(crate) now_ms: Ms,
     sees: Vec<Vec<CellId>>,
+    /// Borders between two cells that are shut.
+    shut: BTreeSet<u32>,
     next: u32,
     avatars: BTreeMap<SessionId, ObjectId>,
     pub(crate) beliefs: BTreeMap<SessionId, Belief>,
@@ -89,12 +94,19 @@ impl Stage {
                 .map(CellId)
                 .collect()
         });
-        let all = Cells::new((0..cells).map(shape).collect());
-        let bounds = all.bounds();
+        let cells: Vec<_> = (0..cells).map(shape).collect();
+        let ground = Ground {
+            revision: "00000000000000aa".parse().unwrap(),
+            bounds: Cells::new(cells.clone()).bounds(),
+            cells,
+        };
+        let (scene, now_ms) = ("row".parse().unwrap(), 1_000_000);
         Self {
-            world: World::new(all, &bounds, Rules::default()),
-            now_ms: 1_000_000,
+            world: Journal::begin(scene, &ground, Rules::default(), true, now_ms),
+            journal: String::new(),
+            now_ms,
             sees: sees.collect(),
+            shut: BTreeSet::new(),
             next: 0,
             avatars: BTreeMap::new(),
             beliefs: BTreeMap::new(),
@@ -125,7 +137,7 @@ impl Stage {
 
     fn teach(&mut self, x: f64) {
         for cell in self.world.unknown_at([x, 0.5, 0.5], SPEED_MPS) {
-            self.world.teach(cell, &self.sees[cell.index()]);
+            self.world.teach(cell, &self.sees[cell.index()], self.now_ms);
         }
     }
 
@@ -138,9 +150,7 @@ impl Stage {
         self.teach(x);
         let object = self.object();
         let session = SessionId(u64::from(self.next));
-        let opening = Opening {
-            session,
-            object,
+        let visitor = Visitor {
             pose: self.sent(x),
             aoi: Aoi {
                 enter_m: 100.0,
@@ -151,7 +161,7 @@ impl Stage {
             look: Look::default(),
             hears_movers: true,
         };
-        self.world.open(opening, self.now_ms).unwrap();
+        self.world.open(session, object, visitor, self.now_ms).unwrap();
         self.avatars.insert(session, object);
         self.beliefs.insert(session, Belief::default());
         self.listen();
@@ -171,15 +181,13 @@ impl Stage {
     pub(crate) fn mover(&mut self, x: f64, max_speed_mps: f64, way: Option<Trajectory>) -> ObjectId {
         let object = self.object();
         let new = NewMover {
-            object,
-            owner: None,
             pose: self.sent(x),
             max_speed_mps,
             radius_m: RADIUS_M,
             look: Look::default(),
             way,
         };
-        self.world.create(new, self.now_ms).unwrap();
+        self.world.create(object, None, new, self.now_ms).unwrap();
         self.listen();
         object
     }
@@ -207,10 +215,42 @@ impl Stage {
         self.listen();
     }
 
+    /// A door that hides nothing.
     pub(crate) fn door(&mut self, x: f64, open: bool) {
         let at = Bounds::around([[x, 0.5, 0.5]]);
-        self.world.set_door(ObjectId(7), &at, open);
+        self.world.set_door(ObjectId(7), &at, open, self.now_ms);
         self.listen();
+    }
+
+    /// A door that fills the border before a cell.
+    pub(crate) fn gate(&mut self, border: u32, open: bool) {
+        let at = Bounds::around([[f64::from(border), 0.5, 0.5]]);
+        if open {
+            self.shut.remove(&border);
+        } else {
+            self.shut.insert(border);
+        }
+        let door = ObjectId(1_000 + border);
+        self.world.set_door(door, &at, open, self.now_ms);
+        self.listen();
+    }
+
+    /// Says what gates hide, as geometry would.
+    fn screen(&mut self) {
+        for asked in self.world.unscreened() {
+            let borders: Vec<_> = asked
+                .closed
+                .iter()
+                .filter_map(|door| door.0.checked_sub(1_000))
+                .collect();
+            let apart = |to: &CellId| {
+                let mut borders = borders.iter();
+                borders.any(|border| (asked.cell.0 < *border) != (to.0 < *border))
+            };
+            let others = asked.others.iter().map(|(cell, _)| *cell);
+            let hidden: Vec<_> = others.filter(apart).collect();
+            self.world.screen(asked.cell, &asked.closed, &hidden, self.now_ms);
+        }
     }
 
     pub(crate) fn resync(&mut self, session: SessionId) {
@@ -267,12 +307,23 @@ impl Stage {
     }
 
     fn listen(&mut self) {
+        self.screen();
         for (session, event) in self.world.events() {
             if let Some(belief) = self.beliefs.get_mut(&session) {
                 belief.hear(&event);
             }
             self.log.push((session, event));
         }
+    }
+
+    /// All that was written so far, an entry each: what came in and what went out.
+    pub(crate) fn journal(&mut self) -> Vec<(String, String)> {
+        self.journal.extend(self.world.written());
+        let lines: Vec<_> = self.journal.lines().map(str::to_owned).collect();
+        lines
+            .chunks(2)
+            .map(|entry| (entry[0].clone(), entry[1].clone()))
+            .collect()
     }
 
     pub(crate) fn seen_by(&self, session: SessionId) -> Vec<ObjectId> {
@@ -316,7 +367,17 @@ impl Stage {
         };
         let mut eyes = near(eye, room_m);
         let targets = near(x, room_m);
-        eyes.any(|from| targets.clone().any(|to| self.sees[from].contains(&CellId(to as u32))))
+        eyes.any(|from| {
+            let open = |to: usize| {
+                !self
+                    .shut
+                    .iter()
+                    .any(|border| (from < *border as usize) != (to < *border as usize))
+            };
+            targets
+                .clone()
+                .any(|to| self.sees[from].contains(&CellId(to as u32)) && open(to))
+        })
     }
 
     pub(crate) fn away_m(&self, a: f64, b: f64) -> f64 {

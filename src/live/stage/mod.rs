@@ -1,7 +1,11 @@
 //! The task that owns a scene: the only one that touches its rules.
 //!
 //! It takes messages, ticks, follows new revisions and ends leases. Poses that come too fast are refused, and the newest
-//! of them is taken in the next tick.
+//! of them is taken in the next tick. What changes the rules' world goes through its [`Journal`], so that all of it can be
+//! recorded.
+
+mod ground;
+mod tick;
 
 use std::{
     collections::BTreeMap,
@@ -9,13 +13,14 @@ use std::{
 };
 
 use belvedere_live::{
-    Ms, World,
-    event::{Event, Hello, Manifest, SessionId},
+    Ms,
+    event::{Event, Hello, SessionId},
+    journal::Journal,
     motion::LONGEST_EXTRAPOLATION_MS,
     pace::Bucket,
-    world::{Opening, Seen, Sent},
+    world::{Moved, Seen, Sent, Visitor},
 };
-use belvedere_scene::{CellId, Revision, SceneName};
+use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::{
     sync::{mpsc, watch},
     time::MissedTickBehavior,
@@ -23,12 +28,12 @@ use tokio::{
 
 use super::{
     Live, LiveError,
+    keeping::Keeping,
     message::{Message, StageHandle},
     outbox::Outbox,
     statics::{self, View},
     terrain::Terrain,
 };
-use crate::published::ReadError;
 
 /// Poses a session may send at once, and a second.
 const POSES: (f64, f64) = (60.0, 60.0);
@@ -56,17 +61,22 @@ async fn run(
 ) -> Result<(), LiveError> {
     let missing = || LiveError::NotFound(format!("scene `{scene}`"));
     let terrain = Terrain {
-        published: live.0.publications.scene(scene).ok_or_else(missing)?,
+        published: live.0.sources.publications.scene(scene).ok_or_else(missing)?,
     };
-    let rules = live.0.settings.rules();
+    let (ground, rules) = (terrain.ground().await?, live.0.settings.rules());
+    let records = live.0.sources.recorder.is_some();
     let mut stage = Stage {
-        world: World::new(terrain.cells().await?, &terrain.bounds(), rules),
+        world: Journal::begin(scene.clone(), &ground, rules, records, live.now_ms()),
         live: live.clone(),
         scene: scene.clone(),
         terrain,
         people: BTreeMap::new(),
         unreadable: None,
+        proving: false,
+        ticked: false,
+        keeping: Keeping::default(),
     };
+    stage.restore(handle).await;
     let mut ticks = tokio::time::interval(live.0.settings.tick);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -77,7 +87,9 @@ async fn run(
             },
             _ = ticks.tick(), if !stage.world.is_empty() => stage.tick().await,
         }
+        stage.find_screens(handle);
         stage.deliver();
+        stage.record().await;
         handle.count(stage.world.counts());
     }
 }
@@ -86,10 +98,15 @@ struct Stage {
     live: Live,
     scene: SceneName,
     terrain: Terrain,
-    world: World,
+    world: Journal,
     people: BTreeMap<SessionId, Person>,
     /// A newer revision that could not be read.
     unreadable: Option<Revision>,
+    /// Somebody is finding out what closed doors hide.
+    proving: bool,
+    /// Something has been written for which a tick has passed.
+    ticked: bool,
+    keeping: Keeping,
 }
 
 /// What the task keeps of a session beside the rules.
@@ -106,13 +123,15 @@ impl Stage {
         // Whoever has stopped waiting for an answer needs none, and has nothing.
         match message {
             Message::Open {
-                opening,
+                session,
+                object,
+                visitor,
                 outbox,
                 with_statics,
                 reply,
             } => {
-                let session = opening.session;
-                if reply.send(self.open(opening, outbox, with_statics).await).is_err() {
+                let opened = self.open((session, object), visitor, outbox, with_statics).await;
+                if reply.send(opened).is_err() {
                     self.close(session);
                 }
             }
@@ -126,43 +145,60 @@ impl Stage {
                 self.close(session);
                 _ = reply.send(());
             }
-            Message::Create { new, reply } => {
-                let object = new.object;
-                let created = self.world.create(new, self.live.now_ms());
+            Message::Create {
+                object,
+                owner,
+                new,
+                stays,
+                reply,
+            } => {
+                let created = self.world.create(object, owner, new, self.live.now_ms());
+                if stays {
+                    self.keeping.stay(object);
+                }
                 if reply.send(created.map_err(LiveError::from)).is_err() {
-                    self.world.destroy(object);
+                    self.world.destroy(object, self.live.now_ms());
                 }
             }
             Message::Move { moves, reply } => {
-                let now_ms = self.live.now_ms();
-                let moved = moves
-                    .into_iter()
-                    .map(|(object, sent)| self.world.move_to(object, sent, now_ms));
-                _ = reply.send(moved.map(|moved| moved.map_err(LiveError::from)).collect());
+                let moved = moves.into_iter().map(|(object, sent)| self.move_to(object, sent));
+                _ = reply.send(moved.collect());
             }
             Message::Destroy { object, reply } => {
-                self.world.destroy(object);
+                self.keeping.forget(object);
+                self.world.destroy(object, self.live.now_ms());
                 _ = reply.send(());
             }
             Message::Door { door, reply } => {
-                self.world.set_door(door.object, &door.bounds, door.open);
+                self.world
+                    .set_door(door.object, &door.bounds, door.open, self.live.now_ms());
+                self.show_statics_to_all(false);
                 _ = reply.send(());
             }
+            Message::Ready { reply } => _ = reply.send(()),
+            Message::Screen(screen) => self.screen(&screen),
+            Message::ScreensFound => self.proving = false,
         }
+    }
+
+    fn move_to(&mut self, object: ObjectId, sent: Sent) -> Result<Moved, LiveError> {
+        let moved = self.world.move_to(object, sent, self.live.now_ms())?;
+        self.keeping.moved(object, sent);
+        Ok(moved)
     }
 
     async fn open(
         &mut self,
-        opening: Opening,
+        (session, object): (SessionId, ObjectId),
+        visitor: Visitor,
         outbox: Arc<Outbox>,
         with_statics: bool,
     ) -> Result<(Seen, Ms), LiveError> {
-        let (session, object, aoi) = (opening.session, opening.object, opening.aoi);
-        let position = opening.pose.position;
-        self.learn(self.world.unknown_at(position, opening.max_speed_mps))
+        let (position, aoi) = (visitor.pose.position, visitor.aoi);
+        self.learn(self.world.unknown_at(position, visitor.max_speed_mps))
             .await?;
         let now_ms = self.live.now_ms();
-        let seen = self.world.open(opening, now_ms)?;
+        let seen = self.world.open(session, object, visitor, now_ms)?;
         let settings = &self.live.0.settings;
         outbox.push(&Event::Hello(Hello {
             session,
@@ -178,6 +214,7 @@ impl Stage {
         let view = with_statics.then(|| {
             let (view, seen) = watch::channel(View {
                 published: self.terrain.published.clone(),
+                closed: self.world.closed(),
                 position,
                 enter_m: aoi.enter_m,
                 round: 0,
@@ -218,14 +255,11 @@ impl Stage {
         Ok(seen)
     }
 
-    /// Reads what is seen from cells where nobody has stood yet.
-    async fn learn(&mut self, cells: Vec<CellId>) -> Result<(), ReadError> {
-        if !cells.is_empty() {
-            for (cell, sees) in self.terrain.sights(cells).await? {
-                self.world.teach(cell, &sees);
-            }
-        }
-        Ok(())
+    fn show_statics_to_all(&mut self, anew: bool) {
+        let sessions: Vec<_> = self.people.keys().copied().collect();
+        sessions
+            .into_iter()
+            .for_each(|session| self.show_statics(session, anew));
     }
 
     fn show_statics(&mut self, session: SessionId, anew: bool) {
@@ -237,6 +271,7 @@ impl Stage {
                 view.position = position;
                 view.enter_m = aoi.enter_m;
                 view.published = self.terrain.published.clone();
+                view.closed = self.world.closed();
                 view.round += u64::from(anew);
             });
         }
@@ -246,86 +281,6 @@ impl Stage {
         self.world.close(session, self.live.now_ms());
         self.people.remove(&session);
         self.live.0.registry.end_session(session);
-    }
-
-    async fn tick(&mut self) {
-        self.follow().await;
-        let lease = self.live.0.settings.lease;
-        let expired: Vec<_> = self
-            .people
-            .iter()
-            .filter(|(_, p)| p.outbox.silent_for() > lease)
-            .map(|(s, _)| *s)
-            .collect();
-        for session in expired {
-            self.live.0.tally.expired.fetch_add(1, Ordering::Relaxed);
-            self.close(session);
-        }
-        let late: Vec<_> = self
-            .people
-            .iter_mut()
-            .filter_map(|(s, p)| Some((*s, p.late.take()?)))
-            .collect();
-        for (session, sent) in late {
-            // It was refused once already; what is wrong with it would have been told then.
-            _ = self.apply(session, sent).await;
-        }
-        self.world.tick(self.live.now_ms());
-        self.resync();
-    }
-
-    fn resync(&mut self) {
-        let waiting: Vec<_> = self
-            .people
-            .iter()
-            .filter_map(|(s, person)| Some((*s, person.outbox.wants_resync()?)))
-            .collect();
-        if waiting.is_empty() {
-            return;
-        }
-        // What the tick has just said belongs before.
-        self.deliver();
-        for (session, reason) in waiting {
-            self.live.0.tally.resyncs.fetch_add(1, Ordering::Relaxed);
-            self.world.resync(session, reason, self.live.now_ms());
-            self.deliver();
-            self.show_statics(session, true);
-        }
-    }
-
-    /// Goes on with a new revision; with the old one while the new one cannot be read.
-    async fn follow(&mut self) {
-        let Some(published) = self.live.0.publications.scene(&self.scene) else {
-            return;
-        };
-        let revision = published.pointer.revision;
-        if Arc::ptr_eq(&published, &self.terrain.published) || self.unreadable == Some(revision) {
-            return;
-        }
-        if let Err(error) = self.rebase(Terrain { published }).await {
-            tracing::error!(scene = %self.scene, %revision, %error, "visitors stay with an earlier revision");
-            self.unreadable = Some(revision);
-        }
-    }
-
-    async fn rebase(&mut self, terrain: Terrain) -> Result<(), ReadError> {
-        let mut cells = terrain.cells().await?;
-        terrain.teach(&mut cells, self.world.eyes().collect()).await?;
-        self.deliver();
-        let pointer = &terrain.published.pointer;
-        for person in self.people.values() {
-            person.outbox.push(&Event::Revision {
-                revision: pointer.revision,
-                manifest: Manifest(pointer.manifest.clone()),
-            });
-        }
-        self.world.rebase(cells, &terrain.bounds(), self.live.now_ms());
-        self.terrain = terrain;
-        let sessions: Vec<_> = self.people.keys().copied().collect();
-        sessions
-            .into_iter()
-            .for_each(|session| self.show_statics(session, true));
-        Ok(())
     }
 
     /// Puts what the rules have said into the outboxes.

@@ -1,0 +1,191 @@
+//! How much of each cell does one see? Breadth first from the observer's cell to the cells beside, and on (§4).
+//!
+//! Each cell that is reached keeps of itself, for each shadow met so far, what lies beside it and what the occluder's gaps leave:
+//! its *visibility value* is the product of 1 − share · solidity. Then it casts a shadow itself.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::{Crowd, quadtree::Leaf, shadow::Shadow};
+
+/// A cell that is less solid casts no shadow.
+const LEAST_SOLIDITY: f64 = 0.02;
+/// What is hidden so far is not looked at more closely.
+const HIDDEN: f64 = 1e-3;
+
+/// What an observer sees of a crowd.
+#[derive(Debug, Clone, Default)]
+pub struct View {
+    /// The observer's height.
+    height_m: f64,
+    /// By leaf: its value, and the heights for which that holds.
+    values: BTreeMap<Leaf, (f64, [f64; 2])>,
+}
+
+impl View {
+    /// What is seen from a point, within a radius.
+    #[must_use]
+    pub fn from(crowd: &Crowd, eye: [f64; 3], radius_m: f64) -> Self {
+        let (point, height_m) = ([eye[0], eye[2]], eye[1]);
+        let mut view = Self {
+            height_m,
+            values: BTreeMap::new(),
+        };
+        let mut shadows: Vec<Shadow> = Vec::new();
+        let mut queue = VecDeque::from([crowd.leaf_at(point)]);
+        let mut met: std::collections::BTreeSet<_> = queue.iter().copied().collect();
+        while let Some(leaf) = queue.pop_front() {
+            let node = &crowd.nodes[leaf];
+            let (mut value, mut heights) = (1.0, [f64::NEG_INFINITY, f64::INFINITY]);
+            for shadow in &shadows {
+                let share = shadow.share(&node.square);
+                if share > 0.0 {
+                    value *= 1.0 - share * shadow.solidity;
+                    heights = [heights[0].max(shadow.heights[0]), heights[1].min(shadow.heights[1])];
+                }
+                if value < HIDDEN {
+                    break;
+                }
+            }
+            view.values.insert(leaf, (value, heights));
+            let hides = node.solidity >= LEAST_SOLIDITY && node.heights[0] <= height_m && height_m <= node.heights[1];
+            if hides {
+                shadows.extend(Shadow::of(point, &node.square, node.solidity, node.heights));
+            }
+            let near = node
+                .beside
+                .iter()
+                .filter(|other| crowd.nodes[**other].square.distance_m(point) <= radius_m);
+            queue.extend(near.filter(|other| met.insert(**other)));
+        }
+        view
+    }
+
+    /// The share that one sees of somebody there: 1 where nothing is known to hide.
+    #[must_use]
+    pub fn of(&self, crowd: &Crowd, position: [f64; 3]) -> f64 {
+        let leaf = crowd.leaf_at([position[0], position[2]]);
+        let Some((value, heights)) = self.values.get(&leaf) else {
+            return 1.0;
+        };
+        let within = |height_m: f64| heights[0] <= height_m && height_m <= heights[1];
+        if within(position[1]) && within(self.height_m) {
+            *value
+        } else {
+            1.0
+        }
+    }
+
+    /// How many cells were looked at.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.values.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use belvedere_scene::{Bounds, ObjectId};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const GROUND: Bounds = Bounds {
+        min: [0.0; 3],
+        max: [128.0, 3.0, 128.0],
+    };
+
+    fn crowd(people: &[[f64; 2]]) -> Crowd {
+        let mut crowd = Crowd::new(&GROUND);
+        for (object, [x, z]) in (0..).map(ObjectId).zip(people) {
+            crowd.put(object, [*x, 1.5, *z], 0.4);
+        }
+        crowd
+    }
+
+    /// Rows of people, shoulder to shoulder.
+    fn rows(from_x: f64, rows: u32) -> Vec<[f64; 2]> {
+        let at = |i: u32| [from_x + f64::from(i / 60) * 1.5, 40.0 + f64::from(i % 60) * 0.8];
+        (0..60 * rows).map(at).collect()
+    }
+
+    #[test]
+    fn the_deeper_in_a_crowd_the_less_is_seen_and_above_it_all() {
+        let crowd = crowd(&rows(40.0, 20));
+        let view = View::from(&crowd, [20.0, 1.5, 64.0], 200.0);
+        let values: Vec<_> = [40.0, 50.0, 60.0, 68.0].map(|x| view.of(&crowd, [x, 1.5, 64.0])).into();
+        assert!(
+            values[0] > 0.9 && values[1] < 0.5 && values[2] < 0.1 && values[3] < 0.1,
+            "{values:?}"
+        );
+        assert_eq!(view.of(&crowd, [60.0, 9.0, 64.0]), 1.0, "on a balcony");
+        let above = View::from(&crowd, [20.0, 9.0, 64.0], 200.0);
+        assert_eq!(above.of(&crowd, [68.0, 1.5, 64.0]), 1.0, "from a balcony");
+        assert_eq!(view.of(&crowd, [20.0, 1.5, 100.0]), 1.0, "beside it");
+    }
+
+    #[test]
+    fn who_moves_aside_uncovers_who_is_behind() {
+        let mut crowd = crowd(&rows(40.0, 8));
+        let eye = [20.0, 1.5, 64.0];
+        let behind = |crowd: &Crowd| View::from(crowd, eye, 200.0).of(crowd, [60.0, 1.5, 64.0]);
+        let before = behind(&crowd);
+        (0..60 * 8).map(ObjectId).for_each(|object| crowd.take(object));
+        assert!(before < 0.7 && behind(&crowd) == 1.0, "{before}");
+    }
+
+    /// The paper's rule with the share of a cell in a shadow counted by points, and shadows of all occluders, whenever they are
+    /// met.
+    fn by_the_letter(crowd: &Crowd, view: &View, eye: [f64; 2], target: Leaf) -> f64 {
+        const SIDE: u32 = 24;
+        let square = crowd.nodes[target].square;
+        let mut value = 1.0;
+        for leaf in view.values.keys().filter(|leaf| **leaf != target) {
+            let node = &crowd.nodes[*leaf];
+            let Some(shadow) = Shadow::of(eye, &node.square, node.solidity, node.heights) else {
+                continue;
+            };
+            let step_m = square.side_m / f64::from(SIDE);
+            let point = |i: u32| {
+                [0, 1].map(|a| square.min[a] + step_m * (0.5 + f64::from(if a == 0 { i % SIDE } else { i / SIDE })))
+            };
+            let tiny = |p: [f64; 2]| super::super::Square { min: p, side_m: 1e-3 };
+            let inside = (0..SIDE * SIDE)
+                .filter(|i| shadow.share(&tiny(point(*i))) > 0.5)
+                .count();
+            value *= 1.0 - f64::from(inside as u32) / f64::from(SIDE * SIDE) * node.solidity;
+        }
+        value
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+
+        #[test]
+        fn every_value_is_a_share_and_a_crowd_that_goes_leaves_everything_visible(
+            people in prop::collection::vec([0.0..128.0f64, 0.0..128.0f64], 0..150),
+            eye in [0.0..128.0f64, 0.0..128.0f64],
+        ) {
+            let crowd = crowd(&people);
+            let view = View::from(&crowd, [eye[0], 1.5, eye[1]], 1e9);
+            for (leaf, (value, _)) in &view.values {
+                prop_assert!((0.0..=1.0).contains(value), "{leaf}: {value}");
+            }
+            let own = crowd.leaf_at(eye);
+            prop_assert_eq!(view.values[&own].0, 1.0, "nothing hides the observer's own cell");
+        }
+
+        #[test]
+        fn nothing_is_hidden_that_the_rule_to_the_letter_shows(
+            people in prop::collection::vec([40.0..80.0f64, 40.0..80.0f64], 60..120),
+            eye in [0.0..30.0f64, 0.0..128.0f64],
+        ) {
+            const LAX: f64 = 0.1;
+            let crowd = crowd(&people);
+            let view = View::from(&crowd, [eye[0], 1.5, eye[1]], 1e9);
+            for (leaf, (value, _)) in &view.values {
+                let least = by_the_letter(&crowd, &view, eye, *leaf);
+                prop_assert!(*value >= least - LAX, "{leaf}: {value} where the rule says {least}");
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! What may happen to a scene, and what does it answer? Each as a value that can be written down.
+
+use belvedere_scene::{Bounds, CellId, ObjectId, Revision, SceneName};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Ms,
+    aoi::Aoi,
+    cells::Cell,
+    event::{Event, SessionId, Void},
+    world::{Moved, NewMover, Refusal, Rules, Seen, Sent, Visitor},
+};
+
+/// What the rules know of a revision: everything but what is seen from where.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Ground {
+    /// The revision.
+    pub revision: Revision,
+    /// The box around its objects.
+    pub bounds: Bounds,
+    /// Its view cells, by id.
+    pub cells: Vec<Cell>,
+}
+
+/// A call of a method of [`World`](crate::World), whose parameters these are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs, reason = "the methods say what their parameters mean")]
+pub enum Input {
+    /// A new world.
+    Begin {
+        scene: SceneName,
+        rules: Rules,
+        ground: Ground,
+    },
+    Teach {
+        cell: CellId,
+        sees: Vec<CellId>,
+    },
+    Open {
+        session: SessionId,
+        object: ObjectId,
+        visitor: Visitor,
+    },
+    Pose {
+        session: SessionId,
+        sent: Sent,
+    },
+    Aoi {
+        session: SessionId,
+        aoi: Aoi,
+    },
+    Close {
+        session: SessionId,
+    },
+    Create {
+        object: ObjectId,
+        owner: Option<SessionId>,
+        new: NewMover,
+    },
+    Move {
+        object: ObjectId,
+        sent: Sent,
+    },
+    Destroy {
+        object: ObjectId,
+    },
+    Door {
+        object: ObjectId,
+        bounds: Bounds,
+        open: bool,
+    },
+    Screen {
+        cell: CellId,
+        closed: Vec<ObjectId>,
+        hidden: Vec<CellId>,
+    },
+    Resync {
+        session: SessionId,
+        reason: Void,
+    },
+    Rebase {
+        ground: Ground,
+        /// What is seen from wherever somebody stands.
+        sights: Vec<(CellId, Vec<CellId>)>,
+    },
+    Tick,
+}
+
+/// What an input is answered.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Answer {
+    /// It is done.
+    Done,
+    /// It is refused; why.
+    Refused(String),
+    /// What became of a participant's pose.
+    Seen(Seen),
+    /// What became of a mover's pose.
+    Moved(Moved),
+}
+
+/// All that an input brings about.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Output {
+    /// For whoever asked.
+    pub answer: Answer,
+    /// What sessions are told of it, in order: the session, the name of the event, its data.
+    pub told: Vec<(SessionId, &'static str, Event)>,
+}
+
+/// When something happened: the clock of the world.
+pub(super) type At = Ms;
+
+impl From<&Result<Seen, Refusal>> for Answer {
+    fn from(seen: &Result<Seen, Refusal>) -> Self {
+        match seen {
+            Ok(seen) => Self::Seen(*seen),
+            Err(refusal) => Self::Refused(refusal.to_string()),
+        }
+    }
+}
+
+impl From<&Result<Moved, Refusal>> for Answer {
+    fn from(moved: &Result<Moved, Refusal>) -> Self {
+        match moved {
+            Ok(moved) => Self::Moved(*moved),
+            Err(refusal) => Self::Refused(refusal.to_string()),
+        }
+    }
+}
+
+impl From<&Result<(), Refusal>> for Answer {
+    fn from(done: &Result<(), Refusal>) -> Self {
+        match done {
+            Ok(()) => Self::Done,
+            Err(refusal) => Self::Refused(refusal.to_string()),
+        }
+    }
+}
+
+impl From<&()> for Answer {
+    fn from((): &()) -> Self {
+        Self::Done
+    }
+}

@@ -1,0 +1,94 @@
+//! What does a session see of the crowd that it stands in? Kept until the participant has moved on ([`crate::crowd`]); it decides
+//! how closely each mover is followed, and whether it is at all.
+
+use belvedere_scene::object::Level;
+
+use super::{World, mover::Mover, session::Session};
+use crate::{
+    Ms,
+    cells::distance_m,
+    crowd::{Crowd, Crowding, View},
+    event::{Attention, SessionId},
+    pace,
+};
+
+/// Who is not told of comes back only when clearly more of it is seen.
+const BACK: f64 = 1.5;
+
+/// What was seen of the crowd, from where and when.
+#[derive(Debug)]
+pub(super) struct Among {
+    view: View,
+    from: [f64; 3],
+    at_ms: Ms,
+}
+
+impl World {
+    /// Looks around in the crowd, for those who have moved on or have not for a while.
+    pub(super) fn look_around(&mut self, now_ms: Ms) {
+        let (Some(crowding), Some(crowd)) = (self.rules.crowd, &self.crowd) else {
+            return;
+        };
+        for (id, session) in &mut self.sessions {
+            let eye = self.movers[&session.object].pose.position;
+            let near = session
+                .eye
+                .watched
+                .iter()
+                .map(|cell| self.movers_in[cell.index()].len());
+            if near.sum::<usize>() < crowding.least {
+                session.among = None;
+                continue;
+            }
+            let holds = |among: &Among| {
+                distance_m(among.from, eye) <= crowding.moved_m && now_ms - among.at_ms < crowding.lasts_ms
+            };
+            if session.among.as_ref().is_some_and(holds) {
+                continue;
+            }
+            session.among = Some(Among {
+                view: View::from(crowd, eye, session.aoi.leave_m),
+                from: eye,
+                at_ms: now_ms,
+            });
+            if crowding.cull_below > 0.0 {
+                self.stirred_sessions.insert(*id);
+            }
+        }
+    }
+
+    /// Whether so little of a mover is seen that the session need not be told of it.
+    pub(super) fn is_lost_in_crowd(&self, session: &Session, mover: &Mover, told: bool, now_ms: Ms) -> bool {
+        let cull_below = self.rules.crowd.map_or(0.0, |crowding: Crowding| crowding.cull_below);
+        let least = if told { cull_below } else { BACK * cull_below };
+        let position = mover.pose.position_at(now_ms);
+        let visibility = visibility(session.among.as_ref(), self.crowd.as_ref(), position);
+        visibility.is_some_and(|visibility| visibility < least)
+    }
+
+    /// How closely a session follows a mover from now on.
+    pub(super) fn attention(&self, id: SessionId, mover: &Mover, away_m: f64, now_ms: Ms) -> Attention {
+        let (session, position) = (&self.sessions[&id], mover.pose.position_at(now_ms));
+        let visibility = visibility(session.among.as_ref(), self.crowd.as_ref(), position);
+        attention(mover, away_m, visibility, self.rules.tick_ms)
+    }
+}
+
+/// The share of somebody that a session sees; none when it stands in no crowd.
+pub(super) fn visibility(among: Option<&Among>, crowd: Option<&Crowd>, position: [f64; 3]) -> Option<f64> {
+    let visibility = among?.view.of(crowd?, position);
+    Some((visibility * 100.0).round() / 100.0)
+}
+
+/// How closely a mover is followed that is so far away, and of which so much is seen.
+pub(super) fn attention(mover: &Mover, away_m: f64, visibility: Option<f64>, tick_ms: Ms) -> Attention {
+    let as_far_m = pace::as_far_m(away_m, visibility.unwrap_or(1.0));
+    let levels = mover.look.model.as_deref().map_or(&[][..], |model| &model.levels);
+    let will_do = |level: &&Level| level.switch_distance_m <= as_far_m;
+    let level = levels.iter().rev().find(will_do).or(levels.first());
+    Attention {
+        period_ms: pace::period_ms(as_far_m, tick_ms),
+        visibility,
+        level: visibility.and(level).map(|level| level.level),
+    }
+}

@@ -1,0 +1,249 @@
+//! Where was everybody, and who had been told of whom? Kept from what a recording says alone: inputs say where, outputs say
+//! what was told.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use belvedere_live::{
+    Ms,
+    aoi::Aoi,
+    cells::{Ball, Cells, distance_m},
+    event::SessionId,
+    journal::{Ground, Input},
+    motion::{LONGEST_EXTRAPOLATION_MS, Trajectory},
+    world::{NewMover, Rules, Sent},
+};
+use belvedere_scene::{Bounds, CellId, ObjectId, Revision};
+use serde_json::Value;
+
+/// A scene as a recording tells of it.
+#[derive(Debug)]
+pub(super) struct Account {
+    pub(super) rules: Rules,
+    pub(super) revision: Revision,
+    pub(super) cells: Cells,
+    pub(super) people: BTreeMap<SessionId, Person>,
+    pub(super) movers: BTreeMap<ObjectId, Mover>,
+    pub(super) closed: BTreeMap<ObjectId, ClosedDoor>,
+    /// Told of since the last tick but one.
+    pub(super) told: Vec<(SessionId, ObjectId)>,
+}
+
+#[derive(Debug)]
+pub(super) struct Person {
+    pub(super) avatar: ObjectId,
+    pub(super) aoi: Aoi,
+    pub(super) hears_movers: bool,
+    /// Movers that it has been told of, and not that they are gone.
+    pub(super) shown: BTreeSet<ObjectId>,
+    /// Where it may look from, and since when that is so.
+    pub(super) eyes: (Vec<CellId>, Ms),
+}
+
+#[derive(Debug)]
+pub(super) struct Mover {
+    pub(super) owner: Option<SessionId>,
+    position: [f64; 3],
+    /// When the position came in.
+    said_ms: Ms,
+    pub(super) radius_m: f64,
+    max_speed_mps: f64,
+    /// The speed that it said it had.
+    said_mps: f64,
+    way: Option<Trajectory>,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ClosedDoor {
+    pub(super) bounds: Bounds,
+    pub(super) since_ms: Ms,
+}
+
+impl Mover {
+    fn new(owner: Option<SessionId>, new: &NewMover, now_ms: Ms) -> Self {
+        let mut mover = Self {
+            owner,
+            position: new.pose.position,
+            said_ms: now_ms,
+            radius_m: new.radius_m,
+            max_speed_mps: new.way.as_ref().map_or(new.max_speed_mps, Trajectory::fastest_mps),
+            said_mps: 0.0,
+            way: new.way.clone(),
+        };
+        mover.say(&new.pose, now_ms);
+        mover
+    }
+
+    fn say(&mut self, sent: &Sent, now_ms: Ms) {
+        self.said_mps = distance_m(sent.velocity.unwrap_or_default(), [0.0; 3]);
+        self.position = sent.position;
+        self.said_ms = now_ms;
+    }
+
+    /// Where it is, as far as anybody knows.
+    pub(super) fn position(&self, now_ms: Ms) -> [f64; 3] {
+        self.way
+            .as_ref()
+            .map_or(self.position, |way| way.pose_at(now_ms).position)
+    }
+
+    /// How far it may be from there: it moves on for a while unheard, or the server extrapolates.
+    fn reach_m(&self, now_ms: Ms, tick_ms: Ms) -> f64 {
+        let unheard_ms = if self.way.is_some() { 0 } else { now_ms - self.said_ms };
+        let time_ms = unheard_ms.clamp(0, LONGEST_EXTRAPOLATION_MS) + 2 * tick_ms;
+        self.max_speed_mps.max(self.said_mps) * time_ms as f64 * 1e-3
+    }
+
+    /// Whether it surely is there.
+    pub(super) fn is_there(&self, now_ms: Ms, tick_ms: Ms) -> bool {
+        self.way.is_some() || self.max_speed_mps == 0.0 || now_ms - self.said_ms <= 2 * tick_ms
+    }
+
+    /// All that it may touch.
+    pub(super) fn ball(&self, now_ms: Ms, tick_ms: Ms) -> Ball {
+        Ball {
+            center: self.position(now_ms),
+            radius_m: self.radius_m + self.reach_m(now_ms, tick_ms),
+        }
+    }
+}
+
+impl Account {
+    pub(super) fn begin(rules: Rules, ground: &Ground) -> Self {
+        Self {
+            rules,
+            revision: ground.revision,
+            cells: Cells::new(ground.cells.clone()),
+            people: BTreeMap::new(),
+            movers: BTreeMap::new(),
+            closed: BTreeMap::new(),
+            told: Vec::new(),
+        }
+    }
+
+    /// Something has come in, and was not refused.
+    pub(super) fn hear(&mut self, input: &Input, now_ms: Ms) {
+        match input {
+            Input::Open {
+                session,
+                object,
+                visitor,
+            } => {
+                let avatar = NewMover {
+                    pose: visitor.pose,
+                    max_speed_mps: visitor.max_speed_mps,
+                    radius_m: visitor.radius_m,
+                    look: visitor.look.clone(),
+                    way: None,
+                };
+                self.movers.insert(*object, Mover::new(Some(*session), &avatar, now_ms));
+                let person = Person {
+                    avatar: *object,
+                    aoi: visitor.aoi,
+                    hears_movers: visitor.hears_movers,
+                    shown: BTreeSet::new(),
+                    eyes: (Vec::new(), now_ms),
+                };
+                self.people.insert(*session, person);
+                self.look(*session, now_ms);
+            }
+            Input::Pose { session, sent } => {
+                let avatar = self.people.get(session).map(|person| person.avatar);
+                if let Some(mover) = avatar.and_then(|avatar| self.movers.get_mut(&avatar)) {
+                    mover.say(sent, now_ms);
+                }
+                self.look(*session, now_ms);
+            }
+            Input::Aoi { session, aoi } => {
+                if let Some(person) = self.people.get_mut(session) {
+                    person.aoi = *aoi;
+                }
+            }
+            Input::Close { session } => {
+                if let Some(person) = self.people.remove(session) {
+                    self.movers.remove(&person.avatar);
+                }
+                for mover in self.movers.values_mut().filter(|mover| mover.owner == Some(*session)) {
+                    mover.owner = None;
+                }
+            }
+            Input::Create { object, owner, new } => {
+                self.movers.insert(*object, Mover::new(*owner, new, now_ms));
+            }
+            Input::Move { object, sent } => {
+                if let Some(mover) = self.movers.get_mut(object) {
+                    mover.say(sent, now_ms);
+                }
+            }
+            Input::Destroy { object } => _ = self.movers.remove(object),
+            Input::Door { object, bounds, open } => {
+                let (bounds, since_ms) = (*bounds, now_ms);
+                if *open {
+                    self.closed.remove(object);
+                } else {
+                    self.closed.entry(*object).or_insert(ClosedDoor { bounds, since_ms });
+                }
+            }
+            Input::Rebase { ground, .. } => {
+                self.revision = ground.revision;
+                self.cells = Cells::new(ground.cells.clone());
+                self.closed.clear();
+                let everybody: Vec<_> = self.people.keys().copied().collect();
+                everybody.into_iter().for_each(|session| self.look(session, now_ms));
+            }
+            Input::Begin { .. } | Input::Teach { .. } | Input::Screen { .. } | Input::Resync { .. } | Input::Tick => {}
+        }
+    }
+
+    fn look(&mut self, session: SessionId, now_ms: Ms) {
+        let Some(person) = self.people.get_mut(&session) else {
+            return;
+        };
+        let Some(avatar) = self.movers.get(&person.avatar) else {
+            return;
+        };
+        let time_ms = self.rules.round_trip_ms + 2 * self.rules.tick_ms;
+        let ball = Ball {
+            center: avatar.position,
+            radius_m: avatar.max_speed_mps * time_ms as f64 * 1e-3,
+        };
+        let eyes = self.cells.under(&ball);
+        if eyes != person.eyes.0 {
+            person.eyes = (eyes, now_ms);
+        }
+    }
+
+    /// Sessions have been told something: `[session, event, data]`.
+    pub(super) fn tell(&mut self, told: &Value) {
+        let text = |at: usize| told.get(at).and_then(Value::as_str).unwrap_or_default();
+        let Ok(session) = text(0).parse::<SessionId>() else {
+            return;
+        };
+        let (event, data) = (text(1), told.get(2).unwrap_or(&Value::Null));
+        let Some(person) = self.people.get_mut(&session) else {
+            return;
+        };
+        let object = |value: &Value| value.as_str().and_then(|text| text.parse::<ObjectId>().ok());
+        let objects = data["objects"].as_array().map_or(&[][..], Vec::as_slice);
+        match event {
+            "resync" => person.shown.clear(),
+            "object-info" => {
+                let object = object(&data["object"]);
+                person.shown.extend(object);
+                self.told.extend(object.map(|object| (session, object)));
+            }
+            "object-pos" => {
+                let told = objects.iter().filter_map(|told| object(&told["object"]));
+                for object in told {
+                    person.shown.insert(object);
+                    self.told.push((session, object));
+                }
+            }
+            "object-gone" => {
+                for object in objects.iter().filter_map(object) {
+                    person.shown.remove(&object);
+                }
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! `belvedere audit FILE`: does a recording of live sessions come out again as it was written, and was anybody told of what it
+//! cannot see, or not told of what it sees? `docs/LIVE.md` describes it for users.
+//!
+//! Two answers that share nothing: the rules replay the recording and must say the same to the last byte; and the account of
+//! who was where and was told what is held against geometry alone, level 0 of everything and rays, without visible sets.
+
+mod account;
+mod judge;
+mod report;
+mod sights;
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{BufReader, IsTerminal},
+    path::PathBuf,
+};
+
+use anyhow::Context;
+use belvedere_live::{
+    Ms,
+    journal::{Input, replay::Replay},
+};
+use belvedere_scene::{Revision, SceneName};
+use belvedere_verify::blockade::Blockade;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::Value;
+
+use super::{
+    output::{print, print_json},
+    verify::load,
+};
+use crate::{
+    live::{Block, Recording},
+    publish::data::DataFolder,
+};
+use account::Account;
+use judge::Judge;
+use report::{Difference, Report, SceneReport};
+use sights::Sights;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// What `serve --record` has written
+    file: PathBuf,
+    /// Look for misses each so many ticks
+    #[arg(long, value_name = "TICKS", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    every: u64,
+    /// The data folder
+    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
+    data: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    let cannot = || format!("cannot read the recording {}", args.file.display());
+    let file = File::open(&args.file).with_context(cannot)?;
+    let bar = progress(file.metadata().with_context(cannot)?.len(), !args.json);
+    let mut recording = Recording::open(BufReader::new(file)).with_context(cannot)?;
+    let data = DataFolder::open_existing(&args.data).await?;
+    let mut scenes: BTreeMap<String, Scene> = BTreeMap::new();
+    while let Some(block) = recording.next_block().with_context(cannot)? {
+        if !scenes.contains_key(&block.scene) {
+            scenes.insert(block.scene.clone(), Scene::load(&data, &block.scene).await?);
+        }
+        let scene = scenes.get_mut(&block.scene).context("the scene was loaded")?;
+        tokio::task::block_in_place(|| scene.take(&block, args.every));
+        bar.set_position(recording.whole_bytes());
+    }
+    bar.finish_and_clear();
+    let report = Report {
+        whole_bytes: recording.whole_bytes(),
+        scenes: scenes.into_values().map(Scene::report).collect(),
+    };
+    if args.json {
+        print_json(&report)?;
+    } else {
+        print(&report.text())?;
+    }
+    match report.verdict() {
+        Some(verdict) => anyhow::bail!(verdict),
+        None => Ok(()),
+    }
+}
+
+fn progress(bytes: u64, wanted: bool) -> ProgressBar {
+    let target = if wanted && std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(bytes), target);
+    let template = "     audit {bar:40.cyan/dim} {bytes} of {total_bytes}  {elapsed} of about {duration}";
+    bar.with_style(ProgressStyle::with_template(template).expect("the template is a constant"))
+}
+
+/// A scene of the recording.
+struct Scene {
+    /// Of this revision there is geometry.
+    revision: Revision,
+    sights: Sights,
+    replay: Replay,
+    account: Option<Account>,
+    judge: Judge,
+    first_ms: Option<Ms>,
+    report: SceneReport,
+}
+
+impl Scene {
+    async fn load(data: &DataFolder, name: &str) -> anyhow::Result<Self> {
+        let name: SceneName = name.parse().context("the recording names no scene")?;
+        let published = load::published(data, &name, None).await?;
+        let scene = &published.scene;
+        Ok(Self {
+            revision: published.pointer.revision,
+            sights: Sights::new(Blockade::of(scene), published.cells, scene.error_m()),
+            replay: Replay::default(),
+            account: None,
+            judge: Judge::default(),
+            first_ms: None,
+            report: SceneReport {
+                scene: name.to_string(),
+                ..SceneReport::default()
+            },
+        })
+    }
+
+    fn take(&mut self, block: &Block, every: u64) {
+        let mut lines = block.entries.lines();
+        while let (Some(input), Some(output)) = (lines.next(), lines.next()) {
+            self.report.entries += 1;
+            self.entry(input, output, every);
+        }
+    }
+
+    fn entry(&mut self, input: &str, output: &str, every: u64) {
+        let entry = self.report.entries;
+        let replayed = match self.replay.take(input) {
+            Ok(replayed) => replayed,
+            Err(error) => {
+                let (at_ms, why) = (self.report.lasted_ms + self.first_ms.unwrap_or(0), error.to_string());
+                return self.report.differences.add(Difference { entry, at_ms, why });
+            }
+        };
+        let at_ms = replayed.at_ms;
+        if replayed.output != output {
+            let why = difference(&replayed.output, output);
+            self.report.differences.add(Difference { entry, at_ms, why });
+        }
+        let first_ms = *self.first_ms.get_or_insert(at_ms);
+        self.report.lasted_ms = at_ms - first_ms;
+        self.report.sessions += u64::from(matches!(replayed.input, Input::Open { .. }));
+        self.account_for(&replayed.input, output, at_ms);
+        if replayed.input == Input::Tick {
+            self.report.ticks += 1;
+            self.judge(at_ms, every);
+        }
+    }
+
+    fn account_for(&mut self, input: &Input, output: &str, at_ms: Ms) {
+        if let Input::Begin { rules, ground, .. } = input {
+            self.account = Some(Account::begin(*rules, ground));
+        }
+        let Some(account) = &mut self.account else { return };
+        let said: Value = serde_json::from_str(output).unwrap_or_default();
+        if said["answer"].get("refused").is_none() {
+            account.hear(input, at_ms);
+        }
+        let told = said["told"].as_array().map_or(&[][..], Vec::as_slice);
+        told.iter().for_each(|told| account.tell(told));
+    }
+
+    fn judge(&mut self, at_ms: Ms, every: u64) {
+        let Some(account) = &mut self.account else { return };
+        if account.revision == self.revision {
+            self.judge.look(account, &mut self.sights, at_ms, every);
+        } else {
+            self.report.ticks_not_looked_at += 1;
+            account.told.clear();
+        }
+    }
+
+    fn report(self) -> SceneReport {
+        let mut report = self.report;
+        self.judge.leaks.into_iter().for_each(|leak| report.leaks.add(leak));
+        self.judge.misses.into_iter().for_each(|miss| report.misses.add(miss));
+        SceneReport {
+            told: self.judge.told,
+            untold: self.judge.untold,
+            pairs: self.sights.pairs(),
+            ..report
+        }
+    }
+}
+
+/// What the rules say beside what was written, from where they part.
+fn difference(now: &str, written: &str) -> String {
+    const SHOWN: usize = 80;
+    let same = now.chars().zip(written.chars()).take_while(|(a, b)| a == b).count();
+    let from = same.saturating_sub(SHOWN / 4);
+    let part = |text: &str| text.chars().skip(from).take(SHOWN).collect::<String>();
+    format!("the rules say …{}… where it says …{}…", part(now), part(written))
+}

@@ -1,0 +1,205 @@
+//! What of live sessions outlives the server: movers that were created to stay, and how doors stand.
+
+use belvedere_scene::{ObjectId, Revision, SceneName};
+use sqlx::Row;
+
+use super::Catalogue;
+
+/// A mover as it is kept. What it is and where, the catalogue need not understand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeptMover {
+    /// Its id.
+    pub object: ObjectId,
+    /// Who may speak for it.
+    pub token: String,
+    /// JSON.
+    pub mover: String,
+    /// JSON: the last pose since it was created.
+    pub pose: Option<String>,
+}
+
+/// A door as it is kept.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeptDoor {
+    /// Its id in a revision.
+    pub object: ObjectId,
+    /// JSON: the box around it.
+    pub bounds: String,
+    /// How it stands.
+    pub open: bool,
+}
+
+impl Catalogue {
+    /// Keeps a new mover.
+    pub async fn keep_mover(&self, scene: &SceneName, kept: &KeptMover) -> anyhow::Result<()> {
+        sqlx::query("INSERT INTO kept_movers (object, scene, token, mover, pose) VALUES (?, ?, ?, ?, ?)")
+            .bind(i64::from(kept.object.0))
+            .bind(scene.as_str())
+            .bind(&kept.token)
+            .bind(&kept.mover)
+            .bind(&kept.pose)
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// Keeps where movers are; those that are not kept stay so.
+    pub async fn keep_poses(&self, poses: &[(ObjectId, String)]) -> anyhow::Result<()> {
+        let mut tx = self.pool.begin().await?;
+        for (object, pose) in poses {
+            sqlx::query("UPDATE kept_movers SET pose = ? WHERE object = ?")
+                .bind(pose)
+                .bind(i64::from(object.0))
+                .execute(&mut *tx)
+                .await?;
+        }
+        tx.commit().await?;
+        Ok(())
+    }
+
+    /// Forgets a mover.
+    pub async fn forget_mover(&self, object: ObjectId) -> anyhow::Result<()> {
+        sqlx::query("DELETE FROM kept_movers WHERE object = ?")
+            .bind(i64::from(object.0))
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// The movers of a scene, rising.
+    pub async fn kept_movers(&self, scene: &SceneName) -> anyhow::Result<Vec<KeptMover>> {
+        let rows = sqlx::query("SELECT object, token, mover, pose FROM kept_movers WHERE scene = ? ORDER BY object")
+            .bind(scene.as_str())
+            .fetch_all(&self.pool)
+            .await?;
+        rows.iter()
+            .map(|row| {
+                Ok(KeptMover {
+                    object: object(row)?,
+                    token: row.try_get("token")?,
+                    mover: row.try_get("mover")?,
+                    pose: row.try_get("pose")?,
+                })
+            })
+            .collect()
+    }
+
+    /// The largest id of a mover of any scene.
+    pub async fn last_kept_mover(&self) -> anyhow::Result<Option<ObjectId>> {
+        let row = sqlx::query("SELECT object FROM kept_movers ORDER BY object DESC LIMIT 1")
+            .fetch_optional(&self.pool)
+            .await?;
+        row.as_ref().map(object).transpose()
+    }
+
+    /// Scenes where something is kept, by name.
+    pub async fn scenes_with_kept(&self) -> anyhow::Result<Vec<SceneName>> {
+        let rows = sqlx::query("SELECT scene FROM kept_movers UNION SELECT scene FROM kept_doors ORDER BY scene")
+            .fetch_all(&self.pool)
+            .await?;
+        rows.iter()
+            .map(|row| Ok(row.try_get::<&str, _>("scene")?.parse()?))
+            .collect()
+    }
+
+    /// Keeps how a door of a revision stands.
+    pub async fn keep_door(&self, scene: &SceneName, revision: Revision, door: &KeptDoor) -> anyhow::Result<()> {
+        sqlx::query(
+            "INSERT INTO kept_doors (scene, revision, object, bounds, open) VALUES (?, ?, ?, ?, ?) \
+             ON CONFLICT DO UPDATE SET revision = excluded.revision, bounds = excluded.bounds, open = excluded.open",
+        )
+        .bind(scene.as_str())
+        .bind(revision.to_string())
+        .bind(i64::from(door.object.0))
+        .bind(&door.bounds)
+        .bind(door.open)
+        .execute(&self.pool)
+        .await?;
+        Ok(())
+    }
+
+    /// How the doors of a revision stand, rising; those that were never moved are not among them.
+    pub async fn kept_doors(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<Vec<KeptDoor>> {
+        let rows =
+            sqlx::query("SELECT object, bounds, open FROM kept_doors WHERE scene = ? AND revision = ? ORDER BY object")
+                .bind(scene.as_str())
+                .bind(revision.to_string())
+                .fetch_all(&self.pool)
+                .await?;
+        rows.iter()
+            .map(|row| {
+                Ok(KeptDoor {
+                    object: object(row)?,
+                    bounds: row.try_get("bounds")?,
+                    open: row.try_get("open")?,
+                })
+            })
+            .collect()
+    }
+}
+
+fn object(row: &sqlx::sqlite::SqliteRow) -> anyhow::Result<ObjectId> {
+    Ok(ObjectId(u32::try_from(row.try_get::<i64, _>("object")?)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mover(object: u32) -> KeptMover {
+        KeptMover {
+            object: ObjectId(object),
+            token: "t".into(),
+            mover: "{}".into(),
+            pose: None,
+        }
+    }
+
+    #[tokio::test]
+    async fn movers_and_doors_come_back_from_a_closed_catalogue() {
+        let data = tempfile::tempdir().unwrap();
+        let (here, there): (SceneName, SceneName) = ("here".parse().unwrap(), "there".parse().unwrap());
+        let (old, new): (Revision, Revision) = ("0".repeat(16).parse().unwrap(), "1".repeat(16).parse().unwrap());
+        let door = KeptDoor {
+            object: ObjectId(3),
+            bounds: "{}".into(),
+            open: false,
+        };
+        {
+            let catalogue = Catalogue::open(data.path()).await.unwrap();
+            assert_eq!(catalogue.last_kept_mover().await.unwrap(), None);
+            for object in [7, 9, 8] {
+                catalogue.keep_mover(&here, &mover(object)).await.unwrap();
+            }
+            assert!(
+                catalogue.keep_mover(&there, &mover(7)).await.is_err(),
+                "an id is used once"
+            );
+            let poses = [(ObjectId(8), "p".to_owned()), (ObjectId(99), "q".to_owned())];
+            catalogue.keep_poses(&poses).await.unwrap();
+            catalogue.forget_mover(ObjectId(7)).await.unwrap();
+            catalogue
+                .keep_door(
+                    &there,
+                    old,
+                    &KeptDoor {
+                        open: true,
+                        ..door.clone()
+                    },
+                )
+                .await
+                .unwrap();
+            catalogue.keep_door(&there, new, &door).await.unwrap();
+        }
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let moved = KeptMover {
+            pose: Some("p".into()),
+            ..mover(8)
+        };
+        assert_eq!(catalogue.kept_movers(&here).await.unwrap(), [moved, mover(9)]);
+        assert_eq!(catalogue.last_kept_mover().await.unwrap(), Some(ObjectId(9)));
+        assert_eq!(catalogue.scenes_with_kept().await.unwrap(), [here, there.clone()]);
+        assert_eq!(catalogue.kept_doors(&there, old).await.unwrap(), []);
+        assert_eq!(catalogue.kept_doors(&there, new).await.unwrap(), [door]);
+    }
+}

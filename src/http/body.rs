@@ -1,0 +1,34 @@
+//! How is a body read? Of the media types that are taken, up to a size, in the shape that is asked for.
+
+use axum::{body::Bytes, extract::Request, http::header};
+use serde::de::DeserializeOwned;
+
+use super::error::ApiError;
+
+pub(super) const JSON: &str = "application/json";
+/// The size of a usual body.
+const MAX_BODY_BYTES: usize = 64 << 10;
+
+/// The body, of one of these media types or of none that is stated.
+pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) -> Result<Bytes, ApiError> {
+    let taken = request.headers().get(header::CONTENT_TYPE).is_none_or(|kind| {
+        let essence = kind.to_str().unwrap_or_default().split(';').next().unwrap_or_default();
+        types.iter().any(|taken| essence.trim().eq_ignore_ascii_case(taken))
+    });
+    if !taken {
+        return Err(ApiError::UnsupportedMediaType);
+    }
+    let limited = axum::body::to_bytes(request.into_body(), most_bytes).await;
+    limited.map_err(|_| ApiError::BodyTooLarge { most_bytes })
+}
+
+/// A JSON body of this shape.
+pub(super) async fn json_body<T: DeserializeOwned>(request: Request, shape: &str) -> Result<T, ApiError> {
+    json(&body(request, &[JSON], MAX_BODY_BYTES).await?, shape)
+}
+
+/// JSON of this shape.
+pub(super) fn json<T: DeserializeOwned>(text: &[u8], shape: &str) -> Result<T, ApiError> {
+    serde_json::from_slice(text)
+        .map_err(|error| ApiError::bad_body("", format!("the body must be JSON, {shape}: {error}")))
+}

@@ -1,0 +1,25 @@
+//! What time is it? One clock for all scenes.
+
+use std::time::{Instant, UNIX_EPOCH};
+
+use belvedere_live::Ms;
+
+/// Unix time that never jumps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clock {
+    start: Instant,
+    start_ms: Ms,
+}
+
+impl Clock {
+    pub(super) fn start() -> Self {
+        Self {
+            start: Instant::now(),
+            start_ms: UNIX_EPOCH.elapsed().map_or(0, |since| since.as_millis() as Ms),
+        }
+    }
+
+    pub(super) fn now_ms(&self) -> Ms {
+        self.start_ms + self.start.elapsed().as_millis() as Ms
+    }
+}

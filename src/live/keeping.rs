@@ -1,0 +1,174 @@
+//! What outlives the server? Movers that were created to stay, and how doors stand: kept in the catalogue as they change, and
+//! put back where they were when their scene comes to life again.
+//!
+//! A mover is kept before whoever creates it hears of it, and forgotten before whoever deletes it does. Where it is follows a
+//! second behind.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use belvedere_live::{
+    Ms,
+    world::{NewMover, Sent},
+};
+use belvedere_scene::{ObjectId, Revision, SceneName};
+use tokio::task::JoinHandle;
+
+use super::{
+    Door, Token, ask,
+    message::{Message, StageHandle},
+};
+use crate::db::{Catalogue, KeptDoor, KeptMover};
+
+/// Between two times that poses are kept.
+const PAUSE_MS: Ms = 1_000;
+
+/// The movers of a scene that stay, and where they have moved since that was kept.
+#[derive(Debug, Default)]
+pub(super) struct Keeping {
+    staying: BTreeSet<ObjectId>,
+    moved: BTreeMap<ObjectId, Sent>,
+    kept_at_ms: Ms,
+    writing: Option<JoinHandle<()>>,
+}
+
+impl Keeping {
+    /// From now on a mover stays.
+    pub(super) fn stay(&mut self, object: ObjectId) {
+        self.staying.insert(object);
+    }
+
+    pub(super) fn forget(&mut self, object: ObjectId) {
+        self.staying.remove(&object);
+        self.moved.remove(&object);
+    }
+
+    /// A mover is somewhere else.
+    pub(super) fn moved(&mut self, object: ObjectId, sent: Sent) {
+        if self.staying.contains(&object) {
+            // Times are those of a clock that may be another after a restart, and so is the motion.
+            let sent = Sent {
+                t_ms: None,
+                velocity: None,
+                acceleration: None,
+                ..sent
+            };
+            self.moved.insert(object, sent);
+        }
+    }
+
+    /// Keeps where movers are, now and then, beside the scene's task.
+    pub(super) fn keep(&mut self, catalogue: &Catalogue, now_ms: Ms) {
+        let busy = self.writing.as_ref().is_some_and(|writing| !writing.is_finished());
+        if self.moved.is_empty() || busy || now_ms - self.kept_at_ms < PAUSE_MS {
+            return;
+        }
+        self.kept_at_ms = now_ms;
+        let moved = std::mem::take(&mut self.moved).into_iter();
+        let poses: Vec<_> = moved.map(|(object, sent)| (object, json(&sent))).collect();
+        let catalogue = catalogue.clone();
+        self.writing = Some(tokio::spawn(async move {
+            if let Err(error) = catalogue.keep_poses(&poses).await {
+                tracing::error!(%error, "where movers are cannot be kept");
+            }
+        }));
+    }
+}
+
+/// A mover that goes again when nobody waits until it is kept.
+pub(super) struct Undo(Option<(Catalogue, StageHandle, ObjectId)>);
+
+impl Undo {
+    pub(super) fn of(catalogue: &Catalogue, stage: &StageHandle, object: ObjectId) -> Self {
+        Self(Some((catalogue.clone(), stage.clone(), object)))
+    }
+
+    /// It is kept.
+    pub(super) fn forget(mut self) {
+        self.0 = None;
+    }
+}
+
+impl Drop for Undo {
+    fn drop(&mut self) {
+        let Some((catalogue, stage, object)) = self.0.take() else {
+            return;
+        };
+        tokio::spawn(async move {
+            // A scene that has ended holds no mover.
+            _ = ask(&stage, |reply| Message::Destroy { object, reply }).await;
+            if let Err(error) = catalogue.forget_mover(object).await {
+                tracing::error!(%object, %error, "a mover that nobody waited for comes back after a restart");
+            }
+        });
+    }
+}
+
+/// Keeps a mover.
+pub(super) async fn keep_mover(
+    catalogue: &Catalogue,
+    scene: &SceneName,
+    (object, token): (ObjectId, Token),
+    new: &NewMover,
+) -> anyhow::Result<()> {
+    let kept = KeptMover {
+        object,
+        token: token.reveal(),
+        mover: json(new),
+        pose: None,
+    };
+    catalogue.keep_mover(scene, &kept).await
+}
+
+/// The movers of a scene that stay, where they were last.
+pub(super) async fn kept_movers(
+    catalogue: &Catalogue,
+    scene: &SceneName,
+) -> anyhow::Result<Vec<(ObjectId, Token, NewMover)>> {
+    let kept = catalogue.kept_movers(scene).await?.into_iter();
+    kept.map(|kept| {
+        let mut new: NewMover = serde_json::from_str(&kept.mover)?;
+        // Its sender's clock may be another by now.
+        new.pose.t_ms = None;
+        if let Some(pose) = kept.pose {
+            new.pose = serde_json::from_str(&pose)?;
+        }
+        Ok((kept.object, kept.token.parse()?, new))
+    })
+    .collect()
+}
+
+/// Keeps how a door stands.
+pub(super) async fn keep_door(
+    catalogue: &Catalogue,
+    scene: &SceneName,
+    revision: Revision,
+    door: &Door,
+) -> anyhow::Result<()> {
+    let kept = KeptDoor {
+        object: door.object,
+        bounds: json(&door.bounds),
+        open: door.open,
+    };
+    catalogue.keep_door(scene, revision, &kept).await
+}
+
+/// How the doors of a revision stand.
+pub(super) async fn kept_doors(
+    catalogue: &Catalogue,
+    scene: &SceneName,
+    revision: Revision,
+) -> anyhow::Result<Vec<Door>> {
+    let kept = catalogue.kept_doors(scene, revision).await?.into_iter();
+    kept.map(|kept| {
+        Ok(Door {
+            object: kept.object,
+            bounds: serde_json::from_str(&kept.bounds)?,
+            open: kept.open,
+        })
+    })
+    .collect()
+}
+
+fn json<T: serde::Serialize>(value: &T) -> String {
+    serde_json::to_string(value).expect("what is kept holds nothing that JSON cannot say")
+}

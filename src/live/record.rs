@@ -1,0 +1,259 @@
+//! How is what happens in scenes kept? In one file that only grows, by one thread, so that no scene waits for a disk.
+//!
+//! The file begins with `BVRE` and a version; then come blocks: the length of a zstd frame with a checksum, and the frame. A
+//! block holds the name of a scene and whole entries of its journal (`belvedere_live::journal`), about one tick of it. Whatever
+//! ends the program, at most the last block is damaged; it is cut off when the file is opened again.
+
+use std::{
+    fs::File,
+    io::{self, Read, Seek, SeekFrom, Write},
+    path::Path,
+};
+
+use belvedere_scene::SceneName;
+use tokio::sync::{mpsc, oneshot};
+
+const MAGIC: [u8; 6] = *b"BVRE\x01\x00";
+/// A block may take so much, packed or not.
+const MOST_BYTES: usize = 256 << 20;
+/// So many blocks may wait for the disk before scenes do.
+const BLOCKS: usize = 256;
+/// Fast; the text of poses shrinks to a seventh all the same.
+const LEVEL: i32 = 1;
+
+/// Where scenes hand in what has happened. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Recorder {
+    jobs: mpsc::Sender<Job>,
+}
+
+#[derive(Debug)]
+enum Job {
+    Write(String),
+    /// Says when everything before is written.
+    Flush(oneshot::Sender<()>),
+}
+
+/// Why there is no recording.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// The file cannot be used.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// It is something else.
+    #[error("it is no recording of this version")]
+    Other,
+}
+
+/// A block: a scene, and entries of its journal, two lines each.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Block {
+    /// Where it happened.
+    pub scene: String,
+    /// What.
+    pub entries: String,
+}
+
+/// Reads a recording from its begin, block by block, as far as it is whole.
+#[derive(Debug)]
+pub struct Recording<R> {
+    file: R,
+    /// Up to here it is whole.
+    whole_bytes: u64,
+}
+
+impl Recorder {
+    /// Goes on with a recording, or begins one.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or is something else.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let mut file = File::options()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)?;
+        if file.metadata()?.len() == 0 {
+            file.write_all(&MAGIC)?;
+        } else {
+            let mut recording = Recording::open(io::BufReader::new(&file))?;
+            while recording.next_block()?.is_some() {}
+            let whole_bytes = recording.whole_bytes;
+            file.set_len(whole_bytes)?;
+            file.seek(SeekFrom::Start(whole_bytes))?;
+        }
+        let (jobs, waiting) = mpsc::channel(BLOCKS);
+        std::thread::spawn(move || {
+            if let Err(error) = write_all(file, waiting) {
+                tracing::error!(%error, "nothing is recorded any more");
+            }
+        });
+        Ok(Self { jobs })
+    }
+
+    /// Keeps entries of a scene's journal.
+    pub(super) async fn write(&self, scene: &SceneName, entries: String) {
+        // Whoever cannot write any more has said so.
+        _ = self.jobs.send(Job::Write(format!("{scene}\n{entries}"))).await;
+    }
+
+    /// Waits until everything so far is written.
+    pub async fn flush(&self) {
+        let (done, written) = oneshot::channel();
+        if self.jobs.send(Job::Flush(done)).await.is_ok() {
+            _ = written.await;
+        }
+    }
+}
+
+fn write_all(mut file: File, mut waiting: mpsc::Receiver<Job>) -> io::Result<()> {
+    let mut compressor = zstd::bulk::Compressor::new(LEVEL)?;
+    compressor.include_checksum(true)?;
+    while let Some(job) = waiting.blocking_recv() {
+        match job {
+            Job::Write(text) => {
+                let frame = compressor.compress(text.as_bytes())?;
+                let length = u32::try_from(frame.len()).map_err(io::Error::other)?;
+                // One write, so that a block is there or not as far as the system can help it.
+                file.write_all(&[&length.to_le_bytes()[..], &frame].concat())?;
+            }
+            Job::Flush(done) => {
+                file.sync_data()?;
+                _ = done.send(());
+            }
+        }
+    }
+    Ok(())
+}
+
+impl<R: Read> Recording<R> {
+    /// Begins to read.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is something else.
+    pub fn open(mut file: R) -> Result<Self, RecordingError> {
+        let mut magic = [0; MAGIC.len()];
+        match file.read_exact(&mut magic) {
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Err(RecordingError::Other),
+            read => read?,
+        }
+        let whole_bytes = MAGIC.len() as u64;
+        let known = magic == MAGIC;
+        known.then_some(Self { file, whole_bytes }).ok_or(RecordingError::Other)
+    }
+
+    /// The next block; none at the end of what is whole.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn next_block(&mut self) -> Result<Option<Block>, RecordingError> {
+        let mut length = [0; 4];
+        if !self.fill(&mut length)? {
+            return Ok(None);
+        }
+        let length = u32::from_le_bytes(length) as usize;
+        if length > MOST_BYTES {
+            return Ok(None);
+        }
+        let mut frame = Vec::new();
+        (&mut self.file).take(length as u64).read_to_end(&mut frame)?;
+        let text = (frame.len() == length).then(|| unpack(&frame)).flatten();
+        let block = text.and_then(|text| {
+            let (scene, entries) = text.split_once('\n')?;
+            Some(Block {
+                scene: scene.to_owned(),
+                entries: entries.to_owned(),
+            })
+        });
+        if block.is_some() {
+            self.whole_bytes += 4 + length as u64;
+        }
+        Ok(block)
+    }
+
+    /// How many bytes were whole so far.
+    pub fn whole_bytes(&self) -> u64 {
+        self.whole_bytes
+    }
+
+    /// Whether there was as much left.
+    fn fill(&mut self, buffer: &mut [u8]) -> io::Result<bool> {
+        match self.file.read_exact(buffer) {
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
+            read => read.map(|()| true),
+        }
+    }
+}
+
+fn unpack(frame: &[u8]) -> Option<String> {
+    let mut text = String::new();
+    let decoder = zstd::stream::read::Decoder::new(frame).ok()?;
+    decoder.take(MOST_BYTES as u64).read_to_string(&mut text).ok()?;
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn blocks(path: &Path) -> Vec<Block> {
+        let mut recording = Recording::open(File::open(path).unwrap()).unwrap();
+        std::iter::from_fn(|| recording.next_block().unwrap()).collect()
+    }
+
+    async fn record(path: &Path, entries: &[&str]) {
+        let recorder = Recorder::open(path).unwrap();
+        for entry in entries {
+            recorder.write(&"row".parse().unwrap(), (*entry).to_owned()).await;
+        }
+        recorder.flush().await;
+    }
+
+    #[tokio::test]
+    async fn whatever_is_cut_off_what_is_whole_is_read_and_gone_on_with() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.rec");
+        record(&path, &["one\n", "two\n"]).await;
+        let all = std::fs::read(&path).unwrap();
+        let whole: Vec<_> = blocks(&path)
+            .into_iter()
+            .map(|block| (block.scene, block.entries))
+            .collect();
+        assert_eq!(
+            whole,
+            [("row".into(), "one\n".into()), ("row".into(), "two\n".to_owned())]
+        );
+        for end in MAGIC.len()..all.len() {
+            std::fs::write(&path, &all[..end]).unwrap();
+            let before = blocks(&path);
+            record(&path, &["three\n"]).await;
+            let after = blocks(&path);
+            assert_eq!(
+                (&after[..before.len()], after.len()),
+                (&before[..], before.len() + 1),
+                "{end}"
+            );
+            assert_eq!(after.last().unwrap().entries, "three\n");
+        }
+        let last = all.len() - 5;
+        let flipped: Vec<_> = all
+            .iter()
+            .enumerate()
+            .map(|(i, byte)| byte ^ u8::from(i == last))
+            .collect();
+        std::fs::write(&path, flipped).unwrap();
+        assert_eq!(blocks(&path).len(), 1, "its checksum is wrong");
+    }
+
+    #[test]
+    fn what_is_no_recording_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        for text in ["no", "no recording at all"] {
+            std::fs::write(&path, text).unwrap();
+            assert!(matches!(Recorder::open(&path), Err(RecordingError::Other)));
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! How does a scene's task know what the rules must know of the scene? It reads what is seen from where people stand, has
+//! found out what closed doors hide of it, follows new revisions, and puts back what outlived the server.
+
+use std::sync::Arc;
+
+use belvedere_live::event::{Event, Manifest};
+use belvedere_scene::CellId;
+
+use super::Stage;
+use crate::{
+    live::{
+        Door, keeping,
+        message::StageHandle,
+        screens::{self, Screen},
+        terrain::Terrain,
+    },
+    published::ReadError,
+};
+
+impl Stage {
+    /// Puts back whatever outlived the server.
+    pub(super) async fn restore(&mut self, handle: &StageHandle) {
+        let (catalogue, revision) = (&self.live.0.sources.catalogue, self.terrain.published.pointer.revision);
+        let movers = keeping::kept_movers(catalogue, &self.scene).await;
+        let doors = keeping::kept_doors(catalogue, &self.scene, revision).await;
+        let (movers, doors) = match (movers, doors) {
+            (Ok(movers), Ok(doors)) => (movers, doors),
+            (Err(error), _) | (_, Err(error)) => {
+                tracing::error!(scene = %self.scene, %error, "what was kept of the scene cannot be read");
+                return;
+            }
+        };
+        for Door { object, bounds, open } in doors {
+            self.world.set_door(object, &bounds, open, self.live.now_ms());
+        }
+        for (object, token, new) in movers {
+            match self.world.create(object, None, new, self.live.now_ms()) {
+                Ok(_) => {
+                    self.keeping.stay(object);
+                    self.live.0.registry.restore_mover(handle, object, token);
+                }
+                Err(refusal) => tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more"),
+            }
+        }
+    }
+
+    /// Reads what is seen from cells where nobody has stood yet.
+    pub(super) async fn learn(&mut self, cells: Vec<CellId>) -> Result<(), ReadError> {
+        for (cell, sees) in self.terrain.sights(cells).await? {
+            self.world.teach(cell, &sees, self.live.now_ms());
+        }
+        Ok(())
+    }
+
+    /// Has it found out what closed doors hide from where people are.
+    pub(super) fn find_screens(&mut self, handle: &StageHandle) {
+        if self.proving {
+            return;
+        }
+        let questions = self.world.unscreened();
+        if !questions.is_empty() {
+            self.proving = true;
+            screens::find(self.terrain.published.clone(), questions, handle.clone());
+        }
+    }
+
+    pub(super) fn screen(&mut self, screen: &Screen) {
+        // Cells of another revision are other cells.
+        if Arc::ptr_eq(&screen.published, &self.terrain.published) {
+            let now_ms = self.live.now_ms();
+            self.world.screen(screen.cell, &screen.closed, &screen.hidden, now_ms);
+        }
+    }
+
+    /// Goes on with a new revision; with the old one while the new one cannot be read.
+    pub(super) async fn follow(&mut self) {
+        let Some(published) = self.live.0.sources.publications.scene(&self.scene) else {
+            return;
+        };
+        let revision = published.pointer.revision;
+        if Arc::ptr_eq(&published, &self.terrain.published) || self.unreadable == Some(revision) {
+            return;
+        }
+        if let Err(error) = self.rebase(Terrain { published }).await {
+            tracing::error!(scene = %self.scene, %revision, %error, "visitors stay with an earlier revision");
+            self.unreadable = Some(revision);
+        }
+    }
+
+    async fn rebase(&mut self, terrain: Terrain) -> Result<(), ReadError> {
+        let ground = terrain.ground().await?;
+        let sights = terrain.sights_around(&ground, self.world.eyes()).await?;
+        self.deliver();
+        let pointer = &terrain.published.pointer;
+        for person in self.people.values() {
+            person.outbox.push(&Event::Revision {
+                revision: pointer.revision,
+                manifest: Manifest(pointer.manifest.clone()),
+            });
+        }
+        self.world.rebase(&ground, &sights, self.live.now_ms());
+        self.terrain = terrain;
+        self.show_statics_to_all(true);
+        Ok(())
+    }
+}
