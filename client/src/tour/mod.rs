@@ -3,7 +3,7 @@
 //! §7: download quality, convergence time, with and without prefetching).
 //!
 //! * [`script`]: where the visitor is, and when;
-//! * [`line`]: when what was asked for arrives;
+//! * [`mod@line`]: when what was asked for arrives;
 //! * `metered`: what every document cost;
 //! * `visitor`: what is asked for next;
 //! * [`outcome`]: what became of it.
