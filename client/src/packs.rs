@@ -22,32 +22,37 @@ pub(crate) fn is_worth(pack: &PackRef, wanted: &[&Level]) -> bool {
 
 impl<S: ByteSource> Scene<S> {
     /// The GLBs of some levels, in their order, each verified against the hash in its name. Levels that stand in a pack
-    /// of which at least half is wanted come with that pack.
+    /// of which at least half is wanted come with that pack, or alone when it cannot be had.
     ///
     /// # Errors
     /// When one cannot be fetched or arrives damaged.
     pub async fn glbs(&self, levels: &[&Level]) -> Result<Vec<Bytes>, Error> {
         let files: BTreeMap<&BlobName, &Level> = levels.iter().map(|level| (&level.url, *level)).collect();
-        let mut packs: BTreeMap<&BlobName, Bytes> = BTreeMap::new();
+        // A pack that cannot be had is `None`: its levels come alone.
+        let mut packs: BTreeMap<&BlobName, Option<Bytes>> = BTreeMap::new();
         let mut glbs: BTreeMap<&BlobName, Bytes> = BTreeMap::new();
         for (name, level) in files {
-            let glb = match &level.pack {
-                Some(pack) if is_worth(pack, levels) => {
-                    if !packs.contains_key(&pack.url) {
-                        packs.insert(&pack.url, self.blob(&pack.url).await?);
-                    }
-                    let (from, bytes) = (pack.from as usize, level.bytes as usize);
-                    let whole = &packs[&pack.url];
-                    let slice = from.checked_add(bytes).filter(|to| *to <= whole.len());
-                    let slice = slice.map(|to| whole.slice(from..to));
-                    slice
-                        .filter(|glb| BlobHash::of(glb) == name.hash())
-                        .ok_or_else(|| Error::Corrupt(pack.url.clone()))?
+            let mut packed = None;
+            if let Some(pack) = level.pack.as_ref().filter(|pack| is_worth(pack, levels)) {
+                if !packs.contains_key(&pack.url) {
+                    packs.insert(&pack.url, self.blob(&pack.url).await.ok());
                 }
-                _ => self.blob(name).await?,
+                packed = packs[&pack.url].as_ref().and_then(|whole| out_of(whole, pack, level));
+            }
+            let glb = match packed {
+                Some(glb) => glb,
+                None => self.blob(name).await?,
             };
             glbs.insert(name, glb);
         }
         Ok(levels.iter().map(|level| glbs[&level.url].clone()).collect())
     }
+}
+
+/// A level's GLB out of its pack, if it is the right one.
+fn out_of(whole: &Bytes, pack: &PackRef, level: &Level) -> Option<Bytes> {
+    let from = usize::try_from(pack.from).ok()?;
+    let to = from.checked_add(usize::try_from(level.bytes).ok()?)?;
+    let glb = (to <= whole.len()).then(|| whole.slice(from..to))?;
+    (BlobHash::of(&glb) == level.url.hash()).then_some(glb)
 }

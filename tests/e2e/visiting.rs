@@ -84,3 +84,35 @@ fn made_up_walks_are_repeatable_and_guard_a_deployment() {
         "{message}"
     );
 }
+
+#[test]
+fn what_is_lost_is_not_there_and_the_walk_goes_on() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let lose = |ext: &str| {
+        for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
+            let path = entry.expect("an entry").path();
+            if path.extension().is_some_and(|found| found == ext) {
+                std::fs::remove_file(path).expect("to lose it");
+            }
+        }
+    };
+    let tree = data.folder("tree");
+    let tree = tree.to_str().expect("UTF-8");
+    lose("pack");
+    let alone = walk(&data, tree, &["--min-quality", "100%"]);
+    assert!(
+        alone["failures"].as_u64() > Some(0) && alone["quality"]["min"] == 1.0,
+        "{alone}"
+    );
+    lose("cell");
+    let blind = walk(&data, tree, &[]);
+    assert_eq!(
+        (&blind["convergence_s"], &blind["frames"]),
+        (&Value::Null, &201.into()),
+        "{blind}"
+    );
+    let message = data.fails(&["walk", tree, "--scene", "rooms", "--min-quality", "1%"]);
+    assert!(message.contains("not every visitor ever had all"), "{message}");
+}

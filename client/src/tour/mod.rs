@@ -62,5 +62,5 @@ pub async fn walk<S: ByteSource>(
 ) -> Result<Tour, Error> {
     let client = Client::new(Metered::new(source));
     let scene = client.open(scene).await?;
-    Visitor::new(&scene, settings).walk(script).await
+    Ok(Visitor::new(&scene, settings).walk(script).await)
 }

@@ -26,10 +26,25 @@ pub struct Tour {
     pub bytes: Causes,
     /// Requests.
     pub requests: u64,
-    /// What could not be fetched.
+    /// What could not be fetched or read, each time …
     pub failures: u64,
+    /// … and the first of them, with their reasons.
+    pub first_failures: Vec<String>,
     /// What requests really took, in milliseconds.
     pub latencies_ms: Vec<f64>,
+}
+
+/// So many failures are told with their reasons.
+const TOLD: usize = 5;
+
+impl Tour {
+    /// Counts something that could not be fetched or read.
+    pub(super) fn fail(&mut self, cause: impl ToString) {
+        self.failures += 1;
+        if self.first_failures.len() < TOLD {
+            self.first_failures.push(cause.to_string());
+        }
+    }
 }
 
 /// Why bytes came.
@@ -43,15 +58,15 @@ pub struct Causes {
     pub prefetched_wasted: u64,
 }
 
-/// Download quality over frames, 0 to 1.
+/// Download quality over frames, 0 to 1; null where there is no frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Quality {
     /// The worst frame.
-    pub min: f64,
+    pub min: Option<f64>,
     /// The mean of all frames.
-    pub mean: f64,
+    pub mean: Option<f64>,
     /// One frame of twenty is worse.
-    pub p5: f64,
+    pub p5: Option<f64>,
 }
 
 /// Milliseconds of real requests.
@@ -80,8 +95,10 @@ pub struct Outcome {
     pub convergence_s: Option<f64>,
     /// Of all visitors.
     pub requests: u64,
-    /// What could not be fetched.
+    /// What could not be fetched or read, each time …
     pub failures: u64,
+    /// … and the first of them, with their reasons.
+    pub first_failures: Vec<String>,
     /// Of all requests.
     pub latency_ms: Latency,
 }
@@ -108,9 +125,9 @@ impl Outcome {
             sessions: tours.len() as u64,
             frames: sum(|tour| tour.frames.len() as u64),
             quality: Quality {
-                min: frames.first().map_or(0.0, |frame| frame.quality),
+                min: frames.first().map(|frame| frame.quality),
                 mean: mean(frames.iter().map(|frame| frame.quality)),
-                p5: at_share(&frames, 0.05).map_or(0.0, |frame| frame.quality),
+                p5: at_share(&frames, 0.05).map(|frame| frame.quality),
             },
             holes: frames.iter().map(|frame| u64::from(frame.missing)).sum(),
             bytes: Causes {
@@ -119,10 +136,16 @@ impl Outcome {
                 prefetched_wasted: sum(|tour| tour.bytes.prefetched_wasted),
             },
             convergence_s: converged
-                .filter(|all| !all.is_empty())
-                .map(|all| mean(all.into_iter()) / 1000.0),
+                .and_then(|all| mean(all.into_iter()))
+                .map(|mean_ms| mean_ms / 1000.0),
             requests: sum(|tour| tour.requests),
             failures: sum(|tour| tour.failures),
+            first_failures: tours
+                .iter()
+                .flat_map(|tour| &tour.first_failures)
+                .take(TOLD)
+                .cloned()
+                .collect(),
             latency_ms: Latency {
                 p50: at_share(&latencies_ms, 0.5).unwrap_or(0.0),
                 p99: at_share(&latencies_ms, 0.99).unwrap_or(0.0),
@@ -131,13 +154,9 @@ impl Outcome {
     }
 }
 
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> Option<f64> {
     let count = values.len();
-    if count == 0 {
-        0.0
-    } else {
-        values.sum::<f64>() / count as f64
-    }
+    (count > 0).then(|| values.sum::<f64>() / count as f64)
 }
 
 /// What such a share of sorted things is below of.
@@ -166,7 +185,7 @@ mod tests {
         };
         let outcome = Outcome::of(std::slice::from_ref(&tour));
         assert_eq!((outcome.frames, outcome.holes), (3, 2));
-        assert_eq!((outcome.quality.min, outcome.quality.mean), (0.5, 0.75));
+        assert_eq!((outcome.quality.min, outcome.quality.mean), (Some(0.5), Some(0.75)));
         assert_eq!(outcome.convergence_s, Some(0.06));
         let never = Tour {
             converged_ms: None,

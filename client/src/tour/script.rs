@@ -149,7 +149,7 @@ impl Script {
         let mut places = vec![start];
         let mut before: Option<CellId> = None;
         let (mut walked_m, mut random) = (0.0, seed);
-        while walked_m < speed_mps * duration_s {
+        while walked_m < speed_mps * duration_s && places.len() < MOST_PLACES {
             let record = scene.record(&cell).await?;
             let Some((to, place)) = way_on(&record, before, start[1], &mut random) else {
                 break;
@@ -165,14 +165,26 @@ impl Script {
                 walked_m += distance_m(places[places.len() - 1], next);
                 places.push(next);
             }
-            // Tiny cells could make this endless.
-            walked_m += 1e-3;
             before = Some(cell.cell);
             cell = middle;
         }
-        Ok(Self::along(&places, speed_mps))
+        Ok(Self::along(&places, speed_mps).until(1000.0 * duration_s))
+    }
+
+    /// The same, ended at a time.
+    fn until(mut self, end_ms: f64) -> Self {
+        let position = self.at(end_ms);
+        let kept = self.poses.partition_point(|pose| pose.t_ms < end_ms).max(1);
+        if kept < self.poses.len() {
+            self.poses.truncate(kept);
+            self.poses.push(Pose { t_ms: end_ms, position });
+        }
+        self
     }
 }
+
+/// A made-up walk passes through no more places.
+const MOST_PLACES: usize = 100_000;
 
 /// One of the openings of a cell: where it leads, and a place in it.
 fn way_on(record: &CellRecord, before: Option<CellId>, height_m: f64, random: &mut u64) -> Option<(CellId, [f64; 3])> {

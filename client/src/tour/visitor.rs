@@ -19,15 +19,19 @@ use super::{
     metered::{Answer, Metered},
     outcome::{Frame, Tour},
 };
-use crate::{ByteSource, Error, Scene, packs};
+use crate::{ByteSource, Scene, packs};
 
 /// So many requests are under way at once.
 const UNDER_WAY: usize = 8;
+/// No tour has more frames: a day at ten a second.
+const MOST_FRAMES: u64 = 864_000;
 
 /// A cell that the visitor has read of.
 struct Known {
     entry: CellEntry,
     objects: Vec<ObjectInfo>,
+    /// What could not be read: objects, or 1 for the record itself. It is never there.
+    lost: usize,
     /// When the last document had come.
     from_ms: f64,
 }
@@ -50,6 +54,8 @@ pub(super) struct Visitor<'a, S> {
     arrivals: HashMap<BlobName, f64>,
     /// Bytes of files that were asked for ahead and were not in sight since.
     ahead: HashMap<BlobName, u64>,
+    /// Cells that the index does not lead to.
+    lost: HashSet<CellId>,
     here: Option<CellId>,
     tour: Tour,
 }
@@ -64,54 +70,59 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             known: HashMap::new(),
             arrivals: HashMap::new(),
             ahead: HashMap::new(),
+            lost: HashSet::new(),
             here: None,
             tour: Tour::default(),
         }
     }
 
-    pub(super) async fn walk(mut self, script: &Script) -> Result<Tour, Error> {
+    pub(super) async fn walk(mut self, script: &Script) -> Tour {
         let [from_ms, to_ms] = script.times_ms();
         let frame_ms = 1000.0 / self.settings.frames_per_s;
-        let frames = ((to_ms - from_ms) / frame_ms).floor() as u64;
+        let frames = (((to_ms - from_ms) / frame_ms).floor() as u64).min(MOST_FRAMES);
         // The pointer and the manifest have been read.
         self.now_ms = self.charge(0.0);
         let mut before = script.at(from_ms);
         for frame in 0..=frames {
             let t_ms = frame as f64 * frame_ms;
             let position = script.at(from_ms + t_ms);
-            self.enter(position, t_ms).await?;
+            self.enter(position, t_ms).await;
             self.tour.frames.push(self.frame(t_ms));
             self.ask(position, before, t_ms + frame_ms).await;
             before = position;
         }
         self.tour.bytes.prefetched_wasted = self.ahead.values().sum();
-        Ok(self.tour)
+        self.tour
     }
 
-    /// Finds the cell at a position and reads what can be seen from there.
-    async fn enter(&mut self, position: [f64; 3], t_ms: f64) -> Result<(), Error> {
+    /// Finds the cell at a position and reads what can be seen from there. Who cannot find it stays where it was.
+    async fn enter(&mut self, position: [f64; 3], t_ms: f64) {
         self.now_ms = self.now_ms.max(t_ms);
         let at = match self.here.and_then(|here| self.known.get(&here)) {
-            Some(known) => self.scene.locate_from(&known.entry, position).await?,
-            None => self.scene.locate(position).await?,
+            Some(known) => self.scene.locate_from(&known.entry, position).await,
+            None => self.scene.locate(position).await,
         };
         let asked_ms = self.charge(self.now_ms);
+        let at = match at {
+            Ok(at) => at,
+            Err(cause) => return self.tour.fail(cause),
+        };
         if self.here == Some(at.cell.cell) {
-            return Ok(());
+            return;
         }
         self.here = Some(at.cell.cell);
         self.learn(at.cell, asked_ms).await;
         self.note_what_came_ahead();
-        Ok(())
     }
 
-    /// Reads what can be seen from a cell. What cannot be read is counted, and nothing is known to be there.
+    /// Reads what can be seen from a cell. What cannot be read is counted, and will never be there.
     async fn learn(&mut self, entry: CellEntry, asked_ms: f64) {
         if self.known.contains_key(&entry.cell) {
             return;
         }
         let record = self.scene.record(&entry).await;
         let read_ms = self.charge(asked_ms);
+        let mut lost = 0;
         let objects = match record {
             Ok(record) => {
                 let mut order: Vec<_> = record.visible();
@@ -120,19 +131,24 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
                 for visible in order {
                     match self.scene.object(visible.object).await {
                         Ok(info) => objects.push(info),
-                        Err(_) => self.tour.failures += 1,
+                        Err(cause) => {
+                            self.tour.fail(cause);
+                            lost += 1;
+                        }
                     }
                 }
                 objects
             }
-            Err(_) => {
-                self.tour.failures += 1;
+            Err(cause) => {
+                self.tour.fail(cause);
+                lost = 1;
                 Vec::new()
             }
         };
         let from_ms = self.charge(read_ms);
         let known = Known {
             objects,
+            lost,
             from_ms,
             entry,
         };
@@ -186,12 +202,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         let finer = self.finer(&known.objects, position);
         if self.settings.prefetch {
             for cell in self.cells_ahead(here, heading) {
-                if !self.known.contains_key(&cell)
-                    && let Ok(Some(entry)) = self.scene.cell(cell).await
-                {
-                    let asked_ms = self.charge(self.now_ms);
-                    self.learn(entry, asked_ms).await;
-                }
+                self.learn_of(cell).await;
                 let known = self.known.get(&cell);
                 let known = known.filter(|known| known.from_ms <= self.now_ms);
                 if let Some((file, bytes)) = known.and_then(|known| self.missing(&known.objects)) {
@@ -200,6 +211,25 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             }
         }
         finer.map(|(file, bytes)| (file, bytes, Cause::Seen))
+    }
+
+    /// Reads what can be seen from a cell of which only the name is known.
+    async fn learn_of(&mut self, cell: CellId) {
+        if self.known.contains_key(&cell) || self.lost.contains(&cell) {
+            return;
+        }
+        let entry = self.scene.cell(cell).await;
+        let asked_ms = self.charge(self.now_ms);
+        match entry {
+            Ok(Some(entry)) => self.learn(entry, asked_ms).await,
+            Ok(None) => self.lose(cell, format!("the index does not lead to {cell}")),
+            Err(cause) => self.lose(cell, cause),
+        }
+    }
+
+    fn lose(&mut self, cell: CellId, cause: impl ToString) {
+        self.tour.fail(cause);
+        self.lost.insert(cell);
     }
 
     /// The cells to fetch ahead, in order, each once.
@@ -300,8 +330,8 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
         let there_ms = match fetched {
             Ok(_) => self.traffic.send(self.now_ms, bytes),
-            Err(_) => {
-                self.tour.failures += 1;
+            Err(cause) => {
+                self.tour.fail(cause);
                 f64::INFINITY
             }
         };
@@ -329,32 +359,26 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     }
 
     fn note_convergence(&mut self) {
-        if self.tour.converged_ms.is_none() && self.lacking().is_some_and(|(missing, _)| missing == 0) {
+        let known = self.here.and_then(|here| self.known.get(&here));
+        let is_told = known.is_some_and(|known| known.from_ms <= self.now_ms);
+        if self.tour.converged_ms.is_none() && is_told && self.in_sight().is_some_and(|(missing, _)| missing == 0) {
             self.tour.converged_ms = Some(self.now_ms);
         }
     }
 
-    /// How many objects in sight have nothing there, of how many; `None` while nobody knows what is in sight.
-    fn lacking(&self) -> Option<(usize, usize)> {
+    /// How many objects in sight have nothing there, of how many; `None` for who does not know where it is.
+    fn in_sight(&self) -> Option<(usize, usize)> {
         let known = self.here.and_then(|here| self.known.get(&here))?;
-        let missing = known
-            .objects
-            .iter()
-            .filter(|o| !o.levels.iter().any(|level| self.is_there(level)));
-        (known.from_ms <= self.now_ms).then(|| (missing.count(), known.objects.len()))
+        let is_here = |object: &&ObjectInfo| object.levels.iter().any(|level| self.is_there(level));
+        let all = known.objects.len() + known.lost;
+        Some((all - known.objects.iter().filter(is_here).count(), all))
     }
 
     fn frame(&self, t_ms: f64) -> Frame {
-        let here = self.here.and_then(|here| self.known.get(&here));
-        let objects = here.map_or(&[][..], |known| &known.objects);
-        let missing = objects
-            .iter()
-            .filter(|o| !o.levels.iter().any(|level| self.is_there(level)))
-            .count();
-        let quality = if objects.is_empty() {
-            1.0
-        } else {
-            1.0 - missing as f64 / objects.len() as f64
+        let (missing, quality) = match self.in_sight() {
+            Some((_, 0)) => (0, 1.0),
+            Some((missing, all)) => (missing, 1.0 - missing as f64 / all as f64),
+            None => (0, 0.0),
         };
         let bytes = &self.tour.bytes;
         Frame {

@@ -11,7 +11,7 @@ use glam::{DMat4, DVec3};
 
 use crate::{
     digest::{Digest, Digester},
-    source::{Material, Primitive, SourceModel, SourceScene},
+    source::{Primitive, SourceModel, SourceScene},
 };
 
 /// Positions agree that are no further apart than so many roundings of the largest coordinate …
@@ -25,15 +25,17 @@ const DIRECTIONS: f32 = 1e-4;
 #[must_use]
 pub(crate) fn share(mut scene: SourceScene) -> SourceScene {
     share_materials(&mut scene);
-    let mut alike: BTreeMap<Digest, Vec<usize>> = BTreeMap::new();
+    let mut alike: BTreeMap<(Digest, i32), Vec<usize>> = BTreeMap::new();
     let mut kept: Vec<SourceModel> = Vec::with_capacity(scene.models.len());
     let places: Vec<(usize, DVec3)> = std::mem::take(&mut scene.models)
         .into_iter()
         .map(|model| {
-            let candidates = alike.entry(digest_of(&model)).or_default();
-            let same = |number: &usize| Some((*number, translation(&kept[*number], &model)?));
-            candidates.iter().find_map(same).unwrap_or_else(|| {
-                candidates.push(kept.len());
+            let (digest, size) = (digest_of(&model), size_class(&model));
+            let near = [size - 1, size, size + 1].into_iter();
+            let mut candidates = near.filter_map(|size| alike.get(&(digest, size))).flatten();
+            let found = candidates.find_map(|number| Some((*number, translation(&kept[*number], &model)?)));
+            found.unwrap_or_else(|| {
+                alike.entry((digest, size)).or_default().push(kept.len());
                 kept.push(model);
                 (kept.len() - 1, DVec3::ZERO)
             })
@@ -52,18 +54,21 @@ pub(crate) fn share(mut scene: SourceScene) -> SourceScene {
 
 /// Lets primitives with the same material use one number for it.
 fn share_materials(scene: &mut SourceScene) {
-    let same = |a: &Material, b: &Material| {
-        a.gltf == b.gltf && a.see_through == b.see_through && a.double_sided == b.double_sided
-    };
-    let materials = &scene.materials;
-    let first = |material: usize| {
-        let found = materials[..material].iter().position(|m| same(m, &materials[material]));
-        found.unwrap_or(material)
-    };
-    let first: Vec<usize> = (0..materials.len()).map(first).collect();
+    let mut known: BTreeMap<(String, bool, bool), usize> = BTreeMap::new();
+    let numbered = scene.materials.iter().enumerate();
+    let first = numbered.map(|(number, material)| {
+        let key = (material.gltf.to_string(), material.see_through, material.double_sided);
+        *known.entry(key).or_insert(number)
+    });
+    let first: Vec<usize> = first.collect();
     for primitive in scene.models.iter_mut().flat_map(|model| &mut model.primitives) {
         primitive.material = primitive.material.map(|material| first[material]);
     }
+}
+
+/// Models that are the same have sizes in the same class or in the next: one is a hundredth of the size wide.
+fn size_class(model: &SourceModel) -> i32 {
+    (largest_edge(model).max(f32::MIN_POSITIVE).ln() * 100.0).floor() as i32
 }
 
 /// A digest of all that must agree to the bit.
@@ -142,7 +147,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::source::{Role, SourceObject};
+    use crate::source::{Material, Role, SourceObject};
 
     fn scene(models: Vec<SourceModel>) -> SourceScene {
         let objects = (0..models.len()).map(|model| SourceObject {

@@ -111,7 +111,9 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
     let decode_s = started.elapsed().as_secs_f64();
 
     let errors = publish::geometric_errors(model, &mesh, &stream, HausdorffLimits::default())?;
-    let cuts = Header::read(&stream)?.map_or(Vec::new(), |(header, _)| header.cuts);
+    // Packets of the thesis name no cuts.
+    let header = Header::read(&stream)?.filter(|_| !args.thesis);
+    let cuts = header.map_or(Vec::new(), |(header, _)| header.cuts);
     let packets = thesis::encode(&mesh);
     let (written, ext) = match (args.thesis, &packets) {
         (false, _) => (&stream, "slod"),
@@ -140,7 +142,7 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
             .transpose()?,
         vertices: mesh.positions.len(),
         triangles: mesh.triangles.len(),
-        bytes: stream.len(),
+        bytes: written.len(),
         thesis_bytes: packets.as_ref().map(Vec::len),
         object_bytes: 12 * mesh.positions.len() + 6 * mesh.triangles.len(),
         encode_s,
@@ -160,13 +162,27 @@ fn summary(meshes: &[MeshReport]) -> String {
         "mesh",
         "rung",
         "bytes so far",
-        "of object",
+        "of 12 B, 6 B",
         "triangles",
         "error",
         "RMS error",
     ];
     let mut rows = Vec::new();
     for mesh in meshes {
+        if mesh.rungs.is_empty() {
+            let share = percent(mesh.bytes as f64 / mesh.object_bytes as f64);
+            let triangles = mesh.triangles.to_string();
+            let blank = String::new;
+            rows.push(vec![
+                mesh.mesh.clone(),
+                "all".to_owned(),
+                bytes(mesh.bytes as u64),
+                share,
+                triangles,
+                blank(),
+                blank(),
+            ]);
+        }
         for (number, rung) in mesh.rungs.iter().enumerate() {
             rows.push(vec![
                 if number == 0 { mesh.mesh.clone() } else { String::new() },

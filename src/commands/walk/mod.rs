@@ -63,6 +63,8 @@ pub(super) struct Args {
 
 /// Made-up walks are as fast as people, in metres a second.
 const WALKING_MPS: f64 = 5.0 / 3.6;
+/// No walk takes longer, in seconds.
+const LONGEST_S: f64 = 86_400.0;
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.tree.contains("://") {
@@ -116,10 +118,11 @@ async fn walk<S: ByteSource + Clone + 'static>(args: Args, source: S) -> anyhow:
             "not every visitor ever had all that can be seen from the first cell: {} was asked for",
             percent(least)
         );
+        let mean = outcome.quality.mean.unwrap_or(1.0);
         anyhow::ensure!(
-            outcome.quality.mean >= least,
+            mean >= least,
             "the mean download quality is {}, less than {}",
-            percent(outcome.quality.mean),
+            percent(mean),
             percent(least)
         );
     }
@@ -135,13 +138,19 @@ async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Resu
         let script = args
             .speed
             .map_or(script.clone(), |speed_mps| script.at_speed(speed_mps));
+        let [from_ms, to_ms] = script.times_ms();
+        anyhow::ensure!(
+            to_ms - from_ms <= 1000.0 * LONGEST_S,
+            "{shown} takes {:.0} s at this speed; a walk takes at most {LONGEST_S}, a day",
+            (to_ms - from_ms) / 1000.0
+        );
         return Ok((0..args.sessions)
             .map(|number| script.later(f64::from(number) * 1000.0))
             .collect());
     }
     anyhow::ensure!(
-        args.duration.is_finite() && args.duration > 0.0,
-        "--duration must be a number of seconds above 0"
+        args.duration > 0.0 && args.duration <= LONGEST_S,
+        "--duration must be a number of seconds above 0 and at most {LONGEST_S}, a day"
     );
     let scene = Client::new(source.clone()).open(&args.scene).await?;
     let speed_mps = args.speed.unwrap_or(WALKING_MPS);
@@ -160,13 +169,14 @@ fn summary(outcome: &Outcome) -> String {
         |seconds| format!("after {seconds:.1} s"),
     );
     let quality = &outcome.quality;
+    let shown = |share: Option<f64>| share.map_or_else(|| "no frame".to_owned(), percent);
     let mut rows = vec![
         row("visitors, frames", format!("{}, {}", outcome.sessions, outcome.frames)),
         row("all of the first cell there", converged),
-        row("download quality since, mean", percent(quality.mean)),
+        row("download quality since, mean", shown(quality.mean)),
         row(
             "  … the worst of twenty, and of all frames",
-            format!("{}, {}", percent(quality.p5), percent(quality.min)),
+            format!("{}, {}", shown(quality.p5), shown(quality.min)),
         ),
         row(
             "objects in sight without any level, summed over frames",
@@ -182,7 +192,9 @@ fn summary(outcome: &Outcome) -> String {
         ),
     ];
     if outcome.failures > 0 {
-        rows.push(row("could not be fetched", outcome.failures.to_string()));
+        rows.push(row("could not be read", outcome.failures.to_string()));
+        let firsts = outcome.first_failures.iter().enumerate();
+        rows.extend(firsts.map(|(i, cause)| row(if i == 0 { "  … first" } else { "" }, cause.clone())));
     }
     table(&["", ""], &rows).trim_start_matches('\n').to_owned()
 }

@@ -13,7 +13,7 @@
 //!
 //! Guarantee: a segment that meets a body and starts outside the part crosses a face that hides, seen from its front
 //! (or from any side if the part hides from both). Bodies are smaller by a margin, which turns rounding into
-//! overestimate. An eye inside opaque matter is no eye: sight lines from there are not looked at.
+//! overestimate. Eyes inside a part are no business of its bodies: see `visibility/within.rs`.
 
 use std::collections::BTreeMap;
 

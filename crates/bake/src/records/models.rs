@@ -10,7 +10,9 @@ use belvedere_scene::{
 use rayon::prelude::*;
 
 use super::{
-    BakeError, rules,
+    BakeError,
+    packs::MOST_PACK_BYTES,
+    rules,
     sink::{BlobSink, Ledger, SinkError},
     smooth,
 };
@@ -25,7 +27,7 @@ use crate::{
 /// The levels of every model, stored; models keep their order.
 pub struct Models {
     pub(super) models: Vec<Model>,
-    /// The GLB of each one's coarsest level.
+    /// The GLB of each one's coarsest level; nothing where it is too large for a pack.
     pub(super) coarsest_glb: Vec<Vec<u8>>,
     /// Every object that they are made of with its size.
     pub(super) blobs: Vec<(BlobName, u64)>,
@@ -171,7 +173,10 @@ fn write_level(
         image_uri: &|image| pictures.at(image, level.geometric_error).url.to_string(),
     };
     let glb = glb::write(&input, lattice.of_error(level.geometric_error));
-    last_glb.clone_from(&glb.bytes);
+    last_glb.clear();
+    if glb.bytes.len() as u64 <= MOST_PACK_BYTES {
+        last_glb.extend_from_slice(&glb.bytes);
+    }
     let (url, bytes) = ledger.put("glb", glb.bytes)?;
     let geometric_error = level.geometric_error + glb.rounding;
     Ok(Level {

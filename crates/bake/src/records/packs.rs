@@ -35,7 +35,7 @@ const FEW_REQUESTS: f64 = 8.0;
 /// … more bytes are wasted to save some, up to this share of all bytes that cells fetch.
 const MOST_WASTE: f64 = 0.05;
 /// A pack is no larger than this, so that a picture can be drawn before all of it is there.
-const MOST_PACK_BYTES: u64 = 256 << 10;
+pub(super) const MOST_PACK_BYTES: u64 = 256 << 10;
 /// So many groups are compared with each other; in a world of more, neighbours only.
 const MOST_GROUPS: usize = 1024;
 

@@ -4,6 +4,9 @@
 //! need not be drawn; and where several bodies that touch fill one solid, it looks through all of them. So none of these
 //! hides anything from a region that reaches into one. Cells do reach into things: a city's houses stand off the grid that
 //! cells are cut on, and rooms are furnished.
+//!
+//! Limit: what is known of a solid are its bodies. An eye in what they leave of a shape that is not convex is taken for an eye
+//! outside.
 
 use glam::Vec3A;
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
