@@ -113,6 +113,14 @@ fn what_is_lost_is_not_there_and_the_walk_goes_on() {
         (&Value::Null, &201.into()),
         "{blind}"
     );
-    let message = data.fails(&["walk", tree, "--scene", "rooms", "--min-quality", "1%"]);
+    assert!(
+        blind["first_failures"][0]
+            .as_str()
+            .is_some_and(|cause| cause.contains(".cell")),
+        "{blind}"
+    );
+    let way = data.write("way.jsonl", THROUGH_THE_DOOR);
+    let way = way.to_str().expect("UTF-8");
+    let message = data.fails(&["walk", tree, "--scene", "rooms", "--script", way, "--min-quality", "1%"]);
     assert!(message.contains("not every visitor ever had all"), "{message}");
 }
