@@ -125,3 +125,20 @@ fn what_is_written_as_a_plain_glb_is_read_as_the_same_scene() {
     assert_eq!(again.scene.materials[0].gltf, scene.materials[0].gltf);
     assert_eq!(again.defects.iter().count(), 0);
 }
+
+#[test]
+fn a_gltf_file_and_rules_that_place_each_other_end_whatever_the_rules_are_called() {
+    for name in ["rules.txt", "x.DCG", "rules.dcg"] {
+        let mut gltf = Gltf::triangle();
+        gltf.push(
+            "nodes",
+            json!({"name": "grows", "extras": {"belvedere": {"procedural": name}}}),
+        );
+        gltf.json["scenes"][0]["nodes"] = json!([0, 1]);
+        let files = [("b.gltf", gltf.glb()), (name, b"model \"b.gltf\"".to_vec())];
+        let imported = read("b.gltf", gltf.glb(), &files).unwrap();
+        assert_eq!(names(&imported), ["n", "grows/n"], "{name}");
+        let left_out = "rules in a file that rules place: not grown";
+        assert_eq!(imported.defects.count(left_out), 1, "{name}");
+    }
+}
