@@ -22,7 +22,7 @@ export interface Amounts {
   /** Triangles, each part counted once. */
   triangles: number;
   parts: number;
-  /** Parts placed, counting again whatever they contain. */
+  /** Parts, glTF files and viewpoints placed, counting again whatever they contain. */
   placements: number;
   materials: number;
 }

@@ -32,7 +32,7 @@ pub struct Limits {
     pub triangles: u64,
     /// Parts: pieces of geometry that can be placed often.
     pub parts: u64,
-    /// Parts placed, counting again whatever they contain.
+    /// Parts, glTF files and viewpoints placed, counting again whatever they contain.
     pub placements: u64,
     /// Different materials.
     pub materials: u64,
@@ -65,7 +65,7 @@ pub struct Usage {
     pub triangles: u64,
     /// Parts.
     pub parts: u64,
-    /// Parts placed.
+    /// Parts, glTF files and viewpoints placed.
     pub placements: u64,
     /// Materials.
     pub materials: u64,

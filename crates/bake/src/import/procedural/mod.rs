@@ -67,7 +67,7 @@ pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) ->
     let mut defects = Defects::default();
     let texts = program.files().map(|(name, text)| (name.to_owned(), text.to_owned()));
     let rules = (Arc::new(texts.collect()), settings.seed);
-    let scene = scene::scene_of(&grown, &rules, &mut |model| {
+    let scene = scene::scene_of(&grown, &rules, ground.limits, &mut |model| {
         let imported = beside.import(model, ground)?;
         defects.absorb(imported.defects);
         Ok(imported.scene)
