@@ -129,6 +129,16 @@ it("writes nothing without a radius, and of a wire in a profile only its ends", 
   }
 });
 
+it("refuses lists that are too deep, however they were put together", () => {
+  const lets = Array.from({ length: 40_000 }, (_, i) => `let a${i + 1} = [a${i}]`);
+  const text = `let a0 = 1\n${lets.join("\n")}`;
+  const said = "test.dcg, line 66, column 11: more than 64 lists inside each other; make it smaller";
+  expect(() => grow(readProgram("test.dcg", text, () => ""))).toThrow(said);
+  const nested = (depth: number) => JSON.parse(`${"[".repeat(depth)}1${"]".repeat(depth)}`);
+  expect(valueFromJson(nested(64))).toMatchObject({ depth: 64 });
+  expect(valueFromJson(nested(65))).toBeUndefined();
+});
+
 /** The same numbers in every run, up to `below`. */
 function randomNumbers(seed: number): (below: number) => number {
   let state = seed;

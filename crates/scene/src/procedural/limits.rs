@@ -10,6 +10,8 @@ pub const MAX_MODULES: usize = 256;
 pub const MAX_NESTING: u32 = 96;
 /// Most numbers in one list, those of lists inside of it included.
 pub const MAX_LIST: usize = 1 << 16;
+/// Most lists inside each other in a value.
+pub const MAX_LIST_DEPTH: u32 = 64;
 /// Most corners of a polygon.
 pub const MAX_CORNERS: usize = 256;
 /// Most sides of a round solid.
