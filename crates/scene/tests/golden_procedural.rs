@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
 /// Wrong in one way each.
-const MISTAKES: [&str; 45] = [
+const MISTAKES: [&str; 47] = [
     "rule branch() {}\n  brnach()",
     "box(1, 1, dpth = 1)",
     "box(1, 1)",
@@ -60,6 +60,8 @@ const MISTAKES: [&str; 45] = [
     "move(1.25e95, 0, -3e-9) box(1, 1, 1)",
     "let a = [1][-1e-9]",
     "part p() within [-1, 0, -1] to [1, 1, 1] { turn(30) move(0.5, 0, 0) cone(0.6, 1) }\np()",
+    "part a(n) {\n  viewpoint \"v\" if n { for i in 90 a(n - 1) } } a(3)",
+    "part a(n) {\n  model \"m.glb\" if n { for i in 90 a(n - 1) } } a(3)",
 ];
 
 fn folder() -> PathBuf {

@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::Path;
 
-use belvedere_scene::procedural::{Limits, Loader, NoImports, Program, Settings, bounds, grow};
+use belvedere_scene::procedural::{Limits, Loader, NoImports, Program, Settings, Value, bounds, grow};
 use proptest::prelude::*;
 
 /// Words of the language and of the golden rules, so that much of what is made up can be read.
@@ -127,6 +127,18 @@ fn try_text(text: &str, loader: &dyn Loader) -> Result<(), TestCaseError> {
 fn golden(name: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/procedural");
     fs::read_to_string(folder.join(name)).unwrap()
+}
+
+#[test]
+fn lists_that_are_too_deep_are_refused_however_they_were_put_together() {
+    let lets: String = (0..40_000).map(|i| format!("let a{} = [a{i}]\n", i + 1)).collect();
+    let program = Program::read("test.dcg", format!("let a0 = 1\n{lets}"), &NoImports).unwrap();
+    let error = grow(&program, &settings()).unwrap_err().to_string();
+    let said = "test.dcg, line 66, column 11: more than 64 lists inside each other; make it smaller";
+    assert!(error.starts_with(said), "{error}");
+    let nested = |depth| format!("{}1{}", "[".repeat(depth), "]".repeat(depth)).parse().unwrap();
+    assert!(Value::from_json(&nested(64)).is_some());
+    assert!(Value::from_json(&nested(65)).is_none());
 }
 
 proptest! {

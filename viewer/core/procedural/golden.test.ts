@@ -116,6 +116,29 @@ it("grows a part alone as it is in the whole", () => {
   expect(materials[meshes[0]?.material ?? 0]?.name).toBe("wood");
 });
 
+it("writes nothing without a radius, and of a wire in a profile only its ends", () => {
+  const meshes = (text: string) => grow(readProgram("test.dcg", text, () => "")).parts[0]?.meshes;
+  const nothing = "sphere(0, 256) cone(0, 1) cylinder(0, 2) for s in 2 lathe([[0, 0], [0, 1], [0, 2]], smooth = s)";
+  expect(meshes(nothing)).toEqual([]);
+  const profile = "[[0, 0], [0, 1], [0, 2], [1, 3], [0, 4], [0, 5], [0, 6], [1, 7]]";
+  for (const [smooth, vertices] of [
+    [0, 3 * 2 * 8],
+    [1, 5 * 8],
+  ]) {
+    expect(meshes(`lathe(${profile}, 8, ${smooth})`)).toMatchObject([{ vertices, triangles: 3 * 8 }]);
+  }
+});
+
+it("refuses lists that are too deep, however they were put together", () => {
+  const lets = Array.from({ length: 40_000 }, (_, i) => `let a${i + 1} = [a${i}]`);
+  const text = `let a0 = 1\n${lets.join("\n")}`;
+  const said = "test.dcg, line 66, column 11: more than 64 lists inside each other; make it smaller";
+  expect(() => grow(readProgram("test.dcg", text, () => ""))).toThrow(said);
+  const nested = (depth: number) => JSON.parse(`${"[".repeat(depth)}1${"]".repeat(depth)}`);
+  expect(valueFromJson(nested(64))).toMatchObject({ depth: 64 });
+  expect(valueFromJson(nested(65))).toBeUndefined();
+});
+
 /** The same numbers in every run, up to `below`. */
 function randomNumbers(seed: number): (below: number) => number {
   let state = seed;

@@ -5,6 +5,8 @@ export const MAX_MODULES = 256;
 export const MAX_NESTING = 96;
 export const MAX_CHAIN = 64;
 export const MAX_LIST = 2 ** 16;
+/** Most lists inside each other in a value. */
+export const MAX_LIST_DEPTH = 64;
 export const MAX_CORNERS = 256;
 export const MAX_SIDES = 256;
 export const MAX_STEPS = 4096;
@@ -22,7 +24,7 @@ export interface Amounts {
   /** Triangles, each part counted once. */
   triangles: number;
   parts: number;
-  /** Parts placed, counting again whatever they contain. */
+  /** Parts, glTF files and viewpoints placed, counting again whatever they contain. */
   placements: number;
   materials: number;
 }

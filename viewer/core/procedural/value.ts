@@ -1,10 +1,13 @@
 /** What can be computed with? Numbers, and lists of them, which are never changed. */
+import { MAX_LIST_DEPTH } from "./limits.ts";
 import { step, stepNumber } from "./random.ts";
 
 export interface List {
   readonly items: readonly Value[];
   /** How many numbers and lists the items are with all that is inside of them. */
   readonly size: number;
+  /** How many lists are inside each other, itself included. */
+  readonly depth: number;
 }
 
 export type Value = number | List;
@@ -13,7 +16,9 @@ export type Value = number | List;
 export type JsonValue = number | readonly JsonValue[];
 
 export function listOf(items: readonly Value[]): List {
-  return { items, size: items.reduce((sum: number, item) => sum + sizeOf(item), 0) };
+  const size = items.reduce((sum: number, item) => sum + sizeOf(item), 0);
+  const depth = 1 + items.reduce((most: number, item) => Math.max(most, depthOf(item)), 0);
+  return { items, size, depth };
 }
 
 /** Numbers and lists in it, itself included. */
@@ -21,12 +26,19 @@ export function sizeOf(value: Value): number {
   return typeof value === "number" ? 1 : value.size + 1;
 }
 
-/** The same value as JSON says it; `undefined` for anything else. */
+/** Lists inside each other. */
+export function depthOf(value: Value): number {
+  return typeof value === "number" ? 0 : value.depth;
+}
+
+/** The same value as JSON says it; `undefined` for anything else, and for too many lists inside each other. */
 export function valueFromJson(json: unknown): Value | undefined {
   if (typeof json === "number") return Number.isFinite(json) ? json : undefined;
   if (!Array.isArray(json)) return undefined;
   const items = json.map(valueFromJson);
-  return items.some((item) => item === undefined) ? undefined : listOf(items as Value[]);
+  if (items.some((item) => item === undefined)) return undefined;
+  const list = listOf(items as Value[]);
+  return list.depth > MAX_LIST_DEPTH ? undefined : list;
 }
 
 /** What tells values apart. Adding 0 turns −0 into 0. */

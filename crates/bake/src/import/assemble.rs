@@ -12,7 +12,7 @@ use super::procedural::{self, Ground, Nursery, Planting};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
 use super::{ImportError, Limits, materials};
-use crate::progress::{Progress, Stage};
+use crate::progress::Stage;
 use crate::source::{AuthoredShape, Role, SourceModel, SourceObject, SourceScene};
 
 /// How many defects a refusal lists.
@@ -34,12 +34,9 @@ struct Assembly<'r, 'a> {
     has_targets: BTreeMap<usize, bool>,
 }
 
-/// Reads everything that the document's scene draws.
-pub(super) fn assemble(
-    reader: &mut Reader,
-    limits: &Limits,
-    progress: &dyn Progress,
-) -> Result<SourceScene, ImportError> {
+/// Reads everything that the document's scene draws; what rules grow at its nodes, where they may.
+pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) -> Result<SourceScene, ImportError> {
+    let Ground { limits, progress, .. } = ground;
     let animations = reader.root.length("animations") as u64;
     reader
         .defects
@@ -88,13 +85,12 @@ pub(super) fn assemble(
     leave_out_unused_models(&mut scene);
     materials::read_used(reader, &mut scene)?;
     let mut nursery = Nursery::default();
-    let files = reader.files;
-    let ground = Ground {
-        files,
-        limits,
-        progress,
-    };
     for planting in &plantings {
+        if !nodes_grow {
+            let kind = "rules in a file that rules place: not grown";
+            reader.defects.note(kind, 1, || planting.node.clone());
+            continue;
+        }
         nursery.plant(&mut scene, planting, (&mut reader.defects, ground))?;
     }
     if scene.objects.is_empty() {

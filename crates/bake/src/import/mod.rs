@@ -127,29 +127,36 @@ pub fn import(
     limits: &Limits,
     progress: &dyn Progress,
 ) -> Result<Imported, ImportError> {
-    let mut budget = Budget::new(limits);
+    let ground = Ground {
+        files,
+        limits,
+        progress,
+    };
+    import_on(ground, file_name, bytes, true)
+}
+
+/// As [`import`]; `nodes_grow` says whether nodes may grow rules. In a file that rules place they may not, or the two could
+/// place each other for ever.
+fn import_on(ground: Ground, file_name: &str, bytes: Vec<u8>, nodes_grow: bool) -> Result<Imported, ImportError> {
+    let mut budget = Budget::new(ground.limits);
     budget.claim(bytes.len(), 1, || file_name.to_owned())?;
     if file_name.ends_with(".plan") {
-        return read_plan(&bytes, progress);
+        return read_plan(&bytes, ground.progress);
     }
     if file_name.ends_with(".dcg") {
-        return procedural::read(
-            file_name,
-            bytes,
-            Ground {
-                files,
-                limits,
-                progress,
-            },
-        );
+        return procedural::read(file_name, bytes, ground);
     }
     if detect(file_name, &bytes) != Format::Zip {
-        return Document::open(file_name, bytes, &mut budget)?.read(files, budget, (limits, progress));
+        return Document::open(file_name, bytes, &mut budget)?.read(ground, budget, nodes_grow);
     }
     let archive = Archive::open(bytes)?;
     let main = archive.read_main(budget.left_bytes())?;
     budget.claim(main.len(), 1, || archive.main_path().to_owned())?;
-    Document::open(archive.main_path(), main, &mut budget)?.read(&archive, budget, (limits, progress))
+    let inside = Ground {
+        files: &archive,
+        ..ground
+    };
+    Document::open(archive.main_path(), main, &mut budget)?.read(inside, budget, nodes_grow)
 }
 
 /// Reads a floor plan, see [`plan`].
@@ -198,21 +205,16 @@ impl Document {
         }
     }
 
-    fn read(
-        self,
-        files: &dyn SourceFiles,
-        budget: Budget,
-        (limits, progress): (&Limits, &dyn Progress),
-    ) -> Result<Imported, ImportError> {
+    fn read(self, ground: Ground, budget: Budget, nodes_grow: bool) -> Result<Imported, ImportError> {
         check_version(&self.json)?;
         check_required(&self.json)?;
-        let mut reader = Reader::new(&self.json, self.bin, files, budget);
+        let mut reader = Reader::new(&self.json, self.bin, ground.files, budget);
         reader.defects.note(
             "GLB shorter than it says: read as far as it goes",
             u64::from(self.bin_cut_off),
             || "binary chunk".into(),
         );
-        let scene = assemble::assemble(&mut reader, limits, progress)?;
+        let scene = assemble::assemble(&mut reader, ground, nodes_grow)?;
         Ok(Imported {
             scene,
             defects: reader.defects,

@@ -10,6 +10,8 @@ pub const MAX_MODULES: usize = 256;
 pub const MAX_NESTING: u32 = 96;
 /// Most numbers in one list, those of lists inside of it included.
 pub const MAX_LIST: usize = 1 << 16;
+/// Most lists inside each other in a value.
+pub const MAX_LIST_DEPTH: u32 = 64;
 /// Most corners of a polygon.
 pub const MAX_CORNERS: usize = 256;
 /// Most sides of a round solid.
@@ -32,7 +34,7 @@ pub struct Limits {
     pub triangles: u64,
     /// Parts: pieces of geometry that can be placed often.
     pub parts: u64,
-    /// Parts placed, counting again whatever they contain.
+    /// Parts, glTF files and viewpoints placed, counting again whatever they contain.
     pub placements: u64,
     /// Different materials.
     pub materials: u64,
@@ -65,7 +67,7 @@ pub struct Usage {
     pub triangles: u64,
     /// Parts.
     pub parts: u64,
-    /// Parts placed.
+    /// Parts, glTF files and viewpoints placed.
     pub placements: u64,
     /// Materials.
     pub materials: u64,

@@ -118,6 +118,21 @@ fn normals_agree_with_the_way_round() {
 }
 
 #[test]
+fn what_has_no_radius_writes_nothing_and_a_wire_in_a_profile_only_its_ends() {
+    let nothing = "sphere(0, 256) cone(0, 1) cylinder(0, 2) for s in 2 lathe([[0, 0], [0, 1], [0, 2]], smooth = s)";
+    let model = grown(nothing);
+    assert!(model.parts[0].meshes.is_empty());
+    assert_eq!(model.parts[0].bounds.max[1], 2.0);
+    for smooth in [0, 1] {
+        let profile = "[[0, 0], [0, 1], [0, 2], [1, 3], [0, 4], [0, 5], [0, 6], [1, 7]]";
+        let model = grown(&format!("lathe({profile}, 8, {smooth})"));
+        let mesh = &model.parts[0].meshes[0];
+        assert_eq!(mesh.indices.len(), 3 * 3 * 8);
+        assert_eq!(mesh.positions.len(), if smooth == 1 { 5 * 8 } else { 3 * 2 * 8 });
+    }
+}
+
+#[test]
 fn equal_parts_are_shared_and_unequal_ones_are_not() {
     let model = grown("part post(h) { cylinder(0.1, h) } for i in 100 move(i, 0, 0) post(1 + mod(i, 2))");
     assert_eq!(model.parts.len(), 3);

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::limits::MAX_LIST_DEPTH;
 use super::random::{step, step_number};
 
 /// A number or a list. Lists are shared, never changed.
@@ -9,8 +10,17 @@ use super::random::{step, step_number};
 pub enum Value {
     /// Finite.
     Number(f64),
-    /// Items, and how many numbers and lists they are with all that is inside of them.
-    List(Arc<[Value]>, usize),
+    /// Items, and how much they are with all that is inside of them.
+    List(Arc<[Value]>, Extent),
+}
+
+/// How much a list is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Extent {
+    /// Numbers and lists in it, without itself.
+    size: usize,
+    /// Lists inside each other, itself included. Bounds the machine's stack wherever a value is gone through.
+    depth: u32,
 }
 
 impl Value {
@@ -18,7 +28,8 @@ impl Value {
     #[must_use]
     pub fn list(items: Vec<Self>) -> Self {
         let size = items.iter().map(Self::size).fold(0, usize::saturating_add);
-        Self::List(items.into(), size)
+        let depth = items.iter().map(Self::depth).max().unwrap_or(0).saturating_add(1);
+        Self::List(items.into(), Extent { size, depth })
     }
 
     /// A list of numbers.
@@ -30,15 +41,27 @@ impl Value {
     pub(super) fn size(&self) -> usize {
         match self {
             Self::Number(_) => 1,
-            Self::List(_, size) => size.saturating_add(1),
+            Self::List(_, extent) => extent.size.saturating_add(1),
         }
     }
 
-    /// The same value as JSON says it: a number, or an array of values; `None` for anything else.
+    /// Lists inside each other.
+    pub(super) fn depth(&self) -> u32 {
+        match self {
+            Self::Number(_) => 0,
+            Self::List(_, extent) => extent.depth,
+        }
+    }
+
+    /// The same value as JSON says it: a number, or an array of values; `None` for anything else, and for more than
+    /// [`MAX_LIST_DEPTH`] lists inside each other.
     #[must_use]
     pub fn from_json(json: &serde_json::Value) -> Option<Self> {
         match json {
-            serde_json::Value::Array(items) => items.iter().map(Self::from_json).collect::<Option<_>>().map(Self::list),
+            serde_json::Value::Array(items) => {
+                let list = Self::list(items.iter().map(Self::from_json).collect::<Option<_>>()?);
+                (list.depth() <= MAX_LIST_DEPTH).then_some(list)
+            }
             _ => json.as_f64().filter(|number| number.is_finite()).map(Self::Number),
         }
     }

@@ -17,7 +17,7 @@ import { Terminals } from "./terminals.ts";
 /** What is known of a part besides its geometry. */
 interface Account {
   finished: boolean;
-  /** Parts placed in it, with all that they contain. */
+  /** Parts, glTF files and viewpoints placed in it, with all that they contain. */
   placements: number;
 }
 
@@ -267,11 +267,16 @@ export abstract class Calls extends Terminals {
     this.part = outer;
   }
 
-  private placeKnown(scope: Scope, at: At, turtle: Turtle, part: number): void {
+  /** Counts what is placed in the part that is being made. */
+  protected countPlacements(scope: Scope, at: At, placements: number): void {
     const account = this.account(this.part);
-    account.placements += 1 + this.account(part).placements;
+    account.placements += placements;
     const limit = this.limits.placements;
     if (account.placements > limit) throw this.error(scope.module, at, reached("placements", limit));
+  }
+
+  private placeKnown(scope: Scope, at: At, turtle: Turtle, part: number): void {
+    this.countPlacements(scope, at, 1 + this.account(part).placements);
     const outer = this.parts[this.part] as Part;
     outer.placements.push({ part, frame: turtle.frame });
     outer.bounds = union(outer.bounds, placedBounds((this.parts[part] as Part).bounds, turtle.frame));

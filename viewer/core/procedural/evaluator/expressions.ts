@@ -1,7 +1,7 @@
 /** What is the value of an expression? As `crates/scene/src/procedural/evaluator/expression.rs`. */
 import { atan2, power, sinCos } from "../arithmetic.ts";
 import { DIVISION_BY_ZERO, outOfRange, shown } from "../error.ts";
-import { MAX_LIST, reached } from "../limits.ts";
+import { MAX_LIST, MAX_LIST_DEPTH, reached } from "../limits.ts";
 import { fraction, noise, step } from "../random.ts";
 import type { At, BuiltIn, Expr, Operator } from "../syntax.ts";
 import { type List, listOf, sizeOf, type Value } from "../value.ts";
@@ -97,6 +97,9 @@ export abstract class Expressions extends State {
   private limited(scope: Scope, at: At, items: Value[]): List {
     const list = listOf(items);
     if (sizeOf(list) > MAX_LIST) throw this.error(scope.module, at, reached("numbers in a list", MAX_LIST));
+    if (list.depth > MAX_LIST_DEPTH) {
+      throw this.error(scope.module, at, reached("lists inside each other", MAX_LIST_DEPTH));
+    }
     return list;
   }
 

@@ -95,9 +95,11 @@ class Evaluator extends Calls {
         this.add(scope, statement.at, turtle, this.solid(scope, statement.at, statement.solid, statement.args));
         return;
       case "viewpoint":
+        this.countPlacements(scope, 0, 1);
         (this.parts[this.part] as Part).viewpoints.push({ name: statement.name, frame: turtle.frame });
         return;
       case "model":
+        this.countPlacements(scope, 0, 1);
         (this.parts[this.part] as Part).models.push({ path: statement.path, frame: turtle.frame });
         return;
       case "for":

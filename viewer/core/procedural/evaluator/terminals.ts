@@ -23,8 +23,10 @@ export abstract class Terminals extends Expressions {
   protected add(scope: Scope, at: At, { frame, material }: Turtle, solid: Solid): void {
     const part = this.parts[this.part] as Part;
     part.bounds = union(part.bounds, placedBounds(extentOf(solid), frame));
+    const most = mostTriangles(solid);
+    if (most === 0) return;
     const limit = this.limits.triangles;
-    if (this.usage.triangles + mostTriangles(solid) > limit) {
+    if (this.usage.triangles + most > limit) {
       throw this.error(scope.module, at, reached("triangles", limit));
     }
     const { meshes } = part;

@@ -89,12 +89,19 @@ function circleOf(sides: number): Circle {
   return circle;
 }
 
-/** Joins each ring to the next; where one has no radius, with triangles. */
+/**
+ * Joins each ring to the next; where one has no radius, with triangles. A ring without triangles is not written, so that
+ * there are never more than twice as many vertices as triangles.
+ */
 function strip(writer: Writer, circle: Circle, rings: readonly Ring[]): void {
   const sides = circle.length;
   let under = 0;
   let lower: Ring | undefined;
-  for (const ring of rings) {
+  for (const [i, ring] of rings.entries()) {
+    if (rings.slice(Math.max(i - 1, 0), i + 2).every((near) => near.radius === 0)) {
+      lower = undefined;
+      continue;
+    }
     let first = 0;
     circle.forEach(([x, z], side) => {
       const normal = writer.normal([ring.out * x, ring.up, ring.out * z]);

@@ -54,11 +54,11 @@ export function mostTriangles(solid: Solid): number {
     case "box":
       return 12;
     case "cone":
-      return 4 * solid.sides;
+      return solid.low === 0 && solid.high === 0 ? 0 : 4 * solid.sides;
     case "sphere":
-      return solid.sides * solid.sides;
+      return solid.radius === 0 ? 0 : solid.sides * solid.sides;
     case "lathe":
-      return 2 * solid.profile.length * solid.sides;
+      return solid.profile.every(([radius]) => radius === 0) ? 0 : 2 * solid.profile.length * solid.sides;
     case "prism":
       return 4 * solid.footprint.length;
     case "mesh":

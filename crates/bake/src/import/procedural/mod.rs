@@ -67,7 +67,7 @@ pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) ->
     let mut defects = Defects::default();
     let texts = program.files().map(|(name, text)| (name.to_owned(), text.to_owned()));
     let rules = (Arc::new(texts.collect()), settings.seed);
-    let scene = scene::scene_of(&grown, &rules, &mut |model| {
+    let scene = scene::scene_of(&grown, &rules, ground.limits, &mut |model| {
         let imported = beside.import(model, ground)?;
         defects.absorb(imported.defects);
         Ok(imported.scene)
@@ -128,7 +128,7 @@ impl Beside<'_> {
         })
     }
 
-    /// A glTF file that rules place. Rules in it are not grown, or two files could place each other for ever.
+    /// A glTF file that rules place. Rules in it are not grown.
     fn import(&self, relative: &str, ground: Ground) -> Result<Imported, ImportError> {
         let missing = |reason: String| ImportError::ModelOfRules {
             model: relative.to_owned(),
@@ -147,7 +147,15 @@ impl Beside<'_> {
             folder,
             files: self.files,
         };
-        super::import(&path, bytes, &files, ground.limits, ground.progress)
+        super::import_on(
+            Ground {
+                files: &files,
+                ..ground
+            },
+            &path,
+            bytes,
+            false,
+        )
     }
 }
 
@@ -164,7 +172,7 @@ impl Loader for Beside<'_> {
     }
 }
 
-/// The files of a folder below the source's, without rules.
+/// The files of a folder below the source's.
 struct Below<'a> {
     folder: &'a str,
     files: &'a dyn SourceFiles,
@@ -172,10 +180,9 @@ struct Below<'a> {
 
 impl SourceFiles for Below<'_> {
     fn read(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
-        match relative.ends_with(".dcg") {
-            true => Err(FileError::Denied),
-            false if self.folder.is_empty() => self.files.read(relative, max_bytes),
-            false => self.files.read(&format!("{}/{relative}", self.folder), max_bytes),
+        if self.folder.is_empty() {
+            return self.files.read(relative, max_bytes);
         }
+        self.files.read(&format!("{}/{relative}", self.folder), max_bytes)
     }
 }

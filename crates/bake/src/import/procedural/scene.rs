@@ -8,8 +8,9 @@ use glam::{DMat4, DVec3, Vec3};
 use serde_json::json;
 
 use super::absorb::absorb;
-use crate::import::ImportError;
+use crate::import::limits::Budget;
 use crate::import::topology::compact;
+use crate::import::{ImportError, Limits};
 use crate::source::{
     AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceRecipe, SourceScene, SourceViewpoint,
     Topology,
@@ -21,8 +22,14 @@ type Import<'i> = &'i mut dyn FnMut(&str) -> Result<SourceScene, ImportError>;
 /// The texts of all files, and the seed.
 type Rules = (Arc<BTreeMap<String, String>>, u32);
 
-/// The scene that a model makes.
-pub(super) fn scene_of(grown: &Grown, rules: &Rules, import: Import) -> Result<SourceScene, ImportError> {
+/// The scene that a model makes, within the limits: objects are counted, triangles of authored shapes take memory.
+pub(super) fn scene_of(
+    grown: &Grown,
+    rules: &Rules,
+    limits: &Limits,
+    import: Import,
+) -> Result<SourceScene, ImportError> {
+    let mut budget = Budget::new(limits);
     let mut scene = SourceScene {
         title: Some(grown.parts[0].name.clone()),
         ..SourceScene::default()
@@ -50,6 +57,7 @@ pub(super) fn scene_of(grown: &Grown, rules: &Rules, import: Import) -> Result<S
             }
             let world_from_model = world_from_part * DMat4::from_cols_array(&frame.columns());
             for object in &imported[path.as_str()] {
+                check_room(&scene, limits, path)?;
                 scene.objects.push(SourceObject {
                     source_node: names.numbered(&object.source_node),
                     world_from_object: world_from_model * object.world_from_object,
@@ -66,12 +74,16 @@ pub(super) fn scene_of(grown: &Grown, rules: &Rules, import: Import) -> Result<S
             _ => None,
         };
         if let Some(list) = authored {
+            let triangles = model.primitives.iter().map(|primitive| primitive.indices.len() / 3);
+            let name = || instance.name.to_owned();
+            budget.claim(triangles.sum(), size_of::<[DVec3; 3]>(), name)?;
             list.push(AuthoredShape {
                 node: names.numbered(instance.name),
                 triangles: placed(model, world_from_part),
             });
             continue;
         }
+        check_room(&scene, limits, instance.name)?;
         let index = *model_of[instance.part].get_or_insert_with(|| {
             scene.models.push(model.clone());
             scene.models.len() - 1
@@ -85,6 +97,16 @@ pub(super) fn scene_of(grown: &Grown, rules: &Rules, import: Import) -> Result<S
         });
     }
     Ok(scene)
+}
+
+/// Whether there may be one more object.
+fn check_room(scene: &SourceScene, limits: &Limits, place: &str) -> Result<(), ImportError> {
+    let limit = limits.max_objects;
+    if scene.objects.len() >= limit {
+        let place = place.to_owned();
+        return Err(ImportError::TooManyObjects { place, limit });
+    }
+    Ok(())
 }
 
 /// `tree`, `tree 2`, `tree 3` …

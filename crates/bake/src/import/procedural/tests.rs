@@ -85,6 +85,39 @@ fn imports_and_gltf_files_are_found_beside_the_rules() {
 }
 
 #[test]
+fn what_is_placed_is_bounded_whatever_it_is() {
+    let mut gltf = Gltf::triangle();
+    for name in ["b", "c", "d"] {
+        gltf.push("nodes", json!({"name": name, "mesh": 0}));
+    }
+    gltf.json["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+    let files = [("n.glb", gltf.glb())];
+    let placed = rules("for i in 250 model \"n.glb\"", &files).unwrap();
+    assert_eq!(placed.scene.objects.len(), 1000);
+    for (text, wanted) in [
+        (
+            "for i in 251 model \"n.glb\"",
+            "n.glb: more than 1000 objects are placed",
+        ),
+        (
+            "part a() { box(1, 1, 1) } model \"n.glb\" for i in 997 a()",
+            "a: more than 1000 objects are placed",
+        ),
+        (
+            "part a() { for i in 9 viewpoint \"v\" } for i in 101 a()",
+            "more than 1000 placements",
+        ),
+        (
+            "part a() { sphere(1, 256) } called \"cell:yard\" for i in 30 a()",
+            "cell:yard: needs",
+        ),
+    ] {
+        let error = rules(text, &files).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{text}: {error}");
+    }
+}
+
+#[test]
 fn a_gltf_node_grows_what_it_names() {
     let mut gltf = Gltf::triangle();
     let wish = |height: f64| json!({"belvedere": {"procedural": "gate.dcg", "parameters": {"height": height}}});
@@ -124,4 +157,21 @@ fn what_is_written_as_a_plain_glb_is_read_as_the_same_scene() {
     assert_eq!(again.scene.models[0].primitives, scene.models[0].primitives);
     assert_eq!(again.scene.materials[0].gltf, scene.materials[0].gltf);
     assert_eq!(again.defects.iter().count(), 0);
+}
+
+#[test]
+fn a_gltf_file_and_rules_that_place_each_other_end_whatever_the_rules_are_called() {
+    for name in ["rules.txt", "x.DCG", "rules.dcg"] {
+        let mut gltf = Gltf::triangle();
+        gltf.push(
+            "nodes",
+            json!({"name": "grows", "extras": {"belvedere": {"procedural": name}}}),
+        );
+        gltf.json["scenes"][0]["nodes"] = json!([0, 1]);
+        let files = [("b.gltf", gltf.glb()), (name, b"model \"b.gltf\"".to_vec())];
+        let imported = read("b.gltf", gltf.glb(), &files).unwrap();
+        assert_eq!(names(&imported), ["n", "grows/n"], "{name}");
+        let left_out = "rules in a file that rules place: not grown";
+        assert_eq!(imported.defects.count(left_out), 1, "{name}");
+    }
 }

@@ -3,7 +3,7 @@
 use super::{Evaluator, Outcome, Scope};
 use crate::procedural::arithmetic::{atan2, power, sin_cos};
 use crate::procedural::error::Problem;
-use crate::procedural::limits::{MAX_LIST, reached};
+use crate::procedural::limits::{MAX_LIST, MAX_LIST_DEPTH, reached};
 use crate::procedural::random::{fraction, noise, step};
 use crate::procedural::syntax::{At, BuiltIn, Expr, Operator};
 use crate::procedural::value::Value;
@@ -109,6 +109,13 @@ impl<'p> Evaluator<'p> {
         let list = Value::list(items);
         if list.size() > MAX_LIST {
             return self.error(scope.module, at, reached("numbers in a list", MAX_LIST as u64));
+        }
+        if list.depth() > MAX_LIST_DEPTH {
+            return self.error(
+                scope.module,
+                at,
+                reached("lists inside each other", MAX_LIST_DEPTH.into()),
+            );
         }
         Ok(list)
     }

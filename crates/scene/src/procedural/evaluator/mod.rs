@@ -105,7 +105,7 @@ struct ModuleInstance {
 #[derive(Debug, Clone, Copy, Default)]
 struct Account {
     finished: bool,
-    /// Parts placed in it, with all that they contain.
+    /// Parts, glTF files and viewpoints placed in it, with all that they contain.
     placements: u64,
 }
 

@@ -153,15 +153,21 @@ impl<'p> Evaluator<'p> {
         Ok(())
     }
 
-    pub(super) fn place_known(&mut self, (scope, at): (&Scope, At), turtle: &Turtle, part: usize) -> Outcome<()> {
-        let inner = self.parts[part].bounds;
-        let placements = self.accounts[part].placements.saturating_add(1);
+    /// Counts what is placed in the part that is being made.
+    pub(super) fn count_placements(&mut self, (scope, at): (&Scope, At), placements: u64) -> Outcome<()> {
         let account = &mut self.accounts[self.part];
         account.placements = account.placements.saturating_add(placements);
         let limit = self.settings.limits.placements;
-        if self.accounts[self.part].placements > limit {
+        if account.placements > limit {
             return self.error(scope.module, at, reached("placements", limit));
         }
+        Ok(())
+    }
+
+    pub(super) fn place_known(&mut self, (scope, at): (&Scope, At), turtle: &Turtle, part: usize) -> Outcome<()> {
+        let inner = self.parts[part].bounds;
+        let placements = self.accounts[part].placements.saturating_add(1);
+        self.count_placements((scope, at), placements)?;
         let outer = &mut self.parts[self.part];
         outer.placements.push(Placement {
             part,

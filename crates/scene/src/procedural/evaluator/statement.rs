@@ -64,10 +64,12 @@ impl<'p> Evaluator<'p> {
                 self.add((scope, *at), turtle, &solid)
             }
             Statement::Viewpoint(name) => {
+                self.count_placements((scope, 0), 1)?;
                 self.parts[self.part].viewpoints.push((name.clone(), turtle.frame));
                 Ok(())
             }
             Statement::Model(path) => {
+                self.count_placements((scope, 0), 1)?;
                 self.parts[self.part].models.push((path.clone(), turtle.frame));
                 Ok(())
             }

@@ -25,8 +25,12 @@ impl<'p> Evaluator<'p> {
         if self.measuring {
             return Ok(());
         }
+        let most = solid.most_triangles();
+        if most == 0 {
+            return Ok(());
+        }
         let limit = self.settings.limits.triangles;
-        if self.usage.triangles + solid.most_triangles() > limit {
+        if self.usage.triangles + most > limit {
             return self.error(scope.module, at, reached("triangles", limit));
         }
         let material = turtle.material;

@@ -157,6 +157,8 @@ impl Solid {
     /// At least as many triangles as [`Solid::write`] adds.
     pub(super) fn most_triangles(&self) -> u64 {
         match self {
+            Self::Cone { radii: [0.0, 0.0], .. } | Self::Sphere { radius: 0.0, .. } => 0,
+            Self::Lathe { profile, .. } if profile.iter().all(|[radius, _]| *radius == 0.0) => 0,
             Self::Box(_) => 12,
             Self::Cone { sides, .. } => 4 * u64::from(*sides),
             Self::Sphere { sides, .. } => u64::from(*sides) * u64::from(*sides),

@@ -84,11 +84,17 @@ fn circle(sides: u32) -> Vec<[f64; 2]> {
     (0..sides).map(direction).collect()
 }
 
-/// Joins each ring to the next; where one has no radius, with triangles.
+/// Joins each ring to the next; where one has no radius, with triangles. A ring without triangles is not written, so that
+/// there are never more than twice as many vertices as triangles.
 fn strip(writer: &mut Writer, circle: &[[f64; 2]], rings: &[Ring]) {
     let sides = circle.len() as u32;
     let mut below: Option<(u32, Ring)> = None;
-    for ring in rings {
+    for (i, ring) in rings.iter().enumerate() {
+        let around = &rings[i.saturating_sub(1)..rings.len().min(i + 2)];
+        if around.iter().all(|near| near.radius == 0.0) {
+            below = None;
+            continue;
+        }
         let mut first = 0;
         for (side, &[x, z]) in circle.iter().enumerate() {
             let normal = writer.normal([ring.normal[0] * x, ring.normal[1], ring.normal[0] * z]);
