@@ -125,7 +125,7 @@ impl Live {
         }))
     }
 
-    /// Brings back whatever outlived the server.
+    /// Brings back whatever outlived the server, but of scenes that cannot be read: theirs comes back with them.
     ///
     /// # Errors
     /// When the catalogue cannot be read.
@@ -139,8 +139,10 @@ impl Live {
             self.0.registry.skip_movers(last);
         }
         for scene in catalogue.scenes_with_kept().await? {
-            if publications.scene(&scene).is_some() {
-                ask(&self.stage(&scene), |reply| Message::Ready { reply }).await?;
+            if publications.scene(&scene).is_some()
+                && let Err(error) = ask(&self.stage(&scene), |reply| Message::Ready { reply }).await
+            {
+                tracing::warn!(%scene, %error, "what was kept of the scene is not back; it comes when the scene can be read");
             }
         }
         Ok(())
