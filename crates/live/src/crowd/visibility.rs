@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::{Crowd, quadtree::Leaf, shadow::Shadow};
+use super::{Crowd, Square, quadtree::Leaf, shadow::Shadow};
 
 /// A cell that is less solid casts no shadow.
 const LEAST_SOLIDITY: f64 = 0.02;
@@ -17,8 +17,17 @@ const HIDDEN: f64 = 1e-3;
 pub struct View {
     /// The observer's height.
     height_m: f64,
-    /// By leaf: its value, and the heights for which that holds.
-    values: BTreeMap<Leaf, (f64, [f64; 2])>,
+    values: BTreeMap<Leaf, Value>,
+}
+
+/// What is seen of a leaf.
+#[derive(Debug, Clone, Copy)]
+struct Value {
+    /// Where that was: leaves come and go, and another may have its number by now.
+    square: Square,
+    share: f64,
+    /// For which it holds.
+    heights: [f64; 2],
 }
 
 impl View {
@@ -46,7 +55,12 @@ impl View {
                     break;
                 }
             }
-            view.values.insert(leaf, (value, heights));
+            let seen = Value {
+                square: node.square,
+                share: value,
+                heights,
+            };
+            view.values.insert(leaf, seen);
             let hides = node.solidity >= LEAST_SOLIDITY && node.heights[0] <= height_m && height_m <= node.heights[1];
             if hides {
                 shadows.extend(Shadow::of(point, &node.square, node.solidity, node.heights));
@@ -60,16 +74,17 @@ impl View {
         view
     }
 
-    /// The share that one sees of somebody there: 1 where nothing is known to hide.
+    /// The share that one sees of somebody there: 1 where nothing is known to hide, such as in leaves that are newer than the view.
     #[must_use]
     pub fn of(&self, crowd: &Crowd, position: [f64; 3]) -> f64 {
         let leaf = crowd.leaf_at([position[0], position[2]]);
-        let Some((value, heights)) = self.values.get(&leaf) else {
+        let square = crowd.nodes[leaf].square;
+        let Some(seen) = self.values.get(&leaf).filter(|seen| seen.square == square) else {
             return 1.0;
         };
-        let within = |height_m: f64| heights[0] <= height_m && height_m <= heights[1];
+        let within = |height_m: f64| seen.heights[0] <= height_m && height_m <= seen.heights[1];
         if within(position[1]) && within(self.height_m) {
-            *value
+            seen.share
         } else {
             1.0
         }
@@ -133,6 +148,21 @@ mod tests {
         assert!(before < 0.7 && behind(&crowd) == 1.0, "{before}");
     }
 
+    #[test]
+    fn a_view_says_nothing_of_leaves_that_are_newer() {
+        let mut crowd = crowd(&rows(40.0, 20));
+        let view = View::from(&crowd, [20.0, 1.5, 64.0], 200.0);
+        (0..60 * 20).map(ObjectId).for_each(|object| crowd.take(object));
+        // The numbers of the leaves that are gone are used again, in front of the observer.
+        for (object, [x, z]) in (0..).map(ObjectId).zip(rows(2.0, 8)) {
+            crowd.put(object, [x, 1.5, z], 0.4);
+        }
+        for [x, z] in rows(2.0, 8) {
+            let seen = view.of(&crowd, [x, 1.5, z]);
+            assert!(seen == 1.0, "{seen} at {x}, {z}");
+        }
+    }
+
     /// The paper's rule with the share of a cell in a shadow counted by points, and shadows of all occluders, whenever they are
     /// met.
     fn by_the_letter(crowd: &Crowd, view: &View, eye: [f64; 2], target: Leaf) -> f64 {
@@ -167,11 +197,11 @@ mod tests {
         ) {
             let crowd = crowd(&people);
             let view = View::from(&crowd, [eye[0], 1.5, eye[1]], 1e9);
-            for (leaf, (value, _)) in &view.values {
-                prop_assert!((0.0..=1.0).contains(value), "{leaf}: {value}");
+            for (leaf, Value { share, .. }) in &view.values {
+                prop_assert!((0.0..=1.0).contains(share), "{leaf}: {share}");
             }
             let own = crowd.leaf_at(eye);
-            prop_assert_eq!(view.values[&own].0, 1.0, "nothing hides the observer's own cell");
+            prop_assert_eq!(view.values[&own].share, 1.0, "nothing hides the observer's own cell");
         }
 
         #[test]
@@ -182,9 +212,9 @@ mod tests {
             const LAX: f64 = 0.1;
             let crowd = crowd(&people);
             let view = View::from(&crowd, [eye[0], 1.5, eye[1]], 1e9);
-            for (leaf, (value, _)) in &view.values {
+            for (leaf, Value { share, .. }) in &view.values {
                 let least = by_the_letter(&crowd, &view, eye, *leaf);
-                prop_assert!(*value >= least - LAX, "{leaf}: {value} where the rule says {least}");
+                prop_assert!(*share >= least - LAX, "{leaf}: {share} where the rule says {least}");
             }
         }
     }
