@@ -33,7 +33,8 @@ struct Value {
 impl View {
     /// What is seen from a point, within a radius.
     #[must_use]
-    pub fn from(crowd: &Crowd, eye: [f64; 3], radius_m: f64) -> Self {
+    pub fn from(crowd: &mut Crowd, eye: [f64; 3], radius_m: f64) -> Self {
+        crowd.settle();
         let (point, height_m) = ([eye[0], eye[2]], eye[1]);
         let mut view = Self {
             height_m,
@@ -125,15 +126,15 @@ mod tests {
 
     #[test]
     fn the_deeper_in_a_crowd_the_less_is_seen_and_above_it_all() {
-        let crowd = crowd(&rows(40.0, 20));
-        let view = View::from(&crowd, [20.0, 1.5, 64.0], 200.0);
+        let mut crowd = crowd(&rows(40.0, 20));
+        let view = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0);
         let values: Vec<_> = [40.0, 50.0, 60.0, 68.0].map(|x| view.of(&crowd, [x, 1.5, 64.0])).into();
         assert!(
             values[0] > 0.9 && values[1] < 0.5 && values[2] < 0.1 && values[3] < 0.1,
             "{values:?}"
         );
         assert_eq!(view.of(&crowd, [60.0, 9.0, 64.0]), 1.0, "on a balcony");
-        let above = View::from(&crowd, [20.0, 9.0, 64.0], 200.0);
+        let above = View::from(&mut crowd, [20.0, 9.0, 64.0], 200.0);
         assert_eq!(above.of(&crowd, [68.0, 1.5, 64.0]), 1.0, "from a balcony");
         assert_eq!(view.of(&crowd, [20.0, 1.5, 100.0]), 1.0, "beside it");
     }
@@ -142,16 +143,16 @@ mod tests {
     fn who_moves_aside_uncovers_who_is_behind() {
         let mut crowd = crowd(&rows(40.0, 8));
         let eye = [20.0, 1.5, 64.0];
-        let behind = |crowd: &Crowd| View::from(crowd, eye, 200.0).of(crowd, [60.0, 1.5, 64.0]);
-        let before = behind(&crowd);
+        let behind = |crowd: &mut Crowd| View::from(crowd, eye, 200.0).of(crowd, [60.0, 1.5, 64.0]);
+        let before = behind(&mut crowd);
         (0..60 * 8).map(ObjectId).for_each(|object| crowd.take(object));
-        assert!(before < 0.7 && behind(&crowd) == 1.0, "{before}");
+        assert!(before < 0.7 && behind(&mut crowd) == 1.0, "{before}");
     }
 
     #[test]
     fn a_view_says_nothing_of_leaves_that_are_newer() {
         let mut crowd = crowd(&rows(40.0, 20));
-        let view = View::from(&crowd, [20.0, 1.5, 64.0], 200.0);
+        let view = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0);
         (0..60 * 20).map(ObjectId).for_each(|object| crowd.take(object));
         // The numbers of the leaves that are gone are used again, in front of the observer.
         for (object, [x, z]) in (0..).map(ObjectId).zip(rows(2.0, 8)) {
@@ -195,8 +196,8 @@ mod tests {
             people in prop::collection::vec([0.0..128.0f64, 0.0..128.0f64], 0..150),
             eye in [0.0..128.0f64, 0.0..128.0f64],
         ) {
-            let crowd = crowd(&people);
-            let view = View::from(&crowd, [eye[0], 1.5, eye[1]], 1e9);
+            let mut crowd = crowd(&people);
+            let view = View::from(&mut crowd, [eye[0], 1.5, eye[1]], 1e9);
             for (leaf, Value { share, .. }) in &view.values {
                 prop_assert!((0.0..=1.0).contains(share), "{leaf}: {share}");
             }
@@ -210,8 +211,8 @@ mod tests {
             eye in [0.0..30.0f64, 0.0..128.0f64],
         ) {
             const LAX: f64 = 0.1;
-            let crowd = crowd(&people);
-            let view = View::from(&crowd, [eye[0], 1.5, eye[1]], 1e9);
+            let mut crowd = crowd(&people);
+            let view = View::from(&mut crowd, [eye[0], 1.5, eye[1]], 1e9);
             for (leaf, Value { share, .. }) in &view.values {
                 let least = by_the_letter(&crowd, &view, eye, *leaf);
                 prop_assert!(*share >= least - LAX, "{leaf}: {share} where the rule says {least}");
