@@ -153,10 +153,11 @@ impl Stage {
                 reply,
             } => {
                 let created = self.world.create(object, owner, new, self.live.now_ms());
-                if stays {
+                if stays && created.is_ok() {
                     self.keeping.stay(object);
                 }
                 if reply.send(created.map_err(LiveError::from)).is_err() {
+                    self.keeping.forget(object);
                     self.world.destroy(object, self.live.now_ms());
                 }
             }
