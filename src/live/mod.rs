@@ -313,7 +313,7 @@ impl Live {
     /// Opens or closes a door of a revision, for whoever has a token of the scene.
     ///
     /// # Errors
-    /// When the token is none of the scene's.
+    /// When the token is none of the scene's, or how the door stands cannot be kept.
     pub async fn set_door(
         &self,
         scene: &SceneName,
@@ -323,9 +323,7 @@ impl Live {
     ) -> Result<(), LiveError> {
         let stage = self.stage(scene);
         self.0.registry.anybody(&stage, token)?;
-        ask(&stage, |reply| Message::Door { door, reply }).await?;
-        let kept = keeping::keep_door(&self.0.sources.catalogue, scene, revision, &door).await;
-        kept.map_err(LiveError::Unkept)
+        ask(&stage, |reply| Message::Door { revision, door, reply }).await?
     }
 }
 
