@@ -11,27 +11,57 @@ use belvedere_live::{
     world::{NewMover, Sent},
 };
 use belvedere_scene::{ObjectId, Revision, SceneName};
-use tokio::task::JoinHandle;
+use tokio::{sync::mpsc, task::JoinHandle};
 
 use super::{
-    Door, Token, ask,
-    message::{Message, StageHandle},
+    Door, LiveError, Token, ask,
+    message::{Message, Reply, StageHandle},
 };
 use crate::db::{Catalogue, KeptDoor, KeptMover};
 
 /// Between two times that poses are kept.
 const PAUSE_MS: Ms = 1_000;
+/// So many doors may wait for the catalogue before the scene does.
+const DOORS: usize = 256;
 
 /// The movers of a scene that stay, and where they have moved since that was kept.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Keeping {
     staying: BTreeSet<ObjectId>,
     moved: BTreeMap<ObjectId, Sent>,
     kept_at_ms: Ms,
     writing: Option<JoinHandle<()>>,
+    doors: mpsc::Sender<DoorToKeep>,
+}
+
+/// How a door stands, and who waits until that is kept.
+#[derive(Debug)]
+pub(super) struct DoorToKeep {
+    pub(super) revision: Revision,
+    pub(super) door: Door,
+    pub(super) reply: Reply<Result<(), LiveError>>,
 }
 
 impl Keeping {
+    /// No mover of the scene stays yet.
+    pub(super) fn new(catalogue: &Catalogue, scene: &SceneName) -> Self {
+        let (doors, waiting) = mpsc::channel(DOORS);
+        tokio::spawn(keep_doors(catalogue.clone(), scene.clone(), waiting));
+        Self {
+            staying: BTreeSet::new(),
+            moved: BTreeMap::new(),
+            kept_at_ms: 0,
+            writing: None,
+            doors,
+        }
+    }
+
+    /// Keeps how a door stands, after all doors before, beside the scene's task.
+    pub(super) async fn keep_door(&self, door: DoorToKeep) {
+        // When nobody writes any more, whoever waits hears that.
+        _ = self.doors.send(door).await;
+    }
+
     /// From now on a mover stays.
     pub(super) fn stay(&mut self, object: ObjectId) {
         self.staying.insert(object);
@@ -137,19 +167,18 @@ pub(super) async fn kept_movers(
     .collect()
 }
 
-/// Keeps how a door stands.
-pub(super) async fn keep_door(
-    catalogue: &Catalogue,
-    scene: &SceneName,
-    revision: Revision,
-    door: &Door,
-) -> anyhow::Result<()> {
-    let kept = KeptDoor {
-        object: door.object,
-        bounds: json(&door.bounds),
-        open: door.open,
-    };
-    catalogue.keep_door(scene, revision, &kept).await
+/// Keeps how doors stand, one after the other, as long as the scene's task runs.
+async fn keep_doors(catalogue: Catalogue, scene: SceneName, mut waiting: mpsc::Receiver<DoorToKeep>) {
+    while let Some(DoorToKeep { revision, door, reply }) = waiting.recv().await {
+        let kept = KeptDoor {
+            object: door.object,
+            bounds: json(&door.bounds),
+            open: door.open,
+        };
+        let kept = catalogue.keep_door(&scene, revision, &kept).await;
+        // Whoever has stopped waiting does not mind.
+        _ = reply.send(kept.map_err(LiveError::Unkept));
+    }
 }
 
 /// How the doors of a revision stand.

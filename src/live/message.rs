@@ -8,7 +8,7 @@ use belvedere_live::{
     event::SessionId,
     world::{Counts, Moved, NewMover, Seen, Sent, Visitor},
 };
-use belvedere_scene::ObjectId;
+use belvedere_scene::{ObjectId, Revision};
 use tokio::sync::{mpsc, oneshot};
 
 use super::{LiveError, outbox::Outbox, registry::Door, screens::Screen};
@@ -16,7 +16,7 @@ use super::{LiveError, outbox::Outbox, registry::Door, screens::Screen};
 /// So many messages may wait for a scene.
 const MESSAGES: usize = 1024;
 
-type Reply<T> = oneshot::Sender<T>;
+pub(super) type Reply<T> = oneshot::Sender<T>;
 
 /// What a scene's task can be asked.
 #[derive(Debug)]
@@ -60,8 +60,10 @@ pub(super) enum Message {
         reply: Reply<()>,
     },
     Door {
+        revision: Revision,
         door: Door,
-        reply: Reply<()>,
+        /// When it is kept.
+        reply: Reply<Result<(), LiveError>>,
     },
     /// Whatever outlived the server is back.
     Ready {

@@ -125,7 +125,7 @@ impl Live {
         }))
     }
 
-    /// Brings back whatever outlived the server.
+    /// Brings back whatever outlived the server, but of scenes that cannot be read: theirs comes back with them.
     ///
     /// # Errors
     /// When the catalogue cannot be read.
@@ -139,8 +139,10 @@ impl Live {
             self.0.registry.skip_movers(last);
         }
         for scene in catalogue.scenes_with_kept().await? {
-            if publications.scene(&scene).is_some() {
-                ask(&self.stage(&scene), |reply| Message::Ready { reply }).await?;
+            if publications.scene(&scene).is_some()
+                && let Err(error) = ask(&self.stage(&scene), |reply| Message::Ready { reply }).await
+            {
+                tracing::warn!(%scene, %error, "what was kept of the scene is not back; it comes when the scene can be read");
             }
         }
         Ok(())
@@ -311,7 +313,7 @@ impl Live {
     /// Opens or closes a door of a revision, for whoever has a token of the scene.
     ///
     /// # Errors
-    /// When the token is none of the scene's.
+    /// When the token is none of the scene's, or how the door stands cannot be kept.
     pub async fn set_door(
         &self,
         scene: &SceneName,
@@ -321,9 +323,7 @@ impl Live {
     ) -> Result<(), LiveError> {
         let stage = self.stage(scene);
         self.0.registry.anybody(&stage, token)?;
-        ask(&stage, |reply| Message::Door { door, reply }).await?;
-        let kept = keeping::keep_door(&self.0.sources.catalogue, scene, revision, &door).await;
-        kept.map_err(LiveError::Unkept)
+        ask(&stage, |reply| Message::Door { revision, door, reply }).await?
     }
 }
 

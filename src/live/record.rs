@@ -2,7 +2,8 @@
 //!
 //! The file begins with `BVRE` and a version; then come blocks: the length of a zstd frame with a checksum, and the frame. A
 //! block holds the name of a scene and whole entries of its journal (`belvedere_live::journal`), about one tick of it. Whatever
-//! ends the program, at most the last block is damaged; it is cut off when the file is opened again.
+//! ends the program, at most the last block is damaged; it is cut off when the file is opened again. A file that is damaged
+//! further ahead is not gone on with.
 
 use std::{
     fs::File,
@@ -43,6 +44,15 @@ pub enum RecordingError {
     /// It is something else.
     #[error("it is no recording of this version")]
     Other,
+    /// More follows what is damaged.
+    #[error(
+        "the block at byte {at_bytes} is damaged and more follows it; record into another file, or cut this one there if what \
+         follows may be lost"
+    )]
+    Damaged {
+        /// Up to here it is whole.
+        at_bytes: u64,
+    },
 }
 
 /// A block: a scene, and entries of its journal, two lines each.
@@ -66,7 +76,7 @@ impl Recorder {
     /// Goes on with a recording, or begins one.
     ///
     /// # Errors
-    /// When the file cannot be written, or is something else.
+    /// When the file cannot be written, is something else, or is damaged and not just cut off.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut file = File::options()
             .read(true)
@@ -74,12 +84,19 @@ impl Recorder {
             .create(true)
             .truncate(false)
             .open(path)?;
-        if file.metadata()?.len() == 0 {
+        if is_cut_in_its_magic(&mut file)? {
+            file.set_len(0)?;
+            file.rewind()?;
             file.write_all(&MAGIC)?;
         } else {
+            file.rewind()?;
             let mut recording = Recording::open(io::BufReader::new(&file))?;
             while recording.next_block()?.is_some() {}
             let whole_bytes = recording.whole_bytes;
+            file.seek(SeekFrom::Start(whole_bytes))?;
+            if !is_cut_off(&mut file)? {
+                return Err(RecordingError::Damaged { at_bytes: whole_bytes });
+            }
             file.set_len(whole_bytes)?;
             file.seek(SeekFrom::Start(whole_bytes))?;
         }
@@ -113,6 +130,9 @@ fn write_all(mut file: File, mut waiting: mpsc::Receiver<Job>) -> io::Result<()>
     while let Some(job) = waiting.blocking_recv() {
         match job {
             Job::Write(text) => {
+                if text.len() > MOST_BYTES {
+                    return Err(io::Error::other(format!("a block takes more than {MOST_BYTES} bytes")));
+                }
                 let frame = compressor.compress(text.as_bytes())?;
                 let length = u32::try_from(frame.len()).map_err(io::Error::other)?;
                 // One write, so that a block is there or not as far as the system can help it.
@@ -186,11 +206,44 @@ impl<R: Read> Recording<R> {
     }
 }
 
+/// Whether nothing was written yet, or not even as much as says what the file is.
+fn is_cut_in_its_magic(file: &mut File) -> io::Result<bool> {
+    let mut begin = Vec::new();
+    file.take(MAGIC.len() as u64).read_to_end(&mut begin)?;
+    Ok(begin.len() < MAGIC.len() && MAGIC.starts_with(&begin))
+}
+
+/// Whether a file ends, from here on, with no more than a block that was not written to its end.
+fn is_cut_off(file: &mut File) -> io::Result<bool> {
+    let mut rest = Vec::new();
+    file.take(4 + MOST_BYTES as u64).read_to_end(&mut rest)?;
+    let Some((length, frame)) = rest.split_first_chunk::<4>() else {
+        return Ok(true);
+    };
+    let length = u32::from_le_bytes(*length) as usize;
+    // Some systems make a file longer before they write into it.
+    let unwritten = rest.iter().all(|byte| *byte == 0);
+    let reaches_the_end = (frame.len()..=MOST_BYTES).contains(&length);
+    // A frame that is whole all the same says that its length is what is damaged.
+    let is_shorter = length > frame.len() && begins_whole(frame);
+    Ok(unwritten || reaches_the_end && !is_shorter)
+}
+
+/// Whether bytes begin with a whole frame.
+fn begins_whole(bytes: &[u8]) -> bool {
+    let decoder = zstd::stream::read::Decoder::with_buffer(bytes).map(|decoder| decoder.single_frame());
+    decoder.is_ok_and(|decoder| text_of(decoder).is_some())
+}
+
 fn unpack(frame: &[u8]) -> Option<String> {
+    text_of(zstd::stream::read::Decoder::new(frame).ok()?)
+}
+
+/// None where there is more than a block may hold.
+fn text_of(decoder: impl Read) -> Option<String> {
     let mut text = String::new();
-    let decoder = zstd::stream::read::Decoder::new(frame).ok()?;
-    decoder.take(MOST_BYTES as u64).read_to_string(&mut text).ok()?;
-    Some(text)
+    decoder.take(MOST_BYTES as u64 + 1).read_to_string(&mut text).ok()?;
+    (text.len() <= MOST_BYTES).then_some(text)
 }
 
 #[cfg(test)]
@@ -224,9 +277,9 @@ mod tests {
             whole,
             [("row".into(), "one\n".into()), ("row".into(), "two\n".to_owned())]
         );
-        for end in MAGIC.len()..all.len() {
+        for end in 0..all.len() {
             std::fs::write(&path, &all[..end]).unwrap();
-            let before = blocks(&path);
+            let before = if end < MAGIC.len() { vec![] } else { blocks(&path) };
             record(&path, &["three\n"]).await;
             let after = blocks(&path);
             assert_eq!(
@@ -244,6 +297,32 @@ mod tests {
             .collect();
         std::fs::write(&path, flipped).unwrap();
         assert_eq!(blocks(&path).len(), 1, "its checksum is wrong");
+    }
+
+    #[tokio::test]
+    async fn what_is_damaged_before_its_last_block_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.rec");
+        record(&path, &["one\n"]).await;
+        let first_bytes = std::fs::metadata(&path).unwrap().len() as usize;
+        record(&path, &["two\n"]).await;
+        let all = std::fs::read(&path).unwrap();
+        for bit in 8 * MAGIC.len()..8 * first_bytes {
+            let mut damaged = all.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            std::fs::write(&path, &damaged).unwrap();
+            if blocks(&path).len() == 2 {
+                // Some bits of a frame's header mean nothing.
+                continue;
+            }
+            let refused = Recorder::open(&path).map(drop);
+            let at_bytes = MAGIC.len() as u64;
+            assert!(
+                matches!(refused, Err(RecordingError::Damaged { at_bytes: at }) if at == at_bytes),
+                "{bit}: {refused:?}"
+            );
+            assert_eq!(std::fs::read(&path).unwrap(), damaged, "{bit}");
+        }
     }
 
     #[test]

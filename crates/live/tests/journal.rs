@@ -77,3 +77,25 @@ fn what_cannot_have_happened_is_refused() {
         assert!(matches!(refused(&lines), ReplayError::Impossible(_)), "{lines:?}");
     }
 }
+
+#[test]
+fn rules_and_scenes_that_no_server_has_are_refused() {
+    let begin = written().swap_remove(0).0;
+    let whole: serde_json::Value = serde_json::from_str(&begin).unwrap();
+    for (at, wrong) in [
+        ("/1/begin/rules/tick_ms", serde_json::json!(i64::MAX)),
+        ("/1/begin/rules/tick_ms", serde_json::json!(0)),
+        ("/1/begin/rules/crowd/cull_below", serde_json::json!(-1.0)),
+        ("/1/begin/ground/bounds/max/0", serde_json::json!(1e308)),
+        ("/1/begin/ground/bounds/min/2", serde_json::json!(-1e308)),
+        ("/1/begin/ground/cells/0/bounds/max/1", serde_json::json!(-1e8)),
+    ] {
+        let mut damaged = whole.clone();
+        *damaged.pointer_mut(at).unwrap() = wrong;
+        let refused = Replay::default().take(&damaged.to_string());
+        assert!(
+            matches!(refused, Err(ReplayError::OutOfRange { .. })),
+            "{at}: {refused:?}"
+        );
+    }
+}

@@ -28,7 +28,7 @@ use tokio::{
 
 use super::{
     Live, LiveError,
-    keeping::Keeping,
+    keeping::{DoorToKeep, Keeping},
     message::{Message, StageHandle},
     outbox::Outbox,
     statics::{self, View},
@@ -74,7 +74,7 @@ async fn run(
         unreadable: None,
         proving: false,
         ticked: false,
-        keeping: Keeping::default(),
+        keeping: Keeping::new(&live.0.sources.catalogue, scene),
     };
     stage.restore(handle).await;
     let mut ticks = tokio::time::interval(live.0.settings.tick);
@@ -153,10 +153,11 @@ impl Stage {
                 reply,
             } => {
                 let created = self.world.create(object, owner, new, self.live.now_ms());
-                if stays {
+                if stays && created.is_ok() {
                     self.keeping.stay(object);
                 }
                 if reply.send(created.map_err(LiveError::from)).is_err() {
+                    self.keeping.forget(object);
                     self.world.destroy(object, self.live.now_ms());
                 }
             }
@@ -169,11 +170,11 @@ impl Stage {
                 self.world.destroy(object, self.live.now_ms());
                 _ = reply.send(());
             }
-            Message::Door { door, reply } => {
+            Message::Door { revision, door, reply } => {
                 self.world
                     .set_door(door.object, &door.bounds, door.open, self.live.now_ms());
                 self.show_statics_to_all(false);
-                _ = reply.send(());
+                self.keeping.keep_door(DoorToKeep { revision, door, reply }).await;
             }
             Message::Ready { reply } => _ = reply.send(()),
             Message::Screen(screen) => self.screen(&screen),

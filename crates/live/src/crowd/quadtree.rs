@@ -2,7 +2,8 @@
 //! beside them (§3.1).
 //!
 //! A leaf is quartered while many stand in it, down to the size of a few people, and four become one again when they are nearly
-//! empty. Only then neighbours change; when somebody moves, only the solidity of the leaves that he touches does.
+//! empty. Only then neighbours change; when somebody moves, only the solidity of the leaves that he touches does, and it is found
+//! when somebody looks: once for all who moved meanwhile.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -37,6 +38,8 @@ pub struct Crowd {
     pub(super) nodes: Vec<Node>,
     free: Vec<usize>,
     discs: BTreeMap<ObjectId, (Disc, Leaf)>,
+    /// Whose solidity is not known any more.
+    stirred: BTreeSet<Leaf>,
 }
 
 impl Node {
@@ -67,6 +70,7 @@ impl Crowd {
             nodes: vec![Node::leaf(square, None)],
             free: Vec::new(),
             discs: BTreeMap::new(),
+            stirred: BTreeSet::new(),
         }
     }
 
@@ -80,10 +84,10 @@ impl Crowd {
         let leaf = self.leaf_at(disc.middle);
         self.discs.insert(object, (disc, leaf));
         match before {
-            Some((_, old)) if old == leaf => self.measure(leaf),
+            Some((_, old)) if old == leaf => _ = self.stirred.insert(leaf),
             Some((_, old)) => {
                 self.nodes[old].standing.remove(&object);
-                self.measure(old);
+                self.stirred.insert(old);
                 self.stand(object, leaf);
                 self.join(old);
             }
@@ -95,7 +99,7 @@ impl Crowd {
     pub fn take(&mut self, object: ObjectId) {
         if let Some((_, leaf)) = self.discs.remove(&object) {
             self.nodes[leaf].standing.remove(&object);
-            self.measure(leaf);
+            self.stirred.insert(leaf);
             self.join(leaf);
         }
     }
@@ -125,13 +129,18 @@ impl Crowd {
 
     fn stand(&mut self, object: ObjectId, leaf: Leaf) {
         self.nodes[leaf].standing.insert(object);
+        self.stirred.insert(leaf);
         self.split(leaf);
-        if let Some((_, leaf)) = self.discs.get(&object) {
-            self.measure(*leaf);
+    }
+
+    /// Finds out how solid the leaves are in which somebody has moved.
+    pub(super) fn settle(&mut self) {
+        // A number that is no leaf's any more is that of an empty node.
+        for leaf in std::mem::take(&mut self.stirred) {
+            self.measure(leaf);
         }
     }
 
-    /// Finds out how solid a leaf is.
     fn measure(&mut self, leaf: Leaf) {
         let node = &self.nodes[leaf];
         let discs = node.standing.iter().map(|object| self.discs[object].0);
@@ -169,7 +178,7 @@ impl Crowd {
             self.nodes[quarter].standing.insert(object);
         }
         for child in children {
-            self.measure(child);
+            self.stirred.insert(child);
             self.split(child);
         }
     }
@@ -206,7 +215,7 @@ impl Crowd {
             self.nodes[*other].beside.retain(|leaf| !children.contains(leaf));
         }
         self.meet(&[parent], around, usize::MAX);
-        self.measure(parent);
+        self.stirred.insert(parent);
         self.join(parent);
     }
 
@@ -270,6 +279,7 @@ mod tests {
                     crowd.take(object);
                     there.remove(&object);
                 }
+                crowd.settle();
                 let leaves = leaves(&crowd);
                 let standing: usize = leaves.iter().map(|leaf| crowd.nodes[*leaf].standing.len()).sum();
                 prop_assert_eq!(standing, there.len());

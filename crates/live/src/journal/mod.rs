@@ -7,6 +7,7 @@
 //! asks it goes to the world directly.
 
 mod input;
+mod ranges;
 pub mod replay;
 
 use std::ops::Deref;

@@ -5,14 +5,14 @@ use std::collections::BTreeSet;
 
 use belvedere_scene::ObjectId;
 
-use super::{Answer, Input, Output, input::At, taught, text};
+use super::{Answer, Input, Output, input::At, ranges, taught, text};
 use crate::{World, cells::Cells, world::Sent};
 
 /// No time is further from zero: every whole number up to here is one of JSON's.
 const MOST_MS: At = 1 << 53;
 
 /// Why a journal cannot be read on.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReplayError {
     /// A line is not an entry's.
     #[error("no input: {0}")]
@@ -20,6 +20,18 @@ pub enum ReplayError {
     /// Nothing like this can have happened.
     #[error("{0}")]
     Impossible(&'static str),
+    /// No server has such rules or such a scene.
+    #[error("{what} is {value:e}, and must be from {least:e} to {most:e}")]
+    OutOfRange {
+        /// What.
+        what: &'static str,
+        /// As it is told.
+        value: f64,
+        /// The smallest that may be.
+        least: f64,
+        /// The largest.
+        most: f64,
+    },
 }
 
 /// A world that lives through a journal again.
@@ -85,6 +97,11 @@ impl Replay {
             return Err(ReplayError::Impossible("time runs backwards"));
         }
         match input {
+            Input::Begin { rules, ground, .. } => {
+                ranges::check_rules(rules)?;
+                ranges::check_ground(ground)
+            }
+            Input::Rebase { ground, .. } => ranges::check_ground(ground),
             Input::Open { object, .. } | Input::Create { object, .. } if !self.used.insert(*object) => {
                 Err(ReplayError::Impossible("an id is used twice"))
             }

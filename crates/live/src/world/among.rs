@@ -26,7 +26,7 @@ pub(super) struct Among {
 impl World {
     /// Looks around in the crowd, for those who have moved on or have not for a while.
     pub(super) fn look_around(&mut self, now_ms: Ms) {
-        let (Some(crowding), Some(crowd)) = (self.rules.crowd, &self.crowd) else {
+        let (Some(crowding), Some(crowd)) = (self.rules.crowd, &mut self.crowd) else {
             return;
         };
         for (id, session) in &mut self.sessions {
