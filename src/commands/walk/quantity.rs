@@ -21,7 +21,9 @@ pub(super) fn milliseconds(text: &str) -> Result<f64, String> {
 
 /// `95%`, `0.95`: a share.
 pub(super) fn share(text: &str) -> Result<f64, String> {
-    quantity(text, &[("%", 0.01), ("", 1.0)])
+    let percent = quantity(text, &[("%", 1.0)]).map(|percent| percent / 100.0);
+    percent
+        .or_else(|| quantity(text, &[("", 1.0)]))
         .filter(|share| (0.0..=1.0).contains(share))
         .ok_or_else(|| "expected a share, such as 95% or 0.95".to_owned())
 }
