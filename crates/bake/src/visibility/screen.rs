@@ -7,7 +7,8 @@
 //! from the target. Pieces are halved where that fails.
 //!
 //! Guarantee: conservative, but for gaps narrower than 8 · 10⁻⁶ of the scene's diagonal, which are closed. Cost: a proof where
-//! one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf.
+//! one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf, and for all of them together at most
+//! [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
 
 use super::prover::{BEHIND, Blocker, Proofs, Prover, between, region_of};
 use crate::occluders::{DOOR_GAP, Occluders, Rectangle, Region, Wall, Way};
@@ -17,14 +18,25 @@ use crate::occluders::{DOOR_GAP, Occluders, Rectangle, Region, Wall, Way};
 const BORDER: f32 = 2.0;
 /// So many pieces of the plane around a leaf are looked at.
 const MOST_PIECES: usize = 64;
+/// All pieces together may take so many tests; each piece costs one, and one for each wall in the plane of its leaf.
+const MOST_TESTS: usize = 1_000_000;
 
 /// What some closed doors hide.
 pub struct Screening<'a> {
     blocker: &'a Blocker,
     prover: Prover<'a>,
-    /// Numbers of their leaves among the walls.
-    leaves: Vec<usize>,
+    leaves: Vec<Leaf<'a>>,
     pieces_left: usize,
+    tests_left: usize,
+}
+
+/// A side of a closed door, and what is known of the walls around it.
+struct Leaf<'a> {
+    wall: &'a Wall,
+    /// Walls in its plane.
+    coplanar: Vec<&'a Wall>,
+    /// Edges of the doorway that it fills, along each of its axes.
+    doorway: [Vec<f32>; 2],
 }
 
 impl<'a> Screening<'a> {
@@ -38,13 +50,14 @@ impl<'a> Screening<'a> {
         let mut prover = Prover::new(blocker, proofs);
         prover.close(closed);
         prover.allow(steps);
-        let walls = blocker.occluders.walls.iter().enumerate();
-        let leaves = walls.filter(|(_, wall)| wall.door.is_some_and(|door| closed.contains(&door)));
+        let walls = blocker.occluders.walls.iter();
+        let leaves = walls.filter(|wall| wall.door.is_some_and(|door| closed.contains(&door)));
         Self {
             blocker,
             prover,
-            leaves: leaves.map(|(number, _)| number).collect(),
+            leaves: leaves.map(|wall| Leaf::new(&blocker.occluders, wall)).collect(),
             pieces_left: 0,
+            tests_left: MOST_TESTS,
         }
     }
 
@@ -53,10 +66,10 @@ impl<'a> Screening<'a> {
     pub fn hides(&mut self, eye: &Region, target: &Region) -> bool {
         let between = Region::of_box(eye.min.min(target.min), eye.max.max(target.max));
         let stands_between = |leaf: &usize| {
-            let [min, max] = self.blocker.occluders.walls[*leaf].around();
+            let [min, max] = self.leaves[*leaf].wall.around();
             Region::of_box(min, max).overlaps(&between)
         };
-        let leaves: Vec<_> = self.leaves.iter().copied().filter(stands_between).collect();
+        let leaves: Vec<_> = (0..self.leaves.len()).filter(stands_between).collect();
         if leaves.is_empty() {
             return false;
         }
@@ -65,8 +78,8 @@ impl<'a> Screening<'a> {
 
     /// Whether all sight lines cross the plane of a leaf, and none passes beside it.
     fn leaf_hides(&mut self, leaf: usize, eye: &Region, target: &Region) -> bool {
-        let occluders = &self.blocker.occluders;
-        let (leaf, plane_m) = (&occluders.walls[leaf], occluders.tolerance.plane_m);
+        let (number, leaf) = (leaf, self.leaves[leaf].wall);
+        let plane_m = self.blocker.occluders.tolerance.plane_m;
         let [eye_low, eye_high] = eye.heights(leaf.normal, leaf.offset);
         let [low, high] = target.heights(leaf.normal, leaf.offset);
         let way = if eye_high <= 2.0 * plane_m && low >= BEHIND * plane_m {
@@ -77,21 +90,24 @@ impl<'a> Screening<'a> {
             return false;
         };
         self.pieces_left = MOST_PIECES;
-        let pieces = beside(occluders, leaf, &between(leaf, eye, target));
+        let pieces = self.leaves[number].beside(&between(leaf, eye, target));
         pieces
             .iter()
-            .all(|piece| self.is_blocked(leaf, way, piece, eye, target))
+            .all(|piece| self.is_blocked(number, way, piece, eye, target))
     }
 
     /// Whether no sight line passes a piece of the plane of a leaf.
-    fn is_blocked(&mut self, leaf: &Wall, way: Way, piece: &Rectangle, eye: &Region, target: &Region) -> bool {
-        if self.pieces_left == 0 {
+    fn is_blocked(&mut self, leaf: usize, way: Way, piece: &Rectangle, eye: &Region, target: &Region) -> bool {
+        let tolerance = &self.blocker.occluders.tolerance;
+        let (around, margin_m) = (&self.leaves[leaf], 2.0 * tolerance.plane_m);
+        let tests = 1 + around.coplanar.len();
+        if self.pieces_left == 0 || self.tests_left < tests {
             return false;
         }
         self.pieces_left -= 1;
-        let border_m = BORDER * self.blocker.occluders.tolerance.hole_m;
-        let region = region_of(leaf, &without_border(*piece, border_m));
-        if self.lies_in_a_wall(leaf, way, &region)
+        self.tests_left -= tests;
+        let region = region_of(around.wall, &without_border(*piece, BORDER * tolerance.hole_m));
+        if around.has_a_wall_over(way, &region, margin_m)
             || self.prover.hides(eye, &region).is_some()
             || self.prover.hides(&region, target).is_some()
         {
@@ -101,42 +117,63 @@ impl<'a> Screening<'a> {
             .iter()
             .all(|half| self.is_blocked(leaf, way, half, eye, target))
     }
+}
 
-    /// Whether a wall in the plane of a leaf is opaque all over a piece of that.
-    fn lies_in_a_wall(&self, leaf: &Wall, way: Way, piece: &Region) -> bool {
-        let occluders = &self.blocker.occluders;
+impl<'a> Leaf<'a> {
+    fn new(occluders: &'a Occluders, leaf: &'a Wall) -> Self {
         let margin_m = 2.0 * occluders.tolerance.plane_m;
-        occluders.walls.iter().any(|wall| {
-            let along = wall.normal.dot(leaf.normal);
-            let [low, high] = piece.heights(wall.normal, wall.offset);
-            let in_plane = along.abs() > 1.0 - 1e-6 && low.abs().max(high.abs()) <= margin_m;
+        let whole = [0, 1].map(|axis| [leaf.lines[axis][0], leaf.lines[axis][leaf.lines[axis].len() - 1]]);
+        let region = region_of(leaf, &whole);
+        let coplanar = occluders.walls.iter().filter(|wall| {
+            wall.door.is_none() && is_parallel(wall.normal.dot(leaf.normal)) && lies_in_plane(wall, &region, margin_m)
+        });
+        Self {
+            wall: leaf,
+            coplanar: coplanar.map(|wall| &**wall).collect(),
+            doorway: [0, 1].map(|axis| doorway(occluders, leaf, axis)),
+        }
+    }
+
+    /// Whether a wall in its plane is opaque all over a piece of that.
+    fn has_a_wall_over(&self, way: Way, piece: &Region, margin_m: f32) -> bool {
+        self.coplanar.iter().any(|wall| {
             let way = match way {
-                _ if along > 0.0 => way,
+                _ if wall.normal.dot(self.wall.normal) > 0.0 => way,
                 Way::Along => Way::Against,
                 Way::Against => Way::Along,
             };
-            wall.door.is_none() && in_plane && wall.covers(way, &around(wall, piece), margin_m)
+            lies_in_plane(wall, piece, margin_m) && wall.covers(way, &around(wall, piece), margin_m)
         })
+    }
+
+    /// What of a rectangle in its plane it does not cover, cut along the edges of the doorway that it fills.
+    fn beside(&self, rectangle: &Rectangle) -> Vec<Rectangle> {
+        let spans = [0, 1].map(|axis| {
+            let [low, high] = rectangle[axis];
+            let edges = self.wall.lines[axis].iter().chain(&self.doorway[axis]).copied();
+            let inside = edges.filter(|line| low < *line && *line < high);
+            let mut cuts: Vec<_> = inside.chain([low, high]).collect();
+            cuts.sort_by(f32::total_cmp);
+            cuts.dedup();
+            cuts.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
+        });
+        let in_leaf = |axis: usize, [low, high]: [f32; 2]| {
+            let lines = &self.wall.lines[axis];
+            (lines[0]..=lines[lines.len() - 1]).contains(&(0.5 * (low + high)))
+        };
+        let all = spans[0].iter().flat_map(|u| spans[1].iter().map(move |v| [*u, *v]));
+        all.filter(|[u, v]| !(in_leaf(0, *u) && in_leaf(1, *v))).collect()
     }
 }
 
-/// What of a rectangle in the plane of a leaf is not the leaf, cut along the edges of doorways that the leaf fills.
-fn beside(occluders: &Occluders, leaf: &Wall, rectangle: &Rectangle) -> Vec<Rectangle> {
-    let spans = [0, 1].map(|axis| {
-        let [low, high] = rectangle[axis];
-        let edges = leaf.lines[axis].iter().copied().chain(doorway(occluders, leaf, axis));
-        let inside = edges.filter(|line| low < *line && *line < high);
-        let mut cuts: Vec<_> = inside.chain([low, high]).collect();
-        cuts.sort_by(f32::total_cmp);
-        cuts.dedup();
-        cuts.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
-    });
-    let in_leaf = |axis: usize, [low, high]: [f32; 2]| {
-        let lines = &leaf.lines[axis];
-        (lines[0]..=lines[lines.len() - 1]).contains(&(0.5 * (low + high)))
-    };
-    let all = spans[0].iter().flat_map(|u| spans[1].iter().map(move |v| [*u, *v]));
-    all.filter(|[u, v]| !(in_leaf(0, *u) && in_leaf(1, *v))).collect()
+fn is_parallel(cosine: f32) -> bool {
+    cosine.abs() > 1.0 - 1e-6
+}
+
+/// Whether all of a region is as near to the plane of a wall as makes no difference.
+fn lies_in_plane(wall: &Wall, region: &Region, margin_m: f32) -> bool {
+    let [low, high] = region.heights(wall.normal, wall.offset);
+    low.abs().max(high.abs()) <= margin_m
 }
 
 /// Lines of nearby walls that stand parallel to a leaf, just inside its edges, along one of its axes.
@@ -147,18 +184,21 @@ fn doorway(occluders: &Occluders, leaf: &Wall, axis: usize) -> Vec<f32> {
     let parallel = occluders.walls.iter().filter(|wall| {
         let along = wall.normal.dot(leaf.normal);
         let apart_m = wall.offset - along.signum() * leaf.offset;
-        wall.door.is_none() && along.abs() > 1.0 - 1e-6 && apart_m.abs() < longest_m
+        wall.door.is_none() && is_parallel(along) && apart_m.abs() < longest_m
     });
     let lines = parallel.flat_map(|wall| {
         [0, 1].into_iter().flat_map(move |own| {
             let along = wall.axes[own].dot(leaf.axes[axis]);
-            let parallel = along.abs() > 1.0 - 1e-6;
+            let parallel = is_parallel(along);
             let lines = wall.lines[own].iter().filter(move |_| parallel);
             lines.map(move |line| line * along.signum())
         })
     });
     let beside_an_edge = |line: &f32| leaf.lines[axis].iter().any(|edge| (edge - line).abs() <= inside_m);
-    lines.filter(beside_an_edge).collect()
+    let mut lines: Vec<_> = lines.filter(beside_an_edge).collect();
+    lines.sort_by(f32::total_cmp);
+    lines.dedup();
+    lines
 }
 
 fn without_border(rectangle: Rectangle, border_m: f32) -> Rectangle {
