@@ -1,23 +1,13 @@
 // How fast do rules grow in Node, on one thread, and how large is what grows them to download?
 // `npm run bench:procedural`; the same models as `cargo bench -p belvedere-scene`.
 import { readFileSync } from "node:fs";
-import { brotliCompressSync, gzipSync } from "node:zlib";
-import { build } from "vite";
+import { bundled } from "./bundle.mjs";
 
 /** Each model is grown again until so much time has passed. */
 const LEAST_S = 1;
 
-const entry = new URL("../core/procedural/index.ts", import.meta.url).pathname;
-const [{ output }] = await build({
-  configFile: false,
-  logLevel: "silent",
-  build: { write: false, target: "es2022", lib: { entry, formats: ["es"] } },
-});
-const code = output[0].code;
-const kilobytes = (bytes) => `${(bytes.length / 1000).toFixed(1)} kB`;
-console.log(`evaluator: ${kilobytes(gzipSync(code))} gzip, ${kilobytes(brotliCompressSync(code))} brotli\n`);
-
-const { grow, readProgram } = await import(`data:text/javascript,${encodeURIComponent(code)}`);
+const { grow, readProgram } = await bundled("evaluator", "procedural/index.ts");
+console.log();
 const load = (name) => readFileSync(new URL(`../../content/${name}`, import.meta.url), "utf8");
 const models = {
   boxes: "for i in 400 for j in 400 move(i, 0, j) box(0.5, 1, 0.5)",

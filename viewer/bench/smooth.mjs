@@ -2,23 +2,12 @@
 // `npm run bench -- a.slod b.slod …`; `belvedere mesh smooth FILE -o DIR` writes some.
 import { readFileSync } from "node:fs";
 import { basename } from "node:path";
-import { brotliCompressSync, gzipSync } from "node:zlib";
-import { build } from "vite";
+import { bundled } from "./bundle.mjs";
 
 /** Each file is decoded so often that about so many triangles come out, after half as many to warm up. */
 const MEASURED_TRIANGLES = 4e5;
 
-const entry = new URL("../core/smooth/index.ts", import.meta.url).pathname;
-const [{ output }] = await build({
-  configFile: false,
-  logLevel: "silent",
-  build: { write: false, target: "es2022", lib: { entry, formats: ["es"] } },
-});
-const code = output[0].code;
-const kilobytes = (bytes) => `${(bytes.length / 1000).toFixed(1)} kB`;
-console.log(`decoder: ${kilobytes(gzipSync(code))} gzip, ${kilobytes(brotliCompressSync(code))} brotli`);
-
-const { SmoothDecoder, snapshotOf } = await import(`data:text/javascript,${encodeURIComponent(code)}`);
+const { SmoothDecoder, snapshotOf } = await bundled("decoder", "smooth/index.ts");
 const decode = (bytes) => {
   const decoder = new SmoothDecoder(2 ** 32);
   decoder.push(bytes);

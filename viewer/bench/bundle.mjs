@@ -1,0 +1,17 @@
+// What would a browser download of a part of the core, and how large is that?
+import { brotliCompressSync, gzipSync } from "node:zlib";
+import { build } from "vite";
+
+/** Builds a module of the core as a library of its own, prints its size under a name, and gives what it exports. */
+export async function bundled(name, module) {
+  const entry = new URL(`../core/${module}`, import.meta.url).pathname;
+  const [{ output }] = await build({
+    configFile: false,
+    logLevel: "silent",
+    build: { write: false, target: "es2022", lib: { entry, formats: ["es"] } },
+  });
+  const code = output[0].code;
+  const kilobytes = (bytes) => `${(bytes.length / 1000).toFixed(1)} kB`;
+  console.log(`${name}: ${kilobytes(gzipSync(code))} gzip, ${kilobytes(brotliCompressSync(code))} brotli`);
+  return import(`data:text/javascript,${encodeURIComponent(code)}`);
+}
