@@ -28,14 +28,19 @@ impl<S: ByteSource> Scene<S> {
     /// When one cannot be fetched or arrives damaged.
     pub async fn glbs(&self, levels: &[&Level]) -> Result<Vec<Bytes>, Error> {
         let files: BTreeMap<&BlobName, &Level> = levels.iter().map(|level| (&level.url, *level)).collect();
-        // A pack that cannot be had is `None`: its levels come alone.
+        // A pack that is not worth it, or cannot be had, is `None`: its levels come alone.
         let mut packs: BTreeMap<&BlobName, Option<Bytes>> = BTreeMap::new();
         let mut glbs: BTreeMap<&BlobName, Bytes> = BTreeMap::new();
         for (name, level) in files {
             let mut packed = None;
-            if let Some(pack) = level.pack.as_ref().filter(|pack| is_worth(pack, levels)) {
+            if let Some(pack) = &level.pack {
                 if !packs.contains_key(&pack.url) {
-                    packs.insert(&pack.url, self.blob(&pack.url).await.ok());
+                    let whole = if is_worth(pack, levels) {
+                        self.blob(&pack.url).await.ok()
+                    } else {
+                        None
+                    };
+                    packs.insert(&pack.url, whole);
                 }
                 packed = packs[&pack.url].as_ref().and_then(|whole| out_of(whole, pack, level));
             }

@@ -8,7 +8,7 @@
 //! * `visitor`: what is asked for next;
 //! * [`outcome`]: what became of it.
 //!
-//! Bytes are fetched for real, as fast as they come; *when* they arrive is simulated. So a tour of an hour takes seconds, and
+//! Bytes are fetched for real, as fast as they come; *when* they arrive is simulated. So a tour of minutes takes seconds, and
 //! the same script gives the same numbers on any machine, but for the latencies of real requests.
 
 pub mod line;

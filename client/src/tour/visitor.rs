@@ -98,7 +98,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     /// Finds the cell at a position and reads what can be seen from there. Who cannot find it stays where it was.
     async fn enter(&mut self, position: [f64; 3], t_ms: f64) {
         self.now_ms = self.now_ms.max(t_ms);
-        let at = match self.here.and_then(|here| self.known.get(&here)) {
+        let at = match self.place() {
             Some(known) => self.scene.locate_from(&known.entry, position).await,
             None => self.scene.locate(position).await,
         };
@@ -270,10 +270,15 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         if let Some(pack) = pack {
             return Some((pack.url.clone(), pack.bytes));
         }
-        if !self.glb_asked(first) {
-            return Some((first.url.clone(), first.bytes));
+        self.rest_of(first)
+    }
+
+    /// The first file of a level that was not asked for yet, with its size: its GLB alone, or a texture.
+    fn rest_of(&self, level: &Level) -> Option<(BlobName, u64)> {
+        if !self.glb_asked(level) {
+            return Some((level.url.clone(), level.bytes));
         }
-        let texture = first.textures.iter().find(|t| !self.arrivals.contains_key(&t.url))?;
+        let texture = level.textures.iter().find(|t| !self.arrivals.contains_key(&t.url))?;
         Some((texture.url.clone(), texture.bytes))
     }
 
@@ -294,12 +299,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
                 best = Some((error, wanted));
             }
         }
-        let (_, level) = best?;
-        if !self.glb_asked(level) {
-            return Some((level.url.clone(), level.bytes));
-        }
-        let texture = level.textures.iter().find(|t| !self.arrivals.contains_key(&t.url))?;
-        Some((texture.url.clone(), texture.bytes))
+        best.and_then(|(_, level)| self.rest_of(level))
     }
 
     /// Whether all files of a level were asked for.
@@ -358,8 +358,13 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
     }
 
+    /// What is known of the cell where the visitor is.
+    fn place(&self) -> Option<&Known> {
+        self.known.get(&self.here?)
+    }
+
     fn note_convergence(&mut self) {
-        let known = self.here.and_then(|here| self.known.get(&here));
+        let known = self.place();
         let is_told = known.is_some_and(|known| known.from_ms <= self.now_ms);
         if self.tour.converged_ms.is_none() && is_told && self.in_sight().is_some_and(|(missing, _)| missing == 0) {
             self.tour.converged_ms = Some(self.now_ms);
@@ -368,7 +373,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
 
     /// How many objects in sight have nothing there, of how many; `None` for who does not know where it is.
     fn in_sight(&self) -> Option<(usize, usize)> {
-        let known = self.here.and_then(|here| self.known.get(&here))?;
+        let known = self.place()?;
         let is_here = |object: &&ObjectInfo| object.levels.iter().any(|level| self.is_there(level));
         let all = known.objects.len() + known.lost;
         Some((all - known.objects.iter().filter(is_here).count(), all))

@@ -58,6 +58,10 @@ impl CellSet {
         self.0[cell / 64] |= 1 << (cell % 64);
     }
 
+    fn contains(&self, cell: usize) -> bool {
+        self.0[cell / 64] >> (cell % 64) & 1 == 1
+    }
+
     fn count(&self) -> u64 {
         self.0.iter().map(|word| u64::from(word.count_ones())).sum()
     }
@@ -296,9 +300,9 @@ fn requests_per_crossing(files: &[File], groups: &[Vec<usize>], cells: &[ViewCel
     let crossings: usize = cells.iter().map(|cell| cell.adjacent.len()).sum();
     let new_in = |group: &Vec<usize>| {
         let around = cells_of(files, group);
-        let holds = |cell: usize| around.0[cell / 64] >> (cell % 64) & 1 == 1;
-        let entered = cells.iter().enumerate().filter(|(number, _)| holds(*number));
-        let before = |cell: &ViewCell| cell.adjacent.iter().filter(|before| !holds(**before as usize)).count();
+        let entered = cells.iter().enumerate().filter(|(number, _)| around.contains(*number));
+        let lacks = |before: &&u32| !around.contains(**before as usize);
+        let before = |cell: &ViewCell| cell.adjacent.iter().filter(lacks).count();
         entered.map(|(_, cell)| before(cell)).sum::<usize>()
     };
     groups.iter().map(new_in).sum::<usize>() as f64 / crossings.max(1) as f64
