@@ -310,8 +310,12 @@ impl Publisher {
             report: &serde_json::to_value(&report)?,
             blobs: &written.blobs,
         };
+        let published = async {
+            self.data.store().sync().await?;
+            anyhow::Ok(self.data.catalogue().publish(&new).await?)
+        };
         self.handle
-            .block_on(self.data.catalogue().publish(&new))
+            .block_on(published)
             .context("cannot move the scene's pointer; the old revision stays")?;
         Ok(report)
     }

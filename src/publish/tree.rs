@@ -75,6 +75,7 @@ pub(crate) async fn write(
     for file in viewer {
         replace(&to.join(&file.path), &file.bytes).await?;
     }
+    target.sync().await?;
     let scenes = to.join("v1/scenes");
     replace(
         &scenes.join(scene.as_str()).join("index.json"),
@@ -103,9 +104,9 @@ async fn write_rungs(store: &BlobStore, name: &BlobName, to: &Path) -> anyhow::R
             .with_context(|| format!("{name} ends before its header says"))?;
         from = cut.bytes as usize;
         let path = to.join("o").join(rung.file_name());
-        let known = tokio::fs::metadata(&path).await;
-        if known.map_or(true, |known| known.len() != slice.len() as u64) {
-            replace(&path, slice).await?;
+        let known = tokio::fs::read(&path).await;
+        if known.map_or(true, |known| known != slice) {
+            place(&path, slice).await?;
         }
     }
     Ok(cuts.len() as u64)
@@ -133,23 +134,35 @@ fn with_scene(mut list: SceneList, pointer: &Pointer) -> SceneList {
     list
 }
 
-/// Puts a file in place in one step, so that a reader sees the old one or the new one.
+/// Puts a file in place in one step, so that a reader sees the old one or the new one, after a loss of power too.
 async fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let (file, half_done) = write_beside(path, bytes).await?;
+    let cannot = || format!("cannot write {}", path.display());
+    file.sync_all().await.with_context(cannot)?;
+    tokio::fs::rename(&half_done, path).await.with_context(cannot)?;
+    // The rename itself must last.
+    let folder = path.parent().with_context(cannot)?;
+    let folder = tokio::fs::File::open(folder).await.with_context(cannot)?;
+    folder.sync_all().await.with_context(cannot)
+}
+
+/// Puts a file in place in one step; it lasts when the store beside it is synced.
+async fn place(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let (_, half_done) = write_beside(path, bytes).await?;
+    let renamed = tokio::fs::rename(&half_done, path).await;
+    renamed.with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Writes what shall take the place of a file.
+async fn write_beside(path: &Path, bytes: &[u8]) -> anyhow::Result<(tokio::fs::File, PathBuf)> {
     let cannot = || format!("cannot write {}", path.display());
     let folder = path.parent().with_context(cannot)?;
     tokio::fs::create_dir_all(folder).await.with_context(cannot)?;
     let mut half_done = PathBuf::from(path).into_os_string();
     half_done.push(format!(".{}.new", std::process::id()));
+    let half_done = PathBuf::from(half_done);
     let mut file = tokio::fs::File::create(&half_done).await.with_context(cannot)?;
     file.write_all(bytes).await.with_context(cannot)?;
-    file.sync_all().await.with_context(cannot)?;
-    drop(file);
-    tokio::fs::rename(&half_done, path).await.with_context(cannot)?;
-    // The rename itself must outlive a loss of power.
-    tokio::fs::File::open(folder)
-        .await
-        .with_context(cannot)?
-        .sync_all()
-        .await
-        .with_context(cannot)
+    file.flush().await.with_context(cannot)?;
+    Ok((file, half_done))
 }

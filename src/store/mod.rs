@@ -4,9 +4,10 @@
 //! (`{hash}.{ext}.zst`, `{hash}.{ext}.gz`), made once by [`BlobStore::put`]. Reading goes through a cache that is
 //! limited in bytes, so that hot objects cost neither a system call nor a hop to the blocking pool.
 //!
-//! **Order of writing.** Variants first, the identity file last, each by an atomic rename that is synced: a blob exists
-//! exactly when its identity file does. A crash in between leaves variants that nobody reads; the next `put` writes
-//! them again, and [`BlobStore::list`] names them so that they can be collected.
+//! **Order of writing.** Variants first, the identity file last, each by an atomic rename: a blob exists exactly when its
+//! identity file does. Whoever names blobs in a place that lasts calls [`BlobStore::sync`] before: one request to the disk for
+//! thousands of files. A crash before leaves variants that nobody reads, which [`BlobStore::list`] names so that they can be
+//! collected, and a loss of power may leave files without their bytes; `put` compares what is there and mends it.
 //!
 //! **Trust.** An identity is hashed when it is loaded; bytes that do not match their name are [`StoreError::Corrupt`],
 //! never served and never mistaken for "no such blob". Variants carry the checksums of their own formats.
@@ -14,11 +15,12 @@
 //! **Limit.** A blob is held in memory as a whole while it is served, hence [`MAX_BLOB_BYTES`].
 
 mod coding;
+mod sync;
 
 use std::{
     any::Any,
     collections::BTreeMap,
-    path::Path,
+    path::{Path, PathBuf},
     sync::{
         Arc, OnceLock,
         atomic::{AtomicU64, Ordering},
@@ -195,6 +197,8 @@ pub struct BlobStore {
 #[derive(Debug)]
 struct Inner {
     objects: Arc<dyn ObjectStore>,
+    /// Where they are, if that is a folder whose files are not synced one by one.
+    folder: Option<PathBuf>,
     cache: Cache<BlobName, Arc<Representations>, ByBytes>,
     hits: AtomicU64,
     misses: AtomicU64,
@@ -232,8 +236,8 @@ impl BlobStore {
             .map_err(failed)?;
         let local = LocalFileSystem::new_with_prefix(&folder)
             .map_err(failed)?
-            .with_fsync(true);
-        let store = Self::over(Arc::new(local), cache_bytes);
+            .with_fsync(!sync::AT_ONCE);
+        let store = Self::over(Arc::new(local), sync::AT_ONCE.then_some(folder), cache_bytes);
         if store.probe().await.is_err() {
             let text = Bytes::from_static(b"Immutable objects, named by the SHA-256 of their content.\n");
             store.write(&Key::from(MARKER), text).await?;
@@ -242,7 +246,7 @@ impl BlobStore {
     }
 
     /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
-    fn over(objects: Arc<dyn ObjectStore>, cache_bytes: u64) -> Self {
+    fn over(objects: Arc<dyn ObjectStore>, folder: Option<PathBuf>, cache_bytes: u64) -> Self {
         /// Only a hint for the cache's tables.
         const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
         /// Few shards, so that one large blob still fits into its share of the limit.
@@ -256,6 +260,7 @@ impl BlobStore {
         Self {
             inner: Arc::new(Inner {
                 objects,
+                folder,
                 cache: Cache::with_options(
                     options,
                     ByBytes,
@@ -268,7 +273,7 @@ impl BlobStore {
         }
     }
 
-    /// Stores a blob with the variants that save enough. A blob that is there is not written again.
+    /// Stores a blob with the variants that save enough. A blob that is there, and whole, is not written again.
     ///
     /// # Errors
     /// When the bytes are not those of the name or are too many, or the store fails.
@@ -280,7 +285,7 @@ impl BlobStore {
                 bytes: len,
             });
         }
-        if self.stored_len(name).await? == Some(len) {
+        if self.holds(name, &bytes).await? {
             return Ok(PutOutcome::AlreadyThere);
         }
         let (owned, input) = (name.clone(), bytes.clone());
@@ -303,17 +308,35 @@ impl BlobStore {
     /// When the blob is not here or damaged, or a store fails.
     pub async fn copy_to(&self, name: &BlobName, target: &Self) -> Result<bool, StoreError> {
         let forms = self.get(name).await?.ok_or_else(|| StoreError::Missing(name.clone()))?;
-        let len = forms.identity.bytes.len() as u64;
-        if target.stored_len(name).await? == Some(len) {
+        if target.holds(name, &forms.identity.bytes).await? {
             return Ok(false);
         }
-        for coding in [Coding::Zstd, Coding::Gzip] {
+        for coding in Coding::ALL {
             if let Some(variant) = forms.of(Some(coding)) {
                 target.write(&variant_key(name, coding), variant.bytes.clone()).await?;
             }
         }
         target.write(&identity_key(name), forms.identity.bytes.clone()).await?;
         Ok(true)
+    }
+
+    /// Makes everything that was stored so far outlive a loss of power.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub async fn sync(&self) -> Result<(), StoreError> {
+        let Some(folder) = self.inner.folder.clone() else {
+            return Ok(());
+        };
+        let what = format!("sync {}", folder.display());
+        let synced = tokio::task::spawn_blocking(move || sync::all(&folder)).await;
+        synced.expect("syncing does not panic and is not aborted").map_err(|e| {
+            let source = object_store::Error::Generic {
+                store: "folder",
+                source: Box::new(e),
+            };
+            io(what, source)
+        })
     }
 
     /// How many bytes are stored of a blob; `None` when there is no such blob.
@@ -447,6 +470,25 @@ impl BlobStore {
         }
     }
 
+    /// Whether a blob is there with just these bytes, and no variant of it is damaged.
+    async fn holds(&self, name: &BlobName, bytes: &Bytes) -> Result<bool, StoreError> {
+        if self.stored_len(name).await? != Some(bytes.len() as u64)
+            || self.read(&identity_key(name)).await?.as_ref() != Some(bytes)
+        {
+            return Ok(false);
+        }
+        for coding in Coding::ALL {
+            if let Some(variant) = self.read(&variant_key(name, coding)).await? {
+                let identity = bytes.clone();
+                let right = tokio::task::spawn_blocking(move || coding.decodes_to(&variant, &identity)).await;
+                if !right.expect("decoding does not panic and is not aborted") {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+
     async fn read(&self, key: &Key) -> Result<Option<Bytes>, StoreError> {
         let failed = |source| io(format!("read {key}"), source);
         match self.inner.objects.get(key).await {
@@ -489,7 +531,7 @@ fn variants_of(name: &BlobName, bytes: &[u8]) -> Result<Vec<(Coding, Vec<u8>)>, 
         return Ok(vec![]);
     }
     let mut variants = vec![];
-    for coding in [Coding::Zstd, Coding::Gzip] {
+    for coding in Coding::ALL {
         let encoded = coding.encode(bytes).map_err(|source| StoreError::Encode {
             name: name.clone(),
             source: Arc::new(source),

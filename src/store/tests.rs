@@ -61,16 +61,28 @@ async fn pictures_and_what_does_not_shrink_stay_alone() {
 }
 
 #[tokio::test]
-async fn damage_is_told_apart_from_absence_and_healed_by_a_new_put_of_another_length() {
+async fn damage_is_told_apart_from_absence_and_healed_by_a_new_put() {
     let (data, store) = store().await;
     let bytes = text(100);
     let name = named(&bytes, "json");
     assert!(store.get(&name).await.unwrap().is_none());
     store.put(&name, bytes.clone()).await.unwrap();
-    std::fs::write(data.path().join("o").join(name.to_string()), b"cut").unwrap();
-    assert!(matches!(store.get(&name).await, Err(StoreError::Corrupt { .. })));
-    store.put(&name, bytes.clone()).await.unwrap();
-    assert_eq!(store.get(&name).await.unwrap().unwrap().identity.bytes, bytes);
+    let same_length = vec![0; bytes.len()];
+    for damaged in [&b"cut"[..], &same_length] {
+        std::fs::write(data.path().join("o").join(name.to_string()), damaged).unwrap();
+        // With nothing in memory.
+        let store = BlobStore::open_folder(data.path(), CACHE_BYTES).await.unwrap();
+        assert!(matches!(store.get(&name).await, Err(StoreError::Corrupt { .. })));
+        store.put(&name, bytes.clone()).await.unwrap();
+        assert_eq!(store.get(&name).await.unwrap().unwrap().identity.bytes, bytes);
+    }
+    for suffix in [".zst", ".gz"] {
+        let variant = data.path().join("o").join(format!("{name}{suffix}"));
+        let whole = std::fs::read(&variant).unwrap();
+        std::fs::write(&variant, b"").unwrap();
+        store.put(&name, bytes.clone()).await.unwrap();
+        assert_eq!(std::fs::read(&variant).unwrap(), whole);
+    }
 }
 
 #[tokio::test]

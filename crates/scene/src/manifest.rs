@@ -126,6 +126,20 @@ pub struct RecordSizes {
     pub step_set_bytes: u64,
 }
 
+impl std::iter::Sum for RecordSizes {
+    fn sum<I: Iterator<Item = Self>>(sizes: I) -> Self {
+        sizes.fold(Self::default(), |all, one| Self {
+            records: all.records + one.records,
+            record_bytes: all.record_bytes + one.record_bytes,
+            record_set_bytes: all.record_set_bytes + one.record_set_bytes,
+            hybrid_set_bytes: all.hybrid_set_bytes + one.hybrid_set_bytes,
+            steps: all.steps + one.steps,
+            step_bytes: all.step_bytes + one.step_bytes,
+            step_set_bytes: all.step_set_bytes + one.step_set_bytes,
+        })
+    }
+}
+
 impl RecordSizes {
     /// Means in bytes: of a record, of its set, of a step, of its set.
     #[must_use]

@@ -53,50 +53,81 @@ pub(super) fn write_records(
         .par_iter()
         .map(|from| Steps::between(from, from.adjacent.iter().map(|to| &records[to.index()])))
         .collect();
-    let mut sizes = RecordSizes::default();
-    let mut rows = Vec::with_capacity(records.len());
-    for (record, from) in records.iter().zip(&steps) {
-        if progress.cancelled() {
-            return Err(BakeError::Cancelled);
-        }
+    let neighbours = Neighbours {
+        records: &records,
+        steps: &steps,
+        entries,
+        models,
+    };
+    let written: Vec<(CellEntry, RecordSizes)> = input
+        .graph
+        .cells
+        .par_iter()
+        .enumerate()
+        .map(|(id, cell)| {
+            if progress.cancelled() {
+                return Err(BakeError::Cancelled);
+            }
+            let written = neighbours.write(id, cell, ledger)?;
+            progress.advance(1);
+            Ok(written)
+        })
+        .collect::<Result<_, _>>()?;
+    let (rows, sizes): (Vec<_>, Vec<_>) = written.into_iter().unzip();
+    Ok(WrittenCells {
+        rows,
+        sizes: sizes.into_iter().sum(),
+    })
+}
+
+/// All records, and the steps between them.
+struct Neighbours<'a> {
+    records: &'a [CellRecord],
+    steps: &'a [Steps],
+    entries: &'a [ObjectEntry],
+    models: &'a [Model],
+}
+
+impl Neighbours<'_> {
+    /// Writes what belongs to one cell.
+    fn write(&self, id: usize, cell: &ViewCell, ledger: &Ledger<'_>) -> Result<(CellEntry, RecordSizes), BakeError> {
+        let Self { records, steps, .. } = self;
+        let (record, from) = (&records[id], &steps[id]);
         let binary = ledger.put("cell", record.encode())?;
         let stepping = match from.to.len() {
             0 => None,
             _ => Some(ledger.put("steps", from.encode())?),
         };
-        let crossings: Vec<Crossing> = record
-            .adjacent
-            .iter()
-            .filter_map(|before| {
-                Some(Crossing {
-                    from: *before,
-                    step_bytes: steps[before.index()].step(record.cell)?.len() as u64,
-                    model_bytes: newly_visible_bytes(&records[before.index()], record, entries, models),
-                })
-            })
-            .collect();
-        let (json, _) = ledger.put_json(&CellJson::of(record, binary.1, &crossings))?;
-        sizes.records += 1;
-        sizes.record_bytes += binary.1;
-        let set_bytes = record.set_bytes([]);
+        let (json, _) = ledger.put_json(&CellJson::of(record, binary.1, &self.crossings_into(record)))?;
         let local_elsewhere = record.cpvs.iter().flat_map(|cell| records[cell.index()].lpvs.iter());
-        sizes.record_set_bytes += set_bytes;
-        sizes.hybrid_set_bytes += record.set_bytes(local_elsewhere.map(|visible| visible.object));
-        for (to, step) in &from.to {
-            sizes.steps += 1;
-            sizes.step_bytes += step.len() as u64;
-            sizes.step_set_bytes += records[to.index()].set_bytes(record.objects());
-        }
-        rows.push(index_entry(
-            record,
-            input.graph.cells[rows.len()].planes(),
-            binary,
-            stepping,
-            json,
-        ));
-        progress.advance(1);
+        let step_bytes = from.to.iter().map(|(_, step)| step.len() as u64);
+        let step_sets = from
+            .to
+            .iter()
+            .map(|(to, _)| records[to.index()].set_bytes(record.objects()));
+        let sizes = RecordSizes {
+            records: 1,
+            record_bytes: binary.1,
+            record_set_bytes: record.set_bytes([]),
+            hybrid_set_bytes: record.set_bytes(local_elsewhere.map(|visible| visible.object)),
+            steps: from.to.len() as u64,
+            step_bytes: step_bytes.sum(),
+            step_set_bytes: step_sets.sum(),
+        };
+        Ok((index_entry(record, cell.planes(), binary, stepping, json), sizes))
     }
-    Ok(WrittenCells { rows, sizes })
+
+    /// What it costs to come into a cell from each side.
+    fn crossings_into(&self, record: &CellRecord) -> Vec<Crossing> {
+        let crossing = |before: &CellId| {
+            Some(Crossing {
+                from: *before,
+                step_bytes: self.steps[before.index()].step(record.cell)?.len() as u64,
+                model_bytes: newly_visible_bytes(&self.records[before.index()], record, self.entries, self.models),
+            })
+        };
+        record.adjacent.iter().filter_map(crossing).collect()
+    }
 }
 
 /// The coarsest level of everything that is visible from `to` but shares no geometry with what is visible from `from`.

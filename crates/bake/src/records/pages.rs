@@ -4,29 +4,26 @@ use belvedere_scene::{
     BlobName, Bounds,
     index::{CHUNK_ENTRIES, PAGE_ENTRIES, Page, PageEntry, PageKind},
 };
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::sink::{Ledger, SinkError};
 
 /// Writes rows of neighbours as chunks and pages above them until one page holds all; gives that root, which stands
 /// in the manifest. `chunk` makes the document of a row, `bounds` the box of one entry; ids are positions in `rows`.
-pub(super) fn write_tree<T, C: Serialize>(
+pub(super) fn write_tree<T: Sync, C: Serialize>(
     rows: &[T],
-    bounds: impl Fn(&T) -> Bounds,
-    chunk: impl Fn(&[T]) -> C,
+    bounds: impl Fn(&T) -> Bounds + Sync,
+    chunk: impl Fn(&[T]) -> C + Sync,
     ledger: &Ledger<'_>,
 ) -> Result<Page, SinkError> {
-    let mut entries = Vec::new();
-    for (i, row) in rows.chunks(CHUNK_ENTRIES).enumerate() {
+    let chunks = rows.par_chunks(CHUNK_ENTRIES).enumerate().map(|(i, row)| {
         let around = row.iter().fold(Bounds::EMPTY, |all, entry| all.union(&bounds(entry)));
         let first = (i * CHUNK_ENTRIES) as u32;
-        entries.push(entry(
-            PageKind::Chunk,
-            ledger.put_json(&chunk(row))?,
-            first..first + row.len() as u32,
-            around,
-        ));
-    }
+        let ids = first..first + row.len() as u32;
+        Ok(entry(PageKind::Chunk, ledger.put_json(&chunk(row))?, ids, around))
+    });
+    let mut entries = chunks.collect::<Result<Vec<_>, SinkError>>()?;
     while entries.len() > PAGE_ENTRIES {
         let mut above = Vec::new();
         for children in entries.chunks(PAGE_ENTRIES) {
