@@ -64,12 +64,13 @@ impl Coding {
         let mut decoded = Vec::with_capacity(bytes.len());
         let read = match self {
             Self::Zstd => zstd::Decoder::new(variant).and_then(|d| d.take(most).read_to_end(&mut decoded)),
-            Self::Gzip => flate2::read::GzDecoder::new(variant).take(most).read_to_end(&mut decoded),
+            Self::Gzip => flate2::read::GzDecoder::new(variant)
+                .take(most)
+                .read_to_end(&mut decoded),
         };
         read.is_ok() && decoded == bytes
     }
 }
-
 
 /// Whether a blob of this kind can be expected to shrink. Pictures and smooth LODs are entropy-coded already.
 pub(super) fn worth_trying(ext: &str) -> bool {

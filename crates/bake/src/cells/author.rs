@@ -189,6 +189,7 @@ pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defect
             planes: planes.collect(),
             stands_m: min.y,
             open_below: false,
+            hides: true,
             object,
         });
     }

@@ -24,15 +24,25 @@ pub struct Body {
     pub stands_m: f32,
     /// Nothing closes it from below: it blocks only segments between places at or above [`stands_m`](Self::stands_m).
     pub open_below: bool,
+    /// Whether it hides anything. What does not says where else the inside of its object is, [`super::rest`].
+    pub hides: bool,
     /// The object that it lies in.
     pub object: u32,
+}
+
+/// Whether a face looks straight down.
+pub(crate) fn is_bottom(normal: Vec3) -> bool {
+    normal.y < BOTTOM
 }
 
 impl Body {
     /// Hands all that it is to a digester.
     pub(super) fn feed(&self, digester: &mut Digester) {
         digester.point(self.min).point(self.max).floats(&[self.stands_m]);
-        digester.flag(self.open_below).count(self.object as usize);
+        digester
+            .flag(self.open_below)
+            .flag(self.hides)
+            .count(self.object as usize);
         digester.count(self.planes.len());
         for plane in &self.planes {
             digester.floats(&plane.to_array());
@@ -75,7 +85,7 @@ impl Body {
         } else {
             for plane in &self.planes {
                 let normal = plane.truncate();
-                if reaches_down && normal.y < BOTTOM {
+                if reaches_down && is_bottom(normal) {
                     continue;
                 }
                 let (outside, rise) = (normal.dot(from) - plane.w, normal.dot(along));
@@ -101,7 +111,7 @@ impl Body {
     #[must_use]
     pub fn separates(&self, eye: &Region, target: &Region, hull_rays_only: bool) -> bool {
         let reaches_down = eye.min.y.min(target.min.y) >= self.stands_m;
-        if (self.open_below && !reaches_down) || eye.overlaps(target) {
+        if !self.hides || (self.open_below && !reaches_down) || eye.overlaps(target) {
             return false;
         }
         let blocks = |from, to| self.blocks(from, to, reaches_down);

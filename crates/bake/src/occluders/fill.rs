@@ -21,7 +21,8 @@ const TOUCH: f32 = 1e-4;
 /// With other geometry in more than this share of its voxels something is a house, not a block.
 const HOLLOW: f32 = 0.05;
 
-type Triangle = [Vec3; 3];
+/// The corners of a face.
+pub(super) type Triangle = [Vec3; 3];
 
 struct Grid {
     lines: [Vec<f32>; 3],

@@ -9,11 +9,11 @@ mod fill;
 mod hiders;
 mod planes;
 mod region;
+mod rest;
 mod solids;
 mod stored;
 mod wall;
 
-pub(crate) use self::wall::Rectangle;
 pub use self::{
     body::Body,
     hiders::Hiders,
@@ -21,6 +21,7 @@ pub use self::{
     stored::StoredError,
     wall::{Tolerance, Wall, Way},
 };
+pub(crate) use self::{body::is_bottom, wall::Rectangle};
 use std::sync::Arc;
 
 use crate::world::World;

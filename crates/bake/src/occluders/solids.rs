@@ -10,6 +10,7 @@
 //! 3. What holds geometry of others is hollow there: a house may have rooms. Its bodies keep clear of that, and a shell
 //!    that one could stand in and look out of, because its backs are not drawn, has none.
 //! 4. A body that stands on another one has no gap below it: it takes over the other's floor.
+//! 5. What the boxes leave of a part's inside is noted too, as bodies that hide nothing ([`super::rest`]).
 //!
 //! Guarantee: a segment that meets a body and starts outside the part crosses a face that hides, seen from its front
 //! (or from any side if the part hides from both). Bodies are smaller by a margin, which turns rounding into
@@ -17,9 +18,9 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
-use super::{Body, fill};
+use super::{Body, fill, rest};
 use crate::{
     cells::meets_box,
     world::{Triangle, World},
@@ -137,11 +138,13 @@ impl Part<'_> {
             // What rounding puts just below it counts as on it.
             stands_m: min.y - STANDS_MARGINS * margin_m,
             open_below,
+            hides: true,
             object,
         };
         let foreign = self.foreign(world, object, 4.0 * margin_m);
         let convex = self.convex_planes(open_below).filter(|_| foreign.is_empty());
-        let bodies = match convex {
+        let some = |bodies: &mut Vec<Body>| bodies.retain(|b| b.min.cmplt(b.max).all());
+        let mut bodies = match convex {
             Some(planes) if planes.iter().all(|p| is_axis(p.truncate())) => vec![body(self.min, self.max, Vec::new())],
             Some(planes) if planes.len() <= MAX_PLANES => vec![body(self.min, self.max, planes)],
             _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => Vec::new(),
@@ -149,13 +152,40 @@ impl Part<'_> {
                 let surface: Vec<_> = self.triangles.iter().map(|t| t.corners).collect();
                 let filled = fill::boxes(&surface, &foreign, self.min, self.max);
                 if filled.hollow && !both_sides {
-                    Vec::new()
-                } else {
-                    filled.boxes.into_iter().map(|[a, b]| body(a, b, Vec::new())).collect()
+                    return Vec::new();
                 }
+                let mut bodies: Vec<Body> = filled.boxes.iter().map(|[a, b]| body(*a, *b, Vec::new())).collect();
+                some(&mut bodies);
+                if !bodies.is_empty() {
+                    let rest = self.rest(world, object, &filled.boxes, margin_m);
+                    bodies.extend(rest.into_iter().map(|piece| Body {
+                        hides: false,
+                        ..body(piece.min, piece.max, piece.planes)
+                    }));
+                }
+                bodies
             }
         };
-        bodies.into_iter().filter(|b| b.min.cmplt(b.max).all()).collect()
+        some(&mut bodies);
+        bodies
+    }
+
+    /// What boxes leave of its inside.
+    fn rest(&self, world: &World, object: u32, boxes: &[[Vec3; 2]], slack_m: f32) -> Vec<rest::Piece> {
+        let mut surface: Vec<_> = self.triangles.iter().map(|t| t.corners).collect();
+        // Cavities are parts of their own.
+        let inner = parts(world.triangles_of(object)).into_iter().filter(|part| {
+            let is_inside = part.min.cmpge(self.min).all() && part.max.cmple(self.max).all();
+            is_inside && part.min != self.min && part.triangles.len() <= MAX_FILLED_TRIANGLES && part.looks_inwards()
+        });
+        surface.extend(inner.flat_map(|part| part.triangles.into_iter().map(|t| t.corners)));
+        let in_a_box = |piece: &rest::Piece| {
+            let holds = |[low, high]: &[Vec3; 2]| piece.min.cmpge(*low).all() && piece.max.cmple(*high).all();
+            boxes.iter().any(holds)
+        };
+        let mut pieces = rest::pieces(&surface, self.min, self.max, slack_m);
+        pieces.retain(|piece| !in_a_box(piece));
+        pieces
     }
 
     /// Triangles of others that reach further than a margin into its box.
@@ -178,40 +208,48 @@ impl Part<'_> {
 
     /// How it is closed, if it is and hides from outside.
     fn closed(&self) -> Option<Closed> {
-        let mut edges: BTreeMap<([u32; 3], [u32; 3]), i32> = BTreeMap::new();
-        let mut both_sides = true;
-        let mut volume_m3 = 0.0;
-        let base = DVec3::new(f64::from(self.min.x), f64::from(self.min.y), f64::from(self.min.z));
-        for triangle in &self.triangles {
-            if !triangle.hides_from_front() {
-                return None;
-            }
-            both_sides &= triangle.hides_from_back();
-            let corners = triangle.corners;
-            let [a, b, c] = corners.map(|p| p.as_dvec3() - base);
-            volume_m3 += a.dot(b.cross(c));
-            let keys = corners.map(bits);
-            for i in 0..3 {
-                let (from, to) = (keys[i], keys[(i + 1) % 3]);
-                if from < to {
-                    *edges.entry((from, to)).or_default() += 1;
-                } else if to < from {
-                    *edges.entry((to, from)).or_default() -= 1;
-                }
-            }
+        if !self.triangles.iter().all(|triangle| triangle.hides_from_front()) {
+            return None;
         }
+        let both_sides = self.triangles.iter().all(|triangle| triangle.hides_from_back());
+        let (volume_m3, loose) = self.volume_and_loose_edges();
         if volume_m3 <= 0.0 && !both_sides {
             return None;
         }
         let bottom = (self.min.y + 0.0).to_bits();
-        let mut open_below = false;
-        for ((from, to), _) in edges.iter().filter(|(_, balance)| **balance != 0) {
-            if from[1] != bottom || to[1] != bottom {
-                return None;
+        let at_bottom = |corner: &[u32; 3]| corner[1] == bottom;
+        loose.iter().flatten().all(at_bottom).then_some(Closed {
+            open_below: !loose.is_empty(),
+            both_sides,
+        })
+    }
+
+    /// Whether it is closed and its faces look into it, as around a cavity.
+    fn looks_inwards(&self) -> bool {
+        let (volume_m3, loose) = self.volume_and_loose_edges();
+        volume_m3 < 0.0 && loose.is_empty()
+    }
+
+    /// Six times the volume that its faces look out of, and the edges that more faces meet in one direction than in the other.
+    fn volume_and_loose_edges(&self) -> (f64, Vec<[[u32; 3]; 2]>) {
+        let mut edges: BTreeMap<[[u32; 3]; 2], i32> = BTreeMap::new();
+        let mut volume_m3 = 0.0;
+        let base = self.min.as_dvec3();
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.corners.map(|p| p.as_dvec3() - base);
+            volume_m3 += a.dot(b.cross(c));
+            let keys = triangle.corners.map(bits);
+            for i in 0..3 {
+                let (from, to) = (keys[i], keys[(i + 1) % 3]);
+                if from < to {
+                    *edges.entry([from, to]).or_default() += 1;
+                } else if to < from {
+                    *edges.entry([to, from]).or_default() -= 1;
+                }
             }
-            open_below = true;
         }
-        Some(Closed { open_below, both_sides })
+        let loose = edges.into_iter().filter(|(_, balance)| *balance != 0);
+        (volume_m3, loose.map(|(edge, _)| edge).collect())
     }
 
     /// The planes of its faces and of a missing bottom, when it is convex.
@@ -259,7 +297,8 @@ fn stand_on_each_other(bodies: &mut [Body], margin_m: f32) {
         let body = &bodies[upper];
         let others = by_object.entry(body.object).or_default();
         let below = others.iter().map(|i| &bodies[*i]).find(|lower| {
-            lower.planes.is_empty()
+            lower.hides
+                && lower.planes.is_empty()
                 && lower.max.y + STANDS_MARGINS * margin_m >= body.min.y
                 && lower.min.x <= body.min.x
                 && lower.min.z <= body.min.z

@@ -12,7 +12,9 @@ use super::{Body, Occluders, Region, Tolerance, Wall, Way};
 use crate::visibility::conservative::Scenery;
 
 const MAGIC: &[u8; 4] = b"BVOC";
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
+/// The first version, in which every body hides.
+const ALL_HIDE: u16 = 1;
 const NO_DOOR: u32 = u32::MAX;
 /// A reader takes no longer lists of lines than a wall may have.
 const MAX_LINES: u32 = 1 << 16;
@@ -56,7 +58,8 @@ impl Scenery {
             floats(&mut bytes, &body.min.to_array());
             floats(&mut bytes, &body.max.to_array());
             floats(&mut bytes, &[body.stands_m]);
-            bytes.extend([u8::from(body.open_below), body.planes.len() as u8]);
+            let flags = u8::from(body.open_below) | u8::from(!body.hides) << 1;
+            bytes.extend([flags, body.planes.len() as u8]);
             body.planes
                 .iter()
                 .for_each(|plane| floats(&mut bytes, &plane.to_array()));
@@ -93,7 +96,7 @@ impl Scenery {
             return Err(StoredError::NotOccluders);
         }
         let version = u16::from_le_bytes(from.take()?);
-        if version != VERSION {
+        if !(ALL_HIDE..=VERSION).contains(&version) {
             return Err(StoredError::UnknownVersion(version));
         }
         let mut origin = DVec3::ZERO;
@@ -115,6 +118,7 @@ impl Scenery {
         let mut last = 0;
         let bodies = from.list(34, |from| {
             let body = from.body()?;
+            from.check(body.hides || version > ALL_HIDE)?;
             from.check(body.object >= last && (body.object as usize) < targets.len())?;
             last = body.object;
             Ok(body)
@@ -204,15 +208,16 @@ impl Reader<'_> {
         let [min, max] = [self.finite()?, self.finite()?].map(Vec3::from_array);
         let [stands_m] = self.finite()?;
         self.check(min.cmple(max).all())?;
-        let open_below = self.flag()?;
-        let [planes] = self.take()?;
+        let [flags, planes] = self.take()?;
+        self.check(flags <= 3)?;
         let planes = (0..planes).map(|_| self.finite().map(Vec4::from_array));
         Ok(Body {
             min,
             max,
             planes: planes.collect::<Result<_, _>>()?,
             stands_m,
-            open_below,
+            open_below: flags & 1 != 0,
+            hides: flags & 2 == 0,
             object,
         })
     }

@@ -269,8 +269,9 @@ impl<'a> Observer<'a> {
     /// Draws the shadows of an object's bodies, as far as no eye of the region is inside them.
     fn draw(&mut self, eye: &Region, object: u32) {
         for index in self.scenery.bodies_of[object as usize].clone() {
-            if self.prover.is_outside(eye, index) {
-                self.shadows.add(&self.scenery.blocker.occluders.bodies[index as usize]);
+            let body = &self.scenery.blocker.occluders.bodies[index as usize];
+            if body.hides && self.prover.is_outside(eye, index) {
+                self.shadows.add(body);
             }
         }
     }

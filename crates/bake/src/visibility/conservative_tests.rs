@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use glam::Vec3;
+use glam::{DMat4, DVec3, Vec3};
 
 use super::{
     Method,
@@ -11,7 +11,12 @@ use super::{
     random::Random,
     targets,
 };
-use crate::{city::City, occluders::Region, world::World};
+use crate::{
+    city::City,
+    occluders::Region,
+    source::{Primitive, SourceScene},
+    world::World,
+};
 
 const ONE_BODY: ConservativeSettings = ConservativeSettings {
     proofs: Proofs {
@@ -51,7 +56,12 @@ impl Town {
 
     /// With cells that reach so much further to all sides on their floor, into houses too.
     fn with_cells_grown(city: City, by_m: f32) -> Self {
-        let world = World::new(&city.scene()).unwrap();
+        Self::built(city, &city.scene(), by_m)
+    }
+
+    /// With other houses on the same lots.
+    fn built(city: City, scene: &SourceScene, by_m: f32) -> Self {
+        let world = World::new(scene).unwrap();
         let scenery = Scenery::of(&world);
         let relative = |point: glam::DVec3| world.relative(point.to_array());
         let grown = Vec3::new(by_m, 0.0, by_m);
@@ -134,6 +144,129 @@ fn whatever_rays_see_is_in_every_conservative_set() {
             }
         }
     }
+}
+
+/// A prism, closed but for its bottom: over a ground plan, or, `lying`, over the outline of its gable.
+fn prism(outline: &[[f32; 2]], caps: &[[u32; 3]], length_m: f32, lying: bool) -> Primitive {
+    let corners = outline.len() as u32;
+    let ends = [0.0, length_m].into_iter();
+    let positions: Vec<[f32; 3]> = ends
+        .flat_map(|along| {
+            outline
+                .iter()
+                .map(move |[a, b]| if lying { [*a, *b, along] } else { [*a, along, *b] })
+        })
+        .collect();
+    let mut indices = Vec::new();
+    for i in 0..corners {
+        let (next, up) = ((i + 1) % corners, corners);
+        // The first side of what lies is its bottom.
+        if !(lying && i == 0) {
+            indices.extend([i, next, next + up, i, next + up, i + up]);
+        }
+    }
+    for [a, b, c] in caps {
+        let [near, far] = [[*a, *b, *c], [*a + corners, *b + corners, *c + corners]];
+        if lying {
+            indices.extend(near);
+        }
+        let [a, b, c] = far;
+        indices.extend(if lying { [c, b, a] } else { [a, b, c] });
+    }
+    Primitive {
+        positions,
+        indices,
+        ..Primitive::default()
+    }
+}
+
+/// What a house looks like.
+#[derive(Clone, Copy)]
+enum Form {
+    L,
+    Courtyard,
+    Gable,
+}
+
+/// A city whose houses have these forms in turn, and stand askew.
+fn askew(city: City, forms: &[Form]) -> SourceScene {
+    let mut scene = city.scene();
+    for (index, (model, object)) in scene.models.iter_mut().zip(&mut scene.objects).enumerate() {
+        model.primitives = vec![match forms[index % forms.len()] {
+            Form::L => {
+                let plan = [
+                    [0.0, 0.0],
+                    [0.0, 10.0],
+                    [3.0, 10.0],
+                    [3.0, 3.0],
+                    [10.0, 3.0],
+                    [10.0, 0.0],
+                ];
+                prism(&plan, &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]], 12.0, false)
+            }
+            Form::Courtyard => {
+                let plan = [
+                    [0.0, 0.0],
+                    [0.0, 10.0],
+                    [4.0, 10.0],
+                    [4.0, 4.0],
+                    [6.0, 4.0],
+                    [6.0, 10.0],
+                    [10.0, 10.0],
+                    [10.0, 0.0],
+                ];
+                let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 7], [7, 4, 5], [7, 5, 6]];
+                prism(&plan, &caps, 16.0, false)
+            }
+            Form::Gable => {
+                let gable = [[0.0, 0.0], [10.0, 0.0], [10.0, 7.0], [5.0, 12.0], [0.0, 7.0]];
+                prism(&gable, &[[0, 4, 3], [0, 3, 2], [0, 2, 1]], 11.0, true)
+            }
+        }];
+        let turn = DMat4::from_rotation_y(0.37 * index as f64);
+        let middle = DMat4::from_translation(DVec3::new(-5.0, 0.0, -5.0));
+        object.world_from_object *= DMat4::from_translation(DVec3::new(4.0, 0.0, 4.0)) * turn * middle;
+    }
+    scene
+}
+
+#[test]
+fn whatever_rays_see_among_houses_of_many_forms_is_in_every_conservative_set() {
+    let blocks = [9, 7];
+    let city = City { blocks, ..City::DENSE };
+    let scene = askew(city, &[Form::L, Form::Courtyard, Form::Gable]);
+    let (mut hidden, mut reach_into_what_bodies_leave) = (0, 0);
+    for by_m in [0.0, 3.0] {
+        let town = Town::built(city, &scene, by_m);
+        let bodies = &town.scenery.blocker.occluders.bodies;
+        let left = bodies.iter().filter(|body| !body.hides);
+        reach_into_what_bodies_leave += left
+            .filter(|body| town.cells.iter().any(|cell| body.may_hold(cell)))
+            .count();
+        for settings in [ONE_BODY, FUSED, Method::Conservative.proofs()] {
+            for ((set, seen), cell) in town.not_hidden(settings).iter().zip(&town.seen).zip(&town.cells) {
+                let missing: Vec<_> = seen.iter().filter(|o| set.binary_search(o).is_err()).collect();
+                assert!(missing.is_empty(), "{missing:?} from {:?} with {settings:?}", cell.min);
+                hidden += town.scenery.targets.len() - set.len();
+            }
+        }
+    }
+    assert!(hidden > 0 && reach_into_what_bodies_leave > 0);
+}
+
+#[test]
+fn bodies_that_stand_askew_hide_together_too() {
+    let city = City {
+        blocks: BLOCKS,
+        ..City::DENSE
+    };
+    let town = Town::built(city, &askew(city, &[Form::Gable]), 0.0);
+    let count = |settings| town.not_hidden(settings).iter().map(Vec::len).sum::<usize>();
+    let (one, fused) = (count(ONE_BODY), count(FUSED));
+    assert!(
+        fused * 20 < one * 19,
+        "{one} are hidden by no body alone, {fused} by none together"
+    );
 }
 
 #[test]

@@ -218,7 +218,7 @@ impl Question<'_> {
         let bodies = self.scene.bodies;
         let enters = |index: u32, [from, to]: [Vec3; 2]| {
             let body = &bodies[index as usize];
-            if body.open_below && !reaches(body) {
+            if !body.hides || (body.open_below && !reaches(body)) {
                 return None;
             }
             body.enters(from, to, reaches(body))

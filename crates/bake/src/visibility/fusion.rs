@@ -8,13 +8,14 @@
 //!
 //! Departures: in space instead of above a ground plan; visibility from the point is found on the six faces of a cube
 //! around it. A square of a face is covered when its four corner rays meet one body, which by convexity covers all rays
-//! between, at the depth of the furthest of the four entries; squares that no body covers alone stay open.
+//! between, at the depth of the furthest of the four entries: what one over the depth of an entry is, is the least of
+//! linear functions of the place on the face, so nowhere less than at a corner. Squares that no body covers alone stay open.
 //!
 //! Guarantee: conservative. Cost: squares that the bodies cover, plus squares that the targets cover.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
-use crate::occluders::{Body, Region};
+use crate::occluders::{Body, Region, is_bottom};
 
 /// Squares along an edge of the cube's faces.
 const SIZE: usize = 192;
@@ -76,7 +77,7 @@ impl Shadows {
     /// Draws the shadow of a body. One that reaches into the eye box or is thinner than it casts none.
     pub fn add(&mut self, body: &Body) {
         let stands = body.stands_m <= self.floor_m;
-        if !body.planes.is_empty() || (body.open_below && !stands) {
+        if body.open_below && !stands {
             return;
         }
         let (mut min, max) = (body.min + self.half - self.eye, body.max - self.half - self.eye);
@@ -88,13 +89,21 @@ impl Shadows {
         }
         let meets_eye = min.cmple(Vec3::ZERO).all() && max.cmpge(Vec3::ZERO).all();
         if min.cmplt(max).all() && !meets_eye {
+            let planes: Vec<Vec4> = body
+                .planes
+                .iter()
+                .map(|plane| (plane.truncate(), plane.w))
+                .filter(|(normal, _)| !(stands && is_bottom(*normal)))
+                .map(|(normal, w)| normal.extend(w - normal.dot(self.eye) - normal.abs().dot(self.half)))
+                .collect();
             for index in 0..6 {
-                self.cast(index, min, max);
+                self.cast(index, min, max, &planes);
             }
         }
     }
 
-    fn cast(&mut self, index: usize, min: Vec3, max: Vec3) {
+    /// Covers the squares of a face that lie behind a box cut by planes.
+    fn cast(&mut self, index: usize, min: Vec3, max: Vec3, planes: &[Vec4]) {
         let (axis, sign) = face(index);
         let Some([[u0, u1], [v0, v1]]) = squares(axis, sign, min, max) else {
             return;
@@ -129,7 +138,12 @@ impl Shadows {
             let (enter_v, leave_v) = (enter_v.max(near).max(0.0), leave_v.min(far));
             for column in u0..=u1 {
                 let [enter_u, leave_u] = columns[column];
-                let (enter, leave) = (enter_v.max(enter_u), leave_v.min(leave_u));
+                let (mut enter, mut leave) = (enter_v.max(enter_u), leave_v.min(leave_u));
+                if !planes.is_empty() && enter <= leave {
+                    let mut ray = Vec3::ZERO;
+                    (ray[axis], ray[u], ray[v]) = (sign, tangent(column), tangent(line));
+                    (enter, leave) = between(planes, ray, enter, leave);
+                }
                 row[column] = if enter <= leave && enter > 0.0 {
                     enter
                 } else {
@@ -194,6 +208,21 @@ impl Shadows {
             })
         })
     }
+}
+
+/// Where a ray from the eye, already cut to some lengths of its direction, is behind all planes.
+fn between(planes: &[Vec4], ray: Vec3, mut enter: f32, mut leave: f32) -> (f32, f32) {
+    for plane in planes {
+        let rise = plane.truncate().dot(ray);
+        if rise < 0.0 {
+            enter = enter.max(plane.w / rise);
+        } else if rise > 0.0 {
+            leave = leave.min(plane.w / rise);
+        } else if plane.w < 0.0 {
+            return (f32::INFINITY, 0.0);
+        }
+    }
+    (enter, leave)
 }
 
 /// The squares of a face that a box around the eye's surroundings shows in; `None` when it does not.

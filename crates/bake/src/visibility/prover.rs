@@ -51,6 +51,7 @@ pub(super) const BEHIND: f32 = 4.0;
 pub struct Blocker {
     /// What it was made from.
     pub occluders: Occluders,
+    /// Those that hide.
     bodies: Bvh2,
     walls: Bvh2,
     solids: Solids,
@@ -81,10 +82,15 @@ impl Blocker {
     #[must_use]
     pub fn new(occluders: Occluders) -> Self {
         let Tolerance { plane_m, hole_m } = occluders.tolerance;
-        let bodies = segment::tree(occluders.bodies.iter().map(|b| [b.min, b.max]), 0.0);
+        let numbered = (0u32..).zip(&occluders.bodies).filter(|(_, body)| body.hides);
+        let (numbers, boxes): (Vec<_>, Vec<_>) = numbered.map(|(number, b)| (number, [b.min, b.max])).unzip();
+        let mut bodies = segment::tree(boxes.into_iter(), 0.0);
+        for index in &mut bodies.primitive_indices {
+            *index = numbers[*index as usize];
+        }
         Self {
             walls: segment::tree(occluders.walls.iter().map(|wall| wall.around()), plane_m),
-            solids: Solids::of(&occluders.bodies, &bodies, TOUCHING * hole_m),
+            solids: Solids::of(&occluders.bodies, TOUCHING * hole_m),
             bodies,
             occluders,
         }
@@ -212,13 +218,8 @@ impl<'a> Prover<'a> {
     /// From now on eyes are in this region.
     fn stand_in(&mut self, eye: &Region) {
         if self.eye != *eye {
-            let Blocker {
-                occluders,
-                bodies,
-                solids,
-                ..
-            } = self.blocker;
-            self.within = solids.around(&occluders.bodies, bodies, eye);
+            let Blocker { occluders, solids, .. } = self.blocker;
+            self.within = solids.around(&occluders.bodies, eye);
             self.eye = eye.clone();
         }
     }

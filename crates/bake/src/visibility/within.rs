@@ -5,27 +5,30 @@
 //! hides anything from a region that reaches into one. Cells do reach into things: a city's houses stand off the grid that
 //! cells are cut on, and rooms are furnished.
 //!
-//! Limit: what is known of a solid are its bodies. An eye in what they leave of a shape that is not convex is taken for an eye
-//! outside.
+//! What bodies leave of a shape that is not convex is known as bodies that hide nothing ([`crate::occluders`], `rest`).
 
 use glam::Vec3A;
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
+use super::segment;
 use crate::occluders::{Body, Region};
 
 /// What is filled by bodies that touch.
 pub(super) struct Solids {
+    /// All bodies.
+    tree: Bvh2,
     /// The first body of the solid that each body is part of.
     first: Vec<u32>,
 }
 
 impl Solids {
     /// Bodies of one object whose boxes are nearer to each other than a gap fill one solid.
-    pub(super) fn of(bodies: &[Body], tree: &Bvh2, gap_m: f32) -> Self {
+    pub(super) fn of(bodies: &[Body], gap_m: f32) -> Self {
+        let tree = segment::tree(bodies.iter().map(|b| [b.min, b.max]), 0.0);
         let mut first: Vec<u32> = (0..bodies.len() as u32).collect();
         for (index, body) in (0u32..).zip(bodies) {
             let around = Region::of_box(body.min - gap_m, body.max + gap_m);
-            each_in(tree, &around, |other| {
+            each_in(&tree, &around, |other| {
                 let touches = other < index && {
                     let other = &bodies[other as usize];
                     other.object == body.object && around.overlaps(&Region::of_box(other.min, other.max))
@@ -39,7 +42,7 @@ impl Solids {
         for index in 0..first.len() as u32 {
             first[index as usize] = root(&mut first, index);
         }
-        Self { first }
+        Self { tree, first }
     }
 
     /// The solid that a body is part of.
@@ -48,9 +51,9 @@ impl Solids {
     }
 
     /// The solids that may hold some of a region, rising.
-    pub(super) fn around(&self, bodies: &[Body], tree: &Bvh2, eye: &Region) -> Vec<u32> {
+    pub(super) fn around(&self, bodies: &[Body], eye: &Region) -> Vec<u32> {
         let mut solids = Vec::new();
-        each_in(tree, eye, |body| {
+        each_in(&self.tree, eye, |body| {
             if bodies[body as usize].may_hold(eye) {
                 solids.push(self.of_body(body));
             }
@@ -87,7 +90,6 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::visibility::segment;
 
     fn body(object: u32, min: [f32; 3], max: [f32; 3]) -> Body {
         Body {
@@ -96,6 +98,7 @@ mod tests {
             planes: Vec::new(),
             stands_m: 0.0,
             open_below: false,
+            hides: true,
             object,
         }
     }
@@ -109,12 +112,10 @@ mod tests {
             body(0, [9.0, 0.0, 0.0], [10.0, 4.0, 4.0]),
             body(1, [4.0, 0.0, 0.0], [8.0, 4.0, 4.0]),
         ];
-        let tree = segment::tree(bodies.iter().map(|b| [b.min, b.max]), 0.0);
-        let solids = Solids::of(&bodies, &tree, 0.01);
+        let solids = Solids::of(&bodies, 0.01);
         assert_eq!([0, 1, 2, 3, 4].map(|body| solids.of_body(body)), [0, 0, 0, 3, 4]);
-        let around = |min: [f32; 3], max: [f32; 3]| {
-            solids.around(&bodies, &tree, &Region::of_box(Vec3::from(min), Vec3::from(max)))
-        };
+        let around =
+            |min: [f32; 3], max: [f32; 3]| solids.around(&bodies, &Region::of_box(Vec3::from(min), Vec3::from(max)));
         assert_eq!(around([1.6, 11.0, 1.6], [5.0, 13.0, 5.0]), [0]);
         assert!(
             around([-3.0, 0.0, 0.0], [0.0, 4.0, 4.0]).is_empty(),
