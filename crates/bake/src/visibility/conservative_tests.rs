@@ -70,17 +70,38 @@ impl Town {
             .into_iter()
             .map(|[min, max]| Region::of_box(relative(min) - grown, relative(max) + grown))
             .collect();
-        let seen = cells
-            .iter()
-            .enumerate()
-            .map(|(i, cell)| look(&world, cell, &mut Random::stream(5, i as u64)))
-            .collect();
-        Self {
+        let mut town = Self {
             world,
             scenery,
             cells,
-            seen,
-        }
+            seen: Vec::new(),
+        };
+        town.look();
+        town
+    }
+
+    /// Puts cells into houses, where these have an inside that no body fills.
+    fn stand_in_what_bodies_leave(&mut self) {
+        let bodies = &self.scenery.blocker.occluders.bodies;
+        let places = bodies.iter().filter(|body| !body.hides).map(|body| {
+            let (middle, half) = (0.5 * (body.min + body.max), 0.1 * (body.max - body.min));
+            Region::of_box(middle - half, middle + half)
+        });
+        let clear = places.filter(|place| {
+            let mut held = bodies.iter().filter(|body| body.may_hold(place));
+            held.all(|body| !body.hides)
+        });
+        self.cells = clear.step_by(40).take(CELLS).collect();
+        assert_eq!(self.cells.len(), CELLS);
+        self.look();
+    }
+
+    /// Sees what each cell surely sees.
+    fn look(&mut self) {
+        let cells = self.cells.iter().enumerate();
+        self.seen = cells
+            .map(|(i, cell)| look(&self.world, cell, &mut Random::stream(5, i as u64)))
+            .collect();
     }
 
     fn not_hidden(&self, settings: ConservativeSettings) -> Vec<Vec<u32>> {
@@ -235,14 +256,10 @@ fn whatever_rays_see_among_houses_of_many_forms_is_in_every_conservative_set() {
     let blocks = [9, 7];
     let city = City { blocks, ..City::DENSE };
     let scene = askew(city, &[Form::L, Form::Courtyard, Form::Gable]);
-    let (mut hidden, mut reach_into_what_bodies_leave) = (0, 0);
-    for by_m in [0.0, 3.0] {
-        let town = Town::built(city, &scene, by_m);
-        let bodies = &town.scenery.blocker.occluders.bodies;
-        let left = bodies.iter().filter(|body| !body.hides);
-        reach_into_what_bodies_leave += left
-            .filter(|body| town.cells.iter().any(|cell| body.may_hold(cell)))
-            .count();
+    let mut towns = [0.0, 3.0, 0.0].map(|by_m| Town::built(city, &scene, by_m));
+    towns[2].stand_in_what_bodies_leave();
+    let mut hidden = 0;
+    for town in &towns {
         for settings in [ONE_BODY, FUSED, Method::Conservative.proofs()] {
             for ((set, seen), cell) in town.not_hidden(settings).iter().zip(&town.seen).zip(&town.cells) {
                 let missing: Vec<_> = seen.iter().filter(|o| set.binary_search(o).is_err()).collect();
@@ -251,7 +268,7 @@ fn whatever_rays_see_among_houses_of_many_forms_is_in_every_conservative_set() {
             }
         }
     }
-    assert!(hidden > 0 && reach_into_what_bodies_leave > 0);
+    assert!(hidden > 0);
 }
 
 #[test]
