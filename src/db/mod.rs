@@ -4,9 +4,12 @@
 //! the scene's pointer in **one transaction, last**: a crash before it leaves the old revision served and nothing but
 //! blobs that `gc` collects.
 //!
-//! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`]).
+//! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`]), and who may change
+//! what is published ([`StoredKey`]), and what is on its way ([`StoredJob`]).
 
+mod jobs;
 mod kept;
+mod keys;
 
 use std::{collections::BTreeSet, path::Path, time::Duration};
 
@@ -20,7 +23,9 @@ use sqlx::{
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
 
+pub use jobs::{NewJob, StoredJob};
 pub use kept::{KeptDoor, KeptMover};
+pub use keys::{NewKey, StoredKey};
 
 /// The catalogue of one data folder. Cheap to clone.
 #[derive(Debug, Clone)]
