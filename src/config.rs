@@ -237,7 +237,7 @@ impl TryFrom<Settings> for Config {
         let jobs = JobSettings {
             upload_bytes: within("max_upload_mib", upload_mib, 1, 1 << 20)? << 20,
             bakes: within("max_bakes", bakes, 0, 64)? as usize,
-            memory_bytes: within("bake_memory_mib", memory_mib, 64, 1 << 20)? << 20,
+            memory_bytes: within("bake_memory_mib", memory_mib, 256, 1 << 20)? << 20,
             time: Duration::from_secs(60 * within("bake_minutes", minutes, 1, 1 << 20)?),
             open_of_a_key: within("max_jobs_per_key", open_of_a_key, 1, 10_000)? as u32,
             open_of_all: within("max_jobs", open_of_all, 1, 10_000)? as u32,

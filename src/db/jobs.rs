@@ -100,13 +100,21 @@ impl Catalogue {
         rows.iter().map(stored).collect()
     }
 
-    /// A job is being baked from now on.
-    pub async fn start_job(&self, job: &str) -> anyhow::Result<()> {
+    /// A waiting job is being baked from now on; says whether it was still waiting.
+    pub async fn start_job(&self, job: &str) -> anyhow::Result<bool> {
         let sql = AssertSqlSafe(format!(
-            "UPDATE jobs SET state = 'running', started_at = coalesce(started_at, {NOW}) WHERE job = ?"
+            "UPDATE jobs SET state = 'running', started_at = coalesce(started_at, {NOW}) \
+             WHERE job = ? AND state = 'queued'"
         ));
-        sqlx::query(sql).bind(job).execute(&self.pool).await?;
-        Ok(())
+        Ok(sqlx::query(sql).bind(job).execute(&self.pool).await?.rows_affected() > 0)
+    }
+
+    /// Ends a job that waits; says whether it did.
+    pub async fn cancel_waiting_job(&self, job: &str) -> anyhow::Result<bool> {
+        let sql = AssertSqlSafe(format!(
+            "UPDATE jobs SET state = 'cancelled', ended_at = {NOW} WHERE job = ? AND state = 'queued'"
+        ));
+        Ok(sqlx::query(sql).bind(job).execute(&self.pool).await?.rows_affected() > 0)
     }
 
     /// A job waits again, because this server ends.
@@ -206,7 +214,9 @@ mod tests {
         let data = tempfile::tempdir().unwrap();
         let catalogue = Catalogue::open(data.path()).await.unwrap();
         assert!(add(&catalogue, "a1", "a").await && add(&catalogue, "a2", "a").await);
-        catalogue.start_job("a1").await.unwrap();
+        assert!(catalogue.start_job("a1").await.unwrap());
+        assert!(!catalogue.start_job("a1").await.unwrap(), "it runs already");
+        assert!(!catalogue.cancel_waiting_job("a1").await.unwrap());
         catalogue.requeue_interrupted_jobs().await.unwrap();
         let open = catalogue.unfinished_jobs().await.unwrap();
         let states: Vec<_> = open
@@ -218,7 +228,7 @@ mod tests {
         catalogue.start_job("a1").await.unwrap();
         catalogue.put_job_back("a1").await.unwrap();
         assert_eq!(catalogue.job("a1").await.unwrap().unwrap().interrupted, 1);
-        catalogue.end_job("a2", "cancelled", None, None).await.unwrap();
+        assert!(catalogue.cancel_waiting_job("a2").await.unwrap());
         catalogue.forget_ended_jobs(1).await.unwrap();
         assert_eq!(catalogue.job("a2").await.unwrap().unwrap().state, "cancelled");
     }

@@ -61,6 +61,17 @@ pub struct Baked {
     pub report: serde_json::Value,
 }
 
+/// A revision that one may go back to.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct KeptRevision {
+    /// Which.
+    pub revision: Revision,
+    /// When it was published last.
+    pub published_at: String,
+    /// Whether it is what is served.
+    pub current: bool,
+}
+
 impl Catalogue {
     /// Opens the catalogue of a data folder; makes both when they are not there and brings the schema up to date.
     pub async fn open(data: &Path) -> anyhow::Result<Self> {
@@ -157,6 +168,40 @@ impl Catalogue {
             sources: serde_json::from_str(row.try_get("sources")?)?,
             report: serde_json::from_str(row.try_get("report")?)?,
         }))
+    }
+
+    /// The revisions of a scene that are kept, newest first.
+    pub async fn kept_revisions(&self, scene: &SceneName) -> anyhow::Result<Vec<KeptRevision>> {
+        let rows = sqlx::query(
+            "SELECT r.revision, r.published_at, s.revision IS NOT NULL AS current \
+             FROM revisions r LEFT JOIN scenes s ON s.scene = r.scene AND s.revision = r.revision \
+             WHERE r.scene = ? ORDER BY r.published_at DESC, r.revision",
+        )
+        .bind(scene.as_str())
+        .fetch_all(&self.pool)
+        .await?;
+        rows.iter()
+            .map(|row| {
+                Ok(KeptRevision {
+                    revision: row.try_get::<&str, _>("revision")?.parse()?,
+                    published_at: row.try_get("published_at")?,
+                    current: row.try_get("current")?,
+                })
+            })
+            .collect()
+    }
+
+    /// Moves a scene's pointer to a revision that is kept; says whether it is.
+    pub async fn make_current(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<bool> {
+        let moved = sqlx::query(
+            "UPDATE scenes SET revision = ?1 WHERE scene = ?2 \
+             AND EXISTS (SELECT 1 FROM revisions WHERE scene = ?2 AND revision = ?1)",
+        )
+        .bind(revision.to_string())
+        .bind(scene.as_str())
+        .execute(&self.pool)
+        .await?;
+        Ok(moved.rows_affected() > 0)
     }
 
     /// The blobs of a revision with their sizes, by name.

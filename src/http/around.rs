@@ -28,7 +28,7 @@ use axum::{
 use super::{
     AppState, cors,
     error::{ApiError, Problem},
-    routes::{TEMPLATES, UNMATCHED},
+    routes::{SCENE, TEMPLATES, UNMATCHED},
 };
 
 pub(super) const X_REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -51,6 +51,8 @@ pub(super) async fn around(State(state): State<AppState>, request: Request, next
     let mut response = match refused(&request) {
         Some(error) => error.into_response(),
         None if is_preflight(&request) => cors::preflight(),
+        // An upload has its own measure of time.
+        None if route == SCENE && method == Method::PUT => next.run(request).await,
         None => answered(next.run(request), state.limits.timeout).await,
     };
     let problem = response.extensions_mut().remove::<Problem>();
@@ -109,7 +111,7 @@ pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
     }
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
     (reads && announced_bytes(headers) > MAX_IGNORED_BODY_BYTES).then_some(ApiError::BodyTooLarge {
-        most_bytes: MAX_IGNORED_BODY_BYTES as usize,
+        most_bytes: MAX_IGNORED_BODY_BYTES,
     })
 }
 

@@ -14,7 +14,9 @@ use belvedere_live::world::Refusal;
 use belvedere_scene::Revision;
 use serde::Serialize;
 
-use crate::{live::LiveError, published::ReadError, store::StoreError};
+use crate::{
+    jobs::JobError, live::LiveError, publish::rollback::RollbackError, published::ReadError, store::StoreError,
+};
 
 /// Why a request is not answered as asked.
 #[derive(Debug)]
@@ -53,12 +55,22 @@ pub enum ApiError {
     /// A body where none is wanted, or too large a one.
     BodyTooLarge {
         /// How large it may be.
-        most_bytes: usize,
+        most_bytes: u64,
     },
     /// No token was shown, or none that can be read.
     NoToken,
     /// The token is that of somebody else; of whom it is not.
     WrongToken(String),
+    /// A writing route was asked for without an API key.
+    NoKey,
+    /// The API key is none, or is valid no more.
+    WrongKey,
+    /// The API key is valid, but not for this; why.
+    NotGranted(String),
+    /// The bytes of an upload came too slowly.
+    UploadTooSlow,
+    /// What is asked for cannot be, as things are; why.
+    Conflict(String),
     /// Too many requests in a row.
     Flooded {
         /// What became of this one.
@@ -175,7 +187,8 @@ impl ApiError {
                 S::UNSUPPORTED_MEDIA_TYPE,
                 "unsupported-media-type",
                 "The body has another media type than this address takes",
-                "send JSON with Content-Type: application/json, batches of poses with application/x-ndjson".to_owned(),
+                "send JSON with Content-Type: application/json, batches of poses with application/x-ndjson, a scene as the file itself: \
+                 whole, without multipart and Content-Encoding".to_owned(),
             ),
             Self::MethodNotAllowed => (
                 S::METHOD_NOT_ALLOWED,
@@ -220,6 +233,31 @@ impl ApiError {
                 "The token is that of somebody else",
                 format!("it is not that of {whose}"),
             ),
+            Self::NoKey => (
+                S::UNAUTHORIZED,
+                "no-key",
+                "An API key is needed",
+                "send a key that `belvedere keys create` has made as `Authorization: Bearer`".to_owned(),
+            ),
+            Self::WrongKey => (
+                S::UNAUTHORIZED,
+                "wrong-key",
+                "The API key is not valid",
+                "it is unknown, was revoked or has expired".to_owned(),
+            ),
+            Self::NotGranted(detail) => (
+                S::FORBIDDEN,
+                "not-granted",
+                "The API key does not cover this",
+                detail.clone(),
+            ),
+            Self::UploadTooSlow => (
+                S::REQUEST_TIMEOUT,
+                "upload-too-slow",
+                "The upload came too slowly",
+                "send at least 1024 bytes a second".to_owned(),
+            ),
+            Self::Conflict(detail) => (S::CONFLICT, "conflict", "This cannot be done now", detail.clone()),
             Self::Flooded { detail, .. } => (
                 S::TOO_MANY_REQUESTS,
                 "too-many-requests",
@@ -306,7 +344,7 @@ impl IntoResponse for ApiError {
             Self::Full(_) => Some(10),
             _ => None,
         };
-        let unauthorized = matches!(self, Self::NoToken);
+        let unauthorized = matches!(self, Self::NoToken | Self::NoKey | Self::WrongKey);
         let varies = matches!(
             self,
             Self::NotAcceptable | Self::RangeNotSatisfiable { varies: true, .. }
@@ -372,6 +410,33 @@ impl From<LiveError> for ApiError {
             LiveError::Stopped => Self::Stopping,
             LiveError::Unkept(cause) => Self::Internal(cause),
             LiveError::Read(error) => error.into(),
+        }
+    }
+}
+
+impl From<JobError> for ApiError {
+    fn from(error: JobError) -> Self {
+        match error {
+            JobError::NoJob(id) => Self::NotFound(format!("job {id}")),
+            JobError::TooLarge { most_bytes } => Self::BodyTooLarge { most_bytes },
+            JobError::Empty => Self::bad_body(
+                "",
+                "the body must be the source scene: a .glb, .gltf, .zip, .plan or .dcg",
+            ),
+            JobError::Full(detail) => Self::Full(detail),
+            JobError::Elsewhere(_) => Self::Conflict(error.to_string()),
+            JobError::Internal(cause) => Self::Unavailable(cause),
+        }
+    }
+}
+
+impl From<RollbackError> for ApiError {
+    fn from(error: RollbackError) -> Self {
+        match error {
+            RollbackError::NoScene(scene) => Self::NotFound(format!("scene `{scene}`")),
+            RollbackError::NoRevision { .. } => Self::bad_body("/revision", error),
+            RollbackError::NoEarlier(_) | RollbackError::NotWhole { .. } => Self::Conflict(error.to_string()),
+            RollbackError::Unavailable(cause) => Self::Unavailable(cause),
         }
     }
 }

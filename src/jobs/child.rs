@@ -163,7 +163,13 @@ fn too_long(limit: Duration) -> Ended {
 fn why(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) -> Failure {
     let over = |what: String| Failure::new("bake-limit", "The bake went over a limit", what);
     let mib = jobs.inner.settings.memory_bytes >> 20;
-    if said.contains("memory allocation of") || said.contains("Cannot allocate memory") {
+    // Rust's allocator says the first, whoever cannot have a thread or a mapping one of the others.
+    const OUT_OF_MEMORY: [&str; 3] = [
+        "memory allocation of",
+        "Cannot allocate memory",
+        "Resource temporarily unavailable",
+    ];
+    if OUT_OF_MEMORY.iter().any(|words| said.contains(words)) {
         return over(format!(
             "it needed more than {mib} MiB of memory; upload a smaller scene, or raise `bake_memory_mib`"
         ));

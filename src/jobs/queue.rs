@@ -6,7 +6,7 @@
 use std::{
     collections::BTreeMap,
     fs::{File, TryLockError},
-    sync::{Arc, PoisonError},
+    sync::{Arc, PoisonError, atomic::Ordering},
     time::{Duration, SystemTime},
 };
 
@@ -15,12 +15,10 @@ use belvedere_scene::SceneName;
 use tokio::task::JoinSet;
 
 use super::{
-    Failure, Job, JobId, Jobs, Open, State,
+    Failure, Job, JobId, Jobs, LOOK_INTERVAL, Open, State,
     child::{self, Ended},
 };
 
-/// How often to look whether the server that worked jobs off is gone.
-const LOCK_INTERVAL: Duration = Duration::from_secs(1);
 /// How long to wait when the catalogue does not answer.
 const RETRY: Duration = Duration::from_secs(2);
 /// Jobs that ended so long ago are forgotten.
@@ -38,9 +36,11 @@ pub(super) async fn work(jobs: Jobs) {
     let Some(_lock) = inner.stopping.run_until_cancelled(alone(&jobs)).await else {
         return;
     };
+    inner.working.store(true, Ordering::Release);
     if inner.stopping.run_until_cancelled(recover(&jobs)).await.is_none() {
         return;
     }
+    let mut looking = tokio::time::interval(LOOK_INTERVAL);
     let mut bakes = JoinSet::new();
     let mut busy = BTreeMap::new();
     loop {
@@ -53,6 +53,11 @@ pub(super) async fn work(jobs: Jobs) {
         tokio::select! {
             () = inner.stopping.cancelled() => break,
             () = inner.changed.notified() => {}
+            _ = looking.tick() => {
+                if let Err(error) = take_in(&jobs).await {
+                    tracing::warn!(error = format!("{error:#}"), "cannot read which jobs there are");
+                }
+            }
             Some(ended) = bakes.join_next() => free(&mut busy, ended),
         }
         cancel_waiting(&jobs, &busy).await;
@@ -84,7 +89,7 @@ async fn alone(jobs: &Jobs) -> File {
             Err(_) => {}
         }
         told = true;
-        tokio::time::sleep(LOCK_INTERVAL).await;
+        tokio::time::sleep(LOOK_INTERVAL).await;
     }
 }
 
@@ -101,18 +106,10 @@ fn lock(jobs: &Jobs) -> anyhow::Result<Option<File>> {
 
 /// Takes over what the server before has left.
 async fn recover(jobs: &Jobs) {
-    let catalogue = &jobs.inner.catalogue;
     let taking_over = async || -> anyhow::Result<()> {
-        catalogue.requeue_interrupted_jobs().await?;
-        catalogue.forget_ended_jobs(REMEMBERED_DAYS).await?;
-        for stored in catalogue.unfinished_jobs().await? {
-            let job = Job::read(&stored)?;
-            if job.interrupted > 0 {
-                tracing::info!(%job.job, %job.scene, "a job that was interrupted goes on");
-            }
-            jobs.admit(job);
-        }
-        Ok(())
+        jobs.inner.catalogue.requeue_interrupted_jobs().await?;
+        jobs.inner.catalogue.forget_ended_jobs(REMEMBERED_DAYS).await?;
+        take_in(jobs).await
     };
     while let Err(error) = taking_over().await {
         tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are");
@@ -121,6 +118,17 @@ async fn recover(jobs: &Jobs) {
     if let Err(error) = remove_leftovers(jobs) {
         tracing::warn!(%error, "cannot look for uploads that ended early");
     }
+}
+
+/// Knows every job that waits, those too that other servers of the data folder have taken.
+async fn take_in(jobs: &Jobs) -> anyhow::Result<()> {
+    for stored in jobs.inner.catalogue.unfinished_jobs().await? {
+        let job = Job::read(&stored)?;
+        if job.state == State::Queued && jobs.open(job.job).is_none() {
+            jobs.admit(job);
+        }
+    }
+    Ok(())
 }
 
 fn remove_leftovers(jobs: &Jobs) -> std::io::Result<()> {
@@ -199,11 +207,21 @@ async fn run(jobs: Jobs, job: Job, open: Arc<Open>) -> SceneName {
         .await;
         return scene;
     }
-    if let Err(error) = jobs.inner.catalogue.start_job(&id.to_string()).await {
-        // It is still queued; another time it may work.
-        tracing::error!(error = format!("{error:#}"), "cannot start a job");
-        tokio::time::sleep(RETRY).await;
-        return scene;
+    match jobs.inner.catalogue.start_job(&id.to_string()).await {
+        Ok(true) => {}
+        Ok(false) => {
+            // Another server has cancelled it.
+            if let Ok(job) = jobs.read(id).await {
+                forget(&jobs, &open, job);
+            }
+            return scene;
+        }
+        Err(error) => {
+            // It is still queued; another time it may work.
+            tracing::error!(error = format!("{error:#}"), "cannot start a job");
+            tokio::time::sleep(RETRY).await;
+            return scene;
+        }
     }
     open.now.send_modify(|job| job.state = State::Running);
     tracing::info!(job = %id, %scene, "a bake starts");
@@ -251,13 +269,22 @@ async fn end(jobs: &Jobs, open: &Open, ended: Ended) {
             return;
         }
     };
-    if let Err(error) = tokio::fs::remove_dir_all(jobs.folder(id)).await {
-        tracing::warn!(job = %id, %error, "cannot remove what was uploaded");
+    jobs.remove_upload(id).await;
+    forget(jobs, open, job);
+}
+
+/// Tells how a job ended, for the last time.
+fn forget(jobs: &Jobs, open: &Open, job: Job) {
+    let mut all = jobs.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
+    if all.remove(&job.job).is_some() {
+        let mut ended = jobs.inner.ended.lock().unwrap_or_else(PoisonError::into_inner);
+        match job.state {
+            State::Done => ended.done += 1,
+            State::Failed => ended.failed += 1,
+            State::Cancelled => ended.cancelled += 1,
+            State::Queued | State::Running => {}
+        }
     }
-    jobs.inner
-        .open
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .remove(&id);
+    drop(all);
     open.now.send_replace(job);
 }

@@ -5,6 +5,7 @@
 
 pub(crate) mod data;
 mod found;
+pub(crate) mod rollback;
 pub(crate) mod source_files;
 pub(crate) mod tree;
 

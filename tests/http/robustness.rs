@@ -20,7 +20,7 @@ use crate::{
 async fn a_method_that_is_not_taken_is_told_which_are() {
     let server = Server::start().await;
     for method in ["POST", "PUT", "DELETE", "PATCH", "TRACE", "OPTIONS", "BREW"] {
-        for path in ["/v1/scenes", "/v1/scenes/row", "/o/x", "/"] {
+        for path in ["/v1/scenes", "/v1/scenes/row/index.json", "/o/x", "/"] {
             let answer = send(server.address, method, path, &[("Content-Length", "0")]).await;
             assert_eq!(
                 (answer.status, answer.header("allow")),
