@@ -204,13 +204,23 @@ mod tests {
         let peer = Peer::new(([127, 0, 0, 1], 1).into(), uploads.clone());
         let upload = peer.take_time();
         let mut near = Quiet::new(near, patience, uploads);
+        let talking = tokio::spawn(async move {
+            for _ in 0..30 {
+                tokio::time::sleep(LIMIT / 20).await;
+                far.write_all(b"x").await.unwrap();
+            }
+            far
+        });
         for _ in 0..30 {
-            tokio::time::sleep(LIMIT / 20).await;
-            far.write_all(b"x").await.unwrap();
             assert_eq!(near.read_u8().await.unwrap(), b'x');
         }
         drop(upload);
+        let _far = talking.await.unwrap();
         let ended = near.read_u8().await.unwrap_err();
-        assert_eq!(ended.kind(), io::ErrorKind::TimedOut, "it has said all and gets no answer");
+        assert_eq!(
+            ended.kind(),
+            io::ErrorKind::TimedOut,
+            "it has said all and gets no answer"
+        );
     }
 }

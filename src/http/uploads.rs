@@ -23,7 +23,7 @@ use super::{
     peer::Peer,
 };
 use crate::{
-    jobs::{Job, JobId, Jobs, Upload},
+    jobs::{Job, JobId, Jobs, Source, Upload},
     keys::Scope,
 };
 
@@ -62,28 +62,39 @@ pub(super) async fn upload(
     request: Request,
 ) -> Result<Response, ApiError> {
     let grant = owner.may(Scope::Publish, &scene)?;
-    let title = match query.given("title") {
-        "" => None,
-        title if title.len() <= MAX_TITLE_BYTES && !title.chars().any(char::is_control) => Some(title.to_owned()),
-        _ => {
-            return Err(ApiError::bad_query(
-                "title",
-                format!("a title has at most {MAX_TITLE_BYTES} bytes, none of them a control character"),
-            ));
-        }
-    };
+    let source = source(&query)?;
     plain(request.headers())?;
     let announced = request
         .headers()
         .get(header::CONTENT_LENGTH)
         .and_then(|length| length.to_str().ok()?.parse().ok());
-    let upload = jobs.upload(scene, title, &grant, announced.unwrap_or(0)).await?;
+    let upload = jobs.upload(scene, source, &grant, announced.unwrap_or(0)).await?;
     let _time = peer.map(|Extension(peer)| peer.take_time());
     let job = Told::from(receive(upload, request.into_body()).await?);
     let location = HeaderValue::try_from(&job.url).expect("a job's name is hex digits");
     let mut response = now(StatusCode::ACCEPTED, &job);
     response.headers_mut().insert(header::LOCATION, location);
     Ok(response)
+}
+
+/// What the query says of the source.
+fn source(query: &Query) -> Result<Source, ApiError> {
+    let title = match query.given("title") {
+        "" => None,
+        title if title.len() <= MAX_TITLE_BYTES && !title.chars().any(char::is_control) => Some(title.to_owned()),
+        _ => {
+            let detail = format!("a title has at most {MAX_TITLE_BYTES} bytes, none of them a control character");
+            return Err(ApiError::bad_query("title", detail));
+        }
+    };
+    let format = match query.given("format") {
+        "" => None,
+        text => {
+            let wrong = |()| ApiError::bad_query("format", "`format` may be glb, gltf, zip, plan, dcg or missing");
+            Some(text.parse().map_err(wrong)?)
+        }
+    };
+    Ok(Source { title, format })
 }
 
 /// What is sent is the file itself: found out by its content, so its media type does not matter unless it says that

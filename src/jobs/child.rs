@@ -5,8 +5,9 @@
 //! The child writes one JSON object a line: how far it is, and at its end the report. What it says on standard error is
 //! for the person who uploaded.
 
-use std::{process::Stdio, time::Duration};
+use std::{path::PathBuf, process::Stdio, time::Duration};
 
+use anyhow::Context;
 use serde::Deserialize;
 use serde_json::Value;
 use tokio::{
@@ -90,7 +91,7 @@ fn command(jobs: &Jobs, job: &Job) -> anyhow::Result<Command> {
     let mut command = Command::new(program);
     command
         .arg("bake")
-        .arg(jobs.folder(job.job).join(job.scene.as_str()))
+        .arg(uploaded(jobs, job)?)
         .args(["--scene", job.scene.as_str(), "--tied"])
         .arg("--data")
         .arg(&jobs.inner.data)
@@ -111,6 +112,14 @@ fn command(jobs: &Jobs, job: &Job) -> anyhow::Result<Command> {
         .stderr(Stdio::piped())
         .kill_on_drop(true);
     Ok(command)
+}
+
+/// The one file in a job's folder.
+fn uploaded(jobs: &Jobs, job: &Job) -> anyhow::Result<PathBuf> {
+    let folder = jobs.folder(job.job);
+    let first = std::fs::read_dir(&folder).and_then(|mut files| files.next().transpose());
+    let file = first.with_context(|| format!("cannot read {}", folder.display()))?;
+    Ok(file.with_context(|| format!("{} is empty", folder.display()))?.path())
 }
 
 /// Tells how far the child is until it says no more; gives its report.

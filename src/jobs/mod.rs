@@ -32,7 +32,7 @@ use tokio_util::sync::CancellationToken;
 
 pub use job::{Failure, Job, JobId, NoJob, Progress, State};
 pub use settings::JobSettings;
-pub use upload::Upload;
+pub use upload::{Format, Source, Upload};
 
 use crate::{db::Catalogue, keys::Grant};
 
@@ -138,7 +138,7 @@ impl Jobs {
     pub async fn upload(
         &self,
         scene: SceneName,
-        title: Option<String>,
+        source: Source,
         grant: &Grant,
         announced_bytes: u64,
     ) -> Result<Upload, JobError> {
@@ -147,7 +147,7 @@ impl Jobs {
         if theirs >= settings.open_of_a_key || all >= settings.open_of_all {
             return Err(self.full());
         }
-        Upload::begin(self.clone(), scene, title, grant.id.clone(), announced_bytes).await
+        Upload::begin(self.clone(), scene, source, grant.id.clone(), announced_bytes).await
     }
 
     /// How a job is doing.

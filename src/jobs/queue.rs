@@ -224,6 +224,9 @@ async fn run(jobs: Jobs, job: Job, open: Arc<Open>) -> SceneName {
         }
     }
     open.now.send_modify(|job| job.state = State::Running);
+    if let Ok(started) = jobs.read(id).await {
+        open.now.send_replace(started);
+    }
     tracing::info!(job = %id, %scene, "a bake starts");
     let ended = child::bake(&jobs, &job, &open).await;
     end(&jobs, &open, ended).await;

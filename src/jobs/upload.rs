@@ -1,7 +1,7 @@
 //! How do uploaded bytes become a job? They are written as they come; only when the last one is on the disk does the
 //! catalogue hear of them. An upload that ends early leaves nothing.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, str::FromStr};
 
 use anyhow::Context;
 use belvedere_scene::SceneName;
@@ -9,6 +9,51 @@ use tokio::{fs::File, io::AsyncWriteExt};
 
 use super::{Job, JobError, JobId, Jobs};
 use crate::db::NewJob;
+
+/// What a source is, where whoever sends it says so. Else its content says it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// glTF 2.0, binary.
+    Glb,
+    /// glTF 2.0 as text.
+    Gltf,
+    /// An archive of either.
+    Zip,
+    /// A floor plan.
+    Plan,
+    /// Rules.
+    Dcg,
+}
+
+impl Format {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Gltf => "gltf",
+            Self::Zip => "zip",
+            Self::Plan => "plan",
+            Self::Dcg => "dcg",
+        }
+    }
+}
+
+impl FromStr for Format {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        let all = [Self::Glb, Self::Gltf, Self::Zip, Self::Plan, Self::Dcg];
+        all.into_iter().find(|format| format.extension() == text).ok_or(())
+    }
+}
+
+/// What is said of a source beside its bytes.
+#[derive(Debug, Clone, Default)]
+pub struct Source {
+    /// The scene's name for people.
+    pub title: Option<String>,
+    /// What it is.
+    pub format: Option<Format>,
+}
 
 /// An upload that is going on.
 #[derive(Debug)]
@@ -44,7 +89,7 @@ impl Upload {
     pub(super) async fn begin(
         jobs: Jobs,
         scene: SceneName,
-        title: Option<String>,
+        source: Source,
         key_id: String,
         announced_bytes: u64,
     ) -> Result<Self, JobError> {
@@ -55,14 +100,16 @@ impl Upload {
         let cannot = || format!("cannot keep an upload in {}", folder.path.display());
         tokio::fs::create_dir_all(&folder.path).await.with_context(cannot)?;
         // A folder of its own: nothing stands beside what was uploaded.
-        let file = File::create_new(folder.path.join(scene.as_str()))
-            .await
-            .with_context(cannot)?;
+        let name = match source.format {
+            Some(format) => format!("{scene}.{}", format.extension()),
+            None => scene.to_string(),
+        };
+        let file = File::create_new(folder.path.join(name)).await.with_context(cannot)?;
         Ok(Self {
             jobs,
             id,
             scene,
-            title,
+            title: source.title,
             key_id,
             file,
             bytes: 0,

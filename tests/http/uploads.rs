@@ -137,6 +137,8 @@ async fn what_cannot_be_a_scene_is_refused_and_leaves_nothing() {
     assert_eq!(form.problem()["status"], 415);
     let title = ask(address, ("PUT", "/v1/scenes/town?title=a%0Ab"), key, (GLB, "x")).await;
     assert_eq!(title.problem()["parameter"], "title");
+    let format = ask(address, ("PUT", "/v1/scenes/town?format=obj"), key, (GLB, "x")).await;
+    assert_eq!(format.problem()["parameter"], "format");
     // Once as announced, once as it comes.
     let large = publisher.put("town", &"x".repeat((1 << 20) + 1)).await;
     assert_eq!(large.problem()["type"], "/problems/body-too-large");
