@@ -32,6 +32,10 @@ pub struct Settings {
     /// How long a request may take, in seconds [default: 30]
     #[arg(long, value_name = "S", env = "BELVEDERE_REQUEST_TIMEOUT_S")]
     pub request_timeout_s: Option<u64>,
+    /// How many requests one address may send a second, twice as many in a row; immutable objects do not count, and 0 is
+    /// any number [default: 0]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_REQUESTS_PER_S")]
+    pub max_requests_per_s: Option<u32>,
     /// How long open requests may take to finish at shutdown, in seconds [default: 10]
     #[arg(long, value_name = "S", env = "BELVEDERE_DRAIN_S")]
     pub drain_s: Option<u64>,
@@ -140,6 +144,8 @@ pub struct Config {
     pub connections: ConnectionLimits,
     /// Limit on one request.
     pub request_timeout: Duration,
+    /// How many requests one address may send a second; 0 is any number.
+    pub requests_per_s: u32,
     /// How often to look for new revisions.
     pub poll: Duration,
     /// Limits of uploads and their bakes.
@@ -179,6 +185,7 @@ impl Settings {
             cache_mib: self.cache_mib.or(fallback.cache_mib),
             max_connections: self.max_connections.or(fallback.max_connections),
             request_timeout_s: self.request_timeout_s.or(fallback.request_timeout_s),
+            max_requests_per_s: self.max_requests_per_s.or(fallback.max_requests_per_s),
             drain_s: self.drain_s.or(fallback.drain_s),
             poll_ms: self.poll_ms.or(fallback.poll_ms),
             max_sessions: self.max_sessions.or(fallback.max_sessions),
@@ -259,6 +266,7 @@ impl TryFrom<Settings> for Config {
                 quiet: limits.quiet.max(answer),
             },
             request_timeout,
+            requests_per_s: settings.max_requests_per_s.unwrap_or(0),
             jobs,
             live,
             record: settings.record,

@@ -66,3 +66,14 @@ pub(crate) fn confine(limits: &Limits) -> anyhow::Result<()> {
     );
     Ok(())
 }
+
+/// Whether this process has come near its limit of memory. Not every library tells that from other failures.
+pub(crate) fn was_short_of_memory(limits: &Limits) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmPeak:"));
+    let peak_kib = peak.and_then(|text| text.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+    match (peak_kib, limits.memory_bytes) {
+        (Some(peak_kib), Some(most)) => (peak_kib << 10) >= most / 4 * 3,
+        _ => false,
+    }
+}

@@ -9,10 +9,11 @@ use belvedere_bake::{
     visibility::{Method, VisibilitySettings},
 };
 use belvedere_scene::SceneName;
+use tokio::task::JoinError;
 
 use super::output::{bytes, percent, print, print_json};
 use crate::{
-    confine::{self, confine},
+    confine::{self, confine, was_short_of_memory},
     progress::{BakeProgress, Show},
     publish::{self, BakeInput, OnFirst, Report, Request, data::DataFolder},
 };
@@ -121,7 +122,11 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.tied {
         stop_when_untied(&progress);
     }
-    let report = publish::bake(&data, request, progress, args.preview.then_some(on_first)).await?;
+    let baked = publish::bake(&data, request, progress, args.preview.then_some(on_first)).await;
+    let report = baked.map_err(|cause| match cause.downcast_ref::<JoinError>() {
+        Some(_) if was_short_of_memory(&limits) => cause.context("Cannot allocate memory"),
+        _ => cause,
+    })?;
     if args.tied {
         print(&serde_json::json!({"report": report}).to_string())
     } else if args.json {

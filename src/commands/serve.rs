@@ -122,7 +122,7 @@ pub async fn serve(
         blobs,
         keys: Keys::new(catalogue.clone()),
         jobs,
-        pace: Pace::default(),
+        pace: Pace::new(config.requests_per_s),
         catalogue,
         metrics: Metrics::default(),
         limits: RequestLimits {

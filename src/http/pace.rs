@@ -1,4 +1,5 @@
-//! How often may one ask for what costs much? Whoever shows wrong keys, and whoever has a right one, has a pace.
+//! How often may one ask? Whoever shows wrong keys has a pace, whoever has a right one another, and where the settings say
+//! so every address has one for whatever is no immutable object.
 
 use std::{hash::Hash, net::IpAddr, num::NonZeroU32, sync::Arc};
 
@@ -16,20 +17,32 @@ const MANY: usize = 10_000;
 /// Counts requests. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Pace {
+    requests: Option<Arc<DefaultKeyedRateLimiter<IpAddr>>>,
     wrong_keys: Arc<DefaultKeyedRateLimiter<IpAddr>>,
     writes: Arc<DefaultKeyedRateLimiter<String>>,
 }
 
-impl Default for Pace {
-    fn default() -> Self {
+impl Pace {
+    /// With so many requests a second for each address, twice as many in a row; 0 for any number.
+    #[must_use]
+    pub fn new(requests_per_s: u32) -> Self {
+        let quota =
+            |a_second: NonZeroU32| Quota::per_second(a_second).allow_burst(a_second.saturating_add(a_second.get()));
         Self {
+            requests: NonZeroU32::new(requests_per_s).map(|a_second| Arc::new(RateLimiter::keyed(quota(a_second)))),
             wrong_keys: Arc::new(limiter(WRONG_KEYS)),
             writes: Arc::new(limiter(WRITES)),
         }
     }
-}
 
-impl Pace {
+    /// Somebody asks for something.
+    pub(super) fn request(&self, peer: &Peer) -> Result<(), ApiError> {
+        match &self.requests {
+            Some(requests) => check(requests, &peer.household(), "this address asks too often"),
+            None => Ok(()),
+        }
+    }
+
     /// Somebody has shown a wrong key.
     pub(super) fn wrong_key(&self, peer: &Peer) -> Result<(), ApiError> {
         check(
@@ -73,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_key_that_is_used_too_often_must_wait_and_no_other_one() {
-        let pace = Pace::default();
+        let pace = Pace::new(0);
         for _ in 0..WRITES.0 {
             pace.write("a").unwrap();
         }

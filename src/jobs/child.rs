@@ -201,6 +201,11 @@ fn why(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) -> Fai
     }
     let sentence = said.lines().rev().find_map(|line| line.strip_prefix("belvedere: "));
     match sentence {
+        Some(sentence) if sentence.contains(" panicked with message ") => Failure::new(
+            "bake-crashed",
+            "The bake crashed",
+            format!("{sentence}; this is a fault of the program, please report it"),
+        ),
         Some(sentence) => Failure::new("bake-failed", "The scene cannot be baked", sentence),
         None => Failure::new(
             "bake-crashed",

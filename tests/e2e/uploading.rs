@@ -154,7 +154,8 @@ async fn a_job_that_is_cancelled_publishes_nothing_and_the_next_one_has_its_turn
     let first = upload(&server, &key, &many_rooms(12, 12)).await;
     let second = upload(&server, &key, THREE_ROOMS).await;
     let third = upload(&server, &key, THREE_ROOMS).await;
-    until(address(&server), &first, |job| job["state"] == "running").await;
+    until(address(&server), &first, |job| job["progress"]["stage"] == "visibility").await;
+    assert!(data.fails(&["gc"]).contains("is being baked"), "gc ran beside a bake");
     assert_eq!(
         get(address(&server), &second).await.json()["state"],
         "queued",

@@ -109,6 +109,25 @@ async fn pipelined_requests_are_answered_in_order() {
 }
 
 #[tokio::test]
+async fn an_address_that_asks_too_often_must_wait_but_not_for_objects_and_probes() {
+    let server = Server::start_with(Settings {
+        max_requests_per_s: Some(1),
+        ..Settings::default()
+    })
+    .await;
+    let mut last = get(server.address, "/v1/scenes").await;
+    for _ in 0..20 {
+        last = get(server.address, "/v1/scenes").await;
+    }
+    assert_eq!((last.status, last.header("retry-after")), (429, Some("1")));
+    last.problem();
+    let url = BlobName::of(&glb(), "glb").unwrap().url();
+    for path in [&url, &url, "/healthz", "/readyz"] {
+        assert_eq!(get(server.address, path).await.status, 200, "{path}");
+    }
+}
+
+#[tokio::test]
 async fn http2_without_tls_is_spoken_on_the_same_port() {
     let server = Server::start().await;
     let stream = TokioIo::new(TcpStream::connect(server.address).await.unwrap());
