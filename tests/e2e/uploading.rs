@@ -131,6 +131,11 @@ async fn a_job_whose_server_is_killed_goes_on_with_the_next_one() {
     })
     .await;
     server.kill();
+    // The child is tied to its server: it lets go of what it holds, and has published nothing.
+    let held = std::fs::File::open(data.path().join("bakes/rooms.lock")).expect("the child's lock");
+    held.lock().expect("the child ends");
+    drop(held);
+    assert!(data.fails(&["inspect", "rooms"]).contains("no scene `rooms`"));
 
     let server = data.serve();
     let job = ended(&server, &url).await;
