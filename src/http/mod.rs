@@ -4,7 +4,7 @@
 //! limits, the log) stands once, in a layer or in a type.
 //!
 //! * [`routes`]: the table of routes. `openapi`: the same for machines.
-//! * `extract`, `body`, `error`: how requests are read, and the one shape of every error.
+//! * `extract`, `body`, `error`, `causes`: how requests are read, and the one shape of every error.
 //! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes. `rungs`: slices of smooth
 //!   LODs that are objects of their own. `bundle`: many of all these in one answer.
 //! * `queries`: cells, objects and what is visible. `visible`: the same for any place, computed on line.
@@ -18,6 +18,7 @@ pub mod accept;
 mod around;
 mod body;
 mod bundle;
+mod causes;
 mod conditional;
 mod cors;
 mod documents;

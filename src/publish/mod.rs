@@ -10,7 +10,6 @@ pub(crate) mod source_files;
 pub(crate) mod tree;
 
 use std::{
-    borrow::Cow,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -233,7 +232,7 @@ fn run(
     let main_file = (file_name.clone(), BlobHash::of(&bytes).to_string());
     let main_bytes = bytes.len() as u64;
     let imported = import::import(
-        &told_apart(&file_name, &bytes),
+        &source_files::told_apart(&file_name, &bytes),
         bytes,
         &files,
         &request.limits,
@@ -292,20 +291,6 @@ fn run(
         &sources,
         report(publisher, &written, &defects, progress),
     )
-}
-
-/// The file's name, with an extension where it has none and its content does not begin as what glTF comes in: texts are
-/// told apart by their names, and an upload may have come without one. Floor plans have rows of walls, rules do not.
-fn told_apart<'a>(file_name: &'a str, bytes: &[u8]) -> Cow<'a, str> {
-    let text = str::from_utf8(bytes)
-        .unwrap_or_default()
-        .trim_start_matches(['\u{feff}', ' ', '\t', '\r', '\n']);
-    let known = ["glTF", "PK", "{", "<"].iter().any(|start| text.starts_with(start));
-    if file_name.contains('.') || text.is_empty() || known {
-        return Cow::Borrowed(file_name);
-    }
-    let is_plan = text.lines().any(|line| line.trim_start().starts_with("##"));
-    Cow::Owned(format!("{file_name}.{}", if is_plan { "plan" } else { "dcg" }))
 }
 
 /// Puts blobs into the store and moves the scene's pointer, for a bake that knows nothing of either.
@@ -430,28 +415,5 @@ fn report(publisher: &Publisher, written: &Written, defects: &[DefectReport], pr
         defects: defects.to_vec(),
         notes: Vec::new(),
         unchanged: false,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::told_apart;
-
-    #[test]
-    fn texts_without_an_extension_are_told_apart_by_their_content() {
-        let plan = include_bytes!("../../content/museum.plan");
-        let rules = include_bytes!("../../content/town.dcg");
-        for (name, bytes, told) in [
-            ("town", &plan[..], "town.plan"),
-            ("town", rules, "town.dcg"),
-            ("town.dcg", plan, "town.dcg"),
-            ("town", b"glTF\x02\0\0\0", "town"),
-            ("town", b"PK\x03\x04", "town"),
-            ("town", b"\n {\"asset\": {}}", "town"),
-            ("town", b"\xff\xfe", "town"),
-            ("town", b"", "town"),
-        ] {
-            assert_eq!(told_apart(name, bytes), told);
-        }
     }
 }
