@@ -11,7 +11,7 @@ use std::{
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 
-use crate::{http::accept::ConnectionLimits, live::LiveSettings};
+use crate::{http::accept::ConnectionLimits, jobs::JobSettings, live::LiveSettings};
 
 /// Everything that can be set. In the file the names are the same, with `_` for `-`.
 #[derive(Debug, Clone, Default, PartialEq, Args, Deserialize)]
@@ -32,6 +32,10 @@ pub struct Settings {
     /// How long a request may take, in seconds [default: 30]
     #[arg(long, value_name = "S", env = "BELVEDERE_REQUEST_TIMEOUT_S")]
     pub request_timeout_s: Option<u64>,
+    /// How many requests one address may send a second, twice as many in a row; immutable objects do not count, and 0 is
+    /// any number [default: 0]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_REQUESTS_PER_S")]
+    pub max_requests_per_s: Option<u32>,
     /// How long open requests may take to finish at shutdown, in seconds [default: 10]
     #[arg(long, value_name = "S", env = "BELVEDERE_DRAIN_S")]
     pub drain_s: Option<u64>,
@@ -50,6 +54,25 @@ pub struct Settings {
     /// A live session that is silent for longer ends, in seconds [default: 30]
     #[arg(long, value_name = "S", env = "BELVEDERE_LEASE_S")]
     pub lease_s: Option<u64>,
+    /// How large an uploaded scene may be, in MiB [default: 1024]
+    #[arg(long, value_name = "MIB", env = "BELVEDERE_MAX_UPLOAD_MIB")]
+    pub max_upload_mib: Option<u64>,
+    /// How many uploaded scenes may be baked at once; 0 leaves them to another server of the same data folder
+    /// [default: 1]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_BAKES")]
+    pub max_bakes: Option<usize>,
+    /// How much memory the bake of an upload may take, in MiB of address space [default: 8192]
+    #[arg(long, value_name = "MIB", env = "BELVEDERE_BAKE_MEMORY_MIB")]
+    pub bake_memory_mib: Option<u64>,
+    /// How long the bake of an upload may take, in minutes [default: 360]
+    #[arg(long, value_name = "MIN", env = "BELVEDERE_BAKE_MINUTES")]
+    pub bake_minutes: Option<u64>,
+    /// How many uploads of one key may wait or be baked [default: 8]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_JOBS_PER_KEY")]
+    pub max_jobs_per_key: Option<u32>,
+    /// How many uploads may wait or be baked [default: 64]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_JOBS")]
+    pub max_jobs: Option<u32>,
     /// Record what happens in live sessions into this file, or go on with it, for `belvedere audit`
     #[arg(long, value_name = "FILE", env = "BELVEDERE_RECORD")]
     pub record: Option<PathBuf>,
@@ -121,8 +144,12 @@ pub struct Config {
     pub connections: ConnectionLimits,
     /// Limit on one request.
     pub request_timeout: Duration,
+    /// How many requests one address may send a second; 0 is any number.
+    pub requests_per_s: u32,
     /// How often to look for new revisions.
     pub poll: Duration,
+    /// Limits of uploads and their bakes.
+    pub jobs: JobSettings,
     /// Limits of live sessions.
     pub live: LiveSettings,
     /// Where live sessions are recorded, if they are.
@@ -158,12 +185,19 @@ impl Settings {
             cache_mib: self.cache_mib.or(fallback.cache_mib),
             max_connections: self.max_connections.or(fallback.max_connections),
             request_timeout_s: self.request_timeout_s.or(fallback.request_timeout_s),
+            max_requests_per_s: self.max_requests_per_s.or(fallback.max_requests_per_s),
             drain_s: self.drain_s.or(fallback.drain_s),
             poll_ms: self.poll_ms.or(fallback.poll_ms),
             max_sessions: self.max_sessions.or(fallback.max_sessions),
             max_movers: self.max_movers.or(fallback.max_movers),
             tick_ms: self.tick_ms.or(fallback.tick_ms),
             lease_s: self.lease_s.or(fallback.lease_s),
+            max_upload_mib: self.max_upload_mib.or(fallback.max_upload_mib),
+            max_bakes: self.max_bakes.or(fallback.max_bakes),
+            bake_memory_mib: self.bake_memory_mib.or(fallback.bake_memory_mib),
+            bake_minutes: self.bake_minutes.or(fallback.bake_minutes),
+            max_jobs_per_key: self.max_jobs_per_key.or(fallback.max_jobs_per_key),
+            max_jobs: self.max_jobs.or(fallback.max_jobs),
             record: self.record.or(fallback.record),
             log: self.log.or(fallback.log),
             log_format: self.log_format.or(fallback.log_format),
@@ -200,6 +234,21 @@ impl TryFrom<Settings> for Config {
             tick: Duration::from_millis(within("tick_ms", tick_ms, 10, 1_000)?),
             lease: Duration::from_secs(within("lease_s", lease_s, 1, 3_600)?),
         };
+        let jobs = JobSettings::default();
+        let upload_mib = settings.max_upload_mib.unwrap_or(jobs.upload_bytes >> 20);
+        let memory_mib = settings.bake_memory_mib.unwrap_or(jobs.memory_bytes >> 20);
+        let bakes = settings.max_bakes.unwrap_or(jobs.bakes) as u64;
+        let minutes = settings.bake_minutes.unwrap_or(jobs.time.as_secs() / 60);
+        let open_of_a_key = u64::from(settings.max_jobs_per_key.unwrap_or(jobs.open_of_a_key));
+        let open_of_all = u64::from(settings.max_jobs.unwrap_or(jobs.open_of_all));
+        let jobs = JobSettings {
+            upload_bytes: within("max_upload_mib", upload_mib, 1, 1 << 20)? << 20,
+            bakes: within("max_bakes", bakes, 0, 64)? as usize,
+            memory_bytes: within("bake_memory_mib", memory_mib, 256, 1 << 20)? << 20,
+            time: Duration::from_secs(60 * within("bake_minutes", minutes, 1, 1 << 20)?),
+            open_of_a_key: within("max_jobs_per_key", open_of_a_key, 1, 10_000)? as u32,
+            open_of_all: within("max_jobs", open_of_all, 1, 10_000)? as u32,
+        };
         let request_timeout = within("request_timeout_s", settings.request_timeout_s.unwrap_or(30), 1, 3600)?;
         let request_timeout = Duration::from_secs(request_timeout);
         // A handler that takes its whole time must not look like a peer that is silent.
@@ -217,6 +266,8 @@ impl TryFrom<Settings> for Config {
                 quiet: limits.quiet.max(answer),
             },
             request_timeout,
+            requests_per_s: settings.max_requests_per_s.unwrap_or(0),
+            jobs,
             live,
             record: settings.record,
             poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),

@@ -4,6 +4,8 @@
 //!
 //! * [`db`]: the catalogue: which scenes are published, and which revision of each is current.
 //! * [`store`]: immutable objects by their content hash, with their content-coded variants.
+//! * [`jobs`]: how an uploaded scene gets published.
+//! * [`keys`]: who may change what is published.
 //! * [`published`]: a published scene, read just as a client reads it.
 //! * [`live`]: who is in a scene right now, and what each hears of the others.
 //! * [`http`]: routes, caching rules, limits and the accept loop; the only module that knows axum.
@@ -13,8 +15,11 @@
 
 pub mod commands;
 pub mod config;
+mod confine;
 pub mod db;
 pub mod http;
+pub mod jobs;
+pub mod keys;
 pub mod live;
 mod progress;
 pub mod publish;

@@ -1,32 +1,55 @@
-//! How does a person at a terminal see that the bake goes on? One bar a stage, with an estimate; nothing in a pipe.
+//! How does whoever started a bake see that it goes on? A person at a terminal sees one bar a stage, with an estimate; a
+//! program that asked for it reads lines; in a pipe there is nothing.
 
 use std::{
     collections::BTreeMap,
-    io::IsTerminal,
+    io::{IsTerminal, Write},
     sync::{
-        Mutex,
+        Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use belvedere_bake::progress::{Progress, Stage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::json;
+
+/// Between two lines of one stage.
+const LINE_INTERVAL: Duration = Duration::from_millis(200);
+
+/// How progress is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Show {
+    /// Bars on standard error when that is a terminal.
+    Bars,
+    /// One JSON object a line on standard output.
+    Lines,
+    /// Not at all.
+    Nothing,
+}
 
 /// Shows the stages of a bake, times them, and carries the wish to stop.
 #[derive(Debug)]
 pub(crate) struct BakeProgress {
-    visible: bool,
-    current: Mutex<Option<(Stage, Instant, ProgressBar)>>,
+    show: Show,
+    current: Mutex<Option<Current>>,
     seconds: Mutex<BTreeMap<&'static str, f64>>,
     cancelled: AtomicBool,
 }
 
+#[derive(Debug)]
+struct Current {
+    stage: Stage,
+    started: Instant,
+    bar: ProgressBar,
+    told: Instant,
+}
+
 impl BakeProgress {
-    /// Draws on standard error when that is a terminal and `quiet` is not set.
-    pub(crate) fn new(quiet: bool) -> Self {
+    pub(crate) fn new(show: Show) -> Self {
         Self {
-            visible: !quiet && std::io::stderr().is_terminal(),
+            show,
             current: Mutex::default(),
             seconds: Mutex::default(),
             cancelled: AtomicBool::new(false),
@@ -41,28 +64,31 @@ impl BakeProgress {
     /// Ends the last stage; gives the seconds that each stage took.
     pub(crate) fn seconds(&self) -> BTreeMap<String, f64> {
         self.end_current();
-        let seconds = self.seconds.lock().expect("no thread panics while it holds this lock");
+        let seconds = self.seconds.lock().unwrap_or_else(PoisonError::into_inner);
         seconds.iter().map(|(stage, s)| ((*stage).to_owned(), *s)).collect()
     }
 
     fn end_current(&self) {
-        let ended = self
-            .current
-            .lock()
-            .expect("no thread panics while it holds this lock")
-            .take();
-        if let Some((stage, started, bar)) = ended {
+        let ended = self.current().take();
+        if let Some(Current {
+            stage, started, bar, ..
+        }) = ended
+        {
             bar.finish();
-            let mut seconds = self.seconds.lock().expect("no thread panics while it holds this lock");
+            let mut seconds = self.seconds.lock().unwrap_or_else(PoisonError::into_inner);
             *seconds.entry(stage.name()).or_default() += started.elapsed().as_secs_f64();
         }
+    }
+
+    fn current(&self) -> MutexGuard<'_, Option<Current>> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Progress for BakeProgress {
     fn start(&self, stage: Stage, steps: u64) {
         self.end_current();
-        let target = if self.visible {
+        let target = if self.show == Show::Bars && std::io::stderr().is_terminal() {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
@@ -74,16 +100,36 @@ impl Progress for BakeProgress {
                 .expect("the template is a constant")
                 .progress_chars("━╸─"),
         );
-        *self.current.lock().expect("no thread panics while it holds this lock") = Some((stage, Instant::now(), bar));
+        if self.show == Show::Lines {
+            tell(stage, &bar);
+        }
+        let started = Instant::now();
+        *self.current() = Some(Current {
+            stage,
+            started,
+            bar,
+            told: started,
+        });
     }
 
     fn advance(&self, steps: u64) {
-        if let Some((_, _, bar)) = &*self.current.lock().expect("no thread panics while it holds this lock") {
-            bar.inc(steps);
+        if let Some(current) = &mut *self.current() {
+            current.bar.inc(steps);
+            if self.show == Show::Lines && current.told.elapsed() >= LINE_INTERVAL {
+                tell(current.stage, &current.bar);
+                current.told = Instant::now();
+            }
         }
     }
 
     fn cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
+}
+
+fn tell(stage: Stage, bar: &ProgressBar) {
+    let (done, of) = (bar.position(), bar.length().unwrap_or(0));
+    let line = json!({"progress": {"stage": stage.name(), "done": done.min(of), "of": of}});
+    // Whoever has closed the pipe does not want to know.
+    _ = writeln!(std::io::stdout().lock(), "{line}");
 }

@@ -39,6 +39,11 @@ const FORBIDDEN: &[(&str, &[&str], &str)] = &[
         "the catalogue knows no HTTP and no blobs",
     ),
     ("src/store", &["axum", "sqlx"], "the store knows no HTTP and no SQL"),
+    (
+        "src/jobs",
+        &["axum", "sqlx", "object_store"],
+        "jobs know no HTTP, no SQL and no backends",
+    ),
     ("src", &["std::env::var"], "settings are read in one place, by clap"),
     (
         "crates/scene/src",
@@ -139,7 +144,7 @@ fn rooms_do_not_reach_for_what_is_not_theirs() {
 
 #[test]
 fn nothing_imports_http_or_the_commands() {
-    for folder in ["src/db", "src/live", "src/store", "src/publish"] {
+    for folder in ["src/db", "src/jobs", "src/live", "src/store", "src/publish"] {
         for file in sources(&root().join(folder)) {
             let text = fs::read_to_string(&file).expect("a source file is text");
             assert!(

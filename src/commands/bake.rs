@@ -1,6 +1,6 @@
 //! `belvedere bake FILE --scene NAME`: import, bake, publish.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{io::Read, path::PathBuf, sync::Arc, time::Duration};
 
 use belvedere_bake::{
     BakeSettings,
@@ -9,10 +9,12 @@ use belvedere_bake::{
     visibility::{Method, VisibilitySettings},
 };
 use belvedere_scene::SceneName;
+use tokio::task::JoinError;
 
 use super::output::{bytes, percent, print, print_json};
 use crate::{
-    progress::BakeProgress,
+    confine::{self, confine, was_short_of_memory},
+    progress::{BakeProgress, Show},
     publish::{self, BakeInput, OnFirst, Report, Request, data::DataFolder},
 };
 
@@ -51,9 +53,37 @@ pub(super) struct Args {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+    /// The most address space that this process may take, in MiB; beyond it, it is ended
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(64..=1 << 20))]
+    limit_memory_mib: Option<u64>,
+    /// How long all cores may be busy with it, in minutes; beyond it, it is ended
+    #[arg(long, value_name = "MIN", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    limit_minutes: Option<u64>,
+    /// Say how far it is and what came of it as one JSON object a line, and stop when standard input closes: how the
+    /// server runs bakes of uploads
+    #[arg(long, conflicts_with_all = ["json", "preview"])]
+    tied: bool,
+}
+
+impl Args {
+    fn show(&self) -> Show {
+        match (self.tied, self.json) {
+            (true, _) => Show::Lines,
+            (false, true) => Show::Nothing,
+            (false, false) => Show::Bars,
+        }
+    }
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    let limits = confine::Limits {
+        memory_bytes: args.limit_memory_mib.map(|mib| mib << 20),
+        time: args.limit_minutes.map(|minutes| Duration::from_secs(60 * minutes)),
+    };
+    if args.tied || limits.memory_bytes.is_some() || limits.time.is_some() {
+        confine(&limits)?;
+    }
+    let progress = Arc::new(BakeProgress::new(args.show()));
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(usize::from(threads))
@@ -88,10 +118,18 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             _ = print(&summary(report));
         }
     });
-    let progress = Arc::new(BakeProgress::new(args.json));
     stop_on_interrupt(&progress);
-    let report = publish::bake(&data, request, progress, args.preview.then_some(on_first)).await?;
-    if args.json {
+    if args.tied {
+        stop_when_untied(&progress);
+    }
+    let baked = publish::bake(&data, request, progress, args.preview.then_some(on_first)).await;
+    let report = baked.map_err(|cause| match cause.downcast_ref::<JoinError>() {
+        Some(_) if was_short_of_memory(&limits) => cause.context("Cannot allocate memory"),
+        _ => cause,
+    })?;
+    if args.tied {
+        print(&serde_json::json!({"report": report}).to_string())
+    } else if args.json {
         print_json(&report)
     } else {
         print(&summary(&report))
@@ -105,6 +143,22 @@ pub(super) fn stop_on_interrupt(progress: &Arc<BakeProgress>) {
         if tokio::signal::ctrl_c().await.is_ok() {
             progress.cancel();
         }
+    });
+}
+
+/// Whoever holds the other end of standard input wants the bake, for as long as it does: when it is killed, the system
+/// closes that end.
+fn stop_when_untied(progress: &Arc<BakeProgress>) {
+    /// How long the step may take that a bake is in when it shall stop.
+    const GRACE: Duration = Duration::from_secs(3);
+    let progress = progress.clone();
+    std::thread::spawn(move || {
+        // Nothing is ever said there, only its end counts.
+        _ = std::io::stdin().lock().read_to_end(&mut Vec::new());
+        progress.cancel();
+        std::thread::sleep(GRACE);
+        eprintln!("belvedere: cancelled");
+        std::process::exit(1);
     });
 }
 

@@ -10,7 +10,7 @@ use super::{
     serve::{self, ServeArgs},
 };
 use crate::{
-    progress::BakeProgress,
+    progress::{BakeProgress, Show},
     publish::{self, BakeInput, OnFirst, Request, data::DataFolder},
 };
 
@@ -34,7 +34,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         limits: belvedere_bake::import::Limits::default(),
         again: false,
     };
-    let progress = Arc::new(BakeProgress::new(false));
+    let progress = Arc::new(BakeProgress::new(Show::Bars));
     stop_on_interrupt(&progress);
     let (told, first) = oneshot::channel();
     let told = Mutex::new(Some(told));

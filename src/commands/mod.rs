@@ -6,9 +6,11 @@ mod demo;
 mod gc;
 mod grow;
 mod inspect;
+mod keys;
 mod mesh;
 mod output;
 mod publish;
+mod rollback;
 pub mod serve;
 mod verify;
 mod walk;
@@ -47,6 +49,10 @@ enum Command {
     Grow(grow::Args),
     /// Remove blobs and old revisions that nothing needs
     Gc(gc::Args),
+    /// Move a scene back to an earlier revision
+    Rollback(rollback::Args),
+    /// Make, list and revoke API keys: who may upload scenes and roll them back
+    Keys(keys::Args),
     /// Print the OpenAPI document of the HTTP interface
     Openapi,
 }
@@ -84,6 +90,8 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Mesh(args) => mesh::run(args),
         Command::Grow(args) => grow::run(args),
         Command::Gc(args) => gc::run(args).await,
+        Command::Rollback(args) => rollback::run(args).await,
+        Command::Keys(args) => keys::run(args).await,
         Command::Openapi => output::print(crate::http::OPENAPI_JSON),
     }
 }

@@ -13,7 +13,9 @@ use tracing_subscriber::{Layer, filter::Targets, layer::SubscriberExt, util::Sub
 use crate::{
     config::{Config, LogFormat, Settings},
     db::Catalogue,
-    http::{AppState, Metrics, OnLine, RequestLimits, accept::serve_connections, front::Front},
+    http::{AppState, Metrics, OnLine, Pace, RequestLimits, accept::serve_connections, front::Front},
+    jobs::Jobs,
+    keys::Keys,
     live::{Live, Recorder, Sources},
     published::Publications,
     store::BlobStore,
@@ -25,6 +27,9 @@ pub struct ServeArgs {
     /// TOML file with the same settings; flags and environment go before it
     #[arg(long, value_name = "FILE", env = "BELVEDERE_CONFIG")]
     pub config: Option<PathBuf>,
+    /// Say what the settings come to, and whether they can work, and serve nothing
+    #[arg(long)]
+    pub check_config: bool,
     /// Everything that can be set.
     #[command(flatten)]
     pub settings: Settings,
@@ -49,7 +54,11 @@ impl ServeArgs {
 /// # Errors
 /// When a setting cannot be used, or the server cannot start.
 pub async fn run(args: ServeArgs) -> anyhow::Result<()> {
+    let check = args.check_config;
     let config = args.into_config()?;
+    if check {
+        return check_config(&config);
+    }
     start_log(&config)?;
     let stopping = CancellationToken::new();
     stop_on_signals(stopping.clone())?;
@@ -58,6 +67,21 @@ pub async fn run(args: ServeArgs) -> anyhow::Result<()> {
         let _closed = super::output::print(&format!("open http://{address}/"));
     })
     .await
+}
+
+/// Looks at what is outside of the settings, changing nothing, and prints what they come to.
+fn check_config(config: &Config) -> anyhow::Result<()> {
+    let data = &config.data;
+    match std::fs::metadata(data) {
+        Ok(about) if !about.is_dir() => anyhow::bail!("`data` must be a folder, and {} is none", data.display()),
+        Ok(about) if about.permissions().readonly() => anyhow::bail!("`data` is read-only: {}", data.display()),
+        Ok(_) => {}
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+        Err(error) => return Err(error).with_context(|| format!("`data` cannot be used: {}", data.display())),
+    }
+    std::net::TcpListener::bind(config.listen)
+        .with_context(|| format!("`listen` cannot be used: {}", config.listen))?;
+    super::output::print(&format!("{config:#?}"))
 }
 
 /// Serves until `shutdown`; `on_listen` hears the address once connections are taken.
@@ -87,10 +111,18 @@ pub async fn serve(
     };
     let live = Live::new(sources, config.live, shutdown.clone());
     live.restore().await?;
+    let jobs = Jobs::new(catalogue.clone(), &config.data, config.jobs, shutdown.clone());
+    let working = tokio::spawn({
+        let jobs = jobs.clone();
+        async move { jobs.work().await }
+    });
     let front = Front::new(AppState {
         publications,
         live,
         blobs,
+        keys: Keys::new(catalogue.clone()),
+        jobs,
+        pace: Pace::new(config.requests_per_s),
         catalogue,
         metrics: Metrics::default(),
         limits: RequestLimits {
@@ -103,6 +135,7 @@ pub async fn serve(
     }
     on_listen(listener.local_addr().context("the listening socket has no address")?);
     serve_connections(listener, front, config.connections, shutdown).await;
+    working.await.context("the jobs broke off")?;
     if let Some(recorder) = recorder {
         recorder.flush().await;
     }

@@ -4,9 +4,12 @@
 //! the scene's pointer in **one transaction, last**: a crash before it leaves the old revision served and nothing but
 //! blobs that `gc` collects.
 //!
-//! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`]).
+//! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`]), and who may change
+//! what is published ([`StoredKey`]), and what is on its way ([`StoredJob`]).
 
+mod jobs;
 mod kept;
+mod keys;
 
 use std::{collections::BTreeSet, path::Path, time::Duration};
 
@@ -20,7 +23,9 @@ use sqlx::{
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
 
+pub use jobs::{NewJob, StoredJob};
 pub use kept::{KeptDoor, KeptMover};
+pub use keys::{NewKey, StoredKey};
 
 /// The catalogue of one data folder. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -54,6 +59,17 @@ pub struct Baked {
     pub sources: Vec<(String, String)>,
     /// The bake's report.
     pub report: serde_json::Value,
+}
+
+/// A revision that one may go back to.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct KeptRevision {
+    /// Which.
+    pub revision: Revision,
+    /// When it was published last.
+    pub published_at: String,
+    /// Whether it is what is served.
+    pub current: bool,
 }
 
 impl Catalogue {
@@ -152,6 +168,40 @@ impl Catalogue {
             sources: serde_json::from_str(row.try_get("sources")?)?,
             report: serde_json::from_str(row.try_get("report")?)?,
         }))
+    }
+
+    /// The revisions of a scene that are kept, newest first.
+    pub async fn kept_revisions(&self, scene: &SceneName) -> anyhow::Result<Vec<KeptRevision>> {
+        let rows = sqlx::query(
+            "SELECT r.revision, r.published_at, s.revision IS NOT NULL AS current \
+             FROM revisions r LEFT JOIN scenes s ON s.scene = r.scene AND s.revision = r.revision \
+             WHERE r.scene = ? ORDER BY r.published_at DESC, r.revision",
+        )
+        .bind(scene.as_str())
+        .fetch_all(&self.pool)
+        .await?;
+        rows.iter()
+            .map(|row| {
+                Ok(KeptRevision {
+                    revision: row.try_get::<&str, _>("revision")?.parse()?,
+                    published_at: row.try_get("published_at")?,
+                    current: row.try_get("current")?,
+                })
+            })
+            .collect()
+    }
+
+    /// Moves a scene's pointer to a revision that is kept; says whether it is.
+    pub async fn make_current(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<bool> {
+        let moved = sqlx::query(
+            "UPDATE scenes SET revision = ?1 WHERE scene = ?2 \
+             AND EXISTS (SELECT 1 FROM revisions WHERE scene = ?2 AND revision = ?1)",
+        )
+        .bind(revision.to_string())
+        .bind(scene.as_str())
+        .execute(&self.pool)
+        .await?;
+        Ok(moved.rows_affected() > 0)
     }
 
     /// The blobs of a revision with their sizes, by name.

@@ -4,7 +4,7 @@
 //! port. Beyond the limit of connections, new ones wait in the kernel's queue. At the end no new connection is taken,
 //! open ones finish the request that they are in, and what is left after the drain time is cut.
 
-use std::{sync::Arc, time::Duration};
+use std::{net::SocketAddr, sync::Arc, time::Duration};
 
 use hyper::service::service_fn;
 use hyper_util::{
@@ -19,6 +19,7 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
     front::Front,
+    peer::{Peer, Uploads},
     quiet::{Patience, Quiet},
 };
 
@@ -69,8 +70,8 @@ pub async fn serve_connections(
                 .acquire_owned()
                 .await
                 .expect("the semaphore is never closed");
-            let stream = match listener.accept().await {
-                Ok((stream, _)) => stream,
+            let (stream, address) = match listener.accept().await {
+                Ok(accepted) => accepted,
                 Err(error) => {
                     pause_after(&error).await;
                     continue;
@@ -87,7 +88,7 @@ pub async fn serve_connections(
             };
             let (open, cut) = (front.state().metrics.connection(), cutting.clone());
             tasks.spawn(async move {
-                cut.run_until_cancelled(connection.run(stream)).await;
+                cut.run_until_cancelled(connection.run(stream, address)).await;
                 drop((permit, open));
             });
         }
@@ -133,13 +134,17 @@ struct Connection {
 }
 
 impl Connection {
-    async fn run(self, stream: TcpStream) {
+    async fn run(self, stream: TcpStream, address: SocketAddr) {
         // Without it small answers wait for the peer's delayed acknowledgements.
         let _ = stream.set_nodelay(true);
-        let io = TokioIo::new(Quiet::new(stream, self.patience));
-        let serving = self
-            .builder
-            .serve_connection(io, service_fn(move |request| self.front.clone().answer(request)));
+        let uploads = Uploads::default();
+        let peer = Peer::new(address, uploads.clone());
+        let io = TokioIo::new(Quiet::new(stream, self.patience, uploads));
+        let answer = service_fn(move |request| {
+            let (front, peer) = (self.front.clone(), peer.clone());
+            async move { front.answer(request, &peer).await }
+        });
+        let serving = self.builder.serve_connection(io, answer);
         tokio::pin!(serving);
         let ended = tokio::select! {
             ended = serving.as_mut() => ended,

@@ -28,7 +28,8 @@ use axum::{
 use super::{
     AppState, cors,
     error::{ApiError, Problem},
-    routes::{TEMPLATES, UNMATCHED},
+    peer::Peer,
+    routes::{IMMUTABLE_OBJECT, SCENE, TEMPLATES, UNMATCHED},
 };
 
 pub(super) const X_REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -51,6 +52,9 @@ pub(super) async fn around(State(state): State<AppState>, request: Request, next
     let mut response = match refused(&request) {
         Some(error) => error.into_response(),
         None if is_preflight(&request) => cors::preflight(),
+        None if let Err(error) = paced(&state, &request, route) => error.into_response(),
+        // An upload has its own measure of time.
+        None if route == SCENE && method == Method::PUT => next.run(request).await,
         None => answered(next.run(request), state.limits.timeout).await,
     };
     let problem = response.extensions_mut().remove::<Problem>();
@@ -109,8 +113,17 @@ pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
     }
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
     (reads && announced_bytes(headers) > MAX_IGNORED_BODY_BYTES).then_some(ApiError::BodyTooLarge {
-        most_bytes: MAX_IGNORED_BODY_BYTES as usize,
+        most_bytes: MAX_IGNORED_BODY_BYTES,
     })
+}
+
+/// Objects are cheaper to answer than to count, and probes must not be held up.
+fn paced(state: &AppState, request: &Request, route: &str) -> Result<(), ApiError> {
+    let free = [IMMUTABLE_OBJECT, "/healthz", "/readyz", "/metrics"].contains(&route);
+    match request.extensions().get::<Peer>() {
+        Some(peer) if !free => state.pace.request(peer),
+        _ => Ok(()),
+    }
 }
 
 fn announced_bytes(headers: &HeaderMap) -> u64 {

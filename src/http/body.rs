@@ -19,7 +19,9 @@ pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) ->
         return Err(ApiError::UnsupportedMediaType);
     }
     let limited = axum::body::to_bytes(request.into_body(), most_bytes).await;
-    limited.map_err(|_| ApiError::BodyTooLarge { most_bytes })
+    limited.map_err(|_| ApiError::BodyTooLarge {
+        most_bytes: most_bytes as u64,
+    })
 }
 
 /// A JSON body of this shape.

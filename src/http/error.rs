@@ -10,11 +10,8 @@ use axum::{
     http::{HeaderValue, Response, StatusCode, header},
     response::IntoResponse,
 };
-use belvedere_live::world::Refusal;
 use belvedere_scene::Revision;
 use serde::Serialize;
-
-use crate::{live::LiveError, published::ReadError, store::StoreError};
 
 /// Why a request is not answered as asked.
 #[derive(Debug)]
@@ -53,12 +50,22 @@ pub enum ApiError {
     /// A body where none is wanted, or too large a one.
     BodyTooLarge {
         /// How large it may be.
-        most_bytes: usize,
+        most_bytes: u64,
     },
     /// No token was shown, or none that can be read.
     NoToken,
     /// The token is that of somebody else; of whom it is not.
     WrongToken(String),
+    /// A writing route was asked for without an API key.
+    NoKey,
+    /// The API key is none, or is valid no more.
+    WrongKey,
+    /// The API key is valid, but not for this; why.
+    NotGranted(String),
+    /// The bytes of an upload came too slowly.
+    UploadTooSlow,
+    /// What is asked for cannot be, as things are; why.
+    Conflict(String),
     /// Too many requests in a row.
     Flooded {
         /// What became of this one.
@@ -175,7 +182,8 @@ impl ApiError {
                 S::UNSUPPORTED_MEDIA_TYPE,
                 "unsupported-media-type",
                 "The body has another media type than this address takes",
-                "send JSON with Content-Type: application/json, batches of poses with application/x-ndjson".to_owned(),
+                "send JSON with Content-Type: application/json, batches of poses with application/x-ndjson, a scene as the file itself: \
+                 whole, without multipart and Content-Encoding".to_owned(),
             ),
             Self::MethodNotAllowed => (
                 S::METHOD_NOT_ALLOWED,
@@ -220,6 +228,31 @@ impl ApiError {
                 "The token is that of somebody else",
                 format!("it is not that of {whose}"),
             ),
+            Self::NoKey => (
+                S::UNAUTHORIZED,
+                "no-key",
+                "An API key is needed",
+                "send a key that `belvedere keys create` has made as `Authorization: Bearer`".to_owned(),
+            ),
+            Self::WrongKey => (
+                S::UNAUTHORIZED,
+                "wrong-key",
+                "The API key is not valid",
+                "it is unknown, was revoked or has expired".to_owned(),
+            ),
+            Self::NotGranted(detail) => (
+                S::FORBIDDEN,
+                "not-granted",
+                "The API key does not cover this",
+                detail.clone(),
+            ),
+            Self::UploadTooSlow => (
+                S::REQUEST_TIMEOUT,
+                "upload-too-slow",
+                "The upload came too slowly",
+                "send at least 1024 bytes a second".to_owned(),
+            ),
+            Self::Conflict(detail) => (S::CONFLICT, "conflict", "This cannot be done now", detail.clone()),
             Self::Flooded { detail, .. } => (
                 S::TOO_MANY_REQUESTS,
                 "too-many-requests",
@@ -306,7 +339,7 @@ impl IntoResponse for ApiError {
             Self::Full(_) => Some(10),
             _ => None,
         };
-        let unauthorized = matches!(self, Self::NoToken);
+        let unauthorized = matches!(self, Self::NoToken | Self::NoKey | Self::WrongKey);
         let varies = matches!(
             self,
             Self::NotAcceptable | Self::RangeNotSatisfiable { varies: true, .. }
@@ -330,59 +363,5 @@ impl IntoResponse for ApiError {
         }
         response.extensions_mut().insert(problem);
         response
-    }
-}
-
-impl From<StoreError> for ApiError {
-    fn from(error: StoreError) -> Self {
-        match error {
-            StoreError::Corrupt { .. }
-            | StoreError::Missing(_)
-            | StoreError::Misnamed { .. }
-            | StoreError::TooLarge { .. }
-            | StoreError::Encode { .. } => Self::Internal(error.into()),
-            StoreError::Io { .. } => Self::Unavailable(error.into()),
-        }
-    }
-}
-
-impl From<ReadError> for ApiError {
-    fn from(error: ReadError) -> Self {
-        match error {
-            ReadError::Store(error) => error.into(),
-            ReadError::Missing(_) | ReadError::Malformed { .. } => Self::Internal(error.into()),
-        }
-    }
-}
-
-impl From<LiveError> for ApiError {
-    fn from(error: LiveError) -> Self {
-        match error {
-            LiveError::NotFound(what) => Self::NotFound(what),
-            LiveError::NoToken => Self::NoToken,
-            LiveError::WrongToken(whose) => Self::WrongToken(whose),
-            LiveError::Refused(refusal) => refusal.into(),
-            LiveError::Trajectory(ref error) => Self::bad_body("/trajectory/keys", error),
-            LiveError::Flooded { retry_ms } => Self::Flooded {
-                detail: error.to_string(),
-                // Whole seconds are all that the header can say.
-                retry_s: retry_ms.unsigned_abs().div_ceil(1000).max(1),
-            },
-            LiveError::Full { .. } => Self::Full(error.to_string()),
-            LiveError::Stopped => Self::Stopping,
-            LiveError::Unkept(cause) => Self::Internal(cause),
-            LiveError::Read(error) => error.into(),
-        }
-    }
-}
-
-impl From<Refusal> for ApiError {
-    fn from(refusal: Refusal) -> Self {
-        match refusal {
-            Refusal::NoSession => Self::NotFound("session of this name: it has ended".to_owned()),
-            Refusal::NoMover => Self::NotFound("mover of this name: it was deleted".to_owned()),
-            Refusal::NoCells => Self::NotFound("view cell in this scene".to_owned()),
-            _ => Self::bad_body(refusal.pointer(), refusal),
-        }
     }
 }

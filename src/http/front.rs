@@ -14,6 +14,7 @@ use tower::ServiceExt;
 use super::{
     AppState, around,
     immutable::{self, BlobBody},
+    peer::Peer,
     routes,
 };
 
@@ -42,11 +43,13 @@ impl Front {
 
     pub(super) async fn answer(
         self,
-        request: Request<Incoming>,
+        mut request: Request<Incoming>,
+        peer: &Peer,
     ) -> Result<Response<Either<BlobBody, Body>>, Infallible> {
         if let Some(response) = self.at_once(&request) {
             return Ok(response.map(Either::Left));
         }
+        request.extensions_mut().insert(peer.clone());
         let response = self.0.router.clone().oneshot(request.map(Body::new)).await?;
         Ok(response.map(Either::Right))
     }

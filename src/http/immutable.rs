@@ -94,7 +94,7 @@ pub(super) enum Life {
 
 /// Caching of what names the current revision.
 pub(super) const CURRENT: HeaderValue = HeaderValue::from_static("public, max-age=2, stale-while-revalidate=30");
-const IMMUTABLE: HeaderValue = HeaderValue::from_static("public, max-age=31536000, immutable");
+pub(super) const IMMUTABLE: HeaderValue = HeaderValue::from_static("public, max-age=31536000, immutable");
 
 /// The header fields of one form as an immutable object, complete: made once, cloned for each answer.
 #[derive(Debug)]

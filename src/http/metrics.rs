@@ -24,6 +24,7 @@ use prometheus_client::{
 
 use super::{error::ApiError, routes::IMMUTABLE_OBJECT};
 use crate::{
+    jobs::{JobCounts, Jobs},
     live::{Live, LiveCounts},
     store::BlobStore,
 };
@@ -45,6 +46,41 @@ struct Inner {
     cache_bytes: Gauge,
     connections: Gauge,
     live: LiveMetrics,
+    jobs: JobMetrics,
+}
+
+/// Of uploads.
+#[derive(Default)]
+struct JobMetrics {
+    open: Family<StateLabel, Gauge>,
+    ended: Family<StateLabel, Counter>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct StateLabel {
+    state: &'static str,
+}
+
+impl JobMetrics {
+    fn register(&self, registry: &mut Registry) {
+        registry.register("jobs_open", "Uploads that wait or are baked here", self.open.clone());
+        registry.register("jobs_ended", "Uploads that have ended here", self.ended.clone());
+    }
+
+    fn set(&self, counts: &JobCounts) {
+        for (state, count) in [("queued", counts.queued), ("running", counts.running)] {
+            let gauge = self.open.get_or_create_owned(&StateLabel { state });
+            gauge.set(i64::try_from(count).unwrap_or(i64::MAX));
+        }
+        for (state, count) in [
+            ("done", counts.done),
+            ("failed", counts.failed),
+            ("cancelled", counts.cancelled),
+        ] {
+            let counter = self.ended.get_or_create_owned(&StateLabel { state });
+            counter.inner().store(count, Ordering::Relaxed);
+        }
+    }
 }
 
 /// Of live sessions.
@@ -153,6 +189,8 @@ impl Default for Metrics {
         registry.register("http_connections", "Open connections", connections.clone());
         let live = LiveMetrics::default();
         live.register(&mut registry);
+        let jobs = JobMetrics::default();
+        jobs.register(&mut registry);
         let route = IMMUTABLE_OBJECT;
         let answered = |status| requests.get_or_create_owned(&RequestLabels { route, status });
         let immutable = Immutable {
@@ -173,6 +211,7 @@ impl Default for Metrics {
                 cache_bytes,
                 connections,
                 live,
+                jobs,
             }),
         }
     }
@@ -225,12 +264,14 @@ pub(super) async fn metrics(
     State(metrics): State<Metrics>,
     State(blobs): State<BlobStore>,
     State(live): State<Live>,
+    State(jobs): State<Jobs>,
 ) -> Result<Response, ApiError> {
     let (inner, cache) = (&metrics.inner, blobs.cache_use());
     inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
     inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
     inner.live.set(&live.counts());
+    inner.jobs.set(&jobs.counts());
     let mut text = String::new();
     encode(&mut text, &inner.registry).map_err(|e| ApiError::Internal(e.into()))?;
     let headers = [

@@ -4,11 +4,12 @@
 //! limits, the log) stands once, in a layer or in a type.
 //!
 //! * [`routes`]: the table of routes. `openapi`: the same for machines.
-//! * `extract`, `body`, `error`: how requests are read, and the one shape of every error.
+//! * `extract`, `body`, `error`, `causes`: how requests are read, and the one shape of every error.
 //! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes. `rungs`: slices of smooth
-//!   LODs that are objects of their own.
+//!   LODs that are objects of their own. `bundle`: many of all these in one answer.
 //! * `queries`: cells, objects and what is visible. `visible`: the same for any place, computed on line.
 //! * `live`: sessions with their event streams, movers and doors.
+//! * `uploads`, `rollback`: how what is published changes. `owner`: by whom. `pace`, `peer`: how often, and from where.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
 //! * `momentary`: answers that no cache keeps.
 //! * [`accept`]: the accept loop with its limits and its end.
@@ -16,6 +17,8 @@
 pub mod accept;
 mod around;
 mod body;
+mod bundle;
+mod causes;
 mod conditional;
 mod cors;
 mod documents;
@@ -29,11 +32,16 @@ mod metrics;
 mod momentary;
 mod negotiate;
 mod openapi;
+mod owner;
+mod pace;
+mod peer;
 mod queries;
 mod quiet;
 mod ranges;
+mod rollback;
 pub mod routes;
 mod rungs;
+mod uploads;
 mod viewer;
 mod visible;
 
@@ -44,10 +52,11 @@ use axum::extract::FromRef;
 pub use error::ApiError;
 pub use metrics::Metrics;
 pub use openapi::OPENAPI_JSON;
+pub use pace::Pace;
 pub use viewer::viewer_files;
 pub use visible::OnLine;
 
-use crate::{db::Catalogue, live::Live, published::Publications, store::BlobStore};
+use crate::{db::Catalogue, jobs::Jobs, keys::Keys, live::Live, published::Publications, store::BlobStore};
 
 /// The handles that requests need; each is cheap to clone and none is a lock.
 #[derive(Debug, Clone, FromRef)]
@@ -56,8 +65,14 @@ pub struct AppState {
     pub publications: Publications,
     /// Immutable objects.
     pub blobs: BlobStore,
-    /// Asked by `/readyz` only.
+    /// Asked by `/readyz` and rollbacks.
     pub catalogue: Catalogue,
+    /// Who may publish.
+    pub keys: Keys,
+    /// What is on its way to being published.
+    pub jobs: Jobs,
+    /// How often one may ask for what costs much.
+    pub pace: Pace,
     /// Who is there.
     pub live: Live,
     /// Counters.

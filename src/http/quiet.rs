@@ -17,6 +17,8 @@ use tokio::{
     time::{Instant, Sleep},
 };
 
+use super::peer::Uploads;
+
 /// How long a peer is waited for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Patience {
@@ -40,16 +42,18 @@ pub(super) struct Quiet<T> {
     last_progress: Instant,
     asked_since: Option<Instant>,
     timer: Pin<Box<Sleep>>,
+    uploads: Uploads,
 }
 
 impl<T> Quiet<T> {
-    pub(super) fn new(io: T, patience: Patience) -> Self {
+    pub(super) fn new(io: T, patience: Patience, uploads: Uploads) -> Self {
         Self {
             io,
             patience,
             last_progress: Instant::now(),
             asked_since: None,
             timer: Box::pin(tokio::time::sleep(patience.shorter())),
+            uploads,
         }
     }
 
@@ -65,6 +69,10 @@ impl<T> Quiet<T> {
 
     /// Fails when there has been no progress for too long.
     fn wait<R>(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<R>> {
+        if self.uploads.going_on() {
+            // Whoever takes the upload counts for itself; its answer has its time from here on.
+            self.asked_since = Some(Instant::now());
+        }
         while self.timer.as_mut().poll(cx).is_ready() {
             let (now, quiet) = (Instant::now(), self.last_progress + self.patience.quiet);
             let due = match self.asked_since {
@@ -132,6 +140,7 @@ mod tests {
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
     use super::*;
+    use crate::http::peer::Peer;
 
     const LIMIT: Duration = Duration::from_secs(1);
     const PATIENCE: Patience = Patience {
@@ -142,7 +151,7 @@ mod tests {
     #[tokio::test]
     async fn silence_ends_the_connection_and_progress_keeps_it() {
         let (mut far, near) = tokio::io::duplex(16);
-        let mut near = Quiet::new(near, PATIENCE);
+        let mut near = Quiet::new(near, PATIENCE, Uploads::default());
         for _ in 0..15 {
             tokio::time::sleep(LIMIT / 10).await;
             far.write_all(b"x").await.unwrap();
@@ -155,7 +164,7 @@ mod tests {
     #[tokio::test]
     async fn a_reader_that_stops_reading_is_given_up() {
         let (_far, near) = tokio::io::duplex(16);
-        let mut near = Quiet::new(near, PATIENCE);
+        let mut near = Quiet::new(near, PATIENCE, Uploads::default());
         let stuck = near.write_all(&[0; 64]).await.unwrap_err();
         assert_eq!(stuck.kind(), io::ErrorKind::TimedOut);
     }
@@ -167,7 +176,7 @@ mod tests {
             quiet: Duration::from_secs(60),
             answer: LIMIT,
         };
-        let mut near = Quiet::new(near, patience);
+        let mut near = Quiet::new(near, patience, Uploads::default());
         let talking = tokio::spawn(async move {
             while far.write_all(b"x").await.is_ok() {
                 tokio::time::sleep(LIMIT / 50).await;
@@ -182,5 +191,36 @@ mod tests {
         assert_eq!(ended.kind(), io::ErrorKind::TimedOut);
         drop(near);
         talking.await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn an_upload_may_talk_for_longer_than_an_answer_may_take() {
+        let (mut far, near) = tokio::io::duplex(16);
+        let patience = Patience {
+            quiet: Duration::from_secs(60),
+            answer: LIMIT,
+        };
+        let uploads = Uploads::default();
+        let peer = Peer::new(([127, 0, 0, 1], 1).into(), uploads.clone());
+        let upload = peer.take_time();
+        let mut near = Quiet::new(near, patience, uploads);
+        let talking = tokio::spawn(async move {
+            for _ in 0..30 {
+                tokio::time::sleep(LIMIT / 20).await;
+                far.write_all(b"x").await.unwrap();
+            }
+            far
+        });
+        for _ in 0..30 {
+            assert_eq!(near.read_u8().await.unwrap(), b'x');
+        }
+        drop(upload);
+        let _far = talking.await.unwrap();
+        let ended = near.read_u8().await.unwrap_err();
+        assert_eq!(
+            ended.kind(),
+            io::ErrorKind::TimedOut,
+            "it has said all and gets no answer"
+        );
     }
 }

@@ -8,11 +8,11 @@ use axum::{
 use tower_http::catch_panic::CatchPanicLayer;
 
 use super::{
-    AppState, around, documents,
+    AppState, around, bundle, documents,
     error::ApiError,
     health, immutable,
     live::{doors, movers, sessions},
-    metrics, openapi, queries, viewer, visible,
+    metrics, openapi, queries, rollback, uploads, viewer, visible,
 };
 
 /// The routes and their handlers.
@@ -20,7 +20,7 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
     vec![
         ("/v1/scenes", get(documents::scenes)),
         ("/v1/scenes/index.json", get(documents::scenes)),
-        ("/v1/scenes/{scene}", get(documents::scene)),
+        (SCENE, get(documents::scene).put(uploads::upload)),
         ("/v1/scenes/{scene}/index.json", get(documents::scene)),
         ("/v1/scenes/{scene}/cells", get(queries::cell_at)),
         ("/v1/scenes/{scene}/cells/{cell}", get(queries::cell)),
@@ -39,7 +39,11 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
         ("/v1/movers/{object}", delete(movers::destroy)),
         ("/v1/movers/{object}/pose", put(movers::pose)),
         ("/v1/scenes/{scene}/doors/{object}", put(doors::set)),
+        ("/v1/scenes/{scene}/rollback", post(rollback::roll)),
+        ("/v1/jobs/{job}", get(uploads::job).delete(uploads::cancel)),
+        ("/v1/jobs/{job}/events", get(uploads::events)),
         (IMMUTABLE_OBJECT, get(immutable::object)),
+        ("/o/bundle/{members}", get(bundle::bundle)),
         ("/healthz", get(health::alive)),
         ("/readyz", get(health::ready)),
         ("/metrics", get(metrics::metrics)),
@@ -67,12 +71,16 @@ pub(super) const UNMATCHED: &str = "unmatched";
 /// The template of immutable objects.
 pub(super) const IMMUTABLE_OBJECT: &str = "/o/{name}";
 
+/// The template of a scene's pointer, and of uploads.
+pub(super) const SCENE: &str = "/v1/scenes/{scene}";
+
 /// The templates, as they label metrics.
-pub(super) const TEMPLATES: [&str; 27] = [
+pub(super) const TEMPLATES: [&str; 31] = [
     IMMUTABLE_OBJECT,
+    "/o/bundle/{members}",
     "/v1/scenes",
     "/v1/scenes/index.json",
-    "/v1/scenes/{scene}",
+    SCENE,
     "/v1/scenes/{scene}/index.json",
     "/v1/scenes/{scene}/cells",
     "/v1/scenes/{scene}/cells/{cell}",
@@ -91,6 +99,9 @@ pub(super) const TEMPLATES: [&str; 27] = [
     "/v1/movers/{object}",
     "/v1/movers/{object}/pose",
     "/v1/scenes/{scene}/doors/{object}",
+    "/v1/scenes/{scene}/rollback",
+    "/v1/jobs/{job}",
+    "/v1/jobs/{job}/events",
     "/healthz",
     "/readyz",
     "/metrics",

@@ -5,6 +5,7 @@
 
 pub(crate) mod data;
 mod found;
+pub(crate) mod rollback;
 pub(crate) mod source_files;
 pub(crate) mod tree;
 
@@ -230,8 +231,14 @@ fn run(
     let (bytes, files) = request.input.read(&request.limits)?;
     let main_file = (file_name.clone(), BlobHash::of(&bytes).to_string());
     let main_bytes = bytes.len() as u64;
-    let imported = import::import(&file_name, bytes, &files, &request.limits, progress)
-        .with_context(|| format!("cannot import {file_name}"))?;
+    let imported = import::import(
+        &source_files::told_apart(&file_name, &bytes),
+        bytes,
+        &files,
+        &request.limits,
+        progress,
+    )
+    .with_context(|| format!("cannot import {file_name}"))?;
     let read = files.into_read();
     let title = request
         .title

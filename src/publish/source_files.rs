@@ -1,7 +1,8 @@
 //! Which files beside the source did the importer read? Reads them from one folder, never from outside it, and
-//! remembers their hashes so that an unchanged source is not baked again.
+//! remembers their hashes so that an unchanged source is not baked again. And what is a file without an extension?
 
 use std::{
+    borrow::Cow,
     io::Read,
     path::{Path, PathBuf},
     sync::Mutex,
@@ -101,5 +102,42 @@ impl SourceFiles for SourceFolder {
             .expect("no thread panics while it holds this lock")
             .push(file);
         opened
+    }
+}
+
+/// The file's name, with an extension where it has none and its content does not begin as what glTF comes in: texts are
+/// told apart by their names, and an upload may have come without one. Floor plans have rows of walls, rules do not.
+pub(crate) fn told_apart<'a>(file_name: &'a str, bytes: &[u8]) -> Cow<'a, str> {
+    let text = str::from_utf8(bytes)
+        .unwrap_or_default()
+        .trim_start_matches(['\u{feff}', ' ', '\t', '\r', '\n']);
+    let known = ["glTF", "PK", "{", "<"].iter().any(|start| text.starts_with(start));
+    if file_name.contains('.') || text.is_empty() || known {
+        return Cow::Borrowed(file_name);
+    }
+    let is_plan = text.lines().any(|line| line.trim_start().starts_with("##"));
+    Cow::Owned(format!("{file_name}.{}", if is_plan { "plan" } else { "dcg" }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::told_apart;
+
+    #[test]
+    fn texts_without_an_extension_are_told_apart_by_their_content() {
+        let plan = include_bytes!("../../content/museum.plan");
+        let rules = include_bytes!("../../content/town.dcg");
+        for (name, bytes, told) in [
+            ("town", &plan[..], "town.plan"),
+            ("town", rules, "town.dcg"),
+            ("town.dcg", plan, "town.dcg"),
+            ("town", b"glTF\x02\0\0\0", "town"),
+            ("town", b"PK\x03\x04", "town"),
+            ("town", b"\n {\"asset\": {}}", "town"),
+            ("town", b"\xff\xfe", "town"),
+            ("town", b"", "town"),
+        ] {
+            assert_eq!(told_apart(name, bytes), told);
+        }
     }
 }

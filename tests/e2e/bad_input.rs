@@ -71,3 +71,30 @@ fn a_missing_data_folder_says_how_to_make_one() {
         assert!(message.contains("belvedere bake"), "{message}");
     }
 }
+
+#[test]
+fn settings_are_checked_without_serving_and_without_a_trace() {
+    let data = Data::new();
+    let said = data.ok(&["serve", "--listen", "127.0.0.1:0", "--max-bakes", "3", "--check-config"]);
+    assert!(said.contains("bakes: 3"), "{said}");
+    assert!(!data.path().exists(), "it made the data folder");
+    let file = data.write("belvedere.toml", "max_bakes = 99");
+    let wrong = data.fails(&["serve", "--config", file.to_str().expect("UTF-8"), "--check-config"]);
+    assert!(wrong.contains("`max_bakes` must be from 0 to 64; got 99"), "{wrong}");
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("an address").to_string();
+    assert!(
+        data.fails(&["serve", "--listen", &address, "--check-config"])
+            .contains("`listen`")
+    );
+    let file = data.write("file", "x");
+    let wrong = data.fails(&[
+        "serve",
+        "--listen",
+        "127.0.0.1:0",
+        "--data",
+        file.to_str().expect("UTF-8"),
+        "--check-config",
+    ]);
+    assert!(wrong.contains("`data` must be a folder"), "{wrong}");
+}

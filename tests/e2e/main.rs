@@ -14,6 +14,7 @@ mod program;
 mod publishing;
 mod smooth;
 mod triangles;
+mod uploading;
 mod verifying;
 mod visible;
 mod visiting;

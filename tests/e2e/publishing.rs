@@ -132,7 +132,7 @@ fn the_same_source_gives_the_same_revision_whatever_the_thread_count() {
 }
 
 /// Rooms on a grid, open to the next row, with something in each.
-fn many_rooms(columns: usize, rows: usize) -> String {
+pub(crate) fn many_rooms(columns: usize, rows: usize) -> String {
     let line = |part: &str| format!("#{}\n", part.repeat(columns));
     let room = [".....#", ".a...#", "...b.#"].map(line).concat();
     let between = line("##.###");

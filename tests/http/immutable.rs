@@ -13,6 +13,62 @@ fn glb_url() -> String {
 }
 
 #[tokio::test]
+async fn a_bundle_is_many_slices_and_objects_in_one_answer_that_lasts() {
+    let server = Server::start().await;
+    let (bytes, name) = (glb(), BlobName::of(&glb(), "glb").unwrap());
+    let url = format!("/o/bundle/{name}@0-4096+{name}+{name}@4096-4097");
+    let answer = get(server.address, &url).await;
+    assert_eq!(
+        (
+            answer.status,
+            answer.header("content-type"),
+            answer.header("cache-control")
+        ),
+        (
+            200,
+            Some("application/vnd.belvedere.bundle"),
+            Some("public, max-age=31536000, immutable")
+        )
+    );
+    let ends: Vec<u8> = [4096, 24_096, 24_097u32]
+        .iter()
+        .flat_map(|end| end.to_le_bytes())
+        .collect();
+    let head = [&b"BVBN\x01\0\x03\0"[..], &ends].concat();
+    assert_eq!(
+        answer.body,
+        [&head[..], &bytes[..4096], &bytes, &bytes[4096..4097]].concat()
+    );
+    assert_eq!(
+        answer.header("content-length"),
+        Some(answer.body.len().to_string().as_str())
+    );
+    let etag = answer.header("etag").unwrap();
+    assert_eq!(
+        send(server.address, "GET", &url, &[("If-None-Match", etag)])
+            .await
+            .status,
+        304
+    );
+    let head = send(server.address, "HEAD", &url, &[]).await;
+    assert_eq!(
+        (head.status, head.body.len(), head.header("etag")),
+        (200, 0, Some(etag))
+    );
+
+    let absent = BlobName::of(b"absent", "glb").unwrap();
+    for (members, status) in [
+        (format!("{name}+{absent}"), 404),
+        (format!("{name}@0-999999"), 404),
+        (format!("{name}+x"), 400),
+        (vec![name.to_string(); 65].join("+"), 400),
+    ] {
+        let problem = get(server.address, &format!("/o/bundle/{members}")).await.problem();
+        assert_eq!(problem["status"], status, "{members}");
+    }
+}
+
+#[tokio::test]
 async fn an_object_says_that_it_may_be_kept_for_ever() {
     let server = Server::start().await;
     let answer = get(server.address, &glb_url()).await;

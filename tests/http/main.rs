@@ -9,4 +9,5 @@ mod live_wire;
 mod pages;
 mod robustness;
 mod scene;
+mod uploads;
 mod wire;

@@ -8,6 +8,29 @@ use crate::{
 };
 
 #[tokio::test]
+async fn dashboards_and_alerts_ask_for_metrics_that_there_are() {
+    let server = Server::start().await;
+    get(server.address, "/healthz").await;
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    let mut asked = 0;
+    for text in [
+        include_str!("../../deploy/compose/grafana/belvedere.json"),
+        include_str!("../../deploy/compose/alerts.yml"),
+    ] {
+        for name in text.split(|c: char| !(c.is_ascii_lowercase() || c == '_')) {
+            if name.starts_with("belvedere_") {
+                let there = metrics
+                    .lines()
+                    .any(|line| line.starts_with(&format!("{name}{{")) || line.starts_with(&format!("{name} ")));
+                assert!(there, "{name} is not in {metrics}");
+                asked += 1;
+            }
+        }
+    }
+    assert!(asked > 15, "only {asked}");
+}
+
+#[tokio::test]
 async fn the_list_and_the_pointer_have_the_same_bytes_at_both_addresses() {
     let server = Server::start().await;
     for (short, long) in [

@@ -20,7 +20,7 @@ use crate::{
 async fn a_method_that_is_not_taken_is_told_which_are() {
     let server = Server::start().await;
     for method in ["POST", "PUT", "DELETE", "PATCH", "TRACE", "OPTIONS", "BREW"] {
-        for path in ["/v1/scenes", "/v1/scenes/row", "/o/x", "/"] {
+        for path in ["/v1/scenes", "/v1/scenes/row/index.json", "/o/x", "/"] {
             let answer = send(server.address, method, path, &[("Content-Length", "0")]).await;
             assert_eq!(
                 (answer.status, answer.header("allow")),
@@ -106,6 +106,25 @@ async fn pipelined_requests_are_answered_in_order() {
         answer.find("\r\n\r\nready\n").unwrap(),
     );
     assert!(ok < ready);
+}
+
+#[tokio::test]
+async fn an_address_that_asks_too_often_must_wait_but_not_for_objects_and_probes() {
+    let server = Server::start_with(Settings {
+        max_requests_per_s: Some(1),
+        ..Settings::default()
+    })
+    .await;
+    let mut last = get(server.address, "/v1/scenes").await;
+    for _ in 0..20 {
+        last = get(server.address, "/v1/scenes").await;
+    }
+    assert_eq!((last.status, last.header("retry-after")), (429, Some("1")));
+    last.problem();
+    let url = BlobName::of(&glb(), "glb").unwrap().url();
+    for path in [&url, &url, "/healthz", "/readyz"] {
+        assert_eq!(get(server.address, path).await.status, 200, "{path}");
+    }
 }
 
 #[tokio::test]

@@ -1,0 +1,73 @@
+# Varnish as a cache in front of `belvedere serve`. Start it with room for what is asked for most:
+#   varnishd -a :8081 -f /etc/varnish/belvedere.vcl -s malloc,4G
+#
+# The origin's Cache-Control decides what is kept and how long, `stale-while-revalidate` included.
+vcl 4.1;
+
+import std;
+
+backend default {
+    .host = "127.0.0.1";
+    .port = "8080";
+    .probe = {
+        .url = "/readyz";
+        .interval = 5s;
+        .timeout = 2s;
+    }
+}
+
+sub vcl_recv {
+    # While the origin answers, nothing is staler than half a minute.
+    if (std.healthy(req.backend_hint)) {
+        set req.grace = 30s;
+    }
+    # Metrics are not for the public.
+    if (req.url == "/metrics") {
+        return (synth(404));
+    }
+    # Streams without end, and everything that changes something, go straight through.
+    if (req.url ~ "^/v1/(sessions|jobs)/" || (req.method != "GET" && req.method != "HEAD")) {
+        return (pipe);
+    }
+    # Probes are about the origin.
+    if (req.url ~ "^/(healthz|readyz)$") {
+        return (pass);
+    }
+    # Browsers spell Accept-Encoding in many ways, and the origin has three forms at most. Whoever weighs or excludes an
+    # encoding gets the identity.
+    if (req.http.Accept-Encoding ~ "q\s*=") {
+        set req.http.Accept-Encoding = "identity";
+    } elsif (req.http.Accept-Encoding ~ "(^|,)\s*zstd\s*(,|$)") {
+        set req.http.Accept-Encoding = "zstd";
+    } elsif (req.http.Accept-Encoding ~ "(^|,)\s*gzip\s*(,|$)") {
+        set req.http.Accept-Encoding = "gzip";
+    } else {
+        unset req.http.Accept-Encoding;
+    }
+    # Slices are cut from the whole identity.
+    if (req.http.Range) {
+        set req.http.Accept-Encoding = "identity";
+    }
+    unset req.http.Cookie;
+    return (hash);
+}
+
+sub vcl_backend_response {
+    # What has just gone stale is sent once more while it is asked for anew, and for an hour when the origin is away.
+    set beresp.grace = 1h;
+    set beresp.keep = 1d;
+    if (beresp.status >= 400) {
+        set beresp.ttl = 0s;
+        set beresp.uncacheable = true;
+    }
+}
+
+sub vcl_deliver {
+    if (obj.hits > 0) {
+        set resp.http.X-Cache = "HIT";
+    } else {
+        set resp.http.X-Cache = "MISS";
+    }
+    unset resp.http.Via;
+    unset resp.http.X-Varnish;
+}

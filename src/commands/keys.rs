@@ -1,0 +1,157 @@
+//! `belvedere keys`: who may upload scenes and roll them back.
+
+use std::path::PathBuf;
+
+use belvedere_scene::SceneName;
+use clap::Subcommand;
+
+use super::output::{print, print_json, table};
+use crate::{
+    db::Catalogue,
+    keys::{Keys, ListedKey, Scope, Wanted},
+};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Make a key and show it, this once
+    Create(Create),
+    /// List keys, without their secrets
+    List(List),
+    /// Take a key back; it opens nothing from its next use on
+    Revoke(Revoke),
+}
+
+#[derive(Debug, clap::Args)]
+struct Create {
+    /// What to call it in lists
+    #[arg(long, default_value = "unnamed")]
+    name: String,
+    /// What it may do; can be given more than once [default: all]
+    #[arg(long, value_enum)]
+    scope: Vec<Scope>,
+    /// In which scene; can be given more than once [default: in all]
+    #[arg(long)]
+    scene: Vec<SceneName>,
+    /// After how many days it expires [default: never]
+    #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36_500))]
+    expires_days: Option<u32>,
+    #[command(flatten)]
+    data: Data,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct List {
+    #[command(flatten)]
+    data: Data,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct Revoke {
+    /// The key's id: the first group of digits of a key, or the first column of `keys list`
+    id: String,
+    #[command(flatten)]
+    data: Data,
+}
+
+#[derive(Debug, clap::Args)]
+struct Data {
+    /// The data folder
+    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
+    data: PathBuf,
+}
+
+impl Data {
+    async fn keys(&self) -> anyhow::Result<Keys> {
+        Ok(Keys::new(Catalogue::open(&self.data).await?))
+    }
+}
+
+pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    match args.command {
+        Command::Create(args) => create(args).await,
+        Command::List(args) => list(&args).await,
+        Command::Revoke(args) => revoke(&args).await,
+    }
+}
+
+async fn create(args: Create) -> anyhow::Result<()> {
+    let keys = args.data.keys().await?;
+    let wanted = Wanted {
+        name: args.name,
+        scopes: if args.scope.is_empty() {
+            vec![Scope::Publish, Scope::Rollback]
+        } else {
+            args.scope
+        },
+        scenes: (!args.scene.is_empty()).then_some(args.scene),
+        days: args.expires_days,
+    };
+    let key = keys.create(&wanted).await?;
+    if args.json {
+        return print_json(&serde_json::json!({
+            "id": key.id(), "key": key.reveal(), "name": wanted.name, "scopes": wanted.scopes, "scenes": wanted.scenes,
+        }));
+    }
+    // Alone on standard output, so that a script can take it.
+    print(&key.reveal())?;
+    eprintln!(
+        "keep it now: it is not shown again; `belvedere keys revoke {}` takes it back",
+        key.id()
+    );
+    Ok(())
+}
+
+async fn list(args: &List) -> anyhow::Result<()> {
+    let keys = args.data.keys().await?.list().await?;
+    if args.json {
+        return print_json(&keys);
+    }
+    let rows: Vec<_> = keys.iter().map(row).collect();
+    print(&table(&["id", "name", "may", "in", "made", "state"], &rows))
+}
+
+fn row(key: &ListedKey) -> Vec<String> {
+    let joined = |words: Vec<String>| words.join(",");
+    let state = match (&key.revoked_at, &key.expires_at) {
+        (Some(when), _) => format!("revoked {when}"),
+        (None, Some(when)) if key.valid => format!("until {when}"),
+        (None, Some(when)) => format!("expired {when}"),
+        (None, None) => "valid".to_owned(),
+    };
+    vec![
+        key.grant.id.clone(),
+        key.name.clone(),
+        joined(key.grant.scopes.iter().map(ToString::to_string).collect()),
+        match &key.grant.scenes {
+            Some(scenes) => joined(scenes.iter().map(ToString::to_string).collect()),
+            None => "all scenes".to_owned(),
+        },
+        key.created_at.clone(),
+        state,
+    ]
+}
+
+async fn revoke(args: &Revoke) -> anyhow::Result<()> {
+    // Whoever has the whole key at hand may show that; it is not repeated.
+    let id = match args.id.parse::<crate::keys::ApiKey>() {
+        Ok(key) => key.id().to_owned(),
+        Err(_) => args.id.clone(),
+    };
+    anyhow::ensure!(
+        args.data.keys().await?.revoke(&id).await?,
+        "there is no key {id}; `belvedere keys list` shows which there are"
+    );
+    print(&format!("key {id} is revoked"))
+}

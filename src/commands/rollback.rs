@@ -1,0 +1,57 @@
+//! `belvedere rollback SCENE`: move a scene's pointer to an earlier revision.
+
+use std::path::PathBuf;
+
+use belvedere_scene::{Revision, SceneName};
+
+use super::output::{print, print_json, table};
+use crate::publish::{data::DataFolder, rollback::roll_back};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The scene
+    scene: SceneName,
+    /// The revision [default: the one that was published before the current one]
+    #[arg(long, value_name = "REVISION")]
+    to: Option<Revision>,
+    /// List the revisions that are kept, newest first, and move nothing
+    #[arg(long, conflicts_with = "to")]
+    list: bool,
+    /// The data folder
+    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
+    data: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    let data = DataFolder::open_existing(&args.data).await?;
+    if args.list {
+        return list(&data, &args).await;
+    }
+    let moved = roll_back(data.catalogue(), data.store(), &args.scene, args.to).await?;
+    if args.json {
+        return print_json(&moved);
+    }
+    print(&format!(
+        "scene {} is at revision {}; it was at {}",
+        args.scene, moved.revision, moved.from
+    ))
+}
+
+async fn list(data: &DataFolder, args: &Args) -> anyhow::Result<()> {
+    let kept = data.catalogue().kept_revisions(&args.scene).await?;
+    anyhow::ensure!(!kept.is_empty(), "there is no scene `{}`", args.scene);
+    if args.json {
+        return print_json(&kept);
+    }
+    let rows: Vec<_> = kept
+        .iter()
+        .map(|kept| {
+            let current = if kept.current { "current" } else { "" };
+            vec![kept.revision.to_string(), kept.published_at.clone(), current.to_owned()]
+        })
+        .collect();
+    print(&table(&["revision", "published", ""], &rows))
+}

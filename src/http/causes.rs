@@ -1,0 +1,90 @@
+//! What do errors of other rooms become for a caller? What is the caller's fault is told with its place; what is ours is
+//! kept for the log.
+
+use belvedere_live::world::Refusal;
+
+use super::error::ApiError;
+use crate::{
+    jobs::JobError, live::LiveError, publish::rollback::RollbackError, published::ReadError, store::StoreError,
+};
+
+impl From<StoreError> for ApiError {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Corrupt { .. }
+            | StoreError::Missing(_)
+            | StoreError::Misnamed { .. }
+            | StoreError::TooLarge { .. }
+            | StoreError::Encode { .. } => Self::Internal(error.into()),
+            StoreError::Io { .. } => Self::Unavailable(error.into()),
+        }
+    }
+}
+
+impl From<ReadError> for ApiError {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::Store(error) => error.into(),
+            ReadError::Missing(_) | ReadError::Malformed { .. } => Self::Internal(error.into()),
+        }
+    }
+}
+
+impl From<LiveError> for ApiError {
+    fn from(error: LiveError) -> Self {
+        match error {
+            LiveError::NotFound(what) => Self::NotFound(what),
+            LiveError::NoToken => Self::NoToken,
+            LiveError::WrongToken(whose) => Self::WrongToken(whose),
+            LiveError::Refused(refusal) => refusal.into(),
+            LiveError::Trajectory(ref error) => Self::bad_body("/trajectory/keys", error),
+            LiveError::Flooded { retry_ms } => Self::Flooded {
+                detail: error.to_string(),
+                // Whole seconds are all that the header can say.
+                retry_s: retry_ms.unsigned_abs().div_ceil(1000).max(1),
+            },
+            LiveError::Full { .. } => Self::Full(error.to_string()),
+            LiveError::Stopped => Self::Stopping,
+            LiveError::Unkept(cause) => Self::Internal(cause),
+            LiveError::Read(error) => error.into(),
+        }
+    }
+}
+
+impl From<JobError> for ApiError {
+    fn from(error: JobError) -> Self {
+        match error {
+            JobError::NoJob(id) => Self::NotFound(format!("job {id}")),
+            JobError::TooLarge { most_bytes } => Self::BodyTooLarge { most_bytes },
+            JobError::Empty => Self::bad_body(
+                "",
+                "the body must be the source scene: a .glb, .gltf, .zip, .plan or .dcg",
+            ),
+            JobError::Full(detail) => Self::Full(detail),
+            JobError::Elsewhere(_) => Self::Conflict(error.to_string()),
+            JobError::Internal(cause) => Self::Unavailable(cause),
+        }
+    }
+}
+
+impl From<RollbackError> for ApiError {
+    fn from(error: RollbackError) -> Self {
+        match error {
+            RollbackError::NoScene(scene) => Self::NotFound(format!("scene `{scene}`")),
+            RollbackError::NoRevision { .. } => Self::bad_body("/revision", error),
+            RollbackError::NoEarlier(_) | RollbackError::NotWhole { .. } => Self::Conflict(error.to_string()),
+            RollbackError::Unavailable(cause) => Self::Unavailable(cause),
+        }
+    }
+}
+
+impl From<Refusal> for ApiError {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::NoSession => Self::NotFound("session of this name: it has ended".to_owned()),
+            Refusal::NoMover => Self::NotFound("mover of this name: it was deleted".to_owned()),
+            Refusal::NoCells => Self::NotFound("view cell in this scene".to_owned()),
+            _ => Self::bad_body(refusal.pointer(), refusal),
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Who is at the other end of a connection? Its address, and whether it has been given time for a long upload.
+
+use std::{
+    net::{IpAddr, Ipv6Addr, SocketAddr},
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+/// Of one connection; requests carry it as an extension.
+#[derive(Debug, Clone)]
+pub(super) struct Peer {
+    address: IpAddr,
+    uploads: Uploads,
+}
+
+impl Peer {
+    pub(super) fn new(address: SocketAddr, uploads: Uploads) -> Self {
+        Self {
+            address: address.ip().to_canonical(),
+            uploads,
+        }
+    }
+
+    /// Whom to count requests for: an address, or the network that a house has of the sixth version.
+    pub(super) fn household(&self) -> IpAddr {
+        match self.address {
+            IpAddr::V4(_) => self.address,
+            IpAddr::V6(address) => {
+                let [a, b, c, d, ..] = address.segments();
+                IpAddr::V6(Ipv6Addr::new(a, b, c, d, 0, 0, 0, 0))
+            }
+        }
+    }
+
+    /// As long as what this gives is kept, the connection may talk without an answer.
+    pub(super) fn take_time(&self) -> Upload {
+        self.uploads.0.fetch_add(1, Ordering::Relaxed);
+        Upload(self.uploads.clone())
+    }
+}
+
+/// How many uploads are going on over one connection.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Uploads(Arc<AtomicUsize>);
+
+impl Uploads {
+    pub(super) fn going_on(&self) -> bool {
+        self.0.load(Ordering::Relaxed) > 0
+    }
+}
+
+/// An upload that is going on.
+#[derive(Debug)]
+pub(super) struct Upload(Uploads);
+
+impl Drop for Upload {
+    fn drop(&mut self) {
+        self.0.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_house_counts_as_one() {
+        let household = |address: &str| Peer::new(address.parse().unwrap(), Uploads::default()).household();
+        assert_eq!(
+            household("[2001:db8:1:2:3::4]:5"),
+            household("[2001:db8:1:2:ffff::9]:7")
+        );
+        assert_ne!(household("[2001:db8:1:2::]:5"), household("[2001:db8:1:3::]:5"));
+        assert_ne!(household("10.0.0.1:5"), household("10.0.0.2:5"));
+        assert_eq!(household("[::ffff:10.0.0.1]:5"), household("10.0.0.1:9"));
+    }
+}

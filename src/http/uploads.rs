@@ -1,0 +1,201 @@
+//! How does a scene come here? It is sent in one piece, becomes a job, and whoever knows the job's name follows it.
+
+use std::{convert::Infallible, time::Duration};
+
+use axum::{
+    Extension,
+    body::Body,
+    extract::{Request, State},
+    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use belvedere_scene::SceneName;
+use futures_util::StreamExt;
+use http_body_util::BodyExt;
+use serde::Serialize;
+use tokio::time::{Instant, timeout_at};
+
+use super::{
+    error::ApiError,
+    extract::{Path, Query},
+    momentary::now,
+    owner::Owner,
+    peer::Peer,
+};
+use crate::{
+    jobs::{Job, JobId, Jobs, Source, Upload},
+    keys::Scope,
+};
+
+/// An upload may take this long, and a second more for each KiB.
+const HEAD_START: Duration = Duration::from_secs(60);
+const LEAST_BYTES_PER_S: u64 = 1 << 10;
+/// Between two signs of life of a stream.
+const BEAT: Duration = Duration::from_secs(15);
+const MAX_TITLE_BYTES: usize = 200;
+
+#[derive(Serialize)]
+struct Told {
+    #[serde(flatten)]
+    job: Job,
+    url: String,
+    events_url: String,
+}
+
+impl From<Job> for Told {
+    fn from(job: Job) -> Self {
+        Self {
+            url: format!("/v1/jobs/{}", job.job),
+            events_url: format!("/v1/jobs/{}/events", job.job),
+            job,
+        }
+    }
+}
+
+/// `PUT /v1/scenes/{scene}`: a source scene; it is baked and published when it is its turn.
+pub(super) async fn upload(
+    State(jobs): State<Jobs>,
+    Path(scene): Path<SceneName>,
+    owner: Owner,
+    peer: Option<Extension<Peer>>,
+    query: Query,
+    request: Request,
+) -> Result<Response, ApiError> {
+    let grant = owner.may(Scope::Publish, &scene)?;
+    let source = source(&query)?;
+    plain(request.headers())?;
+    let announced = request
+        .headers()
+        .get(header::CONTENT_LENGTH)
+        .and_then(|length| length.to_str().ok()?.parse().ok());
+    let upload = jobs.upload(scene, source, &grant, announced.unwrap_or(0)).await?;
+    let _time = peer.map(|Extension(peer)| peer.take_time());
+    let job = Told::from(receive(upload, request.into_body()).await?);
+    let location = HeaderValue::try_from(&job.url).expect("a job's name is hex digits");
+    let mut response = now(StatusCode::ACCEPTED, &job);
+    response.headers_mut().insert(header::LOCATION, location);
+    Ok(response)
+}
+
+/// What the query says of the source.
+fn source(query: &Query) -> Result<Source, ApiError> {
+    let title = match query.given("title") {
+        "" => None,
+        title if title.len() <= MAX_TITLE_BYTES && !title.chars().any(char::is_control) => Some(title.to_owned()),
+        _ => {
+            let detail = format!("a title has at most {MAX_TITLE_BYTES} bytes, none of them a control character");
+            return Err(ApiError::bad_query("title", detail));
+        }
+    };
+    let format = match query.given("format") {
+        "" => None,
+        text => {
+            let wrong = |()| ApiError::bad_query("format", "`format` may be glb, gltf, zip, plan, dcg or missing");
+            Some(text.parse().map_err(wrong)?)
+        }
+    };
+    Ok(Source { title, format })
+}
+
+/// What is sent is the file itself: found out by its content, so its media type does not matter unless it says that
+/// the file is wrapped in something.
+fn plain(headers: &HeaderMap) -> Result<(), ApiError> {
+    let says = |name: HeaderName| {
+        headers
+            .get(name)
+            .and_then(|value| value.to_str().ok())
+            .unwrap_or_default()
+    };
+    let wrapped = says(header::CONTENT_TYPE)
+        .trim_start()
+        .to_ascii_lowercase()
+        .starts_with("multipart/");
+    let coding = says(header::CONTENT_ENCODING).trim();
+    if wrapped
+        || !(coding.is_empty() || coding.eq_ignore_ascii_case("identity"))
+        || headers.contains_key(header::CONTENT_RANGE)
+    {
+        return Err(ApiError::UnsupportedMediaType);
+    }
+    Ok(())
+}
+
+/// Takes the bytes as they come. Who is slower than a modem is given up.
+async fn receive(mut upload: Upload, mut body: Body) -> Result<Job, ApiError> {
+    let (started, mut bytes) = (Instant::now(), 0);
+    loop {
+        let deadline = started + HEAD_START + Duration::from_secs(bytes / LEAST_BYTES_PER_S);
+        let Ok(next) = timeout_at(deadline, body.frame()).await else {
+            return Err(ApiError::UploadTooSlow);
+        };
+        match next {
+            None => return Ok(upload.finish().await?),
+            Some(Err(_)) => return Err(ApiError::bad_body("", "the upload broke off")),
+            Some(Ok(frame)) => {
+                if let Ok(data) = frame.into_data() {
+                    bytes += data.len() as u64;
+                    upload.write(&data).await?;
+                }
+            }
+        }
+    }
+}
+
+/// `GET /v1/jobs/{job}`: how it is doing.
+pub(super) async fn job(State(jobs): State<Jobs>, Path(id): Path<JobId>) -> Result<Response, ApiError> {
+    Ok(now(StatusCode::OK, &Told::from(jobs.get(id).await?)))
+}
+
+/// `DELETE /v1/jobs/{job}`: ends it, unless it has ended by itself.
+pub(super) async fn cancel(
+    State(jobs): State<Jobs>,
+    Path(id): Path<JobId>,
+    owner: Owner,
+) -> Result<Response, ApiError> {
+    let job = jobs.get(id).await?;
+    owner.may(Scope::Publish, &job.scene)?;
+    Ok(now(StatusCode::OK, &Told::from(jobs.cancel(id).await?)))
+}
+
+/// `GET /v1/jobs/{job}/events`: how it is doing, now and whenever that changes, as server-sent events. Each holds all
+/// that there is to know, so whoever comes back has missed nothing.
+pub(super) async fn events(
+    State(jobs): State<Jobs>,
+    Path(id): Path<JobId>,
+    method: Method,
+) -> Result<Response, ApiError> {
+    let following = jobs.follow(id).await?.map(|job| event(&Told::from(job)));
+    let body = if method == Method::HEAD {
+        Body::empty()
+    } else {
+        Body::from_stream(with_beats(following).map(Ok::<_, Infallible>))
+    };
+    let kept_apart = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream")),
+        (
+            header::CACHE_CONTROL,
+            HeaderValue::from_static("no-store, no-transform"),
+        ),
+        (
+            HeaderName::from_static("x-accel-buffering"),
+            HeaderValue::from_static("no"),
+        ),
+    ];
+    Ok((kept_apart, body).into_response())
+}
+
+fn event(told: &Told) -> String {
+    let data = serde_json::to_string(told).expect("a job holds nothing that JSON cannot say");
+    format!("event: {}\ndata: {data}\n\n", told.job.state.name())
+}
+
+/// The same with a comment whenever there was nothing for a while, so that nobody takes the stream for dead.
+fn with_beats(
+    events: impl futures_util::Stream<Item = String> + Send + 'static,
+) -> impl futures_util::Stream<Item = String> + Send {
+    futures_util::stream::unfold(Box::pin(events), async |mut events| {
+        let next = tokio::time::timeout(BEAT, events.next()).await;
+        let text = next.unwrap_or_else(|_| Some(":\n\n".to_owned()))?;
+        Some((text, events))
+    })
+}

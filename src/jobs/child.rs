@@ -1,0 +1,219 @@
+//! How is an uploaded scene baked? By a child process of the same program, so that whatever a hostile file does to a
+//! bake, it does to nobody else: it has limits of its own, an empty environment, and a pipe as its only tie. When that
+//! pipe closes, because the job was cancelled or this process was killed, the child stops.
+//!
+//! The child writes one JSON object a line: how far it is, and at its end the report. What it says on standard error is
+//! for the person who uploaded.
+
+use std::{path::PathBuf, process::Stdio, time::Duration};
+
+use anyhow::Context;
+use serde::Deserialize;
+use serde_json::Value;
+use tokio::{
+    io::{AsyncBufReadExt, AsyncReadExt, BufReader},
+    process::{Child, ChildStderr, ChildStdout, Command},
+};
+
+use super::{Failure, Job, Jobs, Open, Progress};
+
+/// How long a child may take to stop once it was asked to.
+const GRACE: Duration = Duration::from_secs(5);
+/// The end of what it said is kept.
+const SAID_BYTES: usize = 4 << 10;
+
+/// How a bake ended.
+#[derive(Debug)]
+pub(super) enum Ended {
+    /// It published; its report.
+    Done(Value),
+    Failed(Failure),
+    Cancelled,
+    /// This server stops; another one goes on.
+    Stopped,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Line {
+    Progress(Progress),
+    Report(Value),
+}
+
+pub(super) async fn bake(jobs: &Jobs, job: &Job, open: &Open) -> Ended {
+    let mut child = match command(jobs, job).and_then(|mut command| Ok(command.spawn()?)) {
+        Ok(child) => child,
+        Err(error) => {
+            tracing::error!(error = format!("{error:#}"), "cannot start a bake");
+            return Ended::Failed(Failure::new(
+                "internal",
+                "The server failed",
+                "the bake could not be started",
+            ));
+        }
+    };
+    let tie = child.stdin.take();
+    let stdout = child.stdout.take().expect("it is piped");
+    let stderr = child.stderr.take().expect("it is piped");
+    let reading = tokio::spawn(said(stderr));
+    let following = follow(stdout, open);
+    tokio::pin!(following);
+    let limit = jobs.inner.settings.time;
+    let (report, asked) = tokio::select! {
+        report = &mut following => (report, None),
+        () = open.cancelled.cancelled() => (None, Some(Ended::Cancelled)),
+        () = jobs.inner.stopping.cancelled() => (None, Some(Ended::Stopped)),
+        () = tokio::time::sleep(limit) => (None, Some(too_long(limit))),
+    };
+    drop(tie);
+    let report = match asked {
+        None => report,
+        // It may have published just then.
+        Some(_) => tokio::time::timeout(GRACE, following).await.ok().flatten(),
+    };
+    let status = end(&mut child).await;
+    let said = reading.await.unwrap_or_default();
+    match (report, asked) {
+        (Some(report), _) if status.is_some_and(|status| status.success()) => Ended::Done(report),
+        (_, Some(asked)) => asked,
+        (_, None) => Ended::Failed(why(status, &said, jobs)),
+    }
+}
+
+fn command(jobs: &Jobs, job: &Job) -> anyhow::Result<Command> {
+    let settings = &jobs.inner.settings;
+    // The program that runs, even when another one was installed in its place.
+    let program = if cfg!(target_os = "linux") {
+        "/proc/self/exe".into()
+    } else {
+        std::env::current_exe()?
+    };
+    let mut command = Command::new(program);
+    command
+        .arg("bake")
+        .arg(uploaded(jobs, job)?)
+        .args(["--scene", job.scene.as_str(), "--tied"])
+        .arg("--data")
+        .arg(&jobs.inner.data)
+        .arg("--memory-mib")
+        // Half is for what the bake makes of the source.
+        .arg(((settings.memory_bytes / 2) >> 20).max(1).to_string())
+        .arg("--limit-memory-mib")
+        .arg((settings.memory_bytes >> 20).to_string())
+        .arg("--limit-minutes")
+        .arg(settings.time.as_secs().div_ceil(60).to_string());
+    if let Some(title) = &job.title {
+        command.arg(format!("--title={title}"));
+    }
+    command
+        .env_clear()
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .kill_on_drop(true);
+    Ok(command)
+}
+
+/// The one file in a job's folder.
+fn uploaded(jobs: &Jobs, job: &Job) -> anyhow::Result<PathBuf> {
+    let folder = jobs.folder(job.job);
+    let first = std::fs::read_dir(&folder).and_then(|mut files| files.next().transpose());
+    let file = first.with_context(|| format!("cannot read {}", folder.display()))?;
+    Ok(file.with_context(|| format!("{} is empty", folder.display()))?.path())
+}
+
+/// Tells how far the child is until it says no more; gives its report.
+async fn follow(stdout: ChildStdout, open: &Open) -> Option<Value> {
+    let mut lines = BufReader::new(stdout).lines();
+    let mut report = None;
+    while let Ok(Some(line)) = lines.next_line().await {
+        match serde_json::from_str(&line) {
+            Ok(Line::Progress(progress)) => open.now.send_modify(|job| job.progress = Some(progress)),
+            Ok(Line::Report(value)) => report = Some(value),
+            Err(error) => tracing::warn!(%error, "a bake says what nobody understands"),
+        }
+    }
+    report
+}
+
+/// The end of what the child says on standard error.
+async fn said(mut stderr: ChildStderr) -> String {
+    let (mut said, mut buffer) = (Vec::new(), [0; 1024]);
+    while let Ok(read @ 1..) = stderr.read(&mut buffer).await {
+        said.extend_from_slice(&buffer[..read]);
+        let excess = said.len().saturating_sub(SAID_BYTES);
+        said.drain(..excess);
+    }
+    String::from_utf8_lossy(&said).into_owned()
+}
+
+/// Waits for the child's end, and brings it about if need be.
+async fn end(child: &mut Child) -> Option<std::process::ExitStatus> {
+    if let Ok(ended) = tokio::time::timeout(GRACE, child.wait()).await {
+        return ended.ok();
+    }
+    // It is gone already when this fails.
+    _ = child.kill().await;
+    child.wait().await.ok()
+}
+
+fn too_long(limit: Duration) -> Ended {
+    Ended::Failed(Failure::new(
+        "bake-limit",
+        "The bake went over a limit",
+        format!(
+            "it took more than {} minutes; what it has found is kept, so another upload of the same scene goes on from there",
+            limit.as_secs() / 60
+        ),
+    ))
+}
+
+/// What to tell of a child that ended without a report.
+fn why(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) -> Failure {
+    let over = |what: String| Failure::new("bake-limit", "The bake went over a limit", what);
+    let mib = jobs.inner.settings.memory_bytes >> 20;
+    // Rust's allocator says the first, whoever cannot have a thread or a mapping one of the others.
+    const OUT_OF_MEMORY: [&str; 3] = [
+        "memory allocation of",
+        "Cannot allocate memory",
+        "Resource temporarily unavailable",
+    ];
+    if OUT_OF_MEMORY.iter().any(|words| said.contains(words)) {
+        return over(format!(
+            "it needed more than {mib} MiB of memory; upload a smaller scene, or raise `bake_memory_mib`"
+        ));
+    }
+    #[cfg(unix)]
+    if let Some(signal) = status.and_then(|status| std::os::unix::process::ExitStatusExt::signal(&status)) {
+        use rustix::process::Signal;
+        return match signal {
+            signal if signal == Signal::XCPU.as_raw() => over("it took too much time of the processors".to_owned()),
+            signal if signal == Signal::XFSZ.as_raw() => over("it wrote too large a file".to_owned()),
+            signal if signal == Signal::KILL.as_raw() => over(format!(
+                "it was killed, as systems do that run out of memory; its limit is {mib} MiB"
+            )),
+            signal => Failure::new(
+                "bake-crashed",
+                "The bake crashed",
+                format!("it was ended by signal {signal}; this is a fault of the program, please report it"),
+            ),
+        };
+    }
+    let sentence = said.lines().rev().find_map(|line| line.strip_prefix("belvedere: "));
+    match sentence {
+        Some(sentence) if sentence.contains(" panicked with message ") => Failure::new(
+            "bake-crashed",
+            "The bake crashed",
+            format!("{sentence}; this is a fault of the program, please report it"),
+        ),
+        Some(sentence) => Failure::new("bake-failed", "The scene cannot be baked", sentence),
+        None => Failure::new(
+            "bake-crashed",
+            "The bake crashed",
+            match status.and_then(|status| status.code()) {
+                Some(code) => format!("it ended with code {code} and said nothing"),
+                None => "it is not known how it ended".to_owned(),
+            },
+        ),
+    }
+}

@@ -1,0 +1,170 @@
+//! How do uploaded bytes become a job? They are written as they come; only when the last one is on the disk does the
+//! catalogue hear of them. An upload that ends early leaves nothing.
+
+use std::{path::PathBuf, str::FromStr};
+
+use anyhow::Context;
+use belvedere_scene::SceneName;
+use tokio::{fs::File, io::AsyncWriteExt};
+
+use super::{Job, JobError, JobId, Jobs};
+use crate::db::NewJob;
+
+/// What a source is, where whoever sends it says so. Else its content says it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// glTF 2.0, binary.
+    Glb,
+    /// glTF 2.0 as text.
+    Gltf,
+    /// An archive of either.
+    Zip,
+    /// A floor plan.
+    Plan,
+    /// Rules.
+    Dcg,
+}
+
+impl Format {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Gltf => "gltf",
+            Self::Zip => "zip",
+            Self::Plan => "plan",
+            Self::Dcg => "dcg",
+        }
+    }
+}
+
+impl FromStr for Format {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        let all = [Self::Glb, Self::Gltf, Self::Zip, Self::Plan, Self::Dcg];
+        all.into_iter().find(|format| format.extension() == text).ok_or(())
+    }
+}
+
+/// What is said of a source beside its bytes.
+#[derive(Debug, Clone, Default)]
+pub struct Source {
+    /// The scene's name for people.
+    pub title: Option<String>,
+    /// What it is.
+    pub format: Option<Format>,
+}
+
+/// An upload that is going on.
+#[derive(Debug)]
+pub struct Upload {
+    jobs: Jobs,
+    id: JobId,
+    scene: SceneName,
+    title: Option<String>,
+    key_id: String,
+    file: File,
+    bytes: u64,
+    /// Removed when the upload is dropped before it is a job.
+    folder: Folder,
+}
+
+#[derive(Debug)]
+struct Folder {
+    path: PathBuf,
+    kept: bool,
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if !self.kept
+            && let Err(error) = std::fs::remove_dir_all(&self.path)
+        {
+            tracing::warn!(folder = %self.path.display(), %error, "cannot remove an upload that ended early");
+        }
+    }
+}
+
+impl Upload {
+    pub(super) async fn begin(
+        jobs: Jobs,
+        scene: SceneName,
+        source: Source,
+        key_id: String,
+        announced_bytes: u64,
+    ) -> Result<Self, JobError> {
+        jobs.fits(announced_bytes)?;
+        let id = JobId::random()?;
+        let path = jobs.folder(id);
+        let folder = Folder { path, kept: false };
+        let cannot = || format!("cannot keep an upload in {}", folder.path.display());
+        tokio::fs::create_dir_all(&folder.path).await.with_context(cannot)?;
+        // A folder of its own: nothing stands beside what was uploaded.
+        let name = match source.format {
+            Some(format) => format!("{scene}.{}", format.extension()),
+            None => scene.to_string(),
+        };
+        let file = File::create_new(folder.path.join(name)).await.with_context(cannot)?;
+        Ok(Self {
+            jobs,
+            id,
+            scene,
+            title: source.title,
+            key_id,
+            file,
+            bytes: 0,
+            folder,
+        })
+    }
+
+    /// The next bytes.
+    ///
+    /// # Errors
+    /// When they are too many, or the disk does not take them.
+    pub async fn write(&mut self, bytes: &[u8]) -> Result<(), JobError> {
+        self.jobs.fits(self.bytes + bytes.len() as u64)?;
+        self.file.write_all(bytes).await.context("cannot keep an upload")?;
+        self.bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// That was all: it is a job now.
+    ///
+    /// # Errors
+    /// When it is nothing, too many jobs wait, or the disk or the catalogue do not take it.
+    pub async fn finish(mut self) -> Result<Job, JobError> {
+        if self.bytes == 0 {
+            return Err(JobError::Empty);
+        }
+        self.file.sync_all().await.context("cannot keep an upload")?;
+        let (name, settings) = (self.id.to_string(), &self.jobs.inner.settings);
+        let new = NewJob {
+            job: &name,
+            scene: &self.scene,
+            title: self.title.as_deref(),
+            source_bytes: self.bytes,
+            key_id: &self.key_id,
+        };
+        let catalogue = &self.jobs.inner.catalogue;
+        let kept = catalogue.keep_job(&new, settings.open_of_a_key, settings.open_of_all);
+        if !kept.await? {
+            return Err(self.jobs.full());
+        }
+        self.folder.kept = true;
+        let stored = catalogue.job(&name).await?.ok_or(JobError::NoJob(self.id))?;
+        let job = Job::read(&stored)?;
+        tracing::info!(%job.job, %job.scene, job.source_bytes, key = self.key_id, "a scene was uploaded");
+        self.jobs.admit(job.clone());
+        Ok(job)
+    }
+}
+
+impl Jobs {
+    fn fits(&self, bytes: u64) -> Result<(), JobError> {
+        let most_bytes = self.inner.settings.upload_bytes;
+        if bytes > most_bytes {
+            return Err(JobError::TooLarge { most_bytes });
+        }
+        Ok(())
+    }
+}
