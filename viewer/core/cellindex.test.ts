@@ -3,7 +3,8 @@ import { cellBounds, PITCH_M, publish, serveFiles } from "../test/fixture.ts";
 import { CellIndex } from "./cellindex.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
 import { ObjectDirectory } from "./objects.ts";
-import { fetchSceneList, PRIORITY, PublishedScene } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
+import { fetchSceneList, PublishedScene } from "./published.ts";
 import { Tree } from "./tree.ts";
 import { webCryptoDigest } from "./verify.ts";
 

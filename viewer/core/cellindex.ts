@@ -7,7 +7,8 @@ import { walkTo } from "./cellwalk.ts";
 import { distanceToCell } from "./convex.ts";
 import type { CellEntry, Page, PageEntry } from "./documents.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
-import { PRIORITY, type PublishedScene } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
+import type { PublishedScene } from "./published.ts";
 
 export interface Located {
   readonly entry: CellEntry;

@@ -12,9 +12,11 @@ import type { FrameBudget } from "./framebudget.ts";
 import { centre, distanceToPolygon, dot, length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
 import { type ModelHost, ModelLoads } from "./modelloads.ts";
 import { ObjectDirectory, type PlacedObject } from "./objects.ts";
-import { PRIORITY, type PublishedScene } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
+import { coarsestProgress, type Progress, sharpProgress } from "./progress.ts";
+import type { PublishedScene } from "./published.ts";
 import { ResidencySet } from "./residency.ts";
-import { coarsestProgress, type Eye, plan } from "./scheduler.ts";
+import { type Eye, plan } from "./scheduler.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 
 export interface ExplorerOptions {
@@ -115,8 +117,15 @@ export class Explorer implements NavigationSpace {
       .length;
   }
 
-  progress(): { loaded_bytes: number; total_bytes: number } {
+  /** Towards the first picture. */
+  progress(): Progress {
     return coarsestProgress(this.shown, (model) => this.residency.held(model)?.level);
+  }
+
+  /** Towards a picture that is as sharp as it will get from here. */
+  sharpProgress(): Progress {
+    if (!this.eye) return { loaded_bytes: 0, total_bytes: 0 };
+    return sharpProgress(this.shown, (model) => this.residency.held(model)?.level, this.eye, this.options.target_px);
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */

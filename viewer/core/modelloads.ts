@@ -8,6 +8,7 @@ import { FetchError, type FetchQueue } from "./fetchqueue.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import type { PlacedObject } from "./objects.ts";
 import { outOf, packsWorth } from "./packs.ts";
+import { purposeOf } from "./priority.ts";
 import type { ResidencySet } from "./residency.ts";
 import type { ModelState, Want } from "./scheduler.ts";
 import type { Tree } from "./tree.ts";
@@ -29,6 +30,7 @@ interface Load {
   readonly model: number;
   readonly level: number;
   readonly urls: Set<string>;
+  readonly reason: string;
   state: "cancelled" | "fetching" | "uploading";
 }
 
@@ -104,7 +106,13 @@ export class ModelLoads {
     const { model } = want.object;
     const level = model.levels[want.level];
     if (!level || this.closed) return;
-    const load: Load = { model: model.model, level: want.level, urls: new Set(), state: "fetching" };
+    const load: Load = {
+      model: model.model,
+      level: want.level,
+      urls: new Set(),
+      reason: reasonFor(want),
+      state: "fetching",
+    };
     this.loads.set(model.model, load);
     try {
       await this.bring(load, level, want.priority, packs);
@@ -179,6 +187,14 @@ export class ModelLoads {
   private fetch(load: Load, url: string, priority: number): Promise<ArrayBuffer> {
     const address = this.parts.tree.resolve(url);
     load.urls.add(address);
-    return this.parts.queue.request(address, priority);
+    return this.parts.queue.request(address, priority, { reason: load.reason });
   }
+}
+
+function reasonFor({ object, level, priority, error_px }: Want): string {
+  const what = `m${object.model.model} level ${level}`;
+  if (purposeOf(priority) === "prefetch") return `${what}: a cell ahead sees it`;
+  return error_px === undefined
+    ? `${what}: nothing of it is here`
+    : `${what}: held one is ${error_px.toFixed(1)} px off`;
 }

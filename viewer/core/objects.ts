@@ -4,7 +4,8 @@
  */
 import { entryOf } from "./cellindex.ts";
 import type { Level, Model, ObjectChunk, ObjectEntry, PageEntry } from "./documents.ts";
-import { PRIORITY, type PublishedScene } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
+import type { PublishedScene } from "./published.ts";
 
 /** A placed object and the geometry that it shares. */
 export interface PlacedObject {

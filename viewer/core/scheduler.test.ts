@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { PlacedObject } from "./objects.ts";
-import { coarsestProgress, desiredLevel, type Eye, type ModelState, plan, screenError_px } from "./scheduler.ts";
+import { coarsestProgress, sharpProgress } from "./progress.ts";
+import { desiredLevel, type Eye, type ModelState, plan, screenError_px } from "./scheduler.ts";
 
 const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
 const OPTIONS = { target_px: 1.5, mayRefine: true };
@@ -87,4 +88,12 @@ it("progress counts each model and each texture once", () => {
   expect(coarsestProgress(objects, () => undefined)).toEqual({ loaded_bytes: 0, total_bytes: 1550 });
   expect(coarsestProgress(objects, (model) => (model === 0 ? 0 : undefined)).loaded_bytes).toBe(550);
   expect(coarsestProgress(objects, () => 0).loaded_bytes).toBe(1550);
+});
+
+it("progress towards the sharp picture counts what the nearest of a model's objects needs", () => {
+  const [near, far] = [object(0, 0, 1, [0, 0.01, 0.1]), object(1, 0, 200, [0, 0.01, 0.1])];
+  const sharp = (held: number | undefined) => sharpProgress([far, near], () => held, EYE, 1.5);
+  expect(sharp(1)).toEqual({ loaded_bytes: 0, total_bytes: 1000 });
+  expect(sharp(0)).toEqual({ loaded_bytes: 1000, total_bytes: 1000 });
+  expect(sharpProgress([far], () => 1, EYE, 1.5)).toEqual({ loaded_bytes: 250, total_bytes: 250 });
 });

@@ -11,7 +11,7 @@
  */
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
 import { geometricError_m, type PlacedObject } from "./objects.ts";
-import { PRIORITY } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
 
 export interface Eye {
   readonly position: Vec3;
@@ -27,6 +27,8 @@ export interface Want {
   readonly level: number;
   /** Lower is more urgent. */
   readonly priority: number;
+  /** How far off the held level is; `undefined` when nothing is held. */
+  readonly error_px: number | undefined;
 }
 
 /** What the plan needs to know of a model. */
@@ -73,7 +75,9 @@ export function plan(
     const { heldLevel, failed } = stateOf(id);
     if (heldLevel === undefined) {
       const level = coarsestUsable(object, failed);
-      if (level !== undefined && !first.has(id)) first.set(id, { object, level, priority: PRIORITY.coarsest + rank });
+      if (level !== undefined && !first.has(id)) {
+        first.set(id, { object, level, priority: PRIORITY.coarsest + rank, error_px: undefined });
+      }
       return;
     }
     const level = desiredLevel(object, eye, options.target_px);
@@ -81,7 +85,7 @@ export function plan(
     const held = object.model.levels[heldLevel];
     const distance_m = distanceToBounds(object.entry.bounds, eye.position);
     const error_px = held ? screenError_px(geometricError_m(object, held), distance_m, eye) : 0;
-    const want = { object, level, priority: PRIORITY.finer + 100_000 / (1 + error_px) };
+    const want = { object, level, priority: PRIORITY.finer + 100_000 / (1 + error_px), error_px };
     const other = finer.get(id);
     if (!other) finer.set(id, want);
     else if (level <= other.level) {
@@ -96,31 +100,4 @@ export function plan(
 export function coarsestUsable(object: PlacedObject, failed: ReadonlySet<number>): number | undefined {
   for (let level = object.model.levels.length - 1; level >= 0; level -= 1) if (!failed.has(level)) return level;
   return undefined;
-}
-
-/** Exact progress of a set of objects: bytes of coarsest levels and their textures, each once. */
-export function coarsestProgress(
-  visible: readonly PlacedObject[],
-  heldLevel: (model: number) => number | undefined,
-): { loaded_bytes: number; total_bytes: number } {
-  const models = new Set<number>();
-  const textures = new Map<string, { bytes: number; loaded: boolean }>();
-  let loaded_bytes = 0;
-  let total_bytes = 0;
-  for (const { model } of visible) {
-    const level = model.levels[model.levels.length - 1];
-    if (!level || models.has(model.model)) continue;
-    models.add(model.model);
-    const loaded = heldLevel(model.model) !== undefined;
-    total_bytes += level.bytes;
-    if (loaded) loaded_bytes += level.bytes;
-    for (const { url, bytes } of level.textures) {
-      textures.set(url, { bytes, loaded: loaded || (textures.get(url)?.loaded ?? false) });
-    }
-  }
-  for (const { bytes, loaded } of textures.values()) {
-    total_bytes += bytes;
-    if (loaded) loaded_bytes += bytes;
-  }
-  return { loaded_bytes, total_bytes };
 }
