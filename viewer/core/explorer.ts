@@ -11,12 +11,13 @@ import type { CellEntry } from "./documents.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { centre, distanceToPolygon, dot, length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
 import { type ModelHost, ModelLoads } from "./modelloads.ts";
+import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
 import { coarsestProgress, type Progress, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
-import { ResidencySet } from "./residency.ts";
-import { type Eye, plan } from "./scheduler.ts";
+import { ResidencySet, type StepsTo } from "./residency.ts";
+import { type Eye, plan, shrink, type Want } from "./scheduler.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 
 export interface ExplorerOptions {
@@ -30,6 +31,15 @@ export interface ExplorerEvents {
   readonly changed: () => void;
   /** Something could not be loaded; the walk goes on with what is there. */
   readonly problem: (error: unknown) => void;
+}
+
+/** Not even the coarsest levels of what can be seen from here fit into the memory. */
+export class MemoryShortError extends Error {
+  override readonly name = "MemoryShortError";
+
+  constructor(readonly limit_bytes: number) {
+    super(`what can be seen from here does not fit into ${Math.round(limit_bytes / 1e6)} MB of memory`);
+  }
 }
 
 /** A portal this near, straight ahead, names the cell to prefetch. */
@@ -53,6 +63,8 @@ export class Explorer implements NavigationSpace {
   private ahead: { cell: number; objects: readonly PlacedObject[] } | undefined;
   private eye: Eye | undefined;
   private locating = false;
+  /** The cell of which it was said that memory does not suffice for it. */
+  private shortIn: number | undefined;
   private closed = false;
 
   constructor(
@@ -251,9 +263,8 @@ export class Explorer implements NavigationSpace {
   private show(objects: readonly PlacedObject[], cell: number | undefined): void {
     this.shown = objects;
     this.shownCell = cell;
-    this.residency.need(new Set(objects.map(({ model }) => model.model)));
+    this.residency.need(new Set(objects.map(({ model }) => model.model)), this.stepsFrom(cell));
     this.host.show(objects);
-    for (const model of this.residency.evict()) this.host.evict(model);
     this.replan();
     this.events.changed();
   }
@@ -291,18 +302,46 @@ export class Explorer implements NavigationSpace {
 
   private replan(): void {
     if (!this.eye || this.closed) return;
+    const { target_px } = this.options;
     const stateOf = (model: number) => this.loads.stateOf(model);
-    const options = { target_px: this.options.target_px, mayRefine: !this.residency.full };
-    const wants = plan(this.shown, stateOf, this.eye, options);
+    const wants = plan(this.shown, stateOf, this.eye, target_px);
     const planned = new Set(wants.map(({ object }) => object.model.model));
     const soon = (this.ahead?.objects ?? []).filter(
       ({ model }) => !planned.has(model.model) && !this.residency.held(model.model),
     );
-    const prefetch = plan(soon, stateOf, this.eye, { ...options, mayRefine: false });
-    if (!this.residency.full) {
-      const later = PRIORITY.prefetch - PRIORITY.coarsest;
-      wants.push(...prefetch.map((want) => ({ ...want, priority: want.priority + later })));
-    }
+    const later = PRIORITY.prefetch - PRIORITY.coarsest;
+    const early = plan(soon, stateOf, this.eye, target_px);
+    wants.push(...early.map((want) => ({ ...want, priority: want.priority + later })));
+    if (this.loads.short) this.makeDo(wants);
     this.loads.follow(wants);
+  }
+
+  /** Memory does not hold what is visible: draws something more coarsely, or says that even that does not help. */
+  private makeDo(wants: Want[]): void {
+    const smaller = shrink(this.shown, (model) => this.residency.held(model));
+    if (smaller) wants.unshift(smaller);
+    else if (this.loads.pending === 0 && this.shortIn !== this.shownCell) {
+      this.shortIn = this.shownCell;
+      this.events.problem(new MemoryShortError(this.residency.limit_bytes));
+    }
+  }
+
+  /** How near models are needed that are not visible from a cell. */
+  private stepsFrom(cell: number | undefined): StepsTo | undefined {
+    const entry = cell === undefined ? undefined : this.index.known(cell);
+    if (!entry) return undefined;
+    return stepsToModels(
+      entry,
+      (id) => this.index.known(id),
+      (id) => this.modelsSeenFrom(id),
+    );
+  }
+
+  private modelsSeenFrom(cell: number): number[] {
+    const record = this.records.get(cell)?.record;
+    const objects = record ? [...record.lpvs, ...record.opvs] : [];
+    return objects
+      .map(({ object }) => this.directory.known(object)?.model.model)
+      .filter((model) => model !== undefined);
   }
 }

@@ -12,6 +12,7 @@
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
 import { geometricError_m, type PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
+import type { Held } from "./residency.ts";
 
 export interface Eye {
   readonly position: Vec3;
@@ -39,12 +40,6 @@ export interface ModelState {
   readonly failed: ReadonlySet<number>;
 }
 
-export interface PlanOptions {
-  readonly target_px: number;
-  /** `false` while memory is full. */
-  readonly mayRefine: boolean;
-}
-
 /** How many pixels an error covers at an object's distance. */
 export function screenError_px(error_m: number, distance_m: number, eye: Eye): number {
   if (error_m === 0) return 0;
@@ -66,7 +61,7 @@ export function plan(
   visible: readonly PlacedObject[],
   stateOf: (model: number) => ModelState,
   eye: Eye,
-  options: PlanOptions,
+  target_px: number,
 ): Want[] {
   const first = new Map<number, Want>();
   const finer = new Map<number, Want>();
@@ -80,7 +75,7 @@ export function plan(
       }
       return;
     }
-    const level = desiredLevel(object, eye, options.target_px);
+    const level = desiredLevel(object, eye, target_px);
     if (level >= heldLevel || failed.has(level)) return;
     const held = object.model.levels[heldLevel];
     const distance_m = distanceToBounds(object.entry.bounds, eye.position);
@@ -92,7 +87,7 @@ export function plan(
       finer.set(id, { ...want, priority: Math.min(want.priority, other.priority) });
     }
   });
-  const wants = first.size > 0 || !options.mayRefine ? [...first.values()] : [...finer.values()];
+  const wants = first.size > 0 ? [...first.values()] : [...finer.values()];
   return wants.sort((a, b) => a.priority - b.priority);
 }
 
@@ -100,4 +95,20 @@ export function plan(
 export function coarsestUsable(object: PlacedObject, failed: ReadonlySet<number>): number | undefined {
   for (let level = object.model.levels.length - 1; level >= 0; level -= 1) if (!failed.has(level)) return level;
   return undefined;
+}
+
+/** What to draw more coarsely when memory is short: the coarsest level of the visible model that takes most. */
+export function shrink(
+  visible: readonly PlacedObject[],
+  heldOf: (model: number) => Held | undefined,
+): Want | undefined {
+  let largest: { object: PlacedObject; bytes: number } | undefined;
+  for (const object of visible) {
+    const held = heldOf(object.model.model);
+    if (!held || held.level >= object.model.levels.length - 1) continue;
+    if (held.bytes > (largest?.bytes ?? 0)) largest = { object, bytes: held.bytes };
+  }
+  if (!largest) return undefined;
+  const { object } = largest;
+  return { object, level: object.model.levels.length - 1, priority: PRIORITY.coarsest, error_px: undefined };
 }
