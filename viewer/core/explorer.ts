@@ -18,6 +18,7 @@ import { coarsestProgress, type Progress, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
 import { ResidencySet, type StepsTo } from "./residency.ts";
 import { type Eye, plan, shrink, type Want } from "./scheduler.ts";
+import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 
 export interface ExplorerOptions {
@@ -47,7 +48,7 @@ const PREFETCH_RANGE_M = 6;
 /** About what the headers of a request and its answer cost. */
 const REQUEST_BYTES = 200;
 
-export class Explorer implements NavigationSpace {
+export class Explorer implements NavigationSpace, Surveyed {
   readonly directory: ObjectDirectory;
   readonly residency: ResidencySet;
   private readonly index: CellIndex;
@@ -103,6 +104,16 @@ export class Explorer implements NavigationSpace {
     return this.currentInside;
   }
 
+  /** Where the eye was last. */
+  get eyeNow(): Eye | undefined {
+    return this.eye;
+  }
+
+  /** The cell that is prepared because the walker heads for it. */
+  get cellAhead(): number | undefined {
+    return this.ahead?.cell;
+  }
+
   get visible(): readonly PlacedObject[] {
     return this.shown;
   }
@@ -156,6 +167,22 @@ export class Explorer implements NavigationSpace {
     };
     this.navigation.set(id, cell);
     return cell;
+  }
+
+  recordOf(cell: number): CellRecord | undefined {
+    return this.records.get(cell)?.record;
+  }
+
+  entryOf(cell: number): CellEntry | undefined {
+    return this.index.known(cell);
+  }
+
+  placed(object: number): PlacedObject | undefined {
+    return this.directory.known(object);
+  }
+
+  holds(model: number): boolean {
+    return this.residency.held(model) !== undefined;
   }
 
   /** The record of any cell, fetched when needed. */

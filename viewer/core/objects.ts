@@ -47,6 +47,14 @@ export class ObjectDirectory {
     });
   }
 
+  /** Every object of the scene, however large it is. */
+  async everything(priority: number): Promise<PlacedObject[]> {
+    const ids = this.scene.manifest.objects.entries.flatMap(({ first, count }) =>
+      Array.from({ length: count }, (_, i) => first + i),
+    );
+    return this.resolve(ids, priority);
+  }
+
   /** Reads every chunk below `entries` that holds one of the ids; chunks travel side by side. */
   private async read(ids: readonly number[], entries: readonly PageEntry[], priority: number): Promise<void> {
     await Promise.all(

@@ -3,7 +3,16 @@
  * clone, sharing geometry and materials, for each shown object. A finer level replaces a coarser one in one step, so
  * that there is never a frame without either. What is evicted leaves the GPU.
  */
-import { type BufferGeometry, Group, type Material, type Mesh, type Object3D, PointsMaterial, Texture } from "three";
+import {
+  type BufferGeometry,
+  Group,
+  type Material,
+  type Mesh,
+  type Object3D,
+  PointsMaterial,
+  type Raycaster,
+  Texture,
+} from "three";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import type { ModelHost } from "../core/modelloads.ts";
@@ -112,6 +121,13 @@ export class ThreeModelHost implements ModelHost {
     return this.nodes.get(object)?.parent === this.root;
   }
 
+  /** The object that a ray meets first. */
+  pick(ray: Raycaster): PlacedObject | undefined {
+    let hit: Object3D | null | undefined = ray.intersectObject(this.root, true)[0]?.object;
+    while (hit && hit.userData.object === undefined) hit = hit.parent;
+    return hit ? this.shown.get(Number(hit.userData.object)) : undefined;
+  }
+
   /** Frees everything. */
   clear(): void {
     for (const id of [...this.nodes.keys()]) this.remove(id);
@@ -123,6 +139,7 @@ export class ThreeModelHost implements ModelHost {
     this.remove(object.entry.object);
     const node = new Group();
     node.name = object.entry.sourceNode;
+    node.userData = { object: object.entry.object };
     node.matrixAutoUpdate = false;
     node.matrix.fromArray(object.entry.worldFromObject);
     node.add(template.clone(true));

@@ -12,8 +12,11 @@ import {
   type Object3D,
   PerspectiveCamera,
   PMREMGenerator,
+  Raycaster,
   Scene,
   SRGBColorSpace,
+  Vector2,
+  Vector3,
   WebGLRenderer,
 } from "three";
 import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
@@ -85,6 +88,30 @@ export class Stage {
   aim(position: Vec3, yaw: number, pitch: number): void {
     this.camera.position.set(...position);
     this.camera.rotation.set(pitch, yaw, 0);
+  }
+
+  /** The ray from the eye through a point of the canvas, in CSS pixels. */
+  ray(x: number, y: number): Raycaster {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
+    return ray;
+  }
+
+  /** Corners of the far side of the picture at a distance, counter-clockwise from below left. */
+  corners(distance_m: number): Vec3[] {
+    const up_m = distance_m * Math.tan((this.camera.fov * Math.PI) / 360);
+    const right_m = up_m * this.camera.aspect;
+    this.camera.updateMatrixWorld();
+    return [
+      [-1, -1],
+      [1, -1],
+      [1, 1],
+      [-1, 1],
+    ].map(([x = 0, y = 0]) => {
+      const corner = new Vector3(x * right_m, y * up_m, -distance_m).applyMatrix4(this.camera.matrixWorld);
+      return [corner.x, corner.y, corner.z];
+    });
   }
 
   /** The eye as the scheduler needs it. */
