@@ -17,7 +17,7 @@ import { PRIORITY } from "./priority.ts";
 import { coarsestProgress, type Progress, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
 import { ResidencySet, type StepsTo } from "./residency.ts";
-import { type Eye, plan, shrink, type Want } from "./scheduler.ts";
+import { desiredLevel, type Eye, plan, shrink, type Want } from "./scheduler.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 
@@ -125,8 +125,13 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Whether the set of the current cell is what is shown and all of it has at least its coarsest level. */
   get settled(): boolean {
+    return this.showsCurrent && !this.locating && this.missing === 0;
+  }
+
+  /** Whether what is shown is the set of the current cell. */
+  private get showsCurrent(): boolean {
     const rightSet = this.current !== undefined && this.shownCell === this.current.cell;
-    return (rightSet || this.scene.manifest.whole !== undefined) && !this.locating && this.missing === 0;
+    return rightSet || this.scene.manifest.whole !== undefined;
   }
 
   /** Visible objects of which nothing is held yet. */
@@ -149,6 +154,20 @@ export class Explorer implements NavigationSpace, Surveyed {
   sharpProgress(): Progress {
     if (!this.eye) return { loaded_bytes: 0, total_bytes: 0 };
     return sharpProgress(this.shown, (model) => this.residency.held(model)?.level, this.eye, this.options.target_px);
+  }
+
+  /** Shares of the visible objects that are here, and that are as sharp as the eye can tell. */
+  quality(): { here: number; sharp: number } | undefined {
+    const { eye, shown } = this;
+    if (!eye || !this.showsCurrent) return undefined;
+    let [here, sharp] = [0, 0];
+    for (const object of shown) {
+      const held = this.residency.held(object.model.model);
+      if (held) here += 1;
+      if (held && held.level <= desiredLevel(object, eye, this.options.target_px)) sharp += 1;
+    }
+    const all = shown.length;
+    return all === 0 ? { here: 1, sharp: 1 } : { here: here / all, sharp: sharp / all };
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */

@@ -11,7 +11,8 @@ const ALLOWED: Record<string, RegExp> = {
   core: /^\.\/(smooth\/)?[a-z]+\.ts$/,
   "core/smooth": /^\.\/[a-z]+\.ts$/,
   three: /^(\.\/[a-z]+\.ts|\.\.\/core\/[a-z]+\.ts|three|three\/addons\/.+)$/,
-  ui: /^(\.\/[a-z]+\.ts|\.\.\/(core|three)\/[a-z]+\.ts)$/,
+  "ui/inspector": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts|\.\.\/\.\.\/(core|three)\/[a-z]+\.ts)$/,
+  ui: /^(\.\/(inspector\/)?[a-z]+\.ts|\.\.\/(core|three)\/[a-z]+\.ts)$/,
 };
 
 function sources(room: string): { path: string; text: string }[] {

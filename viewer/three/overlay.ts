@@ -25,6 +25,8 @@ export interface Ink {
   /** Opacity of lines and of what they enclose. */
   readonly line: number;
   readonly fill: number;
+  /** Whether walls do not hide it. */
+  readonly through?: boolean;
 }
 
 export class Overlay {
@@ -129,15 +131,18 @@ function ring(points: readonly Vec3[]): Vec3[] {
   return points.flatMap((point, i) => [point, points[(i + 1) % points.length] ?? point]);
 }
 
-function lines(ends: readonly Vec3[], { color, line }: Ink): LineSegments {
+function lines(ends: readonly Vec3[], { color, line, through }: Ink): LineSegments {
   const material = new LineBasicMaterial({ color, opacity: line, transparent: true, depthWrite: false });
+  material.depthTest = !through;
   const drawn = new LineSegments(geometry(ends), material);
   drawn.renderOrder = 2;
   return drawn;
 }
 
-function fill({ color, fill: opacity }: Ink): MeshBasicMaterial {
-  return new MeshBasicMaterial({ color, opacity, transparent: true, depthWrite: false, side: DoubleSide });
+function fill({ color, fill: opacity, through }: Ink): MeshBasicMaterial {
+  const material = new MeshBasicMaterial({ color, opacity, transparent: true, depthWrite: false, side: DoubleSide });
+  material.depthTest = !through;
+  return material;
 }
 
 function geometry(points: readonly Vec3[]): BufferGeometry {

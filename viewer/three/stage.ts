@@ -11,6 +11,7 @@ import {
   HemisphereLight,
   type Object3D,
   PerspectiveCamera,
+  Plane,
   PMREMGenerator,
   Raycaster,
   Scene,
@@ -82,6 +83,11 @@ export class Stage {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     return true;
+  }
+
+  /** Draws nothing above a height; `undefined` draws everything. */
+  cutAbove(height_m: number | undefined): void {
+    this.renderer.clippingPlanes = height_m === undefined ? [] : [new Plane(new Vector3(0, -1, 0), height_m)];
   }
 
   /** Puts the camera where the eye is; `yaw` and `pitch` as the walker has them. */

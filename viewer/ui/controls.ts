@@ -7,14 +7,18 @@ import { IDLE, type Intent } from "../core/walker.ts";
 export interface ControlEvents {
   /** Turn by these angles in radians. */
   readonly turn: (yaw: number, pitch: number) => void;
-  readonly toggleFly: () => void;
-  readonly toggleHelp: () => void;
+  /** A letter was pressed that does not move anything, as its `KeyboardEvent.code`. */
+  readonly command: (code: string) => void;
+  /** A click or a tap without dragging, in CSS pixels from the corner of the canvas. */
+  readonly tap: (x: number, y: number) => void;
 }
 
 const RADIANS_PER_PX = 0.0032;
 const TOUCH_RADIANS_PER_PX = 0.006;
 const KEY_TURN_RAD_PER_S = 1.7;
 const STICK_RADIUS_PX = 48;
+/** A press that is shorter and moves less is a click. */
+const [TAP_MS, TAP_PX] = [400, 6];
 
 const KEYS: Record<string, Partial<Record<"forward" | "right" | "up" | "turn", number>>> = {
   KeyW: { forward: 1 },
@@ -34,6 +38,7 @@ export class Controls {
   private fast = false;
   private stickPointer: { id: number; x: number; y: number } | undefined;
   private stickOffset = { x: 0, y: 0 };
+  private pressed: { x: number; y: number; t_ms: number } | undefined;
   private lookPointer: { id: number; x: number; y: number } | undefined;
 
   constructor(
@@ -83,8 +88,7 @@ export class Controls {
     if (KEYS[event.code]) {
       this.held.add(event.code);
       event.preventDefault();
-    } else if (!event.repeat && event.code === "KeyF") this.events.toggleFly();
-    else if (!event.repeat && event.code === "KeyH") this.events.toggleHelp();
+    } else if (!event.repeat) this.events.command(event.code);
   }
 
   private release(event: KeyboardEvent): void {
@@ -106,6 +110,7 @@ export class Controls {
   private pointerDown(event: PointerEvent): void {
     this.canvas.focus({ preventScroll: true });
     if (event.button !== 0) return;
+    this.pressed = { x: event.clientX, y: event.clientY, t_ms: event.timeStamp };
     this.canvas.setPointerCapture(event.pointerId);
     const start = { id: event.pointerId, x: event.clientX, y: event.clientY };
     if (event.pointerType === "touch" && event.clientX < innerWidth / 2 && !this.stickPointer) {
@@ -130,11 +135,22 @@ export class Controls {
   }
 
   private pointerUp(event: PointerEvent): void {
+    if (event.type === "pointerup") this.maybeTap(event);
     if (this.lookPointer?.id === event.pointerId) this.lookPointer = undefined;
     if (this.stickPointer?.id !== event.pointerId) return;
     this.stickPointer = undefined;
     this.stickOffset = { x: 0, y: 0 };
     this.showStick();
+  }
+
+  private maybeTap(event: PointerEvent): void {
+    const { pressed } = this;
+    this.pressed = undefined;
+    if (!pressed || event.timeStamp - pressed.t_ms > TAP_MS) return;
+    if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > TAP_PX) return;
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const locked = document.pointerLockElement === this.canvas;
+    this.events.tap(locked ? width / 2 : event.clientX - left, locked ? height / 2 : event.clientY - top);
   }
 
   private showStick(): void {

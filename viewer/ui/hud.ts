@@ -2,6 +2,7 @@
  * What does a walker want to know at a glance? The cell, how much of the scene is visible from it, bytes fetched against
  * the whole scene, and exactly how much of this cell is still to come.
  */
+import { write } from "./dom.ts";
 import { element } from "./elements.ts";
 import { writeBytes, writeShare } from "./format.ts";
 
@@ -70,8 +71,4 @@ export class Hud {
       this.live.textContent = text;
     }, ANNOUNCE_AFTER_MS);
   }
-}
-
-function write(target: HTMLElement, text: string): void {
-  if (target.textContent !== text) target.textContent = text;
 }

@@ -6,6 +6,8 @@ import { addressOfScene, readPose, treeBase } from "../core/address.ts";
 import type { SceneSummary, Viewpoint } from "../core/documents.ts";
 import { FETCH_DEFAULTS, FetchError, FetchQueue } from "../core/fetchqueue.ts";
 import { fetchSceneList, PublishedScene } from "../core/published.ts";
+import { RequestLog } from "../core/requestlog.ts";
+import { Throttle } from "../core/throttle.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { Stage } from "../three/stage.ts";
@@ -13,6 +15,7 @@ import { Controls } from "./controls.ts";
 import { element } from "./elements.ts";
 import { Hud } from "./hud.ts";
 import { inspector } from "./inspect.ts";
+import { InspectorPanel } from "./inspector/panel.ts";
 import { explain, hideToast, NoSuchScene, showProblem, showToast } from "./problem.ts";
 import { Visit } from "./visit.ts";
 
@@ -79,7 +82,13 @@ function offerViewpoints(viewpoints: readonly Viewpoint[], goTo: (viewpoint: Vie
   element("choices", HTMLElement).hidden = false;
 }
 
-function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[]): void {
+/** What the inspector is told by what fetches. */
+interface Network {
+  readonly log: RequestLog;
+  readonly throttle: Throttle;
+}
+
+function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[], network: Network): void {
   const hud = new Hud();
   const host = scene.tree.base.host;
   const visit = new Visit({
@@ -91,10 +100,28 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
       showToast(error, host, () => visit.explorer.retry());
     },
   });
+  const inspectorToggle = element("inspector-toggle", HTMLButtonElement);
+  const panel = new InspectorPanel({
+    visit,
+    ...network,
+    toggled: (open) => {
+      document.body.classList.toggle("inspecting", open);
+      inspectorToggle.setAttribute("aria-pressed", String(open));
+      element("view", HTMLCanvasElement).focus({ preventScroll: true });
+    },
+  });
+  document.body.append(panel.element);
+  inspectorToggle.onclick = () => panel.toggle();
+  const commands: Record<string, () => void> = {
+    KeyF: () => visit.toggleFly(),
+    KeyH: () => hud.toggleHelp(),
+    KeyI: () => panel.toggle(),
+    KeyG: () => panel.toggleFreeze(),
+  };
   const controls = new Controls(element("view", HTMLCanvasElement), element("stick", HTMLDivElement), {
     turn: (yaw, pitch) => visit.turn(yaw, pitch),
-    toggleFly: () => visit.toggleFly(),
-    toggleHelp: () => hud.toggleHelp(),
+    command: (code) => commands[code]?.(),
+    tap: (x, y) => panel.pickAt(x, y),
   });
   const viewpoint = scene.manifest.viewpoints[0];
   const pose = readPose(location.hash);
@@ -124,17 +151,15 @@ async function main(): Promise<void> {
     const tree = new Tree(treeBase(location.href));
     host = tree.base.host;
     tallyEncodedBytes(tree.base.href);
-    const queue = new FetchQueue({
-      ...FETCH_DEFAULTS,
-      fetch: (url, init) => fetch(url, init),
-      digest: webCryptoDigest(),
-    });
+    const log = new RequestLog(() => performance.now());
+    const throttle = new Throttle((url, init) => fetch(url, init));
+    const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: throttle.fetch, digest: webCryptoDigest(), log });
     // The first documents travel while the renderer gets ready.
     const opening = open(queue, tree);
     opening.catch(() => {});
     const stage = new Stage(element("view", HTMLCanvasElement));
     const { scene, scenes } = await opening;
-    start(stage, scene, scenes);
+    start(stage, scene, scenes, { log, throttle });
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
     const links = others.map((scene) => ({ scene, href: addressOfScene(location.href, scene.scene) }));

@@ -4,6 +4,7 @@
  */
 import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
+import { MemoryShortError } from "../core/explorer.ts";
 import { FetchError } from "../core/fetchqueue.ts";
 import { DocumentError } from "../core/json.ts";
 import { NoWebGlError } from "../three/stage.ts";
@@ -51,6 +52,9 @@ export function explain(error: unknown, host: string): Explanation {
   }
   if (error instanceof FetchError && error.kind === "status") {
     return { title: "Something is missing", text: `${host} does not have what this page asked for: ${error.message}.` };
+  }
+  if (error instanceof MemoryShortError) {
+    return { title: "Memory is full", text: `Some things are left out: ${error.message}.` };
   }
   const damaged = error instanceof DocumentError || error instanceof CellRecordError || error instanceof FetchError;
   const message = error instanceof Error ? error.message : String(error);

@@ -7,9 +7,12 @@ import type { Viewpoint } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import type { PlacedObject } from "../core/objects.ts";
 import type { PublishedScene } from "../core/published.ts";
+import { QualityHistory } from "../core/quality.ts";
 import { IDLE, Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
+import { Overlay } from "../three/overlay.ts";
 import type { Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
 import type { Hud } from "./hud.ts";
@@ -23,12 +26,17 @@ export interface VisitParts {
 
 /** Phones announce little memory; they also die from using too much. */
 const MEMORY_LIMIT_BYTES = matchMedia("(pointer: coarse)").matches ? 350e6 : 1200e6;
-const TARGET_PX = 1.5;
+/** Models are refined until they are off by at most so much. */
+export const TARGET_PX = 1.5;
+const [QUALITY_EVERY_MS, QUALITY_SPAN_MS] = [250, 60_000];
 const DECODE_MS_PER_FRAME = 8;
 const HUD_EVERY_MS = 100;
 const ADDRESS_EVERY_MS = 500;
 /** A picture at rest for so long is drawn once more with all its pixels. */
 const STILL_AFTER_MS = 350;
+/** One looks at a frozen view from behind and above. */
+const [LOOK_BACK_M, LOOK_DOWN_M] = [12, 16];
+const HEADROOM_M = 0.8;
 const LONGEST_STEP_S = 0.25;
 
 /** A walk that was asked for by code rather than by a person. */
@@ -49,6 +57,9 @@ export class Visit {
   private readonly host = new ThreeModelHost(() => {
     this.dirty = true;
   });
+  /** What the inspector draws into the picture. */
+  readonly overlay = new Overlay();
+  readonly quality = new QualityHistory(QUALITY_EVERY_MS, QUALITY_SPAN_MS);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
   private dirty = true;
   private drewLastFrame = false;
@@ -60,6 +71,9 @@ export class Visit {
   private addressStale = false;
   private lastFrame_ms: number | undefined;
   private errand: Errand | undefined;
+  private pinned:
+    | { readonly pose: Pose; readonly mode: Walker["mode"]; readonly corners: (m: number) => Vec3[] }
+    | undefined;
 
   constructor(private readonly parts: VisitParts) {
     const { scene, stage, problem } = parts;
@@ -77,6 +91,7 @@ export class Visit {
     );
     this.walker = new Walker(this.explorer);
     stage.add(this.host.root);
+    stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
     parts.hud.title(scene.manifest.title);
   }
@@ -104,9 +119,61 @@ export class Visit {
   }
 
   toggleFly(): void {
+    if (this.frozen) return;
     this.walker.mode = this.walker.mode === "fly" ? "walk" : "fly";
     if (this.walker.mode === "walk") this.walker.place(this.walker.position, this.explorer.cellId);
     this.parts.hud.mode(this.walker.mode);
+  }
+
+  /** Whether what is shown stays that of one place, while one flies about. */
+  get frozen(): boolean {
+    return this.pinned !== undefined;
+  }
+
+  /** From now on nothing follows the eye any more, and no wall holds it. */
+  freeze(): void {
+    this.endErrand(false);
+    const { position, yaw, pitch, mode } = this.walker;
+    const unit = this.parts.stage.corners(1);
+    const corners = (distance_m: number) =>
+      unit.map((corner) => add(position, scale(subtract(corner, position), distance_m)));
+    this.pinned = { pose: { position, yaw, pitch }, mode, corners };
+    this.walker.mode = "fly";
+    this.walker.place(add(this.ahead(-LOOK_BACK_M), [0, LOOK_DOWN_M, 0]));
+    this.walker.look(yaw, -Math.atan2(LOOK_DOWN_M, LOOK_BACK_M));
+    this.moved = true;
+  }
+
+  /** While the view is frozen: leaves out of the picture what is above the eye, such as ceilings. */
+  cutAway(cut: boolean): void {
+    this.parts.stage.cutAbove(cut && this.pinned ? this.pinned.pose.position[1] + HEADROOM_M : undefined);
+    this.dirty = true;
+  }
+
+  /** Goes back to where the view was frozen. */
+  thaw(): void {
+    if (!this.pinned) return;
+    const { pose, mode } = this.pinned;
+    this.pinned = undefined;
+    this.walker.mode = mode;
+    this.cutAway(false);
+    this.teleport(pose);
+    if (mode === "walk") this.walker.place(pose.position, this.explorer.cellId);
+  }
+
+  /** Corners of the frozen picture at a distance from its eye. */
+  frozenCorners(distance_m: number): Vec3[] {
+    return this.pinned?.corners(distance_m) ?? [];
+  }
+
+  /** The object at a point of the canvas. */
+  pick(x: number, y: number): PlacedObject | undefined {
+    return this.host.pick(this.parts.stage.ray(x, y));
+  }
+
+  /** Asks for a new picture. */
+  redraw(): void {
+    this.dirty = true;
   }
 
   /** Walks in a straight line, as far as walls allow; answers whether it arrived. Height counts only when flying. */
@@ -125,15 +192,18 @@ export class Visit {
     this.budget.beginFrame(frame_ms);
     const { stage } = this.parts;
     controls.turnByKeys(seconds);
-    if (this.explorer.inside && this.explorer.cellId !== undefined) this.walker.standIn(this.explorer.cellId);
+    if (!this.frozen && this.explorer.inside && this.explorer.cellId !== undefined)
+      this.walker.standIn(this.explorer.cellId);
     const walked = this.errand ? this.runErrand(this.errand, seconds) : this.walker.step(seconds, controls.intent());
     if (walked || this.moved || this.dirty) this.lastMotion_ms = now_ms;
     const moving = now_ms - this.lastMotion_ms < STILL_AFTER_MS;
     const resized = stage.resize(moving ? "moving" : "still");
     if (walked || resized || this.moved) {
       stage.aim(this.walker.position, this.walker.yaw, this.walker.pitch);
-      this.explorer.follow(stage.eye(this.walker.position), this.walker.speed);
-      this.addressStale = true;
+      if (!this.frozen) {
+        this.explorer.follow(stage.eye(this.walker.position), this.walker.speed);
+        this.addressStale = true;
+      }
       this.hudStale = true;
       this.dirty = true;
       this.moved = false;
@@ -171,6 +241,7 @@ export class Visit {
 
   private report(now_ms: number): void {
     const { explorer, walker } = this;
+    this.quality.sample(now_ms, () => explorer.quality());
     if (this.hudStale || explorer.pending > 0) {
       if (now_ms - this.hudShown_ms >= HUD_EVERY_MS) {
         this.hudShown_ms = now_ms;
