@@ -8,6 +8,16 @@ import { fetchSceneList, PublishedScene } from "./published.ts";
 import { Tree } from "./tree.ts";
 import { webCryptoDigest } from "./verify.ts";
 
+it("learns the chunks nearest to a point, and no more than it should", async () => {
+  const index = new CellIndex((await openRooms(12)).scene);
+  await index.learn([9 * PITCH_M, 1.6, 3], 2);
+  const met = [...index.met()].map(({ cell }) => cell);
+  expect(met.length).toBe(6);
+  expect(met).toContain(18);
+  await index.learn([0, 0, 0], 100);
+  expect([...index.met()].length).toBe(23);
+});
+
 async function openRooms(rooms: number) {
   const { fetch, requests } = serveFiles(publish({ rooms, perChunk: 3 }));
   const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch, digest: webCryptoDigest() });

@@ -196,6 +196,16 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.index.known(cell);
   }
 
+  /** Cells that were met so far. */
+  knownCells(): Iterable<CellEntry> {
+    return this.index.met();
+  }
+
+  /** Learns which cells there are around the eye, for a map; at most so many chunks of them. */
+  learnCells(most_chunks: number): Promise<void> {
+    return this.index.learn(this.eye?.position ?? [0, 0, 0], most_chunks);
+  }
+
   placed(object: number): PlacedObject | undefined {
     return this.directory.known(object);
   }

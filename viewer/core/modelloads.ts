@@ -231,8 +231,6 @@ export class ModelLoads {
 
 function reasonFor({ object, level, priority, error_px }: Want): string {
   const what = `m${object.model.model} level ${level}`;
-  if (purposeOf(priority) === "prefetch") return `${what}: a cell ahead sees it`;
-  return error_px === undefined
-    ? `${what}: nothing of it is here`
-    : `${what}: held one is ${error_px.toFixed(1)} px off`;
+  if (purposeOf(priority) === "prefetch") return `seen ahead: ${what}`;
+  return error_px === undefined ? `not here yet: ${what}` : `${error_px.toFixed(1)} px off: ${what}`;
 }

@@ -121,9 +121,10 @@ export class ThreeModelHost implements ModelHost {
     return this.nodes.get(object)?.parent === this.root;
   }
 
-  /** The object that a ray meets first. */
-  pick(ray: Raycaster): PlacedObject | undefined {
-    let hit: Object3D | null | undefined = ray.intersectObject(this.root, true)[0]?.object;
+  /** The object that a ray meets first, below a height. */
+  pick(ray: Raycaster, below_m = Number.POSITIVE_INFINITY): PlacedObject | undefined {
+    const hits = ray.intersectObject(this.root, true);
+    let hit: Object3D | null | undefined = hits.find(({ point }) => point.y <= below_m)?.object;
     while (hit && hit.userData.object === undefined) hit = hit.parent;
     return hit ? this.shown.get(Number(hit.userData.object)) : undefined;
   }

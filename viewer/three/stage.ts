@@ -43,6 +43,7 @@ export class Stage {
   private readonly renderer: WebGLRenderer;
   private readonly resolution = new Resolution(LEAST_SCALE);
   private movingScale = 1;
+  private top_m: number | undefined;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     const fast = hasFastGraphics();
@@ -87,7 +88,13 @@ export class Stage {
 
   /** Draws nothing above a height; `undefined` draws everything. */
   cutAbove(height_m: number | undefined): void {
+    this.top_m = height_m;
     this.renderer.clippingPlanes = height_m === undefined ? [] : [new Plane(new Vector3(0, -1, 0), height_m)];
+  }
+
+  /** The height above which nothing is drawn. */
+  get cutHeight_m(): number | undefined {
+    return this.top_m;
   }
 
   /** Puts the camera where the eye is; `yaw` and `pitch` as the walker has them. */

@@ -16,6 +16,7 @@ import { element } from "./elements.ts";
 import { Hud } from "./hud.ts";
 import { inspector } from "./inspect.ts";
 import { InspectorPanel } from "./inspector/panel.ts";
+import { MapPanel } from "./map.ts";
 import { explain, hideToast, NoSuchScene, showProblem, showToast } from "./problem.ts";
 import { Visit } from "./visit.ts";
 
@@ -112,9 +113,14 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   });
   document.body.append(panel.element);
   inspectorToggle.onclick = () => panel.toggle();
+  const mapToggle = element("map-toggle", HTMLButtonElement);
+  const map = new MapPanel(visit, (open) => mapToggle.setAttribute("aria-pressed", String(open)));
+  document.body.append(map.element);
+  mapToggle.onclick = () => map.toggle();
   const commands: Record<string, () => void> = {
     KeyF: () => visit.toggleFly(),
     KeyH: () => hud.toggleHelp(),
+    KeyM: () => map.toggle(),
     KeyI: () => panel.toggle(),
     KeyG: () => panel.toggleFreeze(),
   };

@@ -168,7 +168,7 @@ export class Visit {
 
   /** The object at a point of the canvas. */
   pick(x: number, y: number): PlacedObject | undefined {
-    return this.host.pick(this.parts.stage.ray(x, y));
+    return this.host.pick(this.parts.stage.ray(x, y), this.parts.stage.cutHeight_m);
   }
 
   /** Asks for a new picture. */
