@@ -5,7 +5,8 @@
  * While a new cell's record and object infos are on their way, the set of the cell before stays in the picture.
  */
 import { CellIndex } from "./cellindex.ts";
-import { type CellRecord, type DecodedRecord, followStep, visibleObjects } from "./cellrecord.ts";
+import { type CellRecord, visibleObjects } from "./cellrecord.ts";
+import { CellRecords } from "./cellrecords.ts";
 import { planesOfCell } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import type { FrameBudget } from "./framebudget.ts";
@@ -45,8 +46,6 @@ export class MemoryShortError extends Error {
 
 /** A portal this near, straight ahead, names the cell to prefetch. */
 const PREFETCH_RANGE_M = 6;
-/** About what the headers of a request and its answer cost. */
-const REQUEST_BYTES = 200;
 
 export class Explorer implements NavigationSpace, Surveyed {
   readonly directory: ObjectDirectory;
@@ -54,9 +53,9 @@ export class Explorer implements NavigationSpace, Surveyed {
   private readonly index: CellIndex;
   private readonly loads: ModelLoads;
   private readonly navigation = new Map<number, NavigationCell>();
-  private readonly records = new Map<number, DecodedRecord>();
-  /** The cell whose neighbours are learnt from its steps. */
-  private stepping: { readonly entry: CellEntry; readonly decoded: DecodedRecord } | undefined;
+  private readonly records: CellRecords;
+  /** Doors that are closed. */
+  private shutDoors: ReadonlySet<number> = new Set();
   private current: CellEntry | undefined;
   private currentInside = false;
   private shown: readonly PlacedObject[] = [];
@@ -77,6 +76,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   ) {
     this.directory = new ObjectDirectory(scene);
     this.index = new CellIndex(scene);
+    this.records = new CellRecords(scene, this.index);
     this.residency = new ResidencySet(options.memory_limit_bytes);
     this.loads = new ModelLoads({
       queue: scene.queue,
@@ -176,7 +176,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     if (known?.portals) return known;
     const entry = this.index.known(id);
     if (!entry) return undefined;
-    const record = this.records.get(id)?.record;
+    const record = this.records.known(id);
     if (known && !record) return known;
     const cell: NavigationCell = {
       cell: id,
@@ -189,7 +189,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   }
 
   recordOf(cell: number): CellRecord | undefined {
-    return this.records.get(cell)?.record;
+    return this.records.known(cell);
   }
 
   entryOf(cell: number): CellEntry | undefined {
@@ -215,35 +215,8 @@ export class Explorer implements NavigationSpace, Surveyed {
   }
 
   /** The record of any cell, fetched when needed. */
-  async record(cell: number, priority: number = PRIORITY.document): Promise<CellRecord> {
-    const known = this.records.get(cell) ?? (await this.stepped(cell, priority));
-    const decoded = known ?? (await this.scene.record(await this.index.entry(cell, priority), priority));
-    this.records.set(cell, decoded);
-    return decoded.record;
-  }
-
-  /** The record of a neighbour of the cell whose steps are wanted anyway; `undefined` when they do not lead there. */
-  private async stepped(cell: number, priority: number): Promise<DecodedRecord | undefined> {
-    const from = this.stepping;
-    if (!from?.entry.adjacent.includes(cell)) return undefined;
-    try {
-      const step = (await this.scene.steps(from.entry, priority))?.to.get(cell);
-      const decoded = step && followStep(from.decoded, step);
-      return decoded?.record.cell === cell ? decoded : undefined;
-    } catch {
-      // The record itself is still to be had, and says what is wrong when it is not.
-      return undefined;
-    }
-  }
-
-  /** Learns what is visible from every neighbour: from one object with all steps where that costs less. */
-  private async learnNeighbours(entry: CellEntry, neighbours: readonly CellEntry[]): Promise<void> {
-    const unknown = neighbours.filter(({ cell }) => !this.records.has(cell));
-    const apart = unknown.reduce((sum, { recordBytes }) => sum + recordBytes + REQUEST_BYTES, 0);
-    const decoded = this.records.get(entry.cell);
-    if (decoded && entry.steps && entry.steps.bytes + REQUEST_BYTES < apart) this.stepping = { entry, decoded };
-    // Nothing depends on these yet; entering a cell asks again and reports what is wrong.
-    await Promise.allSettled(unknown.map(({ cell }) => this.record(cell, PRIORITY.prefetch)));
+  record(cell: number): Promise<CellRecord> {
+    return this.records.read(cell, PRIORITY.document);
   }
 
   /** Follows the eye; cheap enough to call in every frame in which it moved. */
@@ -254,6 +227,28 @@ export class Explorer implements NavigationSpace, Surveyed {
     else void this.locate();
     this.lookAhead(velocity);
     this.replan();
+  }
+
+  /** Doors in the openings of the cells that were met. */
+  get doors(): ReadonlySet<number> {
+    return this.records.doors;
+  }
+
+  isShut(door: number): boolean {
+    return this.shutDoors.has(door);
+  }
+
+  /** Says which doors are closed: what one of them hides is neither shown nor fetched. */
+  shutExactly(doors: ReadonlySet<number>): void {
+    if (doors.size === this.shutDoors.size && [...doors].every((door) => this.shutDoors.has(door))) return;
+    this.shutDoors = new Set(doors);
+    this.ahead = undefined;
+    if (this.current) void this.arrive(this.current);
+  }
+
+  private notBehindDoors(record: CellRecord): number[] {
+    const seen = visibleObjects(record).filter(({ doors }) => !doors.some((door) => this.shutDoors.has(door)));
+    return seen.map(({ object }) => object);
   }
 
   /** Tries again what failed. */
@@ -301,16 +296,16 @@ export class Explorer implements NavigationSpace, Surveyed {
     try {
       // Neighbours first by name only: the walker needs their hulls before the eye reaches them.
       const neighbours = Promise.all(entry.adjacent.map((cell) => this.index.entry(cell, PRIORITY.document)));
-      const record = await this.record(entry.cell);
+      const record = await this.records.read(entry.cell, PRIORITY.document);
       if (!this.scene.manifest.whole) {
-        const objects = await this.directory.resolve(visibleObjects(record).map(({ object }) => object));
+        const objects = await this.directory.resolve(this.notBehindDoors(record));
         if (this.closed || this.current?.cell !== entry.cell) return;
         this.show(objects, entry.cell);
       }
       const known = await neighbours;
       if (this.closed || this.current?.cell !== entry.cell) return;
       this.events.changed();
-      await this.learnNeighbours(entry, known);
+      await this.records.learnNeighbours(entry, known);
     } catch (error) {
       if (!this.closed && this.current?.cell === entry.cell) this.events.problem(error);
     }
@@ -327,7 +322,7 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Names the neighbour that the walker heads for, and learns what is visible from there. */
   private lookAhead(velocity: Vec3): void {
-    const record = this.current && this.records.get(this.current.cell)?.record;
+    const record = this.current && this.records.known(this.current.cell);
     if (!record || !this.eye || length(velocity) < 0.2 || this.scene.manifest.whole) return;
     const from = this.eye.position;
     let best: { cell: number; distance_m: number } | undefined;
@@ -346,9 +341,8 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   private async prepare(ahead: { cell: number; objects: readonly PlacedObject[] }): Promise<void> {
     try {
-      const record = await this.record(ahead.cell, PRIORITY.prefetch);
-      const ids = visibleObjects(record).map(({ object }) => object);
-      ahead.objects = await this.directory.resolve(ids, PRIORITY.prefetch);
+      const record = await this.records.read(ahead.cell, PRIORITY.prefetch);
+      ahead.objects = await this.directory.resolve(this.notBehindDoors(record), PRIORITY.prefetch);
       if (this.ahead === ahead) this.replan();
     } catch {
       // As for neighbours: entering the cell asks again and reports what is wrong.
@@ -394,7 +388,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   }
 
   private modelsSeenFrom(cell: number): number[] {
-    const record = this.records.get(cell)?.record;
+    const record = this.records.known(cell);
     const objects = record ? [...record.lpvs, ...record.opvs] : [];
     return objects
       .map(({ object }) => this.directory.known(object)?.model.model)

@@ -12,7 +12,7 @@ const ALLOWED: Record<string, RegExp> = {
   "core/live": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts)$/,
   "core/smooth": /^\.\/[a-z]+\.ts$/,
   three: /^(\.\/[a-z]+\.ts|\.\.\/core\/(live\/)?[a-z]+\.ts|three|three\/addons\/.+)$/,
-  "ui/inspector": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts|\.\.\/\.\.\/(core|three)\/[a-z]+\.ts)$/,
+  "ui/inspector": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts|\.\.\/\.\.\/(core|core\/live|three)\/[a-z]+\.ts)$/,
   ui: /^(\.\/(inspector\/)?[a-z]+\.ts|\.\.\/(core|core\/live|three)\/[a-z]+\.ts)$/,
 };
 

@@ -17,7 +17,9 @@ import type { Mover } from "../core/live/company.ts";
 
 /** A mover's position is that of its eyes. */
 const EYE_HEIGHT_M = 1.62;
-const [BODY_RADIUS_M, BODY_M, HEAD_RADIUS_M] = [0.21, 0.84, 0.145];
+const [BODY_RADIUS_M, BODY_M, HEAD_RADIUS_M] = [0.2, 1.04, 0.145];
+/** A smaller step is not worth a new picture. */
+const STEP_M = 1e-3;
 /** Golden angle, so that ids next to each other have unlike colours. */
 const HUE_STEP = 0.381966;
 
@@ -37,11 +39,19 @@ export class Avatars {
   readonly root = new Group();
   private readonly figures = new Map<number, Figure>();
 
-  /** Draws these people and no others; with discs when `rates` says so. */
-  show(movers: readonly Mover[], rates: boolean): void {
+  /** Draws these people and no others, with discs when `rates` says so; answers whether the picture has changed. */
+  show(movers: readonly Mover[], rates: boolean): boolean {
     const present = new Set(movers.map(({ object }) => object));
-    for (const object of [...this.figures.keys()]) if (!present.has(object)) this.remove(object);
-    for (const mover of movers) this.place(this.figures.get(mover.object) ?? this.add(mover), mover, rates);
+    const gone = [...this.figures.keys()].filter((object) => !present.has(object));
+    for (const object of gone) this.remove(object);
+    let changed = gone.length > 0;
+    for (const mover of movers) {
+      const figure = this.figures.get(mover.object) ?? this.add(mover);
+      if (stands(figure, mover, rates)) continue;
+      this.place(figure, mover, rates);
+      changed = true;
+    }
+    return changed;
   }
 
   private add({ object, name }: Mover): Figure {
@@ -50,7 +60,7 @@ export class Avatars {
       roughness: 0.75,
     });
     const skin = new MeshStandardMaterial({ color: 0xe4cdb5, roughness: 0.8 });
-    const disc = new Mesh(DISC, new MeshBasicMaterial({ transparent: true, opacity: 0.6, depthWrite: false }));
+    const disc = new Mesh(DISC, new MeshBasicMaterial({ transparent: true, opacity: 0.7, toneMapped: false }));
     const root = new Group();
     root.name = name || `o${object}`;
     root.add(
@@ -59,6 +69,7 @@ export class Avatars {
       at(new Mesh(NOSE, cloth), 0, -HEAD_RADIUS_M),
       at(disc, -EYE_HEIGHT_M + 0.03, 0),
     );
+    root.position.set(Number.NaN, 0, 0);
     disc.rotation.x = -Math.PI / 2;
     const figure = { root, cloth, skin, disc };
     this.figures.set(object, figure);
@@ -70,6 +81,7 @@ export class Avatars {
     root.position.set(...position);
     root.quaternion.set(...orientation);
     disc.visible = rates;
+    disc.userData = { period_ms };
     if (rates) disc.material.color.set(rateColour(period_ms));
   }
 
@@ -86,6 +98,14 @@ export class Avatars {
 export function rateColour(period_ms: number): string {
   const share = Math.min(1, Math.max(0, Math.log10(Math.max(period_ms, 1) / 100)));
   return `hsl(${Math.round(120 * (1 - share))} 65% 55%)`;
+}
+
+/** Whether a figure stands where its mover is; a new one stands nowhere. */
+function stands({ root, disc }: Figure, { position, orientation, period_ms }: Mover, rates: boolean): boolean {
+  const near = Math.hypot(...position.map((x, i) => x - root.position.getComponent(i))) < STEP_M;
+  const turned = orientation.some((q, i) => Math.abs(q - (root.quaternion.toArray()[i] ?? 0)) > STEP_M);
+  const hue = disc.userData.period_ms === period_ms;
+  return near && !turned && disc.visible === rates && (!rates || hue);
 }
 
 function at<T extends Object3D>(object: T, y: number, z: number): T {

@@ -7,6 +7,7 @@ import {
   type BufferGeometry,
   Group,
   type Material,
+  type Matrix4,
   type Mesh,
   type Object3D,
   PointsMaterial,
@@ -41,6 +42,7 @@ export class ThreeModelHost implements ModelHost {
   private shown = new Map<number, PlacedObject>();
   private byModel = new Map<number, PlacedObject[]>();
   private readonly nodes = new Map<number, Object3D>();
+  private readonly moved = new Map<number, Matrix4>();
 
   /** `changed` is called whenever a new picture should be drawn. */
   constructor(private readonly changed: () => void) {
@@ -121,6 +123,15 @@ export class ThreeModelHost implements ModelHost {
     return this.nodes.get(object)?.parent === this.root;
   }
 
+  /** Moves an object from where it was published, in world space: a door that is open. */
+  move(object: number, motion: Matrix4): void {
+    this.moved.set(object, motion);
+    const node = this.nodes.get(object);
+    const placed = this.shown.get(object);
+    if (node && placed) this.stand(node, placed);
+    this.changed();
+  }
+
   /** The object that a ray meets first, below a height. */
   pick(ray: Raycaster, below_m = Number.POSITIVE_INFINITY): PlacedObject | undefined {
     const hits = ray.intersectObject(this.root, true);
@@ -142,10 +153,16 @@ export class ThreeModelHost implements ModelHost {
     node.name = object.entry.sourceNode;
     node.userData = { object: object.entry.object };
     node.matrixAutoUpdate = false;
-    node.matrix.fromArray(object.entry.worldFromObject);
     node.add(template.clone(true));
     this.nodes.set(object.entry.object, node);
     this.root.add(node);
+    this.stand(node, object);
+  }
+
+  private stand(node: Object3D, { entry }: PlacedObject): void {
+    node.matrix.fromArray(entry.worldFromObject);
+    const motion = this.moved.get(entry.object);
+    if (motion) node.matrix.premultiply(motion);
     node.updateMatrixWorld(true);
   }
 

@@ -37,6 +37,8 @@ export class NoWebGlError extends Error {
   override readonly name = "NoWebGlError";
 }
 
+export type { Matrix4, Object3D } from "three";
+
 export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
@@ -109,6 +111,11 @@ export class Stage {
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
     return ray;
+  }
+
+  /** Of the canvas, in CSS pixels. */
+  get size(): { width: number; height: number } {
+    return { width: this.canvas.clientWidth, height: this.canvas.clientHeight };
   }
 
   /** Corners of the far side of the picture at a distance, counter-clockwise from below left. */

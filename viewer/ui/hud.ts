@@ -52,6 +52,12 @@ export class Hud {
     if (readings.settled) this.announce(`Cell ${cell}, ${visible}`);
   }
 
+  /** How many other people are in sight. */
+  people(count: number): void {
+    element("people-row", HTMLDivElement).hidden = count === 0;
+    write(element("people", HTMLElement), count === 1 ? "one other person" : `${count} other people`);
+  }
+
   mode(mode: "fly" | "walk"): void {
     element("mode", HTMLParagraphElement).hidden = mode !== "fly";
   }

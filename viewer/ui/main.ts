@@ -11,13 +11,14 @@ import { Throttle } from "../core/throttle.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { Stage } from "../three/stage.ts";
+import { LiveCompany } from "./company.ts";
 import { Controls } from "./controls.ts";
 import { element } from "./elements.ts";
 import { Hud } from "./hud.ts";
 import { inspector } from "./inspect.ts";
 import { InspectorPanel } from "./inspector/panel.ts";
 import { MapPanel } from "./map.ts";
-import { explain, hideToast, NoSuchScene, showProblem, showToast } from "./problem.ts";
+import { explain, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
 import { Visit } from "./visit.ts";
 
 const problems: string[] = [];
@@ -102,8 +103,15 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     },
   });
   const inspectorToggle = element("inspector-toggle", HTMLButtonElement);
+  const company = new LiveCompany({
+    visit,
+    counted: (people) => hud.people(people),
+    outdated: () =>
+      showNotice("This world was published anew while you were in it.", "Show it", () => location.reload()),
+  });
   const panel = new InspectorPanel({
     visit,
+    company,
     ...network,
     toggled: (open) => {
       document.body.classList.toggle("inspecting", open);
@@ -117,6 +125,17 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const map = new MapPanel(visit, (open) => mapToggle.setAttribute("aria-pressed", String(open)));
   document.body.append(map.element);
   mapToggle.onclick = () => map.toggle();
+  map.people = () => company.movers.map(({ position }) => position);
+  const tap = async (x: number, y: number) => {
+    const object = visit.pick(x, y);
+    panel.show(object);
+    if (!object || panel.open || visit.frozen) return;
+    try {
+      await company.use(object);
+    } catch (error) {
+      showToast(error, host, () => void tap(x, y));
+    }
+  };
   const commands: Record<string, () => void> = {
     KeyF: () => visit.toggleFly(),
     KeyH: () => hud.toggleHelp(),
@@ -127,7 +146,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const controls = new Controls(element("view", HTMLCanvasElement), element("stick", HTMLDivElement), {
     turn: (yaw, pitch) => visit.turn(yaw, pitch),
     command: (code) => commands[code]?.(),
-    tap: (x, y) => panel.pickAt(x, y),
+    tap: (x, y) => void tap(x, y),
   });
   const viewpoint = scene.manifest.viewpoints[0];
   const pose = readPose(location.hash);
@@ -146,7 +165,8 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   offerScenes(scenes, scene.pointer.scene);
   offerViewpoints(scene.manifest.viewpoints, (chosen) => visit.goTo(chosen));
   visit.begin(controls);
-  window.belvedere = inspector({ visit, encodedBytes: () => encoded_bytes, problems });
+  void company.join();
+  window.belvedere = inspector({ visit, company, encodedBytes: () => encoded_bytes, problems });
   element("view", HTMLCanvasElement).focus();
 }
 

@@ -92,11 +92,18 @@ export function showProblem(
 
 /** Says at the bottom of the page that something is missing, while the walk goes on. */
 export function showToast(error: unknown, host: string, retry: () => void): void {
+  showNotice(explain(error, host).text, "Try again", retry);
+}
+
+/** Says something at the bottom of the page, with one thing that can be done about it. */
+export function showNotice(text: string, action: string, act: () => void): void {
   const toast = element("toast", HTMLParagraphElement);
-  element("toast-text", HTMLSpanElement).textContent = explain(error, host).text;
-  element("toast-retry", HTMLButtonElement).onclick = () => {
+  element("toast-text", HTMLSpanElement).textContent = text;
+  const button = element("toast-retry", HTMLButtonElement);
+  button.textContent = action;
+  button.onclick = () => {
     toast.hidden = true;
-    retry();
+    act();
   };
   toast.hidden = false;
 }

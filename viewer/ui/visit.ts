@@ -13,7 +13,7 @@ import { QualityHistory } from "../core/quality.ts";
 import { IDLE, Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
-import type { Stage } from "../three/stage.ts";
+import type { Matrix4, Object3D, Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
 import type { Hud } from "./hud.ts";
 
@@ -23,6 +23,9 @@ export interface VisitParts {
   readonly hud: Hud;
   readonly problem: (error: unknown) => void;
 }
+
+/** Does what is done in every frame; answers whether the picture has changed. */
+export type FrameListener = (now_ms: number, seconds: number) => boolean;
 
 /** Phones announce little memory; they also die from using too much. */
 const MEMORY_LIMIT_BYTES = matchMedia("(pointer: coarse)").matches ? 350e6 : 1200e6;
@@ -36,6 +39,7 @@ const ADDRESS_EVERY_MS = 500;
 const STILL_AFTER_MS = 350;
 /** One looks at a frozen view from behind and above. */
 const [LOOK_BACK_M, LOOK_DOWN_M] = [12, 16];
+const FIND_EVERY_PX = 12;
 const HEADROOM_M = 0.8;
 const LONGEST_STEP_S = 0.25;
 
@@ -61,6 +65,7 @@ export class Visit {
   readonly overlay = new Overlay();
   readonly quality = new QualityHistory(QUALITY_EVERY_MS, QUALITY_SPAN_MS);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
+  private readonly listeners: FrameListener[] = [];
   private dirty = true;
   private drewLastFrame = false;
   private lastMotion_ms = 0;
@@ -161,6 +166,26 @@ export class Visit {
     if (mode === "walk") this.walker.place(pose.position, this.explorer.cellId);
   }
 
+  /** Where the view was frozen. */
+  get frozenPose(): Pose | undefined {
+    return this.pinned?.pose;
+  }
+
+  /** Adds something to the picture. */
+  add(object: Object3D): void {
+    this.parts.stage.add(object);
+  }
+
+  /** Moves an object from where it was published. */
+  move(object: number, motion: Matrix4): void {
+    this.host.move(object, motion);
+  }
+
+  /** Calls back before each frame; who answers `true` has changed the picture. */
+  onFrame(listener: FrameListener): void {
+    this.listeners.push(listener);
+  }
+
   /** Corners of the frozen picture at a distance from its eye. */
   frozenCorners(distance_m: number): Vec3[] {
     return this.pinned?.corners(distance_m) ?? [];
@@ -169,6 +194,17 @@ export class Visit {
   /** The object at a point of the canvas. */
   pick(x: number, y: number): PlacedObject | undefined {
     return this.host.pick(this.parts.stage.ray(x, y), this.parts.stage.cutHeight_m);
+  }
+
+  /** Where on the canvas a visible object can be clicked; looks at a grid of points. */
+  find(sourceNode: string): { x: number; y: number } | undefined {
+    const { width, height } = this.parts.stage.size;
+    for (let y = FIND_EVERY_PX; y < height; y += FIND_EVERY_PX) {
+      for (let x = FIND_EVERY_PX; x < width; x += FIND_EVERY_PX) {
+        if (this.pick(x, y)?.entry.sourceNode === sourceNode) return { x, y };
+      }
+    }
+    return undefined;
   }
 
   /** Asks for a new picture. */
@@ -195,6 +231,7 @@ export class Visit {
     if (!this.frozen && this.explorer.inside && this.explorer.cellId !== undefined)
       this.walker.standIn(this.explorer.cellId);
     const walked = this.errand ? this.runErrand(this.errand, seconds) : this.walker.step(seconds, controls.intent());
+    for (const listener of this.listeners) if (listener(now_ms, seconds)) this.dirty = true;
     if (walked || this.moved || this.dirty) this.lastMotion_ms = now_ms;
     const moving = now_ms - this.lastMotion_ms < STILL_AFTER_MS;
     const resized = stage.resize(moving ? "moving" : "still");

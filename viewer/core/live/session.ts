@@ -40,8 +40,8 @@ interface Opened {
 
 /** The area of interest: what comes nearer is told of, what goes further is not any more. */
 export const AOI = { enter_m: 50, leave_m: 60 } as const;
-/** A promise: nobody flies faster in this viewer. */
-const MAX_SPEED_MPS = 12;
+/** A promise: nobody walks faster in this viewer. Who flies faster counts as jumping. */
+const MAX_SPEED_MPS = 5.5;
 const STREAM_CLOSED = 2;
 const AGAIN_AFTER_MS = 5000;
 

@@ -1,17 +1,21 @@
 /** How does one look behind the picture? The inspector's panel, which is brought up to date only while it is open. */
+import type { PlacedObject } from "../../core/objects.ts";
 import type { RequestLog } from "../../core/requestlog.ts";
 import type { Throttle } from "../../core/throttle.ts";
+import type { LiveCompany } from "../company.ts";
 import { make } from "../dom.ts";
 import type { Visit } from "../visit.ts";
 import { Ladder } from "./ladder.ts";
 import { Layers } from "./layers.ts";
 import { Loading } from "./loading.ts";
 import { Memory } from "./memory.ts";
+import { People } from "./people.ts";
 import { Requests } from "./requests.ts";
 import type { Section } from "./section.ts";
 
 export interface PanelParts {
   readonly visit: Visit;
+  readonly company: LiveCompany;
   readonly log: RequestLog;
   readonly throttle: Throttle;
   /** Hears of opening and closing. */
@@ -24,14 +28,23 @@ export class InspectorPanel {
   readonly element = make("aside", { id: "inspector", class: "card", "aria-label": "Inspector", hidden: true });
   private readonly layers: Layers;
   private readonly ladder: Ladder;
+  private readonly people: People;
   private readonly sections: readonly Section[];
   private timer: ReturnType<typeof setInterval> | undefined;
 
   constructor(private readonly parts: PanelParts) {
-    const { visit, log, throttle } = parts;
+    const { visit, company, log, throttle } = parts;
     this.layers = new Layers(visit);
     this.ladder = new Ladder(visit);
-    this.sections = [new Loading(visit), this.layers, this.ladder, new Memory(visit), new Requests(log, throttle)];
+    this.people = new People(visit, company);
+    this.sections = [
+      new Loading(visit),
+      this.layers,
+      this.ladder,
+      this.people,
+      new Memory(visit),
+      new Requests(log, throttle),
+    ];
     const close = make("button", { type: "button", class: "close", "aria-label": "Close the inspector" }, "×");
     close.onclick = () => this.toggle(false);
     this.element.append(make("header", {}, make("h2", {}, "Inspector"), close));
@@ -52,6 +65,7 @@ export class InspectorPanel {
     } else {
       this.ladder.pick(undefined);
       this.layers.clear();
+      this.people.clear();
     }
     this.parts.toggled(open);
   }
@@ -61,9 +75,9 @@ export class InspectorPanel {
     this.layers.toggleFreeze();
   }
 
-  /** Shows what the object at a point of the canvas is made of. */
-  pickAt(x: number, y: number): void {
-    if (this.open) this.ladder.pick(this.parts.visit.pick(x, y));
+  /** Shows what an object is made of. */
+  show(object: PlacedObject | undefined): void {
+    if (this.open) this.ladder.pick(object);
   }
 
   private update(): void {
