@@ -51,8 +51,8 @@ export async function settle(page, what) {
 }
 
 /**
- * Runs a story. It is given `open`, which makes a page of its own, with Playwright's options for it; nothing that any of
- * them complains of on the console is forgiven.
+ * Runs a story. It is given `open`, which makes a page of its own, with Playwright's options for it; nothing that it
+ * complains of on the console is forgiven, but for what matches `forgive`.
  */
 export async function tell(name, story) {
   const complaints = [];
@@ -62,9 +62,11 @@ export async function tell(name, story) {
     insist(url, "set BELVEDERE_URL to the address of a viewer");
     mkdirSync(artifacts, { recursive: true });
     browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
-    await story(async (options = DESKTOP) => {
+    await story(async (options = DESKTOP, forgive = /^$/) => {
       const page = await browser.newPage(options);
-      page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+      page.on("console", (message) => {
+        if (message.type() === "error" && !forgive.test(message.text())) complaints.push(message.text());
+      });
       page.on("pageerror", (error) => complaints.push(String(error)));
       pages.push(page);
       return page;

@@ -13,6 +13,7 @@ const ALLOWED: Record<string, RegExp> = {
   "core/smooth": /^\.\/[a-z]+\.ts$/,
   three: /^(\.\/[a-z]+\.ts|\.\.\/core\/(live\/)?[a-z]+\.ts|three|three\/addons\/.+)$/,
   "ui/inspector": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts|\.\.\/\.\.\/(core|core\/live|three)\/[a-z]+\.ts)$/,
+  embed: /^(\.\/[a-z]+\.ts|\.\.\/(core|three|ui)\/[a-z]+\.ts)$/,
   ui: /^(\.\/(inspector\/)?[a-z]+\.ts|\.\.\/(core|core\/live|three)\/[a-z]+\.ts)$/,
 };
 

@@ -88,6 +88,13 @@ export class Stage {
     return true;
   }
 
+  /** Gives the graphics card back. */
+  close(): void {
+    this.scene.environment?.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
+  }
+
   /** Draws nothing above a height; `undefined` draws everything. */
   cutAbove(height_m: number | undefined): void {
     this.top_m = height_m;

@@ -1,10 +1,14 @@
 /**
- * What does the person at the keyboard, mouse or touch screen want? Turns input events into an {@link Intent} and into
+ * What does the person at the keyboard, mouse, touch screen or gamepad want? Turns input events into an {@link Intent} and into
  * turns of the head.
  */
+
 import { IDLE, type Intent } from "../core/walker.ts";
+import { readPads } from "./gamepad.ts";
 
 export interface ControlEvents {
+  /** Whose keys count. */
+  readonly keys: EventTarget;
   /** Turn by these angles in radians. */
   readonly turn: (yaw: number, pitch: number) => void;
   /** A letter was pressed that does not move anything, as its `KeyboardEvent.code`. */
@@ -34,7 +38,9 @@ const KEYS: Record<string, Partial<Record<"forward" | "right" | "up" | "turn", n
 };
 
 export class Controls {
+  private readonly ending = new AbortController();
   private readonly held = new Set<string>();
+  private pads = readPads([]);
   private fast = false;
   private stickPointer: { id: number; x: number; y: number } | undefined;
   private stickOffset = { x: 0, y: 0 };
@@ -46,9 +52,11 @@ export class Controls {
     private readonly stick: HTMLElement,
     private readonly events: ControlEvents,
   ) {
-    addEventListener("keydown", (event) => this.press(event));
-    addEventListener("keyup", (event) => this.release(event));
-    addEventListener("blur", () => this.letGo());
+    const { signal } = this.ending;
+    events.keys.addEventListener("keydown", (event) => this.press(event as KeyboardEvent), { signal });
+    events.keys.addEventListener("keyup", (event) => this.release(event as KeyboardEvent), { signal });
+    addEventListener("blur", () => this.letGo(), { signal });
+    canvas.addEventListener("blur", () => this.letGo());
     canvas.addEventListener("pointerdown", (event) => this.pointerDown(event));
     canvas.addEventListener("pointermove", (event) => this.pointerMove(event));
     for (const name of ["pointerup", "pointercancel"] as const) {
@@ -56,6 +64,11 @@ export class Controls {
     }
     canvas.addEventListener("dblclick", (event) => this.lockPointer(event));
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  /** Hears no keys any more. */
+  close(): void {
+    this.ending.abort();
   }
 
   /** What is wanted now. */
@@ -67,18 +80,22 @@ export class Controls {
       sum.right += key?.right ?? 0;
       sum.up += key?.up ?? 0;
     }
+    const pads = this.pads.intent;
     const clamp = (value: number) => Math.min(1, Math.max(-1, value));
-    const forward = clamp(sum.forward - this.stickOffset.y);
-    const right = clamp(sum.right + this.stickOffset.x);
-    if (forward === 0 && right === 0 && sum.up === 0) return IDLE;
-    return { forward, right, up: clamp(sum.up), fast: this.fast };
+    const forward = clamp(sum.forward - this.stickOffset.y + pads.forward);
+    const right = clamp(sum.right + this.stickOffset.x + pads.right);
+    const up = clamp(sum.up + pads.up);
+    if (forward === 0 && right === 0 && up === 0) return IDLE;
+    return { forward, right, up, fast: this.fast || pads.fast };
   }
 
-  /** Turns by held keys for a frame. */
+  /** Reads gamepads, and turns by them and by held keys; call it once in a frame. */
   turnByKeys(seconds: number): void {
+    this.pads = readPads(navigator.getGamepads?.() ?? []);
     let turn = 0;
     for (const code of this.held) turn += KEYS[code]?.turn ?? 0;
-    if (turn !== 0) this.events.turn(turn * KEY_TURN_RAD_PER_S * seconds, 0);
+    const [yaw, pitch] = [turn * KEY_TURN_RAD_PER_S + this.pads.yaw, this.pads.pitch];
+    if (yaw !== 0 || pitch !== 0) this.events.turn(yaw * seconds, pitch * seconds);
   }
 
   private press(event: KeyboardEvent): void {
@@ -113,7 +130,7 @@ export class Controls {
     this.pressed = { x: event.clientX, y: event.clientY, t_ms: event.timeStamp };
     this.canvas.setPointerCapture(event.pointerId);
     const start = { id: event.pointerId, x: event.clientX, y: event.clientY };
-    if (event.pointerType === "touch" && event.clientX < innerWidth / 2 && !this.stickPointer) {
+    if (event.pointerType === "touch" && this.isLeftHalf(event) && !this.stickPointer) {
       this.stickPointer = start;
       this.showStick();
     } else if (!this.lookPointer) this.lookPointer = start;
@@ -141,6 +158,11 @@ export class Controls {
     this.stickPointer = undefined;
     this.stickOffset = { x: 0, y: 0 };
     this.showStick();
+  }
+
+  private isLeftHalf({ clientX }: PointerEvent): boolean {
+    const { left, width } = this.canvas.getBoundingClientRect();
+    return clientX < left + width / 2;
   }
 
   private maybeTap(event: PointerEvent): void {

@@ -5,23 +5,11 @@
 import { write } from "./dom.ts";
 import { element } from "./elements.ts";
 import { writeBytes, writeShare } from "./format.ts";
-
-export interface Readings {
-  readonly cell: number | undefined;
-  /** Whether the eye is in that cell; else it is the nearest. */
-  readonly inside: boolean;
-  readonly visible: number;
-  readonly objects: number;
-  readonly fetched_bytes: number;
-  readonly whole_bytes: number | undefined;
-  readonly loaded_bytes: number;
-  readonly total_bytes: number;
-  readonly settled: boolean;
-}
+import type { Display, Readings } from "./visit.ts";
 
 const ANNOUNCE_AFTER_MS = 800;
 
-export class Hud {
+export class Hud implements Display {
   private readonly cell = element("cell", HTMLSpanElement);
   private readonly whereabouts = element("whereabouts", HTMLSpanElement);
   private readonly visible = element("visible", HTMLElement);

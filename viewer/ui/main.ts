@@ -2,7 +2,7 @@
  * How does a visit begin? Reads the address, finds the scene, opens it and hands the page to a {@link Visit}. Whatever
  * stops it ends in a plain sentence and a way out.
  */
-import { addressOfScene, readPose, treeBase } from "../core/address.ts";
+import { addressOfScene, readPose, readRevision, treeBase, writePose } from "../core/address.ts";
 import type { SceneSummary, Viewpoint } from "../core/documents.ts";
 import { FETCH_DEFAULTS, FetchError, FetchQueue } from "../core/fetchqueue.ts";
 import { fetchSceneList, PublishedScene } from "../core/published.ts";
@@ -96,7 +96,8 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const visit = new Visit({
     scene,
     stage,
-    hud,
+    display: hud,
+    posed: (pose) => history.replaceState(null, "", writePose(pose, scene.pointer.revision)),
     problem: (error) => {
       problems.push(String(error));
       showToast(error, host, () => visit.explorer.retry());
@@ -144,12 +145,17 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     KeyG: () => panel.toggleFreeze(),
   };
   const controls = new Controls(element("view", HTMLCanvasElement), element("stick", HTMLDivElement), {
+    keys: window,
     turn: (yaw, pitch) => visit.turn(yaw, pitch),
     command: (code) => commands[code]?.(),
     tap: (x, y) => void tap(x, y),
   });
   const viewpoint = scene.manifest.viewpoints[0];
   const pose = readPose(location.hash);
+  const seen = readRevision(location.hash);
+  if (seen !== undefined && seen !== scene.pointer.revision) {
+    showNotice("This world has changed since the link was made.", "All right", () => {});
+  }
   if (pose) visit.teleport(pose);
   else if (viewpoint) visit.goTo(viewpoint);
   addEventListener("hashchange", () => {

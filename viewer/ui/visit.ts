@@ -2,7 +2,7 @@
  * What happens from frame to frame? One visit to one scene: moves the walker, tells the explorer where the eye is, draws
  * when something has changed and keeps the HUD and the page's address up to date.
  */
-import { anglesOf, type Pose, writePose } from "../core/address.ts";
+import { anglesOf, type Pose } from "../core/address.ts";
 import type { Viewpoint } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
@@ -15,12 +15,34 @@ import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
 import type { Matrix4, Object3D, Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
-import type { Hud } from "./hud.ts";
+
+/** What a person is told about a visit. */
+export interface Readings {
+  readonly cell: number | undefined;
+  /** Whether the eye is in that cell; else it is the nearest. */
+  readonly inside: boolean;
+  readonly visible: number;
+  readonly objects: number;
+  readonly fetched_bytes: number;
+  readonly whole_bytes: number | undefined;
+  readonly loaded_bytes: number;
+  readonly total_bytes: number;
+  readonly settled: boolean;
+}
+
+/** What tells it. */
+export interface Display {
+  title(text: string): void;
+  mode(mode: "fly" | "walk"): void;
+  show(readings: Readings): void;
+}
 
 export interface VisitParts {
   readonly scene: PublishedScene;
   readonly stage: Stage;
-  readonly hud: Hud;
+  readonly display: Display;
+  /** Told of the pose every now and then while it changes, for the address of a page. */
+  readonly posed?: (pose: Pose) => void;
   readonly problem: (error: unknown) => void;
 }
 
@@ -66,6 +88,7 @@ export class Visit {
   readonly quality = new QualityHistory(QUALITY_EVERY_MS, QUALITY_SPAN_MS);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
   private readonly listeners: FrameListener[] = [];
+  private closed = false;
   private dirty = true;
   private drewLastFrame = false;
   private lastMotion_ms = 0;
@@ -98,12 +121,22 @@ export class Visit {
     stage.add(this.host.root);
     stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
-    parts.hud.title(scene.manifest.title);
+    parts.display.title(scene.manifest.title);
   }
 
   /** Lets frames run; `controls` say what the person wants in each. */
   begin(controls: Controls): void {
     requestAnimationFrame((now_ms) => this.frame(now_ms, controls));
+  }
+
+  /** Ends it, and frees what it took. */
+  close(): void {
+    this.closed = true;
+    this.endErrand(false);
+    this.explorer.close();
+    this.host.clear();
+    this.overlay.clear();
+    this.parts.stage.close();
   }
 
   /** Puts the eye somewhere at once. */
@@ -127,7 +160,7 @@ export class Visit {
     if (this.frozen) return;
     this.walker.mode = this.walker.mode === "fly" ? "walk" : "fly";
     if (this.walker.mode === "walk") this.walker.place(this.walker.position, this.explorer.cellId);
-    this.parts.hud.mode(this.walker.mode);
+    this.parts.display.mode(this.walker.mode);
   }
 
   /** Whether what is shown stays that of one place, while one flies about. */
@@ -221,6 +254,10 @@ export class Visit {
   }
 
   private frame(now_ms: number, controls: Controls): void {
+    if (this.closed) {
+      controls.close();
+      return;
+    }
     requestAnimationFrame((next_ms) => this.frame(next_ms, controls));
     const frame_ms = now_ms - (this.lastFrame_ms ?? now_ms);
     const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
@@ -289,15 +326,15 @@ export class Visit {
     if (this.addressStale && now_ms - this.addressWritten_ms >= ADDRESS_EVERY_MS) {
       this.addressWritten_ms = now_ms;
       this.addressStale = false;
-      history.replaceState(null, "", writePose(walker));
+      this.parts.posed?.(walker);
     }
   }
 
   private showHud(): void {
     const { explorer } = this;
-    const { scene, hud } = this.parts;
+    const { scene, display } = this.parts;
     const { bytes } = scene.pointer;
-    hud.show({
+    display.show({
       cell: explorer.cellId,
       inside: explorer.inside,
       visible: explorer.visible.length,
