@@ -239,6 +239,25 @@ describe("an explorer", () => {
     });
   });
 
+  it("neither shows nor fetches what a closed door hides, and brings it when the door opens", async () => {
+    const { explorer, go, quiet } = await explore({ doored: true });
+    const shown = () => explorer.visible.map(({ entry }) => entry.object).sort((a, b) => a - b);
+    go(room(2));
+    await quiet();
+    const all = shown();
+    const record = await explorer.record(4);
+    const [door] = explorer.doors;
+    const behind = record.opvs.filter(({ doors }) => doors.includes(door ?? -1)).map(({ object }) => object);
+    expect(behind.length).toBeGreaterThan(3);
+    explorer.shutExactly(new Set([door ?? -1]));
+    await quiet();
+    expect(shown()).toEqual(all.filter((object) => !behind.includes(object)));
+    expect(explorer).toMatchObject({ missing: 0, holes: 0 });
+    explorer.shutExactly(new Set());
+    await quiet();
+    expect(shown()).toEqual(all);
+  });
+
   it("treats every object of a small world as visible", async () => {
     const { explorer, requests, go, quiet, scene } = await explore({ whole: true });
     go(ROOM_0);

@@ -10,14 +10,15 @@ import { CellRecords } from "./cellrecords.ts";
 import { planesOfCell } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import { centre, distanceToPolygon, dot, length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
+import { length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
+import { cellAhead } from "./lookahead.ts";
 import { type ModelHost, ModelLoads } from "./modelloads.ts";
 import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
 import { coarsestProgress, type Progress, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
-import { ResidencySet, type StepsTo } from "./residency.ts";
+import { MemoryShortError, ResidencySet } from "./residency.ts";
 import { desiredLevel, type Eye, plan, shrink, type Want } from "./scheduler.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
@@ -34,18 +35,6 @@ export interface ExplorerEvents {
   /** Something could not be loaded; the walk goes on with what is there. */
   readonly problem: (error: unknown) => void;
 }
-
-/** Not even the coarsest levels of what can be seen from here fit into the memory. */
-export class MemoryShortError extends Error {
-  override readonly name = "MemoryShortError";
-
-  constructor(readonly limit_bytes: number) {
-    super(`what can be seen from here does not fit into ${Math.round(limit_bytes / 1e6)} MB of memory`);
-  }
-}
-
-/** A portal this near, straight ahead, names the cell to prefetch. */
-const PREFETCH_RANGE_M = 6;
 
 export class Explorer implements NavigationSpace, Surveyed {
   readonly directory: ObjectDirectory;
@@ -314,27 +303,22 @@ export class Explorer implements NavigationSpace, Surveyed {
   private show(objects: readonly PlacedObject[], cell: number | undefined): void {
     this.shown = objects;
     this.shownCell = cell;
-    this.residency.need(new Set(objects.map(({ model }) => model.model)), this.stepsFrom(cell));
+    this.residency.need(
+      new Set(objects.map(({ model }) => model.model)),
+      cell === undefined ? undefined : stepsToModels(cell, this),
+    );
     this.host.show(objects);
     this.replan();
     this.events.changed();
   }
 
-  /** Names the neighbour that the walker heads for, and learns what is visible from there. */
+  /** Learns what is visible from the neighbour that the walker heads for. */
   private lookAhead(velocity: Vec3): void {
     const record = this.current && this.records.known(this.current.cell);
-    if (!record || !this.eye || length(velocity) < 0.2 || this.scene.manifest.whole) return;
-    const from = this.eye.position;
-    let best: { cell: number; distance_m: number } | undefined;
-    for (const portal of record.portals) {
-      const distance_m = distanceToPolygon(portal.polygon, from);
-      const heading = dot(velocity, subtract(centre(portal.polygon), from)) > 0;
-      if (heading && distance_m < Math.min(best?.distance_m ?? Number.POSITIVE_INFINITY, PREFETCH_RANGE_M)) {
-        best = { cell: portal.to, distance_m };
-      }
-    }
-    if (!best || best.cell === this.ahead?.cell) return;
-    const ahead = { cell: best.cell, objects: [] as readonly PlacedObject[] };
+    if (!record || !this.eye || this.scene.manifest.whole) return;
+    const cell = cellAhead(record.portals, this.eye.position, velocity);
+    if (cell === undefined || cell === this.ahead?.cell) return;
+    const ahead = { cell, objects: [] as readonly PlacedObject[] };
     this.ahead = ahead;
     void this.prepare(ahead);
   }
@@ -374,24 +358,5 @@ export class Explorer implements NavigationSpace, Surveyed {
       this.shortIn = this.shownCell;
       this.events.problem(new MemoryShortError(this.residency.limit_bytes));
     }
-  }
-
-  /** How near models are needed that are not visible from a cell. */
-  private stepsFrom(cell: number | undefined): StepsTo | undefined {
-    const entry = cell === undefined ? undefined : this.index.known(cell);
-    if (!entry) return undefined;
-    return stepsToModels(
-      entry,
-      (id) => this.index.known(id),
-      (id) => this.modelsSeenFrom(id),
-    );
-  }
-
-  private modelsSeenFrom(cell: number): number[] {
-    const record = this.records.known(cell);
-    const objects = record ? [...record.lpvs, ...record.opvs] : [];
-    return objects
-      .map(({ object }) => this.directory.known(object)?.model.model)
-      .filter((model) => model !== undefined);
   }
 }

@@ -30,6 +30,15 @@ export interface Terms {
   readonly within_steps: number;
 }
 
+/** Not even the coarsest levels of what can be seen from a place fit into the memory. */
+export class MemoryShortError extends Error {
+  override readonly name = "MemoryShortError";
+
+  constructor(readonly limit_bytes: number) {
+    super(`what can be seen from here does not fit into ${Math.round(limit_bytes / 1e6)} MB of memory`);
+  }
+}
+
 const NOWHERE_NEAR: StepsTo = () => Number.POSITIVE_INFINITY;
 
 export class ResidencySet {

@@ -4,9 +4,9 @@
  */
 import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
-import { MemoryShortError } from "../core/explorer.ts";
 import { FetchError } from "../core/fetchqueue.ts";
 import { DocumentError } from "../core/json.ts";
+import { MemoryShortError } from "../core/residency.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { element } from "./elements.ts";
 
