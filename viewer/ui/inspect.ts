@@ -32,6 +32,8 @@ export interface State {
   /** Held models by level. */
   readonly levelsHeld: Record<string, number>;
   readonly memoryBytes: number;
+  /** What 95 of 100 frames do not exceed besides drawing and decoding, milliseconds. */
+  readonly workP95_ms: number;
   /** Downloads and decodings under way. */
   readonly pending: number;
   /** Whether everything visible has at least its coarsest level. */
@@ -94,6 +96,7 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       missing: explorer.missing,
       levelsHeld: explorer.residency.levels(),
       memoryBytes: explorer.residency.bytes,
+      workP95_ms: visit.work.quantile_ms(0.95),
       pending: explorer.pending,
       settled: explorer.settled,
       unverified: queue.tally.unverified,

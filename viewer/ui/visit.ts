@@ -6,6 +6,7 @@ import { anglesOf, type Pose } from "../core/address.ts";
 import type { Viewpoint } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
+import { FrameTimes } from "../core/frametimes.ts";
 import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import type { PublishedScene } from "../core/published.ts";
@@ -54,6 +55,7 @@ const MEMORY_LIMIT_BYTES = matchMedia("(pointer: coarse)").matches ? 350e6 : 120
 /** Models are refined until they are off by at most so much. */
 export const TARGET_PX = 1.5;
 const [QUALITY_EVERY_MS, QUALITY_SPAN_MS] = [250, 60_000];
+const WORK_FRAMES = 600;
 const DECODE_MS_PER_FRAME = 8;
 const HUD_EVERY_MS = 100;
 const ADDRESS_EVERY_MS = 500;
@@ -86,6 +88,8 @@ export class Visit {
   /** What the inspector draws into the picture. */
   readonly overlay = new Overlay();
   readonly quality = new QualityHistory(QUALITY_EVERY_MS, QUALITY_SPAN_MS);
+  /** What a frame takes besides drawing and decoding: walking, choosing what to fetch, and people. */
+  readonly work = new FrameTimes(WORK_FRAMES);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
   private readonly listeners: FrameListener[] = [];
   private closed = false;
@@ -263,6 +267,7 @@ export class Visit {
     const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
     this.lastFrame_ms = now_ms;
     this.budget.beginFrame(frame_ms);
+    const started_ms = performance.now();
     const { stage } = this.parts;
     controls.turnByKeys(seconds);
     if (!this.frozen && this.explorer.inside && this.explorer.cellId !== undefined)
@@ -271,7 +276,9 @@ export class Visit {
     for (const listener of this.listeners) if (listener(now_ms, seconds)) this.dirty = true;
     if (walked || this.moved || this.dirty) this.lastMotion_ms = now_ms;
     const moving = now_ms - this.lastMotion_ms < STILL_AFTER_MS;
+    const walked_ms = performance.now() - started_ms;
     const resized = stage.resize(moving ? "moving" : "still");
+    const resized_ms = performance.now();
     if (walked || resized || this.moved) {
       stage.aim(this.walker.position, this.walker.yaw, this.walker.pitch);
       if (!this.frozen) {
@@ -282,6 +289,7 @@ export class Visit {
       this.dirty = true;
       this.moved = false;
     }
+    this.work.add(walked_ms + performance.now() - resized_ms);
     if (this.dirty) stage.render(this.drewLastFrame && moving ? frame_ms : undefined);
     this.drewLastFrame = this.dirty && moving;
     this.dirty = false;

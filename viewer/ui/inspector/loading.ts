@@ -34,7 +34,8 @@ export class Loading implements Section {
     const last = quality.samples.at(-1);
     const percent = (share: number | undefined) => (share === undefined ? "unknown" : `${(100 * share).toFixed(1)} %`);
     const text = `${percent(last?.here)} here, ${percent(last?.sharp)} sharp`;
-    write(this.share, text);
+    const work_ms = this.visit.work.quantile_ms(0.95).toFixed(1);
+    write(this.share, `${text}; 95 of 100 frames take at most ${work_ms} ms besides drawing and decoding`);
     this.chart.setAttribute("aria-label", `Quality: ${text}`);
     this.draw(quality.samples, now_ms);
   }
