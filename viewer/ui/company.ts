@@ -2,6 +2,7 @@
  * Who else is here, and how do doors move? Joins a live session where one is offered, draws people and swings doors. In a
  * static tree there is nobody, and doors open and close for oneself alone.
  */
+import { length, subtract } from "../core/geometry.ts";
 import { Company, type Mover } from "../core/live/company.ts";
 import type { LiveEvent } from "../core/live/events.ts";
 import { type Participant, Session } from "../core/live/session.ts";
@@ -9,6 +10,9 @@ import type { PlacedObject } from "../core/objects.ts";
 import { Avatars } from "../three/avatars.ts";
 import { DoorSwing } from "../three/doors.ts";
 import type { Visit } from "./visit.ts";
+
+/** Who is nearer than this is not drawn: one would look at a figure from inside. */
+const NEAREST_M = 0.5;
 
 export interface LivePartsOfPage {
   readonly visit: Visit;
@@ -97,7 +101,9 @@ export class LiveCompany {
       this.count = this.people.length;
       this.parts.counted(this.count);
     }
-    const walked = this.avatars.show(this.people, this.showRates);
+    const eye = this.parts.visit.walker.position;
+    const outside = this.people.filter(({ position }) => length(subtract(position, eye)) > NEAREST_M);
+    const walked = this.avatars.show(outside, this.showRates);
     return this.swing(seconds) || walked;
   }
 
