@@ -95,8 +95,8 @@ export class MapPanel {
   private draw(): void {
     const pen = this.canvas.getContext("2d");
     if (!pen) return;
-    const { walker, explorer } = this.visit;
-    const { position, yaw } = walker;
+    const { walker, explorer, frozenPose } = this.visit;
+    const { position, yaw } = frozenPose ?? walker;
     const frame = new MapFrame(position, explorer.scene.manifest.bounds, SIZE_PX, SIZE_PX, this.reach_m);
     this.frame = frame;
     pen.setTransform(2, 0, 0, 2, 0, 0);
