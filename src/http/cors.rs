@@ -12,7 +12,7 @@ pub(super) fn allow_reading(headers: &mut HeaderMap) {
     headers.insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, HeaderValue::from_static("*"));
     headers.insert(
         header::ACCESS_CONTROL_EXPOSE_HEADERS,
-        HeaderValue::from_static("Content-Range, Content-Encoding, ETag, Content-Location, Accept-Ranges"),
+        HeaderValue::from_static("Content-Range, Content-Encoding, ETag, Content-Location, Accept-Ranges, Link"),
     );
     headers.insert(TIMING_ALLOW_ORIGIN, HeaderValue::from_static("*"));
 }

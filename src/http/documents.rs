@@ -1,6 +1,10 @@
 //! How are the two mutable documents answered? From the newest snapshot, with bytes that are ready.
 
-use axum::{extract::State, http::HeaderMap, response::Response};
+use axum::{
+    extract::State,
+    http::{HeaderMap, HeaderValue, header},
+    response::Response,
+};
 use belvedere_scene::SceneName;
 
 use super::{error::ApiError, extract::Path, immutable::json_answer, queries::find};
@@ -19,5 +23,13 @@ pub(super) async fn scene(
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let document = find(&publications, &scene)?.document.clone();
-    json_answer(&headers, document.etag, document.bytes)
+    let mut answer = json_answer(&headers, document.etag, document.bytes)?;
+    answer.headers_mut().insert(header::LINK, sessions_of(&scene));
+    Ok(answer)
+}
+
+/// Where sessions in a scene are opened. A static tree says nothing of the kind, so clients need not try.
+fn sessions_of(scene: &SceneName) -> HeaderValue {
+    HeaderValue::try_from(format!("</v1/scenes/{scene}/sessions>; rel=\"sessions\""))
+        .expect("a scene's name is letters, digits and dashes")
 }

@@ -55,6 +55,20 @@ async fn the_list_and_the_pointer_have_the_same_bytes_at_both_addresses() {
 }
 
 #[tokio::test]
+async fn a_pointer_says_where_sessions_are_opened() {
+    let server = Server::start().await;
+    for path in ["/v1/scenes/row", "/v1/scenes/row/index.json"] {
+        let answer = get(server.address, path).await;
+        assert_eq!(
+            answer.header("link"),
+            Some("</v1/scenes/row/sessions>; rel=\"sessions\"")
+        );
+        assert!(answer.header("access-control-expose-headers").unwrap().contains("Link"));
+    }
+    assert_eq!(get(server.address, "/v1/scenes").await.header("link"), None);
+}
+
+#[tokio::test]
 async fn a_new_revision_appears_without_a_restart() {
     let server = Server::start().await;
     let before = get(server.address, "/v1/scenes/row").await;

@@ -1,15 +1,18 @@
 #!/usr/bin/env bash
-# Opens the viewer in a real headless Chromium and walks through a door: once from our server, once from the static
-# tree behind a plain web server. Screenshots and logs stay in artifacts/.
+# Opens the viewer in a real headless Chromium, walks, looks behind the picture, embeds it and meets people: from our
+# server, and what needs none from the static tree behind a plain web server. Screenshots stay in artifacts/.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 . tests/tools/served.sh
 
 serve_museum
+# While the server runs: a new scene is there without a restart.
+"$belvedere" bake viewer/e2e/worlds/doored.dcg --scene doored --data "$data"
+story() { BELVEDERE_URL="$1/?scene=museum" ARTIFACTS="$PWD/artifacts/$2" node "viewer/e2e/$3.mjs"; }
 echo "walking through $base"
-BELVEDERE_URL="$base/" ARTIFACTS="$PWD/artifacts/served" node viewer/e2e/walk.mjs
+for name in walk inspector reach embed; do story "$base" served "$name"; done
 
-"$belvedere" publish museum --data "$data" --to "$work/tree"
+for scene in museum doored; do "$belvedere" publish "$scene" --data "$data" --to "$work/tree"; done
 python3 -u -m http.server --bind 127.0.0.1 --directory "$work/tree" 0 >"$work/plain.log" 2>&1 &
 plain=$!
 also_end "$plain"
@@ -18,5 +21,7 @@ for _ in $(seq 100); do
   [ -n "$port" ] && break
   sleep 0.1
 done
+tree="http://127.0.0.1:$port"
 echo "walking through the static tree"
-BELVEDERE_URL="http://127.0.0.1:$port/" ARTIFACTS="$PWD/artifacts/static" node viewer/e2e/walk.mjs
+for name in walk embed; do story "$tree" static "$name"; done
+BELVEDERE_STATIC="$tree/" story "$base" served company

@@ -12,10 +12,15 @@ export interface Pose {
   readonly pitch: number;
 }
 
-/** `#p=x,y,z&yaw=…&pitch=…`, centimetres and hundredths of a degree. */
-export function writePose({ position, yaw, pitch }: Pose): string {
+/** `#p=x,y,z&yaw=…&pitch=…&rev=…`, centimetres, hundredths of a degree and the revision that was seen. */
+export function writePose({ position, yaw, pitch }: Pose, revision: string): string {
   const degrees = (angle: number) => ((angle * 180) / Math.PI).toFixed(2);
-  return `#p=${position.map((x) => x.toFixed(2)).join(",")}&yaw=${degrees(yaw)}&pitch=${degrees(pitch)}`;
+  return `#p=${position.map((x) => x.toFixed(2)).join(",")}&yaw=${degrees(yaw)}&pitch=${degrees(pitch)}&rev=${revision}`;
+}
+
+/** The revision that somebody saw who made a link, when it says so. */
+export function readRevision(hash: string): string | undefined {
+  return new URLSearchParams(hash.replace(/^#/, "")).get("rev") ?? undefined;
 }
 
 /** The pose of a hash, or `undefined` when it holds none that makes sense. */

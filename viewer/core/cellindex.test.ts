@@ -3,9 +3,20 @@ import { cellBounds, PITCH_M, publish, serveFiles } from "../test/fixture.ts";
 import { CellIndex } from "./cellindex.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
 import { ObjectDirectory } from "./objects.ts";
-import { fetchSceneList, PRIORITY, PublishedScene } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
+import { fetchSceneList, PublishedScene } from "./published.ts";
 import { Tree } from "./tree.ts";
 import { webCryptoDigest } from "./verify.ts";
+
+it("learns the chunks nearest to a point, and no more than it should", async () => {
+  const index = new CellIndex((await openRooms(12)).scene);
+  await index.learn([9 * PITCH_M, 1.6, 3], 2);
+  const met = [...index.met()].map(({ cell }) => cell);
+  expect(met.length).toBe(6);
+  expect(met).toContain(18);
+  await index.learn([0, 0, 0], 100);
+  expect([...index.met()].length).toBe(23);
+});
 
 async function openRooms(rooms: number) {
   const { fetch, requests } = serveFiles(publish({ rooms, perChunk: 3 }));

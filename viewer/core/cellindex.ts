@@ -7,7 +7,8 @@ import { walkTo } from "./cellwalk.ts";
 import { distanceToCell } from "./convex.ts";
 import type { CellEntry, Page, PageEntry } from "./documents.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
-import { PRIORITY, type PublishedScene } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
+import type { PublishedScene } from "./published.ts";
 
 export interface Located {
   readonly entry: CellEntry;
@@ -82,6 +83,26 @@ export class CellIndex {
   /** A cell that was met already. */
   known(cell: number): CellEntry | undefined {
     return this.entries.get(cell);
+  }
+
+  /** Every cell that was met so far. */
+  met(): Iterable<CellEntry> {
+    return this.entries.values();
+  }
+
+  /** Reads the chunks nearest to a point, at most so many. */
+  async learn(point: Vec3, most_chunks: number): Promise<void> {
+    const open = [...this.scene.manifest.cells.entries];
+    for (let chunks = 0; open.length > 0 && chunks < most_chunks; ) {
+      open.sort((a, b) => distanceToBounds(b.bounds, point) - distanceToBounds(a.bounds, point));
+      const next = open.pop();
+      if (!next) return;
+      if (next.kind === "page") open.push(...(await this.scene.page(next.url, PRIORITY.prefetch)).entries);
+      else {
+        await this.chunk(next, PRIORITY.prefetch);
+        chunks += 1;
+      }
+    }
   }
 
   /** The cell that surely holds a point, found from a cell near by without a request; else `locate` has to say. */

@@ -102,6 +102,21 @@ export interface PackRef {
 export interface Model {
   readonly model: number;
   readonly levels: readonly Level[];
+  /** The same as one progressive stream, where there is one. */
+  readonly smooth?: Smooth | undefined;
+}
+
+/** A smooth LOD and the rungs that caches can share. */
+export interface Smooth {
+  readonly bytes: number;
+  readonly rungs: readonly Rung[];
+}
+
+/** What a prefix of a smooth LOD up to byte `to` gives. */
+export interface Rung {
+  readonly to: number;
+  readonly triangles: number;
+  readonly geometricError: number;
 }
 
 export interface ObjectEntry {
@@ -113,6 +128,8 @@ export interface ObjectEntry {
   /** Multiplies the model's errors into metres. */
   readonly scale: number;
   readonly model: number;
+  /** Whether it is a door, which can be closed. */
+  readonly door?: boolean;
 }
 
 export interface ObjectChunk {
@@ -230,7 +247,16 @@ function readModel(json: Json, model: number): Model {
   levels.forEach((level, i) => {
     if (level.level !== i) json.field("levels").fail("numbered from 0, finest first");
   });
-  return { model, levels };
+  return { model, levels, smooth: json.field("smooth").optional(readSmooth) };
+}
+
+function readSmooth(json: Json): Smooth {
+  const rungs = json.field("rungs").list((rung) => ({
+    to: rung.field("to").count(),
+    triangles: rung.field("triangles").count(),
+    geometricError: rung.field("geometric_error_m").number(),
+  }));
+  return { bytes: json.field("bytes").count(), rungs };
 }
 
 function readTextures(json: Json): TextureRef[] {
@@ -249,5 +275,6 @@ function readObjectEntry(json: Json): ObjectEntry {
     worldFromObject: json.field("transform").numbers(16),
     scale: json.field("scale").number(),
     model: json.field("model").id("m"),
+    door: json.field("door").optional((door) => door.boolean()) ?? false,
   };
 }

@@ -207,16 +207,55 @@ describe("an explorer", () => {
     expect(explorer).toMatchObject({ cellId: 0, inside: false });
   });
 
-  it("frees what it left when memory is short, never what is visible", async () => {
-    const { explorer, host, go, quiet } = await explore({ memory_limit_bytes: 1 });
-    go(ROOM_0);
+  describe("under a hard memory limit", () => {
+    /** Walks to the last of twelve rooms, and to and fro at the end; answers what was fetched and the most memory that was ever taken. */
+    async function toAndFro(memory_limit_bytes: number) {
+      const { explorer, host, requests, go, quiet, problems } = await explore({ memory_limit_bytes, rooms: 12 });
+      let most_bytes = 0;
+      for (const i of [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 10, 9, 8, 9, 10, 11, 10, 9, 8]) {
+        go(room(i));
+        await quiet();
+        most_bytes = Math.max(most_bytes, explorer.residency.bytes);
+        expect(explorer).toMatchObject({ holes: 0 });
+      }
+      const levels = requests.filter((path) => path.endsWith(".glb"));
+      const again = levels.length - new Set(levels).size;
+      return { explorer, host, problems, most_bytes, again };
+    }
+
+    it("frees what is far away, keeps to the limit and fetches nothing again that it could have kept", async () => {
+      const free = await toAndFro(1e9);
+      const limit_bytes = Math.round(free.most_bytes * 0.3);
+      const tight = await toAndFro(limit_bytes);
+      expect(tight.most_bytes).toBeLessThanOrEqual(limit_bytes);
+      expect(tight.host.evicted).not.toEqual([]);
+      expect([tight.explorer.missing, tight.problems, tight.again]).toEqual([0, [], 0]);
+    });
+
+    it("says so when not even the coarsest levels fit, and goes on with what does", async () => {
+      const { explorer, problems } = await toAndFro(1);
+      expect(problems.map(String)).toContainEqual(expect.stringContaining("does not fit"));
+      expect(explorer.residency.bytes).toBeLessThanOrEqual(1);
+    });
+  });
+
+  it("neither shows nor fetches what a closed door hides, and brings it when the door opens", async () => {
+    const { explorer, go, quiet } = await explore({ doored: true });
+    const shown = () => explorer.visible.map(({ entry }) => entry.object).sort((a, b) => a - b);
+    go(room(2));
     await quiet();
-    go(room(5));
+    const all = shown();
+    const record = await explorer.record(4);
+    const [door] = explorer.doors;
+    const behind = record.opvs.filter(({ doors }) => doors.includes(door ?? -1)).map(({ object }) => object);
+    expect(behind.length).toBeGreaterThan(3);
+    explorer.shutExactly(new Set([door ?? -1]));
     await quiet();
+    expect(shown()).toEqual(all.filter((object) => !behind.includes(object)));
     expect(explorer).toMatchObject({ missing: 0, holes: 0 });
-    expect(host.evicted).not.toEqual([]);
-    const visible = new Set(explorer.visible.map(({ model }) => model.model));
-    expect(explorer.residency.size).toBe(visible.size);
+    explorer.shutExactly(new Set());
+    await quiet();
+    expect(shown()).toEqual(all);
   });
 
   it("treats every object of a small world as visible", async () => {

@@ -5,16 +5,22 @@
  * While a new cell's record and object infos are on their way, the set of the cell before stays in the picture.
  */
 import { CellIndex } from "./cellindex.ts";
-import { type CellRecord, type DecodedRecord, followStep, visibleObjects } from "./cellrecord.ts";
+import { type CellRecord, visibleObjects } from "./cellrecord.ts";
+import { CellRecords } from "./cellrecords.ts";
 import { planesOfCell } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import { centre, distanceToPolygon, dot, length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
+import { length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
+import { cellAhead } from "./lookahead.ts";
 import { type ModelHost, ModelLoads } from "./modelloads.ts";
+import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject } from "./objects.ts";
-import { PRIORITY, type PublishedScene } from "./published.ts";
-import { ResidencySet } from "./residency.ts";
-import { coarsestProgress, type Eye, plan } from "./scheduler.ts";
+import { PRIORITY } from "./priority.ts";
+import { coarsestProgress, type Progress, sharpProgress } from "./progress.ts";
+import type { PublishedScene } from "./published.ts";
+import { MemoryShortError, ResidencySet } from "./residency.ts";
+import { desiredLevel, type Eye, plan, shrink, type Want } from "./scheduler.ts";
+import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 
 export interface ExplorerOptions {
@@ -30,20 +36,15 @@ export interface ExplorerEvents {
   readonly problem: (error: unknown) => void;
 }
 
-/** A portal this near, straight ahead, names the cell to prefetch. */
-const PREFETCH_RANGE_M = 6;
-/** About what the headers of a request and its answer cost. */
-const REQUEST_BYTES = 200;
-
-export class Explorer implements NavigationSpace {
+export class Explorer implements NavigationSpace, Surveyed {
   readonly directory: ObjectDirectory;
   readonly residency: ResidencySet;
   private readonly index: CellIndex;
   private readonly loads: ModelLoads;
   private readonly navigation = new Map<number, NavigationCell>();
-  private readonly records = new Map<number, DecodedRecord>();
-  /** The cell whose neighbours are learnt from its steps. */
-  private stepping: { readonly entry: CellEntry; readonly decoded: DecodedRecord } | undefined;
+  private readonly records: CellRecords;
+  /** Doors that are closed. */
+  private shutDoors: ReadonlySet<number> = new Set();
   private current: CellEntry | undefined;
   private currentInside = false;
   private shown: readonly PlacedObject[] = [];
@@ -51,6 +52,8 @@ export class Explorer implements NavigationSpace {
   private ahead: { cell: number; objects: readonly PlacedObject[] } | undefined;
   private eye: Eye | undefined;
   private locating = false;
+  /** The cell of which it was said that memory does not suffice for it. */
+  private shortIn: number | undefined;
   private closed = false;
 
   constructor(
@@ -62,6 +65,7 @@ export class Explorer implements NavigationSpace {
   ) {
     this.directory = new ObjectDirectory(scene);
     this.index = new CellIndex(scene);
+    this.records = new CellRecords(scene, this.index);
     this.residency = new ResidencySet(options.memory_limit_bytes);
     this.loads = new ModelLoads({
       queue: scene.queue,
@@ -89,6 +93,16 @@ export class Explorer implements NavigationSpace {
     return this.currentInside;
   }
 
+  /** Where the eye was last. */
+  get eyeNow(): Eye | undefined {
+    return this.eye;
+  }
+
+  /** The cell that is prepared because the walker heads for it. */
+  get cellAhead(): number | undefined {
+    return this.ahead?.cell;
+  }
+
   get visible(): readonly PlacedObject[] {
     return this.shown;
   }
@@ -100,8 +114,13 @@ export class Explorer implements NavigationSpace {
 
   /** Whether the set of the current cell is what is shown and all of it has at least its coarsest level. */
   get settled(): boolean {
+    return this.showsCurrent && !this.locating && this.missing === 0;
+  }
+
+  /** Whether what is shown is the set of the current cell. */
+  private get showsCurrent(): boolean {
     const rightSet = this.current !== undefined && this.shownCell === this.current.cell;
-    return (rightSet || this.scene.manifest.whole !== undefined) && !this.locating && this.missing === 0;
+    return rightSet || this.scene.manifest.whole !== undefined;
   }
 
   /** Visible objects of which nothing is held yet. */
@@ -115,8 +134,29 @@ export class Explorer implements NavigationSpace {
       .length;
   }
 
-  progress(): { loaded_bytes: number; total_bytes: number } {
+  /** Towards the first picture. */
+  progress(): Progress {
     return coarsestProgress(this.shown, (model) => this.residency.held(model)?.level);
+  }
+
+  /** Towards a picture that is as sharp as it will get from here. */
+  sharpProgress(): Progress {
+    if (!this.eye) return { loaded_bytes: 0, total_bytes: 0 };
+    return sharpProgress(this.shown, (model) => this.residency.held(model)?.level, this.eye, this.options.target_px);
+  }
+
+  /** Shares of the visible objects that are here, and that are as sharp as the eye can tell. */
+  quality(): { here: number; sharp: number } | undefined {
+    const { eye, shown } = this;
+    if (!eye || !this.showsCurrent) return undefined;
+    let [here, sharp] = [0, 0];
+    for (const object of shown) {
+      const held = this.residency.held(object.model.model);
+      if (held) here += 1;
+      if (held && held.level <= desiredLevel(object, eye, this.options.target_px)) sharp += 1;
+    }
+    const all = shown.length;
+    return all === 0 ? { here: 1, sharp: 1 } : { here: here / all, sharp: sharp / all };
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */
@@ -125,7 +165,7 @@ export class Explorer implements NavigationSpace {
     if (known?.portals) return known;
     const entry = this.index.known(id);
     if (!entry) return undefined;
-    const record = this.records.get(id)?.record;
+    const record = this.records.known(id);
     if (known && !record) return known;
     const cell: NavigationCell = {
       cell: id,
@@ -137,36 +177,35 @@ export class Explorer implements NavigationSpace {
     return cell;
   }
 
+  recordOf(cell: number): CellRecord | undefined {
+    return this.records.known(cell);
+  }
+
+  entryOf(cell: number): CellEntry | undefined {
+    return this.index.known(cell);
+  }
+
+  /** Cells that were met so far. */
+  knownCells(): Iterable<CellEntry> {
+    return this.index.met();
+  }
+
+  /** Learns which cells there are around the eye, for a map; at most so many chunks of them. */
+  learnCells(most_chunks: number): Promise<void> {
+    return this.index.learn(this.eye?.position ?? [0, 0, 0], most_chunks);
+  }
+
+  placed(object: number): PlacedObject | undefined {
+    return this.directory.known(object);
+  }
+
+  holds(model: number): boolean {
+    return this.residency.held(model) !== undefined;
+  }
+
   /** The record of any cell, fetched when needed. */
-  async record(cell: number, priority: number = PRIORITY.document): Promise<CellRecord> {
-    const known = this.records.get(cell) ?? (await this.stepped(cell, priority));
-    const decoded = known ?? (await this.scene.record(await this.index.entry(cell, priority), priority));
-    this.records.set(cell, decoded);
-    return decoded.record;
-  }
-
-  /** The record of a neighbour of the cell whose steps are wanted anyway; `undefined` when they do not lead there. */
-  private async stepped(cell: number, priority: number): Promise<DecodedRecord | undefined> {
-    const from = this.stepping;
-    if (!from?.entry.adjacent.includes(cell)) return undefined;
-    try {
-      const step = (await this.scene.steps(from.entry, priority))?.to.get(cell);
-      const decoded = step && followStep(from.decoded, step);
-      return decoded?.record.cell === cell ? decoded : undefined;
-    } catch {
-      // The record itself is still to be had, and says what is wrong when it is not.
-      return undefined;
-    }
-  }
-
-  /** Learns what is visible from every neighbour: from one object with all steps where that costs less. */
-  private async learnNeighbours(entry: CellEntry, neighbours: readonly CellEntry[]): Promise<void> {
-    const unknown = neighbours.filter(({ cell }) => !this.records.has(cell));
-    const apart = unknown.reduce((sum, { recordBytes }) => sum + recordBytes + REQUEST_BYTES, 0);
-    const decoded = this.records.get(entry.cell);
-    if (decoded && entry.steps && entry.steps.bytes + REQUEST_BYTES < apart) this.stepping = { entry, decoded };
-    // Nothing depends on these yet; entering a cell asks again and reports what is wrong.
-    await Promise.allSettled(unknown.map(({ cell }) => this.record(cell, PRIORITY.prefetch)));
+  record(cell: number): Promise<CellRecord> {
+    return this.records.read(cell, PRIORITY.document);
   }
 
   /** Follows the eye; cheap enough to call in every frame in which it moved. */
@@ -177,6 +216,28 @@ export class Explorer implements NavigationSpace {
     else void this.locate();
     this.lookAhead(velocity);
     this.replan();
+  }
+
+  /** Doors in the openings of the cells that were met. */
+  get doors(): ReadonlySet<number> {
+    return this.records.doors;
+  }
+
+  isShut(door: number): boolean {
+    return this.shutDoors.has(door);
+  }
+
+  /** Says which doors are closed: what one of them hides is neither shown nor fetched. */
+  shutExactly(doors: ReadonlySet<number>): void {
+    if (doors.size === this.shutDoors.size && [...doors].every((door) => this.shutDoors.has(door))) return;
+    this.shutDoors = new Set(doors);
+    this.ahead = undefined;
+    if (this.current) void this.arrive(this.current);
+  }
+
+  private notBehindDoors(record: CellRecord): number[] {
+    const seen = visibleObjects(record).filter(({ doors }) => !doors.some((door) => this.shutDoors.has(door)));
+    return seen.map(({ object }) => object);
   }
 
   /** Tries again what failed. */
@@ -224,16 +285,16 @@ export class Explorer implements NavigationSpace {
     try {
       // Neighbours first by name only: the walker needs their hulls before the eye reaches them.
       const neighbours = Promise.all(entry.adjacent.map((cell) => this.index.entry(cell, PRIORITY.document)));
-      const record = await this.record(entry.cell);
+      const record = await this.records.read(entry.cell, PRIORITY.document);
       if (!this.scene.manifest.whole) {
-        const objects = await this.directory.resolve(visibleObjects(record).map(({ object }) => object));
+        const objects = await this.directory.resolve(this.notBehindDoors(record));
         if (this.closed || this.current?.cell !== entry.cell) return;
         this.show(objects, entry.cell);
       }
       const known = await neighbours;
       if (this.closed || this.current?.cell !== entry.cell) return;
       this.events.changed();
-      await this.learnNeighbours(entry, known);
+      await this.records.learnNeighbours(entry, known);
     } catch (error) {
       if (!this.closed && this.current?.cell === entry.cell) this.events.problem(error);
     }
@@ -242,37 +303,30 @@ export class Explorer implements NavigationSpace {
   private show(objects: readonly PlacedObject[], cell: number | undefined): void {
     this.shown = objects;
     this.shownCell = cell;
-    this.residency.need(new Set(objects.map(({ model }) => model.model)));
+    this.residency.need(
+      new Set(objects.map(({ model }) => model.model)),
+      cell === undefined ? undefined : stepsToModels(cell, this),
+    );
     this.host.show(objects);
-    for (const model of this.residency.evict()) this.host.evict(model);
     this.replan();
     this.events.changed();
   }
 
-  /** Names the neighbour that the walker heads for, and learns what is visible from there. */
+  /** Learns what is visible from the neighbour that the walker heads for. */
   private lookAhead(velocity: Vec3): void {
-    const record = this.current && this.records.get(this.current.cell)?.record;
-    if (!record || !this.eye || length(velocity) < 0.2 || this.scene.manifest.whole) return;
-    const from = this.eye.position;
-    let best: { cell: number; distance_m: number } | undefined;
-    for (const portal of record.portals) {
-      const distance_m = distanceToPolygon(portal.polygon, from);
-      const heading = dot(velocity, subtract(centre(portal.polygon), from)) > 0;
-      if (heading && distance_m < Math.min(best?.distance_m ?? Number.POSITIVE_INFINITY, PREFETCH_RANGE_M)) {
-        best = { cell: portal.to, distance_m };
-      }
-    }
-    if (!best || best.cell === this.ahead?.cell) return;
-    const ahead = { cell: best.cell, objects: [] as readonly PlacedObject[] };
+    const record = this.current && this.records.known(this.current.cell);
+    if (!record || !this.eye || this.scene.manifest.whole) return;
+    const cell = cellAhead(record.portals, this.eye.position, velocity);
+    if (cell === undefined || cell === this.ahead?.cell) return;
+    const ahead = { cell, objects: [] as readonly PlacedObject[] };
     this.ahead = ahead;
     void this.prepare(ahead);
   }
 
   private async prepare(ahead: { cell: number; objects: readonly PlacedObject[] }): Promise<void> {
     try {
-      const record = await this.record(ahead.cell, PRIORITY.prefetch);
-      const ids = visibleObjects(record).map(({ object }) => object);
-      ahead.objects = await this.directory.resolve(ids, PRIORITY.prefetch);
+      const record = await this.records.read(ahead.cell, PRIORITY.prefetch);
+      ahead.objects = await this.directory.resolve(this.notBehindDoors(record), PRIORITY.prefetch);
       if (this.ahead === ahead) this.replan();
     } catch {
       // As for neighbours: entering the cell asks again and reports what is wrong.
@@ -282,18 +336,27 @@ export class Explorer implements NavigationSpace {
 
   private replan(): void {
     if (!this.eye || this.closed) return;
+    const { target_px } = this.options;
     const stateOf = (model: number) => this.loads.stateOf(model);
-    const options = { target_px: this.options.target_px, mayRefine: !this.residency.full };
-    const wants = plan(this.shown, stateOf, this.eye, options);
+    const wants = plan(this.shown, stateOf, this.eye, target_px);
     const planned = new Set(wants.map(({ object }) => object.model.model));
     const soon = (this.ahead?.objects ?? []).filter(
       ({ model }) => !planned.has(model.model) && !this.residency.held(model.model),
     );
-    const prefetch = plan(soon, stateOf, this.eye, { ...options, mayRefine: false });
-    if (!this.residency.full) {
-      const later = PRIORITY.prefetch - PRIORITY.coarsest;
-      wants.push(...prefetch.map((want) => ({ ...want, priority: want.priority + later })));
-    }
+    const later = PRIORITY.prefetch - PRIORITY.coarsest;
+    const early = plan(soon, stateOf, this.eye, target_px);
+    wants.push(...early.map((want) => ({ ...want, priority: want.priority + later })));
+    if (this.loads.short) this.makeDo(wants);
     this.loads.follow(wants);
+  }
+
+  /** Memory does not hold what is visible: draws something more coarsely, or says that even that does not help. */
+  private makeDo(wants: Want[]): void {
+    const smaller = shrink(this.shown, (model) => this.residency.held(model));
+    if (smaller) wants.unshift(smaller);
+    else if (this.loads.pending === 0 && this.shortIn !== this.shownCell) {
+      this.shortIn = this.shownCell;
+      this.events.problem(new MemoryShortError(this.residency.limit_bytes));
+    }
   }
 }

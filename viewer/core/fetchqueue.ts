@@ -2,6 +2,8 @@
  * What is on the wire? A queue of downloads: a bounded number at once, the most urgent first, each URL once however many
  * ask for it, cancellable, retried with back-off, its bytes counted and, where the URL holds their hash, verified.
  */
+import { purposeOf } from "./priority.ts";
+import type { RequestLog, RequestTrace } from "./requestlog.ts";
 import { type Digest, verify } from "./verify.ts";
 
 /** Why a download failed for good. */
@@ -29,9 +31,18 @@ export interface FetchQueueOptions {
   readonly stall_ms: number;
   /** Pause before the second try; doubles for each further one. */
   readonly backoff_ms: number;
+  /** Remembers what was asked for and how it ended. */
+  readonly log?: RequestLog;
 }
 
-export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest"> = {
+export interface Asked {
+  /** Asks the server whether a cached copy is still current. */
+  readonly fresh?: boolean;
+  /** Why it is wanted, for the log. */
+  readonly reason?: string;
+}
+
+export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log"> = {
   concurrency: 8,
   attempts: 4,
   stall_ms: 20_000,
@@ -57,6 +68,7 @@ interface Download {
   readonly reject: (error: unknown) => void;
   priority: number;
   readonly order: number;
+  readonly trace: RequestTrace | undefined;
 }
 
 export class FetchQueue {
@@ -74,9 +86,9 @@ export class FetchQueue {
 
   /**
    * Asks for the bytes of a URL; the lowest priority number goes first. Asking again joins the download and may only
-   * make it more urgent. `fresh` asks the server whether a cached copy is still current.
+   * make it more urgent.
    */
-  request(url: string, priority: number, fresh = false): Promise<ArrayBuffer> {
+  request(url: string, priority: number, { fresh = false, reason = "" }: Asked = {}): Promise<ArrayBuffer> {
     const known = this.waiting.get(url) ?? this.running.get(url);
     if (known) {
       known.priority = Math.min(known.priority, priority);
@@ -89,7 +101,9 @@ export class FetchQueue {
       reject = no;
     });
     const controller = new AbortController();
-    this.waiting.set(url, { url, fresh, controller, promise, resolve, reject, priority, order: this.orders++ });
+    const trace = this.options.log?.asks(url, purposeOf(priority), reason);
+    const order = this.orders++;
+    this.waiting.set(url, { url, fresh, controller, promise, resolve, reject, priority, order, trace });
     this.pump();
     return promise;
   }
@@ -113,6 +127,7 @@ export class FetchQueue {
     this.waiting.delete(url);
     this.running.delete(url);
     download.controller.abort();
+    download.trace?.ends("cancelled");
     download.reject(new FetchError("cancelled", url, `${url} is not needed any more`));
     this.pump();
   }
@@ -133,8 +148,11 @@ export class FetchQueue {
 
   private async run(download: Download): Promise<void> {
     try {
-      download.resolve(await this.bytesOf(download));
+      const bytes = await this.bytesOf(download);
+      download.trace?.ends("done");
+      download.resolve(bytes);
     } catch (error) {
+      if (!download.controller.signal.aborted) download.trace?.ends("failed");
       download.reject(error);
     } finally {
       if (this.running.get(download.url) === download) this.running.delete(download.url);
@@ -171,6 +189,7 @@ export class FetchQueue {
     const watch = () => setTimeout(() => stalled.abort(), this.options.stall_ms);
     let timer = watch();
     this.tally.requests += 1;
+    download.trace?.starts();
     try {
       const cache: RequestCache = reload ? "reload" : download.fresh ? "no-cache" : "default";
       const signal = AbortSignal.any([controller.signal, stalled.signal]);
@@ -184,6 +203,7 @@ export class FetchQueue {
       for (let part = await body?.read(); body && part?.value; part = await body.read()) {
         parts.push(part.value);
         this.tally.bytes += part.value.byteLength;
+        download.trace?.receives(part.value.byteLength);
         clearTimeout(timer);
         timer = watch();
       }

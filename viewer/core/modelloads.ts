@@ -5,9 +5,11 @@
  */
 import type { Level } from "./documents.ts";
 import { FetchError, type FetchQueue } from "./fetchqueue.ts";
+import { Footprint } from "./footprint.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import type { PlacedObject } from "./objects.ts";
 import { outOf, packsWorth } from "./packs.ts";
+import { purposeOf } from "./priority.ts";
 import type { ResidencySet } from "./residency.ts";
 import type { ModelState, Want } from "./scheduler.ts";
 import type { Tree } from "./tree.ts";
@@ -29,6 +31,7 @@ interface Load {
   readonly model: number;
   readonly level: number;
   readonly urls: Set<string>;
+  readonly reason: string;
   state: "cancelled" | "fetching" | "uploading";
 }
 
@@ -45,14 +48,25 @@ export interface ModelLoadsParts {
 }
 
 const NONE: ReadonlySet<number> = new Set();
+/** What refines or comes early leaves this share of the memory free, for what the next cells cannot do without. */
+const SPARE = 0.25;
+/** After so many wants without memory, what is less urgent waits. */
+const REFUSALS = 4;
 
 export class ModelLoads {
   private readonly loads = new Map<number, Load>();
   private readonly failed = new Map<number, Set<number>>();
   private readonly lostTextures = new Set<string>();
+  private readonly footprint = new Footprint();
   private closed = false;
+  private shortOfMemory = false;
 
   constructor(private readonly parts: ModelLoadsParts) {}
+
+  /** Whether something visible of which nothing is held had to be left out for want of memory. */
+  get short(): boolean {
+    return this.shortOfMemory;
+  }
 
   get pending(): number {
     return this.loads.size;
@@ -88,13 +102,35 @@ export class ModelLoads {
       const urls = this.loads.get(want.object.model.model)?.urls ?? [];
       for (const url of urls) this.parts.queue.reprioritise(url, want.priority);
     }
-    const starting = wants.filter((want) => !this.loads.has(want.object.model.model));
+    const starting = this.affordable(wants.filter((want) => !this.loads.has(want.object.model.model)));
     const worth = packsWorth(starting.flatMap(({ object, level }) => object.model.levels[level] ?? []));
     for (const want of starting) void this.start(want, worth);
   }
 
+  /** Promises memory to what will be fetched, the most urgent first; leaves out what there is none for. */
+  private affordable(wants: readonly Want[]): Want[] {
+    this.shortOfMemory = false;
+    let refused = 0;
+    return wants.filter((want) => {
+      const level = want.object.model.levels[want.level];
+      if (!level || refused >= REFUSALS) return false;
+      const { residency, host } = this.parts;
+      const first = purposeOf(want.priority) === "coarsest";
+      const terms = first
+        ? { spare_bytes: 0, within_steps: -1 }
+        : { spare_bytes: SPARE * residency.limit_bytes, within_steps: 1 };
+      const going = residency.promise(want.object.model.model, this.footprint.estimate_bytes(level), terms);
+      for (const model of going ?? []) host.evict(model);
+      if (going) return true;
+      refused += 1;
+      this.shortOfMemory ||= first;
+      return false;
+    });
+  }
+
   private cancel(load: Load): void {
     load.state = "cancelled";
+    this.parts.residency.withdraw(load.model);
     if (this.loads.get(load.model) === load) this.loads.delete(load.model);
     const shared = new Set([...this.loads.values()].flatMap((other) => [...other.urls]));
     for (const url of load.urls) if (!shared.has(url)) this.parts.queue.cancel(url);
@@ -104,7 +140,13 @@ export class ModelLoads {
     const { model } = want.object;
     const level = model.levels[want.level];
     if (!level || this.closed) return;
-    const load: Load = { model: model.model, level: want.level, urls: new Set(), state: "fetching" };
+    const load: Load = {
+      model: model.model,
+      level: want.level,
+      urls: new Set(),
+      reason: reasonFor(want),
+      state: "fetching",
+    };
     this.loads.set(model.model, load);
     try {
       await this.bring(load, level, want.priority, packs);
@@ -114,7 +156,10 @@ export class ModelLoads {
       this.failed.set(model.model, levels.add(want.level));
       this.parts.problem(error);
     } finally {
-      if (this.loads.get(model.model) === load) this.loads.delete(model.model);
+      if (this.loads.get(model.model) === load) {
+        this.loads.delete(model.model);
+        this.parts.residency.withdraw(model.model);
+      }
     }
     if (!this.closed) this.parts.changed();
   }
@@ -133,6 +178,7 @@ export class ModelLoads {
       load.state = "uploading";
       const bytes = await host.upload(load.model, glb, textures);
       if (this.closed) return;
+      this.footprint.learn(level, bytes);
       residency.hold(load.model, { level: load.level, bytes });
       for (const model of residency.evict()) host.evict(model);
     });
@@ -179,6 +225,12 @@ export class ModelLoads {
   private fetch(load: Load, url: string, priority: number): Promise<ArrayBuffer> {
     const address = this.parts.tree.resolve(url);
     load.urls.add(address);
-    return this.parts.queue.request(address, priority);
+    return this.parts.queue.request(address, priority, { reason: load.reason });
   }
+}
+
+function reasonFor({ object, level, priority, error_px }: Want): string {
+  const what = `m${object.model.model} level ${level}`;
+  if (purposeOf(priority) === "prefetch") return `seen ahead: ${what}`;
+  return error_px === undefined ? `not here yet: ${what}` : `${error_px.toFixed(1)} px off: ${what}`;
 }

@@ -4,7 +4,8 @@
  */
 import { entryOf } from "./cellindex.ts";
 import type { Level, Model, ObjectChunk, ObjectEntry, PageEntry } from "./documents.ts";
-import { PRIORITY, type PublishedScene } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
+import type { PublishedScene } from "./published.ts";
 
 /** A placed object and the geometry that it shares. */
 export interface PlacedObject {
@@ -44,6 +45,14 @@ export class ObjectDirectory {
       if (!object) throw new Error(`the index of objects does not hold o${id}`);
       return object;
     });
+  }
+
+  /** Every object of the scene, however large it is. */
+  async everything(priority: number): Promise<PlacedObject[]> {
+    const ids = this.scene.manifest.objects.entries.flatMap(({ first, count }) =>
+      Array.from({ length: count }, (_, i) => first + i),
+    );
+    return this.resolve(ids, priority);
   }
 
   /** Reads every chunk below `entries` that holds one of the ids; chunks travel side by side. */

@@ -19,15 +19,8 @@ import {
 } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { Json } from "./json.ts";
+import { PRIORITY } from "./priority.ts";
 import type { Tree } from "./tree.ts";
-
-/** How urgent a download is: lower goes first. Each kind has a band, refined by adding less than 1. */
-export const PRIORITY = {
-  document: 0,
-  coarsest: 1_000_000,
-  finer: 2_000_000,
-  prefetch: 3_000_000,
-} as const;
 
 /** Documents kept after use, so that a walk to and fro decodes nothing twice. */
 const KEPT_DOCUMENTS = 512;
@@ -35,7 +28,8 @@ const KEPT_DOCUMENTS = 512;
 /** The scenes of a tree, by name. */
 export async function fetchSceneList(queue: FetchQueue, tree: Tree): Promise<SceneSummary[]> {
   const url = tree.sceneList();
-  return readSceneList(jsonOf(await queue.request(url, PRIORITY.document, true), "/v1/scenes/index.json"));
+  const bytes = await queue.request(url, PRIORITY.document, { fresh: true, reason: "the list of scenes" });
+  return readSceneList(jsonOf(bytes, "/v1/scenes/index.json"));
 }
 
 /** One immutable revision of a scene. */
@@ -51,25 +45,33 @@ export class PublishedScene {
 
   static async open(queue: FetchQueue, tree: Tree, scene: string): Promise<PublishedScene> {
     const url = tree.pointer(scene);
-    const pointer = readPointer(jsonOf(await queue.request(url, PRIORITY.document, true), `the pointer of ${scene}`));
-    const bytes = await queue.request(tree.resolve(pointer.manifest), PRIORITY.document);
-    return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, `the manifest of ${scene}`)));
+    const asked = { fresh: true, reason: `the pointer of ${scene}` };
+    const pointer = readPointer(jsonOf(await queue.request(url, PRIORITY.document, asked), asked.reason));
+    const reason = `the manifest of ${scene}`;
+    const bytes = await queue.request(tree.resolve(pointer.manifest), PRIORITY.document, { reason });
+    return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, reason)));
   }
 
   page(url: string, priority: number): Promise<Page> {
-    return this.document(url, priority, (bytes) => readPage(jsonOf(bytes, `the index page ${url}`)));
+    return this.document(url, priority, "a page of an index", (bytes) =>
+      readPage(jsonOf(bytes, `the index page ${url}`)),
+    );
   }
 
   cellChunk(url: string, priority: number): Promise<CellEntry[]> {
-    return this.document(url, priority, (bytes) => readCellChunk(jsonOf(bytes, `the cell chunk ${url}`)));
+    return this.document(url, priority, "which cells there are", (bytes) =>
+      readCellChunk(jsonOf(bytes, `the cell chunk ${url}`)),
+    );
   }
 
   objectChunk(url: string, priority: number): Promise<ObjectChunk> {
-    return this.document(url, priority, (bytes) => readObjectChunk(jsonOf(bytes, `the object chunk ${url}`)));
+    return this.document(url, priority, "what objects are", (bytes) =>
+      readObjectChunk(jsonOf(bytes, `the object chunk ${url}`)),
+    );
   }
 
   record(entry: CellEntry, priority: number): Promise<DecodedRecord> {
-    return this.document(entry.record, priority, (bytes) => {
+    return this.document(entry.record, priority, `what c${entry.cell} sees`, (bytes) => {
       const decoded = decodeCellRecord(new Uint8Array(bytes));
       const { cell } = decoded.record;
       if (cell !== entry.cell) throw new Error(`the record of c${entry.cell} is one of c${cell}`);
@@ -80,7 +82,7 @@ export class PublishedScene {
   /** What changes on the way from a cell to its neighbours, or `undefined` when it has none. */
   async steps(entry: CellEntry, priority: number): Promise<Steps | undefined> {
     if (!entry.steps) return undefined;
-    return this.document(entry.steps.url, priority, (bytes) => {
+    return this.document(entry.steps.url, priority, `what the neighbours of c${entry.cell} see`, (bytes) => {
       const steps = decodeSteps(new Uint8Array(bytes));
       if (steps.from !== entry.cell) throw new Error(`the steps from c${entry.cell} are those from c${steps.from}`);
       return steps;
@@ -88,7 +90,7 @@ export class PublishedScene {
   }
 
   /** Fetches and decodes once; a failure is forgotten, so that asking again tries again. */
-  private document<T>(url: string, priority: number, decode: (bytes: ArrayBuffer) => T): Promise<T> {
+  private document<T>(url: string, priority: number, reason: string, decode: (bytes: ArrayBuffer) => T): Promise<T> {
     const known = this.kept.get(url) as Promise<T> | undefined;
     const address = this.tree.resolve(url);
     if (known) {
@@ -97,7 +99,7 @@ export class PublishedScene {
       this.queue.hasten(address, priority);
       return known;
     }
-    const reading = this.queue.request(address, priority).then(decode);
+    const reading = this.queue.request(address, priority, { reason }).then(decode);
     this.kept.set(url, reading);
     reading.catch(() => this.kept.delete(url));
     for (const oldest of this.kept.keys()) {

@@ -2,35 +2,43 @@ import { expect, it } from "vitest";
 import { FrameBudget } from "./framebudget.ts";
 import { ResidencySet } from "./residency.ts";
 
-it("a finer level takes the place of a coarser one, never the reverse", () => {
+const ANY = { spare_bytes: 0, within_steps: -1 };
+
+it("holds one level of a model, the last that came", () => {
   const set = new ResidencySet(1000);
-  expect(set.hold(1, { level: 2, bytes: 10 })).toBe(true);
-  expect(set.hold(1, { level: 0, bytes: 90 })).toBe(true);
-  expect(set.hold(1, { level: 1, bytes: 50 })).toBe(false);
+  set.hold(1, { level: 2, bytes: 10 });
+  set.hold(1, { level: 0, bytes: 90 });
   expect(set.held(1)).toMatchObject({ level: 0 });
   expect(set.bytes).toBe(90);
 });
 
-it("what is visible stays, whatever the limit", () => {
+it("what is visible stays, and nothing is promised beyond the limit", () => {
   const set = new ResidencySet(100);
-  set.need(new Set([1, 2]));
-  set.hold(1, { level: 0, bytes: 80 });
-  set.hold(2, { level: 0, bytes: 80 });
-  expect(set.evict()).toEqual([]);
-  expect(set.full).toBe(true);
+  set.need(new Set([1, 2, 3]));
+  set.hold(1, { level: 0, bytes: 60 });
+  expect(set.promise(2, 30, ANY)).toEqual([]);
+  expect(set.promise(3, 20, ANY)).toBeUndefined();
+  expect([set.bytes, set.promised_bytes]).toEqual([60, 30]);
+  set.withdraw(2);
+  expect(set.promise(3, 20, { ...ANY, spare_bytes: 21 })).toBeUndefined();
+  expect(set.promise(3, 20, { ...ANY, spare_bytes: 20 })).toEqual([]);
+  set.hold(3, { level: 0, bytes: 50 });
+  expect([set.bytes, set.promised_bytes, set.evict()]).toEqual([110, 0, []]);
 });
 
-it("what was left goes in the order of its last use, and only as much as it must", () => {
-  const set = new ResidencySet(100);
-  for (const model of [1, 2, 3]) {
+it("what is needed furthest away goes first, then what was unused longest, and only as much as must", () => {
+  const set = new ResidencySet(200);
+  for (const model of [1, 2, 3, 4]) {
     set.need(new Set([model]));
     set.hold(model, { level: 0, bytes: 40 });
   }
-  set.need(new Set([1, 3]));
-  set.need(new Set([3]));
-  expect(set.evict()).toEqual([2]);
-  expect(set.bytes).toBe(80);
-  expect(set.levels()).toEqual({ 0: 2 });
+  const steps: Record<number, number> = { 1: 1, 2: 3, 3: 3 };
+  set.need(new Set([4]), (model) => steps[model] ?? Number.POSITIVE_INFINITY);
+  expect(set.inOrderOfLeaving().map(([model]) => model)).toEqual([2, 3, 1]);
+  expect(set.promise(5, 60, ANY)).toEqual([2]);
+  expect(set.promise(6, 80, { ...ANY, within_steps: 1 })).toBeUndefined();
+  expect(set.promise(6, 80, ANY)).toEqual([3, 1]);
+  expect(set.levels()).toEqual({ 0: 1 });
 });
 
 it("decoding waits for the next frame once this one's time is used", async () => {

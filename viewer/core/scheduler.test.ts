@@ -1,9 +1,10 @@
 import { describe, expect, it } from "vitest";
 import type { PlacedObject } from "./objects.ts";
-import { coarsestProgress, desiredLevel, type Eye, type ModelState, plan, screenError_px } from "./scheduler.ts";
+import { coarsestProgress, sharpProgress } from "./progress.ts";
+import { desiredLevel, type Eye, type ModelState, plan, screenError_px, shrink } from "./scheduler.ts";
 
 const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
-const OPTIONS = { target_px: 1.5, mayRefine: true };
+const TARGET_PX = 1.5;
 
 /** An object whose nearest point lies `distance_m` ahead, with one level for each error, finest first. */
 function object(id: number, model: number, distance_m: number, errors: number[], texture = ""): PlacedObject {
@@ -42,14 +43,14 @@ describe("the plan", () => {
   const middle = object(2, 2, 20, [0, 0.01, 0.1]);
 
   it("holds coarsest levels only, in the record's order, while one is missing", () => {
-    expect(summary(plan([far, near, middle], holding({ 0: 2 }), EYE, OPTIONS))).toEqual([
+    expect(summary(plan([far, near, middle], holding({ 0: 2 }), EYE, TARGET_PX))).toEqual([
       [1, 2],
       [2, 2],
     ]);
   });
 
   it("then refines by screen error, the worst first, and leaves alone what is good enough", () => {
-    expect(summary(plan([far, middle, near], holding({ 0: 2, 1: 2, 2: 2 }), EYE, OPTIONS))).toEqual([
+    expect(summary(plan([far, middle, near], holding({ 0: 2, 1: 2, 2: 2 }), EYE, TARGET_PX))).toEqual([
       [0, 0],
       [2, 1],
     ]);
@@ -57,18 +58,26 @@ describe("the plan", () => {
 
   it("fetches a shared model once, as fine as its nearest object needs", () => {
     const twin = object(3, 1, 1, [0, 0.01, 0.1]);
-    expect(summary(plan([far, twin], holding({}), EYE, OPTIONS))).toEqual([[1, 2]]);
-    expect(summary(plan([far, twin], holding({ 1: 2 }), EYE, OPTIONS))).toEqual([[1, 0]]);
+    expect(summary(plan([far, twin], holding({}), EYE, TARGET_PX))).toEqual([[1, 2]]);
+    expect(summary(plan([far, twin], holding({ 1: 2 }), EYE, TARGET_PX))).toEqual([[1, 0]]);
   });
 
   it("goes on to the next coarsest level when one cannot be had, and never asks for a failed one", () => {
-    expect(summary(plan([near], holding({}, { 0: [2] }), EYE, OPTIONS))).toEqual([[0, 1]]);
-    expect(summary(plan([near], holding({}, { 0: [0, 1, 2] }), EYE, OPTIONS))).toEqual([]);
-    expect(summary(plan([near], holding({ 0: 2 }, { 0: [0] }), EYE, OPTIONS))).toEqual([]);
+    expect(summary(plan([near], holding({}, { 0: [2] }), EYE, TARGET_PX))).toEqual([[0, 1]]);
+    expect(summary(plan([near], holding({}, { 0: [0, 1, 2] }), EYE, TARGET_PX))).toEqual([]);
+    expect(summary(plan([near], holding({ 0: 2 }, { 0: [0] }), EYE, TARGET_PX))).toEqual([]);
   });
 
-  it("refines nothing while memory is full", () => {
-    expect(plan([near], holding({ 0: 2 }), EYE, { ...OPTIONS, mayRefine: false })).toEqual([]);
+  it("when memory is short, draws what takes most of it more coarsely", () => {
+    const held = (model: number) =>
+      [
+        { level: 0, bytes: 70 },
+        { level: 2, bytes: 90 },
+        { level: 1, bytes: 80 },
+      ][model];
+    const want = shrink([near, far, middle], held);
+    expect([want?.object.model.model, want?.level]).toEqual([2, 2]);
+    expect(shrink([far], held)).toBeUndefined();
   });
 });
 
@@ -87,4 +96,12 @@ it("progress counts each model and each texture once", () => {
   expect(coarsestProgress(objects, () => undefined)).toEqual({ loaded_bytes: 0, total_bytes: 1550 });
   expect(coarsestProgress(objects, (model) => (model === 0 ? 0 : undefined)).loaded_bytes).toBe(550);
   expect(coarsestProgress(objects, () => 0).loaded_bytes).toBe(1550);
+});
+
+it("progress towards the sharp picture counts what the nearest of a model's objects needs", () => {
+  const [near, far] = [object(0, 0, 1, [0, 0.01, 0.1]), object(1, 0, 200, [0, 0.01, 0.1])];
+  const sharp = (held: number | undefined) => sharpProgress([far, near], () => held, EYE, 1.5);
+  expect(sharp(1)).toEqual({ loaded_bytes: 0, total_bytes: 1000 });
+  expect(sharp(0)).toEqual({ loaded_bytes: 1000, total_bytes: 1000 });
+  expect(sharpProgress([far], () => 1, EYE, 1.5)).toEqual({ loaded_bytes: 250, total_bytes: 250 });
 });

@@ -11,7 +11,8 @@
  */
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
 import { geometricError_m, type PlacedObject } from "./objects.ts";
-import { PRIORITY } from "./published.ts";
+import { PRIORITY } from "./priority.ts";
+import type { Held } from "./residency.ts";
 
 export interface Eye {
   readonly position: Vec3;
@@ -27,6 +28,8 @@ export interface Want {
   readonly level: number;
   /** Lower is more urgent. */
   readonly priority: number;
+  /** How far off the held level is; `undefined` when nothing is held. */
+  readonly error_px: number | undefined;
 }
 
 /** What the plan needs to know of a model. */
@@ -35,12 +38,6 @@ export interface ModelState {
   readonly heldLevel: number | undefined;
   /** Levels that could not be fetched or decoded. */
   readonly failed: ReadonlySet<number>;
-}
-
-export interface PlanOptions {
-  readonly target_px: number;
-  /** `false` while memory is full. */
-  readonly mayRefine: boolean;
 }
 
 /** How many pixels an error covers at an object's distance. */
@@ -64,7 +61,7 @@ export function plan(
   visible: readonly PlacedObject[],
   stateOf: (model: number) => ModelState,
   eye: Eye,
-  options: PlanOptions,
+  target_px: number,
 ): Want[] {
   const first = new Map<number, Want>();
   const finer = new Map<number, Want>();
@@ -73,22 +70,24 @@ export function plan(
     const { heldLevel, failed } = stateOf(id);
     if (heldLevel === undefined) {
       const level = coarsestUsable(object, failed);
-      if (level !== undefined && !first.has(id)) first.set(id, { object, level, priority: PRIORITY.coarsest + rank });
+      if (level !== undefined && !first.has(id)) {
+        first.set(id, { object, level, priority: PRIORITY.coarsest + rank, error_px: undefined });
+      }
       return;
     }
-    const level = desiredLevel(object, eye, options.target_px);
+    const level = desiredLevel(object, eye, target_px);
     if (level >= heldLevel || failed.has(level)) return;
     const held = object.model.levels[heldLevel];
     const distance_m = distanceToBounds(object.entry.bounds, eye.position);
     const error_px = held ? screenError_px(geometricError_m(object, held), distance_m, eye) : 0;
-    const want = { object, level, priority: PRIORITY.finer + 100_000 / (1 + error_px) };
+    const want = { object, level, priority: PRIORITY.finer + 100_000 / (1 + error_px), error_px };
     const other = finer.get(id);
     if (!other) finer.set(id, want);
     else if (level <= other.level) {
       finer.set(id, { ...want, priority: Math.min(want.priority, other.priority) });
     }
   });
-  const wants = first.size > 0 || !options.mayRefine ? [...first.values()] : [...finer.values()];
+  const wants = first.size > 0 ? [...first.values()] : [...finer.values()];
   return wants.sort((a, b) => a.priority - b.priority);
 }
 
@@ -98,29 +97,18 @@ export function coarsestUsable(object: PlacedObject, failed: ReadonlySet<number>
   return undefined;
 }
 
-/** Exact progress of a set of objects: bytes of coarsest levels and their textures, each once. */
-export function coarsestProgress(
+/** What to draw more coarsely when memory is short: the coarsest level of the visible model that takes most. */
+export function shrink(
   visible: readonly PlacedObject[],
-  heldLevel: (model: number) => number | undefined,
-): { loaded_bytes: number; total_bytes: number } {
-  const models = new Set<number>();
-  const textures = new Map<string, { bytes: number; loaded: boolean }>();
-  let loaded_bytes = 0;
-  let total_bytes = 0;
-  for (const { model } of visible) {
-    const level = model.levels[model.levels.length - 1];
-    if (!level || models.has(model.model)) continue;
-    models.add(model.model);
-    const loaded = heldLevel(model.model) !== undefined;
-    total_bytes += level.bytes;
-    if (loaded) loaded_bytes += level.bytes;
-    for (const { url, bytes } of level.textures) {
-      textures.set(url, { bytes, loaded: loaded || (textures.get(url)?.loaded ?? false) });
-    }
+  heldOf: (model: number) => Held | undefined,
+): Want | undefined {
+  let largest: { object: PlacedObject; bytes: number } | undefined;
+  for (const object of visible) {
+    const held = heldOf(object.model.model);
+    if (!held || held.level >= object.model.levels.length - 1) continue;
+    if (held.bytes > (largest?.bytes ?? 0)) largest = { object, bytes: held.bytes };
   }
-  for (const { bytes, loaded } of textures.values()) {
-    total_bytes += bytes;
-    if (loaded) loaded_bytes += bytes;
-  }
-  return { loaded_bytes, total_bytes };
+  if (!largest) return undefined;
+  const { object } = largest;
+  return { object, level: object.model.levels.length - 1, priority: PRIORITY.coarsest, error_px: undefined };
 }

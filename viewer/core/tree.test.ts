@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { addressOfScene, anglesOf, readPose, treeBase, writePose } from "./address.ts";
+import { addressOfScene, anglesOf, readPose, readRevision, treeBase, writePose } from "./address.ts";
 import { Tree } from "./tree.ts";
 import { promisedHash, verify, webCryptoDigest } from "./verify.ts";
 
@@ -32,7 +32,9 @@ describe("a tree", () => {
 
 describe("a pose", () => {
   it("travels in the hash of a link", () => {
-    const pose = readPose(writePose({ position: [1.25, -2, 3e4], yaw: 1, pitch: -0.5 }));
+    const link = writePose({ position: [1.25, -2, 3e4], yaw: 1, pitch: -0.5 }, "f90c");
+    expect([readRevision(link), readRevision("#p=1,2,3")]).toEqual(["f90c", undefined]);
+    const pose = readPose(link);
     expect(pose?.position).toEqual([1.25, -2, 30000]);
     expect(pose?.yaw).toBeCloseTo(1, 3);
     expect(pose?.pitch).toBeCloseTo(-0.5, 3);

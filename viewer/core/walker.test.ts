@@ -8,6 +8,7 @@ function spaceOf(boxes: Bounds[]): NavigationSpace {
   const touch = (a: Bounds, b: Bounds) =>
     [0, 1, 2].every((i) => (a.min[i] ?? 0) <= (b.max[i] ?? 0) && (b.min[i] ?? 0) <= (a.max[i] ?? 0));
   return {
+    isShut: () => false,
     cell(id) {
       const bounds = boxes[id];
       if (!bounds) return undefined;
@@ -86,21 +87,27 @@ describe("a walker", () => {
       [4, 0, 2],
     ];
     const touching = spaceOf(boxes);
+    const shut = new Set<number>();
     const space: NavigationSpace = {
+      isShut: (id) => shut.has(id),
       cell(id) {
         const cell = touching.cell(id);
-        return cell && { ...cell, portals: [{ to: 1 - id, polygon: door, door: undefined }] };
+        return cell && { ...cell, portals: [{ to: 1 - id, polygon: door, door: 7 }] };
       },
     };
-    for (const [z, passes] of [
-      [1.5, true],
-      [3, false],
+    for (const [z, passes, closed] of [
+      [1.5, true, []],
+      [3, false, []],
+      [1.5, true, [8]],
+      [1.5, false, [7]],
     ] as const) {
+      shut.clear();
+      for (const id of closed) shut.add(id);
       const who = new Walker(space);
       who.place([2, 1.6, z], 0);
       who.look(-Math.PI / 2, 0);
       stroll(who, 3);
-      expect(who.position[0] > 4, `at z = ${z}`).toBe(passes);
+      expect(who.position[0] > 4, `at z = ${z}, closed: ${closed}`).toBe(passes);
     }
   });
 

@@ -29,6 +29,8 @@ export interface NavigationCell {
 /** The cells that are known so far. */
 export interface NavigationSpace {
   cell(id: number): NavigationCell | undefined;
+  /** Whether a door is closed, so that nobody gets through. */
+  isShut(door: number): boolean;
 }
 
 /** What a person wants, each from −1 to 1. */
@@ -98,14 +100,16 @@ function continues(
   const ahead = add(point, scale(heading, SEAM_M / Math.max(length(heading), 1e-12)));
   for (const id of cell.adjacent) {
     const next = space.cell(id);
-    if (next && insidePlanes(next.planes, ahead, SEAM_M) && passes(cell, next, point)) return next;
+    if (next && insidePlanes(next.planes, ahead, SEAM_M) && passes(space, cell, next, point)) return next;
   }
   return undefined;
 }
 
 /** Whether an opening leads from one cell into another at a point; cells that overlap there need none. */
-function passes(cell: NavigationCell, next: NavigationCell, point: Vec3): boolean {
-  const portals = cell.portals?.filter((portal) => portal.to === next.cell) ?? [];
+function passes(space: NavigationSpace, cell: NavigationCell, next: NavigationCell, point: Vec3): boolean {
+  const all = cell.portals?.filter((portal) => portal.to === next.cell) ?? [];
+  const portals = all.filter(({ door }) => door === undefined || !space.isShut(door));
+  if (portals.length === 0 && all.length > 0) return false;
   if (portals.length === 0 || insidePlanes(next.planes, point, -PORTAL_SLACK_M)) return true;
   return portals.some((portal) => distanceToPolygon(portal.polygon, point) <= PORTAL_SLACK_M);
 }

@@ -1,31 +1,10 @@
 /**
- * Does a person with a real browser get through a door? Opens the viewer at `BELVEDERE_URL`, waits until the first cell
- * is loaded, walks from portal to portal through a door and insists that the page shows the cell beyond, that the
- * number of visible objects is that of its record, that nothing was ever a hole and that nothing complained. Screenshots
- * go to `artifacts/`. Exit code 0, or 1 with a sentence.
- *
- * Environment: `BELVEDERE_URL` (required), `CHROMIUM` (default `/usr/bin/chromium`), `ARTIFACTS` (default `artifacts`),
- * `BELVEDERE_TIMEOUT_S` (default 90, for each wait).
+ * Does a person with a real browser get through a door? Waits until the first cell is loaded, walks from portal to portal
+ * through a door and insists that the page shows the cell beyond, that the number of visible objects is that of its record,
+ * that nothing was ever a hole and that nothing complained. Environment: see `browser.mjs`.
  */
-import { mkdirSync } from "node:fs";
-import { join } from "node:path";
-import { chromium } from "playwright-core";
+import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
 
-const url = process.env.BELVEDERE_URL;
-const artifacts = process.env.ARTIFACTS ?? "artifacts";
-const timeout = Number(process.env.BELVEDERE_TIMEOUT_S ?? 90) * 1000;
-const FLAGS = [
-  "--headless=new",
-  "--no-sandbox",
-  "--disable-quic",
-  "--no-first-run",
-  "--disable-background-networking",
-  "--disable-component-update",
-  "--disable-sync",
-  "--use-gl=angle",
-  "--use-angle=swiftshader",
-  "--enable-unsafe-swiftshader",
-];
 /** Room for a walker beside the posts of a doorway. */
 const PASSAGE_M = 0.6;
 /** Openings up to this wide count as doors. */
@@ -33,28 +12,7 @@ const DOOR_M = 2.5;
 /** Cells that are looked at for a way. */
 const MOST_CELLS = 80;
 
-function insist(fact, sentence) {
-  if (!fact) throw new Error(sentence);
-}
-
-const state = (page) => page.evaluate(() => window.belvedere.state());
 const record = (page, cell) => page.evaluate((id) => window.belvedere.record(id), cell);
-
-async function settle(page, what) {
-  try {
-    await page.waitForFunction(() => window.belvedere?.state().settled, undefined, { timeout, polling: 100 });
-  } catch {
-    const problem = await page.locator("#problem-text").textContent();
-    const now = await page.evaluate(() => JSON.stringify(window.belvedere?.state() ?? null));
-    throw new Error(
-      `${what} was not loaded within ${timeout / 1000} s. Page: ${problem || "no problem shown"}; ${now}`,
-    );
-  }
-  const now = await state(page);
-  insist(now.holes === 0, `${what}: ${now.holes} objects are held but not drawn`);
-  insist(now.missing === 0, `${what}: ${now.missing} visible objects have no geometry`);
-  return now;
-}
 
 /** Where a walker passes a portal, when it is an upright opening that is wide enough. */
 function passage({ polygon }, eyeHeight) {
@@ -137,11 +95,12 @@ async function walkTo(page, target) {
   insist(arrived, `the walker is stuck at ${position} in ${cell} on the way to ${target}`);
 }
 
-async function walk(page, complaints) {
+async function walk(open) {
+  const page = await open();
   await page.goto(url);
   const start = await settle(page, "the first cell");
   insist(start.cell !== null, "no cell is displayed");
-  await page.screenshot({ path: join(artifacts, "1-start.png") });
+  await page.screenshot({ path: picture("1-start") });
   await watchForHoles(page);
   const way = await chooseWay(page, start.cell, start.position[1]);
   const to = way.cells.at(-1);
@@ -152,7 +111,7 @@ async function walk(page, complaints) {
   // A slow browser takes long steps and may pass a thin doorway in one of them.
   const reached = way.cells.slice(0, 2).includes(between.cell);
   insist(reached, `expected ${way.cells[0]} behind the first portal, not ${between.cell}`);
-  await page.screenshot({ path: join(artifacts, "2-doorway.png") });
+  await page.screenshot({ path: picture("2-doorway") });
 
   for (const point of [...way.points.slice(1), way.goal]) await walkTo(page, point);
   const end = await settle(page, "the cell beyond");
@@ -164,7 +123,7 @@ async function walk(page, complaints) {
   const shown = await page.getByTestId("cell").textContent();
   const visible = await page.getByTestId("visible").textContent();
   const bytes = await page.getByTestId("bytes").textContent();
-  await page.screenshot({ path: join(artifacts, "3-beyond.png") });
+  await page.screenshot({ path: picture("3-beyond") });
   insist(shown === to, `the page shows ${shown} where ${to} is expected`);
   insist(end.cell === to, `the walker is in ${end.cell} where ${to} is expected`);
   const whole = start.visible === start.objects && end.visible === end.objects;
@@ -176,29 +135,7 @@ async function walk(page, complaints) {
   const worstHoles = await page.evaluate(() => window.worstHoles);
   insist(worstHoles === 0, `on the way ${worstHoles} objects were held but not drawn`);
   insist(end.problems.length === 0, `the viewer reports: ${end.problems.join("; ")}`);
-  insist(complaints.length === 0, `the console says: ${complaints.join("; ")}`);
   console.log(`arrived in ${shown}: ${visible}, ${bytes}`);
 }
 
-async function main() {
-  insist(url, "set BELVEDERE_URL to the address of a viewer");
-  mkdirSync(artifacts, { recursive: true });
-  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
-  const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
-  const complaints = [];
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(String(error)));
-  try {
-    await walk(page, complaints);
-  } catch (error) {
-    await page.screenshot({ path: join(artifacts, "failure.png") }).catch(() => {});
-    throw error;
-  } finally {
-    await browser.close();
-  }
-}
-
-main().catch((error) => {
-  console.error(`the walk failed: ${error.message}`);
-  process.exitCode = 1;
-});
+await tell("walk", walk);

@@ -30,6 +30,8 @@ export interface FixtureOptions {
   readonly perChunk?: number;
   /** Puts the coarsest levels of what stands in every room into one pack. */
   readonly packed?: boolean;
+  /** Lintels are doors: each hides the room behind it when it is closed. */
+  readonly doored?: boolean;
 }
 
 /** Paths below the base, `/o/…` and `/v1/…`, and their bytes. */
@@ -206,6 +208,12 @@ class Publisher {
     return [cell - 1, cell + 1].filter((id) => id >= 0 && id < this.options.rooms * 2 - 1);
   }
 
+  /** The lintel between two rooms next to each other, where it is a door. */
+  private doorBetween(a: number, b: number): number[] {
+    const found = this.placed.findIndex(({ room, model }) => room === Math.min(a, b) && model === 4);
+    return this.options.doored && found >= 0 ? [found] : [];
+  }
+
   private record(cell: number): CellRecord {
     const adjacent = this.adjacent(cell);
     const bounds = cellBounds(cell);
@@ -216,7 +224,10 @@ class Publisher {
     const list = (lpvs: boolean): Visible[] =>
       visible
         .filter(({ placed }) => inside(placed) === lpvs)
-        .map(({ object }) => ({ object, fraction: 0.5, solidAngle: 1 / (1 + object), doors: [] }));
+        .map(({ object, placed }) => {
+          const doors = cell % 2 === 0 && placed.room !== cell / 2 ? this.doorBetween(cell / 2, placed.room) : [];
+          return { object, fraction: 0.5, solidAngle: 1 / (1 + object), doors };
+        });
     const models = [...new Set(visible.map(({ placed }) => placed.model))];
     const texture = models.includes(0) ? ([...this.files].find(([url]) => url.endsWith(".png"))?.[1].length ?? 0) : 0;
     const sum = (level: "coarsest" | "finest") =>
@@ -225,7 +236,10 @@ class Publisher {
       cell,
       hull: hullOf(bounds),
       adjacent,
-      portals: adjacent.map((to) => portal(cell, to)),
+      portals: adjacent.map((to) => {
+        const way = Math.min(cell, to) >> 1;
+        return { ...portal(cell, to), door: this.doorBetween(way, way + 1)[0] };
+      }),
       cpvs: adjacent,
       opvs: list(false),
       lpvs: list(true),

@@ -3,7 +3,17 @@
  * clone, sharing geometry and materials, for each shown object. A finer level replaces a coarser one in one step, so
  * that there is never a frame without either. What is evicted leaves the GPU.
  */
-import { type BufferGeometry, Group, type Material, type Mesh, type Object3D, PointsMaterial, Texture } from "three";
+import {
+  type BufferGeometry,
+  Group,
+  type Material,
+  type Matrix4,
+  type Mesh,
+  type Object3D,
+  PointsMaterial,
+  type Raycaster,
+  Texture,
+} from "three";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import type { ModelHost } from "../core/modelloads.ts";
@@ -32,6 +42,7 @@ export class ThreeModelHost implements ModelHost {
   private shown = new Map<number, PlacedObject>();
   private byModel = new Map<number, PlacedObject[]>();
   private readonly nodes = new Map<number, Object3D>();
+  private readonly moved = new Map<number, Matrix4>();
 
   /** `changed` is called whenever a new picture should be drawn. */
   constructor(private readonly changed: () => void) {
@@ -112,6 +123,23 @@ export class ThreeModelHost implements ModelHost {
     return this.nodes.get(object)?.parent === this.root;
   }
 
+  /** Moves an object from where it was published, in world space: a door that is open. */
+  move(object: number, motion: Matrix4): void {
+    this.moved.set(object, motion);
+    const node = this.nodes.get(object);
+    const placed = this.shown.get(object);
+    if (node && placed) this.stand(node, placed);
+    this.changed();
+  }
+
+  /** The object that a ray meets first, below a height. */
+  pick(ray: Raycaster, below_m = Number.POSITIVE_INFINITY): PlacedObject | undefined {
+    const hits = ray.intersectObject(this.root, true);
+    let hit: Object3D | null | undefined = hits.find(({ point }) => point.y <= below_m)?.object;
+    while (hit && hit.userData.object === undefined) hit = hit.parent;
+    return hit ? this.shown.get(Number(hit.userData.object)) : undefined;
+  }
+
   /** Frees everything. */
   clear(): void {
     for (const id of [...this.nodes.keys()]) this.remove(id);
@@ -123,11 +151,18 @@ export class ThreeModelHost implements ModelHost {
     this.remove(object.entry.object);
     const node = new Group();
     node.name = object.entry.sourceNode;
+    node.userData = { object: object.entry.object };
     node.matrixAutoUpdate = false;
-    node.matrix.fromArray(object.entry.worldFromObject);
     node.add(template.clone(true));
     this.nodes.set(object.entry.object, node);
     this.root.add(node);
+    this.stand(node, object);
+  }
+
+  private stand(node: Object3D, { entry }: PlacedObject): void {
+    node.matrix.fromArray(entry.worldFromObject);
+    const motion = this.moved.get(entry.object);
+    if (motion) node.matrix.premultiply(motion);
     node.updateMatrixWorld(true);
   }
 

@@ -11,9 +11,13 @@ import {
   HemisphereLight,
   type Object3D,
   PerspectiveCamera,
+  Plane,
   PMREMGenerator,
+  Raycaster,
   Scene,
   SRGBColorSpace,
+  Vector2,
+  Vector3,
   WebGLRenderer,
 } from "three";
 import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
@@ -33,12 +37,15 @@ export class NoWebGlError extends Error {
   override readonly name = "NoWebGlError";
 }
 
+export type { Matrix4, Object3D } from "three";
+
 export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
   private readonly resolution = new Resolution(LEAST_SCALE);
   private movingScale = 1;
+  private top_m: number | undefined;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     const fast = hasFastGraphics();
@@ -81,10 +88,57 @@ export class Stage {
     return true;
   }
 
+  /** Gives the graphics card back. */
+  close(): void {
+    this.scene.environment?.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
+  }
+
+  /** Draws nothing above a height; `undefined` draws everything. */
+  cutAbove(height_m: number | undefined): void {
+    this.top_m = height_m;
+    this.renderer.clippingPlanes = height_m === undefined ? [] : [new Plane(new Vector3(0, -1, 0), height_m)];
+  }
+
+  /** The height above which nothing is drawn. */
+  get cutHeight_m(): number | undefined {
+    return this.top_m;
+  }
+
   /** Puts the camera where the eye is; `yaw` and `pitch` as the walker has them. */
   aim(position: Vec3, yaw: number, pitch: number): void {
     this.camera.position.set(...position);
     this.camera.rotation.set(pitch, yaw, 0);
+  }
+
+  /** The ray from the eye through a point of the canvas, in CSS pixels. */
+  ray(x: number, y: number): Raycaster {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
+    return ray;
+  }
+
+  /** Of the canvas, in CSS pixels. */
+  get size(): { width: number; height: number } {
+    return { width: this.canvas.clientWidth, height: this.canvas.clientHeight };
+  }
+
+  /** Corners of the far side of the picture at a distance, counter-clockwise from below left. */
+  corners(distance_m: number): Vec3[] {
+    const up_m = distance_m * Math.tan((this.camera.fov * Math.PI) / 360);
+    const right_m = up_m * this.camera.aspect;
+    this.camera.updateMatrixWorld();
+    return [
+      [-1, -1],
+      [1, -1],
+      [1, 1],
+      [-1, 1],
+    ].map(([x = 0, y = 0]) => {
+      const corner = new Vector3(x * right_m, y * up_m, -distance_m).applyMatrix4(this.camera.matrixWorld);
+      return [corner.x, corner.y, corner.z];
+    });
   }
 
   /** The eye as the scheduler needs it. */

@@ -1,20 +1,28 @@
 /**
- * What does the person at the keyboard, mouse or touch screen want? Turns input events into an {@link Intent} and into
+ * What does the person at the keyboard, mouse, touch screen or gamepad want? Turns input events into an {@link Intent} and into
  * turns of the head.
  */
+
 import { IDLE, type Intent } from "../core/walker.ts";
+import { readPads } from "./gamepad.ts";
 
 export interface ControlEvents {
+  /** Whose keys count. */
+  readonly keys: EventTarget;
   /** Turn by these angles in radians. */
   readonly turn: (yaw: number, pitch: number) => void;
-  readonly toggleFly: () => void;
-  readonly toggleHelp: () => void;
+  /** A letter was pressed that does not move anything, as its `KeyboardEvent.code`. */
+  readonly command: (code: string) => void;
+  /** A click or a tap without dragging, in CSS pixels from the corner of the canvas. */
+  readonly tap: (x: number, y: number) => void;
 }
 
 const RADIANS_PER_PX = 0.0032;
 const TOUCH_RADIANS_PER_PX = 0.006;
 const KEY_TURN_RAD_PER_S = 1.7;
 const STICK_RADIUS_PX = 48;
+/** A press that is shorter and moves less is a click. */
+const [TAP_MS, TAP_PX] = [400, 6];
 
 const KEYS: Record<string, Partial<Record<"forward" | "right" | "up" | "turn", number>>> = {
   KeyW: { forward: 1 },
@@ -30,10 +38,13 @@ const KEYS: Record<string, Partial<Record<"forward" | "right" | "up" | "turn", n
 };
 
 export class Controls {
+  private readonly ending = new AbortController();
   private readonly held = new Set<string>();
+  private pads = readPads([]);
   private fast = false;
   private stickPointer: { id: number; x: number; y: number } | undefined;
   private stickOffset = { x: 0, y: 0 };
+  private pressed: { x: number; y: number; t_ms: number } | undefined;
   private lookPointer: { id: number; x: number; y: number } | undefined;
 
   constructor(
@@ -41,9 +52,11 @@ export class Controls {
     private readonly stick: HTMLElement,
     private readonly events: ControlEvents,
   ) {
-    addEventListener("keydown", (event) => this.press(event));
-    addEventListener("keyup", (event) => this.release(event));
-    addEventListener("blur", () => this.letGo());
+    const { signal } = this.ending;
+    events.keys.addEventListener("keydown", (event) => this.press(event as KeyboardEvent), { signal });
+    events.keys.addEventListener("keyup", (event) => this.release(event as KeyboardEvent), { signal });
+    addEventListener("blur", () => this.letGo(), { signal });
+    canvas.addEventListener("blur", () => this.letGo());
     canvas.addEventListener("pointerdown", (event) => this.pointerDown(event));
     canvas.addEventListener("pointermove", (event) => this.pointerMove(event));
     for (const name of ["pointerup", "pointercancel"] as const) {
@@ -51,6 +64,11 @@ export class Controls {
     }
     canvas.addEventListener("dblclick", (event) => this.lockPointer(event));
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  /** Hears no keys any more. */
+  close(): void {
+    this.ending.abort();
   }
 
   /** What is wanted now. */
@@ -62,18 +80,22 @@ export class Controls {
       sum.right += key?.right ?? 0;
       sum.up += key?.up ?? 0;
     }
+    const pads = this.pads.intent;
     const clamp = (value: number) => Math.min(1, Math.max(-1, value));
-    const forward = clamp(sum.forward - this.stickOffset.y);
-    const right = clamp(sum.right + this.stickOffset.x);
-    if (forward === 0 && right === 0 && sum.up === 0) return IDLE;
-    return { forward, right, up: clamp(sum.up), fast: this.fast };
+    const forward = clamp(sum.forward - this.stickOffset.y + pads.forward);
+    const right = clamp(sum.right + this.stickOffset.x + pads.right);
+    const up = clamp(sum.up + pads.up);
+    if (forward === 0 && right === 0 && up === 0) return IDLE;
+    return { forward, right, up, fast: this.fast || pads.fast };
   }
 
-  /** Turns by held keys for a frame. */
+  /** Reads gamepads, and turns by them and by held keys; call it once in a frame. */
   turnByKeys(seconds: number): void {
+    this.pads = readPads(navigator.getGamepads?.() ?? []);
     let turn = 0;
     for (const code of this.held) turn += KEYS[code]?.turn ?? 0;
-    if (turn !== 0) this.events.turn(turn * KEY_TURN_RAD_PER_S * seconds, 0);
+    const [yaw, pitch] = [turn * KEY_TURN_RAD_PER_S + this.pads.yaw, this.pads.pitch];
+    if (yaw !== 0 || pitch !== 0) this.events.turn(yaw * seconds, pitch * seconds);
   }
 
   private press(event: KeyboardEvent): void {
@@ -83,8 +105,7 @@ export class Controls {
     if (KEYS[event.code]) {
       this.held.add(event.code);
       event.preventDefault();
-    } else if (!event.repeat && event.code === "KeyF") this.events.toggleFly();
-    else if (!event.repeat && event.code === "KeyH") this.events.toggleHelp();
+    } else if (!event.repeat) this.events.command(event.code);
   }
 
   private release(event: KeyboardEvent): void {
@@ -106,9 +127,10 @@ export class Controls {
   private pointerDown(event: PointerEvent): void {
     this.canvas.focus({ preventScroll: true });
     if (event.button !== 0) return;
+    this.pressed = { x: event.clientX, y: event.clientY, t_ms: event.timeStamp };
     this.canvas.setPointerCapture(event.pointerId);
     const start = { id: event.pointerId, x: event.clientX, y: event.clientY };
-    if (event.pointerType === "touch" && event.clientX < innerWidth / 2 && !this.stickPointer) {
+    if (event.pointerType === "touch" && this.isLeftHalf(event) && !this.stickPointer) {
       this.stickPointer = start;
       this.showStick();
     } else if (!this.lookPointer) this.lookPointer = start;
@@ -130,11 +152,27 @@ export class Controls {
   }
 
   private pointerUp(event: PointerEvent): void {
+    if (event.type === "pointerup") this.maybeTap(event);
     if (this.lookPointer?.id === event.pointerId) this.lookPointer = undefined;
     if (this.stickPointer?.id !== event.pointerId) return;
     this.stickPointer = undefined;
     this.stickOffset = { x: 0, y: 0 };
     this.showStick();
+  }
+
+  private isLeftHalf({ clientX }: PointerEvent): boolean {
+    const { left, width } = this.canvas.getBoundingClientRect();
+    return clientX < left + width / 2;
+  }
+
+  private maybeTap(event: PointerEvent): void {
+    const { pressed } = this;
+    this.pressed = undefined;
+    if (!pressed || event.timeStamp - pressed.t_ms > TAP_MS) return;
+    if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > TAP_PX) return;
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const locked = document.pointerLockElement === this.canvas;
+    this.events.tap(locked ? width / 2 : event.clientX - left, locked ? height / 2 : event.clientY - top);
   }
 
   private showStick(): void {

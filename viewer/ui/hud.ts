@@ -2,25 +2,14 @@
  * What does a walker want to know at a glance? The cell, how much of the scene is visible from it, bytes fetched against
  * the whole scene, and exactly how much of this cell is still to come.
  */
+import { write } from "./dom.ts";
 import { element } from "./elements.ts";
 import { writeBytes, writeShare } from "./format.ts";
-
-export interface Readings {
-  readonly cell: number | undefined;
-  /** Whether the eye is in that cell; else it is the nearest. */
-  readonly inside: boolean;
-  readonly visible: number;
-  readonly objects: number;
-  readonly fetched_bytes: number;
-  readonly whole_bytes: number | undefined;
-  readonly loaded_bytes: number;
-  readonly total_bytes: number;
-  readonly settled: boolean;
-}
+import type { Display, Readings } from "./visit.ts";
 
 const ANNOUNCE_AFTER_MS = 800;
 
-export class Hud {
+export class Hud implements Display {
   private readonly cell = element("cell", HTMLSpanElement);
   private readonly whereabouts = element("whereabouts", HTMLSpanElement);
   private readonly visible = element("visible", HTMLElement);
@@ -51,6 +40,12 @@ export class Hud {
     if (readings.settled) this.announce(`Cell ${cell}, ${visible}`);
   }
 
+  /** How many other people are in sight. */
+  people(count: number): void {
+    element("people-row", HTMLDivElement).hidden = count === 0;
+    write(element("people", HTMLElement), count === 1 ? "one other person" : `${count} other people`);
+  }
+
   mode(mode: "fly" | "walk"): void {
     element("mode", HTMLParagraphElement).hidden = mode !== "fly";
   }
@@ -70,8 +65,4 @@ export class Hud {
       this.live.textContent = text;
     }, ANNOUNCE_AFTER_MS);
   }
-}
-
-function write(target: HTMLElement, text: string): void {
-  if (target.textContent !== text) target.textContent = text;
 }

@@ -5,6 +5,7 @@
 import type { CellRecord } from "../core/cellrecord.ts";
 import type { Vec3 } from "../core/geometry.ts";
 import { WALK_SPEED_MPS } from "../core/walker.ts";
+import type { LiveCompany } from "./company.ts";
 import type { Visit } from "./visit.ts";
 
 export interface State {
@@ -31,12 +32,18 @@ export interface State {
   /** Held models by level. */
   readonly levelsHeld: Record<string, number>;
   readonly memoryBytes: number;
+  /** What 95 of 100 frames do not exceed besides drawing and decoding, milliseconds. */
+  readonly workP95_ms: number;
   /** Downloads and decodings under way. */
   readonly pending: number;
   /** Whether everything visible has at least its coarsest level. */
   readonly settled: boolean;
   /** Bodies that could not be compared with the hash in their URL. */
   readonly unverified: number;
+  /** Other people in sight, where they stand. */
+  readonly people: readonly Vec3[];
+  /** Doors that are closed. */
+  readonly closedDoors: readonly number[];
   /** What could not be loaded so far. */
   readonly problems: readonly string[];
 }
@@ -48,6 +55,8 @@ export interface Inspector {
   /** Walks straight ahead; answers whether it arrived. */
   walk(forward_m: number): Promise<boolean>;
   walkTo(position: Vec3, speed_mps?: number): Promise<boolean>;
+  /** Where in the page a visible object can be clicked, by its name in the source. */
+  find(sourceNode: string): { x: number; y: number } | undefined;
   /** What is visible from a cell, by its id or number. */
   record(cell: number | string): Promise<CellRecord>;
 }
@@ -60,11 +69,12 @@ declare global {
 
 export interface InspectorParts {
   readonly visit: Visit;
+  readonly company: LiveCompany;
   readonly encodedBytes: () => number;
   readonly problems: readonly string[];
 }
 
-export function inspector({ visit, encodedBytes, problems }: InspectorParts): Inspector {
+export function inspector({ visit, company, encodedBytes, problems }: InspectorParts): Inspector {
   const { explorer, walker } = visit;
   const { pointer, manifest, queue } = explorer.scene;
   return {
@@ -86,14 +96,18 @@ export function inspector({ visit, encodedBytes, problems }: InspectorParts): In
       missing: explorer.missing,
       levelsHeld: explorer.residency.levels(),
       memoryBytes: explorer.residency.bytes,
+      workP95_ms: visit.work.quantile_ms(0.95),
       pending: explorer.pending,
       settled: explorer.settled,
       unverified: queue.tally.unverified,
+      people: company.movers.map(({ position: place }) => place),
+      closedDoors: [...explorer.doors].filter((door) => explorer.isShut(door)),
       problems,
     }),
     teleport: (position, yaw = walker.yaw, pitch = walker.pitch) => visit.teleport({ position, yaw, pitch }),
     walk: (forward_m) => visit.walkTo(visit.ahead(forward_m), WALK_SPEED_MPS),
     walkTo: (position, speed_mps = WALK_SPEED_MPS) => visit.walkTo(position, speed_mps),
+    find: (sourceNode) => visit.find(sourceNode),
     record: (cell) => explorer.record(typeof cell === "number" ? cell : Number(cell.replace(/^c/, ""))),
   };
 }

@@ -2,18 +2,23 @@
  * How does a visit begin? Reads the address, finds the scene, opens it and hands the page to a {@link Visit}. Whatever
  * stops it ends in a plain sentence and a way out.
  */
-import { addressOfScene, readPose, treeBase } from "../core/address.ts";
+import { addressOfScene, readPose, readRevision, treeBase, writePose } from "../core/address.ts";
 import type { SceneSummary, Viewpoint } from "../core/documents.ts";
 import { FETCH_DEFAULTS, FetchError, FetchQueue } from "../core/fetchqueue.ts";
 import { fetchSceneList, PublishedScene } from "../core/published.ts";
+import { RequestLog } from "../core/requestlog.ts";
+import { Throttle } from "../core/throttle.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { Stage } from "../three/stage.ts";
+import { LiveCompany } from "./company.ts";
 import { Controls } from "./controls.ts";
 import { element } from "./elements.ts";
 import { Hud } from "./hud.ts";
 import { inspector } from "./inspect.ts";
-import { explain, hideToast, NoSuchScene, showProblem, showToast } from "./problem.ts";
+import { InspectorPanel } from "./inspector/panel.ts";
+import { MapPanel } from "./map.ts";
+import { explain, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
 import { Visit } from "./visit.ts";
 
 const problems: string[] = [];
@@ -79,25 +84,78 @@ function offerViewpoints(viewpoints: readonly Viewpoint[], goTo: (viewpoint: Vie
   element("choices", HTMLElement).hidden = false;
 }
 
-function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[]): void {
+/** What the inspector is told by what fetches. */
+interface Network {
+  readonly log: RequestLog;
+  readonly throttle: Throttle;
+}
+
+function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[], network: Network): void {
   const hud = new Hud();
   const host = scene.tree.base.host;
   const visit = new Visit({
     scene,
     stage,
-    hud,
+    display: hud,
+    posed: (pose) => history.replaceState(null, "", writePose(pose, scene.pointer.revision)),
     problem: (error) => {
       problems.push(String(error));
       showToast(error, host, () => visit.explorer.retry());
     },
   });
+  const inspectorToggle = element("inspector-toggle", HTMLButtonElement);
+  const company = new LiveCompany({
+    visit,
+    counted: (people) => hud.people(people),
+    outdated: () =>
+      showNotice("This world was published anew while you were in it.", "Show it", () => location.reload()),
+  });
+  const panel = new InspectorPanel({
+    visit,
+    company,
+    ...network,
+    toggled: (open) => {
+      document.body.classList.toggle("inspecting", open);
+      inspectorToggle.setAttribute("aria-pressed", String(open));
+      element("view", HTMLCanvasElement).focus({ preventScroll: true });
+    },
+  });
+  document.body.append(panel.element);
+  inspectorToggle.onclick = () => panel.toggle();
+  const mapToggle = element("map-toggle", HTMLButtonElement);
+  const map = new MapPanel(visit, (open) => mapToggle.setAttribute("aria-pressed", String(open)));
+  document.body.append(map.element);
+  mapToggle.onclick = () => map.toggle();
+  map.people = () => company.movers.map(({ position }) => position);
+  const tap = async (x: number, y: number) => {
+    const object = visit.pick(x, y);
+    panel.show(object);
+    if (!object || panel.open || visit.frozen) return;
+    try {
+      await company.use(object);
+    } catch (error) {
+      showToast(error, host, () => void tap(x, y));
+    }
+  };
+  const commands: Record<string, () => void> = {
+    KeyF: () => visit.toggleFly(),
+    KeyH: () => hud.toggleHelp(),
+    KeyM: () => map.toggle(),
+    KeyI: () => panel.toggle(),
+    KeyG: () => panel.toggleFreeze(),
+  };
   const controls = new Controls(element("view", HTMLCanvasElement), element("stick", HTMLDivElement), {
+    keys: window,
     turn: (yaw, pitch) => visit.turn(yaw, pitch),
-    toggleFly: () => visit.toggleFly(),
-    toggleHelp: () => hud.toggleHelp(),
+    command: (code) => commands[code]?.(),
+    tap: (x, y) => void tap(x, y),
   });
   const viewpoint = scene.manifest.viewpoints[0];
   const pose = readPose(location.hash);
+  const seen = readRevision(location.hash);
+  if (seen !== undefined && seen !== scene.pointer.revision) {
+    showNotice("This world has changed since the link was made.", "All right", () => {});
+  }
   if (pose) visit.teleport(pose);
   else if (viewpoint) visit.goTo(viewpoint);
   addEventListener("hashchange", () => {
@@ -113,7 +171,8 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   offerScenes(scenes, scene.pointer.scene);
   offerViewpoints(scene.manifest.viewpoints, (chosen) => visit.goTo(chosen));
   visit.begin(controls);
-  window.belvedere = inspector({ visit, encodedBytes: () => encoded_bytes, problems });
+  void company.join();
+  window.belvedere = inspector({ visit, company, encodedBytes: () => encoded_bytes, problems });
   element("view", HTMLCanvasElement).focus();
 }
 
@@ -124,17 +183,15 @@ async function main(): Promise<void> {
     const tree = new Tree(treeBase(location.href));
     host = tree.base.host;
     tallyEncodedBytes(tree.base.href);
-    const queue = new FetchQueue({
-      ...FETCH_DEFAULTS,
-      fetch: (url, init) => fetch(url, init),
-      digest: webCryptoDigest(),
-    });
+    const log = new RequestLog(() => performance.now());
+    const throttle = new Throttle((url, init) => fetch(url, init));
+    const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: throttle.fetch, digest: webCryptoDigest(), log });
     // The first documents travel while the renderer gets ready.
     const opening = open(queue, tree);
     opening.catch(() => {});
     const stage = new Stage(element("view", HTMLCanvasElement));
     const { scene, scenes } = await opening;
-    start(stage, scene, scenes);
+    start(stage, scene, scenes, { log, throttle });
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
     const links = others.map((scene) => ({ scene, href: addressOfScene(location.href, scene.scene) }));

@@ -6,6 +6,7 @@ import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
 import { FetchError } from "../core/fetchqueue.ts";
 import { DocumentError } from "../core/json.ts";
+import { MemoryShortError } from "../core/residency.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { element } from "./elements.ts";
 
@@ -52,6 +53,9 @@ export function explain(error: unknown, host: string): Explanation {
   if (error instanceof FetchError && error.kind === "status") {
     return { title: "Something is missing", text: `${host} does not have what this page asked for: ${error.message}.` };
   }
+  if (error instanceof MemoryShortError) {
+    return { title: "Memory is full", text: `Some things are left out: ${error.message}.` };
+  }
   const damaged = error instanceof DocumentError || error instanceof CellRecordError || error instanceof FetchError;
   const message = error instanceof Error ? error.message : String(error);
   if (damaged) {
@@ -88,11 +92,18 @@ export function showProblem(
 
 /** Says at the bottom of the page that something is missing, while the walk goes on. */
 export function showToast(error: unknown, host: string, retry: () => void): void {
+  showNotice(explain(error, host).text, "Try again", retry);
+}
+
+/** Says something at the bottom of the page, with one thing that can be done about it. */
+export function showNotice(text: string, action: string, act: () => void): void {
   const toast = element("toast", HTMLParagraphElement);
-  element("toast-text", HTMLSpanElement).textContent = explain(error, host).text;
-  element("toast-retry", HTMLButtonElement).onclick = () => {
+  element("toast-text", HTMLSpanElement).textContent = text;
+  const button = element("toast-retry", HTMLButtonElement);
+  button.textContent = action;
+  button.onclick = () => {
     toast.hidden = true;
-    retry();
+    act();
   };
   toast.hidden = false;
 }

@@ -2,33 +2,69 @@
  * What happens from frame to frame? One visit to one scene: moves the walker, tells the explorer where the eye is, draws
  * when something has changed and keeps the HUD and the page's address up to date.
  */
-import { anglesOf, type Pose, writePose } from "../core/address.ts";
+import { anglesOf, type Pose } from "../core/address.ts";
 import type { Viewpoint } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
+import { FrameTimes } from "../core/frametimes.ts";
 import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import type { PlacedObject } from "../core/objects.ts";
 import type { PublishedScene } from "../core/published.ts";
+import { QualityHistory } from "../core/quality.ts";
 import { IDLE, Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
-import type { Stage } from "../three/stage.ts";
+import { Overlay } from "../three/overlay.ts";
+import type { Matrix4, Object3D, Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
-import type { Hud } from "./hud.ts";
+
+/** What a person is told about a visit. */
+export interface Readings {
+  readonly cell: number | undefined;
+  /** Whether the eye is in that cell; else it is the nearest. */
+  readonly inside: boolean;
+  readonly visible: number;
+  readonly objects: number;
+  readonly fetched_bytes: number;
+  readonly whole_bytes: number | undefined;
+  readonly loaded_bytes: number;
+  readonly total_bytes: number;
+  readonly settled: boolean;
+}
+
+/** What tells it. */
+export interface Display {
+  title(text: string): void;
+  mode(mode: "fly" | "walk"): void;
+  show(readings: Readings): void;
+}
 
 export interface VisitParts {
   readonly scene: PublishedScene;
   readonly stage: Stage;
-  readonly hud: Hud;
+  readonly display: Display;
+  /** Told of the pose every now and then while it changes, for the address of a page. */
+  readonly posed?: (pose: Pose) => void;
   readonly problem: (error: unknown) => void;
 }
 
+/** Does what is done in every frame; answers whether the picture has changed. */
+export type FrameListener = (now_ms: number, seconds: number) => boolean;
+
 /** Phones announce little memory; they also die from using too much. */
 const MEMORY_LIMIT_BYTES = matchMedia("(pointer: coarse)").matches ? 350e6 : 1200e6;
-const TARGET_PX = 1.5;
+/** Models are refined until they are off by at most so much. */
+export const TARGET_PX = 1.5;
+const [QUALITY_EVERY_MS, QUALITY_SPAN_MS] = [250, 60_000];
+const WORK_FRAMES = 600;
 const DECODE_MS_PER_FRAME = 8;
 const HUD_EVERY_MS = 100;
 const ADDRESS_EVERY_MS = 500;
 /** A picture at rest for so long is drawn once more with all its pixels. */
 const STILL_AFTER_MS = 350;
+/** One looks at a frozen view from behind and above. */
+const [LOOK_BACK_M, LOOK_DOWN_M] = [12, 16];
+const FIND_EVERY_PX = 12;
+const HEADROOM_M = 0.8;
 const LONGEST_STEP_S = 0.25;
 
 /** A walk that was asked for by code rather than by a person. */
@@ -49,7 +85,14 @@ export class Visit {
   private readonly host = new ThreeModelHost(() => {
     this.dirty = true;
   });
+  /** What the inspector draws into the picture. */
+  readonly overlay = new Overlay();
+  readonly quality = new QualityHistory(QUALITY_EVERY_MS, QUALITY_SPAN_MS);
+  /** What a frame takes besides drawing and decoding: walking, choosing what to fetch, and people. */
+  readonly work = new FrameTimes(WORK_FRAMES);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
+  private readonly listeners: FrameListener[] = [];
+  private closed = false;
   private dirty = true;
   private drewLastFrame = false;
   private lastMotion_ms = 0;
@@ -60,6 +103,9 @@ export class Visit {
   private addressStale = false;
   private lastFrame_ms: number | undefined;
   private errand: Errand | undefined;
+  private pinned:
+    | { readonly pose: Pose; readonly mode: Walker["mode"]; readonly corners: (m: number) => Vec3[] }
+    | undefined;
 
   constructor(private readonly parts: VisitParts) {
     const { scene, stage, problem } = parts;
@@ -77,13 +123,24 @@ export class Visit {
     );
     this.walker = new Walker(this.explorer);
     stage.add(this.host.root);
+    stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
-    parts.hud.title(scene.manifest.title);
+    parts.display.title(scene.manifest.title);
   }
 
   /** Lets frames run; `controls` say what the person wants in each. */
   begin(controls: Controls): void {
     requestAnimationFrame((now_ms) => this.frame(now_ms, controls));
+  }
+
+  /** Ends it, and frees what it took. */
+  close(): void {
+    this.closed = true;
+    this.endErrand(false);
+    this.explorer.close();
+    this.host.clear();
+    this.overlay.clear();
+    this.parts.stage.close();
   }
 
   /** Puts the eye somewhere at once. */
@@ -104,9 +161,92 @@ export class Visit {
   }
 
   toggleFly(): void {
+    if (this.frozen) return;
     this.walker.mode = this.walker.mode === "fly" ? "walk" : "fly";
     if (this.walker.mode === "walk") this.walker.place(this.walker.position, this.explorer.cellId);
-    this.parts.hud.mode(this.walker.mode);
+    this.parts.display.mode(this.walker.mode);
+  }
+
+  /** Whether what is shown stays that of one place, while one flies about. */
+  get frozen(): boolean {
+    return this.pinned !== undefined;
+  }
+
+  /** From now on nothing follows the eye any more, and no wall holds it. */
+  freeze(): void {
+    this.endErrand(false);
+    const { position, yaw, pitch, mode } = this.walker;
+    const unit = this.parts.stage.corners(1);
+    const corners = (distance_m: number) =>
+      unit.map((corner) => add(position, scale(subtract(corner, position), distance_m)));
+    this.pinned = { pose: { position, yaw, pitch }, mode, corners };
+    this.walker.mode = "fly";
+    this.walker.place(add(this.ahead(-LOOK_BACK_M), [0, LOOK_DOWN_M, 0]));
+    this.walker.look(yaw, -Math.atan2(LOOK_DOWN_M, LOOK_BACK_M));
+    this.moved = true;
+  }
+
+  /** While the view is frozen: leaves out of the picture what is above the eye, such as ceilings. */
+  cutAway(cut: boolean): void {
+    this.parts.stage.cutAbove(cut && this.pinned ? this.pinned.pose.position[1] + HEADROOM_M : undefined);
+    this.dirty = true;
+  }
+
+  /** Goes back to where the view was frozen. */
+  thaw(): void {
+    if (!this.pinned) return;
+    const { pose, mode } = this.pinned;
+    this.pinned = undefined;
+    this.walker.mode = mode;
+    this.cutAway(false);
+    this.teleport(pose);
+    if (mode === "walk") this.walker.place(pose.position, this.explorer.cellId);
+  }
+
+  /** Where the view was frozen. */
+  get frozenPose(): Pose | undefined {
+    return this.pinned?.pose;
+  }
+
+  /** Adds something to the picture. */
+  add(object: Object3D): void {
+    this.parts.stage.add(object);
+  }
+
+  /** Moves an object from where it was published. */
+  move(object: number, motion: Matrix4): void {
+    this.host.move(object, motion);
+  }
+
+  /** Calls back before each frame; who answers `true` has changed the picture. */
+  onFrame(listener: FrameListener): void {
+    this.listeners.push(listener);
+  }
+
+  /** Corners of the frozen picture at a distance from its eye. */
+  frozenCorners(distance_m: number): Vec3[] {
+    return this.pinned?.corners(distance_m) ?? [];
+  }
+
+  /** The object at a point of the canvas. */
+  pick(x: number, y: number): PlacedObject | undefined {
+    return this.host.pick(this.parts.stage.ray(x, y), this.parts.stage.cutHeight_m);
+  }
+
+  /** Where on the canvas a visible object can be clicked; looks at a grid of points. */
+  find(sourceNode: string): { x: number; y: number } | undefined {
+    const { width, height } = this.parts.stage.size;
+    for (let y = FIND_EVERY_PX; y < height; y += FIND_EVERY_PX) {
+      for (let x = FIND_EVERY_PX; x < width; x += FIND_EVERY_PX) {
+        if (this.pick(x, y)?.entry.sourceNode === sourceNode) return { x, y };
+      }
+    }
+    return undefined;
+  }
+
+  /** Asks for a new picture. */
+  redraw(): void {
+    this.dirty = true;
   }
 
   /** Walks in a straight line, as far as walls allow; answers whether it arrived. Height counts only when flying. */
@@ -118,26 +258,38 @@ export class Visit {
   }
 
   private frame(now_ms: number, controls: Controls): void {
+    if (this.closed) {
+      controls.close();
+      return;
+    }
     requestAnimationFrame((next_ms) => this.frame(next_ms, controls));
     const frame_ms = now_ms - (this.lastFrame_ms ?? now_ms);
     const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
     this.lastFrame_ms = now_ms;
     this.budget.beginFrame(frame_ms);
+    const started_ms = performance.now();
     const { stage } = this.parts;
     controls.turnByKeys(seconds);
-    if (this.explorer.inside && this.explorer.cellId !== undefined) this.walker.standIn(this.explorer.cellId);
+    if (!this.frozen && this.explorer.inside && this.explorer.cellId !== undefined)
+      this.walker.standIn(this.explorer.cellId);
     const walked = this.errand ? this.runErrand(this.errand, seconds) : this.walker.step(seconds, controls.intent());
+    for (const listener of this.listeners) if (listener(now_ms, seconds)) this.dirty = true;
     if (walked || this.moved || this.dirty) this.lastMotion_ms = now_ms;
     const moving = now_ms - this.lastMotion_ms < STILL_AFTER_MS;
+    const walked_ms = performance.now() - started_ms;
     const resized = stage.resize(moving ? "moving" : "still");
+    const resized_ms = performance.now();
     if (walked || resized || this.moved) {
       stage.aim(this.walker.position, this.walker.yaw, this.walker.pitch);
-      this.explorer.follow(stage.eye(this.walker.position), this.walker.speed);
-      this.addressStale = true;
+      if (!this.frozen) {
+        this.explorer.follow(stage.eye(this.walker.position), this.walker.speed);
+        this.addressStale = true;
+      }
       this.hudStale = true;
       this.dirty = true;
       this.moved = false;
     }
+    this.work.add(walked_ms + performance.now() - resized_ms);
     if (this.dirty) stage.render(this.drewLastFrame && moving ? frame_ms : undefined);
     this.drewLastFrame = this.dirty && moving;
     this.dirty = false;
@@ -171,6 +323,7 @@ export class Visit {
 
   private report(now_ms: number): void {
     const { explorer, walker } = this;
+    this.quality.sample(now_ms, () => explorer.quality());
     if (this.hudStale || explorer.pending > 0) {
       if (now_ms - this.hudShown_ms >= HUD_EVERY_MS) {
         this.hudShown_ms = now_ms;
@@ -181,15 +334,15 @@ export class Visit {
     if (this.addressStale && now_ms - this.addressWritten_ms >= ADDRESS_EVERY_MS) {
       this.addressWritten_ms = now_ms;
       this.addressStale = false;
-      history.replaceState(null, "", writePose(walker));
+      this.parts.posed?.(walker);
     }
   }
 
   private showHud(): void {
     const { explorer } = this;
-    const { scene, hud } = this.parts;
+    const { scene, display } = this.parts;
     const { bytes } = scene.pointer;
-    hud.show({
+    display.show({
       cell: explorer.cellId,
       inside: explorer.inside,
       visible: explorer.visible.length,

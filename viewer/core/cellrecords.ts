@@ -1,0 +1,66 @@
+/**
+ * What is visible from which cell, as far as it was learnt? Records come alone, or as steps from the cell next door where
+ * that costs less.
+ */
+import type { CellIndex } from "./cellindex.ts";
+import { type CellRecord, type DecodedRecord, followStep } from "./cellrecord.ts";
+import type { CellEntry } from "./documents.ts";
+import { PRIORITY } from "./priority.ts";
+import type { PublishedScene } from "./published.ts";
+
+/** About what the headers of a request and its answer cost. */
+const REQUEST_BYTES = 200;
+
+export class CellRecords {
+  private readonly records = new Map<number, DecodedRecord>();
+  private readonly doorways = new Set<number>();
+  /** The cell whose neighbours are learnt from its steps. */
+  private stepping: { readonly entry: CellEntry; readonly decoded: DecodedRecord } | undefined;
+
+  constructor(
+    private readonly scene: PublishedScene,
+    private readonly index: CellIndex,
+  ) {}
+
+  /** Doors that close an opening of a cell that was read. */
+  get doors(): ReadonlySet<number> {
+    return this.doorways;
+  }
+
+  known(cell: number): CellRecord | undefined {
+    return this.records.get(cell)?.record;
+  }
+
+  /** The record of any cell, fetched when needed. */
+  async read(cell: number, priority: number): Promise<CellRecord> {
+    const known = this.records.get(cell) ?? (await this.stepped(cell, priority));
+    const decoded = known ?? (await this.scene.record(await this.index.entry(cell, priority), priority));
+    this.records.set(cell, decoded);
+    for (const { door } of decoded.record.portals) if (door !== undefined) this.doorways.add(door);
+    return decoded.record;
+  }
+
+  /** The record of a neighbour of the cell whose steps are wanted anyway; `undefined` when they do not lead there. */
+  private async stepped(cell: number, priority: number): Promise<DecodedRecord | undefined> {
+    const from = this.stepping;
+    if (!from?.entry.adjacent.includes(cell)) return undefined;
+    try {
+      const step = (await this.scene.steps(from.entry, priority))?.to.get(cell);
+      const decoded = step && followStep(from.decoded, step);
+      return decoded?.record.cell === cell ? decoded : undefined;
+    } catch {
+      // The record itself is still to be had, and says what is wrong when it is not.
+      return undefined;
+    }
+  }
+
+  /** Learns what is visible from every neighbour: from one object with all steps where that costs less. */
+  async learnNeighbours(entry: CellEntry, neighbours: readonly CellEntry[]): Promise<void> {
+    const unknown = neighbours.filter(({ cell }) => !this.records.has(cell));
+    const apart = unknown.reduce((sum, { recordBytes }) => sum + recordBytes + REQUEST_BYTES, 0);
+    const decoded = this.records.get(entry.cell);
+    if (decoded && entry.steps && entry.steps.bytes + REQUEST_BYTES < apart) this.stepping = { entry, decoded };
+    // Nothing depends on these yet; entering a cell asks again and reports what is wrong.
+    await Promise.allSettled(unknown.map(({ cell }) => this.read(cell, PRIORITY.prefetch)));
+  }
+}

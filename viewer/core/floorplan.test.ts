@@ -1,0 +1,27 @@
+import { expect, it } from "vitest";
+import type { CellEntry } from "./documents.ts";
+import { MapFrame, storey } from "./floorplan.ts";
+import type { Bounds } from "./geometry.ts";
+
+const WORLD: Bounds = { min: [0, 0, 0], max: [100, 10, 50] };
+
+it("a map of a large world is centred on the eye, north up, and leads back to the same place", () => {
+  const map = new MapFrame([40, 1.6, 20], WORLD, 200, 100, 20);
+  expect(map.spot([40, 0, 20])).toEqual({ x: 100, y: 50 });
+  expect(map.spot([50, 0, 10])).toEqual({ x: 125, y: 25 });
+  expect(map.place({ x: 125, y: 25 })).toEqual([50, 1.6, 10]);
+  expect(map.rectangle({ min: [40, 0, 20], max: [44, 3, 28] })).toEqual([100, 50, 10, 20]);
+});
+
+it("a small world is shown whole, wherever the eye is", () => {
+  const map = new MapFrame([1, 1.6, 1], WORLD, 220, 220, 500);
+  expect(map.spot([50, 0, 25])).toEqual({ x: 110, y: 110 });
+  expect(map.spot([100, 0, 25]).x).toBeCloseTo(210, 9);
+});
+
+it("a storey has the cells at the height of the eye", () => {
+  const cell = (id: number, low: number, high: number) =>
+    ({ cell: id, bounds: { min: [0, low, 0], max: [1, high, 1] } }) as unknown as CellEntry;
+  const cells = [cell(0, 1, 3), cell(1, 0, 3), cell(2, 3.1, 6)];
+  expect(storey(cells, 1.6).map(({ cell: id }) => id)).toEqual([1, 0]);
+});

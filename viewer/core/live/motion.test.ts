@@ -1,0 +1,89 @@
+import { expect, it } from "vitest";
+import { Company } from "./company.ts";
+import { readEvent } from "./events.ts";
+import { extrapolate, type MoverPose, SmoothMotion } from "./motion.ts";
+import { Speaker } from "./speaker.ts";
+
+const UPRIGHT = [0, 0, 0, 1] as const;
+const pose = (t_ms: number, x: number, speed = 0): MoverPose => ({
+  t_ms,
+  position: [x, 0, 0],
+  orientation: UPRIGHT,
+  velocity: [speed, 0, 0],
+  acceleration: [0, 0, 0],
+});
+
+it("between poses a mover goes on as it went, but not for ever", () => {
+  const accelerating = { ...pose(0, 1, 2), acceleration: [4, 0, 0] as const };
+  expect(extrapolate(accelerating, 500, 2000)[0]).toBeCloseTo(1 + 1 + 0.5, 9);
+  expect(extrapolate(pose(0, 1, 2), 5000, 2000)[0]).toBe(5);
+  expect(extrapolate(pose(100, 1, 2), 0, 2000)[0]).toBe(1);
+});
+
+it("what is drawn never jumps when a pose contradicts, and soon agrees with it", () => {
+  const motion = new SmoothMotion(pose(0, 0, 1), 0, 2000);
+  const before = motion.at(1000).position[0];
+  motion.correct(pose(1000, 2, 1), 1000);
+  expect(motion.at(1000).position[0]).toBeCloseTo(before, 9);
+  expect(motion.at(1090).position[0]).toBeCloseTo(2 + 0.09 - 0.5, 6);
+  expect(motion.at(2000).position[0]).toBeCloseTo(3, 2);
+  motion.correct(pose(500, -50), 2000);
+  expect(motion.at(2000).position[0]).toBeCloseTo(3, 2);
+});
+
+it("but a teleport is one", () => {
+  const motion = new SmoothMotion(pose(0, 0), 0, 2000);
+  motion.correct(pose(10, 40), 10);
+  expect(motion.at(10).position[0]).toBe(40);
+});
+
+it("a company is what the events add up to, in one's own time", () => {
+  const company = new Company();
+  const tell = (name: Parameters<typeof readEvent>[0], data: unknown, now_ms: number) => {
+    const event = readEvent(name, JSON.stringify(data));
+    if (event) company.take(event, now_ms);
+  };
+  const at = (t_ms: number, x: number) => ({
+    t_ms,
+    position: [x, 0, 0],
+    orientation: [0, 0, 0, 1],
+    velocity: [1, 0, 0],
+  });
+  tell("hello", { now_ms: 1_000_000, extrapolate_ms: 2000, revision: "r" }, 500);
+  tell(
+    "object-info",
+    { object: "o100000001", source_node: "Ada", pose: at(1_000_000, 3), radius_m: 0.5, period_ms: 100 },
+    500,
+  );
+  tell("object-info", { object: "o7", source_node: "a chair" }, 500);
+  expect(company.movers(1500)).toMatchObject([
+    { object: 100_000_001, name: "Ada", position: [4, 0, 0], period_ms: 100 },
+  ]);
+  tell("rate", { objects: [{ object: "o100000001", period_ms: 800 }] }, 1500);
+  expect(company.movers(1500)[0]?.period_ms).toBe(800);
+  tell("object-gone", { objects: ["o100000001"], reason: "hidden" }, 1500);
+  expect(company.movers(1500)).toEqual([]);
+  tell("object-pos", { t_ms: 1_002_000, objects: [{ object: "o100000001", ...at(1_002_000, 9) }] }, 2500);
+  expect(company.movers(2500)).toMatchObject([{ name: "Ada", position: [9, 0, 0] }]);
+  tell("door", { object: "o5", open: false }, 2500);
+  expect([...company.closedDoors]).toEqual([5]);
+  tell("door", { object: "o5", open: true }, 2500);
+  expect([...company.closedDoors]).toEqual([]);
+  tell("resync", { reason: "missed" }, 2500);
+  expect(company.movers(2500)).toEqual([]);
+});
+
+it("one speaks only when others would be wrong, and not while nobody looks", () => {
+  const speaker = new Speaker();
+  const speak = (t_ms: number, x: number, speed: number) => speaker.speak(t_ms, [x, 0, 0], UPRIGHT, [speed, 0, 0]);
+  expect(speak(0, 0, 1)).toMatchObject({ t_ms: 0, position: [0, 0, 0], velocity: [1, 0, 0] });
+  expect(speak(500, 0.5, 1)).toBeUndefined();
+  expect(speak(600, 0.5, 0)).toMatchObject({ t_ms: 600 });
+  expect(speak(610, 0.9, 4)).toBeUndefined();
+  speaker.keepQuiet({ center: [0, 0, 0], radius_m: 3, until_ms: 5000 });
+  expect(speak(1000, 2, 1)).toBeUndefined();
+  expect(speak(1100, 3.5, 1)).toMatchObject({ t_ms: 1100 });
+  speaker.keepQuiet({ center: [0, 0, 0], radius_m: 9, until_ms: 5000 });
+  expect(speak(4900, 2, 1)).toBeUndefined();
+  expect(speak(5100, 2, 1)).toMatchObject({ t_ms: 5100 });
+});

@@ -1,0 +1,111 @@
+import { expect, it, vi } from "vitest";
+import { Tree } from "../tree.ts";
+import type { LiveEvent } from "./events.ts";
+import { type EventStream, Session } from "./session.ts";
+
+interface Sent {
+  readonly method: string;
+  readonly url: string;
+  readonly body: Record<string, unknown> | undefined;
+  readonly token: string | null;
+}
+
+/** A server of one scene whose answers can be changed. */
+function server(link: string | undefined) {
+  const sent: Sent[] = [];
+  const streams: { url: string; listeners: Map<string, (event: { data: string }) => void>; stream: EventStream }[] = [];
+  const events: LiveEvent[] = [];
+  const clock = { now_ms: 0, poseStatus: 200 };
+  const fetch = async (url: string, init: RequestInit): Promise<Response> => {
+    const method = init.method ?? "GET";
+    const token = new Headers(init.headers).get("Authorization");
+    sent.push({ method, url, body: init.body ? JSON.parse(String(init.body)) : undefined, token });
+    if (method === "HEAD") return new Response(null, { headers: link ? { Link: link } : {} });
+    if (method === "POST") {
+      const opened = {
+        session: "s1",
+        token: "t",
+        object: "o100000000",
+        cell: "c0",
+        events_url: "/v1/sessions/s1/events",
+        now_ms: 0,
+      };
+      return Response.json(opened, { status: 201 });
+    }
+    if (url.endsWith("/pose")) return Response.json({ cell: "c0", hush: null }, { status: clock.poseStatus });
+    return Response.json({});
+  };
+  const listen = (url: string) => {
+    const listeners = new Map<string, (event: { data: string }) => void>();
+    const stream: EventStream = {
+      addEventListener: (name, listener) => listeners.set(name, listener),
+      onerror: null,
+      readyState: 1,
+      close: () => {},
+    };
+    streams.push({ url, listeners, stream });
+    return stream;
+  };
+  const tree = new Tree("https://host/sub/");
+  const parts = {
+    tree,
+    scene: "rooms",
+    fetch,
+    listen,
+    now_ms: () => clock.now_ms,
+    told: (event: LiveEvent) => events.push(event),
+  };
+  return { parts, sent, streams, events, clock };
+}
+
+const LINK = '</v1/scenes/rooms/sessions>; rel="sessions"';
+const self = (x: number) => ({ position: [x, 1.6, 0], orientation: [0, 0, 0, 1], velocity: [0, 0, 0] }) as const;
+const methods = (sent: readonly Sent[]) =>
+  sent.map(({ method, url }) => `${method} ${url.replace("https://host/sub", "")}`);
+
+it("asks nothing more of a tree that offers no sessions", async () => {
+  const { parts, sent } = server(undefined);
+  expect(await Session.offered(parts)).toBeUndefined();
+  expect(methods(sent)).toEqual(["HEAD /v1/scenes/rooms/index.json"]);
+});
+
+it("opens once, listens with its token, speaks, moves doors and leaves", async () => {
+  const { parts, sent, streams, events } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.update(self(0));
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  expect(streams.map(({ url }) => url)).toEqual(["https://host/sub/v1/sessions/s1/events?token=t"]);
+  session?.update(self(1));
+  await session?.setDoor(7, false);
+  streams[0]?.listeners.get("door")?.({ data: '{"object": "o7", "open": false}' });
+  expect(events).toContainEqual({ kind: "door", object: 7, open: false });
+  session?.close();
+  expect(methods(sent)).toEqual([
+    "HEAD /v1/scenes/rooms/index.json",
+    "POST /v1/scenes/rooms/sessions",
+    "PUT /v1/sessions/s1/pose",
+    "PUT /v1/scenes/rooms/doors/o7",
+    "DELETE /v1/sessions/s1",
+  ]);
+  expect(sent[1]?.body).toMatchObject({ position: [0, 1.6, 0], aoi: { enter_m: 50, leave_m: 60 } });
+  expect(sent.slice(2).every(({ token }) => token === "Bearer t")).toBe(true);
+});
+
+it("opens anew, after a pause, when the session has ended", async () => {
+  const { parts, sent, clock, events } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  clock.poseStatus = 404;
+  clock.now_ms = 1000;
+  session?.update(self(5));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(false));
+  expect(events.at(-1)).toEqual({ kind: "resync" });
+  session?.update(self(5));
+  expect(sent.filter(({ method }) => method === "POST").length).toBe(1);
+  clock.now_ms = 9000;
+  session?.update(self(5));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  expect(sent.filter(({ method }) => method === "POST").length).toBe(2);
+});

@@ -1,0 +1,183 @@
+/**
+ * How does one take part in a live scene? Opens a session where the server offers them, listens to its events, says
+ * where one is and opens it anew when it has ended. A static tree offers none, and nothing is asked of it.
+ */
+import type { Vec3 } from "../geometry.ts";
+import { Json } from "../json.ts";
+import type { Tree } from "../tree.ts";
+import { EVENT_NAMES, type LiveEvent, readEvent, readHush } from "./events.ts";
+import type { Quaternion } from "./motion.ts";
+import { Speaker } from "./speaker.ts";
+
+/** What of `EventSource` is needed. */
+export interface EventStream {
+  addEventListener(name: string, listener: (event: { readonly data: string }) => void): void;
+  onerror: ((this: never, event: never) => unknown) | null;
+  readonly readyState: number;
+  close(): void;
+}
+
+export interface SessionParts {
+  readonly tree: Tree;
+  readonly scene: string;
+  readonly fetch: (url: string, init: RequestInit) => Promise<Response>;
+  readonly listen: (url: string) => EventStream;
+  readonly now_ms: () => number;
+  readonly told: (event: LiveEvent) => void;
+}
+
+export interface Participant {
+  readonly position: Vec3;
+  readonly orientation: Quaternion;
+  readonly velocity: Vec3;
+}
+
+interface Opened {
+  readonly session: string;
+  readonly token: string;
+  readonly stream: EventStream;
+}
+
+/** The area of interest: what comes nearer is told of, what goes further is not any more. */
+export const AOI = { enter_m: 50, leave_m: 60 } as const;
+/** A promise: nobody walks faster in this viewer. Who flies faster counts as jumping. */
+const MAX_SPEED_MPS = 5.5;
+const STREAM_CLOSED = 2;
+const AGAIN_AFTER_MS = 5000;
+
+export class Session {
+  private readonly speaker = new Speaker();
+  private opened: Opened | undefined;
+  private sending = false;
+  private busy = false;
+  private again_ms = 0;
+  private closed = false;
+
+  private constructor(
+    private readonly parts: SessionParts,
+    private readonly url: string,
+  ) {}
+
+  /** A session that is not open yet; `undefined` when the server offers none. */
+  static async offered(parts: SessionParts): Promise<Session | undefined> {
+    const answer = await parts.fetch(parts.tree.pointer(parts.scene), { method: "HEAD" });
+    const path = /<([^>]+)>\s*;\s*rel="?sessions"?/.exec(answer.headers.get("Link") ?? "")?.[1];
+    return path ? new Session(parts, parts.tree.resolve(path)) : undefined;
+  }
+
+  get isOpen(): boolean {
+    return this.opened !== undefined;
+  }
+
+  /** Says where one is when that must be said; call it in every frame. */
+  update(self: Participant): void {
+    const now_ms = this.parts.now_ms();
+    const { opened } = this;
+    if (!opened) {
+      if (!this.busy && !this.closed && now_ms >= this.again_ms) void this.open(self);
+      return;
+    }
+    if (this.sending) return;
+    const pose = this.speaker.speak(now_ms, self.position, self.orientation, self.velocity);
+    if (pose) void this.say(opened, pose);
+  }
+
+  /** Opens or closes a door for everybody; whether that worked is told as an event. */
+  async setDoor(object: number, open: boolean): Promise<void> {
+    const { opened } = this;
+    if (!opened) throw new Error("the session is not open");
+    const url = this.url.replace(/sessions$/, `doors/o${object}`);
+    const answer = await this.send(url, "PUT", { open }, opened.token);
+    if (!answer.ok) throw new Error(`the door o${object} cannot be moved: ${answer.status}`);
+  }
+
+  /** Leaves; `keepalive` lets the request outlive the page. */
+  close(): void {
+    this.closed = true;
+    const { opened } = this;
+    this.opened = undefined;
+    if (!opened) return;
+    opened.stream.close();
+    const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}`);
+    void this.send(url, "DELETE", undefined, opened.token).catch(() => {});
+  }
+
+  private async open(self: Participant): Promise<void> {
+    this.busy = true;
+    const t_ms = Math.round(this.parts.now_ms());
+    this.again_ms = t_ms + AGAIN_AFTER_MS;
+    try {
+      const { position, orientation } = self;
+      const asked = { position, orientation, aoi: AOI, max_speed_mps: MAX_SPEED_MPS, t_ms };
+      const answer = await this.send(this.url, "POST", asked);
+      if (!answer.ok) return;
+      const json = Json.parse(await answer.text(), "the session");
+      const session = json.field("session").text();
+      const token = json.field("token").text();
+      const events = json.field("events_url").text();
+      this.speaker.keepQuiet(json.field("hush").optional(readHush));
+      const stream = this.parts.listen(`${this.parts.tree.resolve(events)}?token=${encodeURIComponent(token)}`);
+      this.opened = { session, token, stream };
+      this.listen(this.opened);
+      if (this.closed) this.close();
+    } catch {
+      // A server that is away may come back; the walk goes on without company meanwhile.
+    } finally {
+      this.busy = false;
+    }
+  }
+
+  private listen(opened: Opened): void {
+    this.parts.told({ kind: "resync" });
+    for (const name of EVENT_NAMES) {
+      opened.stream.addEventListener(name, ({ data }) => {
+        const event = this.opened === opened ? readEvent(name, data) : undefined;
+        if (event?.kind === "hush") this.speaker.keepQuiet(event.hush);
+        if (event?.kind === "wake") this.speaker.keepQuiet(undefined);
+        if (event) this.parts.told(event);
+      });
+    }
+    opened.stream.onerror = () => {
+      // It reconnects by itself unless the session has ended.
+      if (opened.stream.readyState === STREAM_CLOSED) this.lose(opened);
+    };
+  }
+
+  private async say(opened: Opened, pose: Participant & { readonly t_ms: number }): Promise<void> {
+    this.sending = true;
+    try {
+      const { t_ms, position, orientation, velocity } = pose;
+      const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}/pose`);
+      const answer = await this.send(url, "PUT", { t_ms, position, orientation, velocity }, opened.token);
+      if (answer.status === 401 || answer.status === 404) this.lose(opened);
+      else if (answer.ok) {
+        const hush = Json.parse(await answer.text(), "the answer to a pose")
+          .field("hush")
+          .optional(readHush);
+        if (hush) this.speaker.keepQuiet(hush);
+      }
+    } catch {
+      // The next pose says more than this one would have.
+    } finally {
+      this.sending = false;
+    }
+  }
+
+  private lose(opened: Opened): void {
+    if (this.opened !== opened) return;
+    opened.stream.close();
+    this.opened = undefined;
+    this.parts.told({ kind: "resync" });
+  }
+
+  private send(url: string, method: string, body: unknown, token?: string): Promise<Response> {
+    const headers: Record<string, string> = { "Content-Type": "application/json" };
+    if (token) headers.Authorization = `Bearer ${token}`;
+    return this.parts.fetch(url, {
+      method,
+      headers,
+      keepalive: method === "DELETE",
+      body: body ? JSON.stringify(body) : null,
+    });
+  }
+}

@@ -1,0 +1,37 @@
+/**
+ * How many steps from here is a model needed? Counted from cell to adjacent cell, breadth first, over what is known of
+ * the cells around; what no known cell near by sees is infinitely far.
+ */
+import type { StepsTo } from "./residency.ts";
+import type { Surveyed } from "./survey.ts";
+
+/** Cells further than this are not asked. */
+const FURTHEST_STEPS = 6;
+
+/** Counts from a cell; looks around when it is asked for the first time. */
+export function stepsToModels(from: number, world: Pick<Surveyed, "entryOf" | "recordOf" | "placed">): StepsTo {
+  let steps: Map<number, number> | undefined;
+  return (model) => {
+    steps ??= lookAround(from, world);
+    return steps.get(model) ?? Number.POSITIVE_INFINITY;
+  };
+}
+
+function lookAround(from: number, world: Pick<Surveyed, "entryOf" | "recordOf" | "placed">): Map<number, number> {
+  const found = new Map<number, number>();
+  const met = new Set([from]);
+  let ring = [from];
+  for (let steps = 0; ring.length > 0 && steps <= FURTHEST_STEPS; steps += 1) {
+    for (const cell of ring) {
+      const record = world.recordOf(cell);
+      for (const { object } of record ? [...record.lpvs, ...record.opvs] : []) {
+        const model = world.placed(object)?.model.model;
+        if (model !== undefined && !found.has(model)) found.set(model, steps);
+      }
+    }
+    const next = ring.flatMap((cell) => world.entryOf(cell)?.adjacent ?? []);
+    ring = [...new Set(next)].filter((cell) => !met.has(cell));
+    for (const cell of ring) met.add(cell);
+  }
+  return found;
+}

@@ -1,0 +1,91 @@
+/**
+ * What does the inspector want to know of a place? Which cells lie around and what of them is here already, why an
+ * object counts as visible, and what is hidden and was therefore never asked for.
+ */
+import type { CellRecord } from "./cellrecord.ts";
+import type { CellEntry } from "./documents.ts";
+import type { Bounds } from "./geometry.ts";
+import type { PlacedObject } from "./objects.ts";
+
+/** How far the preparation of a cell has come: nothing known, what it sees known, under way, all of it here. */
+export type Preparation = "unknown" | "known" | "coming" | "ready";
+
+/** What a survey asks of. The explorer is one. */
+export interface Surveyed {
+  recordOf(cell: number): CellRecord | undefined;
+  entryOf(cell: number): CellEntry | undefined;
+  placed(object: number): PlacedObject | undefined;
+  holds(model: number): boolean;
+  /** The cell that is being prepared. */
+  readonly cellAhead: number | undefined;
+}
+
+export interface Neighbour {
+  readonly cell: number;
+  readonly bounds: Bounds;
+  readonly preparation: Preparation;
+}
+
+export function preparationOf(world: Surveyed, cell: number): Preparation {
+  const record = world.recordOf(cell);
+  if (!record) return "unknown";
+  const seen = [...record.lpvs, ...record.opvs].map(({ object }) => world.placed(object));
+  if (seen.every((object) => object && world.holds(object.model.model))) return "ready";
+  return world.cellAhead === cell ? "coming" : "known";
+}
+
+/** The cells next door. */
+export function neighboursOf(world: Surveyed, cell: number): Neighbour[] {
+  return (world.entryOf(cell)?.adjacent ?? []).flatMap((next) => {
+    const entry = world.entryOf(next);
+    return entry ? { cell: next, bounds: entry.bounds, preparation: preparationOf(world, next) } : [];
+  });
+}
+
+/** Why things are visible from a cell. */
+export interface Reasons {
+  /** Objects wholly inside the cell. */
+  readonly local: readonly Bounds[];
+  /** Objects elsewhere that can be seen from it. */
+  readonly objects: readonly Bounds[];
+  /** Cells that can be seen into. */
+  readonly cells: readonly Bounds[];
+}
+
+export function reasonsAt(world: Surveyed, cell: number): Reasons {
+  const record = world.recordOf(cell);
+  const boxes = (seen: readonly { object: number }[] = []) =>
+    seen.flatMap(({ object }) => world.placed(object)?.entry.bounds ?? []);
+  return {
+    local: boxes(record?.lpvs),
+    objects: boxes(record?.opvs),
+    cells: (record?.cpvs ?? []).flatMap((seen) => world.entryOf(seen)?.bounds ?? []),
+  };
+}
+
+/** What is not in the picture. */
+export interface Hidden {
+  readonly objects: readonly PlacedObject[];
+  /** Level 0, with its textures, of models that no visible object uses. */
+  readonly saved_bytes: number;
+  /** The same of all models. */
+  readonly whole_bytes: number;
+}
+
+export function hiddenFrom(visible: readonly PlacedObject[], all: readonly PlacedObject[]): Hidden {
+  const shown = new Set(visible.map(({ entry }) => entry.object));
+  const objects = all.filter(({ entry }) => !shown.has(entry.object));
+  const whole_bytes = finestBytes(all);
+  return { objects, saved_bytes: whole_bytes - finestBytes(visible), whole_bytes };
+}
+
+function finestBytes(objects: readonly PlacedObject[]): number {
+  const files = new Map<string, number>();
+  for (const { model } of objects) {
+    const finest = model.levels[0];
+    if (!finest) continue;
+    files.set(finest.url, finest.bytes);
+    for (const { url, bytes } of finest.textures) files.set(url, bytes);
+  }
+  return [...files.values()].reduce((sum, bytes) => sum + bytes, 0);
+}

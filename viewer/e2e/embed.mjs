@@ -1,0 +1,50 @@
+/**
+ * Does one tag show a world? Opens the example page, walks in it by keys that count only while it has the focus, gives the
+ * element another link, takes it out of the page and gives another one a tree that is not there. Environment: see `browser.mjs`.
+ */
+import { insist, picture, tell, timeout, url } from "./browser.mjs";
+
+const pose = (page) => page.evaluate(() => document.querySelector("belvedere-scene").pose);
+
+function ready(page, what, change) {
+  return page.evaluate(
+    ([code, limit, name]) =>
+      new Promise((resolve, reject) => {
+        const element = document.querySelector("belvedere-scene");
+        element.addEventListener("ready", resolve, { once: true });
+        element.addEventListener("problem", ({ detail }) => reject(new Error(`${name}: ${detail}`)), { once: true });
+        setTimeout(() => reject(new Error(`${name} was not ready in time`)), limit);
+        if (code) element.setAttribute("src", code);
+      }),
+    [change, timeout, what],
+  );
+}
+
+await tell("embed", async (open) => {
+  const page = await open();
+  const base = new URL(url);
+  await page.goto(new URL("embed/example.html", base).href, { waitUntil: "commit" });
+  await page.waitForFunction(() => customElements.get("belvedere-scene") && document.querySelector("belvedere-scene"));
+  await ready(page, "the example", `../${base.search}`);
+  await page.waitForTimeout(1500);
+  await page.screenshot({ path: picture("embed") });
+  const start = await pose(page);
+  await page.keyboard.down("KeyW");
+  await page.waitForTimeout(400);
+  await page.keyboard.up("KeyW");
+  insist(String((await pose(page)).position) === String(start.position), "it moves though the page has the focus");
+  await page.locator("belvedere-scene canvas").focus();
+  await page.keyboard.down("KeyW");
+  await page.waitForTimeout(600);
+  await page.keyboard.up("KeyW");
+  insist(String((await pose(page)).position) !== String(start.position), "it does not move though it has the focus");
+  const [x, y, z] = start.position;
+  await ready(page, "another link", `../${base.search}#p=${[x + 1, y, z].join()}&yaw=90&pitch=0`);
+  insist(Math.abs((await pose(page)).position[0] - x - 1) < 0.01, "the pose of the link is not taken");
+  await page.evaluate(() => document.querySelector("belvedere-scene").remove());
+  const lost = await open(undefined, /status of 404/);
+  await lost.goto(new URL("embed/example.html", base).href);
+  await lost.evaluate(() => document.querySelector("belvedere-scene").setAttribute("src", "../nowhere/?scene=none"));
+  await lost.locator("belvedere-scene p").getByText("missing").waitFor({ timeout });
+  console.log("one tag shows a world, and says so where it cannot");
+});

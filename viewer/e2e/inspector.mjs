@@ -1,0 +1,90 @@
+/**
+ * Does the inspector show what is behind the picture? Opens it by its key, compares what it says with what the page
+ * knows, freezes the view, flies out and comes back, picks an object and pretends that the line is slow. Environment: see
+ * `browser.mjs`.
+ */
+import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+
+const text = (page, id) => page.getByTestId(id).textContent();
+
+async function says(page, id, pattern) {
+  try {
+    await page.waitForFunction(
+      ([name, source]) => new RegExp(source).test(document.querySelector(`[data-testid=${name}]`)?.textContent ?? ""),
+      [id, pattern.source],
+      { timeout },
+    );
+  } catch {
+    throw new Error(`"${id}" says "${await text(page, id)}" where ${pattern} is expected`);
+  }
+}
+
+async function freeze(page) {
+  const before = await state(page);
+  await page.keyboard.press("KeyG");
+  await says(page, "saved", /objects are hidden/);
+  const after = await state(page);
+  const hidden = Number(/^(\d+) of/.exec(await text(page, "saved"))?.[1]);
+  const expected = before.objects - before.visible;
+  insist(hidden === expected, `${hidden} objects are said to be hidden where ${expected} are`);
+  insist(after.cell === before.cell, "the cell changed while the view was frozen");
+  insist(after.position[1] > before.position[1] + 5, "one does not look from above at a frozen view");
+  await page.keyboard.down("KeyW");
+  await page.waitForTimeout(500);
+  await page.keyboard.up("KeyW");
+  insist((await state(page)).visible === before.visible, "what is visible changed while the view was frozen");
+  await page.waitForTimeout(500);
+  await page.screenshot({ path: picture("inspector-frozen") });
+  await page.getByText("Cells next door").click();
+  await page.getByText("Visible: inside").click();
+  await page.waitForTimeout(500);
+  await page.screenshot({ path: picture("inspector-layers") });
+  await page.locator("#view").focus();
+  await page.keyboard.press("KeyG");
+  const back = await state(page);
+  insist(String(back.position) === String(before.position), "the way back does not lead to where the view was frozen");
+  insist(back.mode === before.mode, `one comes back in mode ${back.mode}`);
+}
+
+async function pretendSlowLine(page) {
+  await page.getByLabel("Pretend that the line is").selectOption("56k");
+  const started = await state(page);
+  await page.evaluate(() => {
+    const [x, y, z] = window.belvedere.state().position;
+    window.belvedere.teleport([x + 25, y, z + 20]);
+  });
+  await page.waitForFunction((cell) => window.belvedere.state().cell !== cell, started.cell, { timeout });
+  const [from_ms, from] = [Date.now(), (await state(page)).bytesFetched];
+  await page.waitForTimeout(2000);
+  await page.screenshot({ path: picture("inspector-slow") });
+  const rate = (8000 * ((await state(page)).bytesFetched - from)) / (Date.now() - from_ms);
+  // Bytes are counted in pieces, and cached ones before they are slowed down.
+  insist(rate < 4 * 56_000, `${Math.round(rate / 1000)} kb/s arrive on a line of 56`);
+  await page.getByLabel("Pretend that the line is").selectOption("");
+  await settle(page, "the other place");
+}
+
+await tell("inspector", async (open) => {
+  const page = await open();
+  await page.goto(url);
+  const start = await settle(page, "the first cell");
+  await page.locator("#view").focus();
+  await page.keyboard.press("KeyI");
+  await page.getByRole("complementary", { name: "Inspector" }).waitFor();
+  await says(page, "memory", /held, .+ promised, limit .+; \d+ models/);
+  await page.waitForTimeout(1000);
+  await page.screenshot({ path: picture("inspector") });
+  const rows = await page.getByTestId("requests").locator("tbody tr:visible").count();
+  insist(rows > 5, `only ${rows} requests are listed`);
+  if (start.visible < start.objects) await freeze(page);
+  await page.mouse.click(500, 400);
+  await says(page, "picked", /^o\d+ “.*”, model m\d+/);
+  await pretendSlowLine(page);
+  await page.keyboard.press("Escape");
+  await page.locator("#view").focus();
+  await page.keyboard.press("KeyI");
+  insist(await page.locator("#inspector").isHidden(), "the inspector does not close");
+  const end = await state(page);
+  insist(end.problems.length === 0, `the viewer reports: ${end.problems.join("; ")}`);
+  console.log(`the inspector tells of ${start.visible} visible and ${start.objects - start.visible} hidden objects`);
+});

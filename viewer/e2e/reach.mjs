@@ -1,0 +1,133 @@
+/**
+ * Who can use the page? Somebody with a keyboard alone, with a phone, with a gamepad, with a link from a friend, and somebody
+ * whose browser cannot draw, who gets a sentence. Environment: see `browser.mjs`.
+ */
+import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+
+const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
+
+async function until(page, what, test, argument) {
+  try {
+    await page.waitForFunction(test, argument, { timeout, polling: 50 });
+  } catch {
+    throw new Error(`${what}: ${JSON.stringify(await state(page))}`);
+  }
+}
+
+const distance = (a, b) => Math.hypot(a[0] - b[0], a[2] - b[2]);
+
+async function byKeyboard(page) {
+  await page.goto(url);
+  const start = await settle(page, "the first cell");
+  const names = new Set();
+  for (let i = 0; i < 12; i += 1) {
+    await page.keyboard.press("Tab");
+    names.add(await page.evaluate(() => document.activeElement?.getAttribute("aria-label") ?? ""));
+  }
+  for (const name of ["Map", "Inspector", "How to move"]) insist(names.has(name), `Tab does not reach "${name}"`);
+  await page.locator("#view").focus();
+  await page.keyboard.press("KeyM");
+  await page.locator("#map canvas").focus();
+  await page.waitForTimeout(1000);
+  await page.screenshot({ path: picture("map") });
+  for (let i = 0; i < 3; i += 1) await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Enter");
+  await until(
+    page,
+    "Enter on the map leads nowhere",
+    (p) => window.belvedere.state().position[0] > p + 1,
+    start.position[0],
+  );
+  const link = await page.evaluate(async () => {
+    await new Promise((resolve) => setTimeout(resolve, 1200));
+    return location.href;
+  });
+  insist(link.includes(`rev=${start.revision}`), `the address ${link} does not carry the revision`);
+  return { link, there: (await state(page)).position };
+}
+
+async function byLink(page, { link, there }) {
+  await page.goto(link);
+  await settle(page, "the place of the link");
+  insist(distance((await state(page)).position, there) < 0.02, "a link does not lead to where it was copied");
+  insist(await page.locator("#toast").isHidden(), "a link of this revision is said to be of another");
+  await page.goto("about:blank");
+  await page.goto(link.replace(/rev=\w+/, "rev=0123456789abcdef"));
+  await settle(page, "the place of an old link");
+  await page.getByText("has changed since the link was made").waitFor({ timeout });
+}
+
+async function byPhone(page) {
+  await page.goto(url);
+  const start = await settle(page, "the first cell on a phone");
+  await page.screenshot({ path: picture("phone") });
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  insist(wide <= 0, `the page is ${wide} px wider than a phone`);
+  const touches = await page.context().newCDPSession(page);
+  const touch = (type, x, y) =>
+    touches.send("Input.dispatchTouchEvent", { type, touchPoints: type === "touchEnd" ? [] : [{ x, y }] });
+  await touch("touchStart", 90, 600);
+  await touch("touchMove", 90, 540);
+  await page.waitForTimeout(900);
+  await touch("touchEnd");
+  insist(distance((await state(page)).position, start.position) > 0.3, "dragging on the left does not walk");
+  const { yaw } = await state(page);
+  await touch("touchStart", 300, 500);
+  await touch("touchMove", 240, 500);
+  await touch("touchEnd");
+  await until(
+    page,
+    "dragging on the right does not look around",
+    (before) => window.belvedere.state().yaw !== before,
+    yaw,
+  );
+  await page.getByRole("button", { name: "Map" }).tap();
+  await page.waitForTimeout(800);
+  await page.screenshot({ path: picture("phone-map") });
+  await page.getByRole("button", { name: "Inspector" }).tap();
+  await page.waitForTimeout(800);
+  await page.screenshot({ path: picture("phone-inspector") });
+}
+
+async function byGamepad(page) {
+  await page.addInitScript(() => {
+    window.pad = { axes: [0, 0, 0, 0], buttons: [] };
+    navigator.getGamepads = () => [null, window.pad];
+  });
+  await page.goto(url);
+  const start = await settle(page, "the first cell");
+  await page.evaluate(() => {
+    window.pad = { axes: [0, -1, 0.6, 0], buttons: [] };
+  });
+  await until(
+    page,
+    "the sticks do nothing",
+    ([p, yaw]) => {
+      const now = window.belvedere.state();
+      return Math.hypot(now.position[0] - p[0], now.position[2] - p[2]) > 0.3 && now.yaw !== yaw;
+    },
+    [start.position, start.yaw],
+  );
+}
+
+async function withoutWebGl(page) {
+  await page.addInitScript(() => {
+    const before = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+      return kind.startsWith("webgl") ? null : before.call(this, kind, ...more);
+    };
+  });
+  await page.goto(url);
+  await page.getByRole("alertdialog", { name: "3-D graphics are not available" }).waitFor({ timeout });
+  await page.screenshot({ path: picture("no-webgl") });
+}
+
+await tell("reach", async (open) => {
+  const page = await open();
+  await byLink(page, await byKeyboard(page));
+  await page.close();
+  await byPhone(await open(PHONE));
+  await byGamepad(await open());
+  await withoutWebGl(await open(undefined, /WebGL/));
+  console.log("a keyboard, a link, a phone and a gamepad suffice; without WebGL there is a sentence");
+});

@@ -1,0 +1,153 @@
+/**
+ * How does any page show a world with one tag? `<belvedere-scene src="https://host/?scene=museum">`: `src` is a link to a
+ * viewer, with the scene and the pose that it carries. The element takes the size that it is given, hears keys only while it
+ * has the focus, and frees everything when it leaves the page.
+ *
+ * It dispatches `ready` when the first picture is complete, and `problem`, with the error as `detail`, when something
+ * could not be loaded.
+ */
+import { type Pose, readPose, treeBase } from "../core/address.ts";
+import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
+import { fetchSceneList, PublishedScene } from "../core/published.ts";
+import { Tree } from "../core/tree.ts";
+import { webCryptoDigest } from "../core/verify.ts";
+import { Stage } from "../three/stage.ts";
+import { Controls } from "../ui/controls.ts";
+import { make, write } from "../ui/dom.ts";
+import { writeBytes } from "../ui/format.ts";
+import { explain, NoSuchScene } from "../ui/problem.ts";
+import { type Display, type Readings, Visit } from "../ui/visit.ts";
+import { STYLE } from "./style.ts";
+
+const HOW_TO_MOVE = "Move with W, A, S, D or the arrow keys; drag to look around.";
+
+export class BelvedereScene extends HTMLElement {
+  static readonly observedAttributes = ["src"];
+  private visit: Visit | undefined;
+  /** Which attempt to show something is the current one. */
+  private attempt = 0;
+
+  connectedCallback(): void {
+    void this.show();
+  }
+
+  disconnectedCallback(): void {
+    this.leave();
+  }
+
+  attributeChangedCallback(_name: string, before: string | null, after: string | null): void {
+    if (this.isConnected && before !== after && before !== null) void this.show();
+  }
+
+  /** Where the eye is, once the scene is open. */
+  get pose(): Pose | undefined {
+    if (!this.visit) return undefined;
+    const { position, yaw, pitch } = this.visit.walker;
+    return { position, yaw, pitch };
+  }
+
+  set pose(pose: Pose) {
+    this.visit?.teleport(pose);
+  }
+
+  private leave(): void {
+    this.attempt += 1;
+    this.visit?.close();
+    this.visit = undefined;
+  }
+
+  private async show(): Promise<void> {
+    this.leave();
+    const { attempt } = this;
+    const canvas = make("canvas", { tabindex: "0", "aria-label": `A world. ${HOW_TO_MOVE}` });
+    const stick = make("div", { class: "stick", hidden: true, "aria-hidden": "true" }, make("i"));
+    const caption = make("p", { role: "status" });
+    const root = this.shadowRoot ?? this.attachShadow({ mode: "open" });
+    const style = new CSSStyleSheet();
+    style.replaceSync(STYLE);
+    root.adoptedStyleSheets = [style];
+    root.replaceChildren(canvas, stick, caption);
+    const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
+    try {
+      const stage = new Stage(canvas);
+      const scene = await open(src);
+      if (attempt !== this.attempt) {
+        stage.close();
+        return;
+      }
+      this.visit = this.begin(stage, scene, { canvas, stick, caption }, readPose(src.hash));
+    } catch (error) {
+      if (attempt === this.attempt) this.fail(error, src.host, caption);
+    }
+  }
+
+  private begin(
+    stage: Stage,
+    scene: PublishedScene,
+    { canvas, stick, caption }: { canvas: HTMLCanvasElement; stick: HTMLElement; caption: HTMLElement },
+    pose: Pose | undefined,
+  ): Visit {
+    canvas.setAttribute("aria-label", `${scene.manifest.title}. ${HOW_TO_MOVE}`);
+    const display = new Caption(caption, () => this.dispatchEvent(new Event("ready")));
+    const problem = (error: unknown) => this.fail(error, scene.tree.base.host, caption);
+    const visit = new Visit({ scene, stage, display, problem });
+    const first = scene.manifest.viewpoints[0];
+    if (pose) visit.teleport(pose);
+    else if (first) visit.goTo(first);
+    const controls = new Controls(canvas, stick, {
+      keys: this,
+      turn: (yaw, pitch) => visit.turn(yaw, pitch),
+      command: (code) => code === "KeyF" && visit.toggleFly(),
+      tap: () => {},
+    });
+    visit.begin(controls);
+    return visit;
+  }
+
+  private fail(error: unknown, host: string, caption: HTMLElement): void {
+    const { title, text } = explain(error, host);
+    caption.hidden = false;
+    write(caption, `${title}. ${text}`);
+    this.dispatchEvent(new CustomEvent("problem", { detail: error }));
+  }
+}
+
+async function open(src: URL): Promise<PublishedScene> {
+  const tree = new Tree(treeBase(src.href));
+  const queue = new FetchQueue({
+    ...FETCH_DEFAULTS,
+    fetch: (url, init) => fetch(url, init),
+    digest: webCryptoDigest(),
+  });
+  const named = src.searchParams.get("scene") ?? (await fetchSceneList(queue, tree))[0]?.scene;
+  if (!named) throw new NoSuchScene(undefined, []);
+  return PublishedScene.open(queue, tree, named);
+}
+
+/** One line at the bottom while the first picture is on its way. */
+class Caption implements Display {
+  private told = false;
+
+  constructor(
+    private readonly line: HTMLElement,
+    private readonly ready: () => void,
+  ) {}
+
+  title(): void {}
+
+  mode(mode: "fly" | "walk"): void {
+    this.line.hidden = mode !== "fly";
+    write(this.line, mode === "fly" ? "Flying: walls do not stop you. F to walk." : "");
+  }
+
+  show({ settled, loaded_bytes, total_bytes }: Readings): void {
+    if (this.told) return;
+    write(this.line, `${writeBytes(loaded_bytes)} of ${writeBytes(total_bytes)}`);
+    if (!settled) return;
+    this.told = true;
+    this.line.hidden = true;
+    this.ready();
+  }
+}
+
+if (!customElements.get("belvedere-scene")) customElements.define("belvedere-scene", BelvedereScene);

@@ -1,0 +1,63 @@
+/** What does the element look like? It lives in a shadow tree, so nothing of the page's style reaches it. */
+export const STYLE = `
+:host {
+  display: block;
+  position: relative;
+  aspect-ratio: 16 / 9;
+  overflow: hidden;
+  background: #11151b;
+  color: #eef1f5;
+  font: 13px/1.45 system-ui, sans-serif;
+}
+:host([hidden]) {
+  display: none;
+}
+[hidden] {
+  display: none !important;
+}
+canvas {
+  display: block;
+  width: 100%;
+  height: 100%;
+  touch-action: none;
+  cursor: grab;
+  outline: none;
+}
+canvas:focus-visible {
+  box-shadow: inset 0 0 0 2px #e8b96a;
+}
+p {
+  position: absolute;
+  left: 50%;
+  bottom: 12px;
+  translate: -50% 0;
+  margin: 0;
+  padding: 6px 12px;
+  max-width: calc(100% - 24px);
+  box-sizing: border-box;
+  border-radius: 10px;
+  background: rgb(17 21 27 / 78%);
+}
+p:empty {
+  display: none;
+}
+.stick {
+  position: fixed;
+  width: 96px;
+  height: 96px;
+  margin: -48px 0 0 -48px;
+  border-radius: 50%;
+  border: 2px solid rgb(255 255 255 / 35%);
+  pointer-events: none;
+}
+.stick i {
+  position: absolute;
+  left: 50%;
+  top: 50%;
+  width: 40px;
+  height: 40px;
+  margin: -20px;
+  border-radius: 50%;
+  background: rgb(255 255 255 / 45%);
+}
+`;

@@ -1,0 +1,138 @@
+/**
+ * Who else is here, and how do doors move? Joins a live session where one is offered, draws people and swings doors. In a
+ * static tree there is nobody, and doors open and close for oneself alone.
+ */
+import { length, subtract } from "../core/geometry.ts";
+import { Company, type Mover } from "../core/live/company.ts";
+import type { LiveEvent } from "../core/live/events.ts";
+import { type Participant, Session } from "../core/live/session.ts";
+import type { PlacedObject } from "../core/objects.ts";
+import { Avatars } from "../three/avatars.ts";
+import { DoorSwing } from "../three/doors.ts";
+import type { Visit } from "./visit.ts";
+
+/** Who is nearer than this is not drawn: one would look at a figure from inside. */
+const NEAREST_M = 0.5;
+
+export interface LivePartsOfPage {
+  readonly visit: Visit;
+  /** How many other people are in sight, when that changes. */
+  readonly counted: (people: number) => void;
+  /** The scene was published anew while one was in it. */
+  readonly outdated: () => void;
+}
+
+export class LiveCompany {
+  /** Discs under people's feet tell how often they are heard of. */
+  showRates = false;
+  private readonly company = new Company();
+  private readonly avatars = new Avatars();
+  private readonly doors = new Map<number, DoorSwing>();
+  private readonly closedHere = new Set<number>();
+  private readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
+  private session: Session | undefined;
+  private count = 0;
+  private people: readonly Mover[] = [];
+
+  constructor(private readonly parts: LivePartsOfPage) {
+    parts.visit.add(this.avatars.root);
+    parts.visit.onFrame((now_ms, seconds) => this.frame(now_ms, seconds));
+    addEventListener("pagehide", () => this.session?.close());
+  }
+
+  /** Whether other people can be met here. */
+  get live(): boolean {
+    return this.session?.isOpen ?? false;
+  }
+
+  /** Those in sight. */
+  get movers(): readonly Mover[] {
+    return this.people;
+  }
+
+  /** Joins, where that is possible; a server that cannot be asked is one without company. */
+  async join(): Promise<void> {
+    const { scene } = this.parts.visit.explorer;
+    try {
+      this.session = await Session.offered({
+        tree: scene.tree,
+        scene: scene.pointer.scene,
+        fetch: (url, init) => fetch(url, init),
+        listen: (url) => new EventSource(url),
+        now_ms: () => performance.now(),
+        told: (event) => this.hear(event),
+      });
+    } catch {
+      this.session = undefined;
+    }
+  }
+
+  /** Opens a door that is closed, and the reverse. Answers whether the object is a door. */
+  async use({ entry }: PlacedObject): Promise<boolean> {
+    if (!entry.door) return false;
+    const open = this.parts.visit.explorer.isShut(entry.object);
+    if (this.session?.isOpen) await this.session.setDoor(entry.object, open);
+    else {
+      if (open) this.closedHere.delete(entry.object);
+      else this.closedHere.add(entry.object);
+      this.shut();
+    }
+    return true;
+  }
+
+  private hear(event: LiveEvent): void {
+    const { scene } = this.parts.visit.explorer;
+    this.company.take(event, performance.now());
+    const published = event.kind === "revision" || event.kind === "hello" ? event.revision : undefined;
+    if (published !== undefined && published !== scene.pointer.revision) this.parts.outdated();
+    if (event.kind === "door" || event.kind === "resync") this.shut();
+  }
+
+  private shut(): void {
+    const closed = this.session?.isOpen ? this.company.closedDoors : this.closedHere;
+    this.parts.visit.explorer.shutExactly(closed);
+    for (const [object, door] of this.doors) door.turn(!closed.has(object), this.calm.matches ? "at once" : "swinging");
+  }
+
+  private frame(now_ms: number, seconds: number): boolean {
+    this.session?.update(this.self());
+    this.people = this.company.movers(now_ms);
+    if (this.people.length !== this.count) {
+      this.count = this.people.length;
+      this.parts.counted(this.count);
+    }
+    const eye = this.parts.visit.walker.position;
+    const outside = this.people.filter(({ position }) => length(subtract(position, eye)) > NEAREST_M);
+    const walked = this.avatars.show(outside, this.showRates);
+    return this.swing(seconds) || walked;
+  }
+
+  /** Hangs doors that were not met before, which stand in the doorways that they close, and moves those that swing. */
+  private swing(seconds: number): boolean {
+    const { visit } = this.parts;
+    let moved = false;
+    for (const object of visit.explorer.doors) {
+      const placed = this.doors.has(object) ? undefined : visit.explorer.placed(object);
+      if (!placed) continue;
+      const door = new DoorSwing(placed.entry.bounds, visit.explorer.isShut(object) ? 0 : 1);
+      this.doors.set(object, door);
+      visit.move(object, door.matrix());
+    }
+    for (const [object, door] of this.doors) {
+      if (!door.step(seconds)) continue;
+      visit.move(object, door.matrix());
+      moved = true;
+    }
+    return moved;
+  }
+
+  private self(): Participant {
+    const { walker, frozenPose } = this.parts.visit;
+    const { position, yaw } = frozenPose ?? walker;
+    return {
+      position,
+      orientation: [0, Math.sin(yaw / 2), 0, Math.cos(yaw / 2)],
+      velocity: frozenPose ? [0, 0, 0] : walker.speed,
+    };
+  }
+}

@@ -1,0 +1,43 @@
+/** What does the person with a gamepad want? Left stick walks, right stick looks, shoulders go down and up. */
+import type { Intent } from "../core/walker.ts";
+
+/** What of a `Gamepad` in the standard mapping is needed. */
+export interface Pad {
+  readonly axes: readonly number[];
+  readonly buttons: readonly { readonly pressed: boolean }[];
+}
+
+export interface PadWish {
+  readonly intent: Intent;
+  /** Radians a second. */
+  readonly yaw: number;
+  readonly pitch: number;
+}
+
+/** Sticks never rest exactly in the middle. */
+const DEAD_ZONE = 0.15;
+const TURN_RAD_PER_S = 2.2;
+const [LEFT_SHOULDER, RIGHT_SHOULDER, RIGHT_TRIGGER] = [4, 5, 7];
+
+/** Everything that connected pads say, added up. */
+export function readPads(pads: readonly (Pad | null)[]): PadWish {
+  let [forward, right, up, yaw, pitch] = [0, 0, 0, 0, 0];
+  let fast = false;
+  for (const pad of pads) {
+    if (!pad) continue;
+    const pressed = (button: number) => (pad.buttons[button]?.pressed ? 1 : 0);
+    forward -= tilt(pad.axes[1]);
+    right += tilt(pad.axes[0]);
+    up += pressed(RIGHT_SHOULDER) - pressed(LEFT_SHOULDER);
+    yaw -= tilt(pad.axes[2]) * TURN_RAD_PER_S;
+    pitch -= tilt(pad.axes[3]) * TURN_RAD_PER_S;
+    fast ||= pressed(RIGHT_TRIGGER) === 1;
+  }
+  return { intent: { forward, right, up, fast }, yaw, pitch };
+}
+
+/** A stick's tilt beyond its dead zone, from −1 to 1. */
+function tilt(axis = 0): number {
+  const beyond = Math.max(0, Math.abs(axis) - DEAD_ZONE) / (1 - DEAD_ZONE);
+  return Math.sign(axis) * Math.min(1, beyond);
+}

@@ -1,0 +1,164 @@
+/**
+ * What is there that one does not see? Freezes the view, so that one may fly out of it and look at what was left out; draws
+ * the cell, its openings and its neighbours, and boxes around objects by why they count as visible.
+ */
+import { PRIORITY } from "../../core/priority.ts";
+import { type Hidden, hiddenFrom, neighboursOf, type Preparation, reasonsAt } from "../../core/survey.ts";
+import { boxes, hull, type Ink, outlined, pyramid } from "../../three/overlay.ts";
+import { make, write } from "../dom.ts";
+import { writeBytes } from "../format.ts";
+import type { Visit } from "../visit.ts";
+import { type Section, section, toggle } from "./section.ts";
+
+const css = (color: number) => `#${color.toString(16).padStart(6, "0")}`;
+
+const GOLD = 0xe8b96a;
+const PREPARED: Record<Preparation, number> = { unknown: 0xe06c5c, known: 0xe0b44c, coming: 0x6fb6e8, ready: 0x74c98a };
+const SEEN = { local: 0xf2a65a, objects: 0x5fa8f5, cells: 0xb58cf0 };
+const GHOST: Ink = { color: 0xbcd0ea, line: 0.55, fill: 0.06, through: true };
+/** The frozen picture is drawn out to here. */
+const FRUSTUM_M = 12;
+
+export class Layers implements Section {
+  readonly element: HTMLElement;
+  private readonly shown = { cell: true, neighbours: false, reasons: false, ghosts: true, cut: true };
+  private readonly freeze = make("button", { type: "button", "aria-pressed": "false" }, "Freeze the view (G)");
+  private readonly saved = make("p", { class: "note", "data-testid": "saved" });
+  private hidden: Hidden | undefined;
+  private drawn = "";
+
+  constructor(private readonly visit: Visit) {
+    const layer = (name: keyof Layers["shown"], label: string, colours: readonly number[]) =>
+      toggle(label, this.shown[name], (on) => this.choose(name, on), colours.map(css));
+    this.freeze.onclick = () => this.toggleFreeze();
+    this.element = section(
+      "What is there",
+      make("p", {}, this.freeze),
+      this.saved,
+      layer("ghosts", "Hidden objects, while frozen", [GHOST.color]),
+      layer("cut", "Cut away what is above, while frozen", []),
+      layer("cell", "This cell and its openings", [GOLD]),
+      layer("neighbours", "Cells next door: unknown, known, coming, ready", Object.values(PREPARED)),
+      layer("reasons", "Visible: inside the cell, elsewhere; cells seen into", Object.values(SEEN)),
+    );
+  }
+
+  toggleFreeze(): void {
+    const { visit } = this;
+    if (visit.frozen) visit.thaw();
+    else {
+      visit.freeze();
+      visit.cutAway(this.shown.cut);
+      void this.findHidden();
+    }
+    this.freeze.setAttribute("aria-pressed", String(visit.frozen));
+    this.freeze.textContent = visit.frozen ? "Back into the view (G)" : "Freeze the view (G)";
+    this.update();
+  }
+
+  update(): void {
+    const { visit, hidden } = this;
+    if (!visit.frozen) this.hidden = undefined;
+    write(this.saved, visit.frozen ? this.describe(hidden) : "");
+    const key = this.stateKey();
+    if (key === this.drawn) return;
+    this.drawn = key;
+    this.draw();
+  }
+
+  /** Takes everything out of the picture. */
+  clear(): void {
+    if (this.visit.frozen) this.toggleFreeze();
+    this.drawn = "";
+    for (const name of ["cell", "neighbours", "reasons", "ghosts"]) this.visit.overlay.set(name, []);
+    this.visit.redraw();
+  }
+
+  private describe(hidden: Hidden | undefined): string {
+    if (!hidden) return "Asking what else there is …";
+    const all = hidden.objects.length + this.visit.explorer.visible.length;
+    const share = `${writeBytes(hidden.saved_bytes)} of ${writeBytes(hidden.whole_bytes)}`;
+    return `${hidden.objects.length} of ${all} objects are hidden and were not asked for: ${share} saved. Fly out and look.`;
+  }
+
+  private async findHidden(): Promise<void> {
+    const { explorer } = this.visit;
+    try {
+      const all = await explorer.directory.everything(PRIORITY.prefetch);
+      if (this.visit.frozen) this.hidden = hiddenFrom(explorer.visible, all);
+    } catch (error) {
+      write(this.saved, `What else there is cannot be told: ${String(error)}`);
+    }
+    this.update();
+  }
+
+  private choose(name: keyof Layers["shown"], on: boolean): void {
+    this.shown[name] = on;
+    this.visit.cutAway(this.shown.cut);
+    this.update();
+  }
+
+  /** What the drawing depends on. */
+  private stateKey(): string {
+    const { explorer, frozen } = this.visit;
+    const cell = explorer.cellId ?? -1;
+    const states = this.shown.neighbours ? neighboursOf(explorer, cell).map(({ preparation }) => preparation) : [];
+    const reasons = this.shown.reasons ? reasonsAt(explorer, cell) : undefined;
+    const known = [
+      explorer.recordOf(cell) !== undefined,
+      reasons?.local.length,
+      reasons?.objects.length,
+      reasons?.cells.length,
+    ];
+    return JSON.stringify([cell, frozen, this.hidden?.objects.length, this.shown, states, known]);
+  }
+
+  private draw(): void {
+    const { explorer, overlay, frozen } = this.visit;
+    const cell = explorer.cellId ?? -1;
+    const record = explorer.recordOf(cell);
+    const { shown } = this;
+    overlay.set(
+      "cell",
+      shown.cell && record
+        ? [
+            ...hull(record.hull.points, record.hull.faces, { color: GOLD, line: 0.9, fill: frozen ? 0.06 : 0 }),
+            ...record.portals.flatMap(({ polygon }) => outlined(polygon, { color: GOLD, line: 1, fill: 0.16 })),
+          ]
+        : [],
+    );
+    const next = shown.neighbours ? neighboursOf(explorer, cell) : [];
+    overlay.set(
+      "neighbours",
+      (Object.keys(PREPARED) as Preparation[]).flatMap((state) =>
+        boxes(
+          next.filter(({ preparation }) => preparation === state).map(({ bounds }) => bounds),
+          { color: PREPARED[state], line: 0.9, fill: 0.12 },
+        ),
+      ),
+    );
+    const reasons = shown.reasons ? reasonsAt(explorer, cell) : { local: [], objects: [], cells: [] };
+    overlay.set("reasons", [
+      ...boxes(reasons.cells, { color: SEEN.cells, line: 0.35, fill: 0.02 }),
+      ...boxes(reasons.objects, { color: SEEN.objects, line: 0.8, fill: 0.1 }),
+      ...boxes(reasons.local, { color: SEEN.local, line: 0.9, fill: 0.16 }),
+    ]);
+    const ghosts = frozen && shown.ghosts ? (this.hidden?.objects ?? []) : [];
+    const eye = explorer.eyeNow;
+    overlay.set("ghosts", [
+      ...boxes(
+        ghosts.map(({ entry }) => entry.bounds),
+        GHOST,
+      ),
+      ...(frozen && eye
+        ? pyramid(eye.position, this.visit.frozenCorners(FRUSTUM_M), {
+            color: 0xffffff,
+            line: 0.9,
+            fill: 0,
+            through: true,
+          })
+        : []),
+    ]);
+    this.visit.redraw();
+  }
+}

@@ -1,0 +1,93 @@
+/** How much of what one can see is here, now and over the last minute? */
+import type { Progress } from "../../core/progress.ts";
+import type { QualitySample } from "../../core/quality.ts";
+import { make, write } from "../dom.ts";
+import { writeBytes } from "../format.ts";
+import type { Visit } from "../visit.ts";
+import { type Section, section } from "./section.ts";
+
+const [WIDTH, HEIGHT] = [320, 64];
+const SPAN_MS = 60_000;
+
+export class Loading implements Section {
+  readonly element: HTMLElement;
+  private readonly first = bar("First picture");
+  private readonly sharp = bar("As sharp as from here");
+  private readonly chart = make("canvas", { width: String(2 * WIDTH), height: String(2 * HEIGHT), role: "img" });
+  private readonly share = make("p", { class: "note" });
+
+  constructor(private readonly visit: Visit) {
+    this.element = section(
+      "What you can see",
+      this.first.element,
+      this.sharp.element,
+      make("p", { class: "caption" }, "Quality over the last minute: ", key("here"), " and ", key("sharp")),
+      this.chart,
+      this.share,
+    );
+  }
+
+  update(now_ms: number): void {
+    const { explorer, quality } = this.visit;
+    this.first.show(explorer.progress());
+    this.sharp.show(explorer.sharpProgress());
+    const last = quality.samples.at(-1);
+    const percent = (share: number | undefined) => (share === undefined ? "unknown" : `${(100 * share).toFixed(1)} %`);
+    const text = `${percent(last?.here)} here, ${percent(last?.sharp)} sharp`;
+    const work_ms = this.visit.work.quantile_ms(0.95).toFixed(1);
+    write(this.share, `${text}; 95 of 100 frames take at most ${work_ms} ms besides drawing and decoding`);
+    this.chart.setAttribute("aria-label", `Quality: ${text}`);
+    this.draw(quality.samples, now_ms);
+  }
+
+  private draw(samples: readonly QualitySample[], now_ms: number): void {
+    const pen = this.chart.getContext("2d");
+    if (!pen) return;
+    pen.setTransform(2, 0, 0, 2, 0, 0);
+    pen.clearRect(0, 0, WIDTH, HEIGHT);
+    pen.strokeStyle = "rgb(255 255 255 / 12%)";
+    for (const share of [0, 0.5, 1]) line(pen, [0, yOf(share)], [WIDTH, yOf(share)]);
+    for (const [of, colour] of [
+      ["sharp", COLOURS.sharp],
+      ["here", COLOURS.here],
+    ] as const) {
+      pen.strokeStyle = colour;
+      pen.lineWidth = 1.5;
+      pen.beginPath();
+      let drawing = false;
+      for (const sample of samples) {
+        const share = sample[of];
+        const x = WIDTH * (1 - (now_ms - sample.t_ms) / SPAN_MS);
+        if (share !== undefined && x >= 0) drawing ? pen.lineTo(x, yOf(share)) : pen.moveTo(x, yOf(share));
+        drawing = share !== undefined && x >= 0;
+      }
+      pen.stroke();
+    }
+  }
+}
+
+const COLOURS = { here: "#e8b96a", sharp: "#7fb2e5" };
+
+const yOf = (share: number) => 3 + (HEIGHT - 6) * (1 - share);
+
+function line(pen: CanvasRenderingContext2D, from: [number, number], to: [number, number]): void {
+  pen.beginPath();
+  pen.moveTo(...from);
+  pen.lineTo(...to);
+  pen.stroke();
+}
+
+function key(of: "here" | "sharp"): HTMLElement {
+  return make("b", { style: `color:${COLOURS[of]}` }, of);
+}
+
+function bar(label: string) {
+  const progress = make("progress", { max: "1", value: "0", "aria-label": label });
+  const text = make("span", { class: "figure" });
+  const element = make("div", { class: "bar" }, make("span", {}, label), text, progress);
+  const show = ({ loaded_bytes, total_bytes }: Progress) => {
+    progress.value = total_bytes === 0 ? 1 : loaded_bytes / total_bytes;
+    write(text, `${writeBytes(loaded_bytes)} of ${writeBytes(total_bytes)}`);
+  };
+  return { element, show };
+}

@@ -1,0 +1,40 @@
+/** How full is the memory, and what goes next? */
+import { make, write } from "../dom.ts";
+import { writeBytes } from "../format.ts";
+import type { Visit } from "../visit.ts";
+import { type Section, section } from "./section.ts";
+
+/** So many of those that would go are named. */
+const NAMED = 3;
+
+export class Memory implements Section {
+  readonly element: HTMLElement;
+  private readonly held = make("i", { style: "background:var(--gold)" });
+  private readonly promised = make("i", { style: "background:#7fb2e5" });
+  private readonly text = make("p", { class: "note", "data-testid": "memory" });
+  private readonly next = make("p", { class: "note" });
+
+  constructor(private readonly visit: Visit) {
+    const gauge = make("div", { class: "gauge", "aria-hidden": "true" }, this.held, this.promised);
+    this.element = section("Memory", gauge, this.text, this.next);
+  }
+
+  update(): void {
+    const { residency } = this.visit.explorer;
+    const { bytes, promised_bytes, limit_bytes } = residency;
+    const width = (share_bytes: number) => `${Math.min(100, (100 * share_bytes) / limit_bytes).toFixed(2)}%`;
+    this.held.style.width = width(bytes);
+    this.promised.style.width = width(promised_bytes);
+    write(
+      this.text,
+      `${writeBytes(bytes)} held, ${writeBytes(promised_bytes)} promised, limit ${writeBytes(limit_bytes)}; ${residency.size} models`,
+    );
+    const leaving = residency.inOrderOfLeaving();
+    const names = leaving.slice(0, NAMED).map(([model, held]) => `m${model} (${writeBytes(held.bytes)})`);
+    const more = leaving.length > NAMED ? ` and ${leaving.length - NAMED} more` : "";
+    write(
+      this.next,
+      leaving.length === 0 ? "Nothing could go: all of it is visible." : `Next to go: ${names.join(", ")}${more}.`,
+    );
+  }
+}
