@@ -1,4 +1,4 @@
-# Sourced by the other scripts: builds the program, bakes the built-in museum and serves it on a free port.
+# Sourced by the other scripts: builds the program, bakes a museum and serves it on a free port.
 # Afterwards `belvedere`, `data`, `base` and `work` are set; everything started is ended on exit. The baked museum is
 # kept for the next script, until the program is built anew. A script with scenes of its own calls `build_program`, fills
 # `data` and calls `serve`.
