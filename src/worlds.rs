@@ -37,12 +37,15 @@ macro_rules! files {
 }
 
 /// The files of the worlds and what these import.
-const FILES: [(&str, &str); 7] = files![
+const FILES: [(&str, &str); 10] = files![
     "conifer.dcg",
     "exhibits.dcg",
     "forest.dcg",
+    "furniture.dcg",
     "houses.dcg",
     "museum.dcg",
+    "pictures.dcg",
+    "rooms.dcg",
     "town.dcg",
     "tree.dcg",
 ];
