@@ -1,4 +1,4 @@
-# Two commands: `make demo` shows the built-in world, `make test` checks everything. Both say what is missing.
+# Two commands: `make demo` shows the built-in worlds, `make test` checks everything. Both say what is missing.
 # What they are made of stands below.
 
 CARGO ?= cargo
@@ -8,7 +8,7 @@ DATA ?= data
 
 .PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api bless clean
 
-## Build, bake the built-in world, serve it and print the address.
+## Build, bake the built-in worlds, serve them and print the address of the town.
 demo:
 	@tests/tools/require.sh cargo cc node npm
 	@$(MAKE) --no-print-directory viewer

@@ -11,6 +11,7 @@
 //! * [`http`]: routes, caching rules, limits and the accept loop; the only module that knows axum.
 //! * [`publish`]: how a bake becomes what is served, and how a scene leaves as plain files.
 //! * [`config`]: the one list of settings.
+//! * `worlds`: the worlds that are built into the program.
 //! * [`commands`]: what the program can be told to do.
 
 pub mod commands;
@@ -25,3 +26,4 @@ mod progress;
 pub mod publish;
 pub mod published;
 pub mod store;
+mod worlds;

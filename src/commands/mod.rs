@@ -27,7 +27,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Bake the built-in museum, serve it and print the viewer's address
+    /// Bake the built-in worlds, a town, a museum and a forest; serve them and print the viewer's address
     Demo(demo::Args),
     /// Import a scene, compute cells, visibility and levels of detail, and publish it
     Bake(bake::Args),

@@ -54,6 +54,11 @@ impl ServeArgs {
 /// # Errors
 /// When a setting cannot be used, or the server cannot start.
 pub async fn run(args: ServeArgs) -> anyhow::Result<()> {
+    run_at(args, "").await
+}
+
+/// The same; the address that is printed leads to this page.
+pub(super) async fn run_at(args: ServeArgs, page: &str) -> anyhow::Result<()> {
     let check = args.check_config;
     let config = args.into_config()?;
     if check {
@@ -62,9 +67,10 @@ pub async fn run(args: ServeArgs) -> anyhow::Result<()> {
     start_log(&config)?;
     let stopping = CancellationToken::new();
     stop_on_signals(stopping.clone())?;
-    serve(config, stopping, |address| {
+    let page = page.to_owned();
+    serve(config, stopping, move |address| {
         // Whoever started it may read the address from here; the log goes to standard error.
-        let _closed = super::output::print(&format!("open http://{address}/"));
+        let _closed = super::output::print(&format!("open http://{address}/{page}"));
     })
     .await
 }

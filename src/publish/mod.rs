@@ -28,7 +28,7 @@ use belvedere_scene::{
 use serde::{Deserialize, Serialize};
 
 use self::{data::DataFolder, found::FoundFile, source_files::SourceFolder};
-use crate::{db::NewRevision, progress::BakeProgress};
+use crate::{db::NewRevision, progress::BakeProgress, worlds};
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
 const BAKE_VERSION: u32 = 6;
@@ -50,15 +50,15 @@ pub(crate) struct Request {
 pub(crate) enum BakeInput {
     /// A file; what it refers to stands beside it.
     File(PathBuf),
-    /// A world that is built into the program.
-    BuiltIn { name: &'static str, text: &'static str },
+    /// A file that is built into the program, as what it refers to is.
+    BuiltIn(&'static str),
 }
 
 impl BakeInput {
     fn file_name(&self) -> String {
         match self {
             Self::File(path) => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            Self::BuiltIn { name, .. } => (*name).to_owned(),
+            Self::BuiltIn(file) => (*file).to_owned(),
         }
     }
 
@@ -79,7 +79,10 @@ impl BakeInput {
                 let bytes = std::fs::read(path).with_context(cannot)?;
                 Ok((bytes, SourceFolder::beside(path)))
             }
-            Self::BuiltIn { text, .. } => Ok((text.as_bytes().to_vec(), SourceFolder::none())),
+            Self::BuiltIn(file) => {
+                let text = worlds::text(file).with_context(|| format!("{file} is not built in"))?;
+                Ok((text.as_bytes().to_vec(), SourceFolder::built_in()))
+            }
         }
     }
 }

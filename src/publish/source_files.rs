@@ -1,5 +1,6 @@
-//! Which files beside the source did the importer read? Reads them from one folder, never from outside it, and
-//! remembers their hashes so that an unchanged source is not baked again. And what is a file without an extension?
+//! Which files beside the source did the importer read? Reads them from one folder, never from outside it, or from what
+//! is built into the program, and remembers their hashes so that an unchanged source is not baked again.
+//! And what is a file without an extension?
 
 use std::{
     borrow::Cow,
@@ -11,9 +12,12 @@ use std::{
 use belvedere_bake::import::{FileError, SourceFiles};
 use belvedere_scene::BlobHash;
 
+use crate::worlds;
+
 /// The folder beside a source file.
 #[derive(Debug)]
 pub(crate) struct SourceFolder {
+    /// `None`: what is built into the program.
     root: Option<PathBuf>,
     read: Mutex<Vec<ReadFile>>,
 }
@@ -40,8 +44,8 @@ impl SourceFolder {
         }
     }
 
-    /// No folder: nothing can be read.
-    pub(crate) fn none() -> Self {
+    /// What is built into the program.
+    pub(crate) fn built_in() -> Self {
         Self {
             root: None,
             read: Mutex::default(),
@@ -61,7 +65,10 @@ impl SourceFolder {
     }
 
     fn open(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError> {
-        let root = self.root.as_ref().ok_or(FileError::Denied)?;
+        let Some(root) = &self.root else {
+            let text = worlds::text(relative).ok_or(FileError::Missing)?;
+            return Ok(text.as_bytes().to_vec());
+        };
         let unreadable = |cause: std::io::Error| match cause.kind() {
             std::io::ErrorKind::NotFound => FileError::Missing,
             _ => FileError::Io(cause.to_string()),

@@ -64,7 +64,7 @@ fn an_unchanged_source_is_not_baked_twice() {
 fn a_bake_that_is_killed_leaves_the_old_revision_and_only_garbage() {
     let data = Data::new();
     let first = data.bake(&data.write("rooms.plan", OTHER_ROOMS), "rooms");
-    let next = data.write("museum.plan", include_str!("../../content/museum.plan"));
+    let next = data.write("museum.plan", include_str!("../fixtures/museum.plan"));
     let mut killed = 0;
     for wait_ms in [20, 200, 800, 2000] {
         let mut bake = data

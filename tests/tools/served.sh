@@ -1,4 +1,4 @@
-# Sourced by the other scripts: builds the program, bakes the built-in museum and serves it on a free port.
+# Sourced by the other scripts: builds the program, bakes a museum and serves it on a free port.
 # Afterwards `belvedere`, `data`, `base` and `work` are set; everything started is ended on exit. The baked museum is
 # kept for the next script, until the program is built anew. A script with scenes of its own calls `build_program`, fills
 # `data` and calls `serve`.
@@ -24,7 +24,7 @@ serve_museum() {
   build_program
   data="$target/museum"
   if [ "$belvedere" -nt "$data/built" ]; then rm -rf "$data"; fi
-  "$belvedere" bake content/museum.plan --scene museum --data "$data"
+  "$belvedere" bake tests/fixtures/museum.plan --scene museum --data "$data"
   touch "$data/built"
   serve
 }

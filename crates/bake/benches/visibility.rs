@@ -261,7 +261,7 @@ fn methods() {
 /// The built-in museum: rooms, doors, windows and exhibits.
 fn interior() {
     println!("\nthe same in the built-in museum, from every so many cells\n");
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../content/museum.plan");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/museum.plan");
     let scene = parse(&fs::read_to_string(path).unwrap()).unwrap().to_scene();
     let world = World::new(&scene).unwrap();
     let origin = |v: &belvedere_bake::source::SourceViewpoint| v.world_from_camera.w_axis.truncate().to_array();

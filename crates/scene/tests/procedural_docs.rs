@@ -44,9 +44,17 @@ fn the_content_has_more_triangles_the_more_detail_it_has_and_keeps_within_its_bo
     let small = |name: &str| match name {
         "terrain.dcg" => vec![("tiles", 2.0), ("steps", 16.0)],
         "town.dcg" => vec![("reach", 2.0)],
+        "forest.dcg" => vec![("side", 160.0)],
         _ => vec![],
     };
-    for name in ["tree.dcg", "conifer.dcg", "terrain.dcg", "town.dcg"] {
+    for name in [
+        "tree.dcg",
+        "conifer.dcg",
+        "terrain.dcg",
+        "town.dcg",
+        "museum.dcg",
+        "forest.dcg",
+    ] {
         let program = Program::read(name, Content.load(name).unwrap(), &Content).unwrap();
         let parameters = small(name)
             .into_iter()

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use layout::Tile;
 use std::collections::BTreeSet;
 
-const MUSEUM: &str = include_str!("../../../../../content/museum.plan");
+const MUSEUM: &str = include_str!("../../../../../tests/fixtures/museum.plan");
 
 fn refusal(text: &str) -> String {
     parse(text).expect_err("accepted").to_string()
