@@ -5,8 +5,8 @@
 //! nobody needs to hear of it. Here it is a ball, from the largest speed that the mover's owner has promised; a mover with a
 //! known trajectory has boxes along its way instead ([`crate::motion::Trajectory::swept`]).
 //!
-//! How long one lasts adapts, as in the paper: longer when it expired unseen, shorter when it was exposed before. Hence a
-//! mover in a far corner costs ever less, and one at a door is not put away in vain.
+//! How large one is adapts, as in the paper: larger when it expired unseen or was left, smaller when it was exposed before.
+//! Hence a mover in a far corner costs ever less, and one at a door is not put away in vain.
 
 use serde::Serialize;
 
@@ -47,7 +47,7 @@ impl Tbv {
     }
 }
 
-/// How long the next volume of a mover lasts.
+/// How large the next volume of a mover is: so large that the mover, as fast as it can, comes to its border in this time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Validity {
     ms: Ms,
@@ -69,23 +69,23 @@ impl Validity {
         }
     }
 
-    /// What the next volume should last.
+    /// What the next volume should be.
     #[must_use]
     pub fn ms(&self) -> Ms {
         self.ms
     }
 
-    /// The last volume expired unseen.
+    /// The last volume expired unseen, or was left.
     pub fn lengthen(&mut self) {
         self.ms = (2 * self.ms).min(self.longest_ms);
     }
 
-    /// A volume of this length was the longest that would do.
+    /// A volume of this size was the largest that would do.
     pub fn fit(&mut self, ms: Ms) {
         self.ms = self.ms.min(ms).max(Self::SHORTEST_MS);
     }
 
-    /// The last volume was exposed, or its promise broken.
+    /// The last volume was exposed.
     pub fn shorten(&mut self) {
         self.ms = (self.ms / 2).max(Self::SHORTEST_MS);
     }

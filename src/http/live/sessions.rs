@@ -171,7 +171,8 @@ pub(in crate::http) async fn aoi(
     let session = live.session(session, token)?;
     let shape = r#"{"enter_m": 50, "leave_m": 60}"#;
     let aoi: Aoi = json_body(request, shape).await?;
-    session.set_aoi(aoi).await?;
+    let set = session.set_aoi(aoi).await;
+    set.map_err(|error| ApiError::from(error).of_member("/aoi"))?;
     Ok(now(StatusCode::OK, &aoi))
 }
 

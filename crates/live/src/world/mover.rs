@@ -56,6 +56,11 @@ impl Mover {
         self.state == State::Awake
     }
 
+    /// Whether its owner says when it leaves its volume, and hears when it is to speak before.
+    pub(super) fn is_heard_when_it_leaves(&self) -> bool {
+        self.owner.is_some() && self.way.is_none()
+    }
+
     /// When it must be looked at again.
     pub(super) fn alarm_ms(&self) -> Option<Ms> {
         match self.state {

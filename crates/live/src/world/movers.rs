@@ -67,11 +67,9 @@ impl World {
         new: NewMover,
         now_ms: Ms,
     ) -> Result<(), Refusal> {
+        // Its pose is that of its first key, and the key is what was sent.
+        new.way.as_ref().map_or(Ok(()), |way| check::way(way, &self.reach))?;
         let sent = new.pose.checked(&self.reach)?;
-        let keys = new.way.iter().flat_map(|way| way.keys());
-        for (number, key) in keys.enumerate() {
-            check::key(key, &self.reach).map_err(|_| Refusal::Key(number))?;
-        }
         // Who follows a known way keeps to that way's speed, whatever was promised.
         let promised_mps = new.way.as_ref().map_or(new.max_speed_mps, Trajectory::fastest_mps);
         let (max_speed_mps, radius_m) = (check::speed(promised_mps)?, check::radius(new.radius_m)?);
@@ -159,12 +157,19 @@ impl World {
             State::Hushed { tbv, until_ms } if now_ms < until_ms && tbv.holds(sent.position) => {
                 // Who speaks just before the end gets the next promise with the answer.
                 if until_ms - now_ms <= RENEWAL_TICKS * self.rules.tick_ms {
-                    mover.validity.lengthen();
+                    if !mover.is_heard_when_it_leaves() {
+                        mover.validity.lengthen();
+                    }
                     self.rouse(object, now_ms);
                 }
             }
             State::Hushed { .. } => {
-                mover.validity.shorten();
+                // It has gone out of its volume: that was too small, unless this was no walk.
+                if teleported {
+                    mover.validity.shorten();
+                } else {
+                    mover.validity.lengthen();
+                }
                 self.rouse(object, now_ms);
             }
             State::Asked { .. } => self.rouse(object, now_ms),
