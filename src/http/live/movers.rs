@@ -43,6 +43,7 @@ struct Asked {
     name: Option<String>,
     radius_m: Option<f64>,
     max_speed_mps: Option<f64>,
+    max_acceleration_mps2: Option<f64>,
     trajectory: Option<Way>,
     persistent: Option<bool>,
 }
@@ -55,11 +56,12 @@ impl Asked {
             ("/orientation", self.orientation.is_some()),
             ("/t_ms", self.t_ms.is_some()),
             ("/max_speed_mps", self.max_speed_mps.is_some()),
+            ("/max_acceleration_mps2", self.max_acceleration_mps2.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((pointer, _)) => Err(ApiError::bad_body(
                 *pointer,
-                "the trajectory says where the mover is, and how fast; leave out position, orientation, t_ms and max_speed_mps",
+                "the trajectory says where the mover is, and how fast; leave out position, orientation, t_ms and promises",
             )),
             None => Ok(()),
         }
@@ -143,6 +145,7 @@ pub(in crate::http) async fn create(
     let new = NewMover {
         pose: pose.sent(),
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
+        max_acceleration_mps2: asked.max_acceleration_mps2,
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         look: look(&published, asked.avatar, asked.name).await?,
         way: way.transpose().map_err(LiveError::from)?,

@@ -46,6 +46,9 @@ pub enum Refusal {
     /// No usable speed; the largest one.
     #[error("max_speed_mps must be from 0 to {0}")]
     Speed(f64),
+    /// No usable acceleration.
+    #[error("max_acceleration_mps2 must be from 0 to {MOST_ACCELERATION_MPS2}")]
+    Acceleration,
     /// A key of a trajectory is nowhere near the scene, or has no orientation.
     #[error("key {number} of the trajectory is no pose near the scene; its {} cannot be", &.pointer[1..])]
     Key {
@@ -87,6 +90,7 @@ impl Refusal {
             Self::OutOfWorld(_) => "/position",
             Self::Backwards { .. } => "/t_ms",
             Self::Speed(_) => "/max_speed_mps",
+            Self::Acceleration => "/max_acceleration_mps2",
             Self::Radius => "/radius_m",
             Self::Aoi(Radius::Enter) => "/aoi/enter_m",
             Self::Aoi(Radius::Leave) => "/aoi/leave_m",
@@ -112,6 +116,8 @@ const MOST: f64 = 1e9;
 pub const MOST_SPEED_MPS: f64 = 1_000.0;
 /// No participant is promised to be faster: it would see from wherever it may have come in a round trip.
 pub const MOST_WALK_MPS: f64 = 100.0;
+/// No mover is promised to change its velocity faster.
+pub const MOST_ACCELERATION_MPS2: f64 = 10_000.0;
 /// No mover is larger.
 pub const MOST_RADIUS_M: f64 = 100.0;
 /// No area of interest is larger.
@@ -209,6 +215,11 @@ pub(super) fn walking_speed(max_speed_mps: f64) -> Result<f64, Refusal> {
 fn up_to(most: f64, max_speed_mps: f64) -> Result<f64, Refusal> {
     let sound = (0.0..=most).contains(&max_speed_mps);
     sound.then_some(max_speed_mps).ok_or(Refusal::Speed(most))
+}
+
+pub(super) fn acceleration(most_mps2: Option<f64>) -> Result<Option<f64>, Refusal> {
+    let sound = most_mps2.is_none_or(|most_mps2| (0.0..=MOST_ACCELERATION_MPS2).contains(&most_mps2));
+    sound.then_some(most_mps2).ok_or(Refusal::Acceleration)
 }
 
 pub(super) fn radius(radius_m: f64) -> Result<f64, Refusal> {

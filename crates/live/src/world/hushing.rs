@@ -83,7 +83,13 @@ impl World {
         } else {
             (mover.pose.position_at(now_ms), now_ms)
         };
-        let tbv = Tbv::around(position, mover.max_speed_mps, until_ms - since_ms);
+        let elapsed_ms = until_ms - since_ms;
+        let by_speed = Tbv::around(position, mover.max_speed_mps, elapsed_ms);
+        let moving = mover.max_acceleration_mps2.filter(|_| fresh && mover.velocity_is_said);
+        let by_acceleration = moving.map(|most_mps2| Tbv::ahead(position, mover.pose.velocity, most_mps2, elapsed_ms));
+        let tbv = by_acceleration
+            .filter(|tbv| tbv.radius_m < by_speed.radius_m)
+            .unwrap_or(by_speed);
         let Some(way) = &mover.way else {
             // Who leaves it has gone on before that is heard here, as far as who is awake.
             let late_m = if mover.is_heard_when_it_leaves() {

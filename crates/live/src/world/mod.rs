@@ -26,7 +26,10 @@ use belvedere_scene::{Bounds, CellId, ObjectId};
 use serde::{Deserialize, Serialize};
 
 pub use self::{
-    check::{MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Radius, Refusal, Seen, Sent, Unknown},
+    check::{
+        MOST_ACCELERATION_MPS2, MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Radius, Refusal, Seen,
+        Sent, Unknown,
+    },
     doors::Unscreened,
     mover::Look,
     movers::NewMover,

@@ -21,6 +21,9 @@ pub(super) struct Mover {
     pub(super) look: Look,
     pub(super) radius_m: f64,
     pub(super) max_speed_mps: f64,
+    pub(super) max_acceleration_mps2: Option<f64>,
+    /// The velocity of the pose is what its owner said, no estimate.
+    pub(super) velocity_is_said: bool,
     pub(super) way: Option<Trajectory>,
     pub(super) clock: SenderClock,
     /// The newest.

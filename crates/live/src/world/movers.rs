@@ -24,6 +24,9 @@ pub struct NewMover {
     pub pose: Sent,
     /// A promise.
     pub max_speed_mps: f64,
+    /// Another one, if it is made; it counts where poses say their velocity.
+    #[serde(default)]
+    pub max_acceleration_mps2: Option<f64>,
     /// A ball of this radius around its position holds it.
     pub radius_m: f64,
     /// What it looks like.
@@ -73,6 +76,7 @@ impl World {
         // Who follows a known way keeps to that way's speed, whatever was promised.
         let promised_mps = new.way.as_ref().map_or(new.max_speed_mps, Trajectory::fastest_mps);
         let (max_speed_mps, radius_m) = (check::speed(promised_mps)?, check::radius(new.radius_m)?);
+        let max_acceleration_mps2 = check::acceleration(new.max_acceleration_mps2)?;
         if self.cells.is_empty() {
             return Err(Refusal::NoCells);
         }
@@ -90,6 +94,8 @@ impl World {
             look: new.look,
             radius_m,
             max_speed_mps,
+            max_acceleration_mps2,
+            velocity_is_said: sent.velocity.is_some(),
             pose: new.way.as_ref().map_or(pose, |way| way.pose_at(now_ms)),
             way: new.way,
             clock: SenderClock::new(sent.t_ms, now_ms),
@@ -153,6 +159,7 @@ impl World {
             velocity: sent.velocity.unwrap_or_else(estimate),
             acceleration: sent.acceleration.unwrap_or_default(),
         };
+        mover.velocity_is_said = sent.velocity.is_some();
         match mover.state {
             State::Hushed { tbv, until_ms } if now_ms < until_ms && tbv.holds(sent.position) => {
                 // Who speaks just before the end gets the next promise with the answer.
