@@ -312,7 +312,7 @@ mod tests {
                 let low = DVec3::new(14.0 * random.unit() - 7.0, 4.0 * random.unit() - 2.0, z);
                 Block {
                     min: low,
-                    max: low + DVec3::new(1.5 * random.unit(), 1.0, 0.5),
+                    max: low + DVec3::new(6.0 * random.unit(), 1.0, 0.5),
                 }
             };
             let (from, to) = (part(-1.0), part(2.5));
@@ -329,6 +329,6 @@ mod tests {
             proved += usize::from(hidden);
             found += usize::from(seen);
         }
-        assert!(proved >= 100 && found >= 3, "{proved} proved, {found} seen");
+        assert!(proved >= 50 && found >= 10, "{proved} proved, {found} seen");
     }
 }
