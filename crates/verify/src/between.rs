@@ -60,6 +60,8 @@ impl Effort {
     }
 }
 
+/// A ray that is in a cell for no larger share of its way is not surely there.
+const ROUNDING: f64 = 1e-6;
 /// So many rays look around from a cell.
 pub const RAYS_AROUND: u64 = 1 << 12;
 
@@ -124,12 +126,14 @@ impl Between {
             };
             let way = direction * (self.all.max - self.all.min).length();
             let end = self.blockade.reach(eye, eye + way, closed);
+            // What ends at a wall is not behind it because of rounding.
+            let hair = ROUNDING + 2.0 * self.error_m / way.length();
             for (number, (block, cell)) in self.blocks.iter().zip(&self.cells).enumerate() {
                 seen[number] |= block.is_passed(eye, end * way)
                     && cell
                         .room
                         .along(eye, way)
-                        .is_some_and(|[enter, leave]| enter.max(0.0) < leave.min(end));
+                        .is_some_and(|[enter, leave]| leave.min(end) - enter.max(0.0) > hair);
             }
             seen
         };

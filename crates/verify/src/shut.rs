@@ -140,15 +140,15 @@ impl Blockade {
             }
             tried.push((normal, offset));
             let height = |point: &DVec3| normal.dot(*point) - offset;
-            // Ways lead from the side that hides, or from either.
-            let side = height(&near[0]).signum();
+            // Ways lead from the side that hides, or from either; boxes may touch the plane.
+            let side = height(&from.middle()).signum();
             let parts =
-                near.iter().all(|p| side * height(p) > slack_m) && far.iter().all(|p| -side * height(p) > slack_m);
+                near.iter().all(|p| side * height(p) >= -slack_m) && far.iter().all(|p| -side * height(p) >= -slack_m);
             parts
                 && self.covers(
                     face,
                     (normal, offset),
-                    &crossings(&near, &far, &height),
+                    &crossings(&near, &far, &height, slack_m),
                     closed,
                     slack_m,
                 )
@@ -198,10 +198,19 @@ impl Blockade {
     }
 }
 
-/// Where ways between corners cross a plane.
-fn crossings(near: &[DVec3], far: &[DVec3], height: &dyn Fn(&DVec3) -> f64) -> Vec<DVec3> {
-    let cross = |a: &DVec3, b: &DVec3| a.lerp(*b, height(a) / (height(a) - height(b)));
-    near.iter().flat_map(|a| far.iter().map(move |b| cross(a, b))).collect()
+/// Where ways between corners cross a plane; both ends of those that run along it.
+fn crossings(near: &[DVec3], far: &[DVec3], height: &dyn Fn(&DVec3) -> f64, slack_m: f64) -> Vec<DVec3> {
+    let cross = |a: &DVec3, b: &DVec3| {
+        let falls_m = height(a) - height(b);
+        if falls_m.abs() <= slack_m {
+            vec![*a, *b]
+        } else {
+            vec![a.lerp(*b, (height(a) / falls_m).clamp(0.0, 1.0))]
+        }
+    };
+    near.iter()
+        .flat_map(|a| far.iter().flat_map(move |b| cross(a, b)))
+        .collect()
 }
 
 /// The convex hull, counter-clockwise (Andrew, *Another Efficient Algorithm for Convex Hulls in Two Dimensions*, 1979).
@@ -300,6 +309,15 @@ mod tests {
         let tiles = |surface| Blockade::of(&scene(vec![quad([-9.0, -9.0], [9.0, 9.0], 1.0, surface)]));
         assert!(!shuts(&tiles(OPAQUE), &here, &there), "seen from behind");
         assert!(shuts(&tiles(OPAQUE), &there, &here));
+    }
+
+    #[test]
+    fn rooms_on_both_sides_of_a_wall_that_touch_it_are_shut_off() {
+        let room = |z: f64| block([-4.0, -1.0, z], [4.0, 1.0, z + 2.0]);
+        let wall = || vec![quad([-4.0, -1.0], [4.0, 1.0], 1.0, BOTH_SIDES)];
+        assert!(shuts(&Blockade::of(&scene(wall())), &room(-1.0), &room(1.0)));
+        let smaller = vec![quad([-4.0, -1.0], [3.9, 1.0], 1.0, BOTH_SIDES)];
+        assert!(!shuts(&Blockade::of(&scene(smaller)), &room(-1.0), &room(1.0)));
     }
 
     #[test]
