@@ -11,7 +11,11 @@ use std::{
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 
-use crate::{http::accept::ConnectionLimits, jobs::JobSettings, live::LiveSettings};
+use crate::{
+    http::accept::ConnectionLimits,
+    jobs::JobSettings,
+    live::{LiveSettings, NotAToken},
+};
 
 /// Everything that can be set. In the file the names are the same, with `_` for `-`.
 #[derive(Debug, Clone, Default, PartialEq, Args, Deserialize)]
@@ -48,6 +52,19 @@ pub struct Settings {
     /// How many program-driven movers there may be [default: 100000]
     #[arg(long, value_name = "N", env = "BELVEDERE_MAX_MOVERS")]
     pub max_movers: Option<usize>,
+    /// How many of them may outlive the server [default: 1000]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_PERSISTENT")]
+    pub max_persistent: Option<usize>,
+    /// Only who shows this token makes movers that outlive the server, and may delete any mover; 32 hex digits, as
+    /// `openssl rand -hex 16` prints [default: everybody makes them]
+    #[arg(long, value_name = "TOKEN", env = "BELVEDERE_OPERATOR_TOKEN", hide_env_values = true)]
+    pub operator_token: Option<String>,
+    /// A mover that does not outlive the server ends when its sender is silent for longer, in seconds [default: 3600]
+    #[arg(long, value_name = "S", env = "BELVEDERE_MOVER_LEASE_S")]
+    pub mover_lease_s: Option<u64>,
+    /// In a crowd, who is visible to a smaller share is not told of, in percent [default: 0]
+    #[arg(long, value_name = "PERCENT", env = "BELVEDERE_CULL_BELOW_PERCENT")]
+    pub cull_below_percent: Option<u64>,
     /// Time between ticks of live sessions, in milliseconds [default: 100]
     #[arg(long, value_name = "MS", env = "BELVEDERE_TICK_MS")]
     pub tick_ms: Option<u64>,
@@ -126,6 +143,9 @@ pub enum ConfigError {
         /// What was given.
         got: u64,
     },
+    /// What should be the operator's token is none.
+    #[error("`operator_token` is not right: {0}")]
+    OperatorToken(#[from] NotAToken),
     /// The log filter cannot be read.
     #[error("`log` is not a filter like `info` or `warn,belvedere=debug`: {0}")]
     Log(String),
@@ -190,6 +210,10 @@ impl Settings {
             poll_ms: self.poll_ms.or(fallback.poll_ms),
             max_sessions: self.max_sessions.or(fallback.max_sessions),
             max_movers: self.max_movers.or(fallback.max_movers),
+            max_persistent: self.max_persistent.or(fallback.max_persistent),
+            operator_token: self.operator_token.or(fallback.operator_token),
+            mover_lease_s: self.mover_lease_s.or(fallback.mover_lease_s),
+            cull_below_percent: self.cull_below_percent.or(fallback.cull_below_percent),
             tick_ms: self.tick_ms.or(fallback.tick_ms),
             lease_s: self.lease_s.or(fallback.lease_s),
             max_upload_mib: self.max_upload_mib.or(fallback.max_upload_mib),
@@ -226,11 +250,18 @@ impl TryFrom<Settings> for Config {
         let live = LiveSettings::default();
         let sessions = settings.max_sessions.unwrap_or(live.sessions) as u64;
         let movers = settings.max_movers.unwrap_or(live.movers) as u64;
+        let persistent = settings.max_persistent.unwrap_or(live.persistent) as u64;
+        let mover_lease_s = settings.mover_lease_s.unwrap_or(live.mover_lease.as_secs());
+        let cull_below_percent = settings.cull_below_percent.unwrap_or(live.cull_below_percent.into());
         let tick_ms = settings.tick_ms.unwrap_or(live.tick.as_millis() as u64);
         let lease_s = settings.lease_s.unwrap_or(live.lease.as_secs());
         let live = LiveSettings {
             sessions: within("max_sessions", sessions, 0, 1_000_000)? as usize,
             movers: within("max_movers", movers, 0, 10_000_000)? as usize,
+            persistent: within("max_persistent", persistent, 0, 10_000_000)? as usize,
+            operator: settings.operator_token.map(|token| token.parse()).transpose()?,
+            mover_lease: Duration::from_secs(within("mover_lease_s", mover_lease_s, 1, 10_000_000)?),
+            cull_below_percent: within("cull_below_percent", cull_below_percent, 0, 50)? as u8,
             tick: Duration::from_millis(within("tick_ms", tick_ms, 10, 1_000)?),
             lease: Duration::from_secs(within("lease_s", lease_s, 1, 3_600)?),
         };
@@ -320,5 +351,18 @@ mod tests {
         };
         let error = Config::try_from(settings).unwrap_err().to_string();
         assert_eq!(error, "`max_connections` must be from 1 to 1000000; got 0");
+    }
+
+    #[test]
+    fn an_operators_token_must_be_one() {
+        let with = |token: &str| {
+            Config::try_from(Settings {
+                operator_token: Some(token.to_owned()),
+                ..Settings::default()
+            })
+        };
+        assert!(with(&"0a".repeat(16)).unwrap().live.operator.is_some());
+        let error = with("secret").unwrap_err().to_string();
+        assert!(error.contains("operator_token") && !error.contains("secret"), "{error}");
     }
 }

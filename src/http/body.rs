@@ -2,6 +2,7 @@
 
 use axum::{body::Bytes, extract::Request, http::header};
 use serde::de::DeserializeOwned;
+use serde_path_to_error::{Path, Segment};
 
 use super::error::ApiError;
 
@@ -31,6 +32,21 @@ pub(super) async fn json_body<T: DeserializeOwned>(request: Request, shape: &str
 
 /// JSON of this shape.
 pub(super) fn json<T: DeserializeOwned>(text: &[u8], shape: &str) -> Result<T, ApiError> {
-    serde_json::from_slice(text)
-        .map_err(|error| ApiError::bad_body("", format!("the body must be JSON, {shape}: {error}")))
+    let mut reader = serde_json::Deserializer::from_slice(text);
+    let read = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+        let pointer = pointer(error.path());
+        (pointer, error.into_inner())
+    });
+    let read = read.and_then(|value| reader.end().map(|()| value).map_err(|error| (String::new(), error)));
+    read.map_err(|(pointer, error)| ApiError::bad_body(pointer, format!("the body must be JSON, {shape}: {error}")))
+}
+
+/// A JSON pointer (RFC 6901) to where reading ended.
+fn pointer(path: &Path) -> String {
+    let names = path.iter().map_while(|segment| match segment {
+        Segment::Seq { index } => Some(index.to_string()),
+        Segment::Map { key } => Some(key.replace('~', "~0").replace('/', "~1")),
+        Segment::Enum { .. } | Segment::Unknown => None,
+    });
+    names.flat_map(|name| ["/".to_owned(), name]).collect()
 }

@@ -37,7 +37,7 @@ impl From<LiveError> for ApiError {
             LiveError::NoToken => Self::NoToken,
             LiveError::WrongToken(whose) => Self::WrongToken(whose),
             LiveError::Refused(refusal) => refusal.into(),
-            LiveError::Trajectory(ref error) => Self::bad_body("/trajectory/keys", error),
+            LiveError::Trajectory(ref error) => Self::bad_body(error.pointer(), error),
             LiveError::Flooded { retry_ms } => Self::Flooded {
                 detail: error.to_string(),
                 // Whole seconds are all that the header can say.

@@ -3,7 +3,7 @@
 //! An [`ApiError`] becomes a response that carries its [`Problem`]; the layer `around` adds `instance`, writes the body
 //! and logs internal causes, once. Internals never reach the caller.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use axum::{
     body::Body,
@@ -30,7 +30,7 @@ pub enum ApiError {
     /// The body cannot be read.
     BadBody {
         /// A JSON pointer to what is wrong.
-        pointer: &'static str,
+        pointer: Cow<'static, str>,
         /// What is wrong and what would be right.
         detail: String,
     },
@@ -52,8 +52,13 @@ pub enum ApiError {
         /// How large it may be.
         most_bytes: u64,
     },
-    /// No token was shown, or none that can be read.
+    /// No token was shown.
     NoToken,
+    /// What was shown is no token; where, if it was in a body.
+    BadToken {
+        /// A JSON pointer to it.
+        pointer: Option<&'static str>,
+    },
     /// The token is that of somebody else; of whom it is not.
     WrongToken(String),
     /// A writing route was asked for without an API key.
@@ -104,7 +109,7 @@ pub(super) struct Problem {
     pub(super) title: &'static str,
     pub(super) detail: String,
     pub(super) parameter: Option<&'static str>,
-    pub(super) pointer: Option<&'static str>,
+    pub(super) pointer: Option<Cow<'static, str>>,
     pub(super) cause: Option<Arc<anyhow::Error>>,
 }
 
@@ -131,7 +136,7 @@ impl Problem {
             detail: &self.detail,
             instance,
             parameter: self.parameter,
-            pointer: self.pointer,
+            pointer: self.pointer.as_deref(),
         };
         serde_json::to_vec(&document).expect("a problem holds nothing that JSON cannot say")
     }
@@ -155,10 +160,21 @@ impl ApiError {
     }
 
     /// A body in which the member at a JSON pointer is wrong.
-    pub(super) fn bad_body(pointer: &'static str, detail: impl ToString) -> Self {
+    pub(super) fn bad_body(pointer: impl Into<Cow<'static, str>>, detail: impl ToString) -> Self {
         Self::BadBody {
-            pointer,
+            pointer: pointer.into(),
             detail: detail.to_string(),
+        }
+    }
+
+    /// The same for who sent only the member at a JSON pointer as its body.
+    pub(super) fn of_member(self, member: &str) -> Self {
+        match self {
+            Self::BadBody { pointer, detail } => {
+                let inside = pointer.strip_prefix(member).map(str::to_owned);
+                Self::bad_body(inside.map_or(pointer, Cow::Owned), detail)
+            }
+            other => other,
         }
     }
 
@@ -220,6 +236,13 @@ impl ApiError {
                 "no-token",
                 "A token is needed",
                 "send the token that came with the session or mover as `Authorization: Bearer`, or as `?token=`"
+                    .to_owned(),
+            ),
+            Self::BadToken { .. } => (
+                S::UNAUTHORIZED,
+                "bad-token",
+                "What was sent is no token",
+                "a token is 32 lower-case hex digits, as they came with the session or mover; send it as `Authorization: Bearer`, or as `?token=`"
                     .to_owned(),
             ),
             Self::WrongToken(whose) => (
@@ -308,7 +331,8 @@ impl ApiError {
             _ => None,
         };
         let pointer = match &self {
-            Self::BadBody { pointer, .. } => Some(*pointer),
+            Self::BadBody { pointer, .. } => Some(pointer.clone()),
+            Self::BadToken { pointer } => pointer.map(Cow::Borrowed),
             _ => None,
         };
         let cause = match self {
@@ -339,7 +363,10 @@ impl IntoResponse for ApiError {
             Self::Full(_) => Some(10),
             _ => None,
         };
-        let unauthorized = matches!(self, Self::NoToken | Self::NoKey | Self::WrongKey);
+        let unauthorized = matches!(
+            self,
+            Self::NoToken | Self::BadToken { .. } | Self::NoKey | Self::WrongKey
+        );
         let varies = matches!(
             self,
             Self::NotAcceptable | Self::RangeNotSatisfiable { varies: true, .. }

@@ -28,17 +28,17 @@ impl<S: Sync> FromRequestParts<S> for Shown {
                 let bearer = text
                     .split_once(' ')
                     .filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
-                Some(bearer.ok_or(ApiError::NoToken)?.1.trim())
+                Some(bearer.ok_or(ApiError::BadToken { pointer: None })?.1.trim())
             }
             None => query.text("token")?,
         };
-        header.map(token).transpose().map(Self)
+        header.map(|text| token(text, None)).transpose().map(Self)
     }
 }
 
-/// A token as it is written.
-pub(super) fn token(text: &str) -> Result<Token, ApiError> {
-    text.parse().map_err(|_| ApiError::NoToken)
+/// A token as it is written, and where in a body, if it was in one.
+pub(super) fn token(text: &str, pointer: Option<&'static str>) -> Result<Token, ApiError> {
+    text.parse().map_err(|_| ApiError::BadToken { pointer })
 }
 
 /// So many doors a query may close.

@@ -58,7 +58,7 @@ pub use self::{
     registry::{Door, Opened},
     session::SessionHandle,
     settings::LiveSettings,
-    token::Token,
+    token::{NotAToken, Token},
 };
 use crate::{db::Catalogue, published::Publications};
 
@@ -217,10 +217,10 @@ impl Live {
     }
 
     /// Adds a program-driven mover, which outlives the server if it `stays`. Who shows a session's token drives it through
-    /// that session.
+    /// that session. Where there is an operator, only movers of the operator stay.
     ///
     /// # Errors
-    /// When there is no room, or the rules refuse it.
+    /// When there is no room, the token is not the operator's where it must be, or the rules refuse it.
     pub async fn create(
         &self,
         scene: &SceneName,
@@ -228,12 +228,18 @@ impl Live {
         stays: bool,
         token: Option<Token>,
     ) -> Result<(Moved, Token), LiveError> {
+        let settings = &self.0.settings;
+        if let (true, Some(operator)) = (stays, settings.operator) {
+            operator.admit(token, || {
+                "the operator, who alone makes persistent movers here".to_owned()
+            })?;
+        }
+        let token = token.filter(|_| !self.is_operator(token));
         let stage = self.stage(scene);
         let owner = token
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
-        let most = self.0.settings.movers;
-        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, stays, most)?;
+        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, stays, settings)?;
         let kept = stays.then(|| new.clone());
         let message = |reply| Message::Create {
             object,
@@ -295,12 +301,20 @@ impl Live {
         Ok(answers.into_iter().map(answer).collect())
     }
 
-    /// Removes a mover, for whoever has its token.
+    fn is_operator(&self, token: Option<Token>) -> bool {
+        token.is_some() && token == self.0.settings.operator
+    }
+
+    /// Removes a mover, for whoever has its token, and for the operator.
     ///
     /// # Errors
     /// When there is none, or the token is not its own.
     pub async fn destroy(&self, object: ObjectId, token: Option<Token>) -> Result<(), LiveError> {
-        let stage = self.0.registry.mover(object, token)?;
+        let stage = if self.is_operator(token) {
+            self.0.registry.scene_of(object)?
+        } else {
+            self.0.registry.mover(object, token)?
+        };
         if self.0.registry.stays(object) {
             let forgotten = self.0.sources.catalogue.forget_mover(object).await;
             forgotten.map_err(LiveError::Unkept)?;

@@ -1,8 +1,9 @@
 //! Which scene is a session or a mover in, and what is its token? One table for all scenes, locked for moments only.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     sync::{Arc, Mutex, MutexGuard},
+    time::{Duration, Instant},
 };
 
 use belvedere_live::{
@@ -12,7 +13,7 @@ use belvedere_live::{
 };
 use belvedere_scene::{Bounds, ObjectId, SceneName};
 
-use super::{LiveError, message::StageHandle, outbox::Outbox, token::Token};
+use super::{LiveError, LiveSettings, message::StageHandle, outbox::Outbox, token::Token};
 
 /// A session that was opened.
 #[derive(Debug)]
@@ -48,6 +49,8 @@ struct Tables {
     stages: BTreeMap<SceneName, StageHandle>,
     sessions: BTreeMap<SessionId, SessionEntry>,
     movers: BTreeMap<ObjectId, MoverEntry>,
+    /// Movers that outlive the server.
+    staying: usize,
     next_session: u64,
     next_mover: u32,
 }
@@ -67,6 +70,8 @@ struct MoverEntry {
     stage: StageHandle,
     /// It outlives the server.
     stays: bool,
+    /// When its token was shown last.
+    heard: Instant,
 }
 
 /// A place in the table that is given back unless it is kept: whoever does not wait for an answer gets nothing.
@@ -101,6 +106,20 @@ impl Tables {
         let id = ObjectId(FIRST_MOVER + self.next_mover);
         self.next_mover += 1;
         id
+    }
+
+    fn add_mover(&mut self, object: ObjectId, token: Token, stage: &StageHandle, stays: bool) {
+        let (stage, heard) = (stage.clone(), Instant::now());
+        self.staying += usize::from(stays);
+        self.movers.insert(
+            object,
+            MoverEntry {
+                token,
+                stage,
+                stays,
+                heard,
+            },
+        );
     }
 
     fn session_of(&self, stage: &StageHandle, token: Token) -> Option<SessionId> {
@@ -199,17 +218,20 @@ impl Registry {
         stage: &StageHandle,
         token: Option<Token>,
         stays: bool,
-        most: usize,
+        settings: &LiveSettings,
     ) -> Result<(ObjectId, Token, Reserved<'_>), LiveError> {
         let token = token.map_or_else(Token::random, Ok)?;
         let mut tables = self.tables();
-        if tables.movers.len() >= most {
-            let what = "movers";
+        if tables.movers.len() >= settings.movers {
+            let (what, most) = ("movers", settings.movers);
+            return Err(LiveError::Full { what, most });
+        }
+        if stays && tables.staying >= settings.persistent {
+            let (what, most) = ("persistent movers", settings.persistent);
             return Err(LiveError::Full { what, most });
         }
         let object = tables.mover_id();
-        let stage = stage.clone();
-        tables.movers.insert(object, MoverEntry { token, stage, stays });
+        tables.add_mover(object, token, stage, stays);
         let what = Some(Place::Mover(object));
         Ok((object, token, Reserved { registry: self, what }))
     }
@@ -223,17 +245,38 @@ impl Registry {
 
     /// A mover is back that was there before.
     pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) {
-        let (stage, stays) = (stage.clone(), true);
-        self.tables().movers.insert(object, MoverEntry { token, stage, stays });
+        self.tables().add_mover(object, token, stage, true);
     }
 
     /// The scene of a mover, for whoever has its token.
     pub(super) fn mover(&self, object: ObjectId, token: Option<Token>) -> Result<StageHandle, LiveError> {
-        let tables = self.tables();
-        let entry = tables.movers.get(&object);
+        let mut tables = self.tables();
+        let entry = tables.movers.get_mut(&object);
         let entry = entry.ok_or_else(|| LiveError::NotFound(format!("mover {object}")))?;
         entry.token.admit(token, || format!("mover {object}"))?;
+        entry.heard = Instant::now();
         Ok(entry.stage.clone())
+    }
+
+    /// The scene of a mover.
+    pub(super) fn scene_of(&self, object: ObjectId) -> Result<StageHandle, LiveError> {
+        let tables = self.tables();
+        let entry = tables.movers.get(&object);
+        Ok(entry
+            .ok_or_else(|| LiveError::NotFound(format!("mover {object}")))?
+            .stage
+            .clone())
+    }
+
+    /// Movers of a scene that nobody keeps and of which nobody has said anything for this long: neither who has their
+    /// token, nor a session that drives them.
+    pub(super) fn silent_movers(&self, stage: &StageHandle, lease: Duration) -> Vec<ObjectId> {
+        let tables = self.tables();
+        let driving: BTreeSet<_> = tables.sessions.values().map(|entry| entry.token).collect();
+        let silent = tables.movers.iter().filter(|(_, mover)| {
+            !mover.stays && mover.stage.is(stage) && mover.heard.elapsed() > lease && !driving.contains(&mover.token)
+        });
+        silent.map(|(object, _)| *object).collect()
     }
 
     /// Whether a mover outlives the server.
@@ -242,7 +285,9 @@ impl Registry {
     }
 
     pub(super) fn end_mover(&self, object: ObjectId) {
-        self.tables().movers.remove(&object);
+        let mut tables = self.tables();
+        let ended = tables.movers.remove(&object);
+        tables.staying -= usize::from(ended.is_some_and(|mover| mover.stays));
     }
 
     /// Forgets everybody in a scene whose task has ended.
@@ -250,6 +295,7 @@ impl Registry {
         let mut tables = self.tables();
         tables.stages.retain(|_, other| !other.is(stage));
         tables.movers.retain(|_, mover| !mover.stage.is(stage));
+        tables.staying = tables.movers.values().filter(|mover| mover.stays).count();
         tables.sessions.retain(|_, entry| {
             let ours = entry.stage.is(stage);
             if ours {

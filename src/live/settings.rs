@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use belvedere_live::{Ms, world::Rules};
+use belvedere_live::{Ms, crowd::Crowding, world::Rules};
+
+use super::Token;
 
 /// Limits of live sessions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,6 +13,14 @@ pub struct LiveSettings {
     pub sessions: usize,
     /// How many movers there may be, avatars not included.
     pub movers: usize,
+    /// How many of these may outlive the server.
+    pub persistent: usize,
+    /// Whose token makes movers that outlive the server; without one anybody may.
+    pub operator: Option<Token>,
+    /// A mover that does not outlive the server, and of which its sender says nothing, ends after this.
+    pub mover_lease: Duration,
+    /// Of whom less is visible in a crowd is not told of.
+    pub cull_below_percent: u8,
     /// Time between ticks.
     pub tick: Duration,
     /// A session that is silent, and whose stream is not read, ends after this.
@@ -22,6 +32,10 @@ impl Default for LiveSettings {
         Self {
             sessions: 5_000,
             movers: 100_000,
+            persistent: 1_000,
+            operator: None,
+            mover_lease: Duration::from_secs(3_600),
+            cull_below_percent: 0,
             tick: Duration::from_millis(100),
             lease: Duration::from_secs(30),
         }
@@ -32,6 +46,10 @@ impl LiveSettings {
     pub(super) fn rules(&self) -> Rules {
         Rules {
             tick_ms: self.tick.as_millis() as Ms,
+            crowd: Some(Crowding {
+                cull_below: f64::from(self.cull_below_percent) * 0.01,
+                ..Crowding::default()
+            }),
             ..Rules::default()
         }
     }

@@ -11,7 +11,7 @@ pub struct Token(u128);
 /// The text is no token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("a token is 32 lower-case hex digits")]
-pub struct NoToken;
+pub struct NotAToken;
 
 impl Token {
     /// A new one.
@@ -47,12 +47,12 @@ impl fmt::Debug for Token {
 }
 
 impl FromStr for Token {
-    type Err = NoToken;
+    type Err = NotAToken;
 
-    fn from_str(text: &str) -> Result<Self, NoToken> {
+    fn from_str(text: &str) -> Result<Self, NotAToken> {
         let hex = text.len() == 32 && text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
         let number = u128::from_str_radix(text, 16).ok().filter(|_| hex);
-        number.map(Self).ok_or(NoToken)
+        number.map(Self).ok_or(NotAToken)
     }
 }
 
@@ -72,7 +72,7 @@ mod tests {
             "g0000000000000000000000000000000",
             "+0000000000000000000000000000000",
         ] {
-            assert_eq!(text.parse::<Token>(), Err(NoToken), "{text}");
+            assert_eq!(text.parse::<Token>(), Err(NotAToken), "{text}");
         }
     }
 }

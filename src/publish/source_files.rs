@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn texts_without_an_extension_are_told_apart_by_their_content() {
-        let plan = include_bytes!("../../content/museum.plan");
+        let plan = include_bytes!("../../tests/fixtures/museum.plan");
         let rules = include_bytes!("../../content/town.dcg");
         for (name, bytes, told) in [
             ("town", &plan[..], "town.plan"),

@@ -128,6 +128,7 @@ async fn a_recording_survives_a_kill_and_an_audit_finds_what_was_tampered_with()
 
     let (clean, report) = audit(&data, "live.rec");
     assert!(clean, "{report:#}");
+    assert_eq!(sum(&report, "undecided"), 0, "{report:#}");
     assert!(sum(&report, "told") > 50 && sum(&report, "untold") > 50, "{report:#}");
     assert_eq!(sum(&report, "sessions"), 5);
 

@@ -198,9 +198,9 @@ async fn what_cannot_be_answered_is_refused_with_a_reason() {
     for (question, pointer) in [
         (json!([]), ""),
         (json!({}), ""),
-        (json!({"position": [1, 2]}), ""),
+        (json!({"position": [1, 2]}), "/position"),
         (json!({"position": at, "box": {"min": at, "max": at}}), ""),
-        (json!({"position": at, "closed": ["door"]}), ""),
+        (json!({"position": at, "closed": ["door"]}), "/closed/0"),
         (json!({"position": [0, 0, 1e10]}), "/position"),
         (json!({"position": at, "radius_m": -1}), "/radius_m"),
         (json!({"box": {"min": [0, 0, -1e10], "max": at}}), "/box"),

@@ -239,11 +239,7 @@ async fn a_trajectory_is_given_once_and_followed() {
     let mut stream = visitor.listen().await;
     let keys = json!([{"t_ms": 0, "position": [0.2, 0.5, 0.5]}, {"t_ms": 300, "position": [1.2, 0.5, 0.5]},
                       {"t_ms": 600, "position": [0.2, 0.5, 0.5]}]);
-    let body = json!({"trajectory": {"keys": keys, "repeat": true}, "max_speed_mps": 5, "radius_m": 0.1});
-    let mut astray = body.clone();
-    astray["trajectory"]["keys"][1]["position"][0] = json!(1e300);
-    let refused = json(server.address, ("POST", "/v1/scenes/row/movers"), None, &astray).await;
-    assert_eq!(refused.problem()["pointer"], "/trajectory/keys");
+    let body = json!({"trajectory": {"keys": keys, "repeat": true}, "radius_m": 0.1});
     let answer = json(server.address, ("POST", "/v1/scenes/row/movers"), None, &body).await;
     let (object, token) = (
         answer.json()["object"].clone(),

@@ -22,9 +22,9 @@ async fn what_is_no_pose_is_refused_with_its_place() {
     let a = Person::enter(server.address, 0.5).await;
     for (body, pointer) in [
         (json!({}), ""),
-        (json!({"position": [1, 2]}), ""),
-        (json!({"position": ["NaN", 0, 0]}), ""),
-        (json!({"position": [null, 0, 0]}), ""),
+        (json!({"position": [1, 2]}), "/position"),
+        (json!({"position": ["NaN", 0, 0]}), "/position/0"),
+        (json!({"position": [null, 0, 0]}), "/position/0"),
         (json!({"position": [1e12, 0, 0]}), "/position"),
         (json!({"position": [1000, 0, 0]}), "/position"),
         (
@@ -36,8 +36,8 @@ async fn what_is_no_pose_is_refused_with_its_place() {
             "/velocity",
         ),
         (json!({"position": [0.5, 0.5, 0.5], "t_ms": -5}), "/t_ms"),
-        (json!({"position": [0.5, 0.5, 0.5], "t_ms": 0.5}), ""),
-        (json!({"position": [0.5, 0.5, 0.5], "postion": 0}), ""),
+        (json!({"position": [0.5, 0.5, 0.5], "t_ms": 0.5}), "/t_ms"),
+        (json!({"position": [0.5, 0.5, 0.5], "post/ion": 0}), "/post~1ion"),
     ] {
         assert_eq!(refused(&a, "/pose", &body).await, pointer, "{body}");
     }
@@ -48,12 +48,13 @@ async fn what_is_no_pose_is_refused_with_its_place() {
             .status,
         400
     );
-    for body in [
-        json!({"enter_m": 5, "leave_m": 5}),
-        json!({"enter_m": -1, "leave_m": 5}),
-        json!({"enter_m": 1, "leave_m": 1e300}),
+    for (body, pointer) in [
+        (json!({"enter_m": 5, "leave_m": 5}), "/leave_m"),
+        (json!({"enter_m": -1, "leave_m": 5}), "/enter_m"),
+        (json!({"enter_m": 1, "leave_m": 1e300}), "/leave_m"),
+        (json!({"enter_m": "far", "leave_m": 1}), "/enter_m"),
     ] {
-        assert_eq!(refused(&a, "/aoi", &body).await, "/aoi");
+        assert_eq!(refused(&a, "/aoi", &body).await, pointer, "{body}");
     }
     let aoi = json!({"enter_m": 5, "leave_m": 6});
     assert_eq!(a.put("/aoi", &aoi).await.status, 200);
@@ -67,8 +68,12 @@ async fn what_is_no_session_is_refused() {
         (json!({"position": at, "max_speed_mps": -1}), "/max_speed_mps"),
         (json!({"position": at, "radius_m": 0}), "/radius_m"),
         (json!({"position": at, "avatar": "o77"}), "/avatar"),
-        (json!({"position": at, "include": ["everything"]}), ""),
-        (json!({"position": at, "aoi": {"enter_m": 2, "leave_m": 1}}), "/aoi"),
+        (json!({"position": at, "include": ["everything"]}), "/include/0"),
+        (
+            json!({"position": at, "aoi": {"enter_m": 2, "leave_m": 1}}),
+            "/aoi/leave_m",
+        ),
+        (json!({"position": at, "aoi": {"enter_m": 2}}), "/aoi"),
     ] {
         let answer = json(server.address, ("POST", "/v1/scenes/row/sessions"), None, &body).await;
         assert_eq!(
@@ -94,6 +99,78 @@ async fn what_is_no_session_is_refused() {
             .await
             .status,
         413
+    );
+}
+
+#[tokio::test]
+async fn what_is_no_mover_is_refused_by_what_was_sent() {
+    let server = Server::start().await;
+    let key = |t_ms: i64, x: f64| json!({"t_ms": t_ms, "position": [x, 0.5, 0.5]});
+    let way = |keys: Value| json!({"trajectory": {"keys": keys}});
+    let with = |name: &str, value: Value| {
+        let mut body = way(json!([key(0, 0.5)]));
+        body[name] = value;
+        body
+    };
+    for (body, pointer) in [
+        (way(json!([])), "/trajectory/keys"),
+        (way(json!([key(0, 1e300)])), "/trajectory/keys/0/position"),
+        (way(json!([key(0, 0.5), key(100, 1e5)])), "/trajectory/keys/1/position"),
+        (
+            way(json!([{"t_ms": 0, "position": [0, 0, 0], "orientation": [0, 0, 0, 0]}])),
+            "/trajectory/keys/0/orientation",
+        ),
+        (way(json!([key(0, 0.5), key(0, 1.0)])), "/trajectory/keys/1/t_ms"),
+        (way(json!([key(0, 0.5), key(1, 2.0)])), "/trajectory/keys/1/t_ms"),
+        (way(json!([key(0, 0.5), {"t_ms": 5}])), "/trajectory/keys/1"),
+        (with("position", json!([0.5, 0.5, 0.5])), "/position"),
+        (with("orientation", json!([0, 0, 0, 1])), "/orientation"),
+        (with("t_ms", json!(0)), "/t_ms"),
+        (with("max_speed_mps", json!(5)), "/max_speed_mps"),
+        (json!({"max_speed_mps": 5}), ""),
+    ] {
+        let answer = json(server.address, ("POST", "/v1/scenes/row/movers"), None, &body).await;
+        let problem = answer.problem();
+        assert_eq!((answer.status, &problem["pointer"]), (400, &json!(pointer)), "{body}");
+    }
+}
+
+#[tokio::test]
+async fn what_is_no_token_is_not_called_a_missing_one() {
+    let server = Server::start().await;
+    let a = Person::enter(server.address, 0.5).await;
+    let events = a.path("/events");
+    let kind = |answer: &crate::wire::Answer| answer.problem()["type"].as_str().unwrap().to_owned();
+    assert_eq!(
+        kind(&send(server.address, "GET", &events, &[]).await),
+        "/problems/no-token"
+    );
+    let malformed = [
+        send(server.address, "GET", &format!("{events}?token=guess"), &[]).await,
+        send(server.address, "GET", &events, &[("Authorization", "Bearer ABC")]).await,
+        send(
+            server.address,
+            "GET",
+            &events,
+            &[("Authorization", "Basic Zm9vOmJhcg==")],
+        )
+        .await,
+    ];
+    for answer in malformed {
+        assert_eq!(
+            (answer.status, kind(&answer).as_str(), answer.header("www-authenticate")),
+            (401, "/problems/bad-token", Some("Bearer"))
+        );
+    }
+    let line = (
+        "application/x-ndjson",
+        r#"{"object": "o100000000", "token": "guess", "position": [0, 0, 0]}"#,
+    );
+    let batch = ask(server.address, ("POST", "/v1/scenes/row/movers/poses"), None, line).await;
+    let refused = &batch.json()["refused"][0];
+    assert_eq!(
+        (&refused["status"], &refused["pointer"]),
+        (&json!(401), &json!("/token"))
     );
 }
 
@@ -203,4 +280,71 @@ async fn beyond_the_limits_there_is_no_room() {
     }
     assert_eq!(a.leave().await, 204);
     Person::enter(server.address, 0.5).await;
+}
+
+#[tokio::test]
+async fn movers_that_stay_are_few_and_the_operators() {
+    let operator = "0123456789abcdef0123456789abcdef";
+    let server = Server::start_with(Settings {
+        max_persistent: Some(1),
+        operator_token: Some(operator.to_owned()),
+        ..Settings::default()
+    })
+    .await;
+    let path = "/v1/scenes/row/movers";
+    let stays = json!({"position": [0.5, 0.5, 0.5], "persistent": true});
+    let passes = json!({"position": [0.5, 0.5, 0.5]});
+    let a = Person::enter(server.address, 0.5).await;
+    let make = |token: Option<String>, body: Value| async move {
+        json(server.address, ("POST", path), token.as_deref(), &body).await
+    };
+    assert_eq!(make(None, stays.clone()).await.status, 401);
+    assert_eq!(make(Some(a.token.clone()), stays.clone()).await.status, 403);
+    let kept = make(Some(operator.to_owned()), stays.clone()).await;
+    assert_eq!(kept.status, 201);
+    assert_eq!(make(Some(operator.to_owned()), stays.clone()).await.status, 503);
+    let stranger = make(None, passes).await;
+    assert_eq!(stranger.status, 201, "others may pass through");
+    for mover in [kept, stranger] {
+        let path = format!("/v1/movers/{}", mover.json()["object"].as_str().unwrap());
+        let bearer = format!("Bearer {operator}");
+        let gone = send(server.address, "DELETE", &path, &[("Authorization", &bearer)]).await;
+        assert_eq!(gone.status, 204);
+    }
+    assert_eq!(
+        make(Some(operator.to_owned()), stays).await.status,
+        201,
+        "there is room again"
+    );
+}
+
+#[tokio::test]
+async fn movers_whose_senders_are_silent_end_unless_they_are_to_stay() {
+    let server = Server::start_with(Settings {
+        mover_lease_s: Some(1),
+        ..Settings::default()
+    })
+    .await;
+    let a = Person::enter(server.address, 0.5).await;
+    let mut stream = a.listen().await;
+    let path = "/v1/scenes/row/movers";
+    let body = json!({"position": [0.6, 0.5, 0.5], "persistent": true});
+    let stays = json(server.address, ("POST", path), None, &body).await.json()["object"].clone();
+    let body = json!({"position": [0.4, 0.5, 0.5]});
+    let driven = json(server.address, ("POST", path), Some(&a.token), &body).await.json()["object"].clone();
+    let silent = json(server.address, ("POST", path), None, &body).await.json()["object"].clone();
+    let gone = stream.wait("object-gone").await.data;
+    assert_eq!(
+        (&gone["objects"], &gone["reason"]),
+        (&json!([silent]), &json!("destroyed"))
+    );
+    for (object, token, status) in [
+        (&stays, None, 401),
+        (&driven, Some(&a.token), 200),
+        (&silent, None, 404),
+    ] {
+        let path = format!("/v1/movers/{}/pose", object.as_str().unwrap());
+        let answer = json(server.address, ("PUT", &path), token.map(String::as_str), &body).await;
+        assert_eq!(answer.status, status, "{object}");
+    }
 }

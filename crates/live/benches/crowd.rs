@@ -72,6 +72,7 @@ fn run(people: u32, crowd: Option<Crowding>) -> Outcome {
                     leave_m: 220.0,
                 },
                 max_speed_mps: 1.0,
+                max_acceleration_mps2: None,
                 radius_m: 0.3,
                 look: Look::default(),
                 hears_movers: true,
@@ -83,6 +84,7 @@ fn run(people: u32, crowd: Option<Crowding>) -> Outcome {
             let new = NewMover {
                 pose,
                 max_speed_mps: 1.0,
+                max_acceleration_mps2: None,
                 radius_m: 0.3,
                 look: Look::default(),
                 way: None,

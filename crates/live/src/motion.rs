@@ -107,6 +107,17 @@ pub enum TrajectoryError {
     Order(usize),
 }
 
+impl TrajectoryError {
+    /// A JSON pointer to what is wrong.
+    #[must_use]
+    pub fn pointer(&self) -> String {
+        match self {
+            Self::Empty => "/trajectory/keys".to_owned(),
+            Self::Order(number) => format!("/trajectory/keys/{number}/t_ms"),
+        }
+    }
+}
+
 impl Trajectory {
     /// A trajectory that starts now.
     ///
@@ -134,14 +145,18 @@ impl Trajectory {
         &self.keys
     }
 
+    /// The speed on each of its lines.
+    pub(crate) fn speeds_mps(&self) -> impl Iterator<Item = f64> {
+        self.keys.windows(2).map(|pair| {
+            let length_s = (pair[1].t_ms - pair[0].t_ms) as f64 * 1e-3;
+            crate::cells::distance_m(pair[0].position, pair[1].position) / length_s
+        })
+    }
+
     /// The speed on the fastest of its lines.
     #[must_use]
     pub fn fastest_mps(&self) -> f64 {
-        let speed = |pair: &[Key]| {
-            let length_s = (pair[1].t_ms - pair[0].t_ms) as f64 * 1e-3;
-            crate::cells::distance_m(pair[0].position, pair[1].position) / length_s
-        };
-        self.keys.windows(2).map(speed).fold(0.0, f64::max)
+        self.speeds_mps().fold(0.0, f64::max)
     }
 
     fn period_ms(&self) -> Ms {

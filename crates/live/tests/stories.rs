@@ -266,3 +266,21 @@ fn after_a_resync_everything_is_told_again() {
     assert_eq!(names, ["resync", "cell", "object-info"]);
     assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
 }
+
+#[test]
+fn who_stays_in_a_corner_is_silent_for_minutes_and_who_leaves_it_gets_a_larger_one() {
+    let mut stage = Stage::rooms(60);
+    stage.enter(0.5);
+    let b = stage.enter(30.5);
+    let corner = stage.stand(b).expect("nobody can see b");
+    stage.silence(60_000);
+    assert_eq!(stage.count(b, "wake"), 0);
+    assert_eq!(stage.stand(b), Some(corner), "it lasts");
+    let beyond = corner.tbv.center[0] + corner.tbv.radius_m + 0.5;
+    let larger = stage.walk(b, beyond, SPEED_MPS).expect("nobody can see b there either");
+    assert!(!corner.tbv.holds([beyond, 0.5, 0.5]) && larger.tbv.holds([beyond, 0.5, 0.5]));
+    assert!(
+        larger.tbv.radius_m > 1.5 * corner.tbv.radius_m,
+        "{larger:?} after {corner:?}"
+    );
+}

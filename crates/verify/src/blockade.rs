@@ -5,12 +5,12 @@
 //! [`crate::scene`], but that doors may be closed: then their faces hide as any other's do. Cost: a few dozen boxes and faces for a
 //! question.
 
-use std::{collections::BTreeSet, ops::ControlFlow};
+use std::collections::BTreeSet;
 
 use belvedere_scene::ObjectId;
 use glam::DVec3;
 
-use crate::scene::Scene;
+use crate::{scene::Scene, shut::Block};
 
 /// So many faces in a leaf.
 const LEAF: usize = 4;
@@ -25,8 +25,8 @@ pub struct Blockade {
 }
 
 #[derive(Debug, Clone)]
-struct Face {
-    corners: [DVec3; 3],
+pub(crate) struct Face {
+    pub(crate) corners: [DVec3; 3],
     /// It hides from its front only, where the corners go round counter-clockwise.
     front_only: bool,
     /// The door that it belongs to: it hides while that is closed.
@@ -78,7 +78,7 @@ impl Blockade {
         let mut free = true;
         self.meet(from, to, closed, &mut |_| {
             free = false;
-            ControlFlow::Break(())
+            None
         });
         free
     }
@@ -89,28 +89,73 @@ impl Blockade {
         let mut nearest = 1.0f64;
         self.meet(from, to, closed, &mut |share| {
             nearest = nearest.min(share);
-            ControlFlow::Continue(())
+            Some(nearest)
         });
         nearest
     }
 
-    /// Calls with the share of the way at each face that hides.
-    fn meet(&self, from: DVec3, to: DVec3, closed: &BTreeSet<ObjectId>, found: &mut dyn FnMut(f64) -> ControlFlow<()>) {
+    /// Whether `wanted` takes a face that hides on the way from one point to another.
+    pub(crate) fn faces_along(
+        &self,
+        from: DVec3,
+        to: DVec3,
+        closed: &BTreeSet<ObjectId>,
+        wanted: &mut dyn FnMut(&Face) -> bool,
+    ) -> bool {
         let way = to - from;
+        self.visit(&|node| node.entered(from, way, 1.0).is_some(), &mut |face| {
+            face.hides_at(from, way, closed).is_some() && wanted(face)
+        })
+    }
+
+    /// Calls with faces that may meet a box, until it is done.
+    pub(crate) fn faces_in(&self, around: &Block, done: &mut dyn FnMut(&Face) -> bool) {
+        self.visit(
+            &|node| node.min.cmple(around.max).all() && around.min.cmple(node.max).all(),
+            done,
+        );
+    }
+
+    fn visit(&self, meets: &dyn Fn(&Node) -> bool, done: &mut dyn FnMut(&Face) -> bool) -> bool {
         let mut open = if self.nodes.is_empty() { vec![] } else { vec![0] };
         while let Some(number) = open.pop() {
             let node = &self.nodes[number];
-            if !node.is_met(from, way) {
+            if !meets(node) {
                 continue;
             }
             if node.count == 0 {
                 open.extend([number + 1, node.at]);
+            } else if self.faces[node.at..node.at + node.count].iter().any(&mut *done) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Calls with the share of the way at each face that hides, for the share up to which others are wanted, if any is.
+    fn meet(&self, from: DVec3, to: DVec3, closed: &BTreeSet<ObjectId>, found: &mut dyn FnMut(f64) -> Option<f64>) {
+        let (way, mut wanted) = (to - from, 1.0);
+        let mut open = Vec::with_capacity(64);
+        let enters = |number: usize, before: f64| Some((self.nodes.get(number)?.entered(from, way, before)?, number));
+        open.extend(enters(0, wanted));
+        while let Some((enter, number)) = open.pop() {
+            if enter > wanted {
+                continue;
+            }
+            let node = &self.nodes[number];
+            if node.count == 0 {
+                // The nearer one first: what it holds may spare the other.
+                match (enters(number + 1, wanted), enters(node.at, wanted)) {
+                    (Some(a), Some(b)) => open.extend(if a.0 <= b.0 { [b, a] } else { [a, b] }),
+                    (a, b) => open.extend(a.or(b)),
+                }
                 continue;
             }
             let faces = &self.faces[node.at..node.at + node.count];
             for share in faces.iter().filter_map(|face| face.hides_at(from, way, closed)) {
-                if found(share).is_break() {
-                    return;
+                match found(share) {
+                    Some(up_to) => wanted = up_to,
+                    None => return,
                 }
             }
         }
@@ -143,27 +188,49 @@ fn grow(nodes: &mut Vec<Node>, faces: &mut [Face], first: usize, end: usize) {
 }
 
 impl Node {
-    fn is_met(&self, from: DVec3, way: DVec3) -> bool {
-        let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    /// The share of a way at which it enters, if that is not beyond another one.
+    fn entered(&self, from: DVec3, way: DVec3, before: f64) -> Option<f64> {
+        let (mut enter, mut leave) = (0.0f64, before);
         for axis in 0..3 {
             if way[axis] == 0.0 {
                 if from[axis] < self.min[axis] || from[axis] > self.max[axis] {
-                    return false;
+                    return None;
                 }
                 continue;
             }
+            let inverse = 1.0 / way[axis];
             let (a, b) = (
-                (self.min[axis] - from[axis]) / way[axis],
-                (self.max[axis] - from[axis]) / way[axis],
+                (self.min[axis] - from[axis]) * inverse,
+                (self.max[axis] - from[axis]) * inverse,
             );
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
+            if enter > leave {
+                return None;
+            }
         }
-        enter <= leave
+        Some(enter)
     }
 }
 
 impl Face {
+    /// Its unit normal and how far that leads from zero to its plane; none of a face without an area.
+    pub(crate) fn plane(&self) -> Option<(DVec3, f64)> {
+        let [a, b, c] = self.corners;
+        let normal = (b - a).cross(c - a).try_normalize()?;
+        Some((normal, normal.dot(a)))
+    }
+
+    /// Whether it hides from the side from which another one, which lies in its plane, hides.
+    pub(crate) fn hides_like(&self, other: &Self, closed: &BTreeSet<ObjectId>) -> bool {
+        let shuts = self.door.is_none_or(|door| closed.contains(&door));
+        let same_side = || match (self.plane(), other.plane()) {
+            (Some((ours, _)), Some((theirs, _))) => ours.dot(theirs) > 0.0,
+            _ => false,
+        };
+        shuts && (!self.front_only || (other.front_only && same_side()))
+    }
+
     fn middle(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         (a + b + c) / 3.0

@@ -42,6 +42,8 @@ pub struct Cell {
     pub guarantee: Guarantee,
     /// Where eyes may stand.
     pub room: Room,
+    /// What leads to other cells, and to which.
+    pub openings: Vec<(CellId, Vec<DVec3>)>,
     /// Objects that its record lists.
     pub listed: Vec<ObjectId>,
 }
@@ -154,6 +156,12 @@ impl Cell {
             id: record.cell,
             guarantee: record.guarantee,
             room: Room::of(record),
+            openings: record
+                .portals
+                .iter()
+                .filter(|portal| !portal.polygon.is_empty())
+                .map(|portal| (portal.to, portal.polygon.iter().copied().map(DVec3::from).collect()))
+                .collect(),
             listed: record.visible().iter().map(|v| v.object).collect(),
         }
     }

@@ -128,6 +128,29 @@ impl Room {
         self.middle
     }
 
+    /// Its corners, some of them more than once.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = DVec3> {
+        self.faces.iter().flatten().copied()
+    }
+
+    /// From where to where a line through a point is inside, in lengths of its way.
+    pub(crate) fn along(&self, point: DVec3, way: DVec3) -> Option<[f64; 2]> {
+        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+        for face in self.faces.iter().filter(|face| face.len() >= 3) {
+            let outward = (face[1] - face[0]).cross(face[2] - face[0]);
+            let (beyond, rises) = (outward.dot(point - face[0]), outward.dot(way));
+            let share = -beyond / rises;
+            if rises > 0.0 {
+                leave = leave.min(share);
+            } else if rises < 0.0 {
+                enter = enter.max(share);
+            } else if beyond > 0.0 {
+                return None;
+            }
+        }
+        (enter < leave && enter.is_finite() && leave.is_finite()).then_some([enter, leave])
+    }
+
     /// Eye `number` of a cell: always the same for the same seed. What is drawn may stand `error_m` from where it stood
     /// when the cell was made.
     #[must_use]
@@ -190,7 +213,7 @@ fn in_triangle([a, b, c]: [DVec3; 3], random: &mut Random) -> DVec3 {
 }
 
 /// A point in a convex polygon.
-fn in_polygon(polygon: &[DVec3], random: &mut Random) -> DVec3 {
+pub(crate) fn in_polygon(polygon: &[DVec3], random: &mut Random) -> DVec3 {
     if polygon.len() < 3 {
         return on_border(polygon, random);
     }
@@ -199,7 +222,7 @@ fn in_polygon(polygon: &[DVec3], random: &mut Random) -> DVec3 {
 }
 
 /// A point on the border of a polygon, in a corner every fourth time.
-fn on_border(polygon: &[DVec3], random: &mut Random) -> DVec3 {
+pub(crate) fn on_border(polygon: &[DVec3], random: &mut Random) -> DVec3 {
     let i = random.below(polygon.len());
     let share = if random.unit() < 0.25 { 0.0 } else { random.unit() };
     polygon[i].lerp(polygon[(i + 1) % polygon.len()], share)
@@ -257,6 +280,19 @@ mod tests {
                 assert!(inside(&hull, eye.position), "{eye:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_line_is_inside_between_two_faces() {
+        let room = Room::new(&wedge(), vec![]);
+        let at = DVec3::new(1.0, 1.0, 2.0);
+        assert_eq!(room.along(at, DVec3::new(0.0, 0.0, 2.0)), Some([-1.0, 1.5]));
+        let [enter, leave] = room.along(at, DVec3::X).unwrap();
+        assert!(
+            (enter + 1.0).abs() < 1e-12 && (leave - 5.0 / 3.0).abs() < 1e-12,
+            "{leave}"
+        );
+        assert_eq!(room.along(DVec3::new(5.0, 1.0, 2.0), DVec3::Z), None, "beside it");
     }
 
     #[test]

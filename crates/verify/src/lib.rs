@@ -14,6 +14,7 @@
 //!   1984): which object shows at each pixel.
 //! * [`sight`]: single sight lines in `f64`, which confirm or reject what the item buffer claims.
 //! * [`blockade`]: straight ways between any two points, many of them, doors open or closed.
+//! * [`between`]: whether any sight line leads from one cell into another; `shut`: a proof that none does.
 //! * [`check`]: all cells, all eyes, and what came out.
 //! * [`mod@line`]: one sight line from a cell to an object.
 //! * [`verdict`]: whether that is good enough.
@@ -21,6 +22,7 @@
 //!
 //! `docs/VERIFY.md` states the semantics that the sets are held to.
 
+pub mod between;
 pub mod blockade;
 pub mod check;
 pub mod cube;
@@ -30,6 +32,7 @@ pub mod line;
 pub mod picture;
 mod random;
 pub mod scene;
+mod shut;
 pub mod sight;
 pub mod verdict;
 

@@ -131,6 +131,7 @@ impl Account {
                 let avatar = NewMover {
                     pose: visitor.pose,
                     max_speed_mps: visitor.max_speed_mps,
+                    max_acceleration_mps2: visitor.max_acceleration_mps2,
                     radius_m: visitor.radius_m,
                     look: visitor.look.clone(),
                     way: None,

@@ -1,8 +1,9 @@
 //! Was anybody told of what nobody can see from there, or not told of what is in plain view? Asked after each tick.
 //!
-//! A *leak*: a session was told of a mover although no ray gets from any cell that its participant may look from into any cell
-//! that the mover may touch, margins for time included. Cells are the grain: who stands in a hidden corner of a cell that is seen
-//! into is no leak.
+//! A *leak*: a session was told of a mover although it is proved that no sight line leads from any cell that its participant
+//! may look from into any cell that the mover may touch, margins for time included. Cells are the grain, as in the visible sets
+//! that are published: who stands in a hidden corner of a cell that is seen into is no leak. Where neither a sight line nor a
+//! proof was found the telling is *undecided*.
 //!
 //! A *miss*: a mover is in plain view of a participant, well inside the area of interest, and for a few ticks on end the
 //! session was not told of it. Who has said nothing for two ticks may be anywhere, and is not missed.
@@ -11,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_live::{Ms, cells::distance_m, event::SessionId};
 use belvedere_scene::{Bounds, CellId, ObjectId};
+use belvedere_verify::between::Sight;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -47,6 +49,7 @@ pub(super) struct Finding {
 #[derive(Debug, Default)]
 pub(super) struct Judge {
     pub(super) leaks: Vec<Finding>,
+    pub(super) undecided: Vec<Finding>,
     pub(super) misses: Vec<Finding>,
     /// Times that a session was told of a mover.
     pub(super) told: u64,
@@ -62,8 +65,14 @@ impl Judge {
     pub(super) fn look(&mut self, account: &mut Account, sights: &mut Sights, now_ms: Ms, every: u64) {
         for (session, object) in std::mem::take(&mut account.told) {
             self.told += 1;
-            if let Some(leak) = leak(account, sights, session, object, now_ms) {
-                self.leaks.push(leak);
+            // Who is gone by now was told of while it was there.
+            let Some(found) = finding(account, session, object, now_ms) else {
+                continue;
+            };
+            match could_see(account, sights, &found) {
+                Sight::Seen => {}
+                Sight::NotFound => self.undecided.push(found),
+                Sight::Hidden => self.leaks.push(found),
             }
         }
         self.ticks += 1;
@@ -135,19 +144,17 @@ fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) 
     })
 }
 
-/// Whether a session was told of what cannot be seen from where its participant may be.
-fn leak(account: &Account, sights: &mut Sights, session: SessionId, object: ObjectId, now_ms: Ms) -> Option<Finding> {
-    // Who is gone by now was told of while it was there.
-    let leak = finding(account, session, object, now_ms)?;
-    if !sights.any_sees_any(&leak.eye_cells, &leak.cells, &BTreeSet::new()) {
-        return Some(leak);
-    }
-    let settled = |since_ms: Ms| now_ms - since_ms > DOOR_GRACE_MS;
+/// Whether what a session was told of may be seen from where its participant may be.
+fn could_see(account: &Account, sights: &mut Sights, told: &Finding) -> Sight {
+    let open = sights.any_sees_any(&told.eye_cells, &told.cells, &BTreeSet::new());
+    let settled = |since_ms: Ms| told.at_ms - since_ms > DOOR_GRACE_MS;
     let closed = account.closed.iter().filter(|(_, door)| settled(door.since_ms));
     let closed: BTreeSet<_> = closed.map(|(object, _)| *object).collect();
-    let stands = settled(account.people[&session].eyes.1);
-    let hidden = stands && !closed.is_empty() && !sights.any_sees_any(&leak.eye_cells, &leak.cells, &closed);
-    hidden.then_some(leak)
+    let stands = settled(account.people[&told.session].eyes.1);
+    if open != Sight::Seen || !stands || closed.is_empty() {
+        return open;
+    }
+    sights.any_sees_any(&told.eye_cells, &told.cells, &closed)
 }
 
 /// Whether a session ought to be told of a mover if it is in view, and is not.

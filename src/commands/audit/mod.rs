@@ -22,7 +22,7 @@ use belvedere_live::{
     journal::{Input, replay::Replay},
 };
 use belvedere_scene::{Revision, SceneName};
-use belvedere_verify::blockade::Blockade;
+use belvedere_verify::{between::Between, blockade::Blockade};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::Value;
 
@@ -46,6 +46,9 @@ pub(super) struct Args {
     /// Look for misses each so many ticks
     #[arg(long, value_name = "TICKS", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     every: u64,
+    /// Hunt sight lines between at most so many pairs of cells of a scene; what is told beyond that is undecided
+    #[arg(long, value_name = "PAIRS", default_value_t = 1_000)]
+    hunts: usize,
     /// The data folder
     #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
     data: PathBuf,
@@ -63,11 +66,14 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let mut scenes: BTreeMap<String, Scene> = BTreeMap::new();
     while let Some(block) = recording.next_block().with_context(cannot)? {
         if !scenes.contains_key(&block.scene) {
-            scenes.insert(block.scene.clone(), Scene::load(&data, &block.scene).await?);
+            scenes.insert(block.scene.clone(), Scene::load(&data, &block.scene, args.hunts).await?);
         }
         let scene = scenes.get_mut(&block.scene).context("the scene was loaded")?;
         tokio::task::block_in_place(|| scene.take(&block, args.every));
         bar.set_position(recording.whole_bytes());
+        let sum = |count: fn(&Sights) -> usize| scenes.values().map(|scene| count(&scene.sights)).sum::<usize>();
+        let (cells, hunted) = (sum(Sights::cells), sum(Sights::hunted));
+        bar.set_message(format!("from {cells} cells, {hunted} hunts"));
     }
     bar.finish_and_clear();
     let report = Report {
@@ -92,7 +98,7 @@ fn progress(bytes: u64, wanted: bool) -> ProgressBar {
         ProgressDrawTarget::hidden()
     };
     let bar = ProgressBar::with_draw_target(Some(bytes), target);
-    let template = "     audit {bar:40.cyan/dim} {bytes} of {total_bytes}  {elapsed} of about {duration}";
+    let template = "     audit {bar:40.cyan/dim} {bytes} of {total_bytes}  {elapsed} of about {duration}  {msg}";
     bar.with_style(ProgressStyle::with_template(template).expect("the template is a constant"))
 }
 
@@ -109,13 +115,16 @@ struct Scene {
 }
 
 impl Scene {
-    async fn load(data: &DataFolder, name: &str) -> anyhow::Result<Self> {
+    async fn load(data: &DataFolder, name: &str, hunts: usize) -> anyhow::Result<Self> {
         let name: SceneName = name.parse().context("the recording names no scene")?;
         let published = load::published(data, &name, None).await?;
         let scene = &published.scene;
         Ok(Self {
             revision: published.pointer.revision,
-            sights: Sights::new(Blockade::of(scene), published.cells, scene.error_m()),
+            sights: Sights::new(
+                Between::new(Blockade::of(scene), published.cells, scene.error_m()),
+                hunts,
+            ),
             replay: Replay::default(),
             account: None,
             judge: Judge::default(),
@@ -185,11 +194,17 @@ impl Scene {
     fn report(self) -> SceneReport {
         let mut report = self.report;
         self.judge.leaks.into_iter().for_each(|leak| report.leaks.add(leak));
+        self.judge
+            .undecided
+            .into_iter()
+            .for_each(|found| report.undecided.add(found));
         self.judge.misses.into_iter().for_each(|miss| report.misses.add(miss));
         SceneReport {
             told: self.judge.told,
             untold: self.judge.untold,
             pairs: self.sights.pairs(),
+            cells: self.sights.cells(),
+            hunted: self.sights.hunted(),
             ..report
         }
     }

@@ -30,11 +30,17 @@ pub(super) struct SceneReport {
     pub(super) told: u64,
     /// Pairs of a participant and a mover that it was not told of that were looked at.
     pub(super) untold: u64,
-    /// Pairs of cells that rays looked between.
+    /// Cells from which rays looked around, once for each set of closed doors.
+    pub(super) cells: usize,
+    /// Pairs of cells between which sight lines were aimed.
     pub(super) pairs: usize,
+    /// Pairs between which sight lines were hunted.
+    pub(super) hunted: usize,
     /// Ticks in a revision that is not the current one: only replayed.
     pub(super) ticks_not_looked_at: u64,
     pub(super) leaks: Findings<Finding>,
+    /// Told of what neither a sight line nor a proof decides.
+    pub(super) undecided: Findings<Finding>,
     pub(super) misses: Findings<Finding>,
     /// Entries whose outputs are others than the rules give.
     pub(super) differences: Findings<Difference>,
@@ -83,6 +89,7 @@ impl Report {
             "told",
             "not told",
             "leaks",
+            "undecided",
             "misses",
             "differences",
         ];
@@ -110,6 +117,7 @@ impl SceneReport {
             self.told.to_string(),
             self.untold.to_string(),
             self.leaks.count.to_string(),
+            self.undecided.count.to_string(),
             self.misses.count.to_string(),
             self.differences.count.to_string(),
         ];
@@ -124,7 +132,12 @@ impl SceneReport {
                 self.scene, self.ticks_not_looked_at, self.ticks
             );
         }
-        for (kind, findings) in [("leak", &self.leaks), ("miss", &self.misses)] {
+        let kinds = [
+            ("leak", &self.leaks),
+            ("undecided", &self.undecided),
+            ("miss", &self.misses),
+        ];
+        for (kind, findings) in kinds {
             for found in &findings.first {
                 *text += &format!(
                     "\n{kind} at {}: {} at {:?} in {:?}, {} at {:?} in {:?}",

@@ -1,5 +1,7 @@
 //! Program-driven movers: create, move one or many, delete.
 
+use std::borrow::Cow;
+
 use axum::{
     extract::{Request, State},
     http::StatusCode,
@@ -7,7 +9,7 @@ use axum::{
 };
 use belvedere_live::{
     event::Hush,
-    motion::{Key, Trajectory},
+    motion::{Key, Trajectory, TrajectoryError},
     world::NewMover,
 };
 use belvedere_scene::{ObjectId, SceneName};
@@ -41,8 +43,29 @@ struct Asked {
     name: Option<String>,
     radius_m: Option<f64>,
     max_speed_mps: Option<f64>,
+    max_acceleration_mps2: Option<f64>,
     trajectory: Option<Way>,
     persistent: Option<bool>,
+}
+
+impl Asked {
+    /// Refuses what a mover that follows a trajectory cannot have besides.
+    fn refuse_pose(&self) -> Result<(), ApiError> {
+        let given = [
+            ("/position", self.position.is_some()),
+            ("/orientation", self.orientation.is_some()),
+            ("/t_ms", self.t_ms.is_some()),
+            ("/max_speed_mps", self.max_speed_mps.is_some()),
+            ("/max_acceleration_mps2", self.max_acceleration_mps2.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((pointer, _)) => Err(ApiError::bad_body(
+                *pointer,
+                "the trajectory says where the mover is, and how fast; leave out position, orientation, t_ms and promises",
+            )),
+            None => Ok(()),
+        }
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -100,8 +123,14 @@ pub(in crate::http) async fn create(
         let detail = format!("a trajectory has at most {MOST_KEYS} keys");
         return Err(ApiError::bad_body("/trajectory/keys", detail));
     }
+    if asked.trajectory.is_some() {
+        asked.refuse_pose()?;
+    }
     let position = asked.position.or(keys.first().map(|key| key.position));
-    let position = position.ok_or_else(|| ApiError::bad_body("", format!("the body must be JSON, {SHAPE}")))?;
+    let position = position.ok_or_else(|| match asked.trajectory {
+        Some(_) => LiveError::from(TrajectoryError::Empty).into(),
+        None => ApiError::bad_body("", format!("the body must be JSON, {SHAPE}")),
+    })?;
     let pose = Pose {
         t_ms: asked.t_ms,
         position,
@@ -116,6 +145,7 @@ pub(in crate::http) async fn create(
     let new = NewMover {
         pose: pose.sent(),
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
+        max_acceleration_mps2: asked.max_acceleration_mps2,
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         look: look(&published, asked.avatar, asked.name).await?,
         way: way.transpose().map_err(LiveError::from)?,
@@ -182,7 +212,7 @@ struct RefusedLine {
     line: usize,
     status: u16,
     detail: String,
-    pointer: Option<&'static str>,
+    pointer: Option<Cow<'static, str>>,
 }
 
 impl RefusedLine {
@@ -250,7 +280,11 @@ type Move = (ObjectId, Option<Token>, belvedere_live::world::Sent);
 /// Reads a line; its token goes before that of the request.
 fn line(text: &[u8], token: Option<Token>) -> Result<Move, ApiError> {
     let line: Line = json(text, LINE)?;
-    let own = line.token.as_deref().map(extract::token).transpose()?;
+    let own = line
+        .token
+        .as_deref()
+        .map(|text| extract::token(text, Some("/token")))
+        .transpose()?;
     let pose = Pose {
         t_ms: line.t_ms,
         position: line.position,

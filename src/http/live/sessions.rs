@@ -53,6 +53,7 @@ struct Asked {
     name: Option<String>,
     radius_m: Option<f64>,
     max_speed_mps: Option<f64>,
+    max_acceleration_mps2: Option<f64>,
     include: Option<Vec<Included>>,
 }
 
@@ -120,6 +121,7 @@ pub(in crate::http) async fn open(
         pose: pose.sent(),
         aoi: asked.aoi.unwrap_or(DEFAULT_AOI),
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
+        max_acceleration_mps2: asked.max_acceleration_mps2,
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         hears_movers: wants(Included::Movers),
         look: look(&published, asked.avatar, asked.name).await?,
@@ -171,7 +173,8 @@ pub(in crate::http) async fn aoi(
     let session = live.session(session, token)?;
     let shape = r#"{"enter_m": 50, "leave_m": 60}"#;
     let aoi: Aoi = json_body(request, shape).await?;
-    session.set_aoi(aoi).await?;
+    let set = session.set_aoi(aoi).await;
+    set.map_err(|error| ApiError::from(error).of_member("/aoi"))?;
     Ok(now(StatusCode::OK, &aoi))
 }
 

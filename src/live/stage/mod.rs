@@ -10,6 +10,7 @@ mod tick;
 use std::{
     collections::BTreeMap,
     sync::{Arc, atomic::Ordering},
+    time::Instant,
 };
 
 use belvedere_live::{
@@ -74,6 +75,7 @@ async fn run(
         unreadable: None,
         proving: false,
         ticked: false,
+        movers_counted: Instant::now(),
         keeping: Keeping::new(&live.0.sources.catalogue, scene),
     };
     stage.restore(handle).await;
@@ -85,7 +87,7 @@ async fn run(
                 Some(message) => stage.take(message).await,
                 None => return Ok(()),
             },
-            _ = ticks.tick(), if !stage.world.is_empty() => stage.tick().await,
+            _ = ticks.tick(), if !stage.world.is_empty() => stage.tick(handle).await,
         }
         stage.find_screens(handle);
         stage.deliver();
@@ -106,6 +108,8 @@ struct Stage {
     proving: bool,
     /// Something has been written for which a tick has passed.
     ticked: bool,
+    /// When silent movers were looked for.
+    movers_counted: Instant,
     keeping: Keeping,
 }
 

@@ -1,12 +1,18 @@
 //! What does a scene's task do each tick? It follows revisions, ends leases, takes poses that came too fast, lets the rules say
 //! what is to be told, and hands on what is to be kept.
 
-use std::sync::atomic::Ordering;
+use std::{
+    sync::atomic::Ordering,
+    time::{Duration, Instant},
+};
 
-use super::Stage;
+use super::{Live, Stage, StageHandle};
+
+/// Silent movers are looked for at least so often.
+const LONGEST_PAUSE: Duration = Duration::from_secs(10);
 
 impl Stage {
-    pub(super) async fn tick(&mut self) {
+    pub(super) async fn tick(&mut self, handle: &StageHandle) {
         self.follow().await;
         let lease = self.live.0.settings.lease;
         let expired: Vec<_> = self
@@ -28,10 +34,27 @@ impl Stage {
             // It was refused once already; what is wrong with it would have been told then.
             _ = self.apply(session, sent).await;
         }
+        self.end_silent_movers(handle);
         self.world.tick(self.live.now_ms());
         self.ticked = true;
         self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
         self.resync();
+    }
+
+    /// Ends movers whose senders have gone without a word, now and then.
+    fn end_silent_movers(&mut self, handle: &StageHandle) {
+        let Live(live) = &self.live;
+        let lease = live.settings.mover_lease;
+        let pause = lease.min(LONGEST_PAUSE);
+        if self.movers_counted.elapsed() < pause {
+            return;
+        }
+        self.movers_counted = Instant::now();
+        for object in live.registry.silent_movers(handle, lease) {
+            live.tally.expired.fetch_add(1, Ordering::Relaxed);
+            self.world.destroy(object, live.clock.now_ms());
+            live.registry.end_mover(object);
+        }
     }
 
     fn resync(&mut self) {

@@ -1,9 +1,11 @@
 //! What may a sender say? Everything that comes from outside is checked here, before it changes anything.
 
+use std::borrow::Cow;
+
 use belvedere_scene::{Bounds, CellId, ObjectId};
 use serde::{Deserialize, Serialize};
 
-use crate::{Ms, cells::Place, event::Hush, motion::Key};
+use crate::{Ms, cells::Place, event::Hush, motion::Trajectory};
 
 /// A pose as it was sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -44,15 +46,26 @@ pub enum Refusal {
     /// No usable speed; the largest one.
     #[error("max_speed_mps must be from 0 to {0}")]
     Speed(f64),
+    /// No usable acceleration.
+    #[error("max_acceleration_mps2 must be from 0 to {MOST_ACCELERATION_MPS2}")]
+    Acceleration,
     /// A key of a trajectory is nowhere near the scene, or has no orientation.
-    #[error("key {0} of the trajectory is no pose near the scene")]
-    Key(usize),
+    #[error("key {number} of the trajectory is no pose near the scene; its {} cannot be", &.pointer[1..])]
+    Key {
+        /// Which one, from 0.
+        number: usize,
+        /// A JSON pointer to the member of the key that is wrong.
+        pointer: &'static str,
+    },
+    /// A trajectory is too fast on the way to a key.
+    #[error("a trajectory is at most {MOST_SPEED_MPS} m/s fast; on the way to key {0} it is faster")]
+    TooFast(usize),
     /// No usable size.
     #[error("radius_m must be above 0 and at most {MOST_RADIUS_M}")]
     Radius,
     /// No usable area of interest.
     #[error("an area of interest has 0 < enter_m < leave_m, at most {MOST_AOI_M:e}")]
-    Aoi,
+    Aoi(Radius),
     /// There is no such session.
     #[error("the session has ended")]
     NoSession,
@@ -70,19 +83,31 @@ pub enum Refusal {
 impl Refusal {
     /// A JSON pointer to the member that is wrong.
     #[must_use]
-    pub fn pointer(&self) -> &'static str {
-        match self {
+    pub fn pointer(&self) -> Cow<'static, str> {
+        Cow::Borrowed(match self {
             Self::Number(pointer) => pointer,
             Self::Orientation => "/orientation",
             Self::OutOfWorld(_) => "/position",
             Self::Backwards { .. } => "/t_ms",
             Self::Speed(_) => "/max_speed_mps",
+            Self::Acceleration => "/max_acceleration_mps2",
             Self::Radius => "/radius_m",
-            Self::Aoi => "/aoi",
-            Self::Key(_) => "/trajectory/keys",
+            Self::Aoi(Radius::Enter) => "/aoi/enter_m",
+            Self::Aoi(Radius::Leave) => "/aoi/leave_m",
+            Self::Key { number, pointer } => return format!("/trajectory/keys/{number}{pointer}").into(),
+            Self::TooFast(number) => return format!("/trajectory/keys/{number}/t_ms").into(),
             Self::NoSession | Self::NoMover | Self::OnTrajectory | Self::NoCells => "",
-        }
+        })
     }
+}
+
+/// A radius of an area of interest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Radius {
+    /// `enter_m`.
+    Enter,
+    /// `leave_m`.
+    Leave,
 }
 
 /// No number of a pose is larger: single precision holds no scene out there.
@@ -91,6 +116,8 @@ const MOST: f64 = 1e9;
 pub const MOST_SPEED_MPS: f64 = 1_000.0;
 /// No participant is promised to be faster: it would see from wherever it may have come in a round trip.
 pub const MOST_WALK_MPS: f64 = 100.0;
+/// No mover is promised to change its velocity faster.
+pub const MOST_ACCELERATION_MPS2: f64 = 10_000.0;
 /// No mover is larger.
 pub const MOST_RADIUS_M: f64 = 100.0;
 /// No area of interest is larger.
@@ -152,16 +179,29 @@ pub(super) fn around(scene: &Bounds) -> Bounds {
     }
 }
 
-/// Whether something can be at a key of a trajectory.
-pub(super) fn key(key: &Key, world: &Bounds) -> Result<Sent, Refusal> {
-    Sent {
-        t_ms: None,
-        position: key.position,
-        orientation: key.orientation,
-        velocity: None,
-        acceleration: None,
+/// Whether something can move along a trajectory.
+pub(super) fn way(way: &Trajectory, world: &Bounds) -> Result<(), Refusal> {
+    for (number, key) in way.keys().iter().enumerate() {
+        let pose = Sent {
+            t_ms: None,
+            position: key.position,
+            orientation: key.orientation,
+            velocity: None,
+            acceleration: None,
+        };
+        pose.checked(world).map_err(|refusal| Refusal::Key {
+            number,
+            pointer: if refusal.pointer() == "/position" {
+                "/position"
+            } else {
+                "/orientation"
+            },
+        })?;
     }
-    .checked(world)
+    match way.speeds_mps().position(|speed_mps| speed_mps > MOST_SPEED_MPS) {
+        Some(line) => Err(Refusal::TooFast(line + 1)),
+        None => Ok(()),
+    }
 }
 
 pub(super) fn speed(max_speed_mps: f64) -> Result<f64, Refusal> {
@@ -177,14 +217,21 @@ fn up_to(most: f64, max_speed_mps: f64) -> Result<f64, Refusal> {
     sound.then_some(max_speed_mps).ok_or(Refusal::Speed(most))
 }
 
+pub(super) fn acceleration(most_mps2: Option<f64>) -> Result<Option<f64>, Refusal> {
+    let sound = most_mps2.is_none_or(|most_mps2| (0.0..=MOST_ACCELERATION_MPS2).contains(&most_mps2));
+    sound.then_some(most_mps2).ok_or(Refusal::Acceleration)
+}
+
 pub(super) fn radius(radius_m: f64) -> Result<f64, Refusal> {
     let sound = radius_m > 0.0 && radius_m <= MOST_RADIUS_M;
     sound.then_some(radius_m).ok_or(Refusal::Radius)
 }
 
 pub(super) fn aoi(aoi: crate::aoi::Aoi) -> Result<crate::aoi::Aoi, Refusal> {
+    let enters = aoi.enter_m > 0.0 && aoi.enter_m < MOST_AOI_M;
+    let wrong = if enters { Radius::Leave } else { Radius::Enter };
     let sound = aoi.is_sound() && aoi.leave_m <= MOST_AOI_M;
-    sound.then_some(aoi).ok_or(Refusal::Aoi)
+    sound.then_some(aoi).ok_or(Refusal::Aoi(wrong))
 }
 
 /// Cells that the caller must [`teach`](super::World::teach) before a participant can stand there.

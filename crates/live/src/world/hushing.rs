@@ -2,7 +2,11 @@
 //!
 //! Steps 1, 4 and 5 of Sudarsky & Gotsman's algorithm (§3): a mover that nobody watches gets a volume and is registered
 //! where that is; a volume that is exposed or expires is taken away again, and the mover counts as awake until nobody
-//! watches it. A volume here is only as long as one that touches no watched cell.
+//! watches it. A volume here is only as large as one that touches no watched cell.
+//!
+//! Volumes of owners that can be woken are *probabilistic* (§2.2): they are as large as has proved useful and last for
+//! long, though the mover could leave them; an owner whose mover does says so, and the volume has ended. So who stays in a
+//! corner says nothing at all, and costs nothing. Volumes of all others end when their mover could leave them.
 
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
@@ -43,25 +47,30 @@ impl World {
         }
     }
 
-    /// Finds the longest volume, up to what has proved useful, that touches no watched cell and not too many others. A
+    /// Finds the largest volume, up to what has proved useful, that touches no watched cell and not too many others. A
     /// mover that has none stays awake.
     fn hush(&mut self, object: ObjectId, now_ms: Ms) {
         let mover = &self.movers[&object];
-        let mut lasts_ms = mover.validity.ms();
-        while lasts_ms >= Validity::SHORTEST_MS {
-            let until_ms = now_ms + lasts_ms;
-            let (tbv, cells) = self.volume(mover, now_ms, until_ms);
-            let small = cells.len() <= MOST_CELLS || lasts_ms < 2 * Validity::SHORTEST_MS;
+        let mut reach_ms = mover.validity.ms();
+        while reach_ms >= Validity::SHORTEST_MS {
+            let (tbv, cells) = self.volume(mover, now_ms, now_ms + reach_ms);
+            let small = cells.len() <= MOST_CELLS || reach_ms < 2 * Validity::SHORTEST_MS;
             if small && !self.is_watched(&cells, mover.owner) {
+                let lasts_ms = if mover.is_heard_when_it_leaves() {
+                    reach_ms.max(self.rules.longest_tbv_ms)
+                } else {
+                    reach_ms
+                };
+                let until_ms = now_ms + lasts_ms;
                 self.end_showing(object, now_ms);
                 self.register(object, cells);
                 self.enter(object, State::Hushed { tbv, until_ms });
                 if let Some(mover) = self.movers.get_mut(&object) {
-                    mover.validity.fit(lasts_ms);
+                    mover.validity.fit(reach_ms);
                 }
                 return;
             }
-            lasts_ms /= 2;
+            reach_ms /= 2;
         }
     }
 
@@ -74,9 +83,21 @@ impl World {
         } else {
             (mover.pose.position_at(now_ms), now_ms)
         };
-        let tbv = Tbv::around(position, mover.max_speed_mps, until_ms - since_ms);
+        let elapsed_ms = until_ms - since_ms;
+        let by_speed = Tbv::around(position, mover.max_speed_mps, elapsed_ms);
+        let moving = mover.max_acceleration_mps2.filter(|_| fresh && mover.velocity_is_said);
+        let by_acceleration = moving.map(|most_mps2| Tbv::ahead(position, mover.pose.velocity, most_mps2, elapsed_ms));
+        let tbv = by_acceleration
+            .filter(|tbv| tbv.radius_m < by_speed.radius_m)
+            .unwrap_or(by_speed);
         let Some(way) = &mover.way else {
-            return (tbv, self.cells.under(&tbv.grown(mover.radius_m)));
+            // Who leaves it has gone on before that is heard here, as far as who is awake.
+            let late_m = if mover.is_heard_when_it_leaves() {
+                self.rules.tick_reach_m(mover)
+            } else {
+                0.0
+            };
+            return (tbv, self.cells.under(&tbv.grown(mover.radius_m + late_m)));
         };
         let mut cells: Vec<_> = way
             .swept(now_ms, until_ms)
@@ -130,7 +151,7 @@ impl World {
             return;
         };
         let expired = matches!(mover.state, State::Hushed { .. });
-        if expired {
+        if expired && !mover.is_heard_when_it_leaves() {
             mover.validity.lengthen();
         }
         let spoken = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;

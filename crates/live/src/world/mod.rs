@@ -26,7 +26,10 @@ use belvedere_scene::{Bounds, CellId, ObjectId};
 use serde::{Deserialize, Serialize};
 
 pub use self::{
-    check::{MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Refusal, Seen, Sent, Unknown},
+    check::{
+        MOST_ACCELERATION_MPS2, MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Radius, Refusal, Seen,
+        Sent, Unknown,
+    },
     doors::Unscreened,
     mover::Look,
     movers::NewMover,
@@ -50,7 +53,7 @@ pub struct Rules {
     pub round_trip_ms: Ms,
     /// Whoever has entered an area of interest stays for this long.
     pub shortest_stay_ms: Ms,
-    /// A volume lasts no longer.
+    /// A volume lasts for so long when the mover's owner can be woken, and else no longer.
     pub longest_tbv_ms: Ms,
     /// A volume of a mover whose owner cannot be woken lasts no longer.
     pub longest_unheard_tbv_ms: Ms,
@@ -68,7 +71,7 @@ impl Default for Rules {
             tick_ms: 100,
             round_trip_ms: 250,
             shortest_stay_ms: 1_000,
-            longest_tbv_ms: 60_000,
+            longest_tbv_ms: 600_000,
             longest_unheard_tbv_ms: 2_000,
             grace_ms: 1_000,
             bytes_per_s: 64_000.0,

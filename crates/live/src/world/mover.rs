@@ -21,6 +21,9 @@ pub(super) struct Mover {
     pub(super) look: Look,
     pub(super) radius_m: f64,
     pub(super) max_speed_mps: f64,
+    pub(super) max_acceleration_mps2: Option<f64>,
+    /// The velocity of the pose is what its owner said, no estimate.
+    pub(super) velocity_is_said: bool,
     pub(super) way: Option<Trajectory>,
     pub(super) clock: SenderClock,
     /// The newest.
@@ -54,6 +57,11 @@ pub(super) enum State {
 impl Mover {
     pub(super) fn is_awake(&self) -> bool {
         self.state == State::Awake
+    }
+
+    /// Whether its owner says when it leaves its volume, and hears when it is to speak before.
+    pub(super) fn is_heard_when_it_leaves(&self) -> bool {
+        self.owner.is_some() && self.way.is_none()
     }
 
     /// When it must be looked at again.

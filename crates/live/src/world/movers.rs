@@ -24,6 +24,9 @@ pub struct NewMover {
     pub pose: Sent,
     /// A promise.
     pub max_speed_mps: f64,
+    /// Another one, if it is made; it counts where poses say their velocity.
+    #[serde(default)]
+    pub max_acceleration_mps2: Option<f64>,
     /// A ball of this radius around its position holds it.
     pub radius_m: f64,
     /// What it looks like.
@@ -67,14 +70,13 @@ impl World {
         new: NewMover,
         now_ms: Ms,
     ) -> Result<(), Refusal> {
+        // Its pose is that of its first key, and the key is what was sent.
+        new.way.as_ref().map_or(Ok(()), |way| check::way(way, &self.reach))?;
         let sent = new.pose.checked(&self.reach)?;
-        let keys = new.way.iter().flat_map(|way| way.keys());
-        for (number, key) in keys.enumerate() {
-            check::key(key, &self.reach).map_err(|_| Refusal::Key(number))?;
-        }
         // Who follows a known way keeps to that way's speed, whatever was promised.
         let promised_mps = new.way.as_ref().map_or(new.max_speed_mps, Trajectory::fastest_mps);
         let (max_speed_mps, radius_m) = (check::speed(promised_mps)?, check::radius(new.radius_m)?);
+        let max_acceleration_mps2 = check::acceleration(new.max_acceleration_mps2)?;
         if self.cells.is_empty() {
             return Err(Refusal::NoCells);
         }
@@ -92,6 +94,8 @@ impl World {
             look: new.look,
             radius_m,
             max_speed_mps,
+            max_acceleration_mps2,
+            velocity_is_said: sent.velocity.is_some(),
             pose: new.way.as_ref().map_or(pose, |way| way.pose_at(now_ms)),
             way: new.way,
             clock: SenderClock::new(sent.t_ms, now_ms),
@@ -155,16 +159,24 @@ impl World {
             velocity: sent.velocity.unwrap_or_else(estimate),
             acceleration: sent.acceleration.unwrap_or_default(),
         };
+        mover.velocity_is_said = sent.velocity.is_some();
         match mover.state {
             State::Hushed { tbv, until_ms } if now_ms < until_ms && tbv.holds(sent.position) => {
                 // Who speaks just before the end gets the next promise with the answer.
                 if until_ms - now_ms <= RENEWAL_TICKS * self.rules.tick_ms {
-                    mover.validity.lengthen();
+                    if !mover.is_heard_when_it_leaves() {
+                        mover.validity.lengthen();
+                    }
                     self.rouse(object, now_ms);
                 }
             }
             State::Hushed { .. } => {
-                mover.validity.shorten();
+                // It has gone out of its volume: that was too small, unless this was no walk.
+                if teleported {
+                    mover.validity.shorten();
+                } else {
+                    mover.validity.lengthen();
+                }
                 self.rouse(object, now_ms);
             }
             State::Asked { .. } => self.rouse(object, now_ms),

@@ -27,6 +27,9 @@ pub struct Visitor {
     pub aoi: Aoi,
     /// A promise.
     pub max_speed_mps: f64,
+    /// Another one, if it is made; it counts where poses say their velocity.
+    #[serde(default)]
+    pub max_acceleration_mps2: Option<f64>,
     /// The size of its avatar.
     pub radius_m: f64,
     /// What its avatar looks like.
@@ -46,6 +49,7 @@ impl World {
         let avatar = NewMover {
             pose: new.pose,
             max_speed_mps: check::walking_speed(new.max_speed_mps)?,
+            max_acceleration_mps2: new.max_acceleration_mps2,
             radius_m: new.radius_m,
             look: new.look,
             way: None,

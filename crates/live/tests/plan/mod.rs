@@ -157,6 +157,7 @@ impl Stage {
                 leave_m: 120.0,
             },
             max_speed_mps: SPEED_MPS,
+            max_acceleration_mps2: None,
             radius_m: RADIUS_M,
             look: Look::default(),
             hears_movers: true,
@@ -183,6 +184,7 @@ impl Stage {
         let new = NewMover {
             pose: self.sent(x),
             max_speed_mps,
+            max_acceleration_mps2: None,
             radius_m: RADIUS_M,
             look: Look::default(),
             way,
