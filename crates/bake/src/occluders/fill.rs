@@ -198,13 +198,45 @@ impl Grid {
     }
 }
 
+/// How many voxels are set below each corner of the grid: so a box of any size is counted at its eight corners (after Crow,
+/// *Summed-area tables for texture mapping*, 1984).
+struct Counts {
+    below: Vec<u32>,
+    corners: [usize; 3],
+}
+
+impl Counts {
+    fn of(solid: &[bool], size: [usize; 3]) -> Self {
+        let corners = size.map(|voxels| voxels + 1);
+        let mut below = vec![0; corners.iter().product()];
+        for [x, y, z] in voxels([0; 3], size) {
+            let at = |x, y, z| below[index([x, y, z], corners)];
+            let sides = at(x, y + 1, z + 1) + at(x + 1, y, z + 1) + at(x + 1, y + 1, z);
+            let edges = at(x, y, z + 1) + at(x, y + 1, z) + at(x + 1, y, z);
+            let count = u32::from(solid[index([x, y, z], size)]) + sides + at(x, y, z) - edges;
+            below[index([x + 1, y + 1, z + 1], corners)] = count;
+        }
+        Self { below, corners }
+    }
+
+    /// Whether all voxels of a box are set.
+    fn full(&self, low: [usize; 3], high: [usize; 3]) -> bool {
+        let at = |x, y, z| i64::from(self.below[index([x, y, z], self.corners)]);
+        let ([a, b, c], [x, y, z]) = (low, high);
+        let set = at(x, y, z) - at(a, y, z) - at(x, b, z) - at(x, y, c) + at(a, b, z) + at(a, y, c) + at(x, b, c)
+            - at(a, b, c);
+        set == ((x - a) * (y - b) * (z - c)) as i64
+    }
+}
+
 /// The largest box of voxels that are all set, grown from evenly spread places.
 fn largest_box(solid: &[bool], size: [usize; 3], grid: &Grid) -> Option<([usize; 3], [usize; 3])> {
     let set: Vec<_> = voxels([0; 3], size).filter(|v| solid[index(*v, size)]).collect();
     let volume = |low: [usize; 3], high: [usize; 3]| -> f32 {
         (0..3).map(|a| grid.lines[a][high[a]] - grid.lines[a][low[a]]).product()
     };
-    let full = |low: [usize; 3], high: [usize; 3]| voxels(low, high).all(|v| solid[index(v, size)]);
+    let counts = Counts::of(solid, size);
+    let full = |low, high| counts.full(low, high);
     let mut best: Option<([usize; 3], [usize; 3])> = None;
     for seed in set.iter().step_by((set.len() / SEEDS).max(1)) {
         let (mut low, mut high) = (*seed, seed.map(|i| i + 1));
@@ -278,6 +310,22 @@ mod tests {
         );
         assert!(!found.hollow);
         assert_eq!(found.boxes, [[Vec3::ZERO, Vec3::new(2.0, 3.0, 4.0)]]);
+    }
+
+    #[test]
+    fn boxes_are_counted_as_their_voxels_are() {
+        let size = [4, 3, 5];
+        let solid: Vec<bool> = (0..60u32).map(|i| i.wrapping_mul(2_654_435_761) >> 29 != 0).collect();
+        let counts = Counts::of(&solid, size);
+        let mut full = 0;
+        for low in voxels([0; 3], size) {
+            for high in voxels(low.map(|i| i + 1), size.map(|i| i + 1)) {
+                let expected = voxels(low, high).all(|v| solid[index(v, size)]);
+                assert_eq!(counts.full(low, high), expected, "{low:?} {high:?}");
+                full += usize::from(expected);
+            }
+        }
+        assert!(full > 60, "{full}");
     }
 
     #[test]

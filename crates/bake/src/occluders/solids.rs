@@ -19,6 +19,7 @@
 use std::collections::BTreeMap;
 
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 use super::{Body, fill, rest};
 use crate::{
@@ -40,19 +41,17 @@ const CONVEX: f32 = 1e-5;
 /// The bodies of all objects, by object. They are `margin_m` smaller than the geometry on every side.
 pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
     let min_size_m = MIN_SIZE_SHARE * world.scale_m();
-    let mut bodies = Vec::new();
-    for object in 0..world.object_bounds().len() as u32 {
-        if world.object_bounds()[object as usize].is_empty()
-            || (world.object_bounds()[object as usize].diagonal_m() as f32) < min_size_m
-        {
-            continue;
+    let of_object = |object: u32| -> Vec<Body> {
+        let bounds = &world.object_bounds()[object as usize];
+        if bounds.is_empty() || (bounds.diagonal_m() as f32) < min_size_m {
+            return Vec::new();
         }
-        for part in parts(world.triangles_of(object)) {
-            if part.size_m() >= min_size_m {
-                bodies.extend(part.bodies(world, object, margin_m));
-            }
-        }
-    }
+        let parts = parts(world.triangles_of(object)).into_iter();
+        let large = parts.filter(|part| part.size_m() >= min_size_m);
+        large.flat_map(|part| part.bodies(world, object, margin_m)).collect()
+    };
+    let objects = (0..world.object_bounds().len() as u32).into_par_iter();
+    let mut bodies = objects.map(of_object).collect::<Vec<_>>().concat();
     stand_on_each_other(&mut bodies, margin_m);
     bodies
 }
