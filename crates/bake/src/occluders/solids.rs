@@ -223,10 +223,11 @@ impl Part<'_> {
         })
     }
 
-    /// Whether it is closed and its faces look into it, as around a cavity.
+    /// Whether it is closed, and its faces look into it and hide, as around a cavity.
     fn looks_inwards(&self) -> bool {
         let (volume_m3, loose) = self.volume_and_loose_edges();
-        volume_m3 < 0.0 && loose.is_empty()
+        let hides = self.triangles.iter().all(|triangle| triangle.hides_from_front());
+        volume_m3 < 0.0 && loose.is_empty() && hides
     }
 
     /// Six times the volume that its faces look out of, and the edges that more faces meet in one direction than in the other.
