@@ -1,5 +1,7 @@
 # Varnish as a cache in front of `belvedere serve`. Start it with room for what is asked for most:
-#   varnishd -a :8081 -f /etc/varnish/belvedere.vcl -s malloc,4G
+#   varnishd -a :8081 -f /etc/varnish/belvedere.vcl -s malloc,4G -p http_gzip_support=off
+#
+# The origin has encoded everything already; with its own gzip, Varnish would hand out no zstd.
 #
 # The origin's Cache-Control decides what is kept and how long, `stale-while-revalidate` included.
 vcl 4.1;
@@ -22,7 +24,7 @@ sub vcl_recv {
         set req.grace = 30s;
     }
     # Metrics are not for the public.
-    if (req.url == "/metrics") {
+    if (req.url ~ "^/metrics(\?|$)") {
         return (synth(404));
     }
     # Streams without end, and everything that changes something, go straight through.
@@ -30,7 +32,7 @@ sub vcl_recv {
         return (pipe);
     }
     # Probes are about the origin.
-    if (req.url ~ "^/(healthz|readyz)$") {
+    if (req.url ~ "^/(healthz|readyz)(\?|$)") {
         return (pass);
     }
     # Browsers spell Accept-Encoding in many ways, and the origin has three forms at most. Whoever weighs or excludes an

@@ -68,6 +68,13 @@ pub(super) struct Report {
 }
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
+    if let Some(output) = &args.output {
+        anyhow::ensure!(
+            output.extension().is_some_and(|ext| ext.eq_ignore_ascii_case("glb")),
+            "cannot write {}: what grows is written as a .glb, so give `-o` a name that ends with it",
+            output.display()
+        );
+    }
     let read = fs::read(&args.file).with_context(|| format!("cannot read {}", args.file.display()))?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
     let settings = Settings {

@@ -3,7 +3,7 @@
 //!
 //! `/o/bundle/{member}+{member}…`, where a member is `{hash}.{ext}`, a rung `{hash}.r{n}.slod`, or the bytes from `from`
 //! up to `to` of an object, `{hash}.{ext}@{from}-{to}`. The answer is `BVBN`, a version, the number of members, where
-//! each ends, and their bytes (`docs/FORMAT.md`); nothing is copied together.
+//! each ends, and their bytes (`docs/FORMAT.md`).
 
 use std::{collections::VecDeque, ops::Range, str::FromStr};
 
@@ -29,6 +29,8 @@ use crate::store::{BlobStore, Representations};
 const MAX_MEMBERS: usize = 64;
 /// What is larger gains nothing.
 const MAX_BYTES: u64 = 8 << 20;
+/// … and to cut slices out of more than this would load the store.
+const MAX_READ_BYTES: u64 = 256 << 20;
 const MAGIC: &[u8; 4] = b"BVBN";
 const VERSION: u16 = 1;
 const MEDIA_TYPE: HeaderValue = HeaderValue::from_static("application/vnd.belvedere.bundle");
@@ -77,14 +79,14 @@ impl Member {
         }
     }
 
-    /// Its bytes, which are not copied.
+    /// Its bytes.
     fn bytes(&self, forms: &Representations) -> Result<Bytes, ApiError> {
         let whole = &forms.identity.bytes;
         match self {
             Self::Whole(_) => Ok(whole.clone()),
-            Self::Rung(rung) => Ok(rungs::cut(*rung, forms)?.identity.bytes),
+            Self::Rung(rung) => Ok(alone(&rungs::cut(*rung, forms)?.identity.bytes, whole)),
             Self::Slice(_, range) if range.end <= whole.len() as u64 => {
-                Ok(whole.slice(range.start as usize..range.end as usize))
+                Ok(alone(&whole.slice(range.start as usize..range.end as usize), whole))
             }
             Self::Slice(name, range) => Err(ApiError::NotFound(format!(
                 "byte {} of `{name}`; it has {}",
@@ -92,6 +94,15 @@ impl Member {
                 whole.len()
             ))),
         }
+    }
+}
+
+/// A part of a blob that does not keep the blob in memory as long as somebody reads it, unless it is most of it.
+fn alone(part: &Bytes, whole: &Bytes) -> Bytes {
+    if part.len() < whole.len() / 2 {
+        Bytes::copy_from_slice(part)
+    } else {
+        part.clone()
     }
 }
 
@@ -120,7 +131,7 @@ pub(super) async fn bundle(
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let (mut parts, mut length) = (VecDeque::new(), 0u64);
+    let (mut parts, mut length, mut read) = (VecDeque::new(), 0u64, 0u64);
     let members = members(&text)?;
     let mut head = Vec::with_capacity(8 + 4 * members.len());
     head.extend_from_slice(MAGIC);
@@ -130,6 +141,12 @@ pub(super) async fn bundle(
         let blob = member.blob();
         let forms = blobs.get(&blob).await?;
         let forms = forms.ok_or_else(|| ApiError::NotFound(format!("object `{blob}`")))?;
+        read += forms.identity.bytes.len() as u64;
+        if read > MAX_READ_BYTES {
+            return Err(ApiError::bad_path(format!(
+                "the objects that a bundle is cut from have at most {MAX_READ_BYTES} bytes together; ask for fewer at once"
+            )));
+        }
         let bytes = member.bytes(&forms)?;
         length += bytes.len() as u64;
         if length > MAX_BYTES {

@@ -81,6 +81,8 @@ struct Inner {
     /// Jobs that have not ended, on the server that works them off.
     open: Mutex<BTreeMap<JobId, Arc<Open>>>,
     ended: Mutex<JobCounts>,
+    /// Uploads that go on, by the key that was shown.
+    uploading: Mutex<BTreeMap<String, u32>>,
     /// Rung when a job came, ended or was cancelled.
     changed: Notify,
     stopping: CancellationToken,
@@ -108,6 +110,26 @@ struct Open {
     cancelled: CancellationToken,
 }
 
+/// An upload that goes on; it counts as an open job until it is dropped.
+#[derive(Debug)]
+struct GoingOn {
+    jobs: Jobs,
+    key_id: String,
+}
+
+impl Drop for GoingOn {
+    fn drop(&mut self) {
+        let uploading = &self.jobs.inner.uploading;
+        let mut uploading = uploading.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(count) = uploading.get_mut(&self.key_id) {
+            *count -= 1;
+            if *count == 0 {
+                uploading.remove(&self.key_id);
+            }
+        }
+    }
+}
+
 impl Jobs {
     /// The jobs of this data folder. Nothing is baked before [`Jobs::work`].
     #[must_use]
@@ -120,6 +142,7 @@ impl Jobs {
                 working: AtomicBool::new(false),
                 open: Mutex::default(),
                 ended: Mutex::default(),
+                uploading: Mutex::default(),
                 changed: Notify::new(),
                 stopping,
             }),
@@ -143,11 +166,24 @@ impl Jobs {
         announced_bytes: u64,
     ) -> Result<Upload, JobError> {
         let (theirs, all) = self.inner.catalogue.open_jobs(&grant.id).await?;
+        let going_on = self.go_on(&grant.id, theirs, all).ok_or_else(|| self.full())?;
+        Upload::begin(self.clone(), scene, source, going_on, announced_bytes).await
+    }
+
+    /// Counts one more upload of a key that has so many open jobs, of so many in all; `None` when that is too many.
+    fn go_on(&self, key_id: &str, theirs: u32, all: u32) -> Option<GoingOn> {
         let settings = &self.inner.settings;
-        if theirs >= settings.open_of_a_key || all >= settings.open_of_all {
-            return Err(self.full());
+        let mut uploading = self.inner.uploading.lock().unwrap_or_else(PoisonError::into_inner);
+        let of_all = all.saturating_add(uploading.values().sum());
+        let of_key = uploading.entry(key_id.to_owned()).or_default();
+        if theirs.saturating_add(*of_key) >= settings.open_of_a_key || of_all >= settings.open_of_all {
+            return None;
         }
-        Upload::begin(self.clone(), scene, source, grant.id.clone(), announced_bytes).await
+        *of_key += 1;
+        Some(GoingOn {
+            jobs: self.clone(),
+            key_id: key_id.to_owned(),
+        })
     }
 
     /// How a job is doing.

@@ -211,8 +211,9 @@ async fn run(jobs: Jobs, job: Job, open: Arc<Open>) -> SceneName {
         Ok(true) => {}
         Ok(false) => {
             // Another server has cancelled it.
-            if let Ok(job) = jobs.read(id).await {
-                forget(&jobs, &open, job);
+            match jobs.read(id).await {
+                Ok(job) => forget(&jobs, &open, job),
+                Err(_) => tokio::time::sleep(RETRY).await,
             }
             return scene;
         }

@@ -7,7 +7,7 @@ use anyhow::Context;
 use belvedere_scene::SceneName;
 use tokio::{fs::File, io::AsyncWriteExt};
 
-use super::{Job, JobError, JobId, Jobs};
+use super::{GoingOn, Job, JobError, JobId, Jobs};
 use crate::db::NewJob;
 
 /// What a source is, where whoever sends it says so. Else its content says it.
@@ -62,7 +62,7 @@ pub struct Upload {
     id: JobId,
     scene: SceneName,
     title: Option<String>,
-    key_id: String,
+    going_on: GoingOn,
     file: File,
     bytes: u64,
     /// Removed when the upload is dropped before it is a job.
@@ -90,7 +90,7 @@ impl Upload {
         jobs: Jobs,
         scene: SceneName,
         source: Source,
-        key_id: String,
+        going_on: GoingOn,
         announced_bytes: u64,
     ) -> Result<Self, JobError> {
         jobs.fits(announced_bytes)?;
@@ -110,7 +110,7 @@ impl Upload {
             id,
             scene,
             title: source.title,
-            key_id,
+            going_on,
             file,
             bytes: 0,
             folder,
@@ -143,7 +143,7 @@ impl Upload {
             scene: &self.scene,
             title: self.title.as_deref(),
             source_bytes: self.bytes,
-            key_id: &self.key_id,
+            key_id: &self.going_on.key_id,
         };
         let catalogue = &self.jobs.inner.catalogue;
         let kept = catalogue.keep_job(&new, settings.open_of_a_key, settings.open_of_all);
@@ -153,7 +153,7 @@ impl Upload {
         self.folder.kept = true;
         let stored = catalogue.job(&name).await?.ok_or(JobError::NoJob(self.id))?;
         let job = Job::read(&stored)?;
-        tracing::info!(%job.job, %job.scene, job.source_bytes, key = self.key_id, "a scene was uploaded");
+        tracing::info!(%job.job, %job.scene, job.source_bytes, key = self.going_on.key_id, "a scene was uploaded");
         self.jobs.admit(job.clone());
         Ok(job)
     }

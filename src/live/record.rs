@@ -6,9 +6,10 @@
 //! further ahead is not gone on with.
 
 use std::{
-    fs::File,
+    fs::{File, TryLockError},
     io::{self, Read, Seek, SeekFrom, Write},
     path::Path,
+    time::Duration,
 };
 
 use belvedere_scene::SceneName;
@@ -41,6 +42,9 @@ pub enum RecordingError {
     /// The file cannot be used.
     #[error(transparent)]
     Io(#[from] io::Error),
+    /// Another server goes on with it.
+    #[error("another server is recording into it; give each a file of its own")]
+    InUse,
     /// It is something else.
     #[error("it is no recording of this version")]
     Other,
@@ -84,6 +88,7 @@ impl Recorder {
             .create(true)
             .truncate(false)
             .open(path)?;
+        lock(&file)?;
         if is_cut_in_its_magic(&mut file)? {
             file.set_len(0)?;
             file.rewind()?;
@@ -94,9 +99,7 @@ impl Recorder {
             while recording.next_block()?.is_some() {}
             let whole_bytes = recording.whole_bytes;
             file.seek(SeekFrom::Start(whole_bytes))?;
-            if !is_cut_off(&mut file)? {
-                return Err(RecordingError::Damaged { at_bytes: whole_bytes });
-            }
+            check_end(&mut file, whole_bytes)?;
             file.set_len(whole_bytes)?;
             file.seek(SeekFrom::Start(whole_bytes))?;
         }
@@ -192,6 +195,18 @@ impl<R: Read> Recording<R> {
         Ok(block)
     }
 
+    /// After the last block: whether that was the end, or but for a block that was not written to its end.
+    ///
+    /// # Errors
+    /// When more follows what is damaged, or the file cannot be read.
+    pub fn check_end(&mut self) -> Result<(), RecordingError>
+    where
+        R: Seek,
+    {
+        self.file.seek(SeekFrom::Start(self.whole_bytes))?;
+        check_end(&mut self.file, self.whole_bytes)
+    }
+
     /// How many bytes were whole so far.
     pub fn whole_bytes(&self) -> u64 {
         self.whole_bytes
@@ -206,6 +221,29 @@ impl<R: Read> Recording<R> {
     }
 }
 
+/// Keeps other servers from writing in between, as long as the file is open. One that has just ended may take a moment.
+fn lock(file: &File) -> Result<(), RecordingError> {
+    const TRIES: u32 = 50;
+    const BETWEEN: Duration = Duration::from_millis(20);
+    for _ in 0..TRIES {
+        match file.try_lock() {
+            Ok(()) => return Ok(()),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(BETWEEN),
+            Err(TryLockError::Error(error)) => return Err(error.into()),
+        }
+    }
+    Err(RecordingError::InUse)
+}
+
+/// Refuses what follows the last whole block, unless it is one that was not written to its end.
+fn check_end(file: &mut impl Read, at_bytes: u64) -> Result<(), RecordingError> {
+    if is_cut_off(file)? {
+        Ok(())
+    } else {
+        Err(RecordingError::Damaged { at_bytes })
+    }
+}
+
 /// Whether nothing was written yet, or not even as much as says what the file is.
 fn is_cut_in_its_magic(file: &mut File) -> io::Result<bool> {
     let mut begin = Vec::new();
@@ -214,7 +252,7 @@ fn is_cut_in_its_magic(file: &mut File) -> io::Result<bool> {
 }
 
 /// Whether a file ends, from here on, with no more than a block that was not written to its end.
-fn is_cut_off(file: &mut File) -> io::Result<bool> {
+fn is_cut_off(file: &mut impl Read) -> io::Result<bool> {
     let mut rest = Vec::new();
     file.take(4 + MOST_BYTES as u64).read_to_end(&mut rest)?;
     let Some((length, frame)) = rest.split_first_chunk::<4>() else {
@@ -261,6 +299,16 @@ mod tests {
             recorder.write(&"row".parse().unwrap(), (*entry).to_owned()).await;
         }
         recorder.flush().await;
+    }
+
+    #[tokio::test]
+    async fn nobody_records_into_a_file_that_somebody_records_into() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.rec");
+        let first = Recorder::open(&path).unwrap();
+        assert!(matches!(Recorder::open(&path), Err(RecordingError::InUse)));
+        drop(first);
+        Recorder::open(&path).unwrap();
     }
 
     #[tokio::test]
@@ -322,6 +370,9 @@ mod tests {
                 "{bit}: {refused:?}"
             );
             assert_eq!(std::fs::read(&path).unwrap(), damaged, "{bit}");
+            let mut read = Recording::open(File::open(&path).unwrap()).unwrap();
+            while read.next_block().unwrap().is_some() {}
+            assert!(matches!(read.check_end(), Err(RecordingError::Damaged { .. })), "{bit}");
         }
     }
 

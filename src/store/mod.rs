@@ -20,7 +20,8 @@ mod sync;
 use std::{
     any::Any,
     collections::BTreeMap,
-    path::{Path, PathBuf},
+    fs::File,
+    path::Path,
     sync::{
         Arc, OnceLock,
         atomic::{AtomicU64, Ordering},
@@ -198,7 +199,7 @@ pub struct BlobStore {
 struct Inner {
     objects: Arc<dyn ObjectStore>,
     /// Where they are, if that is a folder whose files are not synced one by one.
-    folder: Option<PathBuf>,
+    folder: Option<Arc<File>>,
     cache: Cache<BlobName, Arc<Representations>, ByBytes>,
     hits: AtomicU64,
     misses: AtomicU64,
@@ -237,7 +238,9 @@ impl BlobStore {
         let local = LocalFileSystem::new_with_prefix(&folder)
             .map_err(failed)?
             .with_fsync(!sync::AT_ONCE);
-        let store = Self::over(Arc::new(local), sync::AT_ONCE.then_some(folder), cache_bytes);
+        let opened = tokio::fs::File::open(&folder).await.map_err(generic).map_err(failed)?;
+        let opened = sync::AT_ONCE.then_some(Arc::new(opened.into_std().await));
+        let store = Self::over(Arc::new(local), opened, cache_bytes);
         if store.probe().await.is_err() {
             let text = Bytes::from_static(b"Immutable objects, named by the SHA-256 of their content.\n");
             store.write(&Key::from(MARKER), text).await?;
@@ -246,7 +249,7 @@ impl BlobStore {
     }
 
     /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
-    fn over(objects: Arc<dyn ObjectStore>, folder: Option<PathBuf>, cache_bytes: u64) -> Self {
+    fn over(objects: Arc<dyn ObjectStore>, folder: Option<Arc<File>>, cache_bytes: u64) -> Self {
         /// Only a hint for the cache's tables.
         const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
         /// Few shards, so that one large blob still fits into its share of the limit.
@@ -328,14 +331,13 @@ impl BlobStore {
         let Some(folder) = self.inner.folder.clone() else {
             return Ok(());
         };
-        let what = format!("sync {}", folder.display());
         let synced = tokio::task::spawn_blocking(move || sync::all(&folder)).await;
         synced.expect("syncing does not panic and is not aborted").map_err(|e| {
             let source = object_store::Error::Generic {
                 store: "folder",
                 source: Box::new(e),
             };
-            io(what, source)
+            io("write its blobs out to the disk".to_owned(), source)
         })
     }
 

@@ -285,6 +285,8 @@ export class Explorer implements NavigationSpace, Surveyed {
     try {
       // Neighbours first by name only: the walker needs their hulls before the eye reaches them.
       const neighbours = Promise.all(entry.adjacent.map((cell) => this.index.entry(cell, PRIORITY.document)));
+      // Should the record fail first, that is what is told.
+      neighbours.catch(() => {});
       const record = await this.records.read(entry.cell, PRIORITY.document);
       if (!this.scene.manifest.whole) {
         const objects = await this.directory.resolve(this.notBehindDoors(record));

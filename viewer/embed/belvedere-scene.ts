@@ -67,17 +67,15 @@ export class BelvedereScene extends HTMLElement {
     style.replaceSync(STYLE);
     root.adoptedStyleSheets = [style];
     root.replaceChildren(canvas, stick, caption);
-    const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
+    let host = location.host;
     try {
-      const stage = new Stage(canvas);
+      const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
+      host = src.host;
       const scene = await open(src);
-      if (attempt !== this.attempt) {
-        stage.close();
-        return;
-      }
-      this.visit = this.begin(stage, scene, { canvas, stick, caption }, readPose(src.hash));
+      if (attempt !== this.attempt) return;
+      this.visit = this.begin(new Stage(canvas), scene, { canvas, stick, caption }, readPose(src.hash));
     } catch (error) {
-      if (attempt === this.attempt) this.fail(error, src.host, caption);
+      if (attempt === this.attempt) this.fail(error, host, caption);
     }
   }
 

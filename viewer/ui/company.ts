@@ -38,6 +38,8 @@ export class LiveCompany {
     parts.visit.add(this.avatars.root);
     parts.visit.onFrame((now_ms, seconds) => this.frame(now_ms, seconds));
     addEventListener("pagehide", () => this.session?.close());
+    // A page that comes back from the browser's memory has left its session.
+    addEventListener("pageshow", ({ persisted }) => void (persisted && this.join()));
   }
 
   /** Whether other people can be met here. */

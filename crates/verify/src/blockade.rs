@@ -51,7 +51,7 @@ impl Blockade {
         for object in &scene.objects {
             let (model, mirrored) = (&scene.models[object.model], object.mirrored());
             for patch in model.patches.iter().filter(|patch| !patch.surface.see_through) {
-                faces.extend(patch.triangles.iter().map(|triangle| {
+                let placed = patch.triangles.iter().map(|triangle| {
                     let mut corners = triangle.map(|i| object.world_from_object.transform_point3(model.position(i)));
                     if mirrored {
                         corners.swap(1, 2);
@@ -61,7 +61,9 @@ impl Blockade {
                         front_only: !patch.surface.double_sided,
                         door: object.door.then_some(object.id),
                     }
-                }));
+                });
+                // Rounding to a lattice makes lines and points of slivers, which hide nothing.
+                faces.extend(placed.filter(|face| face.plane().is_some()));
             }
         }
         let mut nodes = Vec::new();

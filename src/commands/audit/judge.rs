@@ -146,6 +146,17 @@ fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) 
 
 /// Whether what a session was told of may be seen from where its participant may be.
 fn could_see(account: &Account, sights: &mut Sights, told: &Finding) -> Sight {
+    // Whoever is in no cell is served as if in the nearest one, of which nothing can be proved.
+    let is_in_a_cell = |place: [f64; 3]| account.cells.at(place).is_some_and(|place| place.distance_m == 0.0);
+    let proves = is_in_a_cell(told.eye) && is_in_a_cell(told.position);
+    match seen_from_cells(account, sights, told) {
+        Sight::Hidden if !proves => Sight::NotFound,
+        sight => sight,
+    }
+}
+
+/// The same, for whoever is in the cells that are looked from.
+fn seen_from_cells(account: &Account, sights: &mut Sights, told: &Finding) -> Sight {
     let open = sights.any_sees_any(&told.eye_cells, &told.cells, &BTreeSet::new());
     let settled = |since_ms: Ms| told.at_ms - since_ms > DOOR_GRACE_MS;
     let closed = account.closed.iter().filter(|(_, door)| settled(door.since_ms));

@@ -76,6 +76,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         bar.set_message(format!("from {cells} cells, {hunted} hunts"));
     }
     bar.finish_and_clear();
+    recording.check_end().with_context(cannot)?;
     let report = Report {
         whole_bytes: recording.whole_bytes(),
         scenes: scenes.into_values().map(Scene::report).collect(),

@@ -118,7 +118,12 @@ async fn walk<S: ByteSource + Clone + 'static>(args: Args, source: S) -> anyhow:
             "not every visitor ever had all that can be seen from the first cell: {} was asked for",
             percent(least)
         );
-        let mean = outcome.quality.mean.unwrap_or(1.0);
+        let mean = outcome.quality.mean.with_context(|| {
+            format!(
+                "no frame was looked at after that, so nobody knows whether visitors have {}; give a --script or a longer --duration",
+                percent(least)
+            )
+        })?;
         anyhow::ensure!(
             mean >= least,
             "the mean download quality is {}, less than {}",

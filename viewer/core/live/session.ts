@@ -49,6 +49,8 @@ export class Session {
   private readonly speaker = new Speaker();
   private opened: Opened | undefined;
   private sending = false;
+  /** How often the stream has woken it. */
+  private wakes = 0;
   private busy = false;
   private again_ms = 0;
   private closed = false;
@@ -133,7 +135,10 @@ export class Session {
       opened.stream.addEventListener(name, ({ data }) => {
         const event = this.opened === opened ? readEvent(name, data) : undefined;
         if (event?.kind === "hush") this.speaker.keepQuiet(event.hush);
-        if (event?.kind === "wake") this.speaker.keepQuiet(undefined);
+        if (event?.kind === "wake") {
+          this.wakes += 1;
+          this.speaker.keepQuiet(undefined);
+        }
         if (event) this.parts.told(event);
       });
     }
@@ -145,6 +150,7 @@ export class Session {
 
   private async say(opened: Opened, pose: Participant & { readonly t_ms: number }): Promise<void> {
     this.sending = true;
+    const { wakes } = this;
     try {
       const { t_ms, position, orientation, velocity } = pose;
       const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}/pose`);
@@ -154,7 +160,8 @@ export class Session {
         const hush = Json.parse(await answer.text(), "the answer to a pose")
           .field("hush")
           .optional(readHush);
-        if (hush) this.speaker.keepQuiet(hush);
+        // Whoever was woken meanwhile is watched: the stream may overtake the answer.
+        if (hush && wakes === this.wakes) this.speaker.keepQuiet(hush);
       }
     } catch {
       // The next pose says more than this one would have.
