@@ -8,7 +8,7 @@ DATA ?= data
 
 .PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api bless clean
 
-## Build, bake the built-in worlds, serve them and print the address of the town.
+## Build, bake the built-in worlds, serve them and print the address.
 demo:
 	@tests/tools/require.sh cargo cc node npm
 	@$(MAKE) --no-print-directory viewer
