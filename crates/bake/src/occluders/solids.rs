@@ -46,9 +46,11 @@ pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
         if bounds.is_empty() || (bounds.diagonal_m() as f32) < min_size_m {
             return Vec::new();
         }
-        let parts = parts(world.triangles_of(object)).into_iter();
-        let large = parts.filter(|part| part.size_m() >= min_size_m);
-        large.flat_map(|part| part.bodies(world, object, margin_m)).collect()
+        let parts = parts(world.triangles_of(object));
+        let large = parts.iter().filter(|part| part.size_m() >= min_size_m);
+        large
+            .flat_map(|part| part.bodies(world, object, &parts, margin_m))
+            .collect()
     };
     let objects = (0..world.object_bounds().len() as u32).into_par_iter();
     let mut bodies = objects.map(of_object).collect::<Vec<_>>().concat();
@@ -126,7 +128,8 @@ impl Part<'_> {
         (self.max - self.min).length()
     }
 
-    fn bodies(&self, world: &World, object: u32, margin_m: f32) -> Vec<Body> {
+    /// Its bodies; `parts` are all parts of its object.
+    fn bodies(&self, world: &World, object: u32, parts: &[Part<'_>], margin_m: f32) -> Vec<Body> {
         let Some(Closed { open_below, both_sides }) = self.closed() else {
             return Vec::new();
         };
@@ -142,42 +145,43 @@ impl Part<'_> {
         };
         let foreign = self.foreign(world, object, 4.0 * margin_m);
         let convex = self.convex_planes(open_below).filter(|_| foreign.is_empty());
-        let some = |bodies: &mut Vec<Body>| bodies.retain(|b| b.min.cmplt(b.max).all());
-        let mut bodies = match convex {
-            Some(planes) if planes.iter().all(|p| is_axis(p.truncate())) => vec![body(self.min, self.max, Vec::new())],
-            Some(planes) if planes.len() <= MAX_PLANES => vec![body(self.min, self.max, planes)],
-            _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => Vec::new(),
+        let (bodies, boxes) = match convex {
+            Some(planes) if planes.iter().all(|p| is_axis(p.truncate())) => {
+                (vec![body(self.min, self.max, Vec::new())], Vec::new())
+            }
+            Some(planes) if planes.len() <= MAX_PLANES => (vec![body(self.min, self.max, planes)], Vec::new()),
+            _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => return Vec::new(),
             _ => {
                 let surface: Vec<_> = self.triangles.iter().map(|t| t.corners).collect();
                 let filled = fill::boxes(&surface, &foreign, self.min, self.max);
                 if filled.hollow && !both_sides {
                     return Vec::new();
                 }
-                let mut bodies: Vec<Body> = filled.boxes.iter().map(|[a, b]| body(*a, *b, Vec::new())).collect();
-                some(&mut bodies);
-                if !bodies.is_empty() {
-                    let rest = self.rest(world, object, &filled.boxes, margin_m);
-                    bodies.extend(rest.into_iter().map(|piece| Body {
-                        hides: false,
-                        ..body(piece.min, piece.max, piece.planes)
-                    }));
-                }
-                bodies
+                let bodies = filled.boxes.iter().map(|[a, b]| body(*a, *b, Vec::new()));
+                (bodies.collect(), filled.boxes)
             }
         };
-        some(&mut bodies);
+        let has_volume = |body: &Body| body.min.cmplt(body.max).all();
+        let mut bodies: Vec<Body> = bodies.into_iter().filter(has_volume).collect();
+        if !bodies.is_empty() && !boxes.is_empty() {
+            let rest = self.rest(parts, &boxes, margin_m).into_iter().map(|piece| Body {
+                hides: false,
+                ..body(piece.min, piece.max, piece.planes)
+            });
+            bodies.extend(rest.filter(has_volume));
+        }
         bodies
     }
 
-    /// What boxes leave of its inside.
-    fn rest(&self, world: &World, object: u32, boxes: &[[Vec3; 2]], slack_m: f32) -> Vec<rest::Piece> {
+    /// What boxes leave of its inside; `parts` are all parts of its object.
+    fn rest(&self, parts: &[Part<'_>], boxes: &[[Vec3; 2]], slack_m: f32) -> Vec<rest::Piece> {
         let mut surface: Vec<_> = self.triangles.iter().map(|t| t.corners).collect();
         // Cavities are parts of their own.
-        let inner = parts(world.triangles_of(object)).into_iter().filter(|part| {
+        let inner = parts.iter().filter(|part| {
             let is_inside = part.min.cmpge(self.min).all() && part.max.cmple(self.max).all();
             is_inside && part.min != self.min && part.triangles.len() <= MAX_FILLED_TRIANGLES && part.looks_inwards()
         });
-        surface.extend(inner.flat_map(|part| part.triangles.into_iter().map(|t| t.corners)));
+        surface.extend(inner.flat_map(|part| part.triangles.iter().map(|t| t.corners)));
         let in_a_box = |piece: &rest::Piece| {
             let holds = |[low, high]: &[Vec3; 2]| piece.min.cmpge(*low).all() && piece.max.cmple(*high).all();
             boxes.iter().any(holds)
