@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use belvedere_live::world::Unscreened;
+use belvedere_live::{cells::Cell, world::Unscreened};
 use belvedere_scene::{CellId, ObjectId};
 
 use super::message::{Message, StageHandle};
@@ -51,7 +51,9 @@ async fn answer(published: &Arc<Published>, questions: Vec<Unscreened>, stage: &
 async fn prove(published: &Arc<Published>, blockers: &Arc<Blockers>, question: Unscreened) -> Option<Screen> {
     let blockers = blockers.clone();
     let proved = tokio::task::spawn_blocking(move || {
-        let hidden = blockers.screened(&question.bounds, &question.others, &question.closed);
+        let region = |shape: &Cell| blockers.region(&shape.bounds, &shape.planes);
+        let others = question.others.iter().map(|(cell, shape)| (*cell, region(shape)));
+        let hidden = blockers.screened(&region(&question.shape), &others.collect::<Vec<_>>(), &question.closed);
         (question, hidden)
     });
     let (question, hidden) = proved.await.ok()?;

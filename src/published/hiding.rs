@@ -10,7 +10,7 @@ use belvedere_bake::{
     },
 };
 use belvedere_scene::{Bounds, ObjectId};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 use super::Blockers;
@@ -50,15 +50,15 @@ pub struct Plane {
 }
 
 impl Blockers {
-    /// What hides an object from all of the box around a cell while all doors are open, each reason once; `None` when
+    /// What hides an object from all of a region while all doors are open, each reason once; `None` when
     /// that cannot be proved, or there is no such object.
     #[must_use]
-    pub fn hiding(&self, cell: &Bounds, object: ObjectId) -> Option<Vec<Hiding>> {
+    pub fn hiding(&self, eye: &Region, object: ObjectId) -> Option<Vec<Hiding>> {
         // An object without geometry is seen by nobody, but there is nothing that hides it.
         self.scenery.targets.get(object.0 as usize)?.as_ref()?;
         let mut observer = Observer::new(&self.scenery, ConservativeSettings::ON_LINE);
         let mut found = Vec::new();
-        self.prove(&mut observer, &self.region(cell), object, HALVINGS, &mut found)
+        self.prove(&mut observer, eye, object, HALVINGS, &mut found)
             .then_some(found)
     }
 
@@ -106,16 +106,22 @@ impl Blockers {
     }
 
     fn plane(&self, wall: &Wall) -> Plane {
+        let normal = wall.normal.as_dvec3();
         Plane {
-            normal: wall.normal.to_array(),
-            offset_m: f64::from(wall.offset) + wall.normal.as_dvec3().dot(self.origin),
+            normal: self.frame.leave(normal).as_vec3().to_array(),
+            offset_m: f64::from(wall.offset) + normal.dot(self.origin),
             bounds: self.absolute(wall.around()),
         }
     }
 
-    /// A box in world space.
+    /// The box in world space around a box of the frame.
     pub(super) fn absolute(&self, [min, max]: [Vec3; 2]) -> Bounds {
         let [min, max] = [min, max].map(|p| (self.origin + p.as_dvec3()).to_array());
-        Bounds { min, max }
+        let in_frame = Bounds { min, max };
+        if self.frame.is_source() {
+            return in_frame;
+        }
+        let corners = in_frame.corners().map(|p| self.frame.leave(DVec3::from(p)).to_array());
+        Bounds::around(corners)
     }
 }

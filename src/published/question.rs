@@ -3,26 +3,57 @@
 //! The ε-superset of Cohen-Or & Zadicario (1998, *Introduction*): whoever stays inside the region needs nothing else.
 
 use belvedere_bake::{
-    occluders::Region,
+    frame::Frame,
+    occluders::{Region, Stored},
     visibility::conservative::{ConservativeSettings, Observer, Scenery},
 };
-use belvedere_scene::{Bounds, ObjectId};
+use belvedere_scene::{Bounds, ObjectId, convex::HalfSpace};
 use glam::DVec3;
 use serde::Serialize;
 
 /// What hides in one revision.
 pub struct Blockers {
     pub(super) scenery: Scenery,
-    /// Where positions are relative to, in world space.
+    /// The frame of its positions …
+    pub(super) frame: Frame,
+    /// … and the place in that frame that they are relative to.
     pub(super) origin: DVec3,
     doors: Vec<u32>,
+}
+
+/// Where an eye may be, in world space, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Eye {
+    /// Anywhere in a ball.
+    Ball {
+        /// Its middle.
+        center: [f64; 3],
+        /// Its radius.
+        radius_m: f64,
+    },
+    /// Anywhere in a box.
+    Box(Bounds),
+}
+
+impl Eye {
+    /// The box around it.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        match *self {
+            Self::Box(bounds) => bounds,
+            Self::Ball { center, radius_m } => Bounds {
+                min: center.map(|x| x - radius_m),
+                max: center.map(|x| x + radius_m),
+            },
+        }
+    }
 }
 
 /// A region and the doors that are closed.
 #[derive(Debug, Clone)]
 pub struct Question {
-    /// The eye is somewhere in here, in world space, metres.
-    pub eye: Bounds,
+    /// The eye is somewhere in here.
+    pub eye: Eye,
     /// No others are closed.
     pub closed: Vec<ObjectId>,
 }
@@ -32,7 +63,7 @@ pub struct Question {
 pub struct NotHidden {
     /// The object.
     pub object: ObjectId,
-    /// The box around it, rounded outwards.
+    /// A box around it, rounded outwards; wider than need be where the frame is turned.
     pub bounds: Bounds,
     /// From the region to that box, metres.
     pub distance_m: f32,
@@ -50,18 +81,40 @@ impl Blockers {
     /// # Errors
     /// Says what is wrong with it.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
-        let (scenery, origin) = Scenery::decode(bytes).map_err(|error| error.to_string())?;
+        let Stored { scenery, frame, origin } = Scenery::decode(bytes).map_err(|error| error.to_string())?;
         Ok(Self {
             doors: scenery.blocker.doors(),
             scenery,
+            frame,
             origin,
         })
     }
 
-    /// A region in world space, rounded outwards.
-    pub(super) fn region(&self, bounds: &Bounds) -> Region {
+    /// The region around a convex part of world space, what half-spaces leave of a box, rounded outwards. Cells that were
+    /// cut in the frame are no smaller than that.
+    #[must_use]
+    pub fn region(&self, bounds: &Bounds, planes: &[HalfSpace]) -> Region {
+        self.relative(&self.frame.box_around(bounds, planes))
+    }
+
+    /// A box of the frame, relative to the origin and rounded outwards.
+    fn relative(&self, bounds: &Bounds) -> Region {
         let [min, max] = [bounds.min, bounds.max].map(|p| (DVec3::from(p) - self.origin).as_vec3());
         Region::rounded(min, max)
+    }
+
+    fn region_of(&self, eye: &Eye) -> Region {
+        match *eye {
+            Eye::Box(bounds) => self.region(&bounds, &[]),
+            // A ball is as wide in every frame.
+            Eye::Ball { center, radius_m } => self.relative(
+                &Eye::Ball {
+                    center: self.frame.enter(DVec3::from(center)).to_array(),
+                    radius_m,
+                }
+                .bounds(),
+            ),
+        }
     }
 
     /// Everything that may be seen from somewhere in the region, largest solid angle first, then by id. Takes
@@ -75,7 +128,7 @@ impl Blockers {
             return Err(NoDoor(*other));
         }
         let closed: Vec<_> = question.closed.iter().map(|door| door.0).collect();
-        let eye = self.region(&question.eye);
+        let eye = self.region_of(&question.eye);
         let mut observer = Observer::new(&self.scenery, ConservativeSettings::ON_LINE);
         observer.close(&closed);
         let visible = observer.visible(&eye, &[]);

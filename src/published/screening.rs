@@ -4,10 +4,10 @@
 //! not fill the space between them. So geometry decides ([`belvedere_bake::visibility::screen`]).
 //!
 //! Guarantee: conservative, but for gaps narrower than 8 · 10⁻⁶ of the scene's diagonal, which are closed. Cells count as the
-//! boxes around them. Cost: milliseconds for a cell; nothing for cells between which no closed door stands.
+//! regions around them ([`Blockers::region`]). Cost: milliseconds for a cell; nothing for cells between which no closed door stands.
 
 use belvedere_bake::{occluders::Region, visibility::screen::Screening};
-use belvedere_scene::{Bounds, CellId, ObjectId};
+use belvedere_scene::{CellId, ObjectId};
 use glam::Vec3;
 
 use super::Blockers;
@@ -20,20 +20,18 @@ const STEPS: u32 = 100_000;
 impl Blockers {
     /// Those of the other cells that cannot be seen from one while these doors are closed. Takes milliseconds of CPU.
     #[must_use]
-    pub fn screened(&self, eye: &Bounds, others: &[(CellId, Bounds)], closed: &[ObjectId]) -> Vec<CellId> {
+    pub fn screened(&self, eye: &Region, others: &[(CellId, Region)], closed: &[ObjectId]) -> Vec<CellId> {
         let closed: Vec<_> = closed.iter().map(|door| door.0).collect();
         let mut screening = Screening::new(&self.scenery.blocker, &closed, STEPS);
-        let eye = self.region(eye);
-        let others = others.iter().map(|(cell, bounds)| (*cell, self.off_its_walls(bounds)));
+        let others = others.iter().map(|(cell, other)| (*cell, self.off_its_walls(other)));
         let mut hidden: Vec<_> = others.collect();
-        hidden.sort_by(|(_, a), (_, b)| a.distance_m(&eye).total_cmp(&b.distance_m(&eye)));
-        hidden.retain(|(_, other)| screening.hides(&eye, other));
+        hidden.sort_by(|(_, a), (_, b)| a.distance_m(eye).total_cmp(&b.distance_m(eye)));
+        hidden.retain(|(_, other)| screening.hides(eye, other));
         hidden.into_iter().map(|(cell, _)| cell).collect()
     }
 
     /// A cell without what is as near to its borders as makes no difference.
-    fn off_its_walls(&self, cell: &Bounds) -> Region {
-        let cell = self.region(cell);
+    fn off_its_walls(&self, cell: &Region) -> Region {
         let margin = Vec3::splat(BESIDE_A_WALL * self.scenery.blocker.occluders.tolerance.plane_m);
         let middle = cell.center();
         Region::of_box((cell.min + margin).min(middle), (cell.max - margin).max(middle))

@@ -17,6 +17,7 @@ pub mod cells;
 pub mod city;
 pub mod defect;
 pub mod digest;
+pub mod frame;
 pub mod glb;
 pub mod import;
 pub mod lod;

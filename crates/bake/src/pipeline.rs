@@ -6,6 +6,7 @@ use glam::DVec3;
 use crate::{
     cells::{self, CellGraph, CellSettings, author::AuthorError},
     defect::Defects,
+    frame::Frame,
     import::split::{self, SplitSettings},
     lod::LodSettings,
     memory::{Forgetful, Memory},
@@ -16,7 +17,7 @@ use crate::{
     share::share,
     source::{Material, SourceScene, SourceViewpoint},
     visibility::{self, Views, Visibility, VisibilitySettings, conservative::Scenery},
-    world::{World, WorldError},
+    world::{World, WorldError, bounds_of},
 };
 
 /// Everything that decides the result besides the source.
@@ -96,7 +97,14 @@ pub fn bake(
     host: &Host<'_>,
 ) -> Result<Written, BakeError> {
     let progress = host.progress;
-    let scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
+    let mut scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
+    // Who draws cells has looked which way they should stand.
+    let frame = if scene.authored.cells.is_empty() {
+        Frame::of(&scene)
+    } else {
+        Frame::SOURCE
+    };
+    let unturned = frame.turn(&mut scene);
     let world = World::new(&scene)?;
     let viewpoints: Vec<[f64; 3]> = scene
         .viewpoints
@@ -109,9 +117,13 @@ pub fn bake(
     } else {
         cells::author::build(&world, &scene.authored, defects)?
     };
-    note_strays(&graph, &scene, defects);
+    unturned.put_back(&mut scene);
     let hiders = Hiders::of(&world, cells::author::occluders(&world, &scene.authored, defects));
     let scenery = Scenery::with(&world, hiders.occluders());
+    let views = Views::of(&world, &graph, &hiders);
+    let placed = frame.leave_with(graph.clone());
+    note_strays(&placed, &scene, defects);
+    let bounds: Vec<_> = scene.objects.iter().map(|object| bounds_of(&scene, object)).collect();
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {
         double_sided: scene
@@ -124,19 +136,20 @@ pub fn bake(
     };
     let models = Models::write(&scene, &lod, host.sink, progress)?;
     let write = |mut visibility: Visibility| {
-        visibility.reason = format!("{}; {}", visibility.reason, how_cut(&world, &graph, &visibility));
+        visibility.reason = format!("{}; {}", visibility.reason, how_cut(&bounds, &placed, &visibility));
         let input = records::Input {
             scene: &scene,
             title: &source.title,
             source_bytes: source.bytes,
             world: &world,
-            graph: &graph,
+            frame,
+            bounds: &bounds,
+            graph: &placed,
             scenery: &scenery,
             visibility: &visibility,
         };
         records::write(input, &models, host.sink, progress)
     };
-    let views = Views::of(&world, &graph, &hiders);
     if let Some(first) = host.first {
         first(&write(visibility::preview(&views, progress)?)?)?;
     }
@@ -149,8 +162,8 @@ pub fn bake(
 }
 
 /// How the cells came about, and whether they were of any use.
-fn how_cut(world: &World, graph: &CellGraph, visibility: &Visibility) -> String {
-    let drawn = world.object_bounds().iter().filter(|bounds| !bounds.is_empty()).count();
+fn how_cut(bounds: &[Bounds], graph: &CellGraph, visibility: &Visibility) -> String {
+    let drawn = bounds.iter().filter(|bounds| !bounds.is_empty()).count();
     if graph.cells.len() == 1 && visibility.cells[0].objects.len() == drawn {
         "one cell, because no wall hides anything: everything is visible".to_owned()
     } else if visibility.cells.iter().all(|cell| cell.objects.len() == drawn) {

@@ -400,7 +400,8 @@ fn used_points(primitive: &Primitive) -> impl Iterator<Item = [f32; 3]> {
     primitive.indices.iter().map(|i| primitive.positions[*i as usize])
 }
 
-fn bounds_of(scene: &SourceScene, object: &SourceObject) -> Bounds {
+/// The box around an object where its scene places it, empty without geometry.
+pub(crate) fn bounds_of(scene: &SourceScene, object: &SourceObject) -> Bounds {
     let points = scene.models[object.model].primitives.iter().flat_map(used_points);
     Bounds::around(points.map(|p| transformed(&object.world_from_object, p).to_array()))
 }

@@ -6,6 +6,7 @@
 use anyhow::Context;
 use belvedere_scene::{
     Bounds, CellId, ObjectId, SceneName,
+    index::CellEntry,
     record::{Guarantee, Visible},
 };
 use belvedere_verify::line::{SightLine, sight_line};
@@ -82,13 +83,13 @@ pub(super) async fn explain(
     };
     // The likelier answer first; the other only when there is none.
     if explained.listed.is_none() {
-        explained.hidden = hidden(scene, &entry.bounds, about).await?;
+        explained.hidden = hidden(scene, &entry, about).await?;
     }
     if explained.hidden.is_none() {
         explained.eyes = EYES;
         explained.sight_line = look(data, name, in_cell, about).await?;
         if explained.listed.is_some() && explained.sight_line.is_none() {
-            explained.hidden = hidden(scene, &entry.bounds, about).await?;
+            explained.hidden = hidden(scene, &entry, about).await?;
         }
     }
     if json {
@@ -112,11 +113,11 @@ async fn look(
     Ok(line.await?)
 }
 
-async fn hidden(scene: &Opened, bounds: &Bounds, about: ObjectId) -> anyhow::Result<Option<Vec<Reason>>> {
+async fn hidden(scene: &Opened, cell: &CellEntry, about: ObjectId) -> anyhow::Result<Option<Vec<Reason>>> {
     let blockers = scene.reader.blockers().await?;
     let blockers = blockers.context("the scene was baked without occluders: bake it again")?;
-    let bounds = *bounds;
-    let found = tokio::task::spawn_blocking(move || blockers.hiding(&bounds, about)).await?;
+    let eye = blockers.region(&cell.bounds, &cell.planes);
+    let found = tokio::task::spawn_blocking(move || blockers.hiding(&eye, about)).await?;
     let Some(found) = found else {
         return Ok(None);
     };

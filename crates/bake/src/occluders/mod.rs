@@ -18,7 +18,7 @@ pub use self::{
     body::Body,
     hiders::Hiders,
     region::Region,
-    stored::StoredError,
+    stored::{Stored, StoredError},
     wall::{Tolerance, Wall, Way},
 };
 pub(crate) use self::{body::is_bottom, wall::Rectangle};

@@ -9,10 +9,12 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3, Vec4};
 
 use super::{Body, Occluders, Region, Tolerance, Wall, Way};
-use crate::visibility::conservative::Scenery;
+use crate::{frame::Frame, visibility::conservative::Scenery};
 
 const MAGIC: &[u8; 4] = b"BVOC";
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
+/// The last version before frames could be turned.
+const UNTURNED: u16 = 2;
 /// The first version, in which every body hides.
 const ALL_HIDE: u16 = 1;
 const NO_DOOR: u32 = u32::MAX;
@@ -35,13 +37,24 @@ pub enum StoredError {
     Damaged(usize),
 }
 
+/// A blocker as it was read.
+pub struct Stored {
+    /// The blocker.
+    pub scenery: Scenery,
+    /// The frame in which its positions are …
+    pub frame: Frame,
+    /// … and the place in that frame that they are relative to, in metres.
+    pub origin: DVec3,
+}
+
 impl Scenery {
-    /// Writes it; `origin` is the place in world space that its positions are relative to, in metres.
+    /// Writes it; `origin` is the place in its frame that its positions are relative to, in metres.
     #[must_use]
-    pub fn encode(&self, origin: DVec3) -> Vec<u8> {
+    pub fn encode(&self, frame: &Frame, origin: DVec3) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend(origin.to_array().iter().flat_map(|x| x.to_le_bytes()));
+        bytes.extend(frame.half_tangent().to_le_bytes());
         let occluders = &self.blocker.occluders;
         floats(&mut bytes, &[occluders.tolerance.plane_m, occluders.tolerance.hole_m]);
         count(&mut bytes, self.targets.len());
@@ -86,11 +99,11 @@ impl Scenery {
         bytes
     }
 
-    /// Reads it, and the place that its positions are relative to.
+    /// Reads it.
     ///
     /// # Errors
     /// When the bytes are not what [`Scenery::encode`] writes.
-    pub fn decode(bytes: &[u8]) -> Result<(Self, DVec3), StoredError> {
+    pub fn decode(bytes: &[u8]) -> Result<Stored, StoredError> {
         let mut from = Reader { bytes, at: 0 };
         if from.take::<4>().ok().as_ref() != Some(MAGIC) {
             return Err(StoredError::NotOccluders);
@@ -104,6 +117,11 @@ impl Scenery {
             origin[axis] = f64::from_le_bytes(from.take()?);
         }
         from.check(origin.is_finite())?;
+        let frame = if version > UNTURNED {
+            Frame::of_half_tangent(f64::from_le_bytes(from.take()?)).ok_or(StoredError::Damaged(from.at))?
+        } else {
+            Frame::SOURCE
+        };
         let [plane_m, hole_m] = from.finite()?;
         from.check(plane_m >= 0.0 && hole_m >= 0.0)?;
         let targets = from.list(24, |from| {
@@ -135,7 +153,11 @@ impl Scenery {
             walls,
             tolerance,
         };
-        Ok((Self::new(occluders, targets), origin))
+        Ok(Stored {
+            scenery: Self::new(occluders, targets),
+            frame,
+            origin,
+        })
     }
 }
 
@@ -276,9 +298,11 @@ mod tests {
     #[test]
     fn what_was_written_hides_the_same() {
         let (scenery, origin) = small_city();
-        let bytes = scenery.encode(origin);
-        let (read, read_origin) = Scenery::decode(&bytes).unwrap();
-        assert_eq!(read_origin, origin);
+        let turned = Frame::of_half_tangent(0.25).unwrap();
+        let bytes = scenery.encode(&turned, origin);
+        let stored = Scenery::decode(&bytes).unwrap();
+        assert_eq!((stored.frame, stored.origin), (turned, origin));
+        let read = stored.scenery;
         assert_eq!(read.blocker.occluders, scenery.blocker.occluders);
         assert_eq!(read.targets, scenery.targets);
         let settings = Method::Conservative.proofs();
@@ -295,7 +319,7 @@ mod tests {
             Some(StoredError::UnknownVersion(9))
         );
         let (scenery, origin) = small_city();
-        let bytes = scenery.encode(origin);
+        let bytes = scenery.encode(&Frame::SOURCE, origin);
         for end in (6..bytes.len()).step_by(97) {
             assert!(
                 matches!(Scenery::decode(&bytes[..end]).err(), Some(StoredError::Damaged(_))),
@@ -310,7 +334,7 @@ mod tests {
         #[test]
         fn damage_is_an_error_or_another_blocker_but_no_panic(at in 6usize..4000, bits in 1u8..) {
             let (scenery, origin) = small_city();
-            let mut bytes = scenery.encode(origin);
+            let mut bytes = scenery.encode(&Frame::SOURCE, origin);
             let at = at % bytes.len();
             bytes[at] ^= bits;
             let _ = Scenery::decode(&bytes);

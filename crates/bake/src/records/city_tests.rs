@@ -7,6 +7,7 @@ use super::{BlobSink, Input, Models, SinkError, write};
 use crate::{
     cells::{CellGraph, Portal, ViewCell},
     city::City,
+    frame::Frame,
     lod::LodSettings,
     memory::Forgetful,
     occluders::Hiders,
@@ -98,6 +99,8 @@ fn records_and_steps_of_a_city_are_small() {
         title: "City",
         source_bytes: 0,
         world: &world,
+        frame: Frame::SOURCE,
+        bounds: world.object_bounds(),
         graph: &graph,
         scenery: &scenery,
         visibility: &visibility,

@@ -34,6 +34,7 @@ use self::{
 use crate::{
     BakeError,
     cells::CellGraph,
+    frame::Frame,
     progress::{Progress, Stage},
     source::{Role, SourceObject, SourceScene},
     visibility::{Visibility, conservative::Scenery},
@@ -55,14 +56,25 @@ pub struct Input<'a> {
     pub title: &'a str,
     /// Size of the source files.
     pub source_bytes: u64,
-    /// The same scene flattened.
+    /// The same scene flattened, in its frame.
     pub world: &'a World,
-    /// Its cells.
+    /// The frame.
+    pub frame: Frame,
+    /// The box around each object in world space, empty for one without geometry.
+    pub bounds: &'a [Bounds],
+    /// Its cells, in world space.
     pub graph: &'a CellGraph,
     /// What hides in it.
     pub scenery: &'a Scenery,
     /// What each cell sees.
     pub visibility: &'a Visibility,
+}
+
+impl Input<'_> {
+    /// The box around everything, in world space.
+    fn around(&self) -> Bounds {
+        self.bounds.iter().fold(Bounds::EMPTY, |all, one| all.union(one))
+    }
 }
 
 /// A revision whose objects are all in the sink.
@@ -131,7 +143,7 @@ pub fn write(
         &ledger,
     )?;
 
-    let (url, occluders_bytes) = ledger.put("occ", input.scenery.encode(input.world.origin()))?;
+    let (url, occluders_bytes) = ledger.put("occ", input.scenery.encode(&input.frame, input.world.origin()))?;
     let occluders = OccludersRef {
         url,
         bytes: occluders_bytes,
@@ -142,9 +154,7 @@ pub fn write(
     let manifest = Manifest {
         format: FORMAT,
         title: input.title.to_owned(),
-        bounds: entries
-            .iter()
-            .fold(Bounds::EMPTY, |all, entry| all.union(&entry.bounds)),
+        bounds: input.around(),
         up: "+Y".to_owned(),
         unit: "m".to_owned(),
         counts: counts(input, &entries, models),
@@ -184,12 +194,11 @@ fn models_seen(input: Input<'_>) -> Vec<Vec<usize>> {
 }
 
 fn object_entries(input: Input<'_>) -> Vec<ObjectEntry> {
-    let bounds = input.world.object_bounds();
     let entry = |(id, object): (usize, &SourceObject)| ObjectEntry {
         object: ObjectId(id as u32),
         source_node: object.source_node.clone(),
         part: object.part,
-        bounds: bounds[id],
+        bounds: input.bounds[id],
         transform: object.world_from_object.to_cols_array(),
         scale: object.largest_scale(),
         model: ModelId(object.model as u32),

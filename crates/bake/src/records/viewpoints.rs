@@ -49,7 +49,7 @@ fn made_up(input: Input<'_>) -> Viewpoint {
         let height_m = cell.bounds.max[1] - floor_m;
         eye.y = floor_m + EYE_HEIGHT_M.min(0.6 * height_m);
     }
-    let bounds = input.world.object_bounds();
+    let bounds = input.bounds;
     let seen = &input.visibility.cells[id].objects;
     let weight: f64 = seen.iter().map(|s| f64::from(s.solid_angle)).sum();
     let middle: DVec3 = seen
@@ -66,7 +66,8 @@ fn made_up(input: Input<'_>) -> Viewpoint {
 
 /// Where one would stand below the middle of a cell: the height of the first face that is seen from above.
 fn floor_below(cell: &ViewCell, input: Input<'_>) -> Option<f64> {
-    let eye = input.world.relative(cell.center());
+    let eye = input.frame.enter(DVec3::from(cell.center()));
+    let eye = input.world.relative(eye.to_array());
     let mut passed = Vec::new();
     let floor = input.world.cast(eye, glam::Vec3::NEG_Y, f32::INFINITY, &mut passed)?;
     let from_behind = passed
@@ -83,7 +84,7 @@ fn level(towards: DVec3, eye: DVec3, input: Input<'_>) -> DVec3 {
     let flat = if flat.length() > 0.3 * towards.length() {
         flat
     } else {
-        let to_middle = DVec3::from(input.world.bounds().center()) - eye;
+        let to_middle = DVec3::from(input.around().center()) - eye;
         DVec3::new(to_middle.x, 0.0, to_middle.z)
     };
     let flat = flat.try_normalize().unwrap_or(DVec3::NEG_Z);

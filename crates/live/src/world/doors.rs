@@ -13,7 +13,7 @@ use belvedere_scene::{Bounds, CellId, ObjectId};
 use super::World;
 use crate::{
     Ms,
-    cells::Ball,
+    cells::{Ball, Cell},
     event::{Event, SessionId},
 };
 
@@ -32,10 +32,10 @@ pub(super) struct Door {
 pub struct Unscreened {
     /// Where the eyes are.
     pub cell: CellId,
-    /// The box around it.
-    pub bounds: Bounds,
-    /// What else is seen while all doors are open, with the boxes around them, rising.
-    pub others: Vec<(CellId, Bounds)>,
+    /// Its shape.
+    pub shape: Cell,
+    /// What else is seen while all doors are open, with the shapes of these, rising.
+    pub others: Vec<(CellId, Cell)>,
     /// While these doors are closed, rising.
     pub closed: Vec<ObjectId>,
 }
@@ -77,12 +77,12 @@ impl World {
         if closed == self.cells.screened_by(cell) {
             return None;
         }
-        let bounds_of = |cell: CellId| self.cells.cell(cell).map(|shape| shape.bounds);
+        let shape_of = |cell: CellId| self.cells.cell(cell).cloned();
         let others = sees.iter().filter(|other| **other != cell);
         Some(Unscreened {
             cell,
-            bounds: bounds_of(cell)?,
-            others: others.filter_map(|other| Some((*other, bounds_of(*other)?))).collect(),
+            shape: shape_of(cell)?,
+            others: others.filter_map(|other| Some((*other, shape_of(*other)?))).collect(),
             closed,
         })
     }
