@@ -207,7 +207,9 @@ mod tests {
     fn a_ball_is_asked_about_as_the_box_around_it() {
         let bounds = eye(r#"{"position": [1, 2, 3], "radius_m": 0.5}"#).unwrap().bounds();
         assert_eq!((bounds.min, bounds.max), ([0.5, 1.5, 2.5], [1.5, 2.5, 3.5]));
-        let bounds = eye(r#"{"box": {"min": [4, 0, 6], "max": [1, 5, 3]}}"#).unwrap().bounds();
+        let bounds = eye(r#"{"box": {"min": [4, 0, 6], "max": [1, 5, 3]}}"#)
+            .unwrap()
+            .bounds();
         assert_eq!((bounds.min, bounds.max), ([1.0, 0.0, 3.0], [4.0, 5.0, 6.0]));
     }
 

@@ -31,7 +31,7 @@ use self::{data::DataFolder, found::FoundFile, source_files::SourceFolder};
 use crate::{db::NewRevision, progress::BakeProgress, worlds};
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 7;
+const BAKE_VERSION: u32 = 8;
 
 /// What to bake, and under which name.
 #[derive(Debug)]

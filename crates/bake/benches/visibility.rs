@@ -266,7 +266,8 @@ fn interior() {
     let world = World::new(&scene).unwrap();
     let origin = |v: &belvedere_bake::source::SourceViewpoint| v.world_from_camera.w_axis.truncate().to_array();
     let viewpoints: Vec<_> = scene.viewpoints.iter().map(origin).collect();
-    let estimate = |graph: &CellGraph| visibility::glance(&world, graph, &Silent);
+    let scenery = Scenery::of(&world);
+    let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, &Silent);
     let graph = cells::build_refined(&world, &viewpoints, &CellSettings::default(), &estimate, &Silent).unwrap();
     let step = graph.cells.len().div_ceil(CELLS);
     let chosen = graph.cells.iter().step_by(step);

@@ -294,7 +294,11 @@ mod tests {
             let frame = Frame::of(&turned_by(degrees));
             // About +Y, so that z becomes x; a quarter turn more or less is the same.
             let wanted = (-degrees + 45.0).rem_euclid(90.0) - 45.0;
-            assert!((frame.degrees() - wanted).abs() < 1e-3, "{degrees}: {}", frame.degrees());
+            assert!(
+                (frame.degrees() - wanted).abs() < 1e-3,
+                "{degrees}: {}",
+                frame.degrees()
+            );
         }
     }
 

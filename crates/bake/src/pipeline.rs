@@ -111,15 +111,15 @@ pub fn bake(
         .iter()
         .map(|v| v.world_from_camera.w_axis.truncate().to_array())
         .collect();
+    let hiders = Hiders::of(&world, cells::author::occluders(&world, &scene.authored, defects));
+    let scenery = Scenery::with(&world, hiders.occluders());
     let graph = if scene.authored.cells.is_empty() {
-        let estimate = |graph: &CellGraph| visibility::glance(&world, graph, progress);
+        let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, progress);
         cells::build_refined(&world, &viewpoints, &settings.cells, &estimate, progress)?
     } else {
         cells::author::build(&world, &scene.authored, defects)?
     };
     unturned.put_back(&mut scene);
-    let hiders = Hiders::of(&world, cells::author::occluders(&world, &scene.authored, defects));
-    let scenery = Scenery::with(&world, hiders.occluders());
     let views = Views::of(&world, &graph, &hiders);
     let placed = frame.leave_with(graph.clone());
     note_strays(&placed, &scene, defects);

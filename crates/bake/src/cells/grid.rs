@@ -1,7 +1,7 @@
 //! Where do grid lines lie? On large walls and floors, and between them evenly.
 //!
-//! All positions are relative to the world's origin. Outside the scene's box lines grow apart, because nothing is
-//! there but room to stand in.
+//! All positions are relative to the world's origin. Around what is built ([`built`]) lines grow apart, because little is
+//! there but room to stand in: a village in wide fields is cut as finely as one without.
 
 use belvedere_scene::Bounds;
 use glam::Vec3;
@@ -11,6 +11,14 @@ use crate::world::{Triangle, World};
 
 /// How much further apart each line outside the scene is than the one before.
 const OUTSIDE_GROWTH: f32 = 1.5;
+/// A face stands upright when its normal rises no more than this.
+const UPRIGHT: f32 = 0.05;
+/// This share of what stands upright may lie beyond either end of what counts as built …
+const OUTLIERS: f64 = 0.01;
+/// … with so much of its size around it as room.
+const ROOM: f32 = 0.05;
+/// What is built is no smaller than this share of the scene.
+const MIN_BUILT: f32 = 1.0 / 64.0;
 /// Viewpoints within so many lengths of the scene are reached.
 const VIEWPOINT_REACH: f32 = 20.0;
 /// Planes nearer to each other than this share of a voxel are one.
@@ -35,6 +43,7 @@ pub(super) struct Grid {
     tolerance_m: f32,
     metre: f32,
     scene_m: f32,
+    built_m: f32,
 }
 
 impl Grid {
@@ -51,6 +60,8 @@ impl Grid {
         let scene_m = (max - min).max_element();
         // What stands for a metre: in a scene of less than four metres a quarter of it.
         let metre = if scene_m > 0.0 { (scene_m / 4.0).min(1.0) } else { 1.0 };
+        let built = built(world, [min, max]);
+        let built_m = (built[1] - built[0]).max_element();
         let planes = [0, 1, 2].map(|axis| Planes::of(world.triangles(), axis, scene_m));
         let beyond = |axis: usize| {
             let reach = |p: &Vec3| (min[axis] - p[axis]).max(p[axis] - max[axis]);
@@ -61,8 +72,10 @@ impl Grid {
         loop {
             let tolerance_m = (ON_PLANE * voxel_m).max(8.0 * f32::EPSILON * scene_m);
             let lines = [0, 1, 2].map(|axis| {
-                let scene = min[axis]..=max[axis];
-                let mut lines = inside(scene, planes[axis].lines(voxel_m), voxel_m);
+                let ends = [min[axis], max[axis]];
+                let mut lines = inside(ends, planes[axis].lines(voxel_m), MIN_GAP * voxel_m, |gap| {
+                    between(gap, built.map(|corner| corner[axis]), voxel_m)
+                });
                 let above = 2.0 * metre;
                 let room = if axis == 1 {
                     above.max((0.05 * scene_m).min(max.y - min.y))
@@ -81,6 +94,7 @@ impl Grid {
                     tolerance_m,
                     metre,
                     scene_m,
+                    built_m,
                 };
             }
             voxel_m *= 1.1;
@@ -102,10 +116,10 @@ impl Grid {
         self.metre
     }
 
-    /// The size of what a person handles: a metre, in a large scene a hundredth of it, because nobody looks at a cell
-    /// of a town as closely as at a cell of a flat.
+    /// The size of what a person handles: a metre, in a large scene a hundredth of what is built, because nobody looks at
+    /// a cell of a town as closely as at a cell of a flat.
     pub(super) fn scale_m(&self) -> f32 {
-        self.metre.max(self.scene_m / 100.0)
+        self.metre.max(self.built_m / 100.0)
     }
 
     /// The longest edge of the scene's box.
@@ -206,20 +220,99 @@ impl Planes {
     }
 }
 
-/// The ends of the scene, the given lines and as many between them as voxels need.
-fn inside(scene: std::ops::RangeInclusive<f32>, planes: Vec<f32>, voxel_m: f32) -> Vec<f32> {
-    let (start, end) = (*scene.start(), *scene.end());
+/// The box that holds nearly all of what stands upright and hides, with some room around it, rounded so that a house that
+/// moves hardly ever changes it; all of the scene where that is no smaller, and in height.
+fn built(world: &World, [min, max]: [Vec3; 2]) -> [Vec3; 2] {
+    let upright = |triangle: &&Triangle| {
+        let [a, b, c] = triangle.corners;
+        let doubled = (b - a).cross(c - a);
+        triangle.hides() && doubled.y.abs() <= UPRIGHT * doubled.length()
+    };
+    let faces = || world.triangles().iter().filter(upright);
+    let [mut low, mut high] = [min, max];
+    for axis in [0, 2] {
+        let mut places: Vec<(f32, f64)> = faces()
+            .map(|t| {
+                let middle = (t.corners[0][axis] + t.corners[1][axis] + t.corners[2][axis]) / 3.0;
+                (middle, breadth_m2(t))
+            })
+            .collect();
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let most_m2 = OUTLIERS * places.iter().map(|(_, area)| area).sum::<f64>();
+        if let (Some(from), Some(to)) = (after(places.iter(), most_m2), after(places.iter().rev(), most_m2)) {
+            let size = (to - from).max(MIN_BUILT * (max - min).max_element());
+            let step = size.log2().floor().exp2() / 8.0;
+            low[axis] = (((from - ROOM * size) / step).floor() * step).max(min[axis]);
+            high[axis] = (((to + ROOM * size) / step).ceil() * step).min(max[axis]);
+        }
+    }
+    [low, high]
+}
+
+/// The square of the least height of a triangle: about its area, but little for the long thin sides of a slab of ground.
+fn breadth_m2(triangle: &Triangle) -> f64 {
+    let [a, b, c] = triangle.corners;
+    let longest_m = (b - a).length().max((c - b).length()).max((a - c).length());
+    f64::from(2.0 * triangle.area_m2() / longest_m.max(f32::MIN_POSITIVE)).powi(2)
+}
+
+/// The first place after so much area.
+fn after<'a>(mut places: impl Iterator<Item = &'a (f32, f64)>, mut area_m2: f64) -> Option<f32> {
+    let place = places.find(|(_, area)| {
+        area_m2 -= area;
+        area_m2 < 0.0
+    });
+    place.map(|(place, _)| *place)
+}
+
+/// The ends of the scene, the given lines and as many between every two of them as `between` says.
+fn inside([start, end]: [f32; 2], planes: Vec<f32>, gap_m: f32, between: impl Fn([f32; 2]) -> Vec<f32>) -> Vec<f32> {
     let mut fixed = vec![start];
-    let gap = MIN_GAP * voxel_m;
-    fixed.extend(planes.into_iter().filter(|at| *at > start + gap && *at < end - gap));
+    fixed.extend(planes.into_iter().filter(|at| *at > start + gap_m && *at < end - gap_m));
     if end > start {
         fixed.push(end);
     }
     let mut lines = vec![start];
     for pair in fixed.windows(2) {
-        let count = ((pair[1] - pair[0]) / voxel_m - 1e-3).ceil().max(1.0);
-        lines.extend((1..count as usize).map(|i| pair[0] + (pair[1] - pair[0]) * i as f32 / count));
+        lines.extend(between([pair[0], pair[1]]));
         lines.push(pair[1]);
+    }
+    lines
+}
+
+/// Lines between two places: evenly where anything is built, further and further apart before and behind.
+fn between([from, to]: [f32; 2], [start, end]: [f32; 2], voxel_m: f32) -> Vec<f32> {
+    let even = |from: f32, to: f32| {
+        let count = ((to - from) / voxel_m - 1e-3).ceil().max(1.0);
+        (1..count as usize).map(move |i| from + (to - from) * i as f32 / count)
+    };
+    // Steps away from `near`, which may have begun further inside.
+    let apart = |near: f32, far: f32, edge: f32| {
+        let mut lines = Vec::new();
+        let (mut at, way) = (near, (far - near).signum());
+        loop {
+            let step = voxel_m + (OUTSIDE_GROWTH - 1.0) * ((at - edge) * way).max(0.0);
+            at += way * step;
+            if (far - at) * way < 0.5 * step {
+                return lines;
+            }
+            lines.push(at);
+        }
+    };
+    let mut lines = Vec::new();
+    if from < start {
+        let mut before = apart(to.min(start), from, start);
+        before.reverse();
+        lines.extend(before);
+    }
+    let (inner_from, inner_to) = (from.max(start), to.min(end));
+    if inner_from < inner_to {
+        lines.extend((inner_from > from).then_some(inner_from));
+        lines.extend(even(inner_from, inner_to));
+        lines.extend((inner_to < to).then_some(inner_to));
+    }
+    if to > end {
+        lines.extend(apart(from.max(end), to, end));
     }
     lines
 }

@@ -89,7 +89,7 @@ pub(super) struct Node {
     /// Whether people stand in the first of its children and nobody in the second.
     pub(super) at_eye_level: bool,
     /// Whether it lies above such a plane.
-    over_heads: bool,
+    pub(super) over_heads: bool,
 }
 
 /// The tree of boxes; the root is the first node.

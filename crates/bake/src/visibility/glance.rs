@@ -3,12 +3,14 @@
 //! Random rays find different small things from neighbouring cells that see the same. So each sight line of a neighbour
 //! is tried from a few eyes of the cell itself, and what is found so is passed on in the next round. Few rays miss small
 //! things, so everything that stands in a cell which is seen into counts: the cell-to-cell relation of Teller & Séquin,
-//! *Visibility preprocessing for interactive walkthroughs* (1991).
+//! *Visibility preprocessing for interactive walkthroughs* (1991). Of that, only what the cheapest proofs do not hide from a few
+//! eyes counts: the air over a town is seen into from every street, but not all that stands under it is seen.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
+    conservative::{ConservativeSettings, Observer, Scenery},
     random::Random,
     sampler::{CellState, Sampler, Scratch, Sighting},
     sights::Sights,
@@ -16,6 +18,7 @@ use super::{
 };
 use crate::{
     cells::CellGraph,
+    occluders::Region,
     progress::{Cancelled, Progress},
     world::World,
 };
@@ -24,30 +27,41 @@ use crate::{
 const RAYS: u32 = 3072;
 /// Eyes that try a neighbour's sight line.
 const TRIES: u32 = 8;
+/// Eyes from which proofs are tried.
+const EYES: u32 = 6;
 /// How far word of a thing travels, in cells.
 const ROUNDS: u32 = 3;
 /// Where random streams start.
 const SEED: u64 = 0x61A9_CE00;
 
-/// For each cell objects that it sees or that stand near what it sees, rising.
+/// For each cell objects that it sees or that stand near what it sees, rising. `scenery` is the world's.
 ///
 /// # Errors
 /// When cancelled.
-pub fn glance(world: &World, graph: &CellGraph, progress: &dyn Progress) -> Result<Vec<Vec<u32>>, Cancelled> {
+pub fn glance(
+    world: &World,
+    scenery: &Scenery,
+    graph: &CellGraph,
+    progress: &dyn Progress,
+) -> Result<Vec<Vec<u32>>, Cancelled> {
     let count = graph.cells.len();
     let sights = Sights::of(world, graph);
     let stream = |cell| Random::stream(SEED, cell as u64);
     let mut states: Vec<_> = (0..count)
         .map(|cell| CellState::new(cell, count, stream(cell)))
         .collect();
-    run(&sights, &mut states, progress, |_, sampler| sampler.glance(RAYS))?;
+    // Cells reach into things, and who is inside sees out through all of them.
+    let may_be = |eye: Vec3| !scenery.blocker.holds(eye);
+    run(&sights, &mut states, progress, |_, sampler| {
+        sampler.glance(RAYS, &may_be)
+    })?;
     // Objects that were tried on a neighbour's word, rising.
     let mut tried: Vec<Vec<u32>> = vec![Vec::new(); count];
     for _ in 0..ROUNDS {
         let news = news(graph, &states, &tried);
         run(&sights, &mut states, progress, |cell, sampler| {
             for sighting in &news[cell] {
-                sampler.try_from_here(sighting, TRIES);
+                sampler.try_from_here(sighting, TRIES, &may_be);
             }
         })?;
         for (tried, news) in tried.iter_mut().zip(&news) {
@@ -56,15 +70,31 @@ pub fn glance(world: &World, graph: &CellGraph, progress: &dyn Progress) -> Resu
         }
     }
     let objects_in = objects_in(&sights);
-    let all = states.par_iter().map(|state| {
+    let seen = states.par_iter_mut().enumerate().map(|(cell, state)| {
+        if progress.cancelled() {
+            return Err(Cancelled);
+        }
         let into = (0..count).filter(|cell| state.cells[*cell]);
         let near = into.flat_map(|cell| objects_in[cell].iter().copied());
-        let mut all: Vec<u32> = state.seen.iter().map(|s| s.object).chain(near).collect();
-        all.sort_unstable();
-        all.dedup();
-        all
+        let mut near: Vec<u32> = near.collect();
+        near.sort_unstable();
+        near.dedup();
+        let mut observer = Observer::new(scenery, ConservativeSettings::ROUGH);
+        let mut open: Vec<u32> = Vec::new();
+        for _ in 0..EYES {
+            let eye = sights.lookouts[cell].uniform(&mut state.random);
+            if may_be(eye) {
+                open.extend(observer.visible(&Region::rounded(eye, eye), &[]));
+            }
+        }
+        open.sort_unstable();
+        near.retain(|object| open.binary_search(object).is_ok());
+        near.extend(state.seen.iter().map(|s| s.object));
+        near.sort_unstable();
+        near.dedup();
+        Ok(near)
     });
-    Ok(all.collect())
+    seen.collect()
 }
 
 /// Works on all cells, in parallel.

@@ -96,6 +96,12 @@ impl Blocker {
         }
     }
 
+    /// Whether a point lies inside a solid thing.
+    #[must_use]
+    pub fn holds(&self, point: Vec3) -> bool {
+        self.solids.holds(&self.occluders.bodies, point)
+    }
+
     fn body(&self, index: u32) -> &Body {
         &self.occluders.bodies[index as usize]
     }

@@ -267,8 +267,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Casts random rays and leaves it at that.
-    pub(super) fn glance(&mut self, rays: u32) {
+    /// Casts random rays, from eyes that may be there, and leaves it at that.
+    pub(super) fn glance(&mut self, rays: u32, may_be: &impl Fn(Vec3) -> bool) {
         let lookout = self.lookout();
         for i in 0..rays {
             let random = &mut self.state.random;
@@ -278,12 +278,14 @@ impl<'a> Sampler<'a> {
                 lookout.uniform(random)
             };
             let direction = random.direction();
-            self.explore(eye, direction);
+            if may_be(eye) {
+                self.explore(eye, direction);
+            }
         }
     }
 
-    /// Looks from here and there at what another cell has seen.
-    pub(super) fn try_from_here(&mut self, other: &Sighting, tries: u32) {
+    /// Looks from here and there, as far as an eye may be there, at what another cell has seen.
+    pub(super) fn try_from_here(&mut self, other: &Sighting, tries: u32, may_be: &impl Fn(Vec3) -> bool) {
         let lookout = self.lookout();
         for i in 0..tries {
             let random = &mut self.state.random;
@@ -292,6 +294,9 @@ impl<'a> Sampler<'a> {
             } else {
                 lookout.uniform(random)
             };
+            if !may_be(eye) {
+                continue;
+            }
             self.look_at(other.object, eye, other.target);
             if self.knows(other.object) {
                 break;

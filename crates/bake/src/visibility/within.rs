@@ -7,7 +7,7 @@
 //!
 //! What bodies leave of a shape that is not convex is known as bodies that hide nothing ([`crate::occluders`], `rest`).
 
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
 use super::segment;
@@ -50,6 +50,14 @@ impl Solids {
         self.first[body as usize]
     }
 
+    /// Whether a point lies in one of them.
+    pub(super) fn holds(&self, bodies: &[Body], point: Vec3) -> bool {
+        let mut held = false;
+        let place = Region::of_box(point, point);
+        each_in(&self.tree, &place, |body| held |= bodies[body as usize].contains(point));
+        held
+    }
+
     /// The solids that may hold some of a region, rising.
     pub(super) fn around(&self, bodies: &[Body], eye: &Region) -> Vec<u32> {
         let mut solids = Vec::new();
@@ -87,8 +95,6 @@ fn each_in(tree: &Bvh2, region: &Region, mut visit: impl FnMut(u32)) {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
 
     fn body(object: u32, min: [f32; 3], max: [f32; 3]) -> Body {
