@@ -6,9 +6,12 @@ use belvedere_scene::SceneName;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output::{bytes, print, print_json};
-use crate::publish::{
-    data::DataFolder,
-    tree::{self, PageFile},
+use crate::{
+    place::PlaceArgs,
+    publish::{
+        data::DataFolder,
+        tree::{self, PageFile},
+    },
 };
 
 #[derive(Debug, clap::Args)]
@@ -18,9 +21,8 @@ pub(super) struct Args {
     /// The folder to write into; other scenes that it holds stay
     #[arg(long, value_name = "DIR")]
     to: String,
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -33,7 +35,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         args.to,
     );
     let to = PathBuf::from(&args.to);
-    let data = DataFolder::open_existing(&args.data).await?;
+    let data = DataFolder::open_existing(&args.place).await?;
     let visible = !args.json && std::io::stderr().is_terminal();
     let target = if visible {
         ProgressDrawTarget::stderr()

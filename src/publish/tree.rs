@@ -48,7 +48,7 @@ pub(crate) async fn write(
     to: &Path,
     mut wrote: impl FnMut(u64, u64),
 ) -> anyhow::Result<TreeReport> {
-    let _no_gc = data.lock_for_writing()?;
+    let _no_gc = data.lock_for_writing().await?;
     let baked = data.catalogue().baked(scene).await?;
     let pointer = baked.with_context(|| no_such_scene(scene))?.pointer;
     let blobs = data.catalogue().blobs_of(scene, pointer.revision).await?;
