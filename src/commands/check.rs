@@ -5,7 +5,7 @@ use std::{io::ErrorKind, path::Path, time::Duration};
 
 use anyhow::Context;
 
-use super::output::{print, table};
+use super::output::print;
 use crate::config::Config;
 
 /// Looks at folders, address, certificate, database and bucket, and prints every setting.
@@ -22,7 +22,9 @@ pub(super) async fn check(config: &Config) -> anyhow::Result<()> {
     }
     config.place.reach().await?;
     let listened = std::net::TcpListener::bind(config.listen);
-    print(&table(&["setting", "value"], &settings(config)))?;
+    for (name, value) in settings(config) {
+        print(&format!("{name:<20}{value}"))?;
+    }
     match listened {
         Ok(_) => Ok(()),
         // Perhaps the very server whose settings these are.
@@ -58,7 +60,7 @@ fn record(file: &Path) -> anyhow::Result<()> {
 }
 
 /// Every setting by its name in a file; secrets only by whether they are set.
-fn settings(config: &Config) -> Vec<Vec<String>> {
+fn settings(config: &Config) -> Vec<(&'static str, String)> {
     let (place, connections, live, jobs) = (&config.place, &config.connections, &config.live, &config.jobs);
     let hidden = |set: bool| if set { "set, not shown" } else { "not set" }.to_owned();
     let file = |file: Option<&Path>| file.map_or_else(|| "not set".to_owned(), |file| file.display().to_string());
@@ -67,7 +69,7 @@ fn settings(config: &Config) -> Vec<Vec<String>> {
     let ms = |time: Duration| time.as_millis().to_string();
     let bucket = place.bucket.as_ref();
     let tls = config.tls.as_ref();
-    [
+    vec![
         ("listen", config.listen.to_string()),
         ("tls_cert", file(tls.map(|tls| tls.cert.as_path()))),
         ("tls_key", file(tls.map(|tls| tls.key.as_path()))),
@@ -101,6 +103,4 @@ fn settings(config: &Config) -> Vec<Vec<String>> {
         ("log", config.log.clone()),
         ("log_format", format!("{:?}", config.log_format).to_lowercase()),
     ]
-    .map(|(name, value)| vec![name.to_owned(), value])
-    .to_vec()
 }

@@ -19,13 +19,14 @@
 mod bucket;
 mod coding;
 mod errands;
+mod error;
 mod forms;
+mod open;
 mod sync;
 
 use std::{
     collections::BTreeMap,
     fs::File,
-    path::Path,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -35,12 +36,14 @@ use std::{
 use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
 use futures_util::TryStreamExt;
-use object_store::{ObjectStore, ObjectStoreExt, local::LocalFileSystem, path::Path as Key};
-use quick_cache::{OptionsBuilder, sync::Cache};
+use object_store::{ObjectStore, ObjectStoreExt, path::Path as Key};
+use quick_cache::sync::Cache;
 
 pub use bucket::{Bucket, NoBucket, credentials};
 pub use coding::Coding;
 pub use errands::Errands;
+pub use error::StoreError;
+use error::io;
 use forms::ByBytes;
 pub use forms::{Derived, Representation, Representations};
 
@@ -49,66 +52,6 @@ pub const MAX_BLOB_BYTES: u64 = 256 << 20;
 
 /// A file that every store has, so that an empty store can be told from one that is gone (an unmounted disk).
 const MARKER: &str = "belvedere-store";
-
-/// Why a blob could not be stored or read. "No such blob" is not among them: that is an answer.
-#[derive(Debug, Clone, thiserror::Error)]
-pub enum StoreError {
-    /// The stored bytes are not those that the name promises.
-    #[error(
-        "blob {name} is damaged: its {bytes} stored bytes hash to {found}; delete the file and bake its scene again"
-    )]
-    Corrupt {
-        /// The blob.
-        name: BlobName,
-        /// The length that was read.
-        bytes: usize,
-        /// What it hashes to.
-        found: BlobHash,
-    },
-    /// A stored form is not one of its blob.
-    #[error("the {} form of blob {name} is damaged; delete its file and bake its scene again", coding.token())]
-    CorruptVariant {
-        /// The blob.
-        name: BlobName,
-        /// Which form.
-        coding: Coding,
-    },
-    /// A blob that must be there is not.
-    #[error("blob {0} is not in the store; bake its scene again")]
-    Missing(BlobName),
-    /// A caller offers bytes under a name that is not theirs.
-    #[error("these bytes hash to {found}, they cannot be stored as {name}")]
-    Misnamed {
-        /// The name that was asked for.
-        name: BlobName,
-        /// What the bytes hash to.
-        found: BlobHash,
-    },
-    /// Larger than [`MAX_BLOB_BYTES`].
-    #[error("blob {name} has {bytes} bytes; the store takes up to {MAX_BLOB_BYTES}")]
-    TooLarge {
-        /// The blob.
-        name: BlobName,
-        /// Its size.
-        bytes: u64,
-    },
-    /// The folder or bucket does not answer as it should.
-    #[error("the store cannot {what}: {source}")]
-    Io {
-        /// What was tried.
-        what: String,
-        /// Why it failed.
-        source: Arc<object_store::Error>,
-    },
-    /// A content coder failed.
-    #[error("cannot encode blob {name}: {source}")]
-    Encode {
-        /// The blob.
-        name: BlobName,
-        /// Why it failed.
-        source: Arc<std::io::Error>,
-    },
-}
 
 /// What [`BlobStore::put`] did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,98 +95,6 @@ struct Inner {
 }
 
 impl BlobStore {
-    /// The store in the folder `{data}/o`, which is made when it is not there.
-    ///
-    /// # Errors
-    /// When the folder cannot be made or opened.
-    pub async fn open_folder(data: &Path, cache_bytes: u64) -> Result<Self, StoreError> {
-        let folder = data.join("o");
-        let failed = |source| StoreError::Io {
-            what: format!("open the folder {}", folder.display()),
-            source: Arc::new(source),
-        };
-        let generic = |e: std::io::Error| object_store::Error::Generic {
-            store: "folder",
-            source: Box::new(e),
-        };
-        tokio::fs::create_dir_all(&folder)
-            .await
-            .map_err(generic)
-            .map_err(failed)?;
-        let local = LocalFileSystem::new_with_prefix(&folder)
-            .map_err(failed)?
-            .with_fsync(!sync::AT_ONCE);
-        let opened = tokio::fs::File::open(&folder).await.map_err(generic).map_err(failed)?;
-        let opened = sync::AT_ONCE.then_some(Arc::new(opened.into_std().await));
-        let store = Self::over(Arc::new(local), opened, false, cache_bytes);
-        if store.probe().await.is_err() {
-            store.mark().await?;
-        }
-        Ok(store)
-    }
-
-    /// The store below `o/` of a place in a bucket, which must be there.
-    ///
-    /// # Errors
-    /// When the bucket does not answer, or not to these keys.
-    pub async fn open_bucket(bucket: &Bucket, cache_bytes: u64) -> Result<Self, StoreError> {
-        let store = Self::over(bucket.open("o")?, None, true, cache_bytes);
-        match store.probe().await {
-            Ok(()) => {}
-            // What else is wrong is no reason to write.
-            Err(StoreError::Io { source, .. }) if matches!(*source, object_store::Error::NotFound { .. }) => {
-                store.mark().await?;
-            }
-            Err(error) => return Err(error),
-        }
-        Ok(store)
-    }
-
-    /// Whether a bucket is there and opens to these keys; changes nothing in it.
-    ///
-    /// # Errors
-    /// As [`BlobStore::open_bucket`].
-    pub async fn reach_bucket(bucket: &Bucket) -> Result<(), StoreError> {
-        let listed = bucket.open("o")?.list_with_delimiter(None).await;
-        listed
-            .map(drop)
-            .map_err(|source| io("list its blobs".to_owned(), source))
-    }
-
-    async fn mark(&self) -> Result<(), StoreError> {
-        let text = Bytes::from_static(b"Immutable objects, named by the SHA-256 of their content.\n");
-        self.write(&Key::from(MARKER), text).await
-    }
-
-    /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
-    fn over(objects: Arc<dyn ObjectStore>, folder: Option<Arc<File>>, keeps_whole: bool, cache_bytes: u64) -> Self {
-        /// Only a hint for the cache's tables.
-        const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
-        /// Few shards, so that one large blob still fits into its share of the limit.
-        const SHARDS: usize = 4;
-        let options = OptionsBuilder::new()
-            .shards(SHARDS)
-            .estimated_items_capacity((cache_bytes / TYPICAL_BLOB_BYTES).max(64) as usize)
-            .weight_capacity(cache_bytes)
-            .build()
-            .expect("both capacities are given");
-        Self {
-            inner: Arc::new(Inner {
-                objects,
-                folder,
-                keeps_whole,
-                cache: Cache::with_options(
-                    options,
-                    ByBytes,
-                    quick_cache::DefaultHashBuilder::default(),
-                    quick_cache::sync::DefaultLifecycle::default(),
-                ),
-                hits: AtomicU64::new(0),
-                misses: AtomicU64::new(0),
-            }),
-        }
-    }
-
     /// Stores a blob with the variants that save enough. A blob that is there, and whole, is not written again.
     ///
     /// # Errors
@@ -490,13 +341,6 @@ impl BlobStore {
     async fn write(&self, key: &Key, bytes: Bytes) -> Result<(), StoreError> {
         let written = self.inner.objects.put(key, bytes.into()).await;
         written.map(drop).map_err(|source| io(format!("write {key}"), source))
-    }
-}
-
-fn io(what: String, source: object_store::Error) -> StoreError {
-    StoreError::Io {
-        what,
-        source: Arc::new(source),
     }
 }
 
