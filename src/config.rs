@@ -102,7 +102,7 @@ pub struct Settings {
     /// Record what happens in live sessions into this file, or go on with it, for `belvedere audit`
     #[arg(long, value_name = "FILE", env = "BELVEDERE_RECORD")]
     pub record: Option<PathBuf>,
-    /// What to log, like `info` or `warn,belvedere=debug` [default: info]
+    /// What to log, like `info` or `warn,belvedere=debug` [default: info,sqlx=warn]
     #[arg(long, value_name = "FILTER", env = "BELVEDERE_LOG")]
     pub log: Option<String>,
     /// How to log [default: text]
@@ -269,7 +269,7 @@ impl TryFrom<Settings> for Config {
         };
         let limits = ConnectionLimits::default();
         let connections = settings.max_connections.unwrap_or(limits.connections) as u64;
-        let log = settings.log.unwrap_or_else(|| "info".to_owned());
+        let log = settings.log.unwrap_or_else(|| "info,sqlx=warn".to_owned());
         log.parse::<tracing_subscriber::filter::Targets>()
             .map_err(|error| ConfigError::Log(error.to_string()))?;
         let live = LiveSettings::default();

@@ -1,6 +1,6 @@
-//! `belvedere publish SCENE --to DIR`: the static tree, for a bucket or any web server.
+//! `belvedere publish SCENE --to DIR`: the static tree, in a folder for any web server or in a bucket.
 
-use std::{io::IsTerminal, path::PathBuf};
+use std::io::IsTerminal;
 
 use belvedere_scene::SceneName;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,6 +10,7 @@ use crate::{
     place::PlaceArgs,
     publish::{
         data::DataFolder,
+        target::Target,
         tree::{self, PageFile},
     },
 };
@@ -18,7 +19,7 @@ use crate::{
 pub(super) struct Args {
     /// The scene
     scene: SceneName,
-    /// The folder to write into; other scenes that it holds stay
+    /// The folder or bucket, s3://bucket/prefix, to write into; other scenes that it holds stay
     #[arg(long, value_name = "DIR")]
     to: String,
     #[command(flatten)]
@@ -29,12 +30,12 @@ pub(super) struct Args {
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
-    anyhow::ensure!(
-        !args.to.contains("://"),
-        "this version writes folders only, not `{}`: publish into a folder and copy it with your bucket's own tool",
-        args.to,
-    );
-    let to = PathBuf::from(&args.to);
+    let place = &args.place;
+    let to = Target::new(
+        &args.to,
+        place.store_endpoint.as_deref(),
+        place.store_plain_http.unwrap_or(false),
+    )?;
     let data = DataFolder::open_existing(&args.place).await?;
     let visible = !args.json && std::io::stderr().is_terminal();
     let target = if visible {
@@ -62,14 +63,17 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         return print_json(&report);
     }
     print(&format!(
-        "scene {} revision {}: {} blobs ({}), {} of them new, and {} rungs of smooth LODs, in {}\nserve that folder with any web server and open it \
-         in a browser",
+        "scene {} revision {}: {} blobs ({}), {} of them new, and {} rungs of smooth LODs, in {to}\n{}",
         report.scene,
         report.revision,
         report.blobs,
         bytes(report.bytes),
         report.new_blobs,
         report.rungs,
-        to.display(),
+        match to {
+            Target::Folder(_) => "serve that folder with any web server and open it in a browser",
+            Target::Bucket(..) =>
+                "let the bucket be read by everybody, or by a CDN, and open its index.html in a browser",
+        },
     ))
 }

@@ -7,6 +7,7 @@ pub(crate) mod data;
 mod found;
 pub(crate) mod rollback;
 pub(crate) mod source_files;
+pub(crate) mod target;
 pub(crate) mod tree;
 
 use std::{

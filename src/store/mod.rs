@@ -23,6 +23,7 @@ mod error;
 mod forms;
 mod open;
 mod sync;
+mod tree;
 
 use std::{
     collections::BTreeMap,
@@ -36,7 +37,7 @@ use std::{
 use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
 use futures_util::TryStreamExt;
-use object_store::{ObjectStore, ObjectStoreExt, path::Path as Key};
+use object_store::{ObjectStore, ObjectStoreExt, PutOptions, path::Path as Key};
 use quick_cache::sync::Cache;
 
 pub use bucket::{Bucket, NoBucket, credentials};
@@ -46,6 +47,9 @@ pub use error::StoreError;
 use error::io;
 use forms::ByBytes;
 pub use forms::{Derived, Representation, Representations};
+pub use tree::BucketTree;
+
+use crate::media;
 
 /// The largest blob that can be stored.
 pub const MAX_BLOB_BYTES: u64 = 256 << 20;
@@ -87,8 +91,8 @@ struct Inner {
     objects: Arc<dyn ObjectStore>,
     /// Where they are, if that is a folder whose files are not synced one by one.
     folder: Option<Arc<File>>,
-    /// Whether what was taken once is whole for ever.
-    keeps_whole: bool,
+    /// Whether they are in a bucket, which keeps what it has taken whole, and hands it out by itself.
+    is_bucket: bool,
     cache: Cache<BlobName, Arc<Representations>, ByBytes>,
     hits: AtomicU64,
     misses: AtomicU64,
@@ -313,7 +317,7 @@ impl BlobStore {
         if self.stored_len(name).await? != Some(bytes.len() as u64) {
             return Ok(false);
         }
-        if self.inner.keeps_whole {
+        if self.inner.is_bucket {
             return Ok(true);
         }
         if self.read(&identity_key(name)).await?.as_ref() != Some(bytes) {
@@ -339,7 +343,13 @@ impl BlobStore {
     }
 
     async fn write(&self, key: &Key, bytes: Bytes) -> Result<(), StoreError> {
-        let written = self.inner.objects.put(key, bytes.into()).await;
+        let options = if self.inner.is_bucket {
+            tree::told(key.as_ref(), media::FOR_EVER)
+        } else {
+            // Files have no header fields.
+            PutOptions::default()
+        };
+        let written = self.inner.objects.put_opts(key, bytes.into(), options).await;
         written.map(drop).map_err(|source| io(format!("write {key}"), source))
     }
 }

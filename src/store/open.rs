@@ -77,7 +77,7 @@ impl BlobStore {
     }
 
     /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
-    fn over(objects: Arc<dyn ObjectStore>, folder: Option<Arc<File>>, keeps_whole: bool, cache_bytes: u64) -> Self {
+    fn over(objects: Arc<dyn ObjectStore>, folder: Option<Arc<File>>, is_bucket: bool, cache_bytes: u64) -> Self {
         /// Only a hint for the cache's tables.
         const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
         /// Few shards, so that one large blob still fits into its share of the limit.
@@ -92,7 +92,7 @@ impl BlobStore {
             inner: Arc::new(Inner {
                 objects,
                 folder,
-                keeps_whole,
+                is_bucket,
                 cache: Cache::with_options(
                     options,
                     ByBytes,

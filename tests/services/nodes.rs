@@ -114,6 +114,38 @@ async fn what_one_node_publishes_another_one_serves() {
         std::fs::read(tree.join(manifest.trim_start_matches('/'))).unwrap(),
         from_a.body
     );
+    // The same tree in a bucket, which says of each file what a server would.
+    let site = bucket().await;
+    shared.ok(&there, &["publish", "rooms", "--to", &site]);
+    let site = site.trim_start_matches("s3:/");
+    for (path, kind, life) in [
+        (
+            manifest.as_str(),
+            "application/json",
+            "public, max-age=31536000, immutable",
+        ),
+        (
+            "/v1/scenes/rooms/index.json",
+            "application/json",
+            "public, max-age=2, stale-while-revalidate=30",
+        ),
+        (
+            "/v1/scenes/index.json",
+            "application/json",
+            "public, max-age=2, stale-while-revalidate=30",
+        ),
+    ] {
+        // The test server wants a key, and takes any.
+        let somebody = [("Authorization", "AWS belvedere:")];
+        let object = send(s3(), "GET", &format!("{site}{path}"), &somebody).await;
+        let served = get(a.address(), path).await;
+        assert!(object.status == 200 && object.body == served.body, "{path}: {object:?}");
+        assert_eq!(
+            (object.header("content-type"), object.header("cache-control")),
+            (Some(kind), Some(life))
+        );
+        assert_eq!(served.header("cache-control"), Some(life));
+    }
     let checked = shared.ok(&here, &["serve", "--listen", "127.0.0.1:0", "--check-config"]);
     assert!(!checked.contains(PASSWORD), "{checked}");
     without_secrets(a);
@@ -187,6 +219,8 @@ async fn a_bake_on_another_node_can_be_cancelled_and_keeps_gc_away() {
     let answer = ask(taking.address(), ("DELETE", &job), Some(&key), ("application/json", "")).await;
     assert_eq!((answer.status, &answer.json()["state"]), (200, &"cancelled".into()));
     assert_eq!(get(taking.address(), ROOMS).await.status, 404);
+    without_secrets(taking);
+    without_secrets(baking);
     shared.database.drop().await;
 }
 
