@@ -35,6 +35,8 @@ const RETRY: Duration = Duration::from_secs(2);
 const REMEMBERED_DAYS: u32 = 30;
 /// An upload without a job is a leftover when it has not grown for so long.
 const LEFTOVER: Duration = Duration::from_secs(3600);
+/// `w` and 128 random bits in hex.
+const NAME_LEN: usize = 33;
 /// A job during which servers ended so often is given up: it may be what ends them.
 const MOST_INTERRUPTIONS: u32 = 5;
 
@@ -122,8 +124,6 @@ fn lock(jobs: &Jobs) -> anyhow::Result<Option<(File, String)>> {
     }
     Ok(Some((file, name)))
 }
-
-const NAME_LEN: usize = 33;
 
 /// Takes jobs and says that it is at work.
 struct Worker {
@@ -325,7 +325,9 @@ async fn leave(jobs: &Jobs, worker: &str, open: &Open, ended: &Ended) {
 /// Tells how a job is, for the last time here.
 fn forget(jobs: &Jobs, open: &Open, job: Job) {
     let mut all = jobs.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
-    if all.remove(&job.job).is_some() {
+    // One that was lost may have been claimed anew meanwhile.
+    if all.get(&job.job).is_some_and(|known| std::ptr::eq(&**known, open)) {
+        all.remove(&job.job);
         let mut ended = jobs.inner.ended.lock().unwrap_or_else(PoisonError::into_inner);
         match job.state {
             State::Done => ended.done += 1,

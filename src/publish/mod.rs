@@ -339,12 +339,14 @@ impl Publisher {
         };
         let published = async {
             self.data.store().sync().await?;
-            let begun = Instant::now();
+            let (begun, mut told) = (Instant::now(), false);
             loop {
                 match self.move_pointer(&new).await {
                     // What took hours to find waits until the catalogue is back.
                     Err(cause) if was_away(&cause) && begun.elapsed() < PATIENCE => {
-                        tracing::warn!(cause = format!("{cause:#}"), "the catalogue is away; trying again");
+                        if !std::mem::replace(&mut told, true) {
+                            eprintln!("the bake is done, and waits until the catalogue is back: {cause:#}");
+                        }
                         tokio::time::sleep(PAUSE).await;
                     }
                     published => return published,

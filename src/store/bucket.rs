@@ -32,8 +32,8 @@ pub enum NoBucket {
     #[error("`store` must be an address like s3://bucket/prefix; got `{0}`")]
     Address(String),
     /// The address of the server.
-    #[error("`store_endpoint` must be an address like https://s3.example, without a path; got `{0}`")]
-    Endpoint(String),
+    #[error("`store_endpoint` must be an address like https://s3.example, without a path and a password")]
+    Endpoint,
     /// Keys and bytes would be readable on the way.
     #[error(
         "`store_endpoint` is plain HTTP and not on this machine: {0}; use https://, or set `store_plain_http` where the \
@@ -87,8 +87,10 @@ impl Bucket {
         let mut client = ClientOptions::new()
             .with_connect_timeout(Duration::from_secs(3))
             .with_timeout(Duration::from_secs(60));
-        if let Some(endpoint) = &self.endpoint {
-            client = client.with_allow_http(endpoint.starts_with("http://"));
+        let endpoint = self.endpoint.clone();
+        // Others know it by a variable.
+        if let Some(endpoint) = endpoint.or_else(|| builder.get_config_value(&AmazonS3ConfigKey::Endpoint)) {
+            client = client.with_allow_http(self.plain_http || is_here(&endpoint));
             builder = builder
                 .with_endpoint(endpoint)
                 // Servers of one machine have one name.
@@ -114,24 +116,30 @@ impl fmt::Display for Bucket {
 }
 
 fn server(endpoint: &str, plain_http: bool) -> Result<String, NoBucket> {
-    let wrong = || NoBucket::Endpoint(endpoint.to_owned());
+    let wrong = || NoBucket::Endpoint;
     let uri: hyper::Uri = endpoint.parse().map_err(|_| wrong())?;
-    let host = uri.host().ok_or_else(wrong)?;
-    if uri.path() != "/" || uri.query().is_some() || uri.authority().is_some_and(|a| a.as_str().contains('@')) {
+    if uri.path() != "/" || uri.query().is_some() || uri.authority().is_none_or(|a| a.as_str().contains('@')) {
         return Err(wrong());
     }
-    let here = host == "localhost"
-        || host
-            .trim_matches(['[', ']'])
-            .parse::<std::net::IpAddr>()
-            .is_ok_and(|address| address.is_loopback());
     match uri.scheme_str() {
         Some("https") => {}
-        Some("http") if here || plain_http => {}
+        Some("http") if plain_http || is_here(endpoint) => {}
         Some("http") => return Err(NoBucket::PlainHttp(endpoint.to_owned())),
         _ => return Err(wrong()),
     }
     Ok(endpoint.trim_end_matches('/').to_owned())
+}
+
+/// Whether a server is on this machine.
+fn is_here(endpoint: &str) -> bool {
+    let Ok(uri) = endpoint.parse::<hyper::Uri>() else {
+        return false;
+    };
+    let host = uri.host().unwrap_or_default().trim_matches(['[', ']']);
+    host == "localhost"
+        || host
+            .parse::<std::net::IpAddr>()
+            .is_ok_and(|address| address.is_loopback())
 }
 
 /// What of the environment a child process needs for the same bucket, as names and values. Secret.
@@ -206,7 +214,7 @@ mod tests {
             "http://localhost/path",
             "http://me:word@localhost",
         ] {
-            assert!(matches!(at(wrong, true), Err(NoBucket::Endpoint(_))), "{wrong}");
+            assert!(matches!(at(wrong, true), Err(NoBucket::Endpoint)), "{wrong}");
         }
     }
 }

@@ -36,7 +36,7 @@ use std::{
 
 use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
-use futures_util::TryStreamExt;
+use futures_util::{TryStreamExt, future::try_join_all};
 use object_store::{ObjectStore, ObjectStoreExt, PutOptions, path::Path as Key};
 use quick_cache::sync::Cache;
 
@@ -118,11 +118,11 @@ impl BlobStore {
         let variants = tokio::task::spawn_blocking(move || variants_of(&owned, &input))
             .await
             .expect("encoding does not panic and is not aborted")?;
-        let mut stored_bytes = len;
-        for (coding, variant) in variants {
-            stored_bytes += variant.len() as u64;
-            self.write(&variant_key(name, coding), variant.into()).await?;
-        }
+        let stored_bytes = len + variants.iter().map(|(_, variant)| variant.len() as u64).sum::<u64>();
+        let writing = variants
+            .into_iter()
+            .map(async |(coding, variant)| self.write(&variant_key(name, coding), variant.into()).await);
+        try_join_all(writing).await?;
         self.write(&identity_key(name), bytes).await?;
         self.inner.cache.remove(name);
         Ok(PutOutcome::Stored { stored_bytes })
