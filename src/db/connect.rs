@@ -262,6 +262,26 @@ mod tests {
     }
 
     #[tokio::test]
+    async fn every_connection_to_a_file_writes_safely() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let mut connections = Vec::new();
+        for _ in 0..3 {
+            let mut connection = catalogue.pool.acquire().await.unwrap();
+            let mut ask = async |sql: &'static str| sqlx::query(sql).fetch_one(&mut *connection).await.unwrap();
+            assert_eq!(ask("PRAGMA journal_mode").await.get::<String, _>(0), "wal");
+            for (sql, set) in [
+                ("PRAGMA synchronous", 2),
+                ("PRAGMA foreign_keys", 1),
+                ("PRAGMA busy_timeout", 10_000),
+            ] {
+                assert_eq!(ask(sql).await.get::<i64, _>(0), set, "{sql}");
+            }
+            connections.push(connection);
+        }
+    }
+
+    #[tokio::test]
     async fn times_are_of_one_form_and_go_by_the_second() {
         let data = tempfile::tempdir().unwrap();
         let catalogue = Catalogue::open(data.path()).await.unwrap();

@@ -1,12 +1,18 @@
 //! What is served while the database is away, and does everything go on when it is back? With a PostgreSQL of its own, that
 //! is ended as a crash would.
 
-use std::{path::PathBuf, process::Command, time::Duration};
+use std::{
+    io::{BufRead, BufReader},
+    path::PathBuf,
+    process::{Command, Stdio},
+    time::Duration,
+};
 
 use serde_json::Value;
 
 use crate::{
     live_wire::ask,
+    nodes::many_rooms,
     program::{Data, Server, THREE_ROOMS},
     wire::{Answer, get},
 };
@@ -18,11 +24,11 @@ struct Postgres {
 }
 
 impl Postgres {
-    fn start() -> Self {
+    fn start(name: &str) -> Self {
         let folder = std::env::var("BELVEDERE_TEST_FOLDER").expect("run `make test-services`");
         let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let postgres = Self {
-            folder: PathBuf::from(folder).join("away"),
+            folder: PathBuf::from(folder).join(name),
             port: free.local_addr().unwrap().port(),
         };
         drop(free);
@@ -74,7 +80,7 @@ fn says(answer: &Answer, line: &str) -> bool {
 #[tokio::test(flavor = "multi_thread")]
 #[ignore = "needs PostgreSQL: make test-services"]
 async fn what_is_known_is_served_while_the_database_is_away_and_all_goes_on_when_it_is_back() {
-    let postgres = Postgres::start();
+    let postgres = Postgres::start("away");
     let (data, url) = (Data::new(), postgres.url());
     let bake = |plan: &str| -> Value {
         let file = data.write("rooms.plan", plan);
@@ -136,6 +142,51 @@ async fn what_is_known_is_served_while_the_database_is_away_and_all_goes_on_when
     assert!(
         log.contains("cannot read the catalogue") && log.contains("the catalogue answers again"),
         "{log}"
+    );
+    postgres.kill();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "needs PostgreSQL: make test-services"]
+async fn a_bake_outlives_the_database_and_publishes_when_it_is_back() {
+    let postgres = Postgres::start("bake");
+    let (data, url) = (Data::new(), postgres.url());
+    let file = data.write("rooms.plan", many_rooms(3));
+    let begin = async |scene: &str| {
+        let args = ["bake", file.to_str().unwrap(), "--scene", scene, "--database", &url];
+        let mut bake = data.command(&args).stderr(Stdio::piped()).spawn().unwrap();
+        let found = data.path().join(format!("bakes/{scene}.found"));
+        while std::fs::read(&found).unwrap_or_default().len() < 100 {
+            assert_eq!(bake.try_wait().unwrap(), None);
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        postgres.kill();
+        let mut said = BufReader::new(bake.stderr.take().unwrap()).lines().map(Result::unwrap);
+        assert!(
+            said.any(|line| line.contains("waits until the catalogue is back")),
+            "it did not wait"
+        );
+        (bake, said)
+    };
+    let (mut bake, said) = begin("rooms").await;
+    postgres.again();
+    let rest: Vec<_> = said.collect();
+    assert!(bake.wait().unwrap().success(), "{rest:?}");
+    data.ok(&["inspect", "rooms", "--database", &url]);
+
+    // What somebody has collected meanwhile is missed before anything is published.
+    let (mut bake, said) = begin("other").await;
+    for blob in std::fs::read_dir(data.path().join("o")).unwrap() {
+        std::fs::remove_file(blob.unwrap().path()).unwrap();
+    }
+    postgres.again();
+    let rest: Vec<_> = said.collect();
+    assert!(!bake.wait().unwrap().success());
+    assert!(
+        rest.last()
+            .unwrap()
+            .contains("blobs were collected while the catalogue was away"),
+        "{rest:?}"
     );
     postgres.kill();
 }

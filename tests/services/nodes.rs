@@ -225,7 +225,7 @@ async fn a_bake_on_another_node_can_be_cancelled_and_keeps_gc_away() {
 }
 
 /// A square of closed rooms.
-fn many_rooms(side: usize) -> String {
+pub(crate) fn many_rooms(side: usize) -> String {
     let wall = "#".repeat(4 * side + 1);
     let row = format!("#{}", "a..#".repeat(side));
     let mut plan = format!("{wall}\n");
