@@ -87,9 +87,24 @@ impl Bucket {
         let mut client = ClientOptions::new()
             .with_connect_timeout(Duration::from_secs(3))
             .with_timeout(Duration::from_secs(60));
-        let endpoint = self.endpoint.clone();
+        let set = |key| builder.get_config_value(&key);
         // Others know it by a variable.
-        if let Some(endpoint) = endpoint.or_else(|| builder.get_config_value(&AmazonS3ConfigKey::Endpoint)) {
+        let endpoint = self.endpoint.clone().or_else(|| set(AmazonS3ConfigKey::Endpoint));
+        let keys = [
+            AmazonS3ConfigKey::AccessKeyId,
+            AmazonS3ConfigKey::WebIdentityTokenFile,
+            AmazonS3ConfigKey::ContainerCredentialsRelativeUri,
+            AmazonS3ConfigKey::ContainerCredentialsFullUri,
+        ];
+        if endpoint.is_some() && !keys.into_iter().any(|key| set(key).is_some()) {
+            // Only Amazon's machines have a service that gives keys.
+            let source = object_store::Error::Generic {
+                store: "S3",
+                source: "AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY are not set".into(),
+            };
+            return Err(super::io(format!("use {self}"), source));
+        }
+        if let Some(endpoint) = endpoint {
             client = client.with_allow_http(self.plain_http || is_here(&endpoint));
             builder = builder
                 .with_endpoint(endpoint)

@@ -129,6 +129,14 @@ fn settings_are_checked_without_serving_and_without_a_trace() {
     refuses(&["--tls-cert", &file], "`tls_key` is missing");
     refuses(&["--tls-cert", &file, "--tls-key", &file], "holds no certificate");
     refuses(&["--store", "bucket"], "s3://bucket/prefix");
+    let bucket = ["--store", "s3://bucket", "--store-endpoint", "http://127.0.0.1:1"];
+    let mut without_keys = data.command(&check(&bucket).iter().map(String::as_str).collect::<Vec<_>>());
+    let told = without_keys
+        .env_remove("AWS_ACCESS_KEY_ID")
+        .output()
+        .expect("the program runs");
+    assert!(!told.status.success());
+    assert!(String::from_utf8_lossy(&told.stderr).contains("AWS_ACCESS_KEY_ID"));
     let hidden = "postgres://me:hush@127.0.0.1:1/db";
     let told = data.fails(&["serve", "--check-config", "--database", hidden]);
     assert!(told.contains("127.0.0.1:1/db") && !told.contains("hush"), "{told}");
