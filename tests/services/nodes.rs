@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
+use belvedere_scene::BlobHash;
 use serde_json::Value;
 
 use crate::{
+    faulty::{Fault, Faulty},
     live_wire::ask,
     program::{Data, Server, THREE_ROOMS},
     shared::{Database, PASSWORD, bucket, s3},
@@ -150,6 +152,45 @@ async fn what_one_node_publishes_another_one_serves() {
     assert!(!checked.contains(PASSWORD), "{checked}");
     without_secrets(a);
     without_secrets(b);
+    shared.database.drop().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "needs PostgreSQL and an S3 server: make test-services"]
+async fn while_the_store_fails_nobody_is_told_wrong_bytes_and_no_cache_keeps_the_error() {
+    let mut shared = Shared::new().await;
+    let data = Data::new();
+    shared.bake(&data, THREE_ROOMS);
+    let faulty = Faulty::before(s3()).await;
+    shared.endpoint = format!("http://{}", faulty.address);
+    let server = shared.node(&data, &[]).may_warn();
+    let pointer = get(server.address(), ROOMS).await.json();
+    let manifest = pointer["manifest"].as_str().unwrap();
+    for (fault, status) in [
+        (Fault::Fails, 503),
+        (Fault::CutsBodies, 503),
+        (Fault::ChangesBodies, 500),
+    ] {
+        faulty.set(fault);
+        let answer = get(server.address(), manifest).await;
+        assert_eq!(
+            (answer.status, answer.header("cache-control")),
+            (status, Some("no-store")),
+            "{fault:?}"
+        );
+        answer.problem();
+    }
+    assert_eq!(get(server.address(), "/healthz").await.status, 200);
+    faulty.set(Fault::None);
+    let answer = get(server.address(), manifest).await;
+    let hash = manifest.trim_start_matches("/o/").trim_end_matches(".json");
+    assert_eq!(
+        (answer.status, BlobHash::of(&answer.body).to_string()),
+        (200, hash.to_owned())
+    );
+    faulty.set(Fault::Fails);
+    assert_eq!(get(server.address(), manifest).await.status, 200, "it is in memory");
+    without_secrets(server);
     shared.database.drop().await;
 }
 
