@@ -1,4 +1,4 @@
-# A small image of the server: the program, built with its viewer, and nothing else but a C library.
+# A small image of the server: the program, built with its viewer, a C library and certificates of authorities.
 #
 #   docker build -t belvedere .
 #   docker run -p 8080:8080 -v belvedere:/data belvedere
@@ -19,6 +19,8 @@ COPY --from=viewer /src/viewer/dist viewer/dist
 RUN cargo build --release --locked --bin belvedere
 
 FROM debian:bookworm-slim
+# Whom to trust when a bucket or a database is asked over TLS.
+RUN apt-get update && apt-get install --yes --no-install-recommends ca-certificates && rm -rf /var/lib/apt/lists/*
 RUN useradd --system --uid 10001 --no-create-home belvedere && install -d -o belvedere -g belvedere /data
 COPY --from=program /src/target/release/belvedere /usr/local/bin/belvedere
 USER 10001

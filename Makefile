@@ -6,7 +6,7 @@ NPM ?= npm
 LISTEN ?= 127.0.0.1:8080
 DATA ?= data
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api bless clean
+.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -38,6 +38,10 @@ test-browser: viewer
 
 test-api: viewer
 	tests/tools/api.sh
+
+## Against real services: PostgreSQL and an S3 server. Starts on loopback what is not named, as tests/services/run.sh says.
+test-services: viewer
+	tests/services/run.sh
 
 ## The page that the binary serves.
 viewer: viewer/dist/index.html

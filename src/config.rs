@@ -12,9 +12,11 @@ use clap::{Args, ValueEnum};
 use serde::Deserialize;
 
 use crate::{
-    http::accept::ConnectionLimits,
+    http::{accept::ConnectionLimits, tls::TlsFiles},
     jobs::JobSettings,
     live::{LiveSettings, NotAToken},
+    place::{Place, PlaceArgs},
+    store::NoBucket,
 };
 
 /// Everything that can be set. In the file the names are the same, with `_` for `-`.
@@ -24,9 +26,16 @@ pub struct Settings {
     /// Address to listen on; port 0 takes a free one and prints it [default: 127.0.0.1:8080]
     #[arg(long, value_name = "ADDR", env = "BELVEDERE_LISTEN")]
     pub listen: Option<SocketAddr>,
-    /// Folder with the catalogue and the blobs [default: ./data]
-    #[arg(long, value_name = "DIR", env = "BELVEDERE_DATA")]
-    pub data: Option<PathBuf>,
+    /// Where catalogue and blobs are.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub place: PlaceArgs,
+    /// Certificate in PEM, with those that lead to its root: speak TLS; read again when it changes
+    #[arg(long, value_name = "FILE", env = "BELVEDERE_TLS_CERT")]
+    pub tls_cert: Option<PathBuf>,
+    /// The certificate's private key in PEM
+    #[arg(long, value_name = "FILE", env = "BELVEDERE_TLS_KEY")]
+    pub tls_key: Option<PathBuf>,
     /// Memory for blobs, in MiB [default: 256]
     #[arg(long, value_name = "MIB", env = "BELVEDERE_CACHE_MIB")]
     pub cache_mib: Option<u64>,
@@ -93,7 +102,7 @@ pub struct Settings {
     /// Record what happens in live sessions into this file, or go on with it, for `belvedere audit`
     #[arg(long, value_name = "FILE", env = "BELVEDERE_RECORD")]
     pub record: Option<PathBuf>,
-    /// What to log, like `info` or `warn,belvedere=debug` [default: info]
+    /// What to log, like `info` or `warn,belvedere=debug` [default: info,sqlx=warn]
     #[arg(long, value_name = "FILTER", env = "BELVEDERE_LOG")]
     pub log: Option<String>,
     /// How to log [default: text]
@@ -123,13 +132,15 @@ pub enum ConfigError {
         /// Why.
         source: std::io::Error,
     },
-    /// The file does not hold settings.
-    #[error("the configuration {} is not right: {source}", file.display())]
+    /// The file does not hold settings. The line itself is not repeated: it may be a secret.
+    #[error("the configuration {} is not right in line {line}: {what}", file.display())]
     Malformed {
         /// The file.
         file: PathBuf,
-        /// Where and why.
-        source: Box<toml::de::Error>,
+        /// Where, from 1 on.
+        line: usize,
+        /// Why.
+        what: String,
     },
     /// A number that cannot work.
     #[error("`{name}` must be from {least} to {most}; got {got}")]
@@ -146,6 +157,12 @@ pub enum ConfigError {
     /// What should be the operator's token is none.
     #[error("`operator_token` is not right: {0}")]
     OperatorToken(#[from] NotAToken),
+    /// There is a certificate without a key, or a key without a certificate; what is missing.
+    #[error("TLS needs `tls_cert` and `tls_key`; `{0}` is missing")]
+    HalfOfTls(&'static str),
+    /// The bucket's address cannot be used.
+    #[error(transparent)]
+    Bucket(#[from] NoBucket),
     /// The log filter cannot be read.
     #[error("`log` is not a filter like `info` or `warn,belvedere=debug`: {0}")]
     Log(String),
@@ -156,8 +173,10 @@ pub enum ConfigError {
 pub struct Config {
     /// Where to listen.
     pub listen: SocketAddr,
-    /// The data folder.
-    pub data: PathBuf,
+    /// Where catalogue and blobs are.
+    pub place: Place,
+    /// Where the certificate is, if the server shall speak TLS.
+    pub tls: Option<TlsFiles>,
     /// Memory for blobs.
     pub cache_bytes: u64,
     /// Limits on connections.
@@ -190,9 +209,13 @@ impl Settings {
             file: file.to_owned(),
             source,
         })?;
-        toml::from_str(&text).map_err(|source| ConfigError::Malformed {
-            file: file.to_owned(),
-            source: Box::new(source),
+        toml::from_str(&text).map_err(|error: toml::de::Error| {
+            let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+            ConfigError::Malformed {
+                file: file.to_owned(),
+                line: before.matches('\n').count() + 1,
+                what: error.message().to_owned(),
+            }
         })
     }
 
@@ -201,7 +224,9 @@ impl Settings {
     pub fn or(self, fallback: Self) -> Self {
         Self {
             listen: self.listen.or(fallback.listen),
-            data: self.data.or(fallback.data),
+            place: self.place.or(fallback.place),
+            tls_cert: self.tls_cert.or(fallback.tls_cert),
+            tls_key: self.tls_key.or(fallback.tls_key),
             cache_mib: self.cache_mib.or(fallback.cache_mib),
             max_connections: self.max_connections.or(fallback.max_connections),
             request_timeout_s: self.request_timeout_s.or(fallback.request_timeout_s),
@@ -244,7 +269,7 @@ impl TryFrom<Settings> for Config {
         };
         let limits = ConnectionLimits::default();
         let connections = settings.max_connections.unwrap_or(limits.connections) as u64;
-        let log = settings.log.unwrap_or_else(|| "info".to_owned());
+        let log = settings.log.unwrap_or_else(|| "info,sqlx=warn".to_owned());
         log.parse::<tracing_subscriber::filter::Targets>()
             .map_err(|error| ConfigError::Log(error.to_string()))?;
         let live = LiveSettings::default();
@@ -288,7 +313,13 @@ impl TryFrom<Settings> for Config {
             listen: settings
                 .listen
                 .unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 8080))),
-            data: settings.data.unwrap_or_else(|| PathBuf::from("data")),
+            place: Place::try_from(&settings.place)?,
+            tls: match (settings.tls_cert, settings.tls_key) {
+                (Some(cert), Some(key)) => Some(TlsFiles { cert, key }),
+                (None, None) => None,
+                (Some(_), None) => return Err(ConfigError::HalfOfTls("tls_key")),
+                (None, Some(_)) => return Err(ConfigError::HalfOfTls("tls_cert")),
+            },
             cache_bytes: within("cache_mib", settings.cache_mib.unwrap_or(256), 1, 1 << 20)? << 20,
             connections: ConnectionLimits {
                 connections: within("max_connections", connections, 1, 1_000_000)? as usize,
@@ -341,6 +372,27 @@ mod tests {
                 .to_string()
                 .contains("lisen")
         );
+    }
+
+    #[test]
+    fn a_line_that_is_wrong_is_named_and_not_repeated() {
+        let error = file("cache_mib = 9\ndatabase = postgres://me:hush@host/db").unwrap_err();
+        let told = error.to_string();
+        assert!(told.contains("line 2") && !told.contains("hush"), "{told}");
+        let set = file("database = \"postgres://me:hush@host/db\"\nstore = \"s3://worlds\"").unwrap();
+        let config = Config::try_from(set).unwrap();
+        assert!(!format!("{config:?}").contains("hush"));
+        assert_eq!(config.place.bucket.unwrap().to_string(), "s3://worlds/");
+    }
+
+    #[test]
+    fn a_certificate_needs_its_key() {
+        let settings = Settings {
+            tls_cert: Some("cert.pem".into()),
+            ..Settings::default()
+        };
+        let error = Config::try_from(settings).unwrap_err().to_string();
+        assert_eq!(error, "TLS needs `tls_cert` and `tls_key`; `tls_key` is missing");
     }
 
     #[test]

@@ -10,7 +10,9 @@
 //! * [`live`]: who is in a scene right now, and what each hears of the others.
 //! * [`http`]: routes, caching rules, limits and the accept loop; the only module that knows axum.
 //! * [`publish`]: how a bake becomes what is served, and how a scene leaves as plain files.
+//! * [`place`]: where catalogue and blobs live, in a folder or shared by several nodes. [`secret`]: what no log may show.
 //! * [`config`]: the one list of settings.
+//! * `media`: of which kind published files are, and how long they may be kept.
 //! * `worlds`: the worlds that are built into the program.
 //! * [`commands`]: what the program can be told to do.
 
@@ -22,8 +24,11 @@ pub mod http;
 pub mod jobs;
 pub mod keys;
 pub mod live;
+mod media;
+pub mod place;
 mod progress;
 pub mod publish;
 pub mod published;
+pub mod secret;
 pub mod store;
 mod worlds;

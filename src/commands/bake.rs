@@ -14,6 +14,7 @@ use tokio::task::JoinError;
 use super::output::{bytes, percent, print, print_json};
 use crate::{
     confine::{self, confine, was_short_of_memory},
+    place::PlaceArgs,
     progress::{BakeProgress, Show},
     publish::{self, BakeInput, OnFirst, Report, Request, data::DataFolder},
 };
@@ -28,9 +29,8 @@ pub(super) struct Args {
     /// Its name for people; by default the source's own
     #[arg(long)]
     title: Option<String>,
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// The most memory that the decoded source may take, in MiB; a source that claims more is refused
     #[arg(long, default_value_t = Limits::default().memory_bytes >> 20,
         value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
@@ -89,7 +89,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             .num_threads(usize::from(threads))
             .build_global()?;
     }
-    let data = DataFolder::open(&args.data).await?;
+    let data = DataFolder::open(&args.place).await?;
     let request = Request {
         scene: args.scene,
         title: args.title,

@@ -25,7 +25,7 @@ pub(super) struct Args {
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let config = args.serve.clone().into_config()?;
-    let data = DataFolder::open(&config.data).await?;
+    let data = DataFolder::open_place(&config.place).await?;
     let progress: Vec<_> = WORLDS.iter().map(|_| Arc::new(BakeProgress::new(Show::Bars))).collect();
     progress.iter().for_each(stop_on_interrupt);
     let (told, shown) = oneshot::channel();

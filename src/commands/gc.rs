@@ -1,15 +1,12 @@
 //! `belvedere gc`: remove blobs that no revision needs, and revisions that nobody will roll back to.
 
-use std::path::PathBuf;
-
 use super::output::{bytes, print, print_json};
-use crate::publish::data::DataFolder;
+use crate::{place::PlaceArgs, publish::data::DataFolder};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// How many revisions of each scene to keep, the current one included
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     keep: u32,
@@ -31,8 +28,8 @@ struct Collected {
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
-    let data = DataFolder::open_existing(&args.data).await?;
-    let _no_bake = data.lock_for_collecting()?;
+    let data = DataFolder::open_existing(&args.place).await?;
+    let _no_bake = data.lock_for_collecting().await?;
     let mut collected = Collected {
         dry_run: args.dry_run,
         ..Collected::default()

@@ -1,14 +1,12 @@
 //! `belvedere keys`: who may upload scenes and roll them back.
 
-use std::path::PathBuf;
-
 use belvedere_scene::SceneName;
 use clap::Subcommand;
 
 use super::output::{print, print_json, table};
 use crate::{
-    db::Catalogue,
     keys::{Keys, ListedKey, Scope, Wanted},
+    place::{Place, PlaceArgs},
 };
 
 #[derive(Debug, clap::Args)]
@@ -41,8 +39,11 @@ struct Create {
     /// After how many days it expires [default: never]
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36_500))]
     expires_days: Option<u32>,
+    /// Make the catalogue, too, when there is none yet
+    #[arg(long)]
+    new: bool,
     #[command(flatten)]
-    data: Data,
+    place: PlaceArgs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -51,7 +52,7 @@ struct Create {
 #[derive(Debug, clap::Args)]
 struct List {
     #[command(flatten)]
-    data: Data,
+    place: PlaceArgs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -62,20 +63,19 @@ struct Revoke {
     /// The key's id: the first group of digits of a key, or the first column of `keys list`
     id: String,
     #[command(flatten)]
-    data: Data,
+    place: PlaceArgs,
 }
 
-#[derive(Debug, clap::Args)]
-struct Data {
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
-}
-
-impl Data {
-    async fn keys(&self) -> anyhow::Result<Keys> {
-        Ok(Keys::new(Catalogue::open(&self.data).await?))
-    }
+/// The keys of a catalogue that is there; `make` makes one.
+async fn open(place: &PlaceArgs, make: bool) -> anyhow::Result<Keys> {
+    let place = Place::try_from(place)?;
+    anyhow::ensure!(
+        make || place.has_catalogue(),
+        "there is no catalogue in {0}; name the folder with --data, or make one there with \
+         `belvedere keys create --new --data {0}`, as a bake or `belvedere serve` does",
+        place.data.display(),
+    );
+    Ok(Keys::new(place.open_catalogue().await?))
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
@@ -87,7 +87,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
 }
 
 async fn create(args: Create) -> anyhow::Result<()> {
-    let keys = args.data.keys().await?;
+    let keys = open(&args.place, args.new).await?;
     let wanted = Wanted {
         name: args.name,
         scopes: if args.scope.is_empty() {
@@ -114,7 +114,7 @@ async fn create(args: Create) -> anyhow::Result<()> {
 }
 
 async fn list(args: &List) -> anyhow::Result<()> {
-    let keys = args.data.keys().await?.list().await?;
+    let keys = open(&args.place, false).await?.list().await?;
     if args.json {
         return print_json(&keys);
     }
@@ -150,7 +150,7 @@ async fn revoke(args: &Revoke) -> anyhow::Result<()> {
         Err(_) => args.id.clone(),
     };
     anyhow::ensure!(
-        args.data.keys().await?.revoke(&id).await?,
+        open(&args.place, false).await?.revoke(&id).await?,
         "there is no key {id}; `belvedere keys list` shows which there are"
     );
     print(&format!("key {id} is revoked"))

@@ -2,6 +2,7 @@
 
 mod audit;
 mod bake;
+mod check;
 mod demo;
 mod gc;
 mod grow;

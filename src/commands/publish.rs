@@ -1,39 +1,42 @@
-//! `belvedere publish SCENE --to DIR`: the static tree, for a bucket or any web server.
+//! `belvedere publish SCENE --to DIR`: the static tree, in a folder for any web server or in a bucket.
 
-use std::{io::IsTerminal, path::PathBuf};
+use std::io::IsTerminal;
 
 use belvedere_scene::SceneName;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output::{bytes, print, print_json};
-use crate::publish::{
-    data::DataFolder,
-    tree::{self, PageFile},
+use crate::{
+    place::PlaceArgs,
+    publish::{
+        data::DataFolder,
+        target::Target,
+        tree::{self, PageFile},
+    },
 };
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// The scene
     scene: SceneName,
-    /// The folder to write into; other scenes that it holds stay
+    /// The folder or bucket, s3://bucket/prefix, to write into; other scenes that it holds stay
     #[arg(long, value_name = "DIR")]
     to: String,
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
-    anyhow::ensure!(
-        !args.to.contains("://"),
-        "this version writes folders only, not `{}`: publish into a folder and copy it with your bucket's own tool",
-        args.to,
-    );
-    let to = PathBuf::from(&args.to);
-    let data = DataFolder::open_existing(&args.data).await?;
+    let place = &args.place;
+    let to = Target::new(
+        &args.to,
+        place.store_endpoint.as_deref(),
+        place.store_plain_http.unwrap_or(false),
+    )?;
+    let data = DataFolder::open_existing(&args.place).await?;
     let visible = !args.json && std::io::stderr().is_terminal();
     let target = if visible {
         ProgressDrawTarget::stderr()
@@ -60,14 +63,17 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         return print_json(&report);
     }
     print(&format!(
-        "scene {} revision {}: {} blobs ({}), {} of them new, and {} rungs of smooth LODs, in {}\nserve that folder with any web server and open it \
-         in a browser",
+        "scene {} revision {}: {} blobs ({}), {} of them new, and {} rungs of smooth LODs, in {to}\n{}",
         report.scene,
         report.revision,
         report.blobs,
         bytes(report.bytes),
         report.new_blobs,
         report.rungs,
-        to.display(),
+        match to {
+            Target::Folder(_) => "serve that folder with any web server and open it in a browser",
+            Target::Bucket(..) =>
+                "let the bucket be read by everybody, or by a CDN, and open its index.html in a browser",
+        },
     ))
 }

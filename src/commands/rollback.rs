@@ -1,11 +1,12 @@
 //! `belvedere rollback SCENE`: move a scene's pointer to an earlier revision.
 
-use std::path::PathBuf;
-
 use belvedere_scene::{Revision, SceneName};
 
 use super::output::{print, print_json, table};
-use crate::publish::{data::DataFolder, rollback::roll_back};
+use crate::{
+    place::PlaceArgs,
+    publish::{data::DataFolder, rollback::roll_back},
+};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -17,16 +18,15 @@ pub(super) struct Args {
     /// List the revisions that are kept, newest first, and move nothing
     #[arg(long, conflicts_with = "to")]
     list: bool,
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
-    let data = DataFolder::open_existing(&args.data).await?;
+    let data = DataFolder::open_existing(&args.place).await?;
     if args.list {
         return list(&data, &args).await;
     }

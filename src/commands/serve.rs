@@ -12,13 +12,11 @@ use tracing_subscriber::{Layer, filter::Targets, layer::SubscriberExt, util::Sub
 
 use crate::{
     config::{Config, LogFormat, Settings},
-    db::Catalogue,
-    http::{AppState, Metrics, OnLine, Pace, RequestLimits, accept::serve_connections, front::Front},
+    http::{AppState, Metrics, OnLine, Pace, RequestLimits, accept::serve_connections, front::Front, tls::Tls},
     jobs::Jobs,
     keys::Keys,
     live::{Live, Recorder, Sources},
     published::Publications,
-    store::BlobStore,
 };
 
 /// Serves published scenes over HTTP.
@@ -62,45 +60,35 @@ pub(super) async fn run_at(args: ServeArgs, page: &str) -> anyhow::Result<()> {
     let check = args.check_config;
     let config = args.into_config()?;
     if check {
-        return check_config(&config);
+        return super::check::check(&config).await;
     }
     start_log(&config)?;
     let stopping = CancellationToken::new();
     stop_on_signals(stopping.clone())?;
     let page = page.to_owned();
+    let scheme = if config.tls.is_some() { "https" } else { "http" };
     serve(config, stopping, move |address| {
         // Whoever started it may read the address from here; the log goes to standard error.
-        let _closed = super::output::print(&format!("open http://{address}/{page}"));
+        let _closed = super::output::print(&format!("open {scheme}://{address}/{page}"));
     })
     .await
-}
-
-/// Looks at what is outside of the settings, changing nothing, and prints what they come to.
-fn check_config(config: &Config) -> anyhow::Result<()> {
-    let data = &config.data;
-    match std::fs::metadata(data) {
-        Ok(about) if !about.is_dir() => anyhow::bail!("`data` must be a folder, and {} is none", data.display()),
-        Ok(about) if about.permissions().readonly() => anyhow::bail!("`data` is read-only: {}", data.display()),
-        Ok(_) => {}
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
-        Err(error) => return Err(error).with_context(|| format!("`data` cannot be used: {}", data.display())),
-    }
-    std::net::TcpListener::bind(config.listen)
-        .with_context(|| format!("`listen` cannot be used: {}", config.listen))?;
-    super::output::print(&format!("{config:#?}"))
 }
 
 /// Serves until `shutdown`; `on_listen` hears the address once connections are taken.
 ///
 /// # Errors
-/// When the data folder cannot be opened or the address cannot be listened on.
+/// When catalogue, store or certificate cannot be opened, or the address cannot be listened on.
 pub async fn serve(
     config: Config,
     shutdown: CancellationToken,
     on_listen: impl FnOnce(SocketAddr),
 ) -> anyhow::Result<()> {
-    let catalogue = Catalogue::open(&config.data).await?;
-    let blobs = BlobStore::open_folder(&config.data, config.cache_bytes).await?;
+    let catalogue = config.place.open_catalogue().await?;
+    let blobs = config.place.open_store(config.cache_bytes).await?;
+    let tls = config
+        .tls
+        .map(|files| Tls::follow(files, shutdown.clone()))
+        .transpose()?;
     let publications = Publications::follow(catalogue.clone(), blobs.clone(), config.poll, shutdown.clone()).await?;
     let nothing_yet = publications.current().scenes.is_empty();
     let listener = TcpListener::bind(config.listen).await.with_context(|| {
@@ -117,7 +105,7 @@ pub async fn serve(
     };
     let live = Live::new(sources, config.live, shutdown.clone());
     live.restore().await?;
-    let jobs = Jobs::new(catalogue.clone(), &config.data, config.jobs, shutdown.clone());
+    let jobs = Jobs::new(catalogue.clone(), &config.place, config.jobs, shutdown.clone())?;
     let working = tokio::spawn({
         let jobs = jobs.clone();
         async move { jobs.work().await }
@@ -137,10 +125,10 @@ pub async fn serve(
         on_line: OnLine::default(),
     });
     if nothing_yet {
-        tracing::info!(data = %config.data.display(), "nothing is published yet; `belvedere bake FILE --scene NAME` does that");
+        tracing::info!(data = %config.place.data.display(), "nothing is published yet; `belvedere bake FILE --scene NAME` does that");
     }
     on_listen(listener.local_addr().context("the listening socket has no address")?);
-    serve_connections(listener, front, config.connections, shutdown).await;
+    serve_connections(listener, front, config.connections, tls, shutdown).await;
     working.await.context("the jobs broke off")?;
     if let Some(recorder) = recorder {
         recorder.flush().await;

@@ -32,7 +32,7 @@ pub struct KeptDoor {
 impl Catalogue {
     /// Keeps a new mover.
     pub async fn keep_mover(&self, scene: &SceneName, kept: &KeptMover) -> anyhow::Result<()> {
-        sqlx::query("INSERT INTO kept_movers (object, scene, token, mover, pose) VALUES (?, ?, ?, ?, ?)")
+        sqlx::query("INSERT INTO kept_movers (object, scene, token, mover, pose) VALUES ($1, $2, $3, $4, $5)")
             .bind(i64::from(kept.object.0))
             .bind(scene.as_str())
             .bind(&kept.token)
@@ -47,7 +47,7 @@ impl Catalogue {
     pub async fn keep_poses(&self, poses: &[(ObjectId, String)]) -> anyhow::Result<()> {
         let mut tx = self.pool.begin().await?;
         for (object, pose) in poses {
-            sqlx::query("UPDATE kept_movers SET pose = ? WHERE object = ?")
+            sqlx::query("UPDATE kept_movers SET pose = $1 WHERE object = $2")
                 .bind(pose)
                 .bind(i64::from(object.0))
                 .execute(&mut *tx)
@@ -59,7 +59,7 @@ impl Catalogue {
 
     /// Forgets a mover.
     pub async fn forget_mover(&self, object: ObjectId) -> anyhow::Result<()> {
-        sqlx::query("DELETE FROM kept_movers WHERE object = ?")
+        sqlx::query("DELETE FROM kept_movers WHERE object = $1")
             .bind(i64::from(object.0))
             .execute(&self.pool)
             .await?;
@@ -68,7 +68,7 @@ impl Catalogue {
 
     /// The movers of a scene, rising.
     pub async fn kept_movers(&self, scene: &SceneName) -> anyhow::Result<Vec<KeptMover>> {
-        let rows = sqlx::query("SELECT object, token, mover, pose FROM kept_movers WHERE scene = ? ORDER BY object")
+        let rows = sqlx::query("SELECT object, token, mover, pose FROM kept_movers WHERE scene = $1 ORDER BY object")
             .bind(scene.as_str())
             .fetch_all(&self.pool)
             .await?;
@@ -105,14 +105,14 @@ impl Catalogue {
     /// Keeps how a door of a revision stands.
     pub async fn keep_door(&self, scene: &SceneName, revision: Revision, door: &KeptDoor) -> anyhow::Result<()> {
         sqlx::query(
-            "INSERT INTO kept_doors (scene, revision, object, bounds, open) VALUES (?, ?, ?, ?, ?) \
-             ON CONFLICT DO UPDATE SET revision = excluded.revision, bounds = excluded.bounds, open = excluded.open",
+            "INSERT INTO kept_doors (scene, revision, object, bounds, open) VALUES ($1, $2, $3, $4, $5) \
+             ON CONFLICT (scene, object) DO UPDATE SET revision = excluded.revision, bounds = excluded.bounds, open = excluded.open",
         )
         .bind(scene.as_str())
         .bind(revision.to_string())
         .bind(i64::from(door.object.0))
         .bind(&door.bounds)
-        .bind(door.open)
+        .bind(i64::from(door.open))
         .execute(&self.pool)
         .await?;
         Ok(())
@@ -120,25 +120,26 @@ impl Catalogue {
 
     /// How the doors of a revision stand, rising; those that were never moved are not among them.
     pub async fn kept_doors(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<Vec<KeptDoor>> {
-        let rows =
-            sqlx::query("SELECT object, bounds, open FROM kept_doors WHERE scene = ? AND revision = ? ORDER BY object")
-                .bind(scene.as_str())
-                .bind(revision.to_string())
-                .fetch_all(&self.pool)
-                .await?;
+        let rows = sqlx::query(
+            "SELECT object, bounds, open FROM kept_doors WHERE scene = $1 AND revision = $2 ORDER BY object",
+        )
+        .bind(scene.as_str())
+        .bind(revision.to_string())
+        .fetch_all(&self.pool)
+        .await?;
         rows.iter()
             .map(|row| {
                 Ok(KeptDoor {
                     object: object(row)?,
                     bounds: row.try_get("bounds")?,
-                    open: row.try_get("open")?,
+                    open: row.try_get::<i64, _>("open")? != 0,
                 })
             })
             .collect()
     }
 }
 
-fn object(row: &sqlx::sqlite::SqliteRow) -> anyhow::Result<ObjectId> {
+fn object(row: &sqlx::any::AnyRow) -> anyhow::Result<ObjectId> {
     Ok(ObjectId(u32::try_from(row.try_get::<i64, _>("object")?)?))
 }
 

@@ -1,6 +1,6 @@
 //! Which API keys are there? What they may do, the catalogue need not understand.
 
-use sqlx::{Row, sqlite::SqliteRow};
+use sqlx::{AssertSqlSafe, Row, any::AnyRow};
 
 use super::Catalogue;
 
@@ -44,56 +44,60 @@ pub struct NewKey<'a> {
     pub days: Option<u32>,
 }
 
-const COLUMNS: &str = "SELECT id, digest, name, scopes, scenes, created_at, expires_at, revoked_at, \
-     revoked_at IS NULL AND (expires_at IS NULL OR expires_at > strftime('%Y-%m-%dT%H:%M:%fZ', 'now')) AS valid \
-     FROM api_keys";
-
 impl Catalogue {
     /// Keeps a new key.
     pub async fn keep_key(&self, key: &NewKey<'_>) -> anyhow::Result<()> {
-        sqlx::query(
-            "INSERT INTO api_keys (id, digest, name, scopes, scenes, expires_at) \
-             VALUES (?, ?, ?, ?, ?, strftime('%Y-%m-%dT%H:%M:%fZ', 'now', ?))",
-        )
-        .bind(key.id)
-        .bind(key.digest)
-        .bind(key.name)
-        .bind(key.scopes)
-        .bind(key.scenes)
-        // Without a modifier there is no time.
-        .bind(key.days.map(|days| format!("+{days} days")))
-        .execute(&self.pool)
-        .await?;
+        let sql = AssertSqlSafe(format!(
+            "INSERT INTO api_keys (id, digest, name, scopes, scenes, expires_at) VALUES ($1, $2, $3, $4, $5, {})",
+            self.dialect.in_seconds("$6")
+        ));
+        sqlx::query(sql)
+            .bind(key.id)
+            .bind(key.digest)
+            .bind(key.name)
+            .bind(key.scopes)
+            .bind(key.scenes)
+            // From no number there is no time.
+            .bind(key.days.map(|days| i64::from(days) * 24 * 3600))
+            .execute(&self.pool)
+            .await?;
         Ok(())
     }
 
     /// A key by its public part.
     pub async fn key(&self, id: &str) -> anyhow::Result<Option<StoredKey>> {
-        let sql = sqlx::AssertSqlSafe(format!("{COLUMNS} WHERE id = ?"));
+        let sql = AssertSqlSafe(format!("{} WHERE id = $1", self.select_keys()));
         let row = sqlx::query(sql).bind(id).fetch_optional(&self.pool).await?;
         row.as_ref().map(stored).transpose()
     }
 
     /// Every key that ever was, oldest first.
     pub async fn keys(&self) -> anyhow::Result<Vec<StoredKey>> {
-        let sql = sqlx::AssertSqlSafe(format!("{COLUMNS} ORDER BY created_at, id"));
+        let sql = AssertSqlSafe(format!("{} ORDER BY created_at, id", self.select_keys()));
         let rows = sqlx::query(sql).fetch_all(&self.pool).await?;
         rows.iter().map(stored).collect()
     }
 
+    fn select_keys(&self) -> String {
+        format!(
+            "SELECT id, digest, name, scopes, scenes, created_at, expires_at, revoked_at, \
+             CASE WHEN revoked_at IS NULL AND (expires_at IS NULL OR expires_at > {}) THEN 1 ELSE 0 END AS valid \
+             FROM api_keys",
+            self.dialect.now()
+        )
+    }
+
     /// Takes a key back; says whether it was there. One that was taken back before keeps its time.
     pub async fn revoke_key(&self, id: &str) -> anyhow::Result<bool> {
-        let revoked = sqlx::query(
-            "UPDATE api_keys SET revoked_at = coalesce(revoked_at, strftime('%Y-%m-%dT%H:%M:%fZ', 'now')) WHERE id = ?",
-        )
-        .bind(id)
-        .execute(&self.pool)
-        .await?;
-        Ok(revoked.rows_affected() > 0)
+        let sql = AssertSqlSafe(format!(
+            "UPDATE api_keys SET revoked_at = coalesce(revoked_at, {}) WHERE id = $1",
+            self.dialect.now()
+        ));
+        Ok(sqlx::query(sql).bind(id).execute(&self.pool).await?.rows_affected() > 0)
     }
 }
 
-fn stored(row: &SqliteRow) -> anyhow::Result<StoredKey> {
+fn stored(row: &AnyRow) -> anyhow::Result<StoredKey> {
     Ok(StoredKey {
         id: row.try_get("id")?,
         digest: row.try_get("digest")?,
@@ -103,6 +107,6 @@ fn stored(row: &SqliteRow) -> anyhow::Result<StoredKey> {
         created_at: row.try_get("created_at")?,
         expires_at: row.try_get("expires_at")?,
         revoked_at: row.try_get("revoked_at")?,
-        valid: row.try_get("valid")?,
+        valid: row.try_get::<i64, _>("valid")? != 0,
     })
 }

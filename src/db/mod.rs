@@ -1,36 +1,39 @@
 //! Which scenes are published, and which revision of each is current?
 //!
-//! The catalogue is a small SQLite database beside the blobs. Publishing inserts a revision with its blobs and moves
+//! The catalogue is a small SQLite database beside the blobs, or a PostgreSQL database that several nodes share. Publishing inserts a revision with its blobs and moves
 //! the scene's pointer in **one transaction, last**: a crash before it leaves the old revision served and nothing but
 //! blobs that `gc` collects.
 //!
 //! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`]), and who may change
 //! what is published ([`StoredKey`]), and what is on its way ([`StoredJob`]).
 
+mod connect;
 mod jobs;
 mod kept;
 mod keys;
+mod lock;
 
-use std::{collections::BTreeSet, path::Path, time::Duration};
+use std::{collections::BTreeSet, time::Duration};
 
 use anyhow::Context;
 use belvedere_scene::{
     BlobName, Revision, SceneName,
     pointer::{Pointer, SceneList},
 };
-use sqlx::{
-    AssertSqlSafe, Row, SqlitePool,
-    sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
-};
+use sqlx::{AnyPool, AssertSqlSafe, Row};
 
+use connect::Dialect;
+pub use connect::{FILE_NAME, was_away};
 pub use jobs::{NewJob, StoredJob};
 pub use kept::{KeptDoor, KeptMover};
 pub use keys::{NewKey, StoredKey};
+pub use lock::BlobLock;
 
-/// The catalogue of one data folder. Cheap to clone.
+/// The catalogue. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
-    pool: SqlitePool,
+    pool: AnyPool,
+    dialect: Dialect,
 }
 
 /// A revision that is ready: all of its blobs are stored.
@@ -73,66 +76,49 @@ pub struct KeptRevision {
 }
 
 impl Catalogue {
-    /// Opens the catalogue of a data folder; makes both when they are not there and brings the schema up to date.
-    pub async fn open(data: &Path) -> anyhow::Result<Self> {
-        tokio::fs::create_dir_all(data)
-            .await
-            .with_context(|| format!("cannot make the data folder {}", data.display()))?;
-        let file = data.join("catalogue.sqlite");
-        let options = SqliteConnectOptions::new()
-            .filename(&file)
-            .create_if_missing(true)
-            .foreign_keys(true)
-            .journal_mode(SqliteJournalMode::Wal)
-            .synchronous(SqliteSynchronous::Full)
-            .busy_timeout(Duration::from_secs(10));
-        let pool = SqlitePoolOptions::new()
-            .max_connections(4)
-            .connect_with(options)
-            .await
-            .with_context(|| format!("cannot open the catalogue {}", file.display()))?;
-        sqlx::migrate!()
-            .run(&pool)
-            .await
-            .with_context(|| format!("cannot bring the catalogue {} up to date", file.display()))?;
-        Ok(Self { pool })
-    }
-
     /// Adds a revision and moves the scene's pointer to it, in one transaction. Publishing the same revision again
     /// only moves the pointer.
     pub async fn publish(&self, new: &NewRevision<'_>) -> anyhow::Result<()> {
         let (scene, revision) = (new.pointer.scene.as_str(), new.pointer.revision.to_string());
         let mut tx = self.pool.begin().await?;
-        sqlx::query("DELETE FROM revision_blobs WHERE scene = ? AND revision = ?")
+        // First, since it keeps whoever publishes the same revision waiting until this is done.
+        let sql = AssertSqlSafe(format!(
+            "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES ($1, $2, $3, $4, $5, $6) \
+             ON CONFLICT (scene, revision) DO UPDATE SET pointer = excluded.pointer, source_key = excluded.source_key, \
+             sources = excluded.sources, report = excluded.report, published_at = {}",
+            self.dialect.now()
+        ));
+        sqlx::query(sql)
+            .bind(scene)
+            .bind(&revision)
+            .bind(serde_json::to_string(new.pointer)?)
+            .bind(new.source_key)
+            .bind(serde_json::to_string(new.sources)?)
+            .bind(new.report.to_string())
+            .execute(&mut *tx)
+            .await?;
+        sqlx::query("DELETE FROM revision_blobs WHERE scene = $1 AND revision = $2")
             .bind(scene)
             .bind(&revision)
             .execute(&mut *tx)
             .await?;
-        sqlx::query(
-            "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES (?, ?, ?, ?, ?, ?) \
-             ON CONFLICT DO UPDATE SET pointer = excluded.pointer, source_key = excluded.source_key, \
-             sources = excluded.sources, report = excluded.report, \
-             published_at = strftime('%Y-%m-%dT%H:%M:%fZ', 'now')",
-        )
-        .bind(scene)
-        .bind(&revision)
-        .bind(serde_json::to_string(new.pointer)?)
-        .bind(new.source_key)
-        .bind(serde_json::to_string(new.sources)?)
-        .bind(new.report.to_string())
-        .execute(&mut *tx)
-        .await?;
-        for (blob, bytes) in new.blobs {
-            sqlx::query("INSERT INTO revision_blobs (scene, revision, blob, bytes) VALUES (?, ?, ?, ?)")
-                .bind(scene)
-                .bind(&revision)
-                .bind(blob.to_string())
-                .bind(i64::try_from(*bytes)?)
-                .execute(&mut *tx)
-                .await?;
+        for blobs in new.blobs.chunks(BLOBS_AT_ONCE) {
+            let rows: Vec<_> = (0..blobs.len())
+                .map(|row| format!("($1, $2, ${}, ${})", 2 * row + 3, 2 * row + 4))
+                .collect();
+            let sql = format!(
+                "INSERT INTO revision_blobs (scene, revision, blob, bytes) VALUES {}",
+                rows.join(", ")
+            );
+            let mut insert = sqlx::query(AssertSqlSafe(sql)).bind(scene).bind(&revision);
+            for (blob, bytes) in blobs {
+                insert = insert.bind(blob.to_string()).bind(i64::try_from(*bytes)?);
+            }
+            insert.execute(&mut *tx).await?;
         }
         sqlx::query(
-            "INSERT INTO scenes (scene, revision) VALUES (?, ?) ON CONFLICT DO UPDATE SET revision = excluded.revision",
+            "INSERT INTO scenes (scene, revision) VALUES ($1, $2) \
+             ON CONFLICT (scene) DO UPDATE SET revision = excluded.revision",
         )
         .bind(scene)
         .bind(&revision)
@@ -142,12 +128,15 @@ impl Catalogue {
         Ok(())
     }
 
-    /// The pointers of all scenes, by name.
+    /// The pointers of all scenes, by name. Fails within seconds when the catalogue is away, also when its machine went
+    /// without a word.
     pub async fn pointers(&self) -> anyhow::Result<Vec<Pointer>> {
-        let rows = sqlx::query("SELECT pointer FROM scenes JOIN revisions USING (scene, revision) ORDER BY scene")
-            .fetch_all(&self.pool)
-            .await?;
-        rows.iter()
+        const PATIENCE: Duration = Duration::from_secs(10);
+        let reading = sqlx::query("SELECT pointer FROM scenes JOIN revisions USING (scene, revision) ORDER BY scene")
+            .fetch_all(&self.pool);
+        let rows = tokio::time::timeout(PATIENCE, reading).await;
+        rows.context("the catalogue does not answer")??
+            .iter()
             .map(|row| Ok(serde_json::from_str(row.try_get("pointer")?)?))
             .collect()
     }
@@ -156,7 +145,7 @@ impl Catalogue {
     pub async fn baked(&self, scene: &SceneName) -> anyhow::Result<Option<Baked>> {
         let row = sqlx::query(
             "SELECT pointer, source_key, sources, report FROM scenes JOIN revisions USING (scene, revision) \
-             WHERE scene = ?",
+             WHERE scene = $1",
         )
         .bind(scene.as_str())
         .fetch_optional(&self.pool)
@@ -173,9 +162,9 @@ impl Catalogue {
     /// The revisions of a scene that are kept, newest first.
     pub async fn kept_revisions(&self, scene: &SceneName) -> anyhow::Result<Vec<KeptRevision>> {
         let rows = sqlx::query(
-            "SELECT r.revision, r.published_at, s.revision IS NOT NULL AS current \
+            "SELECT r.revision, r.published_at, CASE WHEN s.revision IS NULL THEN 0 ELSE 1 END AS current \
              FROM revisions r LEFT JOIN scenes s ON s.scene = r.scene AND s.revision = r.revision \
-             WHERE r.scene = ? ORDER BY r.published_at DESC, r.revision",
+             WHERE r.scene = $1 ORDER BY r.published_at DESC, r.revision",
         )
         .bind(scene.as_str())
         .fetch_all(&self.pool)
@@ -185,7 +174,7 @@ impl Catalogue {
                 Ok(KeptRevision {
                     revision: row.try_get::<&str, _>("revision")?.parse()?,
                     published_at: row.try_get("published_at")?,
-                    current: row.try_get("current")?,
+                    current: row.try_get::<i64, _>("current")? != 0,
                 })
             })
             .collect()
@@ -194,8 +183,8 @@ impl Catalogue {
     /// Moves a scene's pointer to a revision that is kept; says whether it is.
     pub async fn make_current(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<bool> {
         let moved = sqlx::query(
-            "UPDATE scenes SET revision = ?1 WHERE scene = ?2 \
-             AND EXISTS (SELECT 1 FROM revisions WHERE scene = ?2 AND revision = ?1)",
+            "UPDATE scenes SET revision = $1 WHERE scene = $2 \
+             AND EXISTS (SELECT 1 FROM revisions WHERE scene = $2 AND revision = $1)",
         )
         .bind(revision.to_string())
         .bind(scene.as_str())
@@ -206,11 +195,12 @@ impl Catalogue {
 
     /// The blobs of a revision with their sizes, by name.
     pub async fn blobs_of(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<Vec<(BlobName, u64)>> {
-        let rows = sqlx::query("SELECT blob, bytes FROM revision_blobs WHERE scene = ? AND revision = ? ORDER BY blob")
-            .bind(scene.as_str())
-            .bind(revision.to_string())
-            .fetch_all(&self.pool)
-            .await?;
+        let rows =
+            sqlx::query("SELECT blob, bytes FROM revision_blobs WHERE scene = $1 AND revision = $2 ORDER BY blob")
+                .bind(scene.as_str())
+                .bind(revision.to_string())
+                .fetch_all(&self.pool)
+                .await?;
         rows.iter()
             .map(|row| {
                 let bytes: i64 = row.try_get("bytes")?;
@@ -232,7 +222,7 @@ impl Catalogue {
 
     /// How many revisions [`Catalogue::forget_old_revisions`] would remove.
     pub async fn old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
-        let sql = AssertSqlSafe(format!("SELECT count(*) AS old FROM ({OLD_REVISIONS})"));
+        let sql = AssertSqlSafe(format!("SELECT count(*) AS old FROM ({OLD_REVISIONS}) AS aged"));
         let row = sqlx::query(sql).bind(i64::from(keep)).fetch_one(&self.pool).await?;
         Ok(u64::try_from(row.try_get::<i64, _>("old")?)?)
     }
@@ -250,10 +240,13 @@ impl Catalogue {
     }
 }
 
+/// So many rows are inserted by one statement: each takes a round trip, and parameters are numbered up to 32766.
+const BLOBS_AT_ONCE: usize = 500;
+
 /// Revisions that are neither current nor among the newest; binds how many to keep.
 const OLD_REVISIONS: &str = "SELECT scene, revision FROM ( \
-       SELECT scene, revision, row_number() OVER (PARTITION BY scene ORDER BY published_at DESC) AS age FROM revisions) \
-     WHERE age > ? AND (scene, revision) NOT IN (SELECT scene, revision FROM scenes)";
+       SELECT scene, revision, row_number() OVER (PARTITION BY scene ORDER BY published_at DESC) AS age FROM revisions) AS aged \
+     WHERE age > $1 AND (scene, revision) NOT IN (SELECT scene, revision FROM scenes)";
 
 /// The list of scenes that these pointers make.
 pub fn scene_list(pointers: &[Pointer]) -> SceneList {

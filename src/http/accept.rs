@@ -1,7 +1,7 @@
 //! How are connections taken, limited and let go?
 //!
-//! `axum::serve` sets no timer and no limit, so this is an own loop over hyper: HTTP/1.1 and HTTP/2 without TLS on one
-//! port. Beyond the limit of connections, new ones wait in the kernel's queue. At the end no new connection is taken,
+//! `axum::serve` sets no timer and no limit, so this is an own loop over hyper: HTTP/1.1 and HTTP/2 on one port,
+//! with TLS or without. A peer counts as a connection from its first packet on, before it has shaken hands. Beyond the limit of connections, new ones wait in the kernel's queue. At the end no new connection is taken,
 //! open ones finish the request that they are in, and what is left after the drain time is cut.
 
 use std::{net::SocketAddr, sync::Arc, time::Duration};
@@ -12,6 +12,7 @@ use hyper_util::{
     server::conn::auto::Builder,
 };
 use tokio::{
+    io::{AsyncRead, AsyncWrite},
     net::{TcpListener, TcpStream},
     sync::Semaphore,
 };
@@ -21,6 +22,7 @@ use super::{
     front::Front,
     peer::{Peer, Uploads},
     quiet::{Patience, Quiet},
+    tls::Tls,
 };
 
 /// Limits on connections.
@@ -58,6 +60,7 @@ pub async fn serve_connections(
     listener: TcpListener,
     front: Front,
     limits: ConnectionLimits,
+    tls: Option<Tls>,
     stopping: CancellationToken,
 ) {
     let permits = Arc::new(Semaphore::new(limits.connections));
@@ -80,6 +83,7 @@ pub async fn serve_connections(
             let connection = Connection {
                 builder: builder.clone(),
                 front: front.clone(),
+                tls: tls.clone(),
                 patience: Patience {
                     quiet: limits.quiet,
                     answer: limits.answer,
@@ -129,6 +133,7 @@ async fn pause_after(error: &std::io::Error) {
 struct Connection {
     builder: Arc<Builder<TokioExecutor>>,
     front: Front,
+    tls: Option<Tls>,
     patience: Patience,
     stopping: CancellationToken,
 }
@@ -137,6 +142,17 @@ impl Connection {
     async fn run(self, stream: TcpStream, address: SocketAddr) {
         // Without it small answers wait for the peer's delayed acknowledgements.
         let _ = stream.set_nodelay(true);
+        let Some(tls) = &self.tls else {
+            return self.talk(stream, address).await;
+        };
+        match self.stopping.run_until_cancelled(tls.shake_hands(stream)).await {
+            Some(Ok(stream)) => self.talk(stream, address).await,
+            Some(Err(error)) => tracing::debug!(%error, "a peer did not shake hands"),
+            None => {}
+        }
+    }
+
+    async fn talk<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(self, stream: S, address: SocketAddr) {
         let uploads = Uploads::default();
         let peer = Peer::new(address, uploads.clone());
         let io = TokioIo::new(Quiet::new(stream, self.patience, uploads));

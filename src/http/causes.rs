@@ -12,6 +12,7 @@ impl From<StoreError> for ApiError {
     fn from(error: StoreError) -> Self {
         match error {
             StoreError::Corrupt { .. }
+            | StoreError::CorruptVariant { .. }
             | StoreError::Missing(_)
             | StoreError::Misnamed { .. }
             | StoreError::TooLarge { .. }
@@ -45,7 +46,7 @@ impl From<LiveError> for ApiError {
             },
             LiveError::Full { .. } => Self::Full(error.to_string()),
             LiveError::Stopped => Self::Stopping,
-            LiveError::Unkept(cause) => Self::Internal(cause),
+            LiveError::Unkept(cause) => Self::Unavailable(cause),
             LiveError::Read(error) => error.into(),
         }
     }
@@ -61,7 +62,6 @@ impl From<JobError> for ApiError {
                 "the body must be the source scene: a .glb, .gltf, .zip, .plan or .dcg",
             ),
             JobError::Full(detail) => Self::Full(detail),
-            JobError::Elsewhere(_) => Self::Conflict(error.to_string()),
             JobError::Internal(cause) => Self::Unavailable(cause),
         }
     }

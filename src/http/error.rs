@@ -97,6 +97,13 @@ pub enum ApiError {
     TimedOut,
     /// Something that is needed does not answer.
     Unavailable(anyhow::Error),
+    /// The same, where it is told what.
+    Away {
+        /// The catalogue or the store.
+        what: &'static str,
+        /// Why, for the log.
+        cause: anyhow::Error,
+    },
     /// The server is at fault.
     Internal(anyhow::Error),
 }
@@ -319,6 +326,12 @@ impl ApiError {
                 "The server is not ready",
                 "something that the server needs does not answer; its log says what".to_owned(),
             ),
+            Self::Away { what, .. } => (
+                S::SERVICE_UNAVAILABLE,
+                "unavailable",
+                "The server is not ready",
+                format!("the {what} does not answer; what is known is served meanwhile"),
+            ),
             Self::Internal(_) => (
                 S::INTERNAL_SERVER_ERROR,
                 "internal",
@@ -336,7 +349,7 @@ impl ApiError {
             _ => None,
         };
         let cause = match self {
-            Self::Unavailable(cause) | Self::Internal(cause) => Some(Arc::new(cause)),
+            Self::Unavailable(cause) | Self::Internal(cause) | Self::Away { cause, .. } => Some(Arc::new(cause)),
             _ => None,
         };
         Problem {
@@ -358,7 +371,7 @@ impl IntoResponse for ApiError {
             _ => None,
         };
         let retry_s = match &self {
-            Self::TimedOut | Self::Unavailable(_) | Self::Stopping => Some(1),
+            Self::TimedOut | Self::Unavailable(_) | Self::Away { .. } | Self::Stopping => Some(1),
             Self::Flooded { retry_s, .. } => Some(*retry_s),
             Self::Full(_) => Some(10),
             _ => None,

@@ -21,21 +21,18 @@ pub(super) async fn ready(
     State(catalogue): State<Catalogue>,
     State(blobs): State<BlobStore>,
 ) -> Result<Response, ApiError> {
+    let pointers = async { catalogue.pointers().await.map(drop) };
+    answers("catalogue", pointers).await?;
+    answers("store", async { Ok(blobs.probe().await?) }).await?;
+    Ok(plain("ready\n"))
+}
+
+async fn answers(what: &'static str, asking: impl Future<Output = anyhow::Result<()>>) -> Result<(), ApiError> {
     const PATIENCE: Duration = Duration::from_secs(2);
-    let asking = async {
-        catalogue.pointers().await?;
-        blobs.probe().await?;
-        Ok(())
-    };
     let answered = tokio::time::timeout(PATIENCE, asking).await;
     answered
-        .unwrap_or_else(|_| {
-            Err(anyhow::anyhow!(
-                "the catalogue or the store did not answer within {PATIENCE:?}"
-            ))
-        })
-        .map_err(ApiError::Unavailable)?;
-    Ok(plain("ready\n"))
+        .unwrap_or_else(|_| Err(anyhow::anyhow!("no answer within {PATIENCE:?}")))
+        .map_err(|cause| ApiError::Away { what, cause })
 }
 
 fn plain(text: &'static str) -> Response {

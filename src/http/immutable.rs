@@ -32,7 +32,10 @@ use super::{
     ranges::{self, Asked},
     rungs,
 };
-use crate::store::{BlobStore, Coding, Representation, Representations};
+use crate::{
+    media,
+    store::{BlobStore, Coding, Representation, Representations},
+};
 
 /// `GET /o/{name}`: an immutable object, or a rung of one.
 pub(super) async fn object(
@@ -93,8 +96,8 @@ pub(super) enum Life {
 }
 
 /// Caching of what names the current revision.
-pub(super) const CURRENT: HeaderValue = HeaderValue::from_static("public, max-age=2, stale-while-revalidate=30");
-pub(super) const IMMUTABLE: HeaderValue = HeaderValue::from_static("public, max-age=31536000, immutable");
+pub(super) const CURRENT: HeaderValue = HeaderValue::from_static(media::CURRENT);
+pub(super) const IMMUTABLE: HeaderValue = HeaderValue::from_static(media::FOR_EVER);
 
 /// The header fields of one form as an immutable object, complete: made once, cloned for each answer.
 #[derive(Debug)]
@@ -117,7 +120,7 @@ impl Heads {
         }
         around::for_everybody(&mut unchanged);
         let mut whole = unchanged.clone();
-        insert(&mut whole, header::CONTENT_TYPE, media_type(name.ext()));
+        insert(&mut whole, header::CONTENT_TYPE, media::kind(name.ext()));
         insert(&mut whole, header::ACCEPT_RANGES, "bytes");
         if let Some(coding) = coding {
             insert(&mut whole, header::CONTENT_ENCODING, coding.token());
@@ -203,7 +206,7 @@ impl BlobResponse<'_> {
         let form = &self.forms.identity;
         // Derived from the content's own hash, which nothing can contain but by breaking SHA-256.
         let boundary = format!("belvedere-{}", &self.name.hash().to_string()[..40]);
-        let media_type = media_type(self.name.ext());
+        let media_type = media::kind(self.name.ext());
         let mut parts = VecDeque::with_capacity(2 * slices.len() + 1);
         for (i, slice) in slices.iter().enumerate() {
             let line_end = if i == 0 { "" } else { "\r\n" };
@@ -259,26 +262,6 @@ fn content_range(slice: &Range<u64>, len: usize) -> String {
 
 fn insert(headers: &mut HeaderMap, name: HeaderName, value: &'static str) {
     headers.insert(name, HeaderValue::from_static(value));
-}
-
-/// The media type of an extension below `/o/`.
-pub(super) fn media_type(ext: &str) -> &'static str {
-    match ext {
-        "json" => "application/json",
-        "glb" => "model/gltf-binary",
-        "gltf" => "model/gltf+json",
-        "cell" => "application/vnd.belvedere.cell",
-        "steps" => "application/vnd.belvedere.steps",
-        "slod" => "application/vnd.belvedere.slod",
-        "pack" => "application/vnd.belvedere.pack",
-        "dcg" => "text/plain; charset=utf-8",
-        "png" => "image/png",
-        "jpg" | "jpeg" => "image/jpeg",
-        "webp" => "image/webp",
-        "avif" => "image/avif",
-        "ktx2" => "image/ktx2",
-        _ => "application/octet-stream",
-    }
 }
 
 fn respond(status: StatusCode, headers: HeaderMap, body: BlobBody) -> Response<BlobBody> {

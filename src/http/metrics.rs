@@ -26,6 +26,7 @@ use super::{error::ApiError, routes::IMMUTABLE_OBJECT};
 use crate::{
     jobs::{JobCounts, Jobs},
     live::{Live, LiveCounts},
+    published::Publications,
     store::BlobStore,
 };
 
@@ -45,6 +46,7 @@ struct Inner {
     cache_misses: Counter,
     cache_bytes: Gauge,
     connections: Gauge,
+    catalogue_up: Gauge,
     live: LiveMetrics,
     jobs: JobMetrics,
 }
@@ -63,7 +65,11 @@ struct StateLabel {
 
 impl JobMetrics {
     fn register(&self, registry: &mut Registry) {
-        registry.register("jobs_open", "Uploads that wait or are baked here", self.open.clone());
+        registry.register(
+            "jobs_open",
+            "Uploads that wait, and that are baked here",
+            self.open.clone(),
+        );
         registry.register("jobs_ended", "Uploads that have ended here", self.ended.clone());
     }
 
@@ -166,7 +172,7 @@ impl Default for Metrics {
             Histogram::new(exponential_buckets(0.0001, 4.0, 9))
         });
         let (sent_bytes, cache_hits, cache_misses) = (Counter::default(), Counter::default(), Counter::default());
-        let (cache_bytes, connections) = (Gauge::default(), Gauge::default());
+        let (cache_bytes, connections, catalogue_up) = (Gauge::default(), Gauge::default(), Gauge::default());
         registry.register(
             "http_requests",
             "Requests by route template and status",
@@ -187,6 +193,11 @@ impl Default for Metrics {
         registry.register("blob_cache_misses", "Blobs read from the store", cache_misses.clone());
         registry.register("blob_cache_bytes", "Bytes of blobs in memory", cache_bytes.clone());
         registry.register("http_connections", "Open connections", connections.clone());
+        registry.register(
+            "catalogue_up",
+            "Whether the catalogue has answered when it was last asked; 0: served is what was known",
+            catalogue_up.clone(),
+        );
         let live = LiveMetrics::default();
         live.register(&mut registry);
         let jobs = JobMetrics::default();
@@ -210,6 +221,7 @@ impl Default for Metrics {
                 cache_misses,
                 cache_bytes,
                 connections,
+                catalogue_up,
                 live,
                 jobs,
             }),
@@ -265,11 +277,13 @@ pub(super) async fn metrics(
     State(blobs): State<BlobStore>,
     State(live): State<Live>,
     State(jobs): State<Jobs>,
+    State(publications): State<Publications>,
 ) -> Result<Response, ApiError> {
     let (inner, cache) = (&metrics.inner, blobs.cache_use());
     inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
     inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
+    inner.catalogue_up.set(publications.up_to_date().into());
     inner.live.set(&live.counts());
     inner.jobs.set(&jobs.counts());
     let mut text = String::new();

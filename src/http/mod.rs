@@ -12,7 +12,7 @@
 //! * `uploads`, `rollback`: how what is published changes. `owner`: by whom. `pace`, `peer`: how often, and from where.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
 //! * `momentary`: answers that no cache keeps.
-//! * [`accept`]: the accept loop with its limits and its end.
+//! * [`accept`]: the accept loop with its limits and its end. [`tls`]: certificates.
 
 pub mod accept;
 mod around;
@@ -41,6 +41,7 @@ mod ranges;
 mod rollback;
 pub mod routes;
 mod rungs;
+pub mod tls;
 mod uploads;
 mod viewer;
 mod visible;

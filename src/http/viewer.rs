@@ -15,6 +15,7 @@ use super::{
     conditional::{self, Verdict},
     error::ApiError,
 };
+use crate::media;
 
 #[derive(RustEmbed)]
 #[folder = "viewer/dist"]
@@ -45,7 +46,7 @@ pub(super) async fn file(method: Method, uri: Uri, headers: HeaderMap) -> Result
     };
     let Some(file) = Dist::get(path) else {
         return if path == "index.html" && uri.path() == "/" {
-            Ok((page_headers("text/html; charset=utf-8", "no-cache"), PLACEHOLDER).into_response())
+            Ok((page_headers("text/html; charset=utf-8", media::PAGE), PLACEHOLDER).into_response())
         } else {
             Err(ApiError::NoRoute)
         };
@@ -53,14 +54,10 @@ pub(super) async fn file(method: Method, uri: Uri, headers: HeaderMap) -> Result
     if method != Method::GET && method != Method::HEAD {
         return Err(ApiError::MethodNotAllowed);
     }
-    let life = if path.starts_with("assets/") {
-        "public, max-age=31536000, immutable"
-    } else {
-        "no-cache"
-    };
+    let life = media::life(path);
     let hash = belvedere_scene::BlobHash(file.metadata.sha256_hash());
     let etag = format!("\"{hash}\"");
-    let mut answer = page_headers(media_type(path), life);
+    let mut answer = page_headers(media::kind(path), life);
     answer.insert(
         header::ETAG,
         HeaderValue::try_from(&etag).expect("a tag is quoted hex digits"),
@@ -91,18 +88,4 @@ fn page_headers(content_type: &'static str, life: &'static str) -> HeaderMap {
     .into_iter()
     .map(|(name, value)| (name, HeaderValue::from_static(value)))
     .collect()
-}
-
-fn media_type(path: &str) -> &'static str {
-    match path.rsplit_once('.').map_or("", |(_, ext)| ext) {
-        "html" => "text/html; charset=utf-8",
-        "js" | "mjs" => "text/javascript; charset=utf-8",
-        "css" => "text/css; charset=utf-8",
-        "svg" => "image/svg+xml",
-        "ico" => "image/x-icon",
-        "woff2" => "font/woff2",
-        "map" => "application/json",
-        "txt" => "text/plain; charset=utf-8",
-        ext => super::immutable::media_type(ext),
-    }
 }

@@ -1,6 +1,6 @@
 //! How is an uploaded scene baked? By a child process of the same program, so that whatever a hostile file does to a
-//! bake, it does to nobody else: it has limits of its own, an empty environment, and a pipe as its only tie. When that
-//! pipe closes, because the job was cancelled or this process was killed, the child stops.
+//! bake, it does to nobody else: it has limits of its own, nothing in its environment but where to publish, and a pipe as its
+//! only tie. When that pipe closes, because the job was cancelled or this process was killed, the child stops.
 //!
 //! The child writes one JSON object a line: how far it is, and at its end the report. What it says on standard error is
 //! for the person who uploaded.
@@ -29,8 +29,10 @@ pub(super) enum Ended {
     Done(Value),
     Failed(Failure),
     Cancelled,
-    /// This server stops; another one goes on.
+    /// Not now: this server stops, or does not get the source; another one goes on.
     Stopped,
+    /// This server was not heard of in time, so another one has the job.
+    Lost,
 }
 
 #[derive(Deserialize)]
@@ -62,6 +64,7 @@ pub(super) async fn bake(jobs: &Jobs, job: &Job, open: &Open) -> Ended {
     let (report, asked) = tokio::select! {
         report = &mut following => (report, None),
         () = open.cancelled.cancelled() => (None, Some(Ended::Cancelled)),
+        () = open.lost.cancelled() => (None, Some(Ended::Lost)),
         () = jobs.inner.stopping.cancelled() => (None, Some(Ended::Stopped)),
         () = tokio::time::sleep(limit) => (None, Some(too_long(limit))),
     };
@@ -107,6 +110,12 @@ fn command(jobs: &Jobs, job: &Job) -> anyhow::Result<Command> {
     }
     command
         .env_clear()
+        .envs(
+            jobs.inner
+                .environment
+                .iter()
+                .map(|(name, value)| (name, value.reveal())),
+        )
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -19,10 +19,14 @@ pub struct NoJob;
 
 impl JobId {
     pub(super) fn random() -> anyhow::Result<Self> {
-        let mut bytes = [0; 16];
-        getrandom::fill(&mut bytes).map_err(|error| anyhow::anyhow!("the system gives no random numbers: {error}"))?;
-        Ok(Self(u128::from_le_bytes(bytes)))
+        Ok(Self(random()?))
     }
+}
+
+pub(super) fn random() -> anyhow::Result<u128> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(|error| anyhow::anyhow!("the system gives no random numbers: {error}"))?;
+    Ok(u128::from_le_bytes(bytes))
 }
 
 impl fmt::Display for JobId {

@@ -4,10 +4,10 @@
 //! * `queue`: which job is next; one at a time for each scene.
 //! * `child`: the bake, in a process of its own with limits of its own.
 //!
-//! Jobs stand in the catalogue, so they outlive the server. One server works them off for a data folder: it holds a
-//! lock, and whoever takes the lock over begins with what was left unfinished. Any other server of the folder takes
-//! uploads and reads in the catalogue what became of them. A bake goes on where it was, because what it has found is
-//! kept beside the blobs.
+//! Jobs stand in the catalogue, so they outlive the server. A worker claims one there, says every second that it is still at
+//! work, and loses it when nothing is heard of it for long. There is one worker for a data folder; several nodes that share
+//! a catalogue have one each. Every server takes uploads, and reads in the catalogue what became of them. A bake goes on
+//! where it was, because what it has found is kept in the data folder.
 
 mod child;
 mod job;
@@ -17,10 +17,10 @@ mod upload;
 
 use std::{
     collections::BTreeMap,
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::{
         Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicUsize, Ordering},
     },
     time::Duration,
 };
@@ -34,7 +34,7 @@ pub use job::{Failure, Job, JobId, NoJob, Progress, State};
 pub use settings::JobSettings;
 pub use upload::{Format, Source, Upload};
 
-use crate::{db::Catalogue, keys::Grant};
+use crate::{db::Catalogue, keys::Grant, place::Place, secret::Secret, store::Errands};
 
 /// How often to look in the catalogue what another server has done.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
@@ -57,9 +57,6 @@ pub enum JobError {
     /// Too many jobs wait.
     #[error("{0}")]
     Full(String),
-    /// Only the server that bakes it can end it.
-    #[error("job {0} is being baked by another server; cancel it there")]
-    Elsewhere(JobId),
     /// The disk or the catalogue.
     #[error(transparent)]
     Internal(#[from] anyhow::Error),
@@ -75,20 +72,25 @@ pub struct Jobs {
 struct Inner {
     catalogue: Catalogue,
     data: PathBuf,
+    /// How a child finds the catalogue and the blobs.
+    environment: Vec<(String, Secret)>,
+    errands: Errands,
     settings: JobSettings,
-    /// Whether this server works jobs off.
-    working: AtomicBool,
-    /// Jobs that have not ended, on the server that works them off.
+    /// Jobs that are baked here.
     open: Mutex<BTreeMap<JobId, Arc<Open>>>,
+    /// How many wait, as the worker has last seen.
+    waiting: AtomicUsize,
     ended: Mutex<JobCounts>,
     /// Uploads that go on, by the key that was shown.
     uploading: Mutex<BTreeMap<String, u32>>,
-    /// Rung when a job came, ended or was cancelled.
+    /// Rung when a job came.
     changed: Notify,
+    /// Rung when a bake starts here.
+    begun: Notify,
     stopping: CancellationToken,
 }
 
-/// How many jobs this server works on, and how those ended that it has worked on.
+/// How many jobs wait, how many this server bakes, and how those ended that it has baked or cancelled.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct JobCounts {
     /// Waiting.
@@ -103,11 +105,13 @@ pub struct JobCounts {
     pub cancelled: u64,
 }
 
-/// A job that has not ended.
+/// A job that is baked here.
 #[derive(Debug)]
 struct Open {
     now: watch::Sender<Job>,
     cancelled: CancellationToken,
+    /// Another server has it.
+    lost: CancellationToken,
 }
 
 /// An upload that goes on; it counts as an open job until it is dropped.
@@ -131,22 +135,32 @@ impl Drop for GoingOn {
 }
 
 impl Jobs {
-    /// The jobs of this data folder. Nothing is baked before [`Jobs::work`].
-    #[must_use]
-    pub fn new(catalogue: Catalogue, data: &Path, settings: JobSettings, stopping: CancellationToken) -> Self {
-        Self {
+    /// The jobs of a catalogue. Nothing is baked here before [`Jobs::work`].
+    ///
+    /// # Errors
+    /// When the settings of the bucket, through which uploads travel, cannot be used.
+    pub fn new(
+        catalogue: Catalogue,
+        place: &Place,
+        settings: JobSettings,
+        stopping: CancellationToken,
+    ) -> anyhow::Result<Self> {
+        Ok(Self {
             inner: Arc::new(Inner {
                 catalogue,
-                data: data.to_owned(),
+                data: place.data.clone(),
+                environment: place.environment(),
+                errands: place.errands()?,
                 settings,
-                working: AtomicBool::new(false),
                 open: Mutex::default(),
+                waiting: AtomicUsize::new(0),
                 ended: Mutex::default(),
                 uploading: Mutex::default(),
                 changed: Notify::new(),
+                begun: Notify::new(),
                 stopping,
             }),
-        }
+        })
     }
 
     /// Works jobs off until the server stops; ends when every child has ended.
@@ -208,38 +222,39 @@ impl Jobs {
     /// # Errors
     /// As [`Jobs::get`].
     pub async fn follow(&self, id: JobId) -> Result<impl Stream<Item = Job> + Send + 'static, JobError> {
-        let until = self.inner.stopping.clone().cancelled_owned();
-        let Some(open) = self.open(id) else {
-            let first = self.get(id).await?;
-            let changes = stream::unfold((self.clone(), Some(first)), async move |(jobs, last)| {
-                let last = last?;
-                let next = jobs.change(&last).await;
-                Some((last, (jobs, next)))
-            });
-            return Ok(changes.take_until(until).left_stream());
-        };
-        let changes = stream::unfold(Some((open.now.subscribe(), true)), async |following| {
-            let (mut now, first) = following?;
-            if !first && now.changed().await.is_err() {
-                return None;
-            }
-            let job = now.borrow_and_update().clone();
-            let next = (!job.state.has_ended()).then_some((now, false));
-            Some((job, next))
+        let first = self.get(id).await?;
+        let changes = stream::unfold((self.clone(), Some(first)), async move |(jobs, last)| {
+            let last = last?;
+            let next = jobs.change(&last).await;
+            Some((last, (jobs, next)))
         });
-        Ok(changes.take_until(until).right_stream())
+        Ok(changes.take_until(self.inner.stopping.clone().cancelled_owned()))
     }
 
-    /// Waits until a job of another server is not as it was; `None` when it had ended.
+    /// Waits until a job is not as it was; `None` when it had ended or is gone.
     async fn change(&self, last: &Job) -> Option<Job> {
         if last.state.has_ended() {
             return None;
         }
         loop {
-            tokio::time::sleep(LOOK_INTERVAL).await;
+            let begun = self.inner.begun.notified();
+            if let Some(open) = self.open(last.job) {
+                // It is baked here: every step is told. When that breaks off, the catalogue knows more.
+                let mut now = open.now.subscribe();
+                drop(open);
+                if let Ok(job) = now.wait_for(|job| job != last).await {
+                    return Some(job.clone());
+                }
+            } else {
+                tokio::select! {
+                    () = begun => {}
+                    () = tokio::time::sleep(LOOK_INTERVAL) => {}
+                }
+            }
             match self.get(last.job).await {
-                Ok(job) if job == *last => {}
-                Ok(job) => return Some(job),
+                Ok(job) if job != *last => return Some(job),
+                // While the catalogue is away, nothing is known.
+                Ok(_) | Err(JobError::Internal(_)) => {}
                 Err(_) => return None,
             }
         }
@@ -250,40 +265,35 @@ impl Jobs {
     /// # Errors
     /// As [`Jobs::get`].
     pub async fn cancel(&self, id: JobId) -> Result<Job, JobError> {
-        let Some(open) = self.open(id) else {
-            return self.cancel_elsewhere(id).await;
-        };
-        open.cancelled.cancel();
-        self.inner.changed.notify_one();
-        let mut now = open.now.subscribe();
-        let ended = now.wait_for(|job| job.state.has_ended()).await;
-        let ended = ended.map(|job| job.clone());
-        ended.map_err(|_| JobError::Internal(anyhow::anyhow!("the server stops; the job goes on with the next one")))
-    }
-
-    /// Ends a job that waits for another server.
-    async fn cancel_elsewhere(&self, id: JobId) -> Result<Job, JobError> {
-        if self.inner.catalogue.cancel_waiting_job(&id.to_string()).await? {
-            self.remove_upload(id).await;
+        if self.inner.catalogue.cancel_job(&id.to_string()).await? {
+            self.recall(id).await;
+            self.inner
+                .ended
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .cancelled += 1;
         }
-        let job = self.get(id).await?;
-        if job.state.has_ended() {
+        // A worker elsewhere reads it in the catalogue.
+        if let Some(open) = self.open(id) {
+            open.cancelled.cancel();
+        }
+        let ended = async {
+            let mut job = self.get(id).await?;
+            while let Some(next) = self.change(&job).await {
+                job = next;
+            }
             Ok(job)
-        } else {
-            Err(JobError::Elsewhere(id))
-        }
+        };
+        let ended = self.inner.stopping.run_until_cancelled(ended).await;
+        ended.unwrap_or_else(|| Err(anyhow::anyhow!("the server stops; the job goes on with the next one").into()))
     }
 
     /// How many there are.
     #[must_use]
     pub fn counts(&self) -> JobCounts {
         let mut counts = *self.inner.ended.lock().unwrap_or_else(PoisonError::into_inner);
-        let open = self.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
-        counts.running = open
-            .values()
-            .filter(|open| open.now.borrow().state == State::Running)
-            .count();
-        counts.queued = open.len() - counts.running;
+        counts.running = self.inner.open.lock().unwrap_or_else(PoisonError::into_inner).len();
+        counts.queued = self.inner.waiting.load(Ordering::Relaxed);
         counts
     }
 
@@ -292,19 +302,9 @@ impl Jobs {
         open.get(&id).cloned()
     }
 
-    /// Works on a job from now on, unless that is another server's task.
-    fn admit(&self, job: Job) {
-        if !self.inner.working.load(Ordering::Acquire) {
-            return;
-        }
-        let entry = Arc::new(Open {
-            now: watch::Sender::new(job.clone()),
-            cancelled: CancellationToken::new(),
-        });
-        let mut open = self.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
-        open.entry(job.job).or_insert(entry);
-        drop(open);
-        self.inner.changed.notify_one();
+    fn all_open(&self) -> Vec<(JobId, Arc<Open>)> {
+        let open = self.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
+        open.iter().map(|(id, open)| (*id, open.clone())).collect()
     }
 
     fn full(&self) -> JobError {
@@ -315,13 +315,25 @@ impl Jobs {
         ))
     }
 
-    async fn remove_upload(&self, id: JobId) {
-        if let Err(error) = tokio::fs::remove_dir_all(self.folder(id)).await {
+    /// Removes what was uploaded, wherever it is.
+    async fn recall(&self, id: JobId) {
+        self.remove_copy(id).await;
+        if let Err(error) = self.inner.errands.remove(&id.to_string()).await {
             tracing::warn!(job = %id, %error, "cannot remove what was uploaded");
         }
     }
 
-    /// Where the bytes of a job lie.
+    /// Removes what of an upload is in the data folder.
+    async fn remove_copy(&self, id: JobId) {
+        match tokio::fs::remove_dir_all(self.folder(id)).await {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                tracing::warn!(job = %id, %error, "cannot remove what was uploaded");
+            }
+            _ => {}
+        }
+    }
+
+    /// Where the bytes of a job lie while they are here.
     fn folder(&self, id: JobId) -> PathBuf {
         self.uploads().join(id.to_string())
     }

@@ -1,30 +1,42 @@
-//! Which job is next? The oldest one whose scene is not being baked, as long as fewer bakes run than may.
+//! Which job is next, and whose is it? The oldest one whose scene nobody bakes, as long as fewer bakes run here than may.
 //!
-//! One server of a data folder works its jobs off: whoever holds `{data}/jobs.lock`. It begins with what the one
-//! before it left: jobs that were running wait again, and uploads that never became jobs are removed.
+//! One server works for a data folder: whoever holds `{data}/jobs.lock`, which also holds the worker's name. It begins with
+//! what it, or the one before it, has left: jobs that it was baking wait again. Workers of other folders that share the
+//! catalogue are told apart by that name. Each says every second that it is at work; what a worker was baking that has not
+//! said so for [`LEASE_S`] waits again, and goes to another one.
 
 use std::{
-    collections::BTreeMap,
+    collections::BTreeSet,
     fs::{File, TryLockError},
+    io::{Read, Seek, Write},
     sync::{Arc, PoisonError, atomic::Ordering},
     time::{Duration, SystemTime},
 };
 
 use anyhow::Context;
-use belvedere_scene::SceneName;
-use tokio::task::JoinSet;
+use tokio::{
+    sync::watch,
+    task::JoinSet,
+    time::{Instant, MissedTickBehavior},
+};
+use tokio_util::sync::CancellationToken;
 
 use super::{
-    Failure, Job, JobId, Jobs, LOOK_INTERVAL, Open, State,
+    Failure, Job, Jobs, LOOK_INTERVAL, Open, State,
     child::{self, Ended},
+    job::random,
 };
 
-/// How long to wait when the catalogue does not answer.
+/// A job is its worker's for so long after it was last heard of.
+const LEASE_S: u32 = 30;
+/// How long to wait when the catalogue or the store does not answer.
 const RETRY: Duration = Duration::from_secs(2);
 /// Jobs that ended so long ago are forgotten.
 const REMEMBERED_DAYS: u32 = 30;
 /// An upload without a job is a leftover when it has not grown for so long.
 const LEFTOVER: Duration = Duration::from_secs(3600);
+/// `w` and 128 random bits in hex.
+const NAME_LEN: usize = 33;
 /// A job during which servers ended so often is given up: it may be what ends them.
 const MOST_INTERRUPTIONS: u32 = 5;
 
@@ -33,56 +45,50 @@ pub(super) async fn work(jobs: Jobs) {
     if inner.settings.bakes == 0 {
         return;
     }
-    let Some(_lock) = inner.stopping.run_until_cancelled(alone(&jobs)).await else {
+    let Some((_lock, name)) = inner.stopping.run_until_cancelled(alone(&jobs)).await else {
         return;
     };
-    inner.working.store(true, Ordering::Release);
-    if inner.stopping.run_until_cancelled(recover(&jobs)).await.is_none() {
+    let mut worker = Worker {
+        jobs: jobs.clone(),
+        name,
+        heard_since: None,
+    };
+    if inner.stopping.run_until_cancelled(worker.recover()).await.is_none() {
         return;
     }
     let mut looking = tokio::time::interval(LOOK_INTERVAL);
+    looking.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut bakes = JoinSet::new();
-    let mut busy = BTreeMap::new();
     loop {
         while bakes.len() < inner.settings.bakes
-            && let Some((job, open)) = next(&jobs, &busy)
+            && let Some((job, open)) = worker.claim().await
         {
-            busy.insert(job.scene.clone(), job.job);
-            bakes.spawn(run(jobs.clone(), job, open));
+            bakes.spawn(run(jobs.clone(), worker.name.clone(), job, open));
         }
         tokio::select! {
             () = inner.stopping.cancelled() => break,
             () = inner.changed.notified() => {}
-            _ = looking.tick() => {
-                if let Err(error) = take_in(&jobs).await {
-                    tracing::warn!(error = format!("{error:#}"), "cannot read which jobs there are");
-                }
-            }
-            Some(ended) = bakes.join_next() => free(&mut busy, ended),
+            _ = looking.tick() => worker.look().await,
+            Some(ended) = bakes.join_next() => told(ended),
         }
-        cancel_waiting(&jobs, &busy).await;
     }
     while let Some(ended) = bakes.join_next().await {
-        free(&mut busy, ended);
+        told(ended);
     }
 }
 
-fn free(busy: &mut BTreeMap<SceneName, JobId>, ended: Result<SceneName, tokio::task::JoinError>) {
-    match ended {
-        Ok(scene) => {
-            busy.remove(&scene);
-        }
-        // Which scene it was is not known; it stays closed until the server starts again.
-        Err(error) => tracing::error!(%error, "a job broke off"),
+fn told(ended: Result<(), tokio::task::JoinError>) {
+    if let Err(error) = ended {
+        tracing::error!(%error, "a job broke off");
     }
 }
 
-/// Waits until no other server works jobs off.
-async fn alone(jobs: &Jobs) -> File {
+/// Waits until no other server works for this data folder; gives the lock and the worker's name.
+async fn alone(jobs: &Jobs) -> (File, String) {
     let mut told = false;
     loop {
         match lock(jobs) {
-            Ok(Some(lock)) => return lock,
+            Ok(Some(locked)) => return locked,
             Ok(None) if !told => tracing::info!("another server works the jobs of this data folder off"),
             Ok(None) => {}
             Err(error) if !told => tracing::error!(error = format!("{error:#}"), "jobs cannot be worked off"),
@@ -93,45 +99,131 @@ async fn alone(jobs: &Jobs) -> File {
     }
 }
 
-fn lock(jobs: &Jobs) -> anyhow::Result<Option<File>> {
+fn lock(jobs: &Jobs) -> anyhow::Result<Option<(File, String)>> {
     let path = jobs.inner.data.join("jobs.lock");
-    let file = File::options().create(true).truncate(false).write(true).open(&path);
-    let file = file.with_context(|| format!("cannot open {}", path.display()))?;
+    std::fs::create_dir_all(&jobs.inner.data).with_context(|| format!("cannot make {}", jobs.inner.data.display()))?;
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .read(true)
+        .write(true)
+        .open(&path);
+    let mut file = file.with_context(|| format!("cannot open {}", path.display()))?;
     match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
-        Err(TryLockError::WouldBlock) => Ok(None),
-        Err(TryLockError::Error(cause)) => Err(cause).context("cannot lock the jobs"),
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => return Ok(None),
+        Err(TryLockError::Error(cause)) => return Err(cause).context("cannot lock the jobs"),
     }
+    let cannot = || format!("cannot keep the worker's name in {}", path.display());
+    let mut name = String::new();
+    file.read_to_string(&mut name).with_context(cannot)?;
+    if name.len() != NAME_LEN {
+        name = format!("w{:032x}", random()?);
+        file.set_len(0).and_then(|()| file.rewind()).with_context(cannot)?;
+        file.write_all(name.as_bytes()).with_context(cannot)?;
+    }
+    Ok(Some((file, name)))
 }
 
-/// Takes over what the server before has left.
-async fn recover(jobs: &Jobs) {
-    let taking_over = async || -> anyhow::Result<()> {
-        jobs.inner.catalogue.requeue_interrupted_jobs().await?;
-        jobs.inner.catalogue.forget_ended_jobs(REMEMBERED_DAYS).await?;
-        take_in(jobs).await
-    };
-    while let Err(error) = taking_over().await {
-        tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are");
-        tokio::time::sleep(RETRY).await;
-    }
-    if let Err(error) = remove_leftovers(jobs) {
-        tracing::warn!(%error, "cannot look for uploads that ended early");
-    }
+/// Takes jobs and says that it is at work.
+struct Worker {
+    jobs: Jobs,
+    name: String,
+    /// Since when the catalogue has answered without a break.
+    heard_since: Option<Instant>,
 }
 
-/// Knows every job that waits, those too that other servers of the data folder have taken.
-async fn take_in(jobs: &Jobs) -> anyhow::Result<()> {
-    for stored in jobs.inner.catalogue.unfinished_jobs().await? {
-        let job = Job::read(&stored)?;
-        if job.state == State::Queued && jobs.open(job.job).is_none() {
-            jobs.admit(job);
+impl Worker {
+    /// Takes over what the server before has left.
+    async fn recover(&mut self) {
+        let catalogue = &self.jobs.inner.catalogue;
+        let taking_over = async || -> anyhow::Result<BTreeSet<String>> {
+            catalogue.requeue_jobs_of(&self.name).await?;
+            catalogue.forget_ended_jobs(REMEMBERED_DAYS).await?;
+            let unfinished = catalogue.unfinished_jobs().await?;
+            Ok(unfinished.into_iter().map(|stored| stored.job).collect())
+        };
+        let wanted = loop {
+            match taking_over().await {
+                Ok(wanted) => break wanted,
+                Err(error) => tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are"),
+            }
+            tokio::time::sleep(RETRY).await;
+        };
+        if let Err(error) = remove_leftovers(&self.jobs, &wanted) {
+            tracing::warn!(%error, "cannot look for uploads that ended early");
         }
     }
-    Ok(())
+
+    /// The next job, if there is one and it is this worker's now.
+    async fn claim(&mut self) -> Option<(Job, Arc<Open>)> {
+        let inner = &self.jobs.inner;
+        let claiming = async || -> anyhow::Result<Option<Job>> {
+            let claimed = inner.catalogue.claim_job(&self.name, LEASE_S).await?;
+            claimed.as_ref().map(Job::read).transpose()
+        };
+        match claiming().await {
+            Ok(claimed) => {
+                let job = claimed?;
+                let open = Arc::new(Open {
+                    now: watch::Sender::new(job.clone()),
+                    cancelled: CancellationToken::new(),
+                    lost: CancellationToken::new(),
+                });
+                let mut all = inner.open.lock().unwrap_or_else(PoisonError::into_inner);
+                all.insert(job.job, open.clone());
+                drop(all);
+                inner.begun.notify_waiters();
+                Some((job, open))
+            }
+            Err(error) => {
+                self.unheard(&error);
+                None
+            }
+        }
+    }
+
+    /// Says that it is at work, and looks what became of its jobs and of those of others.
+    async fn look(&mut self) {
+        let lease = Duration::from_secs(LEASE_S.into());
+        let renewed = tokio::time::timeout(lease, self.renew()).await;
+        match renewed.unwrap_or_else(|_| Err(anyhow::anyhow!("the catalogue does not answer"))) {
+            Ok(()) if self.heard_since.is_none() => self.heard_since = Some(Instant::now()),
+            Ok(()) => {}
+            Err(error) => self.unheard(&error),
+        }
+    }
+
+    async fn renew(&self) -> anyhow::Result<()> {
+        let inner = &self.jobs.inner;
+        let ours = inner.catalogue.renew_jobs(&self.name, LEASE_S).await?;
+        for (id, open) in self.jobs.all_open() {
+            let id = id.to_string();
+            match ours.iter().find(|(ours, _)| *ours == id) {
+                Some((_, true)) => open.cancelled.cancel(),
+                Some((_, false)) => {}
+                None => open.lost.cancel(),
+            }
+        }
+        // After the catalogue was away, others need the time to say that they are still at work.
+        let lease = Duration::from_secs(LEASE_S.into());
+        if self.heard_since.is_some_and(|since| since.elapsed() > lease) {
+            inner.catalogue.requeue_forsaken_jobs().await?;
+        }
+        let waiting = inner.catalogue.waiting_jobs().await?;
+        inner.waiting.store(usize::try_from(waiting)?, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// The catalogue does not answer; that is told once.
+    fn unheard(&mut self, error: &anyhow::Error) {
+        if self.heard_since.take().is_some() {
+            tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are");
+        }
+    }
 }
 
-fn remove_leftovers(jobs: &Jobs) -> std::io::Result<()> {
+fn remove_leftovers(jobs: &Jobs, wanted: &BTreeSet<String>) -> std::io::Result<()> {
     let entries = match std::fs::read_dir(jobs.uploads()) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         entries => entries?,
@@ -139,10 +231,7 @@ fn remove_leftovers(jobs: &Jobs) -> std::io::Result<()> {
     for entry in entries {
         let entry = entry?;
         let name = entry.file_name();
-        let wanted = name
-            .to_str()
-            .and_then(|name| name.parse().ok())
-            .is_none_or(|id| jobs.open(id).is_some());
+        let wanted = name.to_str().is_some_and(|name| wanted.contains(name));
         if !wanted && last_change(&entry)?.elapsed().is_ok_and(|age| age > LEFTOVER) {
             std::fs::remove_dir_all(entry.path())?;
         }
@@ -159,128 +248,86 @@ fn last_change(folder: &std::fs::DirEntry) -> std::io::Result<SystemTime> {
     Ok(last)
 }
 
-/// The oldest waiting job of a scene that is not busy.
-fn next(jobs: &Jobs, busy: &BTreeMap<SceneName, JobId>) -> Option<(Job, Arc<Open>)> {
-    let open = jobs.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
-    let waiting = open.values().map(|open| (open.now.borrow().clone(), open));
-    waiting
-        .filter(|(job, open)| {
-            job.state == State::Queued && !open.cancelled.is_cancelled() && !busy.contains_key(&job.scene)
-        })
-        .min_by(|(a, _), (b, _)| (&a.created_at, a.job).cmp(&(&b.created_at, b.job)))
-        .map(|(job, open)| (job, open.clone()))
-}
-
-/// Ends jobs that were cancelled before they ran.
-async fn cancel_waiting(jobs: &Jobs, busy: &BTreeMap<SceneName, JobId>) {
-    let cancelled: Vec<_> = {
-        let open = jobs.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
-        let all = open.values().map(|open| (open.now.borrow().clone(), open.clone()));
-        all.filter(|(job, open)| job.state == State::Queued && open.cancelled.is_cancelled())
-            .collect()
+/// Bakes one job.
+async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) {
+    let id = job.job;
+    let ended = if job.interrupted > MOST_INTERRUPTIONS {
+        Ended::Failed(Failure::new(
+            "bake-interrupted",
+            "The bake was interrupted too often",
+            format!(
+                "the server ended {} times while this was baked; it is not tried again",
+                job.interrupted
+            ),
+        ))
+    } else if let Err(error) = jobs.inner.errands.fetch(&id.to_string(), &jobs.folder(id)).await {
+        tracing::error!(job = %id, %error, "cannot fetch what was uploaded; the job waits again");
+        tokio::time::sleep(RETRY).await;
+        Ended::Stopped
+    } else {
+        tracing::info!(job = %id, scene = %job.scene, "a bake starts");
+        child::bake(&jobs, &job, &open).await
     };
-    for (job, open) in cancelled {
-        // One that a bake has just taken up hears of it there.
-        if busy.get(&job.scene) != Some(&job.job) {
-            end(jobs, &open, Ended::Cancelled).await;
-        }
-    }
-}
-
-/// Bakes one job; gives its scene.
-async fn run(jobs: Jobs, job: Job, open: Arc<Open>) -> SceneName {
-    let (id, scene) = (job.job, job.scene.clone());
-    if job.interrupted > MOST_INTERRUPTIONS {
-        let detail = format!(
-            "the server ended {} times while this was baked; it is not tried again",
-            job.interrupted
-        );
-        end(
-            &jobs,
-            &open,
-            Ended::Failed(Failure::new(
-                "bake-interrupted",
-                "The bake was interrupted too often",
-                detail,
-            )),
-        )
-        .await;
-        return scene;
-    }
-    match jobs.inner.catalogue.start_job(&id.to_string()).await {
-        Ok(true) => {}
-        Ok(false) => {
-            // Another server has cancelled it.
-            match jobs.read(id).await {
-                Ok(job) => forget(&jobs, &open, job),
-                Err(_) => tokio::time::sleep(RETRY).await,
-            }
-            return scene;
-        }
-        Err(error) => {
-            // It is still queued; another time it may work.
-            tracing::error!(error = format!("{error:#}"), "cannot start a job");
-            tokio::time::sleep(RETRY).await;
-            return scene;
-        }
-    }
-    open.now.send_modify(|job| job.state = State::Running);
-    if let Ok(started) = jobs.read(id).await {
-        open.now.send_replace(started);
-    }
-    tracing::info!(job = %id, %scene, "a bake starts");
-    let ended = child::bake(&jobs, &job, &open).await;
-    end(&jobs, &open, ended).await;
-    scene
+    end(&jobs, &worker, &open, ended).await;
 }
 
 /// Writes down how a job ended and tells whoever follows it.
-async fn end(jobs: &Jobs, open: &Open, ended: Ended) {
+async fn end(jobs: &Jobs, worker: &str, open: &Open, ended: Ended) {
     let id = open.now.borrow().job;
     let name = id.to_string();
     let catalogue = &jobs.inner.catalogue;
     let (state, error, report) = match &ended {
-        Ended::Stopped => {
-            if let Err(error) = catalogue.put_job_back(&name).await {
-                tracing::warn!(error = format!("{error:#}"), "a job counts as interrupted");
-            }
-            return;
-        }
+        Ended::Stopped | Ended::Lost => return leave(jobs, worker, open, &ended).await,
         Ended::Done(report) => (State::Done, None, Some(report.to_string())),
         Ended::Failed(failure) => (State::Failed, serde_json::to_string(failure).ok(), None),
         Ended::Cancelled => (State::Cancelled, None, None),
     };
     tracing::info!(job = %id, state = state.name(), error, "a job has ended");
-    let write = async || -> anyhow::Result<Job> {
-        catalogue
-            .end_job(&name, state.name(), error.as_deref(), report.as_deref())
+    let write = async || -> anyhow::Result<(bool, Job)> {
+        let job = (name.as_str(), worker);
+        let ours = catalogue
+            .end_job(job, state.name(), error.as_deref(), report.as_deref())
             .await?;
         let stored = catalogue.job(&name).await?;
-        Job::read(&stored.context("a job that was kept is gone")?)
+        Ok((ours, Job::read(&stored.context("a job that was kept is gone")?)?))
     };
-    let job = loop {
+    let (ours, job) = loop {
         match write().await {
-            Ok(job) => break job,
+            Ok(written) => break written,
             Err(error) => tracing::error!(error = format!("{error:#}"), "cannot write down how a job ended"),
         }
-        if jobs
-            .inner
-            .stopping
-            .run_until_cancelled(tokio::time::sleep(RETRY))
-            .await
-            .is_none()
-        {
+        let pause = tokio::time::sleep(RETRY);
+        if jobs.inner.stopping.run_until_cancelled(pause).await.is_none() {
             return;
         }
     };
-    jobs.remove_upload(id).await;
+    if ours || job.state.has_ended() {
+        jobs.recall(id).await;
+    }
     forget(jobs, open, job);
 }
 
-/// Tells how a job ended, for the last time.
+/// Lets go of a job that goes on elsewhere.
+async fn leave(jobs: &Jobs, worker: &str, open: &Open, ended: &Ended) {
+    let id = open.now.borrow().job;
+    if jobs.inner.errands.travel() {
+        jobs.remove_copy(id).await;
+    }
+    if matches!(ended, Ended::Stopped)
+        && let Err(error) = jobs.inner.catalogue.put_job_back(&id.to_string(), worker).await
+    {
+        tracing::warn!(error = format!("{error:#}"), "a job counts as interrupted");
+    }
+    let job = jobs.read(id).await.unwrap_or_else(|_| open.now.borrow().clone());
+    forget(jobs, open, job);
+}
+
+/// Tells how a job is, for the last time here.
 fn forget(jobs: &Jobs, open: &Open, job: Job) {
     let mut all = jobs.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
-    if all.remove(&job.job).is_some() {
+    // One that was lost may have been claimed anew meanwhile.
+    if all.get(&job.job).is_some_and(|known| std::ptr::eq(&**known, open)) {
+        all.remove(&job.job);
         let mut ended = jobs.inner.ended.lock().unwrap_or_else(PoisonError::into_inner);
         match job.state {
             State::Done => ended.done += 1,

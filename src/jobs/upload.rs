@@ -1,5 +1,6 @@
 //! How do uploaded bytes become a job? They are written as they come; only when the last one is on the disk does the
-//! catalogue hear of them. An upload that ends early leaves nothing.
+//! catalogue hear of them; where several nodes share it, they are sent to where all of these find them before. An upload that
+//! ends early leaves nothing.
 
 use std::{path::PathBuf, str::FromStr};
 
@@ -64,6 +65,7 @@ pub struct Upload {
     title: Option<String>,
     going_on: GoingOn,
     file: File,
+    path: PathBuf,
     bytes: u64,
     /// Removed when the upload is dropped before it is a job.
     folder: Folder,
@@ -104,7 +106,8 @@ impl Upload {
             Some(format) => format!("{scene}.{}", format.extension()),
             None => scene.to_string(),
         };
-        let file = File::create_new(folder.path.join(name)).await.with_context(cannot)?;
+        let path = folder.path.join(name);
+        let file = File::create_new(&path).await.with_context(cannot)?;
         Ok(Self {
             jobs,
             id,
@@ -112,6 +115,7 @@ impl Upload {
             title: source.title,
             going_on,
             file,
+            path,
             bytes: 0,
             folder,
         })
@@ -137,6 +141,11 @@ impl Upload {
             return Err(JobError::Empty);
         }
         self.file.sync_all().await.context("cannot keep an upload")?;
+        let errands = &self.jobs.inner.errands;
+        errands
+            .send(&self.id.to_string(), &self.path)
+            .await
+            .context("cannot keep an upload")?;
         let (name, settings) = (self.id.to_string(), &self.jobs.inner.settings);
         let new = NewJob {
             job: &name,
@@ -148,13 +157,15 @@ impl Upload {
         let catalogue = &self.jobs.inner.catalogue;
         let kept = catalogue.keep_job(&new, settings.open_of_a_key, settings.open_of_all);
         if !kept.await? {
+            self.jobs.recall(self.id).await;
             return Err(self.jobs.full());
         }
-        self.folder.kept = true;
+        // Whoever bakes it takes what was sent; where nothing travels, it is baked from here.
+        self.folder.kept = !errands.travel();
         let stored = catalogue.job(&name).await?.ok_or(JobError::NoJob(self.id))?;
         let job = Job::read(&stored)?;
         tracing::info!(%job.job, %job.scene, job.source_bytes, key = self.going_on.key_id, "a scene was uploaded");
-        self.jobs.admit(job.clone());
+        self.jobs.inner.changed.notify_one();
         Ok(job)
     }
 }

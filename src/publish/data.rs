@@ -1,18 +1,24 @@
-//! What is in a data folder? The catalogue, the blobs, and a lock that keeps `gc` away from a running bake.
+//! What is in a data folder? The catalogue and the blobs, unless a database and a bucket hold these; what is being worked
+//! on; and a lock that keeps `gc` away from a running bake.
 
 use std::{
     fs::{File, TryLockError},
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
 
 use anyhow::Context;
+use tokio::sync::Mutex;
 
-use crate::{db::Catalogue, store::BlobStore};
+use crate::{
+    db::{BlobLock, Catalogue},
+    place::{Place, PlaceArgs},
+    store::BlobStore,
+};
 
 /// Commands read most blobs once; the server chooses its own limit.
 const CACHE_BYTES: u64 = 64 << 20;
 
-/// `{data}/catalogue.sqlite`, `{data}/o/…`, `{data}/bakes/…` and `{data}/lock`.
+/// `{data}/catalogue.sqlite` and `{data}/o/…` or their places elsewhere, `{data}/bakes/…` and `{data}/lock`.
 #[derive(Debug, Clone)]
 pub(crate) struct DataFolder {
     path: PathBuf,
@@ -24,30 +30,39 @@ pub(crate) struct DataFolder {
 #[derive(Debug)]
 pub(crate) struct DataLock {
     _file: File,
+    everywhere: Mutex<BlobLock>,
 }
 
 impl DataFolder {
-    /// Opens the folder; makes it when it is not there.
-    pub(crate) async fn open(path: &Path) -> anyhow::Result<Self> {
-        let catalogue = Catalogue::open(path).await?;
-        let store = BlobStore::open_folder(path, CACHE_BYTES).await?;
+    /// Opens the folder, and what is elsewhere; makes it when it is not there.
+    pub(crate) async fn open(place: &PlaceArgs) -> anyhow::Result<Self> {
+        Self::open_place(&Place::try_from(place)?).await
+    }
+
+    /// The same for settings that are checked.
+    pub(crate) async fn open_place(place: &Place) -> anyhow::Result<Self> {
+        tokio::fs::create_dir_all(&place.data)
+            .await
+            .with_context(|| format!("cannot make the data folder {}", place.data.display()))?;
         Ok(Self {
-            path: path.to_owned(),
-            catalogue,
-            store,
+            path: place.data.clone(),
+            catalogue: place.open_catalogue().await?,
+            store: place.open_store(CACHE_BYTES).await?,
         })
     }
 
     /// Opens the folder only when something was published into it.
-    pub(crate) async fn open_existing(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) async fn open_existing(place: &PlaceArgs) -> anyhow::Result<Self> {
+        let place = Place::try_from(place)?;
         anyhow::ensure!(
-            path.join("catalogue.sqlite").is_file(),
-            "{} is not a data folder: it has no catalogue.sqlite; bake something first with \
+            place.has_catalogue(),
+            "{} is not a data folder: it has no {}; bake something first with \
              `belvedere bake FILE --scene NAME --data {}`",
-            path.display(),
-            path.display(),
+            place.data.display(),
+            crate::db::FILE_NAME,
+            place.data.display(),
         );
-        Self::open(path).await
+        Self::open_place(&place).await
     }
 
     /// Which scenes there are.
@@ -66,23 +81,44 @@ impl DataFolder {
     }
 
     /// Says that new blobs are being written that no revision names yet. Several bakes may hold it.
-    pub(crate) fn lock_for_writing(&self) -> anyhow::Result<DataLock> {
+    pub(crate) async fn lock_for_writing(&self) -> anyhow::Result<DataLock> {
         let file = self.lock_file()?;
         file.lock_shared().context("cannot lock the data folder")?;
-        Ok(DataLock { _file: file })
+        Ok(DataLock {
+            _file: file,
+            everywhere: Mutex::new(self.catalogue.lock_for_writing().await?),
+        })
+    }
+
+    /// Whether the lock kept `gc` away all the time until now. If not, because the catalogue was away meanwhile, it does
+    /// from now on.
+    pub(crate) async fn still_locked(&self, lock: &DataLock) -> anyhow::Result<bool> {
+        let mut everywhere = lock.everywhere.lock().await;
+        let held = everywhere.holds().await;
+        if !held {
+            *everywhere = self.catalogue.lock_for_writing().await?;
+        }
+        Ok(held)
     }
 
     /// Says that blobs without a revision are being removed. Refused while something is being baked.
-    pub(crate) fn lock_for_collecting(&self) -> anyhow::Result<DataLock> {
+    pub(crate) async fn lock_for_collecting(&self) -> anyhow::Result<DataLock> {
         let file = self.lock_file()?;
         match file.try_lock() {
-            Ok(()) => Ok(DataLock { _file: file }),
+            Ok(()) => {}
             Err(TryLockError::WouldBlock) => anyhow::bail!(
                 "something is being baked into {} right now; run gc again when it is done",
                 self.path.display()
             ),
-            Err(TryLockError::Error(cause)) => Err(cause).context("cannot lock the data folder"),
+            Err(TryLockError::Error(cause)) => return Err(cause).context("cannot lock the data folder"),
         }
+        let everywhere = self.catalogue.lock_for_collecting().await?;
+        let everywhere =
+            everywhere.context("something is being baked by another node right now; run gc again when it is done")?;
+        Ok(DataLock {
+            _file: file,
+            everywhere: Mutex::new(everywhere),
+        })
     }
 
     fn lock_file(&self) -> anyhow::Result<File> {

@@ -7,11 +7,13 @@ pub(crate) mod data;
 mod found;
 pub(crate) mod rollback;
 pub(crate) mod source_files;
+pub(crate) mod target;
 pub(crate) mod tree;
 
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
+    time::{Duration, Instant},
 };
 
 use anyhow::Context;
@@ -27,11 +29,25 @@ use belvedere_scene::{
 };
 use serde::{Deserialize, Serialize};
 
-use self::{data::DataFolder, found::FoundFile, source_files::SourceFolder};
-use crate::{db::NewRevision, progress::BakeProgress, worlds};
+use self::{
+    data::{DataFolder, DataLock},
+    found::FoundFile,
+    rollback::whole,
+    source_files::SourceFolder,
+};
+use crate::{
+    db::{NewRevision, was_away},
+    progress::BakeProgress,
+    store::StoreError,
+    worlds,
+};
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
 const BAKE_VERSION: u32 = 8;
+
+/// How long a bake that is done waits for a catalogue that is away, and between two times that it asks.
+const PATIENCE: Duration = Duration::from_secs(600);
+const PAUSE: Duration = Duration::from_secs(2);
 
 /// What to bake, and under which name.
 #[derive(Debug)]
@@ -193,7 +209,7 @@ pub(crate) async fn bake(
     progress: Arc<BakeProgress>,
     on_first: Option<OnFirst>,
 ) -> anyhow::Result<Report> {
-    let no_gc = data.lock_for_writing()?;
+    let no_gc = data.lock_for_writing().await?;
     let key = source_key(&request);
     if !request.again
         && let Some(report) = unchanged(data, &request, &key).await?
@@ -206,10 +222,9 @@ pub(crate) async fn bake(
         handle: tokio::runtime::Handle::current(),
         scene: request.scene.clone(),
         key,
+        no_gc,
     };
     tokio::task::spawn_blocking(move || {
-        // As long as blobs are written, even when nobody waits for it any more.
-        let _no_gc = no_gc;
         let mut report = run(request, &publisher, &found, &progress, on_first.as_ref())?;
         report.notes.extend(
             found
@@ -303,6 +318,8 @@ struct Publisher {
     scene: SceneName,
     /// Everything but the files that decides the result.
     key: String,
+    /// As long as blobs are written, even when nobody waits for it any more.
+    no_gc: DataLock,
 }
 
 impl Publisher {
@@ -322,12 +339,34 @@ impl Publisher {
         };
         let published = async {
             self.data.store().sync().await?;
-            anyhow::Ok(self.data.catalogue().publish(&new).await?)
+            let (begun, mut told) = (Instant::now(), false);
+            loop {
+                match self.move_pointer(&new).await {
+                    // What took hours to find waits until the catalogue is back.
+                    Err(cause) if was_away(&cause) && begun.elapsed() < PATIENCE => {
+                        if !std::mem::replace(&mut told, true) {
+                            eprintln!("the bake is done, and waits until the catalogue is back: {cause:#}");
+                        }
+                        tokio::time::sleep(PAUSE).await;
+                    }
+                    published => return published,
+                }
+            }
         };
         self.handle
             .block_on(published)
             .context("cannot move the scene's pointer; the old revision stays")?;
         Ok(report)
+    }
+
+    async fn move_pointer(&self, new: &NewRevision<'_>) -> anyhow::Result<()> {
+        if !self.data.still_locked(&self.no_gc).await? {
+            // Somebody may have collected what no revision named yet.
+            whole(self.data.store(), new.blobs)
+                .await
+                .context("blobs were collected while the catalogue was away; bake again")?;
+        }
+        self.data.catalogue().publish(new).await
     }
 }
 
@@ -360,14 +399,14 @@ async fn unchanged(data: &DataFolder, request: &Request, key: &str) -> anyhow::R
     if baked.source_key != key || !same_files(request, &baked.sources)? {
         return Ok(None);
     }
-    for (blob, bytes) in data
+    let blobs = data
         .catalogue()
         .blobs_of(&request.scene, baked.pointer.revision)
-        .await?
-    {
-        if data.store().stored_bytes(&blob).await? != Some(bytes) {
-            return Ok(None);
-        }
+        .await?;
+    match whole(data.store(), &blobs).await {
+        Ok(()) => {}
+        Err(StoreError::Missing(_)) => return Ok(None),
+        Err(cause) => return Err(cause.into()),
     }
     let report: Report = serde_json::from_value(baked.report)?;
     Ok(Some(Report {

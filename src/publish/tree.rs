@@ -2,8 +2,6 @@
 //! then the scene's pointer, then the list of scenes, each replaced in one step. What the server cuts from a stored object,
 //! the rungs of smooth LODs, are files here.
 
-use std::path::{Path, PathBuf};
-
 use anyhow::Context;
 use belvedere_scene::{
     BlobName, SceneName,
@@ -11,13 +9,15 @@ use belvedere_scene::{
     rung::{RungName, SLOD},
     smooth::Header,
 };
-use tokio::io::AsyncWriteExt;
 
-use super::data::DataFolder;
+use super::{data::DataFolder, target::Target};
 use crate::{
     published::{pointer_bytes, scene_list_bytes},
     store::BlobStore,
 };
+
+/// The list of scenes, below the root.
+const LIST: &str = "v1/scenes/index.json";
 
 /// What was written.
 #[derive(Debug, Default, serde::Serialize)]
@@ -40,19 +40,19 @@ pub(crate) struct PageFile {
     pub(crate) bytes: Vec<u8>,
 }
 
-/// Writes the tree of one scene's current revision into a folder; `wrote` hears of each blob.
+/// Writes the tree of one scene's current revision; `wrote` hears of each blob.
 pub(crate) async fn write(
     data: &DataFolder,
     scene: &SceneName,
     viewer: &[PageFile],
-    to: &Path,
+    to: &Target,
     mut wrote: impl FnMut(u64, u64),
 ) -> anyhow::Result<TreeReport> {
-    let _no_gc = data.lock_for_writing()?;
+    let _no_gc = data.lock_for_writing().await?;
     let baked = data.catalogue().baked(scene).await?;
     let pointer = baked.with_context(|| no_such_scene(scene))?.pointer;
     let blobs = data.catalogue().blobs_of(scene, pointer.revision).await?;
-    let target = BlobStore::open_folder(to, 0).await?;
+    let target = to.open_store().await?;
     let mut report = TreeReport {
         scene: scene.to_string(),
         revision: pointer.revision.to_string(),
@@ -73,22 +73,18 @@ pub(crate) async fn write(
         wrote(done as u64 + 1, blobs.len() as u64);
     }
     for file in viewer {
-        replace(&to.join(&file.path), &file.bytes).await?;
+        to.replace(&file.path, &file.bytes).await?;
     }
     target.sync().await?;
-    let scenes = to.join("v1/scenes");
-    replace(
-        &scenes.join(scene.as_str()).join("index.json"),
-        &pointer_bytes(&pointer),
-    )
-    .await?;
-    let list = with_scene(read_list(&scenes.join("index.json")).await?, &pointer);
-    replace(&scenes.join("index.json"), &scene_list_bytes(&list)).await?;
+    to.replace(&format!("v1/scenes/{scene}/index.json"), &pointer_bytes(&pointer))
+        .await?;
+    let list = with_scene(read_list(to).await?, &pointer);
+    to.replace(LIST, &scene_list_bytes(&list)).await?;
     Ok(report)
 }
 
 /// Writes the rungs of a smooth LOD that are not there yet; gives how many it has.
-async fn write_rungs(store: &BlobStore, name: &BlobName, to: &Path) -> anyhow::Result<u64> {
+async fn write_rungs(store: &BlobStore, name: &BlobName, to: &Target) -> anyhow::Result<u64> {
     let forms = store.get(name).await?.with_context(|| format!("{name} is gone"))?;
     let bytes = &forms.identity.bytes;
     let header = Header::read(bytes).with_context(|| format!("cannot read {name}"))?;
@@ -103,10 +99,9 @@ async fn write_rungs(store: &BlobStore, name: &BlobName, to: &Path) -> anyhow::R
             .get(from..cut.bytes as usize)
             .with_context(|| format!("{name} ends before its header says"))?;
         from = cut.bytes as usize;
-        let path = to.join("o").join(rung.file_name());
-        let known = tokio::fs::read(&path).await;
-        if known.map_or(true, |known| known != slice) {
-            place(&path, slice).await?;
+        let path = format!("o/{}", rung.file_name());
+        if to.read(&path).await?.is_none_or(|known| known != slice) {
+            to.place(&path, slice).await?;
         }
     }
     Ok(cuts.len() as u64)
@@ -118,12 +113,11 @@ pub(crate) fn no_such_scene(scene: &SceneName) -> String {
 }
 
 /// The list of a tree that may hold other scenes already.
-async fn read_list(path: &Path) -> anyhow::Result<SceneList> {
-    match tokio::fs::read(path).await {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .with_context(|| format!("{} is not a list of scenes; move it away to go on", path.display())),
-        Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => Ok(SceneList::default()),
-        Err(cause) => Err(cause).with_context(|| format!("cannot read {}", path.display())),
+async fn read_list(tree: &Target) -> anyhow::Result<SceneList> {
+    match tree.read(LIST).await? {
+        Some(bytes) => serde_json::from_slice(&bytes)
+            .with_context(|| format!("{LIST} in {tree} is not a list of scenes; move it away to go on")),
+        None => Ok(SceneList::default()),
     }
 }
 
@@ -132,37 +126,4 @@ fn with_scene(mut list: SceneList, pointer: &Pointer) -> SceneList {
     list.scenes.push(pointer.summary());
     list.scenes.sort_by(|a, b| a.scene.cmp(&b.scene));
     list
-}
-
-/// Puts a file in place in one step, so that a reader sees the old one or the new one, after a loss of power too.
-async fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let (file, half_done) = write_beside(path, bytes).await?;
-    let cannot = || format!("cannot write {}", path.display());
-    file.sync_all().await.with_context(cannot)?;
-    tokio::fs::rename(&half_done, path).await.with_context(cannot)?;
-    // The rename itself must last.
-    let folder = path.parent().with_context(cannot)?;
-    let folder = tokio::fs::File::open(folder).await.with_context(cannot)?;
-    folder.sync_all().await.with_context(cannot)
-}
-
-/// Puts a file in place in one step; it lasts when the store beside it is synced.
-async fn place(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let (_, half_done) = write_beside(path, bytes).await?;
-    let renamed = tokio::fs::rename(&half_done, path).await;
-    renamed.with_context(|| format!("cannot write {}", path.display()))
-}
-
-/// Writes what shall take the place of a file.
-async fn write_beside(path: &Path, bytes: &[u8]) -> anyhow::Result<(tokio::fs::File, PathBuf)> {
-    let cannot = || format!("cannot write {}", path.display());
-    let folder = path.parent().with_context(cannot)?;
-    tokio::fs::create_dir_all(folder).await.with_context(cannot)?;
-    let mut half_done = PathBuf::from(path).into_os_string();
-    half_done.push(format!(".{}.new", std::process::id()));
-    let half_done = PathBuf::from(half_done);
-    let mut file = tokio::fs::File::create(&half_done).await.with_context(cannot)?;
-    file.write_all(bytes).await.with_context(cannot)?;
-    file.flush().await.with_context(cannot)?;
-    Ok((file, half_done))
 }

@@ -9,7 +9,14 @@ mod question;
 mod reader;
 mod screening;
 
-use std::{collections::BTreeMap, sync::Arc, time::Duration};
+use std::{
+    collections::BTreeMap,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 use belvedere_scene::{
     BlobHash, SceneName,
@@ -80,6 +87,7 @@ pub struct Snapshot {
 #[derive(Debug, Clone)]
 pub struct Publications {
     current: watch::Receiver<Arc<Snapshot>>,
+    up_to_date: Arc<AtomicBool>,
 }
 
 impl Publications {
@@ -97,32 +105,41 @@ impl Publications {
         let decoded = Arc::new(DecodedCache::default());
         let first = snapshot(catalogue.pointers().await?, None, &blobs, &decoded);
         let (sender, current) = watch::channel(Arc::new(first));
+        let up_to_date = Arc::new(AtomicBool::new(true));
+        let answers = up_to_date.clone();
         let polling = async move {
-            let mut failing = false;
             loop {
                 tokio::time::sleep(poll).await;
                 match catalogue.pointers().await {
                     Ok(pointers) => {
-                        failing = false;
+                        if !answers.swap(true, Ordering::Relaxed) {
+                            tracing::info!("the catalogue answers again");
+                        }
                         let last = sender.borrow().clone();
                         if !last.shows(&pointers) {
                             tracing::info!(scenes = pointers.len(), "what is published has changed");
                             sender.send_replace(Arc::new(snapshot(pointers, Some(&last), &blobs, &decoded)));
                         }
                     }
-                    Err(error) if !failing => {
-                        failing = true;
-                        tracing::error!(
-                            error = format!("{error:#}"),
-                            "cannot read the catalogue; serving what was known"
-                        );
+                    Err(error) => {
+                        if answers.swap(false, Ordering::Relaxed) {
+                            tracing::error!(
+                                error = format!("{error:#}"),
+                                "cannot read the catalogue; serving what was known"
+                            );
+                        }
                     }
-                    Err(_) => {}
                 }
             }
         };
         tokio::spawn(async move { stopping.run_until_cancelled(polling).await });
-        Ok(Self { current })
+        Ok(Self { current, up_to_date })
+    }
+
+    /// Whether the catalogue has answered when it was last asked, so that nothing newer is published.
+    #[must_use]
+    pub fn up_to_date(&self) -> bool {
+        self.up_to_date.load(Ordering::Relaxed)
     }
 
     /// The newest snapshot.

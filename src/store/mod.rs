@@ -1,98 +1,61 @@
 //! Where do immutable objects live, and how are they read without touching the disk each time?
 //!
 //! A [`BlobStore`] holds blobs by name, `{hash}.{ext}`, and beside each its content-coded variants
-//! (`{hash}.{ext}.zst`, `{hash}.{ext}.gz`), made once by [`BlobStore::put`]. Reading goes through a cache that is
+//! (`{hash}.{ext}.zst`, `{hash}.{ext}.gz`), made once by [`BlobStore::put`], in a folder or in a [`Bucket`]. Reading goes through a cache that is
 //! limited in bytes, so that hot objects cost neither a system call nor a hop to the blocking pool.
 //!
-//! **Order of writing.** Variants first, the identity file last, each by an atomic rename: a blob exists exactly when its
+//! **Order of writing.** Variants first, the identity file last, each in one step: a blob exists exactly when its
 //! identity file does. Whoever names blobs in a place that lasts calls [`BlobStore::sync`] before: one request to the disk for
 //! thousands of files. A crash before leaves variants that nobody reads, which [`BlobStore::list`] names so that they can be
-//! collected, and a loss of power may leave files without their bytes; `put` compares what is there and mends it.
+//! collected, and a loss of power may leave files without their bytes; `put` compares what is there and mends it. A bucket
+//! that has taken an object keeps it whole, so there `put` compares lengths and `sync` has nothing to do.
 //!
-//! **Trust.** An identity is hashed when it is loaded; bytes that do not match their name are [`StoreError::Corrupt`],
-//! never served and never mistaken for "no such blob". Variants carry the checksums of their own formats.
+//! **Trust.** An identity is hashed when it is loaded, and its variants are decoded; bytes that are not what their name
+//! promises are [`StoreError::Corrupt`] or [`StoreError::CorruptVariant`], never served, never kept in memory and never
+//! mistaken for "no such blob".
 //!
 //! **Limit.** A blob is held in memory as a whole while it is served, hence [`MAX_BLOB_BYTES`].
 
+mod bucket;
 mod coding;
+mod errands;
+mod error;
+mod forms;
+mod open;
 mod sync;
+mod tree;
 
 use std::{
-    any::Any,
     collections::BTreeMap,
     fs::File,
-    path::Path,
     sync::{
-        Arc, OnceLock,
+        Arc,
         atomic::{AtomicU64, Ordering},
     },
 };
 
 use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
-use futures_util::TryStreamExt;
-use object_store::{ObjectStore, ObjectStoreExt, local::LocalFileSystem, path::Path as Key};
-use quick_cache::{OptionsBuilder, Weighter, sync::Cache};
+use futures_util::{TryStreamExt, future::try_join_all};
+use object_store::{ObjectStore, ObjectStoreExt, PutOptions, path::Path as Key};
+use quick_cache::sync::Cache;
 
+pub use bucket::{Bucket, NoBucket, credentials};
 pub use coding::Coding;
+pub use errands::Errands;
+pub use error::StoreError;
+use error::io;
+use forms::ByBytes;
+pub use forms::{Derived, Representation, Representations};
+pub use tree::BucketTree;
+
+use crate::media;
 
 /// The largest blob that can be stored.
 pub const MAX_BLOB_BYTES: u64 = 256 << 20;
 
 /// A file that every store has, so that an empty store can be told from one that is gone (an unmounted disk).
 const MARKER: &str = "belvedere-store";
-
-/// Why a blob could not be stored or read. "No such blob" is not among them: that is an answer.
-#[derive(Debug, Clone, thiserror::Error)]
-pub enum StoreError {
-    /// The stored bytes are not those that the name promises.
-    #[error(
-        "blob {name} is damaged: its {bytes} stored bytes hash to {found}; delete the file and bake its scene again"
-    )]
-    Corrupt {
-        /// The blob.
-        name: BlobName,
-        /// The length that was read.
-        bytes: usize,
-        /// What it hashes to.
-        found: BlobHash,
-    },
-    /// A blob that must be there is not.
-    #[error("blob {0} is not in the store; bake its scene again")]
-    Missing(BlobName),
-    /// A caller offers bytes under a name that is not theirs.
-    #[error("these bytes hash to {found}, they cannot be stored as {name}")]
-    Misnamed {
-        /// The name that was asked for.
-        name: BlobName,
-        /// What the bytes hash to.
-        found: BlobHash,
-    },
-    /// Larger than [`MAX_BLOB_BYTES`].
-    #[error("blob {name} has {bytes} bytes; the store takes up to {MAX_BLOB_BYTES}")]
-    TooLarge {
-        /// The blob.
-        name: BlobName,
-        /// Its size.
-        bytes: u64,
-    },
-    /// The folder or bucket does not answer as it should.
-    #[error("the store cannot {what}: {source}")]
-    Io {
-        /// What was tried.
-        what: String,
-        /// Why it failed.
-        source: Arc<object_store::Error>,
-    },
-    /// A content coder failed.
-    #[error("cannot encode blob {name}: {source}")]
-    Encode {
-        /// The blob.
-        name: BlobName,
-        /// Why it failed.
-        source: Arc<std::io::Error>,
-    },
-}
 
 /// What [`BlobStore::put`] did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,78 +67,6 @@ pub enum PutOutcome {
         /// Bytes on disk of the identity and its variants together.
         stored_bytes: u64,
     },
-}
-
-/// One stored form of a blob.
-#[derive(Debug)]
-pub struct Representation {
-    /// The bytes as they go over the wire.
-    pub bytes: Bytes,
-    /// The strong entity tag with its quotes: `"{hash}"`, `"{hash}-zstd"` or `"{hash}-gzip"`.
-    pub etag: Bytes,
-    /// What whoever sends this form has worked out once.
-    pub derived: Derived,
-}
-
-impl Representation {
-    /// A form from which nothing is derived yet.
-    #[must_use]
-    pub fn new(bytes: Bytes, etag: Bytes) -> Self {
-        Self {
-            bytes,
-            etag,
-            derived: Derived::default(),
-        }
-    }
-}
-
-/// A value that a reader derives from a stored form; it is kept as long as the form is in memory.
-#[derive(Debug, Default)]
-pub struct Derived(OnceLock<Box<dyn Any + Send + Sync>>);
-
-impl Derived {
-    /// The derived value, made at the first call.
-    ///
-    /// # Panics
-    /// When it was made as another type: one form has one kind of reader.
-    pub fn get_or_make<T: Any + Send + Sync>(&self, make: impl FnOnce() -> T) -> &T {
-        let made = self.0.get_or_init(|| Box::new(make()));
-        made.downcast_ref().expect("one form has one kind of reader")
-    }
-}
-
-/// Every stored form of one blob.
-#[derive(Debug)]
-pub struct Representations {
-    /// The bytes that the name hashes.
-    pub identity: Representation,
-    /// Zstandard, when it saves enough.
-    pub zstd: Option<Representation>,
-    /// gzip, when it saves enough.
-    pub gzip: Option<Representation>,
-}
-
-impl Representations {
-    /// The form with this coding; `None` stands for the identity, which is always there.
-    #[must_use]
-    pub fn of(&self, coding: Option<Coding>) -> Option<&Representation> {
-        match coding {
-            None => Some(&self.identity),
-            Some(Coding::Zstd) => self.zstd.as_ref(),
-            Some(Coding::Gzip) => self.gzip.as_ref(),
-        }
-    }
-
-    /// Whether there is more than one form to choose from.
-    #[must_use]
-    pub fn has_variants(&self) -> bool {
-        self.zstd.is_some() || self.gzip.is_some()
-    }
-
-    fn bytes(&self) -> u64 {
-        let len = |form: Option<&Representation>| form.map_or(0, |form| form.bytes.len() as u64);
-        len(Some(&self.identity)) + len(self.zstd.as_ref()) + len(self.gzip.as_ref())
-    }
 }
 
 /// How often the cache had what was asked for.
@@ -200,82 +91,14 @@ struct Inner {
     objects: Arc<dyn ObjectStore>,
     /// Where they are, if that is a folder whose files are not synced one by one.
     folder: Option<Arc<File>>,
+    /// Whether they are in a bucket, which keeps what it has taken whole, and hands it out by itself.
+    is_bucket: bool,
     cache: Cache<BlobName, Arc<Representations>, ByBytes>,
     hits: AtomicU64,
     misses: AtomicU64,
 }
 
-#[derive(Debug, Clone)]
-struct ByBytes;
-
-impl Weighter<BlobName, Arc<Representations>> for ByBytes {
-    fn weight(&self, _: &BlobName, forms: &Arc<Representations>) -> u64 {
-        /// Names, tags, what is derived from each form, and the cache's own entry.
-        const OVERHEAD_BYTES: u64 = 4096;
-        forms.bytes() + OVERHEAD_BYTES
-    }
-}
-
 impl BlobStore {
-    /// The store in the folder `{data}/o`, which is made when it is not there.
-    ///
-    /// # Errors
-    /// When the folder cannot be made or opened.
-    pub async fn open_folder(data: &Path, cache_bytes: u64) -> Result<Self, StoreError> {
-        let folder = data.join("o");
-        let failed = |source| StoreError::Io {
-            what: format!("open the folder {}", folder.display()),
-            source: Arc::new(source),
-        };
-        let generic = |e: std::io::Error| object_store::Error::Generic {
-            store: "folder",
-            source: Box::new(e),
-        };
-        tokio::fs::create_dir_all(&folder)
-            .await
-            .map_err(generic)
-            .map_err(failed)?;
-        let local = LocalFileSystem::new_with_prefix(&folder)
-            .map_err(failed)?
-            .with_fsync(!sync::AT_ONCE);
-        let opened = tokio::fs::File::open(&folder).await.map_err(generic).map_err(failed)?;
-        let opened = sync::AT_ONCE.then_some(Arc::new(opened.into_std().await));
-        let store = Self::over(Arc::new(local), opened, cache_bytes);
-        if store.probe().await.is_err() {
-            let text = Bytes::from_static(b"Immutable objects, named by the SHA-256 of their content.\n");
-            store.write(&Key::from(MARKER), text).await?;
-        }
-        Ok(store)
-    }
-
-    /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
-    fn over(objects: Arc<dyn ObjectStore>, folder: Option<Arc<File>>, cache_bytes: u64) -> Self {
-        /// Only a hint for the cache's tables.
-        const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
-        /// Few shards, so that one large blob still fits into its share of the limit.
-        const SHARDS: usize = 4;
-        let options = OptionsBuilder::new()
-            .shards(SHARDS)
-            .estimated_items_capacity((cache_bytes / TYPICAL_BLOB_BYTES).max(64) as usize)
-            .weight_capacity(cache_bytes)
-            .build()
-            .expect("both capacities are given");
-        Self {
-            inner: Arc::new(Inner {
-                objects,
-                folder,
-                cache: Cache::with_options(
-                    options,
-                    ByBytes,
-                    quick_cache::DefaultHashBuilder::default(),
-                    quick_cache::sync::DefaultLifecycle::default(),
-                ),
-                hits: AtomicU64::new(0),
-                misses: AtomicU64::new(0),
-            }),
-        }
-    }
-
     /// Stores a blob with the variants that save enough. A blob that is there, and whole, is not written again.
     ///
     /// # Errors
@@ -295,11 +118,11 @@ impl BlobStore {
         let variants = tokio::task::spawn_blocking(move || variants_of(&owned, &input))
             .await
             .expect("encoding does not panic and is not aborted")?;
-        let mut stored_bytes = len;
-        for (coding, variant) in variants {
-            stored_bytes += variant.len() as u64;
-            self.write(&variant_key(name, coding), variant.into()).await?;
-        }
+        let stored_bytes = len + variants.iter().map(|(_, variant)| variant.len() as u64).sum::<u64>();
+        let writing = variants
+            .into_iter()
+            .map(async |(coding, variant)| self.write(&variant_key(name, coding), variant.into()).await);
+        try_join_all(writing).await?;
         self.write(&identity_key(name), bytes).await?;
         self.inner.cache.remove(name);
         Ok(PutOutcome::Stored { stored_bytes })
@@ -450,18 +273,35 @@ impl BlobStore {
                 found,
             }));
         }
-        let variant = async |coding: Coding| -> Result<Option<Representation>, Option<StoreError>> {
-            if !coding::worth_trying(name.ext()) {
-                return Ok(None);
-            }
-            let bytes = self.read(&variant_key(name, coding)).await.map_err(Some)?;
-            Ok(bytes.map(|bytes| Representation::new(bytes, format!("\"{}-{}\"", name.hash(), coding.token()).into())))
-        };
+        let variant = async |coding| self.variant(name, coding, &identity).await.map_err(Some);
+        let (zstd, gzip) = tokio::try_join!(variant(Coding::Zstd), variant(Coding::Gzip))?;
         Ok(Arc::new(Representations {
             identity: Representation::new(identity, format!("\"{}\"", name.hash()).into()),
-            zstd: variant(Coding::Zstd).await?,
-            gzip: variant(Coding::Gzip).await?,
+            zstd,
+            gzip,
         }))
+    }
+
+    async fn variant(
+        &self,
+        name: &BlobName,
+        coding: Coding,
+        identity: &Bytes,
+    ) -> Result<Option<Representation>, StoreError> {
+        if !coding::worth_trying(name.ext()) {
+            return Ok(None);
+        }
+        let Some(bytes) = self.read(&variant_key(name, coding)).await? else {
+            return Ok(None);
+        };
+        if !decodes_to(coding, &bytes, identity).await {
+            return Err(StoreError::CorruptVariant {
+                name: name.clone(),
+                coding,
+            });
+        }
+        let etag = format!("\"{}-{}\"", name.hash(), coding.token());
+        Ok(Some(Representation::new(bytes, etag.into())))
     }
 
     async fn stored_len(&self, name: &BlobName) -> Result<Option<u64>, StoreError> {
@@ -474,18 +314,20 @@ impl BlobStore {
 
     /// Whether a blob is there with just these bytes, and no variant of it is damaged.
     async fn holds(&self, name: &BlobName, bytes: &Bytes) -> Result<bool, StoreError> {
-        if self.stored_len(name).await? != Some(bytes.len() as u64)
-            || self.read(&identity_key(name)).await?.as_ref() != Some(bytes)
-        {
+        if self.stored_len(name).await? != Some(bytes.len() as u64) {
+            return Ok(false);
+        }
+        if self.inner.is_bucket {
+            return Ok(true);
+        }
+        if self.read(&identity_key(name)).await?.as_ref() != Some(bytes) {
             return Ok(false);
         }
         for coding in Coding::ALL {
-            if let Some(variant) = self.read(&variant_key(name, coding)).await? {
-                let identity = bytes.clone();
-                let right = tokio::task::spawn_blocking(move || coding.decodes_to(&variant, &identity)).await;
-                if !right.expect("decoding does not panic and is not aborted") {
-                    return Ok(false);
-                }
+            if let Some(variant) = self.read(&variant_key(name, coding)).await?
+                && !decodes_to(coding, &variant, bytes).await
+            {
+                return Ok(false);
             }
         }
         Ok(true)
@@ -501,16 +343,21 @@ impl BlobStore {
     }
 
     async fn write(&self, key: &Key, bytes: Bytes) -> Result<(), StoreError> {
-        let written = self.inner.objects.put(key, bytes.into()).await;
+        let options = if self.inner.is_bucket {
+            tree::told(key.as_ref(), media::FOR_EVER)
+        } else {
+            // Files have no header fields.
+            PutOptions::default()
+        };
+        let written = self.inner.objects.put_opts(key, bytes.into(), options).await;
         written.map(drop).map_err(|source| io(format!("write {key}"), source))
     }
 }
 
-fn io(what: String, source: object_store::Error) -> StoreError {
-    StoreError::Io {
-        what,
-        source: Arc::new(source),
-    }
+async fn decodes_to(coding: Coding, variant: &Bytes, identity: &Bytes) -> bool {
+    let (variant, identity) = (variant.clone(), identity.clone());
+    let right = tokio::task::spawn_blocking(move || coding.decodes_to(&variant, &identity)).await;
+    right.expect("decoding does not panic and is not aborted")
 }
 
 fn identity_key(name: &BlobName) -> Key {

@@ -73,28 +73,80 @@ fn a_missing_data_folder_says_how_to_make_one() {
 }
 
 #[test]
+fn keys_are_not_made_in_a_folder_that_was_mistyped() {
+    let data = Data::new();
+    for command in [
+        vec!["keys", "list"],
+        vec!["keys", "create"],
+        vec!["keys", "revoke", "x"],
+    ] {
+        let message = data.fails(&command);
+        assert!(
+            message.contains("there is no catalogue in") && message.contains("keys create --new"),
+            "{message}"
+        );
+    }
+    assert!(!data.path().exists(), "it made the data folder");
+    data.ok(&["keys", "create", "--new"]);
+    assert!(data.ok(&["keys", "list"]).contains("unnamed"));
+}
+
+#[test]
 fn settings_are_checked_without_serving_and_without_a_trace() {
     let data = Data::new();
-    let said = data.ok(&["serve", "--listen", "127.0.0.1:0", "--max-bakes", "3", "--check-config"]);
-    assert!(said.contains("bakes: 3"), "{said}");
+    let check = |more: &[&str]| -> Vec<String> {
+        let args = [&["serve", "--listen", "127.0.0.1:0", "--check-config"], more].concat();
+        args.into_iter().map(str::to_owned).collect()
+    };
+    let says = |more: &[&str]| {
+        let args = check(more);
+        data.ok(&args.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    let refuses = |more: &[&str], with: &str| {
+        let args = check(more);
+        let told = data.fails(&args.iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(told.contains(with), "{told}");
+    };
+    let token = "0a".repeat(16);
+    let said = says(&["--max-bakes", "3", "--operator-token", &token]);
+    let lines: Vec<Vec<_>> = said.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert!(
+        lines.contains(&vec!["max_bakes", "3"]) && !said.contains(&token),
+        "{said}"
+    );
     assert!(!data.path().exists(), "it made the data folder");
-    let file = data.write("belvedere.toml", "max_bakes = 99");
-    let wrong = data.fails(&["serve", "--config", file.to_str().expect("UTF-8"), "--check-config"]);
-    assert!(wrong.contains("`max_bakes` must be from 0 to 64; got 99"), "{wrong}");
+    let path = |path: std::path::PathBuf| path.to_str().expect("UTF-8").to_owned();
+    let file = path(data.write("belvedere.toml", "max_bakes = 99"));
+    refuses(&["--config", &file], "`max_bakes` must be from 0 to 64; got 99");
+    let file = path(data.write("file", "x"));
+    refuses(&["--data", &file], "`data` must be a folder");
+    refuses(
+        &["--record", &path(data.folder("nowhere/record"))],
+        "`record` cannot be used",
+    );
+    says(&["--record", &path(data.folder("record"))]);
+    assert!(!data.folder("record").exists(), "it made the recording");
+    refuses(&["--tls-cert", &file], "`tls_key` is missing");
+    refuses(&["--tls-cert", &file, "--tls-key", &file], "holds no certificate");
+    refuses(&["--store", "bucket"], "s3://bucket/prefix");
+    let bucket = ["--store", "s3://bucket", "--store-endpoint", "http://127.0.0.1:1"];
+    let mut without_keys = data.command(&check(&bucket).iter().map(String::as_str).collect::<Vec<_>>());
+    let told = without_keys
+        .env_remove("AWS_ACCESS_KEY_ID")
+        .output()
+        .expect("the program runs");
+    assert!(!told.status.success());
+    assert!(String::from_utf8_lossy(&told.stderr).contains("AWS_ACCESS_KEY_ID"));
+    let hidden = "postgres://me:hush@127.0.0.1:1/db";
+    let told = data.fails(&["serve", "--check-config", "--database", hidden]);
+    assert!(told.contains("127.0.0.1:1/db") && !told.contains("hush"), "{told}");
+}
+
+#[test]
+fn the_address_of_a_server_that_runs_is_said_to_be_taken() {
+    let data = Data::new();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("an address").to_string();
-    assert!(
-        data.fails(&["serve", "--listen", &address, "--check-config"])
-            .contains("`listen`")
-    );
-    let file = data.write("file", "x");
-    let wrong = data.fails(&[
-        "serve",
-        "--listen",
-        "127.0.0.1:0",
-        "--data",
-        file.to_str().expect("UTF-8"),
-        "--check-config",
-    ]);
-    assert!(wrong.contains("`data` must be a folder"), "{wrong}");
+    let said = data.ok(&["serve", "--listen", &address, "--check-config"]);
+    assert!(said.contains(&format!("somebody listens on {address}")), "{said}");
 }

@@ -1,7 +1,10 @@
 //! The program under test, its data folder, and a server that ends with the test.
 
+#![allow(dead_code, reason = "each test binary uses a part")]
+
 use std::{
     io::{BufRead, BufReader, Read},
+    net::SocketAddr,
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio},
     sync::{Arc, Mutex},
@@ -85,6 +88,7 @@ pub(crate) struct Server {
     child: Child,
     pub(crate) base: String,
     log: Arc<Mutex<String>>,
+    may_warn: bool,
 }
 
 impl Server {
@@ -117,7 +121,19 @@ impl Server {
             child,
             base: base.trim_end_matches('/').to_owned(),
             log,
+            may_warn: false,
         }
+    }
+
+    /// Something will go wrong around it, and it shall say so.
+    pub(crate) fn may_warn(mut self) -> Self {
+        self.may_warn = true;
+        self
+    }
+
+    pub(crate) fn address(&self) -> SocketAddr {
+        let address = self.base.trim_start_matches("http://");
+        address.parse().expect("an address")
     }
 
     pub(crate) fn client(&self) -> Client<HttpSource> {
@@ -143,7 +159,7 @@ impl Drop for Server {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        if !std::thread::panicking() {
+        if !std::thread::panicking() && !self.may_warn {
             let log = self.log.lock().expect("the log");
             let loud = log
                 .lines()

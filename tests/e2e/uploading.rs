@@ -16,7 +16,9 @@ const ROOMS: &str = "/v1/scenes/rooms";
 
 /// A key for everything.
 fn key(data: &Data) -> String {
-    data.ok(&["keys", "create", "--name", "test"]).trim().to_owned()
+    data.ok(&["keys", "create", "--new", "--name", "test"])
+        .trim()
+        .to_owned()
 }
 
 async fn put(server: &Server, key: &str, text: &str) -> Answer {

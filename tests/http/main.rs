@@ -9,5 +9,6 @@ mod live_wire;
 mod pages;
 mod robustness;
 mod scene;
+mod tls;
 mod uploads;
 mod wire;

@@ -1,11 +1,14 @@
 //! A published scene made by hand: eight unit cells in a row along x, one object in the middle of each, four to a chunk.
 
+#![allow(dead_code, reason = "each test binary uses a part")]
+
 use std::{collections::BTreeMap, net::SocketAddr, time::Duration};
 
 use belvedere::{
     commands::serve::serve,
     config::{Config, Settings},
     db::{Catalogue, NewRevision},
+    place::PlaceArgs,
     store::BlobStore,
 };
 use belvedere_scene::{
@@ -52,7 +55,10 @@ impl Server {
         publish(&catalogue, &blobs, "A row").await;
         let settings = settings.or(Settings {
             listen: Some(SocketAddr::from(([127, 0, 0, 1], 0))),
-            data: Some(data.path().to_owned()),
+            place: PlaceArgs {
+                data: Some(data.path().to_owned()),
+                ..PlaceArgs::default()
+            },
             poll_ms: Some(20),
             drain_s: Some(2),
             ..Settings::default()

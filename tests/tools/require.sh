@@ -23,6 +23,8 @@ for program in "$@"; do
     chromium)
       # Ubuntu has no such package: install any Chromium or Chrome there and name it.
       [ -x "${CHROMIUM:-/usr/bin/chromium}" ] || missing+=(chromium) ;;
+    postgresql)
+      ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/null || missing+=(postgresql) ;;
     python3)
       python3 -c 'import venv, ensurepip' 2>/dev/null || missing+=("$(package_of python3)") ;;
     *)

@@ -32,6 +32,7 @@ use super::{
 };
 use crate::{
     live::{Block, Recording},
+    place::PlaceArgs,
     publish::data::DataFolder,
 };
 use account::Account;
@@ -49,9 +50,8 @@ pub(super) struct Args {
     /// Hunt sight lines between at most so many pairs of cells of a scene; what is told beyond that is undecided
     #[arg(long, value_name = "PAIRS", default_value_t = 1_000)]
     hunts: usize,
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -62,7 +62,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let file = File::open(&args.file).with_context(cannot)?;
     let bar = progress(file.metadata().with_context(cannot)?.len(), !args.json);
     let mut recording = Recording::open(BufReader::new(file)).with_context(cannot)?;
-    let data = DataFolder::open_existing(&args.data).await?;
+    let data = DataFolder::open_existing(&args.place).await?;
     let mut scenes: BTreeMap<String, Scene> = BTreeMap::new();
     while let Some(block) = recording.next_block().with_context(cannot)? {
         if !scenes.contains_key(&block.scene) {

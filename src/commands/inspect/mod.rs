@@ -3,10 +3,7 @@
 mod explain;
 mod file;
 
-use std::{
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{path::Path, sync::Arc};
 
 use anyhow::Context;
 use belvedere_scene::{
@@ -20,6 +17,7 @@ use serde::Serialize;
 
 use super::output::{bytes, no_such_cell, percent, print, print_json, table};
 use crate::{
+    place::PlaceArgs,
     publish::{Report, data::DataFolder, tree::no_such_scene},
     published::SceneReader,
 };
@@ -34,9 +32,8 @@ pub(super) struct Args {
     /// Say why an object can be seen from that cell, or why not
     #[arg(long, requires = "cell")]
     object: Option<ObjectId>,
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// Print as JSON
     #[arg(long)]
     json: bool,
@@ -55,7 +52,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         .what
         .parse()
         .with_context(|| format!("`{}` is neither a file nor the name of a scene", args.what))?;
-    let data = DataFolder::open_existing(&args.data).await?;
+    let data = DataFolder::open_existing(&args.place).await?;
     let baked = data
         .catalogue()
         .baked(&name)

@@ -30,7 +30,7 @@ pub(in crate::commands) async fn published(
     name: &SceneName,
     only: Option<CellId>,
 ) -> anyhow::Result<Published> {
-    let _no_gc = data.lock_for_writing()?;
+    let _no_gc = data.lock_for_writing().await?;
     let Some(baked) = data.catalogue().baked(name).await? else {
         anyhow::bail!(unknown(data, name).await?);
     };

@@ -20,7 +20,7 @@ use glam::DVec3;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output::{print, print_json};
-use crate::publish::data::DataFolder;
+use crate::{place::PlaceArgs, publish::data::DataFolder};
 use report::Report;
 
 /// Eyes in a cell when nobody says how many in all: one in each kind of place.
@@ -49,16 +49,15 @@ pub(super) struct Args {
     /// Draw the worst view into this file, what is missing in red
     #[arg(long, value_name = "PNG")]
     picture: Option<PathBuf>,
-    /// The data folder
-    #[arg(long, env = "BELVEDERE_DATA", default_value = "data")]
-    data: PathBuf,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
-    let data = DataFolder::open_existing(&args.data).await?;
+    let data = DataFolder::open_existing(&args.place).await?;
     let published = load::published(&data, &args.scene, args.cell).await?;
     let bar = progress(!args.json);
     let (settings, shown) = (settings(&args, published.cells.len()), bar.clone());

@@ -1,0 +1,106 @@
+//! `belvedere serve --check-config`: what do the settings come to, and can they work? Looks at what is outside of them and
+//! changes nothing.
+
+use std::{io::ErrorKind, path::Path, time::Duration};
+
+use anyhow::Context;
+
+use super::output::print;
+use crate::config::Config;
+
+/// Looks at folders, address, certificate, database and bucket, and prints every setting.
+///
+/// # Errors
+/// With the first setting that cannot work.
+pub(super) async fn check(config: &Config) -> anyhow::Result<()> {
+    data(&config.place.data)?;
+    if let Some(file) = &config.record {
+        record(file)?;
+    }
+    if let Some(files) = &config.tls {
+        files.check()?;
+    }
+    config.place.reach().await?;
+    let listened = std::net::TcpListener::bind(config.listen);
+    for (name, value) in settings(config) {
+        print(&format!("{name:<20}{value}"))?;
+    }
+    match listened {
+        Ok(_) => Ok(()),
+        // Perhaps the very server whose settings these are.
+        Err(error) if error.kind() == ErrorKind::AddrInUse => {
+            print(&format!("somebody listens on {} right now", config.listen))
+        }
+        Err(error) => Err(error).with_context(|| format!("`listen` cannot be used: {}", config.listen)),
+    }
+}
+
+fn data(data: &Path) -> anyhow::Result<()> {
+    match std::fs::metadata(data) {
+        Ok(about) if !about.is_dir() => anyhow::bail!("`data` must be a folder, and {} is none", data.display()),
+        Ok(about) if about.permissions().readonly() => anyhow::bail!("`data` is read-only: {}", data.display()),
+        Ok(_) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error).with_context(|| format!("`data` cannot be used: {}", data.display())),
+    }
+}
+
+fn record(file: &Path) -> anyhow::Result<()> {
+    let cannot = || format!("`record` cannot be used: {}", file.display());
+    match std::fs::File::options().append(true).open(file) {
+        Ok(_) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+            let about = std::fs::metadata(folder.unwrap_or(Path::new("."))).with_context(cannot)?;
+            anyhow::ensure!(about.is_dir() && !about.permissions().readonly(), cannot());
+            Ok(())
+        }
+        Err(error) => Err(error).with_context(cannot),
+    }
+}
+
+/// Every setting by its name in a file; secrets only by whether they are set.
+fn settings(config: &Config) -> Vec<(&'static str, String)> {
+    let (place, connections, live, jobs) = (&config.place, &config.connections, &config.live, &config.jobs);
+    let hidden = |set: bool| if set { "set, not shown" } else { "not set" }.to_owned();
+    let file = |file: Option<&Path>| file.map_or_else(|| "not set".to_owned(), |file| file.display().to_string());
+    let mib = |bytes: u64| (bytes >> 20).to_string();
+    let s = |time: Duration| time.as_secs().to_string();
+    let ms = |time: Duration| time.as_millis().to_string();
+    let bucket = place.bucket.as_ref();
+    let tls = config.tls.as_ref();
+    vec![
+        ("listen", config.listen.to_string()),
+        ("tls_cert", file(tls.map(|tls| tls.cert.as_path()))),
+        ("tls_key", file(tls.map(|tls| tls.key.as_path()))),
+        ("data", place.data.display().to_string()),
+        ("database", hidden(place.database.is_some())),
+        (
+            "store",
+            bucket.map_or_else(|| "not set".to_owned(), ToString::to_string),
+        ),
+        ("cache_mib", mib(config.cache_bytes)),
+        ("max_connections", connections.connections.to_string()),
+        ("request_timeout_s", s(config.request_timeout)),
+        ("max_requests_per_s", config.requests_per_s.to_string()),
+        ("drain_s", s(connections.drain)),
+        ("poll_ms", ms(config.poll)),
+        ("max_sessions", live.sessions.to_string()),
+        ("max_movers", live.movers.to_string()),
+        ("max_persistent", live.persistent.to_string()),
+        ("operator_token", hidden(live.operator.is_some())),
+        ("mover_lease_s", s(live.mover_lease)),
+        ("cull_below_percent", live.cull_below_percent.to_string()),
+        ("tick_ms", ms(live.tick)),
+        ("lease_s", s(live.lease)),
+        ("max_upload_mib", mib(jobs.upload_bytes)),
+        ("max_bakes", jobs.bakes.to_string()),
+        ("bake_memory_mib", mib(jobs.memory_bytes)),
+        ("bake_minutes", (jobs.time.as_secs() / 60).to_string()),
+        ("max_jobs_per_key", jobs.open_of_a_key.to_string()),
+        ("max_jobs", jobs.open_of_all.to_string()),
+        ("record", file(config.record.as_deref())),
+        ("log", config.log.clone()),
+        ("log_format", format!("{:?}", config.log_format).to_lowercase()),
+    ]
+}

@@ -1,0 +1,107 @@
+//! How is a store opened? In a folder, which is made, or in a bucket, which must be there.
+
+use std::{
+    fs::File,
+    path::Path,
+    sync::{Arc, atomic::AtomicU64},
+};
+
+use bytes::Bytes;
+use object_store::{ObjectStore, local::LocalFileSystem, path::Path as Key};
+use quick_cache::{OptionsBuilder, sync::Cache};
+
+use super::{BlobStore, Bucket, Inner, MARKER, StoreError, forms::ByBytes, io, sync};
+
+impl BlobStore {
+    /// The store in the folder `{data}/o`, which is made when it is not there.
+    ///
+    /// # Errors
+    /// When the folder cannot be made or opened.
+    pub async fn open_folder(data: &Path, cache_bytes: u64) -> Result<Self, StoreError> {
+        let folder = data.join("o");
+        let failed = |source| StoreError::Io {
+            what: format!("open the folder {}", folder.display()),
+            source: Arc::new(source),
+        };
+        let generic = |e: std::io::Error| object_store::Error::Generic {
+            store: "folder",
+            source: Box::new(e),
+        };
+        tokio::fs::create_dir_all(&folder)
+            .await
+            .map_err(generic)
+            .map_err(failed)?;
+        let local = LocalFileSystem::new_with_prefix(&folder)
+            .map_err(failed)?
+            .with_fsync(!sync::AT_ONCE);
+        let opened = tokio::fs::File::open(&folder).await.map_err(generic).map_err(failed)?;
+        let opened = sync::AT_ONCE.then_some(Arc::new(opened.into_std().await));
+        let store = Self::over(Arc::new(local), opened, false, cache_bytes);
+        if store.probe().await.is_err() {
+            store.mark().await?;
+        }
+        Ok(store)
+    }
+
+    /// The store below `o/` of a place in a bucket, which must be there.
+    ///
+    /// # Errors
+    /// When the bucket does not answer, or not to these keys.
+    pub async fn open_bucket(bucket: &Bucket, cache_bytes: u64) -> Result<Self, StoreError> {
+        let store = Self::over(bucket.open("o")?, None, true, cache_bytes);
+        match store.probe().await {
+            Ok(()) => {}
+            // What else is wrong is no reason to write.
+            Err(StoreError::Io { source, .. }) if matches!(*source, object_store::Error::NotFound { .. }) => {
+                store.mark().await?;
+            }
+            Err(error) => return Err(error),
+        }
+        Ok(store)
+    }
+
+    /// Whether a bucket is there and opens to these keys; changes nothing in it.
+    ///
+    /// # Errors
+    /// As [`BlobStore::open_bucket`].
+    pub async fn reach_bucket(bucket: &Bucket) -> Result<(), StoreError> {
+        let listed = bucket.open("o")?.list_with_delimiter(None).await;
+        listed
+            .map(drop)
+            .map_err(|source| io("list its blobs".to_owned(), source))
+    }
+
+    async fn mark(&self) -> Result<(), StoreError> {
+        let text = Bytes::from_static(b"Immutable objects, named by the SHA-256 of their content.\n");
+        self.write(&Key::from(MARKER), text).await
+    }
+
+    /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
+    fn over(objects: Arc<dyn ObjectStore>, folder: Option<Arc<File>>, is_bucket: bool, cache_bytes: u64) -> Self {
+        /// Only a hint for the cache's tables.
+        const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
+        /// Few shards, so that one large blob still fits into its share of the limit.
+        const SHARDS: usize = 4;
+        let options = OptionsBuilder::new()
+            .shards(SHARDS)
+            .estimated_items_capacity((cache_bytes / TYPICAL_BLOB_BYTES).max(64) as usize)
+            .weight_capacity(cache_bytes)
+            .build()
+            .expect("both capacities are given");
+        Self {
+            inner: Arc::new(Inner {
+                objects,
+                folder,
+                is_bucket,
+                cache: Cache::with_options(
+                    options,
+                    ByBytes,
+                    quick_cache::DefaultHashBuilder::default(),
+                    quick_cache::sync::DefaultLifecycle::default(),
+                ),
+                hits: AtomicU64::new(0),
+                misses: AtomicU64::new(0),
+            }),
+        }
+    }
+}
