@@ -5,11 +5,9 @@
 import type { CellIndex } from "./cellindex.ts";
 import { type CellRecord, type DecodedRecord, followStep } from "./cellrecord.ts";
 import type { CellEntry } from "./documents.ts";
+import { REQUEST_BYTES } from "./fetchqueue.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
-
-/** About what the headers of a request and its answer cost. */
-const REQUEST_BYTES = 200;
 
 export class CellRecords {
   private readonly records = new Map<number, DecodedRecord>();

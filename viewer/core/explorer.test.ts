@@ -292,7 +292,7 @@ describe("an explorer", () => {
     explorer.retry();
     await quiet();
     expect(problems.length).toBe(before);
-    expect(explorer.residency.levels()).not.toHaveProperty("1");
+    expect(explorer.residency.grades()).not.toHaveProperty("1");
   });
 
   it("reports a record that is missing and goes on when it is back", async () => {

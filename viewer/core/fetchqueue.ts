@@ -4,7 +4,10 @@
  */
 import { purposeOf } from "./priority.ts";
 import type { RequestLog, RequestTrace } from "./requestlog.ts";
-import { type Digest, verify } from "./verify.ts";
+import { type Digest, type Verdict, verify } from "./verify.ts";
+
+/** About what the headers of a request and its answer cost. */
+export const REQUEST_BYTES = 200;
 
 /** Why a download failed for good. */
 export class FetchError extends Error {
@@ -114,6 +117,11 @@ export class FetchQueue {
     if (download) download.priority = Math.min(download.priority, priority);
   }
 
+  /** Compares bytes that came in pieces with the hash in the URL of the whole. */
+  verdict(url: string, bytes: ArrayBuffer): Promise<Verdict> {
+    return verify(url, bytes, this.options.digest);
+  }
+
   /** Changes how urgent a waiting download is. */
   reprioritise(url: string, priority: number): void {
     const download = this.waiting.get(url);
@@ -167,7 +175,7 @@ export class FetchQueue {
       const last = attempt >= this.options.attempts;
       try {
         const bytes = await this.transfer(download, reload);
-        const verdict = await verify(url, bytes, this.options.digest);
+        const verdict = await this.verdict(url, bytes);
         if (verdict === "unverified") this.tally.unverified += 1;
         if (verdict !== "mismatch") return bytes;
         if (reload) throw new FetchError("corrupt", url, `${url} does not hold the bytes that its name promises`);
@@ -217,7 +225,8 @@ export class FetchQueue {
   }
 }
 
-function join(parts: readonly Uint8Array[]): ArrayBuffer {
+/** One buffer of several. */
+export function join(parts: readonly Uint8Array[]): ArrayBuffer {
   const whole = new Uint8Array(parts.reduce((total, part) => total + part.byteLength, 0));
   let at = 0;
   for (const part of parts) {

@@ -3,7 +3,7 @@
  * neighbours at a time, and joins each with its model.
  */
 import { entryOf } from "./cellindex.ts";
-import type { Level, Model, ObjectChunk, ObjectEntry, PageEntry } from "./documents.ts";
+import type { Model, ObjectChunk, ObjectEntry, PageEntry } from "./documents.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
 
@@ -13,9 +13,9 @@ export interface PlacedObject {
   readonly model: Model;
 }
 
-/** How far a level's surface may be from the source's, in metres in the world. */
-export function geometricError_m(object: PlacedObject, level: Level): number {
-  return level.geometricError * object.entry.scale;
+/** How far the surface of a level or rung may be from the source's, in metres in the world. */
+export function geometricError_m(object: PlacedObject, grade: { readonly geometricError: number }): number {
+  return grade.geometricError * object.entry.scale;
 }
 
 export class ObjectDirectory {

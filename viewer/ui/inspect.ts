@@ -29,7 +29,7 @@ export interface State {
   readonly holes: number;
   /** Visible objects of which nothing is held yet. */
   readonly missing: number;
-  /** Held models by level. */
+  /** Held models by level, and by rung as `r0`, `r1` …. */
   readonly levelsHeld: Record<string, number>;
   readonly memoryBytes: number;
   /** What 95 of 100 frames do not exceed besides drawing and decoding, milliseconds. */
@@ -94,7 +94,7 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       mode: walker.mode,
       holes: explorer.holes,
       missing: explorer.missing,
-      levelsHeld: explorer.residency.levels(),
+      levelsHeld: explorer.residency.grades(),
       memoryBytes: explorer.residency.bytes,
       workP95_ms: visit.work.quantile_ms(0.95),
       pending: explorer.pending,
