@@ -1,0 +1,117 @@
+import { describe, expect, it } from "vitest";
+import type { Level, Model } from "./documents.ts";
+import { REQUEST_BYTES } from "./fetchqueue.ts";
+import {
+  ALL_RUNGS,
+  cost_bytes,
+  type Grade,
+  goalOf,
+  gradesOf,
+  isGoodEnough,
+  NOTHING_HERE,
+  nameOf,
+  stepTowards,
+} from "./grades.ts";
+
+const NOTHING_FAILED: ReadonlySet<string> = new Set();
+
+/** Levels of these bytes, finest first, and rungs up to these bytes; errors double from step to step. */
+function model(levels: number[], rungs: number[], { pictures = 0, packed = false } = {}): Model {
+  const textures = pictures > 0 ? [{ url: "/o/picture.png", bytes: pictures }] : [];
+  return {
+    model: 0,
+    levels: levels.map(
+      (bytes, level): Level => ({
+        level,
+        url: `/o/${level}.glb`,
+        bytes,
+        triangles: 100 >> level,
+        geometricError: level === 0 ? 0 : 0.1 * 2 ** level,
+        textures: [],
+        pack: packed && level === levels.length - 1 ? { url: "/o/a.pack", bytes: 2 * bytes, from: 0 } : undefined,
+      }),
+    ),
+    smooth: {
+      url: "/o/a.slod",
+      bytes: rungs.at(-1) ?? 0,
+      materials: { url: "/o/a.gltf", bytes: 100 },
+      textures,
+      rungs: rungs.map((to, number) => ({
+        url: `/o/a.r${number}.slod`,
+        from: rungs[number - 1] ?? 0,
+        to,
+        triangles: 10 << number,
+        geometricError: number === rungs.length - 1 ? 0 : 0.4 / 2 ** number,
+      })),
+    },
+  };
+}
+
+const grade = (of: Model, name: string) => gradesOf(of).find((one) => nameOf(one) === name) as Grade;
+const chosen = (of: Model, most_error: number, held?: string, failed = NOTHING_FAILED) => {
+  const goal = goalOf(of, most_error, { held: held ? grade(of, held) : undefined, failed }, NOTHING_HERE);
+  return goal && nameOf(goal);
+};
+
+describe("the grade of a model", () => {
+  it("is the one of fewest bytes among those that are good enough", () => {
+    const cheapRungs = model([9000, 4000, 2000], [300, 700, 1500]);
+    expect(chosen(cheapRungs, 0.4)).toBe("rung 0");
+    expect(chosen(cheapRungs, 0.2)).toBe("rung 1");
+    expect(chosen(cheapRungs, 0)).toBe("rung 2");
+    const cheapLevels = model([3000, 900, 500], [2000, 4000, 8000]);
+    expect(chosen(cheapLevels, 0.4)).toBe("level 2");
+    expect(chosen(cheapLevels, 0.1)).toBe("level 0");
+  });
+
+  it("counts requests, and none for what stands in a pack", () => {
+    const even = model([9000, 4000, 800], [600, 1200, 2400]);
+    expect(chosen(even, 0.4)).toBe("level 2");
+    const one = cost_bytes(even, grade(even, "rung 0"), undefined, NOTHING_HERE);
+    expect(one).toBe(600 + 100 + 2 * REQUEST_BYTES);
+    expect(cost_bytes(even, grade(even, "level 2"), undefined, NOTHING_HERE)).toBe(800 + REQUEST_BYTES);
+    const packed = model([9000, 4000, 1200], [600, 1200, 2400], { packed: true });
+    expect(cost_bytes(packed, grade(packed, "level 2"), undefined, NOTHING_HERE)).toBe(1200);
+  });
+
+  it("does not count again what is held", () => {
+    const refined = model([5000, 3000, 2500], [1000, 4000, 7000]);
+    expect(chosen(refined, 0)).toBe("level 0");
+    expect(chosen(refined, 0, "rung 1")).toBe("rung 2");
+  });
+
+  it("counts pictures unless they are here", () => {
+    const pictured = model([5000, 3000, 2500], [300, 700, 1500], { pictures: 100_000 });
+    expect(chosen(pictured, 0)).toBe("level 0");
+    const isHere = (url: string) => url.endsWith(".png");
+    const goal = goalOf(pictured, 0, { held: undefined, failed: NOTHING_FAILED }, isHere);
+    expect(goal).toMatchObject({ kind: "rung", number: 2 });
+  });
+
+  it("is none that has failed", () => {
+    const two = model([9000, 4000], [300, 700]);
+    expect(chosen(two, 0, undefined, new Set([ALL_RUNGS]))).toBe("level 0");
+    expect(chosen(two, 0.4, undefined, new Set([ALL_RUNGS]))).toBe("level 1");
+    expect(chosen(two, 0, undefined, new Set([ALL_RUNGS, "level 0"]))).toBeUndefined();
+  });
+
+  it("will do when nothing finer of its kind can be had", () => {
+    const two = model([9000, 4000], [300, 700]);
+    expect(isGoodEnough(two, grade(two, "rung 1"), -1)).toBe(true);
+    expect(isGoodEnough(two, grade(two, "level 0"), -1)).toBe(true);
+    expect(isGoodEnough(two, grade(two, "rung 0"), 0.1)).toBe(false);
+  });
+});
+
+it("small rungs come in one step, large ones each by itself, and a level at once", () => {
+  const small = model([90_000], [1000, 2000, 8000, 30_000, 60_000]);
+  const steps: string[] = [];
+  let held: Grade | undefined;
+  const goal = grade(small, "rung 4");
+  while (!held || nameOf(held) !== nameOf(goal)) {
+    held = stepTowards(small, goal, held);
+    steps.push(nameOf(held));
+  }
+  expect(steps).toEqual(["rung 2", "rung 3", "rung 4"]);
+  expect(nameOf(stepTowards(small, grade(small, "level 0"), held))).toBe("level 0");
+});
