@@ -30,6 +30,8 @@ export interface ExplorerOptions {
   readonly memory_limit_bytes: number;
   /** Models are refined until their error covers at most so many pixels. */
   readonly target_px: number;
+  /** Whether smooth LODs are used where they cost less than levels; so unless this says no. */
+  readonly smooth?: boolean;
 }
 
 export interface ExplorerEvents {
@@ -66,7 +68,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly options: ExplorerOptions,
     private readonly events: ExplorerEvents,
   ) {
-    this.directory = new ObjectDirectory(scene);
+    this.directory = new ObjectDirectory(scene, options.smooth);
     this.index = new CellIndex(scene);
     this.records = new CellRecords(scene, this.index);
     this.residency = new ResidencySet(options.memory_limit_bytes);

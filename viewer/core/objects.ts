@@ -22,7 +22,11 @@ export class ObjectDirectory {
   private readonly objects = new Map<number, PlacedObject>();
   private readonly models = new Map<number, Model>();
 
-  constructor(private readonly scene: PublishedScene) {
+  /** `smooth` says whether smooth LODs are used; else models have levels only. */
+  constructor(
+    private readonly scene: PublishedScene,
+    private readonly smooth = true,
+  ) {
     if (scene.manifest.whole) this.add(scene.manifest.whole);
   }
 
@@ -68,7 +72,9 @@ export class ObjectDirectory {
   }
 
   private add(chunk: ObjectChunk): void {
-    for (const [id, model] of chunk.models) if (!this.models.has(id)) this.models.set(id, model);
+    for (const [id, model] of chunk.models) {
+      if (!this.models.has(id)) this.models.set(id, this.smooth ? model : { ...model, smooth: undefined });
+    }
     for (const entry of chunk.objects) {
       const model = this.models.get(entry.model);
       if (model && !this.objects.has(entry.object)) this.objects.set(entry.object, { entry, model });

@@ -97,6 +97,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     scene,
     stage,
     display: hud,
+    smooth: new URL(location.href).searchParams.get("smooth") !== "off",
     posed: (pose) => history.replaceState(null, "", writePose(pose, scene.pointer.revision)),
     problem: (error) => {
       problems.push(String(error));
