@@ -4,7 +4,7 @@
  * several of them share travels once and is cancelled only with the last of them.
  */
 import type { FileRef, Level, Model } from "./documents.ts";
-import { FetchError, type FetchQueue } from "./fetchqueue.ts";
+import type { FetchQueue } from "./fetchqueue.ts";
 import { Footprint } from "./footprint.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { ALL_RUNGS, type Grade, type Holding, nameOf, slicesOf } from "./grades.ts";
@@ -15,6 +15,7 @@ import type { ResidencySet } from "./residency.ts";
 import type { Stock, Want } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
+import { FetchError } from "./transfer.ts";
 import type { Tree } from "./tree.ts";
 
 /** What draws: takes decoded levels and shows objects that use them. Knows nothing of cells or downloads. */
@@ -186,7 +187,7 @@ export class ModelLoads implements Stock {
     if (!this.closed) this.parts.changed();
   }
 
-  private fail({ model: { model }, grade }: Load, error: unknown): void {
+  private fail({ model: { model, smooth }, grade }: Load, error: unknown): void {
     const failed = this.failed.get(model) ?? new Set();
     this.failed.set(model, failed);
     if (grade.kind === "level") {
@@ -197,6 +198,8 @@ export class ModelLoads implements Stock {
     failed.add(ALL_RUNGS);
     this.notes.set(model, error instanceof Error ? error.message : String(error));
     this.parts.smooth.close(model);
+    // Any of them may be the damaged one.
+    for (const { url } of smooth?.rungs ?? []) this.parts.queue.shelf?.forget(url);
   }
 
   private async bring(load: Load, packs: ReadonlySet<string>): Promise<void> {
@@ -287,10 +290,10 @@ export class ModelLoads implements Stock {
     );
   }
 
-  private fetch(load: Load, { url }: FileRef): Promise<ArrayBuffer> {
+  private fetch(load: Load, { url, bytes }: FileRef): Promise<ArrayBuffer> {
     const address = this.parts.tree.resolve(url);
     load.urls.add(address);
-    return this.parts.queue.request(address, load.priority, { reason: load.reason });
+    return this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
   }
 }
 

@@ -65,8 +65,8 @@ export class ObjectDirectory {
       entries.map(async (entry) => {
         const below = ids.filter((id) => entryOf({ entries: [entry] }, id));
         if (below.length === 0) return;
-        if (entry.kind === "chunk") this.add(await this.scene.objectChunk(entry.url, priority));
-        else await this.read(below, (await this.scene.page(entry.url, priority)).entries, priority);
+        if (entry.kind === "chunk") this.add(await this.scene.objectChunk(entry, priority));
+        else await this.read(below, (await this.scene.page(entry, priority)).entries, priority);
       }),
     );
   }

@@ -4,9 +4,9 @@
  * hash of their own: until then, damage shows at most as a wrong shape.
  */
 import type { Smooth } from "./documents.ts";
-import { join } from "./fetchqueue.ts";
 import type { SmoothDecoding } from "./smoothdecoding.ts";
 import type { Refined } from "./smoothstream.ts";
+import { join } from "./transfer.ts";
 import type { Verdict } from "./verify.ts";
 
 interface Stream {

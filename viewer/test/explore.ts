@@ -9,9 +9,10 @@ import type { Vec3 } from "../core/geometry.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import { PublishedScene } from "../core/published.ts";
+import type { Shelf } from "../core/shelf.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
-import { type Files, type FixtureOptions, publish, serveFiles } from "./fixture.ts";
+import { type Files, type FixtureOptions, publish, type ServerOptions, serveFiles } from "./fixture.ts";
 
 /** Draws nothing, and remembers what it was given. */
 export class RecordingHost implements ModelHost {
@@ -44,17 +45,18 @@ export class RecordingHost implements ModelHost {
   }
 }
 
-export interface SetUp extends Partial<FixtureOptions> {
+export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
   readonly memory_limit_bytes?: number;
   readonly spoil?: (files: Files) => void;
+  readonly shelf?: Shelf;
 }
 
 /** An explorer of the published rooms. */
-export async function explore({ memory_limit_bytes = 1e9, spoil, ...options }: SetUp = {}) {
+export async function explore({ memory_limit_bytes = 1e9, spoil, shelf, bundles = false, ...options }: SetUp = {}) {
   const files = publish({ rooms: 6, ...options });
   spoil?.(files);
-  const { fetch, requests } = serveFiles(files);
-  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest() });
+  const { fetch, requests } = serveFiles(files, { bundles });
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest(), shelf });
   const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
   const host = new RecordingHost();
   const problems: unknown[] = [];

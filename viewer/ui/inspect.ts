@@ -32,6 +32,12 @@ export interface State {
   /** Held models by level, and by rung as `r0`, `r1` …. */
   readonly levelsHeld: Record<string, number>;
   readonly memoryBytes: number;
+  /** Requests so far. */
+  readonly requests: number;
+  /** Objects that came several with one request. */
+  readonly bundled: number;
+  /** Bytes that need not travel, because this device had kept them from an earlier visit. */
+  readonly bytesKept: number;
   /** What 95 of 100 frames do not exceed besides drawing and decoding, milliseconds. */
   readonly workP95_ms: number;
   /** Downloads and decodings under way. */
@@ -96,6 +102,9 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       missing: explorer.missing,
       levelsHeld: explorer.residency.grades(),
       memoryBytes: explorer.residency.bytes,
+      requests: queue.tally.requests,
+      bundled: queue.tally.bundled,
+      bytesKept: queue.tally.kept_bytes,
       workP95_ms: visit.work.quantile_ms(0.95),
       pending: explorer.pending,
       settled: explorer.settled,
