@@ -1,9 +1,11 @@
 import { describe, expect, it } from "vitest";
 import { explore } from "../test/explore.ts";
 import type { Files } from "../test/fixture.ts";
-import { addressOf, BundleReader, inOrder, isSmall, offersBundles, together } from "./bundles.ts";
+import { addressOf, BundleReader, inOrder, isSmall, type Member, offersBundles, together } from "./bundles.ts";
 import type { Vec3 } from "./geometry.ts";
 
+/** Requests so dear that everything small comes in bundles. */
+const DEAR_BYTES = 16_000;
 const ROOM_0: Vec3 = [1, 1.6, 3];
 const hash = (i: number) => i.toString(16).padStart(64, "0");
 const member = (i: number, bytes: number | undefined = 100) => ({ url: `https://host/sub/o/${hash(i)}.glb`, bytes });
@@ -61,11 +63,16 @@ describe("a bundle", () => {
   });
 
   it("holds objects and rungs only", () => {
-    expect(isSmall(member(1))).toBe(true);
-    expect(isSmall({ ...member(1), url: member(1).url.replace(".glb", ".r12.slod") })).toBe(true);
-    expect(isSmall({ ...member(1), bytes: undefined })).toBe(false);
-    expect(isSmall(member(1, 1e6))).toBe(false);
-    expect(isSmall({ url: "https://host/v1/scenes/rooms/index.json", bytes: 10 })).toBe(false);
+    const isTaken = (one: Member, request_bytes = 400) => isSmall(one, request_bytes);
+    const rung = member(1, 6000).url.replace(".glb", ".r12.slod");
+    expect(isTaken({ url: rung, bytes: 6000 })).toBe(true);
+    expect(isTaken({ url: rung, bytes: undefined })).toBe(false);
+    expect(isTaken({ url: rung, bytes: 1e6 })).toBe(false);
+    expect(isTaken({ url: "https://host/v1/scenes/rooms/index.json", bytes: 10 })).toBe(false);
+    // What shrinks alone and not in a bundle is worth it where requests are dear.
+    expect(isTaken(member(1, 500))).toBe(true);
+    expect(isTaken(member(1, 6000))).toBe(false);
+    expect(isTaken(member(1, 6000), 4000)).toBe(true);
   });
 
   it("is offered by a header of the pointer", () => {
@@ -80,8 +87,11 @@ describe("an explorer whose server offers bundles", () => {
   const isBundle = (path: string) => path.startsWith("/o/bundle/");
 
   it("enters a cell with fewer requests, and has the same", async () => {
-    const apart = await explore({});
-    const { explorer, requests, problems, scene, go, quiet } = await explore({ bundles: true });
+    const apart = await explore({ request_bytes: DEAR_BYTES });
+    const { explorer, requests, problems, scene, go, quiet } = await explore({
+      bundles: true,
+      request_bytes: DEAR_BYTES,
+    });
     for (const visit of [apart, { go, quiet }]) {
       visit.go(ROOM_0);
       await visit.quiet();
@@ -102,6 +112,7 @@ describe("an explorer whose server offers bundles", () => {
     const levels = (files: Files) => [...files.keys()].filter((path) => path.endsWith(".glb"));
     const { explorer, requests, problems, go, quiet } = await explore({
       bundles: true,
+      request_bytes: DEAR_BYTES,
       spoil: (files) => {
         const [first = ""] = levels(files);
         const sound = files.get(first) ?? new Uint8Array();
@@ -118,7 +129,10 @@ describe("an explorer whose server offers bundles", () => {
   });
 
   it("asks alone for everything once a bundle could not be had", async () => {
-    const { explorer, requests, problems, files, go, quiet } = await explore({ bundles: true });
+    const { explorer, requests, problems, files, go, quiet } = await explore({
+      bundles: true,
+      request_bytes: DEAR_BYTES,
+    });
     const get = files.get.bind(files);
     // A member is lost for the first bundle only.
     let lost = true;

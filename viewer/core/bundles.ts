@@ -1,8 +1,11 @@
 /**
- * How do many small objects come with one request? As a bundle, where the server offers them (`docs/FORMAT.md`): one address
+ * How do many small files come with one request? As a bundle, where the server offers them (`docs/FORMAT.md`): one address
  * names them all, and its answer holds them one after the other. They are taken out while it arrives.
  */
+import { compressed_bytes } from "./travel.ts";
 
+/** What a name takes in the address of a bundle, and its place in the table. */
+export const NAME_BYTES = 75;
 /** What is larger gains little and would hold up the others. */
 const MOST_MEMBER_BYTES = 16 * 1024;
 /** So much comes together, so that what turns out to be urgent on a slow line need not wait long. */
@@ -29,10 +32,14 @@ export function offersBundles(headers: Headers): boolean {
   return /;\s*rel="?bundles"?/.test(headers.get("Link") ?? "");
 }
 
-/** Whether something may come in a bundle: a small object or rung. */
-export function isSmall({ url, bytes }: Member): boolean {
+/**
+ * Whether something may come in a bundle: a small object or rung that does not take more so than alone. Members are not
+ * compressed, so what shrinks by more than a request costs is better fetched alone.
+ */
+export function isSmall({ url, bytes }: Member, request_bytes: number): boolean {
   const isObject = /\/o\/[0-9a-f]{64}(\.r[0-9]{1,3})?\.[a-z0-9]{1,8}$/.test(url);
-  return isObject && bytes !== undefined && bytes <= MOST_MEMBER_BYTES;
+  if (!isObject || bytes === undefined || bytes > MOST_MEMBER_BYTES) return false;
+  return bytes + NAME_BYTES <= compressed_bytes({ url, bytes }) + request_bytes;
 }
 
 /** The first members that fit into one bundle, of small ones in the order in which they are wanted. */

@@ -24,6 +24,7 @@ import { type Eye, errorThatDoes, plan, shrink, type Want } from "./scheduler.ts
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import type { Surveyed } from "./survey.ts";
+import type { CostOf } from "./travel.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 
 export interface ExplorerOptions {
@@ -215,8 +216,8 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.loads.of(model);
   }
 
-  /** Whether a file need not be fetched any more. */
-  readonly isHere = (url: string): boolean => this.loads.isHere(url);
+  /** What a file takes until it is here. */
+  readonly costOf: CostOf = (file) => this.loads.costOf(file);
 
   /** Why a model is drawn by levels although it has a smooth LOD. */
   noteOf(model: number): string | undefined {

@@ -3,15 +3,15 @@
  * ask for it, cancellable, retried with back-off, its bytes counted and, where the URL holds their hash, verified. Small
  * objects come together where the server offers that, and what this device has kept does not travel at all.
  */
-import { addressOf, BundleReader, inOrder, isSmall, offersBundles, together } from "./bundles.ts";
+import { addressOf, BundleReader, inOrder, isSmall, NAME_BYTES, offersBundles, together } from "./bundles.ts";
+import type { FileRef } from "./documents.ts";
+import { LineMeter, type Meter } from "./linemeter.ts";
 import { purposeOf } from "./priority.ts";
 import type { RequestLog, RequestTrace } from "./requestlog.ts";
 import type { Shelf } from "./shelf.ts";
 import { type Fetch, FetchError, join, transfer } from "./transfer.ts";
+import { compressed_bytes } from "./travel.ts";
 import { type Digest, type Verdict, verify } from "./verify.ts";
-
-/** About what the headers of a request and its answer cost. */
-export const REQUEST_BYTES = 200;
 
 export interface FetchQueueOptions {
   readonly fetch: Fetch;
@@ -29,6 +29,8 @@ export interface FetchQueueOptions {
   readonly log?: RequestLog;
   /** What is kept from visit to visit. */
   readonly shelf?: Shelf | undefined;
+  /** Says what a request costs; learnt from what travels unless given. */
+  readonly meter?: Meter | undefined;
 }
 
 export interface Asked {
@@ -40,7 +42,7 @@ export interface Asked {
   readonly bytes?: number | undefined;
 }
 
-export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" | "shelf"> = {
+export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" | "shelf" | "meter"> = {
   concurrency: 8,
   attempts: 4,
   stall_ms: 20_000,
@@ -84,10 +86,15 @@ export class FetchQueue {
   private transfers = 0;
   private bundles = 0;
   private offersBundles = false;
+  private refusedBundles = false;
   private pumping = false;
   private orders = 0;
 
-  constructor(private readonly options: FetchQueueOptions) {}
+  private readonly meter: Meter;
+
+  constructor(private readonly options: FetchQueueOptions) {
+    this.meter = options.meter ?? new LineMeter(options.concurrency);
+  }
 
   /** Downloads waiting or running. */
   get pending(): number {
@@ -122,6 +129,14 @@ export class FetchQueue {
     this.waiting.set(url, { url, fresh, bytes, controller, promise, resolve, reject, priority, order, trace, alone });
     this.pumpSoon();
     return promise;
+  }
+
+  /** What a file takes until it is here, a share of a request included. */
+  cost_bytes({ url, bytes }: FileRef): number {
+    if (this.shelf?.has(url)) return 0;
+    const { request_bytes } = this.meter;
+    const small = this.offersBundles && isSmall({ url, bytes }, request_bytes);
+    return small ? bytes + NAME_BYTES : compressed_bytes({ url, bytes }) + request_bytes;
   }
 
   /** Compares bytes that came in pieces with the hash in the URL of the whole. */
@@ -198,7 +213,9 @@ export class FetchQueue {
   /** Whether a download may come in a bundle. */
   private mayCome(download: Download): boolean {
     const { url, fresh, alone } = download;
-    return this.offersBundles && !fresh && !alone && isSmall(download) && !this.shelf?.has(url);
+    return (
+      this.offersBundles && !fresh && !alone && isSmall(download, this.meter.request_bytes) && !this.shelf?.has(url)
+    );
   }
 
   private async run(download: Download): Promise<void> {
@@ -244,10 +261,9 @@ export class FetchQueue {
           if (member) given.push(this.take(member, bytes));
         }
       });
-      if (!reader.isWhole) this.offersBundles = false;
+      if (!reader.isWhole) this.refuseBundles();
     } catch (error) {
-      // What the server cannot answer so once, it is not asked so again.
-      if (!(error instanceof FetchError) || error.kind === "status") this.offersBundles = false;
+      if (!(error instanceof FetchError) || error.kind === "status") this.refuseBundles();
     } finally {
       this.bundles -= 1;
     }
@@ -257,6 +273,12 @@ export class FetchQueue {
       member.alone = true;
       this.waiting.set(member.url, member);
     }
+  }
+
+  /** What the server cannot answer so once, it is not asked so again. */
+  private refuseBundles(): void {
+    this.offersBundles = false;
+    this.refusedBundles = true;
   }
 
   /** A member of a bundle, unless it is damaged. */
@@ -311,8 +333,16 @@ export class FetchQueue {
     receive: (piece: Uint8Array) => void,
   ): Promise<void> {
     const { fetch, stall_ms } = this.options;
-    const headers = await transfer(url, { fetch, cache, signal, stall_ms }, receive);
-    this.offersBundles ||= offersBundles(headers);
+    const trace = this.meter.starts();
+    try {
+      const headers = await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
+        trace.receives(piece.byteLength);
+        receive(piece);
+      });
+      this.offersBundles ||= !this.refusedBundles && offersBundles(headers);
+    } finally {
+      trace.ends();
+    }
   }
 }
 

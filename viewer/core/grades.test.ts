@@ -1,17 +1,8 @@
 import { describe, expect, it } from "vitest";
 import type { Level, Model } from "./documents.ts";
-import { REQUEST_BYTES } from "./fetchqueue.ts";
-import {
-  ALL_RUNGS,
-  cost_bytes,
-  type Grade,
-  goalOf,
-  gradesOf,
-  isGoodEnough,
-  NOTHING_HERE,
-  nameOf,
-  stepTowards,
-} from "./grades.ts";
+import { ALL_RUNGS, cost_bytes, type Grade, goalOf, gradesOf, isGoodEnough, nameOf, stepTowards } from "./grades.ts";
+import { HEADER_BYTES } from "./linemeter.ts";
+import { type CostOf, costAlone_bytes } from "./travel.ts";
 
 const NOTHING_FAILED: ReadonlySet<string> = new Set();
 
@@ -49,7 +40,7 @@ function model(levels: number[], rungs: number[], { pictures = 0, packed = false
 
 const grade = (of: Model, name: string) => gradesOf(of).find((one) => nameOf(one) === name) as Grade;
 const chosen = (of: Model, most_error: number, held?: string, failed = NOTHING_FAILED) => {
-  const goal = goalOf(of, most_error, { held: held ? grade(of, held) : undefined, failed }, NOTHING_HERE);
+  const goal = goalOf(of, most_error, { held: held ? grade(of, held) : undefined, failed }, costAlone_bytes);
   return goal && nameOf(goal);
 };
 
@@ -64,27 +55,27 @@ describe("the grade of a model", () => {
     expect(chosen(cheapLevels, 0.1)).toBe("level 0");
   });
 
-  it("counts requests, and none for what stands in a pack", () => {
-    const even = model([9000, 4000, 800], [600, 1200, 2400]);
+  it("counts requests, and none for what stands in a pack; and how much kinds of files shrink", () => {
+    const even = model([9000, 4000, 1000], [600, 1200, 2400]);
     expect(chosen(even, 0.4)).toBe("level 2");
-    const one = cost_bytes(even, grade(even, "rung 0"), undefined, NOTHING_HERE);
-    expect(one).toBe(600 + 100 + 2 * REQUEST_BYTES);
-    expect(cost_bytes(even, grade(even, "level 2"), undefined, NOTHING_HERE)).toBe(800 + REQUEST_BYTES);
-    const packed = model([9000, 4000, 1200], [600, 1200, 2400], { packed: true });
-    expect(cost_bytes(packed, grade(packed, "level 2"), undefined, NOTHING_HERE)).toBe(1200);
+    const one = cost_bytes(even, grade(even, "rung 0"), undefined, costAlone_bytes);
+    expect(one).toBe(600 + 35 + 2 * HEADER_BYTES);
+    expect(cost_bytes(even, grade(even, "level 2"), undefined, costAlone_bytes)).toBe(470 + HEADER_BYTES);
+    const packed = model([9000, 4000, 1000], [600, 1200, 2400], { packed: true });
+    expect(cost_bytes(packed, grade(packed, "level 2"), undefined, costAlone_bytes)).toBe(310);
   });
 
   it("does not count again what is held", () => {
-    const refined = model([5000, 3000, 2500], [1000, 4000, 7000]);
+    const refined = model([15_000, 9000, 7000], [1000, 4000, 7000]);
     expect(chosen(refined, 0)).toBe("level 0");
     expect(chosen(refined, 0, "rung 1")).toBe("rung 2");
   });
 
   it("counts pictures unless they are here", () => {
-    const pictured = model([5000, 3000, 2500], [300, 700, 1500], { pictures: 100_000 });
+    const pictured = model([9000, 6000, 5000], [300, 700, 1500], { pictures: 100_000 });
     expect(chosen(pictured, 0)).toBe("level 0");
-    const isHere = (url: string) => url.endsWith(".png");
-    const goal = goalOf(pictured, 0, { held: undefined, failed: NOTHING_FAILED }, isHere);
+    const decoded: CostOf = (file) => (file.url.endsWith(".png") ? 0 : costAlone_bytes(file));
+    const goal = goalOf(pictured, 0, { held: undefined, failed: NOTHING_FAILED }, decoded);
     expect(goal).toMatchObject({ kind: "rung", number: 2 });
   });
 

@@ -3,13 +3,13 @@
  * smooth LOD gives up to a rung.
  *
  * The rule, in one place for first pictures and for refining: of the grades that are good enough for an error, the one for
- * which the fewest bytes have still to travel. Rungs that are held are not paid again, nor are pictures and materials
- * that are here; each request counts {@link REQUEST_BYTES}. So smooth LODs are left alone where they would be worse:
- * where a level costs less, as for a model whose pictures a coarse level names in a smaller size, or one that refines from a
- * level that is nearly good enough.
+ * which the fewest bytes have still to travel ({@link CostOf}: compressed, requests included). Rungs that are held are not
+ * paid again, nor are pictures and materials that are here. So smooth LODs are left alone where they would be worse:
+ * where the coarsest levels of many models come in one compressed pack, where a coarse level names its pictures in a
+ * smaller size, or where a model is too small to pay for its materials.
  */
 import type { FileRef, Level, Model, Rung, Smooth } from "./documents.ts";
-import { REQUEST_BYTES } from "./fetchqueue.ts";
+import { type CostOf, compressed_bytes } from "./travel.ts";
 
 /** One way to draw a model. */
 export interface Grade {
@@ -29,15 +29,11 @@ export interface Holding {
   readonly failed: ReadonlySet<string>;
 }
 
-/** Whether a file need not be fetched: a picture that is decoded, a document that was read. */
-export type IsHere = (url: string) => boolean;
-
 /** A smooth LOD that is damaged anywhere is not used at all. */
 export const ALL_RUNGS = "rungs";
 /** Rungs come together up to so many bytes, so that small models take one step and large ones show each. */
 const STEP_BYTES = 8192;
 
-export const NOTHING_HERE: IsHere = () => false;
 const NO_FILES: readonly FileRef[] = [];
 
 export function nameOf({ kind, number }: Pick<Grade, "kind" | "number">): string {
@@ -98,21 +94,21 @@ export function slicesOf({ rungs }: Smooth, { number }: Pick<Grade, "number">, h
   return slices.map(({ url, from, to }) => ({ url, bytes: to - from }));
 }
 
-/** Bytes that have still to travel until a model can be drawn so, requests included. */
-export function cost_bytes(model: Model, grade: Grade, held: Grade | undefined, isHere: IsHere): number {
-  const missing = filesOf(model, grade, held).filter(({ url }) => !isHere(url));
+/** Bytes that have still to travel until a model can be drawn so. */
+export function cost_bytes(model: Model, grade: Grade, held: Grade | undefined, costOf: CostOf): number {
+  const level = grade.kind === "level" ? model.levels[grade.number] : undefined;
   // A pack is asked for once, for many.
-  const packed = grade.kind === "level" && model.levels[grade.number]?.pack !== undefined;
-  const requests = missing.length - (packed ? 1 : 0);
-  return missing.reduce((sum, { bytes }) => sum + bytes, requests * REQUEST_BYTES);
+  const packed_bytes = level?.pack && compressed_bytes({ url: level.pack.url, bytes: level.bytes });
+  const files = filesOf(model, grade, held);
+  return files.reduce((sum, file) => sum + (file === level ? (packed_bytes ?? costOf(file)) : costOf(file)), 0);
 }
 
 /** What to draw a model with in the end where errors up to this do; `undefined` when nothing that would do can be had. */
-export function goalOf(model: Model, most_error: number, holding: Holding, isHere: IsHere): Grade | undefined {
+export function goalOf(model: Model, most_error: number, holding: Holding, costOf: CostOf): Grade | undefined {
   let best: { grade: Grade; bytes: number } | undefined;
   for (const grade of gradesOf(model)) {
     if (isFailed(holding, grade) || !isGoodEnough(model, grade, most_error)) continue;
-    const bytes = cost_bytes(model, grade, holding.held, isHere);
+    const bytes = cost_bytes(model, grade, holding.held, costOf);
     if (!best || bytes < best.bytes) best = { grade, bytes };
   }
   return best?.grade;

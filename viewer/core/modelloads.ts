@@ -16,6 +16,7 @@ import type { Stock, Want } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
 import { FetchError } from "./transfer.ts";
+import type { CostOf } from "./travel.ts";
 import type { Tree } from "./tree.ts";
 
 /** What draws: takes decoded levels and shows objects that use them. Knows nothing of cells or downloads. */
@@ -85,8 +86,7 @@ export class ModelLoads implements Stock {
     return { held: this.parts.residency.held(model)?.grade, failed: this.failed.get(model) ?? NONE };
   }
 
-  readonly isHere = (url: string): boolean =>
-    this.materials.has(url) || this.lostTextures.has(url) || !this.parts.host.needsTexture(url);
+  readonly costOf: CostOf = (file) => (this.isHere(file.url) ? 0 : this.parts.queue.cost_bytes(file));
 
   /** Why a model is drawn by levels although it has a smooth LOD. */
   noteOf(model: number): string | undefined {
@@ -145,6 +145,11 @@ export class ModelLoads implements Stock {
       this.shortOfMemory ||= first;
       return false;
     });
+  }
+
+  /** Whether a file need not be fetched any more, or cannot be. */
+  private isHere(url: string): boolean {
+    return this.materials.has(url) || this.lostTextures.has(url) || !this.parts.host.needsTexture(url);
   }
 
   private drop(model: number): void {

@@ -3,9 +3,10 @@
  * and of their textures, each once however many objects share them.
  */
 import type { Grade, Holding } from "./grades.ts";
-import { filesOf, goalOf, isGoodEnough, NOTHING_HERE } from "./grades.ts";
+import { filesOf, goalOf, isGoodEnough } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import { type Eye, errorThatDoes, firstGoal } from "./scheduler.ts";
+import { costAlone_bytes } from "./travel.ts";
 
 export interface Progress {
   readonly loaded_bytes: number;
@@ -18,7 +19,7 @@ export type HoldingOf = (model: number) => Holding;
 /** Towards the first picture: something of everything visible. */
 export function firstProgress(visible: readonly PlacedObject[], holdingOf: HoldingOf): Progress {
   return progressTowards(visible, holdingOf, (object, asked) => ({
-    grade: firstGoal(object, asked, NOTHING_HERE),
+    grade: firstGoal(object, asked, costAlone_bytes),
     does: true,
   }));
 }
@@ -32,7 +33,7 @@ export function sharpProgress(
 ): Progress {
   return progressTowards(visible, holdingOf, (object, asked, held) => {
     const most_error = errorThatDoes(object, eye, target_px);
-    const grade = goalOf(object.model, most_error, asked, NOTHING_HERE);
+    const grade = goalOf(object.model, most_error, asked, costAlone_bytes);
     return { grade, does: held !== undefined && isGoodEnough(object.model, held, most_error) };
   });
 }

@@ -1,8 +1,9 @@
 import { describe, expect, it } from "vitest";
-import { type Grade, goalOf, NOTHING_HERE } from "./grades.ts";
+import { type Grade, goalOf } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import { firstProgress, sharpProgress } from "./progress.ts";
 import { type Eye, errorThatDoes, plan, type Stock, screenError_px, shrink } from "./scheduler.ts";
+import { costAlone_bytes } from "./travel.ts";
 
 const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
 const TARGET_PX = 1.5;
@@ -47,7 +48,7 @@ function holding(held: Record<number, number>, failed: Record<number, number[]> 
       held: held[model] === undefined ? undefined : level(held[model]),
       failed: new Set((failed[model] ?? []).map((number) => `level ${number}`)),
     }),
-    isHere: NOTHING_HERE,
+    costOf: costAlone_bytes,
   };
 }
 const summary = (wants: ReturnType<typeof plan>) => wants.map((want) => [want.object.model.model, want.grade.number]);
@@ -105,7 +106,7 @@ it("an eye inside an object's box wants the finest level", () => {
   const around = object(0, 0, -0.5, [0.001, 0.1]);
   const most_error = errorThatDoes(around, EYE, 1.5);
   const nothing = { held: undefined, failed: new Set<string>() };
-  expect(goalOf(around.model, most_error, nothing, NOTHING_HERE)).toMatchObject({ kind: "level", number: 0 });
+  expect(goalOf(around.model, most_error, nothing, costAlone_bytes)).toMatchObject({ kind: "level", number: 0 });
 });
 
 const having = (grade: Grade | undefined) => ({ held: grade, failed: new Set<string>() });

@@ -16,7 +16,6 @@ import {
   type Grade,
   goalOf,
   type Holding,
-  type IsHere,
   isFailed,
   isGoodEnough,
   levelGrade,
@@ -25,6 +24,7 @@ import {
 import { geometricError_m, type PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
 import type { Held } from "./residency.ts";
+import type { CostOf } from "./travel.ts";
 
 export interface Eye {
   readonly position: Vec3;
@@ -47,7 +47,7 @@ export interface Want {
 /** What is known while one plans. */
 export interface Stock {
   of(model: number): Holding;
-  readonly isHere: IsHere;
+  readonly costOf: CostOf;
 }
 
 /** How many pixels an error covers at an object's distance. */
@@ -75,13 +75,13 @@ export function plan(visible: readonly PlacedObject[], stock: Stock, eye: Eye, t
     const { model } = object;
     const holding = stock.of(model.model);
     if (holding.held === undefined) {
-      const goal = first.has(model.model) ? undefined : firstGoal(object, holding, stock.isHere);
+      const goal = first.has(model.model) ? undefined : firstGoal(object, holding, stock.costOf);
       if (!goal) return;
       const grade = stepTowards(model, goal, undefined);
       first.set(model.model, { object, grade, priority: PRIORITY.coarsest + rank, error_px: undefined });
       return;
     }
-    const want = refinement(object, holding.held, holding, stock.isHere, eye, target_px);
+    const want = refinement(object, holding.held, holding, stock.costOf, eye, target_px);
     const other = finer.get(model.model);
     if (!want) return;
     if (!other) finer.set(model.model, want);
@@ -94,8 +94,8 @@ export function plan(visible: readonly PlacedObject[], stock: Stock, eye: Eye, t
 }
 
 /** What a first picture of an object is made of: what costs least of all that is at least as good as its coarsest level. */
-export function firstGoal({ model }: PlacedObject, holding: Holding, isHere: IsHere): Grade | undefined {
-  return goalOf(model, coarsestLevel(model)?.geometricError ?? Number.POSITIVE_INFINITY, holding, isHere);
+export function firstGoal({ model }: PlacedObject, holding: Holding, costOf: CostOf): Grade | undefined {
+  return goalOf(model, coarsestLevel(model)?.geometricError ?? Number.POSITIVE_INFINITY, holding, costOf);
 }
 
 /** The next step of an object of which something is held, unless that will do. */
@@ -103,7 +103,7 @@ function refinement(
   object: PlacedObject,
   held: Grade,
   holding: Holding,
-  isHere: IsHere,
+  costOf: CostOf,
   eye: Eye,
   target_px: number,
 ): Want | undefined {
@@ -111,7 +111,7 @@ function refinement(
   const most_error = errorThatDoes(object, eye, target_px);
   const unsound = isFailed(holding, held);
   if (!unsound && isGoodEnough(model, held, most_error)) return undefined;
-  const goal = goalOf(model, most_error, holding, isHere);
+  const goal = goalOf(model, most_error, holding, costOf);
   if (!goal) return undefined;
   const error_px = unsound ? Number.MAX_VALUE : errorOf_px(object, held, eye);
   const priority = PRIORITY.finer + 100_000 / (1 + error_px);

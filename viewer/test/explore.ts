@@ -6,6 +6,7 @@ import { Explorer } from "../core/explorer.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import type { Vec3 } from "../core/geometry.ts";
+import { HEADER_BYTES } from "../core/linemeter.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import { PublishedScene } from "../core/published.ts";
@@ -49,14 +50,24 @@ export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
   readonly memory_limit_bytes?: number;
   readonly spoil?: (files: Files) => void;
   readonly shelf?: Shelf;
+  /** What a request costs; low, so that choices do not depend on how fast this machine is. */
+  readonly request_bytes?: number;
 }
 
 /** An explorer of the published rooms. */
-export async function explore({ memory_limit_bytes = 1e9, spoil, shelf, bundles = false, ...options }: SetUp = {}) {
+export async function explore({
+  memory_limit_bytes = 1e9,
+  spoil,
+  shelf,
+  request_bytes = HEADER_BYTES,
+  bundles = false,
+  ...options
+}: SetUp = {}) {
+  const meter = { request_bytes, starts: () => ({ receives: () => {}, ends: () => {} }) };
   const files = publish({ rooms: 6, ...options });
   spoil?.(files);
   const { fetch, requests } = serveFiles(files, { bundles });
-  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest(), shelf });
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest(), shelf, meter });
   const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
   const host = new RecordingHost();
   const problems: unknown[] = [];

@@ -50,7 +50,7 @@ export class Ladder implements Section {
     const { held } = holding;
     const most_error = errorThatDoes(picked, eye, TARGET_PX);
     const does = held && isGoodEnough(model, held, most_error);
-    const wanted = does ? held : goalOf(model, most_error, holding, explorer.isHere);
+    const wanted = does ? held : goalOf(model, most_error, holding, explorer.costOf);
     const head = ["", "triangles", "bytes", "off by", ""].map((text) => make("th", { scope: "col" }, text));
     const rows = gradesOf(model).map((grade) => {
       const error = `${(1000 * geometricError_m(picked, grade)).toFixed(1)} mm · ${errorOf_px(picked, grade, eye).toFixed(1)} px`;
