@@ -224,6 +224,11 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.loads.noteOf(model);
   }
 
+  /** Why models are drawn by levels although they have smooth LODs. */
+  get notes(): readonly string[] {
+    return this.loads.allNotes;
+  }
+
   /** The record of any cell, fetched when needed. */
   record(cell: number): Promise<CellRecord> {
     return this.records.read(cell, PRIORITY.document);

@@ -93,7 +93,7 @@ export class FetchQueue {
   private readonly meter: Meter;
 
   constructor(private readonly options: FetchQueueOptions) {
-    this.meter = options.meter ?? new LineMeter(options.concurrency);
+    this.meter = options.meter ?? new LineMeter();
   }
 
   /** Downloads waiting or running. */

@@ -1,6 +1,16 @@
 import { describe, expect, it } from "vitest";
 import type { Level, Model } from "./documents.ts";
-import { ALL_RUNGS, cost_bytes, type Grade, goalOf, gradesOf, isGoodEnough, nameOf, stepTowards } from "./grades.ts";
+import {
+  ALL_RUNGS,
+  cost_bytes,
+  filesOf,
+  type Grade,
+  goalOf,
+  gradesOf,
+  isGoodEnough,
+  nameOf,
+  stepTowards,
+} from "./grades.ts";
 import { HEADER_BYTES } from "./linemeter.ts";
 import { type CostOf, costAlone_bytes } from "./travel.ts";
 
@@ -94,8 +104,15 @@ describe("the grade of a model", () => {
   });
 });
 
+it("a stream that is wanted whole is one file, and after some rungs the rungs that are missing", () => {
+  const three = model([9000], [300, 700, 1500]);
+  const files = (held?: Grade) => filesOf(three, grade(three, "rung 2"), held).map(({ url }) => url);
+  expect(files()).toEqual(["/o/a.slod", "/o/a.gltf"]);
+  expect(files(grade(three, "rung 0"))).toEqual(["/o/a.r1.slod", "/o/a.r2.slod", "/o/a.gltf"]);
+});
+
 it("small rungs come in one step, large ones each by itself, and a level at once", () => {
-  const small = model([90_000], [1000, 2000, 8000, 30_000, 60_000]);
+  const small = model([90_000], [1000, 2000, 16_000, 30_000, 60_000]);
   const steps: string[] = [];
   let held: Grade | undefined;
   const goal = grade(small, "rung 4");

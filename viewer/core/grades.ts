@@ -32,7 +32,7 @@ export interface Holding {
 /** A smooth LOD that is damaged anywhere is not used at all. */
 export const ALL_RUNGS = "rungs";
 /** Rungs come together up to so many bytes, so that small models take one step and large ones show each. */
-const STEP_BYTES = 8192;
+const STEP_BYTES = 16 * 1024;
 
 const NO_FILES: readonly FileRef[] = [];
 
@@ -88,10 +88,11 @@ export function filesOf(model: Model, { kind, number }: Grade, held?: Grade): re
   return [...slicesOf(model.smooth, { number }, held), materials, ...textures];
 }
 
-/** The rungs that follow those that are held, up to one. */
-export function slicesOf({ rungs }: Smooth, { number }: Pick<Grade, "number">, held?: Grade): FileRef[] {
-  const slices = rungs.slice(held?.kind === "rung" ? held.number + 1 : 0, number + 1);
-  return slices.map(({ url, from, to }) => ({ url, bytes: to - from }));
+/** The rungs that follow those that are held, up to one; the whole stream, with one request, where that is all of it. */
+export function slicesOf({ url, bytes, rungs }: Smooth, { number }: Pick<Grade, "number">, held?: Grade): FileRef[] {
+  const first = held?.kind === "rung" ? held.number + 1 : 0;
+  if (first === 0 && number === rungs.length - 1) return [{ url, bytes }];
+  return rungs.slice(first, number + 1).map(({ url, from, to }) => ({ url, bytes: to - from }));
 }
 
 /** Bytes that have still to travel until a model can be drawn so. */

@@ -1,13 +1,13 @@
 /**
- * What does a request cost on this line? Its headers, and the bytes that could have come while one waits for the answer to
- * begin: on a slow line next to nothing, on a fast and distant one more than many a file. Learnt from what travels.
+ * What does a request cost on this line? Its headers, and what could have come while nothing came because every request under
+ * way was still waiting for its answer to begin: next to nothing on a slow line, which is always busy, and on a fast and
+ * distant one more than many a file. Learnt from what travels.
  */
 
 /** About what the headers of a request and its answer take; `belvedere walk` counts the same. */
 export const HEADER_BYTES = 400;
 /** What was seen so long ago counts half. */
 const HALF_LIFE_MS = 5000;
-const LATENCY_WEIGHT = 0.2;
 /** Nothing is gained by believing more. */
 const MOST_BYTES = 16 * 1024;
 
@@ -24,59 +24,62 @@ export interface Meter {
 }
 
 export class LineMeter implements Meter {
-  private latency_ms: number | undefined;
-  /** Bytes that came, and the time in which some were awaited, fading. */
+  /** All of these fade. */
   private bytes = 0;
-  private awaited_ms = 0;
-  private active = 0;
+  private requests = 0;
+  /** Time in which answers came, and in which all that was asked for was awaited. */
+  private coming_ms = 0;
+  private idle_ms = 0;
+  /** Requests whose answers come, and those that wait for them. */
+  private coming = 0;
+  private waiting = 0;
   private seen_ms: number;
 
-  /** `lanes` is how many requests go side by side and share the line. */
-  constructor(
-    private readonly lanes: number,
-    private readonly now_ms: () => number = () => performance.now(),
-  ) {
+  constructor(private readonly now_ms: () => number = () => performance.now()) {
     this.seen_ms = now_ms();
   }
 
   get request_bytes(): number {
-    if (this.latency_ms === undefined || this.awaited_ms === 0) return HEADER_BYTES;
-    const missed = (this.latency_ms * this.bytes) / this.awaited_ms / this.lanes;
-    return Math.min(MOST_BYTES, HEADER_BYTES + missed);
+    if (this.idle_ms === 0 || this.bytes === 0) return HEADER_BYTES;
+    // Where answers come in no time, any file is cheaper than a request.
+    const missed = this.coming_ms === 0 ? Number.POSITIVE_INFINITY : (this.idle_ms * this.bytes) / this.coming_ms;
+    return Math.min(MOST_BYTES, HEADER_BYTES + missed / this.requests);
   }
 
   starts(): LineTrace {
     this.tick();
-    this.active += 1;
-    const started_ms = this.seen_ms;
-    let [waiting, running] = [true, true];
+    this.requests += 1;
+    this.waiting += 1;
+    let state: "waiting" | "coming" | "ended" = "waiting";
     return {
       receives: (bytes) => {
         this.tick();
         this.bytes += bytes;
-        if (waiting) this.answered(this.seen_ms - started_ms);
-        waiting = false;
+        if (state !== "waiting") return;
+        state = "coming";
+        this.waiting -= 1;
+        this.coming += 1;
       },
       ends: () => {
         this.tick();
-        if (running) this.active -= 1;
-        running = false;
+        if (state === "waiting") this.waiting -= 1;
+        if (state === "coming") this.coming -= 1;
+        state = "ended";
       },
     };
-  }
-
-  private answered(after_ms: number): void {
-    const before_ms = this.latency_ms ?? after_ms;
-    this.latency_ms = before_ms + LATENCY_WEIGHT * (after_ms - before_ms);
   }
 
   private tick(): void {
     const now_ms = this.now_ms();
     const passed_ms = now_ms - this.seen_ms;
     this.seen_ms = now_ms;
-    if (this.active === 0) return;
+    if (this.waiting + this.coming === 0) return;
     const left = 0.5 ** (passed_ms / HALF_LIFE_MS);
     this.bytes *= left;
-    this.awaited_ms = this.awaited_ms * left + passed_ms;
+    this.requests *= left;
+    this.coming_ms *= left;
+    this.idle_ms *= left;
+    if (this.coming > 0) this.coming_ms += passed_ms;
+    else this.idle_ms += passed_ms;
   }
 }

@@ -93,6 +93,11 @@ export class ModelLoads implements Stock {
     return this.notes.get(model);
   }
 
+  /** All of these reasons. */
+  get allNotes(): readonly string[] {
+    return [...this.notes.values()];
+  }
+
   /** Forgets failures, so that they are tried again. */
   forgive(): void {
     this.failed.clear();
@@ -204,7 +209,7 @@ export class ModelLoads implements Stock {
     this.notes.set(model, error instanceof Error ? error.message : String(error));
     this.parts.smooth.close(model);
     // Any of them may be the damaged one.
-    for (const { url } of smooth?.rungs ?? []) this.parts.queue.shelf?.forget(url);
+    for (const { url } of smooth ? [smooth, ...smooth.rungs] : []) this.parts.queue.shelf?.forget(url);
   }
 
   private async bring(load: Load, packs: ReadonlySet<string>): Promise<void> {
@@ -250,7 +255,7 @@ export class ModelLoads implements Stock {
     ]);
     return () => {
       load.state = "uploading";
-      return this.parts.smooth.refine(model.model, smooth, rungs, materials);
+      return this.parts.smooth.refine(model.model, smooth, grade.number, rungs, materials);
     };
   }
 

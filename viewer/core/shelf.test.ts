@@ -134,6 +134,8 @@ describe("an explorer that was here before", () => {
         }
       },
     });
+    go([5.5, 1.6, 5.5]);
+    await quiet();
     go([1.5, 0.5, 2.4]);
     await quiet();
     await shelf.done();

@@ -1,20 +1,29 @@
+import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
-import { join } from "node:path";
+import { join as pathOf } from "node:path";
 import validator from "gltf-validator";
 import { describe, expect, it } from "vitest";
 import { explore } from "../test/explore.ts";
 import { type Files, GOLDEN } from "../test/fixture.ts";
+import type { Smooth } from "./documents.ts";
 import type { Vec3 } from "./geometry.ts";
 import { readHeader } from "./smooth/header.ts";
 import { type Answer, type Order, SlicedDecoding, WorkerDecoding } from "./smoothdecoding.ts";
+import { SmoothLods } from "./smoothlods.ts";
 import { SmoothStream } from "./smoothstream.ts";
+import { join } from "./transfer.ts";
+import { verify, webCryptoDigest } from "./verify.ts";
 
-const BALL_ROOM: Vec3 = [1.5, 0.5, 2.4];
+/** From afar the ball's first rung will do, from near by it takes the last. */
+const [AFAR, NEAR]: [Vec3, Vec3] = [
+  [5.5, 1.6, 5.5],
+  [1.5, 0.5, 2.4],
+];
 const MATERIALS = JSON.stringify({ asset: { version: "2.0" }, materials: [{ name: "glaze" }, { name: "clay" }] });
 
 /** The rungs of a stream that the encoder's own tests wrote. */
 function rungsOf(name: string): ArrayBuffer[] {
-  const bytes = new Uint8Array(readFileSync(join(GOLDEN, `${name}.slod`)));
+  const bytes = new Uint8Array(readFileSync(pathOf(GOLDEN, `${name}.slod`)));
   const cuts = readHeader(bytes)?.cuts ?? [];
   return cuts.map((cut, i) => bytes.slice(cuts[i - 1]?.bytes ?? 0, cut.bytes).buffer);
 }
@@ -24,7 +33,12 @@ const isBall = (path: string) => /\.r\d+\.slod$/.test(path);
 describe("an explorer with smooth LODs", () => {
   it("fetches each rung once and refines what it has", async () => {
     const { explorer, host, requests, problems, scene, go, quiet } = await explore({ smooth: true });
-    go(BALL_ROOM);
+    go(AFAR);
+    await quiet();
+    expect(requests.filter(isBall).length).toBe(1);
+    expect(explorer.residency.grades()).toHaveProperty("r0", 1);
+    expect(explorer.quality()).toEqual({ here: 1, sharp: 1 });
+    go(NEAR);
     await quiet();
     expect(problems).toEqual([]);
     expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
@@ -38,7 +52,7 @@ describe("an explorer with smooth LODs", () => {
     expect(progress.loaded_bytes).toBe(progress.total_bytes);
     // Pointer and whatever has no hash; rungs are verified with the last of them.
     expect(scene.queue.tally.unverified).toBe(1);
-    expect(host.uploads.filter(({ model }) => model === 3).length).toBeGreaterThanOrEqual(1);
+    expect(host.uploads.filter(({ model }) => model === 3).length).toBe(2);
   });
 
   const spoilers: Record<string, (bytes: Uint8Array) => Uint8Array | undefined> = {
@@ -57,7 +71,10 @@ describe("an explorer with smooth LODs", () => {
       else files.delete(last);
     };
     const { explorer, problems, files, go, quiet } = await explore({ smooth: true, spoil });
-    go(BALL_ROOM);
+    go(AFAR);
+    await quiet();
+    expect(explorer.noteOf(3)).toBeUndefined();
+    go(NEAR);
     await quiet();
     expect(problems).toEqual([]);
     expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
@@ -115,6 +132,35 @@ describe("a stream", () => {
     const waiting = there.refine(8, rungsOf("bowl"), MATERIALS);
     there.end();
     await expect(waiting).rejects.toThrow("any more");
+  });
+
+  it("that comes whole gives the same as its rungs", async () => {
+    const rungs = rungsOf("plain");
+    const whole = join(rungs.map((rung) => new Uint8Array(rung)));
+    let to = 0;
+    const smooth: Smooth = {
+      url: `/o/${createHash("sha256").update(new Uint8Array(whole)).digest("hex")}.slod`,
+      bytes: whole.byteLength,
+      materials: { url: "", bytes: 0 },
+      textures: [],
+      rungs: rungs.map(({ byteLength }) => {
+        to += byteLength;
+        return { url: "", from: to - byteLength, to, triangles: 0, geometricError: 0 };
+      }),
+    };
+    const check = (url: string, bytes: ArrayBuffer) => verify(url, bytes, webCryptoDigest());
+    const lods = new SmoothLods(() => new SlicedDecoding(), check);
+    const last = rungs.length - 1;
+    const first = await lods.refine(1, smooth, 0, rungs.slice(0, 1), MATERIALS);
+    expect(first.state_bytes).toBeGreaterThan(rungs[0]?.byteLength ?? 0);
+    const apart = await lods.refine(1, smooth, last, rungs.slice(1), MATERIALS);
+    const atOnce = await lods.refine(2, smooth, last, [whole], MATERIALS);
+    expect(apart.state_bytes + atOnce.state_bytes).toBe(0);
+    expect(new Uint8Array(apart.glb)).toEqual(new Uint8Array(atOnce.glb));
+    const wrong = new Uint8Array(whole.slice(0));
+    wrong[wrong.length - 1] = (wrong[wrong.length - 1] ?? 0) ^ 1;
+    await expect(lods.refine(3, smooth, last, [wrong.buffer], MATERIALS)).rejects.toThrow("name promises");
+    await expect(lods.refine(4, smooth, last, rungs.slice(1), MATERIALS)).rejects.toThrow("up to rung");
   });
 
   it("that is damaged is refused", async () => {

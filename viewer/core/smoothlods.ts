@@ -30,39 +30,37 @@ export class SmoothLods {
   ) {}
 
   /**
-   * Takes in the rungs that follow those that were taken in of a model. Fails when they are damaged; then the stream is
-   * of no use and should be closed.
+   * Takes in what follows what was taken in of a model, up to a rung. Fails when it is damaged; then the stream is of no use
+   * and should be closed.
    */
   async refine(
     model: number,
-    { url, rungs }: Smooth,
+    smooth: Smooth,
+    rung: number,
     next: readonly ArrayBuffer[],
     materials: string,
   ): Promise<Refined> {
     const stream = this.streams.get(model) ?? { number: this.opened++, taken: [] };
     this.streams.set(model, stream);
-    for (const bytes of next) {
-      const { from = 0, to = 0 } = rungs[stream.taken.length] ?? {};
-      if (bytes.byteLength !== to - from) {
-        throw new Error(`rung ${stream.taken.length} of ${url} has ${bytes.byteLength} bytes, and not ${to - from}`);
-      }
-      stream.taken.push(bytes);
+    stream.taken.push(...next);
+    const taken_bytes = stream.taken.reduce((sum, { byteLength }) => sum + byteLength, 0);
+    const told_bytes = smooth.rungs[rung]?.to;
+    if (taken_bytes !== told_bytes) {
+      throw new Error(`${smooth.url} has ${taken_bytes} bytes up to rung ${rung}, and not ${told_bytes}`);
     }
-    const isWhole = stream.taken.length === rungs.length;
-    if (isWhole) {
-      const whole = join(stream.taken.map((bytes) => new Uint8Array(bytes)));
-      if ((await this.verify(url, whole)) === "mismatch") {
-        throw new Error(`the rungs of ${url} are not the bytes that its name promises`);
-      }
-    }
+    const isWhole = taken_bytes === smooth.bytes;
+    if (isWhole) await this.check(smooth.url, stream.taken);
     this.decoding ??= this.begin();
     const { glb, state_bytes } = await this.decoding.refine(stream.number, next, materials);
-    if (isWhole) {
-      this.close(model);
-      return { glb, state_bytes: 0 };
+    if (isWhole) this.close(model);
+    return { glb, state_bytes: isWhole ? 0 : state_bytes + taken_bytes };
+  }
+
+  private async check(url: string, parts: readonly ArrayBuffer[]): Promise<void> {
+    const whole = join(parts.map((bytes) => new Uint8Array(bytes)));
+    if ((await this.verify(url, whole)) === "mismatch") {
+      throw new Error(`the rungs of ${url} are not the bytes that its name promises`);
     }
-    const kept_bytes = stream.taken.reduce((sum, { byteLength }) => sum + byteLength, 0);
-    return { glb, state_bytes: state_bytes + kept_bytes };
   }
 
   /** Forgets what came of a model. */

@@ -199,7 +199,7 @@ class Publisher {
       const from = cuts[number - 1]?.bytes ?? 0;
       const rung = url.replace(".slod", `.r${number}.slod`);
       this.files.set(rung, bytes.slice(from, to));
-      const geometric_error_m = number === cuts.length - 1 ? 0 : 0.06 / (1 + number);
+      const geometric_error_m = number === cuts.length - 1 ? 0 : 0.018 / (1 + number);
       return { url: rung, from, to, triangles, geometric_error_m, rms_error_m: 0 };
     });
     const document = { asset: { version: "2.0" }, materials: [{ name: "glaze" }, { name: "clay" }] };

@@ -52,6 +52,8 @@ export interface State {
   readonly closedDoors: readonly number[];
   /** What could not be loaded so far. */
   readonly problems: readonly string[];
+  /** Why models are drawn by levels although they have smooth LODs. */
+  readonly notes: readonly string[];
 }
 
 export interface Inspector {
@@ -112,6 +114,7 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       people: company.movers.map(({ position: place }) => place),
       closedDoors: [...explorer.doors].filter((door) => explorer.isShut(door)),
       problems,
+      notes: explorer.notes,
     }),
     teleport: (position, yaw = walker.yaw, pitch = walker.pitch) => visit.teleport({ position, yaw, pitch }),
     walk: (forward_m) => visit.walkTo(visit.ahead(forward_m), WALK_SPEED_MPS),
