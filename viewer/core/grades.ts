@@ -97,11 +97,13 @@ export function slicesOf({ url, bytes, rungs }: Smooth, { number }: Pick<Grade, 
 
 /** Bytes that have still to travel until a model can be drawn so. */
 export function cost_bytes(model: Model, grade: Grade, held: Grade | undefined, costOf: CostOf): number {
-  const level = grade.kind === "level" ? model.levels[grade.number] : undefined;
+  const pack = grade.kind === "level" ? model.levels[grade.number]?.pack : undefined;
+  const [first, ...others] = filesOf(model, grade, held);
+  const cost = others.reduce((sum, file) => sum + costOf(file), 0);
+  if (!first) return cost;
   // A pack is asked for once, for many.
-  const packed_bytes = level?.pack && compressed_bytes({ url: level.pack.url, bytes: level.bytes });
-  const files = filesOf(model, grade, held);
-  return files.reduce((sum, file) => sum + (file === level ? (packed_bytes ?? costOf(file)) : costOf(file)), 0);
+  const packed_bytes = pack && (costOf(pack) === 0 ? 0 : compressed_bytes({ url: pack.url, bytes: first.bytes }));
+  return cost + Math.min(packed_bytes ?? Number.POSITIVE_INFINITY, costOf(first));
 }
 
 /** What to draw a model with in the end where errors up to this do; `undefined` when nothing that would do can be had. */

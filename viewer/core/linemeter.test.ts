@@ -1,41 +1,35 @@
 import { expect, it } from "vitest";
 import { HEADER_BYTES, LineMeter } from "./linemeter.ts";
 
-/** What a request costs where so many wait side by side for so long, and their answers then come one after the other. */
-function after({
-  lanes,
-  latency_ms,
-  coming_ms,
-  bytes,
-}: Record<"lanes" | "latency_ms" | "coming_ms" | "bytes", number>) {
+/** What a request costs where eight at once wait for the answer to begin, and for their turn on the line. */
+function after({ latency_ms, bytes_per_ms, bytes }: Record<"latency_ms" | "bytes_per_ms" | "bytes", number>): number {
   let now_ms = 0;
   const meter = new LineMeter(() => now_ms);
   for (let round = 0; round < 50; round += 1) {
-    const traces = Array.from({ length: lanes }, () => meter.starts());
+    const traces = Array.from({ length: 8 }, () => meter.starts());
     now_ms += latency_ms;
     for (const trace of traces) {
-      trace.receives(bytes / 2);
-      now_ms += coming_ms;
-      trace.receives(bytes / 2);
+      now_ms += bytes / bytes_per_ms;
+      trace.receives(bytes);
+      trace.ends();
     }
-    for (const trace of traces) trace.ends();
-    // Nobody waits while nothing is asked for.
-    now_ms += 10_000;
   }
   return meter.request_bytes;
 }
 
-it("a request costs its headers, and what could have come while everyone waited", () => {
-  // 50 ms for 8 requests at 1000 bytes a millisecond.
-  const fast = after({ lanes: 8, latency_ms: 50, coming_ms: 5, bytes: 5000 });
-  expect(fast).toBeGreaterThan(HEADER_BYTES + 5500);
-  expect(fast).toBeLessThan(HEADER_BYTES + 7000);
-  expect(after({ lanes: 1, latency_ms: 50, coming_ms: 5, bytes: 5000 })).toBe(16_384);
-  const slow = after({ lanes: 8, latency_ms: 50, coming_ms: 300, bytes: 5000 });
-  expect(slow).toBeLessThan(HEADER_BYTES + 120);
+it("a request costs about a file where one mostly waits for answers to begin", () => {
+  const distant = after({ latency_ms: 100, bytes_per_ms: 5000, bytes: 4000 });
+  expect(distant).toBeGreaterThan(HEADER_BYTES + 3000);
+  expect(distant).toBeLessThanOrEqual(HEADER_BYTES + 4000);
 });
 
-it("answers that come at once make requests dear, and nothing known makes them cheap", () => {
-  expect(after({ lanes: 8, latency_ms: 50, coming_ms: 0, bytes: 5000 })).toBe(16_384);
+it("a request costs little more than its headers where answers wait for the line", () => {
+  const slow = after({ latency_ms: 50, bytes_per_ms: 16, bytes: 4000 });
+  expect(slow).toBeGreaterThan(HEADER_BYTES);
+  expect(slow).toBeLessThan(HEADER_BYTES + 400);
+});
+
+it("a request costs its headers where nothing has come, and never more than a bundle is worth", () => {
   expect(new LineMeter(() => 0).request_bytes).toBe(HEADER_BYTES);
+  expect(after({ latency_ms: 1000, bytes_per_ms: 1e6, bytes: 1e6 })).toBe(16_384);
 });

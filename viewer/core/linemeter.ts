@@ -1,15 +1,18 @@
 /**
- * What does a request cost on this line? Its headers, and what could have come while nothing came because every request under
- * way was still waiting for its answer to begin: next to nothing on a slow line, which is always busy, and on a fast and
- * distant one more than many a file. Learnt from what travels.
+ * What does a request cost on this line? Its headers, and what could have come while one waits for the answer to begin.
+ *
+ * By Little's law a line that carries so many requests at once brings, in the time for which one only waits, the mean bytes
+ * of a request times the share of its life that it waits. That counts as far as nothing else made it wait: as the same share
+ * again, of the shortest wait seen. So on a slow line, where answers queue for it, requests cost next to nothing, and on a
+ * fast and distant one as much as a file.
  */
 
 /** About what the headers of a request and its answer take; `belvedere walk` counts the same. */
 export const HEADER_BYTES = 400;
-/** What was seen so long ago counts half. */
-const HALF_LIFE_MS = 5000;
 /** Nothing is gained by believing more. */
 const MOST_BYTES = 16 * 1024;
+/** How much one request changes the means, and how slowly a shortest wait is forgotten. */
+const [WEIGHT, FORGETTING] = [0.1, 1.01];
 
 /** Tells of one request. */
 export interface LineTrace {
@@ -24,62 +27,40 @@ export interface Meter {
 }
 
 export class LineMeter implements Meter {
-  /** All of these fade. */
-  private bytes = 0;
-  private requests = 0;
-  /** Time in which answers came, and in which all that was asked for was awaited. */
-  private coming_ms = 0;
-  private idle_ms = 0;
-  /** Requests whose answers come, and those that wait for them. */
-  private coming = 0;
-  private waiting = 0;
-  private seen_ms: number;
+  private wait_ms: number | undefined;
+  private mean: { readonly life_ms: number; readonly bytes: number } | undefined;
 
-  constructor(private readonly now_ms: () => number = () => performance.now()) {
-    this.seen_ms = now_ms();
-  }
+  constructor(private readonly now_ms: () => number = () => performance.now()) {}
 
   get request_bytes(): number {
-    if (this.idle_ms === 0 || this.bytes === 0) return HEADER_BYTES;
-    // Where answers come in no time, any file is cheaper than a request.
-    const missed = this.coming_ms === 0 ? Number.POSITIVE_INFINITY : (this.idle_ms * this.bytes) / this.coming_ms;
-    return Math.min(MOST_BYTES, HEADER_BYTES + missed / this.requests);
+    if (this.wait_ms === undefined || !this.mean || this.mean.life_ms === 0) return HEADER_BYTES;
+    const share = Math.min(1, this.wait_ms / this.mean.life_ms);
+    return Math.min(MOST_BYTES, HEADER_BYTES + share ** 2 * this.mean.bytes);
   }
 
   starts(): LineTrace {
-    this.tick();
-    this.requests += 1;
-    this.waiting += 1;
-    let state: "waiting" | "coming" | "ended" = "waiting";
+    const started_ms = this.now_ms();
+    let bytes = 0;
     return {
-      receives: (bytes) => {
-        this.tick();
-        this.bytes += bytes;
-        if (state !== "waiting") return;
-        state = "coming";
-        this.waiting -= 1;
-        this.coming += 1;
+      receives: (more) => {
+        if (bytes === 0) this.waited(this.now_ms() - started_ms);
+        bytes += more;
       },
       ends: () => {
-        this.tick();
-        if (state === "waiting") this.waiting -= 1;
-        if (state === "coming") this.coming -= 1;
-        state = "ended";
+        if (bytes > 0) this.lived(this.now_ms() - started_ms, bytes);
       },
     };
   }
 
-  private tick(): void {
-    const now_ms = this.now_ms();
-    const passed_ms = now_ms - this.seen_ms;
-    this.seen_ms = now_ms;
-    if (this.waiting + this.coming === 0) return;
-    const left = 0.5 ** (passed_ms / HALF_LIFE_MS);
-    this.bytes *= left;
-    this.requests *= left;
-    this.coming_ms *= left;
-    this.idle_ms *= left;
-    if (this.coming > 0) this.coming_ms += passed_ms;
-    else this.idle_ms += passed_ms;
+  private waited(wait_ms: number): void {
+    this.wait_ms = Math.min(wait_ms, FORGETTING * (this.wait_ms ?? wait_ms));
+  }
+
+  private lived(life_ms: number, bytes: number): void {
+    const before = this.mean ?? { life_ms, bytes };
+    this.mean = {
+      life_ms: before.life_ms + WEIGHT * (life_ms - before.life_ms),
+      bytes: before.bytes + WEIGHT * (bytes - before.bytes),
+    };
   }
 }

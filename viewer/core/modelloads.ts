@@ -127,7 +127,10 @@ export class ModelLoads implements Stock {
       for (const url of urls) this.parts.queue.reprioritise(url, want.priority);
     }
     const starting = this.affordable(wants.filter((want) => !this.loads.has(want.object.model.model)));
-    const worth = packsWorth(starting.flatMap(({ object, grade }) => levelOf(object.model, grade) ?? []));
+    const worth = packsWorth(
+      starting.flatMap(({ object, grade }) => levelOf(object.model, grade) ?? []),
+      this.costOf,
+    );
     for (const want of starting) void this.start(want, worth);
   }
 

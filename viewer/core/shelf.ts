@@ -35,6 +35,7 @@ export class Shelf {
   private total = 0;
   private saving: ReturnType<typeof setTimeout> | undefined;
   private work: Promise<unknown> = Promise.resolve();
+  private unfinished = 0;
 
   private constructor(
     private readonly compartment: Compartment,
@@ -62,6 +63,11 @@ export class Shelf {
   /** How many objects there are. */
   get size(): number {
     return this.sizes.size;
+  }
+
+  /** Writes that are still to be done; who leaves before loses what they would have kept. */
+  get pending(): number {
+    return this.unfinished + (this.saving === undefined ? 0 : 1);
   }
 
   has(url: string): boolean {
@@ -154,7 +160,11 @@ export class Shelf {
 
   /** One thing after the other; what fails, as on a full disk, is only not kept. */
   private next(act: () => Promise<unknown>): void {
-    this.work = this.work.then(act).catch(() => {});
+    this.unfinished += 1;
+    const finished = () => {
+      this.unfinished -= 1;
+    };
+    this.work = this.work.then(act).then(finished, finished);
   }
 
   private save(): void {

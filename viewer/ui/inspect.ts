@@ -38,6 +38,8 @@ export interface State {
   readonly bundled: number;
   /** Bytes that need not travel, because this device had kept them from an earlier visit. */
   readonly bytesKept: number;
+  /** Writes under way that keep what was fetched for the next visit. */
+  readonly keeping: number;
   /** What 95 of 100 frames do not exceed besides drawing and decoding, milliseconds. */
   readonly workP95_ms: number;
   /** Downloads and decodings under way. */
@@ -107,6 +109,7 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       requests: queue.tally.requests,
       bundled: queue.tally.bundled,
       bytesKept: queue.tally.kept_bytes,
+      keeping: queue.shelf?.pending ?? 0,
       workP95_ms: visit.work.quantile_ms(0.95),
       pending: explorer.pending,
       settled: explorer.settled,
