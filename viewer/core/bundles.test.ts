@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { explore } from "../test/explore.ts";
-import type { Files } from "../test/fixture.ts";
+import { type Files, PITCH_M } from "../test/fixture.ts";
 import { addressOf, BundleReader, inOrder, isSmall, type Member, offersBundles, together } from "./bundles.ts";
 import type { Vec3 } from "./geometry.ts";
 
@@ -145,6 +145,9 @@ describe("an explorer whose server offers bundles", () => {
     await quiet();
     expect(problems).toEqual([]);
     expect(explorer).toMatchObject({ settled: true, missing: 0 });
+    go([3 * PITCH_M + 1, 1.6, 3]);
+    await quiet();
+    expect(explorer).toMatchObject({ cellId: 6, settled: true, missing: 0 });
     const failed = requests.findIndex((path) => isBundle(path) && path.includes(".glb"));
     expect(failed).toBeGreaterThan(0);
     expect(requests.slice(failed + 9).some(isBundle)).toBe(false);

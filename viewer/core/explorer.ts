@@ -11,20 +11,18 @@ import { planesOfCell } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
-import { type Holding, isGoodEnough } from "./grades.ts";
 import { cellAhead } from "./lookahead.ts";
-import { type ModelHost, ModelLoads } from "./modelloads.ts";
+import { type ModelHost, ModelLoads, type ModelNotes } from "./modelloads.ts";
 import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
-import { firstProgress, type Progress, sharpProgress } from "./progress.ts";
+import { firstProgress, type Progress, type Shares, shares, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
 import { MemoryShortError, ResidencySet } from "./residency.ts";
-import { type Eye, errorThatDoes, plan, shrink, type Want } from "./scheduler.ts";
+import { type Eye, plan, shrink, type Want } from "./scheduler.ts";
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import type { Surveyed } from "./survey.ts";
-import type { CostOf } from "./travel.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 
 export interface ExplorerOptions {
@@ -153,18 +151,9 @@ export class Explorer implements NavigationSpace, Surveyed {
   }
 
   /** Shares of the visible objects that are here, and that are as sharp as the eye can tell. */
-  quality(): { here: number; sharp: number } | undefined {
-    const { eye, shown } = this;
-    if (!eye || !this.showsCurrent) return undefined;
-    let [here, sharp] = [0, 0];
-    for (const object of shown) {
-      const { held } = this.loads.of(object.model.model);
-      if (held) here += 1;
-      const most_error = errorThatDoes(object, eye, this.options.target_px);
-      if (held && isGoodEnough(object.model, held, most_error)) sharp += 1;
-    }
-    const all = shown.length;
-    return all === 0 ? { here: 1, sharp: 1 } : { here: here / all, sharp: sharp / all };
+  quality(): Shares | undefined {
+    if (!this.eye || !this.showsCurrent) return undefined;
+    return shares(this.shown, (model) => this.loads.of(model), this.eye, this.options.target_px);
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */
@@ -211,22 +200,9 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.residency.held(model) !== undefined;
   }
 
-  /** What is known of a model: how it is drawn, and what of it could not be had. */
-  holding(model: number): Holding {
-    return this.loads.of(model);
-  }
-
-  /** What a file takes until it is here. */
-  readonly costOf: CostOf = (file) => this.loads.costOf(file);
-
-  /** Why a model is drawn by levels although it has a smooth LOD. */
-  noteOf(model: number): string | undefined {
-    return this.loads.noteOf(model);
-  }
-
-  /** Why models are drawn by levels although they have smooth LODs. */
-  get notes(): readonly string[] {
-    return this.loads.allNotes;
+  /** What is known of models: how they are drawn, what a finer grade would take, and what could not be had. */
+  get models(): ModelNotes {
+    return this.loads;
   }
 
   /** The record of any cell, fetched when needed. */

@@ -9,7 +9,7 @@ import { LineMeter, type Meter } from "./linemeter.ts";
 import { purposeOf } from "./priority.ts";
 import type { RequestLog, RequestTrace } from "./requestlog.ts";
 import type { Shelf } from "./shelf.ts";
-import { type Fetch, FetchError, join, transfer } from "./transfer.ts";
+import { type Fetch, FetchError, join, pause, transfer } from "./transfer.ts";
 import { compressed_bytes } from "./travel.ts";
 import { type Digest, type Verdict, verify } from "./verify.ts";
 
@@ -348,14 +348,4 @@ export class FetchQueue {
 
 function cancelled(url: string): FetchError {
   return new FetchError("cancelled", url, `${url} is not needed any more`);
-}
-
-function pause(ms: number, signal: AbortSignal): Promise<void> {
-  return new Promise((resolve) => {
-    const timer = setTimeout(resolve, ms);
-    signal.addEventListener("abort", () => {
-      clearTimeout(timer);
-      resolve();
-    });
-  });
 }

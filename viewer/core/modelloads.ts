@@ -54,16 +54,24 @@ export interface ModelLoadsParts {
   readonly problem: (error: unknown) => void;
 }
 
+/** What one can ask of models. */
+export interface ModelNotes extends Stock {
+  /** Why a model is drawn by levels although it has a smooth LOD. */
+  noteOf(model: number): string | undefined;
+  /** All of these reasons. */
+  readonly notes: readonly string[];
+}
+
 const NONE: ReadonlySet<string> = new Set();
 /** What refines or comes early leaves this share of the memory free, for what the next cells cannot do without. */
 const SPARE = 0.25;
 /** After so many wants without memory, what is less urgent waits. */
 const REFUSALS = 4;
 
-export class ModelLoads implements Stock {
+export class ModelLoads implements ModelNotes {
   private readonly loads = new Map<number, Load>();
   private readonly failed = new Map<number, Set<string>>();
-  private readonly notes = new Map<number, string>();
+  private readonly reasons = new Map<number, string>();
   private readonly lostTextures = new Set<string>();
   /** The texts of glTF documents with nothing but materials; small, and shared by many models. */
   private readonly materials = new Map<string, string>();
@@ -88,20 +96,18 @@ export class ModelLoads implements Stock {
 
   readonly costOf: CostOf = (file) => (this.isHere(file.url) ? 0 : this.parts.queue.cost_bytes(file));
 
-  /** Why a model is drawn by levels although it has a smooth LOD. */
   noteOf(model: number): string | undefined {
-    return this.notes.get(model);
+    return this.reasons.get(model);
   }
 
-  /** All of these reasons. */
-  get allNotes(): readonly string[] {
-    return [...this.notes.values()];
+  get notes(): readonly string[] {
+    return [...this.reasons.values()];
   }
 
   /** Forgets failures, so that they are tried again. */
   forgive(): void {
     this.failed.clear();
-    this.notes.clear();
+    this.reasons.clear();
     this.lostTextures.clear();
   }
 
@@ -209,7 +215,7 @@ export class ModelLoads implements Stock {
       return;
     }
     failed.add(ALL_RUNGS);
-    this.notes.set(model, error instanceof Error ? error.message : String(error));
+    this.reasons.set(model, error instanceof Error ? error.message : String(error));
     this.parts.smooth.close(model);
     // Any of them may be the damaged one.
     for (const { url } of smooth ? [smooth, ...smooth.rungs] : []) this.parts.queue.shelf?.forget(url);

@@ -38,6 +38,26 @@ export function sharpProgress(
   });
 }
 
+/** Of what is visible, 0 to 1. */
+export interface Shares {
+  /** Of which anything is here. */
+  readonly here: number;
+  /** Of which enough is here, as far as the eye can tell. */
+  readonly sharp: number;
+}
+
+export function shares(visible: readonly PlacedObject[], holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
+  let [here, sharp] = [0, 0];
+  for (const object of visible) {
+    const { held } = holdingOf(object.model.model);
+    if (!held) continue;
+    here += 1;
+    if (isGoodEnough(object.model, held, errorThatDoes(object, eye, target_px))) sharp += 1;
+  }
+  const all = visible.length;
+  return all === 0 ? { here: 1, sharp: 1 } : { here: here / all, sharp: sharp / all };
+}
+
 /** The grade that is wanted of an object, and whether what is held, if anything, does. */
 type Wanted = (object: PlacedObject, asked: Holding, held?: Grade) => { grade: Grade | undefined; does: boolean };
 

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { explore } from "../test/explore.ts";
+import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
 import type { Vec3 } from "./geometry.ts";
 import { type Compartments, Shelf } from "./shelf.ts";
 
@@ -118,6 +119,15 @@ describe("an explorer that was here before", () => {
     expect(second.grades).toEqual(first.grades);
   });
 
+  it("need not travel for what is kept", async () => {
+    const shelf = await opened(compartments());
+    shelf.keep(url(1), bytes(300));
+    await shelf.done();
+    const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch, digest: undefined, shelf });
+    expect(queue.cost_bytes({ url: url(1), bytes: 300 })).toBe(0);
+    expect(queue.cost_bytes({ url: url(2), bytes: 300 })).toBeGreaterThan(0);
+  });
+
   it("does not keep rungs that turn out to be damaged", async () => {
     const cache = compartments();
     const shelf = await opened(cache, 1e9);
@@ -139,7 +149,7 @@ describe("an explorer that was here before", () => {
     go([1.5, 0.5, 2.4]);
     await quiet();
     await shelf.done();
-    expect(explorer.noteOf(3)).toBeDefined();
+    expect(explorer.models.noteOf(3)).toBeDefined();
     expect([...cache.held.keys()].filter((name) => name.endsWith(".slod"))).toEqual([]);
     expect(shelf.size).toBeGreaterThan(5);
   });

@@ -73,18 +73,18 @@ describe("an explorer with smooth LODs", () => {
     const { explorer, problems, files, go, quiet } = await explore({ smooth: true, spoil });
     go(AFAR);
     await quiet();
-    expect(explorer.noteOf(3)).toBeUndefined();
+    expect(explorer.models.noteOf(3)).toBeUndefined();
     go(NEAR);
     await quiet();
     expect(problems).toEqual([]);
     expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
-    expect(explorer.noteOf(3)).toMatch(/slod/);
-    expect(explorer.holding(3).held?.kind).toBe("level");
+    expect(explorer.models.noteOf(3)).toMatch(/slod/);
+    expect(explorer.models.of(3).held?.kind).toBe("level");
     expect(explorer.quality()).toEqual({ here: 1, sharp: 1 });
     for (const [path, bytes] of kept) files.set(path, bytes);
     explorer.retry();
     await quiet();
-    expect(explorer.noteOf(3)).toBeUndefined();
+    expect(explorer.models.noteOf(3)).toBeUndefined();
   });
 });
 

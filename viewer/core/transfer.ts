@@ -66,3 +66,14 @@ export function join(parts: readonly Uint8Array[]): ArrayBuffer {
   }
   return whole.buffer;
 }
+
+/** Waits, but no longer than until it is called off. */
+export function pause(ms: number, signal: AbortSignal): Promise<void> {
+  return new Promise((resolve) => {
+    const timer = setTimeout(resolve, ms);
+    signal.addEventListener("abort", () => {
+      clearTimeout(timer);
+      resolve();
+    });
+  });
+}

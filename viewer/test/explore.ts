@@ -13,7 +13,8 @@ import { PublishedScene } from "../core/published.ts";
 import type { Shelf } from "../core/shelf.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
-import { type Files, type FixtureOptions, publish, type ServerOptions, serveFiles } from "./fixture.ts";
+import { type Files, type FixtureOptions, publish } from "./fixture.ts";
+import { type ServerOptions, serveFiles } from "./serve.ts";
 
 /** Draws nothing, and remembers what it was given. */
 export class RecordingHost implements ModelHost {

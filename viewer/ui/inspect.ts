@@ -117,7 +117,7 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       people: company.movers.map(({ position: place }) => place),
       closedDoors: [...explorer.doors].filter((door) => explorer.isShut(door)),
       problems,
-      notes: explorer.notes,
+      notes: explorer.models.notes,
     }),
     teleport: (position, yaw = walker.yaw, pitch = walker.pitch) => visit.teleport({ position, yaw, pitch }),
     walk: (forward_m) => visit.walkTo(visit.ahead(forward_m), WALK_SPEED_MPS),

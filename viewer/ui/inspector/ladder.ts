@@ -46,11 +46,11 @@ export class Ladder implements Section {
     const { entry, model } = picked;
     const distance_m = distanceToBounds(entry.bounds, eye.position);
     write(this.name, `o${entry.object} “${entry.sourceNode}”, model m${model.model}, ${distance_m.toFixed(1)} m away`);
-    const holding = explorer.holding(model.model);
+    const holding = explorer.models.of(model.model);
     const { held } = holding;
     const most_error = errorThatDoes(picked, eye, TARGET_PX);
     const does = held && isGoodEnough(model, held, most_error);
-    const wanted = does ? held : goalOf(model, most_error, holding, explorer.costOf);
+    const wanted = does ? held : goalOf(model, most_error, holding, explorer.models.costOf);
     const head = ["", "triangles", "bytes", "off by", ""].map((text) => make("th", { scope: "col" }, text));
     const rows = gradesOf(model).map((grade) => {
       const error = `${(1000 * geometricError_m(picked, grade)).toFixed(1)} mm · ${errorOf_px(picked, grade, eye).toFixed(1)} px`;
@@ -70,7 +70,7 @@ export class Ladder implements Section {
       return make("tr", { class: isHeld ? "held" : "" }, ...cells.map((text) => make("td", {}, text)));
     });
     this.grades.replaceChildren(make("tr", {}, ...head), ...rows);
-    write(this.note, explorer.noteOf(model.model) ?? (model.smooth ? RUNGS_NOTE : "It has no smooth LOD."));
+    write(this.note, explorer.models.noteOf(model.model) ?? (model.smooth ? RUNGS_NOTE : "It has no smooth LOD."));
   }
 }
 
