@@ -70,7 +70,9 @@ export class Ladder implements Section {
       return make("tr", { class: isHeld ? "held" : "" }, ...cells.map((text) => make("td", {}, text)));
     });
     this.grades.replaceChildren(make("tr", {}, ...head), ...rows);
-    write(this.note, explorer.models.noteOf(model.model) ?? (model.smooth ? RUNGS_NOTE : "It has no smooth LOD."));
+    const trouble = explorer.models.noteOf(model.model);
+    const usual = model.smooth ? RUNGS_NOTE : "It has no smooth LOD.";
+    write(this.note, trouble ? `Its smooth LOD is of no use, so levels are drawn: ${trouble}` : usual);
   }
 }
 
