@@ -24,12 +24,13 @@ pub(super) async fn scene(
 ) -> Result<Response, ApiError> {
     let document = find(&publications, &scene)?.document.clone();
     let mut answer = json_answer(&headers, document.etag, document.bytes)?;
-    answer.headers_mut().insert(header::LINK, sessions_of(&scene));
+    answer.headers_mut().insert(header::LINK, offers(&scene));
     Ok(answer)
 }
 
-/// Where sessions in a scene are opened. A static tree says nothing of the kind, so clients need not try.
-fn sessions_of(scene: &SceneName) -> HeaderValue {
-    HeaderValue::try_from(format!("</v1/scenes/{scene}/sessions>; rel=\"sessions\""))
-        .expect("a scene's name is letters, digits and dashes")
+/// Where sessions in a scene are opened, and below which address many objects are answered at once. A static tree says
+/// nothing of the kind, so clients need not try.
+fn offers(scene: &SceneName) -> HeaderValue {
+    let offers = format!("</v1/scenes/{scene}/sessions>; rel=\"sessions\", </o/bundle/>; rel=\"bundles\"");
+    HeaderValue::try_from(offers).expect("a scene's name is letters, digits and dashes")
 }

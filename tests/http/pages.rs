@@ -61,7 +61,7 @@ async fn a_pointer_says_where_sessions_are_opened() {
         let answer = get(server.address, path).await;
         assert_eq!(
             answer.header("link"),
-            Some("</v1/scenes/row/sessions>; rel=\"sessions\"")
+            Some("</v1/scenes/row/sessions>; rel=\"sessions\", </o/bundle/>; rel=\"bundles\"")
         );
         assert!(answer.header("access-control-expose-headers").unwrap().contains("Link"));
     }

@@ -10,7 +10,7 @@ serve_museum
 "$belvedere" bake viewer/e2e/worlds/doored.dcg --scene doored --data "$data"
 story() { BELVEDERE_URL="$1/?scene=museum" ARTIFACTS="$PWD/artifacts/$2" node "viewer/e2e/$3.mjs"; }
 echo "walking through $base"
-for name in walk inspector reach embed; do story "$base" served "$name"; done
+for name in walk inspector smooth reach embed; do story "$base" served "$name"; done
 
 for scene in museum doored; do "$belvedere" publish "$scene" --data "$data" --to "$work/tree"; done
 python3 -u -m http.server --bind 127.0.0.1 --directory "$work/tree" 0 >"$work/plain.log" 2>&1 &
@@ -23,5 +23,5 @@ for _ in $(seq 100); do
 done
 tree="http://127.0.0.1:$port"
 echo "walking through the static tree"
-for name in walk embed; do story "$tree" static "$name"; done
+for name in walk smooth embed; do story "$tree" static "$name"; done
 BELVEDERE_STATIC="$tree/" story "$base" served company

@@ -2,15 +2,15 @@
 import { brotliCompressSync, gzipSync } from "node:zlib";
 import { build } from "vite";
 
-/** Builds a module of the core as a library of its own, prints its size under a name, and gives what it exports. */
+/** Builds a module as a library of its own, prints its size under a name, and gives what it exports. */
 export async function bundled(name, module) {
-  const entry = new URL(`../core/${module}`, import.meta.url).pathname;
+  const entry = new URL(module, import.meta.url).pathname;
   const [{ output }] = await build({
     configFile: false,
     logLevel: "silent",
     build: { write: false, target: "es2022", lib: { entry, formats: ["es"] } },
   });
-  const code = output[0].code;
+  const code = output.find(({ isEntry }) => isEntry).code;
   const kilobytes = (bytes) => `${(bytes.length / 1000).toFixed(1)} kB`;
   console.log(`${name}: ${kilobytes(gzipSync(code))} gzip, ${kilobytes(brotliCompressSync(code))} brotli`);
   return import(`data:text/javascript,${encodeURIComponent(code)}`);

@@ -6,7 +6,7 @@ import { bundled } from "./bundle.mjs";
 /** Each model is grown again until so much time has passed. */
 const LEAST_S = 1;
 
-const { grow, readProgram } = await bundled("evaluator", "procedural/index.ts");
+const { grow, readProgram } = await bundled("evaluator", "../core/procedural/index.ts");
 console.log();
 const load = (name) => readFileSync(new URL(`../../content/${name}`, import.meta.url), "utf8");
 const models = {

@@ -7,7 +7,7 @@ import { bundled } from "./bundle.mjs";
 /** Each file is decoded so often that about so many triangles come out, after half as many to warm up. */
 const MEASURED_TRIANGLES = 4e5;
 
-const { SmoothDecoder, snapshotOf } = await bundled("decoder", "smooth/index.ts");
+const { SmoothDecoder, snapshotOf } = await bundled("decoder", "../core/smooth/index.ts");
 const decode = (bytes) => {
   const decoder = new SmoothDecoder(2 ** 32);
   decoder.push(bytes);

@@ -1,5 +1,6 @@
 import { expect, it } from "vitest";
-import { cellBounds, PITCH_M, publish, serveFiles } from "../test/fixture.ts";
+import { cellBounds, PITCH_M, publish } from "../test/fixture.ts";
+import { serveFiles } from "../test/serve.ts";
 import { CellIndex } from "./cellindex.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
 import { ObjectDirectory } from "./objects.ts";

@@ -97,7 +97,7 @@ export class CellIndex {
       open.sort((a, b) => distanceToBounds(b.bounds, point) - distanceToBounds(a.bounds, point));
       const next = open.pop();
       if (!next) return;
-      if (next.kind === "page") open.push(...(await this.scene.page(next.url, PRIORITY.prefetch)).entries);
+      if (next.kind === "page") open.push(...(await this.scene.page(next, PRIORITY.prefetch)).entries);
       else {
         await this.chunk(next, PRIORITY.prefetch);
         chunks += 1;
@@ -114,7 +114,7 @@ export class CellIndex {
   async locate(point: Vec3): Promise<Located | undefined> {
     const search = new CellSearch(this.scene.manifest.cells, point);
     for (let wanted = search.wants(); wanted; wanted = search.wants()) {
-      if (wanted.kind === "page") search.givePage(await this.scene.page(wanted.url, PRIORITY.document));
+      if (wanted.kind === "page") search.givePage(await this.scene.page(wanted, PRIORITY.document));
       else search.giveChunk(await this.chunk(wanted, PRIORITY.document));
     }
     return search.finish();
@@ -133,12 +133,12 @@ export class CellIndex {
         if (!found) throw new Error(`the chunk ${below.url} does not hold c${cell}`);
         return found;
       }
-      page = await this.scene.page(below.url, priority);
+      page = await this.scene.page(below, priority);
     }
   }
 
   private async chunk(entry: PageEntry, priority: number): Promise<CellEntry[]> {
-    const cells = await this.scene.cellChunk(entry.url, priority);
+    const cells = await this.scene.cellChunk(entry, priority);
     for (const cell of cells) this.entries.set(cell.cell, cell);
     return cells;
   }

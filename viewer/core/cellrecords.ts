@@ -5,11 +5,9 @@
 import type { CellIndex } from "./cellindex.ts";
 import { type CellRecord, type DecodedRecord, followStep } from "./cellrecord.ts";
 import type { CellEntry } from "./documents.ts";
+import { HEADER_BYTES } from "./linemeter.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
-
-/** About what the headers of a request and its answer cost. */
-const REQUEST_BYTES = 200;
 
 export class CellRecords {
   private readonly records = new Map<number, DecodedRecord>();
@@ -57,9 +55,9 @@ export class CellRecords {
   /** Learns what is visible from every neighbour: from one object with all steps where that costs less. */
   async learnNeighbours(entry: CellEntry, neighbours: readonly CellEntry[]): Promise<void> {
     const unknown = neighbours.filter(({ cell }) => !this.records.has(cell));
-    const apart = unknown.reduce((sum, { recordBytes }) => sum + recordBytes + REQUEST_BYTES, 0);
+    const apart = unknown.reduce((sum, { recordBytes }) => sum + recordBytes + HEADER_BYTES, 0);
     const decoded = this.records.get(entry.cell);
-    if (decoded && entry.steps && entry.steps.bytes + REQUEST_BYTES < apart) this.stepping = { entry, decoded };
+    if (decoded && entry.steps && entry.steps.bytes + HEADER_BYTES < apart) this.stepping = { entry, decoded };
     // Nothing depends on these yet; entering a cell asks again and reports what is wrong.
     await Promise.allSettled(unknown.map(({ cell }) => this.read(cell, PRIORITY.prefetch)));
   }

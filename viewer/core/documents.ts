@@ -72,7 +72,8 @@ export interface CellEntry {
   readonly steps: { readonly url: string; readonly bytes: number } | undefined;
 }
 
-export interface TextureRef {
+/** An immutable object and its size. */
+export interface FileRef {
   readonly url: string;
   readonly bytes: number;
 }
@@ -84,7 +85,7 @@ export interface Level {
   readonly bytes: number;
   readonly triangles: number;
   readonly geometricError: number;
-  readonly textures: readonly TextureRef[];
+  readonly textures: readonly FileRef[];
   /** Where the same GLB stands among others that the same cells see. */
   readonly pack: PackRef | undefined;
 }
@@ -108,12 +109,20 @@ export interface Model {
 
 /** A smooth LOD and the rungs that caches can share. */
 export interface Smooth {
+  /** The whole stream; its hash is in its name. */
+  readonly url: string;
   readonly bytes: number;
+  /** A glTF document without meshes: its materials are those of the stream, by number. */
+  readonly materials: FileRef;
+  readonly textures: readonly FileRef[];
+  /** Coarsest first, without gaps, never empty. */
   readonly rungs: readonly Rung[];
 }
 
-/** What a prefix of a smooth LOD up to byte `to` gives. */
+/** A slice of a smooth LOD, and what the stream gives up to its end. */
 export interface Rung {
+  readonly url: string;
+  readonly from: number;
   readonly to: number;
   readonly triangles: number;
   readonly geometricError: number;
@@ -252,14 +261,25 @@ function readModel(json: Json, model: number): Model {
 
 function readSmooth(json: Json): Smooth {
   const rungs = json.field("rungs").list((rung) => ({
+    url: rung.field("url").rung(),
+    from: rung.field("from").count(),
     to: rung.field("to").count(),
     triangles: rung.field("triangles").count(),
     geometricError: rung.field("geometric_error_m").number(),
   }));
-  return { bytes: json.field("bytes").count(), rungs };
+  const bytes = json.field("bytes").count();
+  const disjoint = rungs.every(({ from, to }, i) => from === (rungs[i - 1]?.to ?? 0) && to > from);
+  if (!disjoint || rungs.at(-1)?.to !== bytes) json.field("rungs").fail("disjoint slices that are the whole stream");
+  return {
+    url: json.field("url").blob(),
+    bytes,
+    materials: { url: json.field("materials").blob(), bytes: json.field("materials_bytes").count() },
+    textures: json.field("textures").optional(readTextures) ?? [],
+    rungs,
+  };
 }
 
-function readTextures(json: Json): TextureRef[] {
+function readTextures(json: Json): FileRef[] {
   return json.list((texture) => ({ url: texture.field("url").blob(), bytes: texture.field("bytes").count() }));
 }
 

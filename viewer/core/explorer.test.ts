@@ -1,79 +1,7 @@
 import { describe, expect, it } from "vitest";
-import { type Files, type FixtureOptions, PITCH_M, publish, serveFiles } from "../test/fixture.ts";
-import { Explorer } from "./explorer.ts";
-import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
-import { FrameBudget } from "./framebudget.ts";
+import { explore } from "../test/explore.ts";
+import { type Files, PITCH_M } from "../test/fixture.ts";
 import type { Vec3 } from "./geometry.ts";
-import type { ModelHost } from "./modelloads.ts";
-import type { PlacedObject } from "./objects.ts";
-import { PublishedScene } from "./published.ts";
-import { Tree } from "./tree.ts";
-import { webCryptoDigest } from "./verify.ts";
-
-/** Draws nothing, and remembers what it was given. */
-class RecordingHost implements ModelHost {
-  readonly uploads: { model: number; bytes: number; missing: number }[] = [];
-  readonly evicted: number[] = [];
-  private shown = new Map<number, PlacedObject>();
-  private readonly templates = new Set<number>();
-  private readonly textures = new Set<string>();
-  missing: () => number = () => 0;
-
-  async upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
-    this.templates.add(model);
-    for (const url of textures.keys()) this.textures.add(url);
-    this.uploads.push({ model, bytes: glb.byteLength, missing: this.missing() });
-    return glb.byteLength;
-  }
-  needsTexture(url: string): boolean {
-    return !this.textures.has(url);
-  }
-  evict(model: number): void {
-    this.templates.delete(model);
-    this.evicted.push(model);
-  }
-  show(objects: readonly PlacedObject[]): void {
-    this.shown = new Map(objects.map((object) => [object.entry.object, object]));
-  }
-  draws(object: number): boolean {
-    const placed = this.shown.get(object);
-    return placed !== undefined && this.templates.has(placed.model.model);
-  }
-}
-
-interface SetUp extends Partial<FixtureOptions> {
-  readonly memory_limit_bytes?: number;
-  readonly spoil?: (files: Files) => void;
-}
-
-async function explore({ memory_limit_bytes = 1e9, spoil, ...options }: SetUp = {}) {
-  const files = publish({ rooms: 6, ...options });
-  spoil?.(files);
-  const { fetch, requests } = serveFiles(files);
-  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest() });
-  const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
-  const host = new RecordingHost();
-  const problems: unknown[] = [];
-  const budget = new FrameBudget(1e9, () => 0);
-  const explorer = new Explorer(
-    scene,
-    host,
-    budget,
-    { memory_limit_bytes, target_px: 1.5 },
-    { changed: () => {}, problem: (error) => problems.push(error) },
-  );
-  host.missing = () => explorer.missing;
-  const go = (position: Vec3, velocity: Vec3 = [0, 0, 0]) =>
-    explorer.follow({ position, viewAngle_rad: 1, height_px: 720 }, velocity);
-  /** Waits until nothing is on its way any more. */
-  const quiet = async () => {
-    for (let calm = 0; calm < 5; ) {
-      await new Promise((resolve) => setTimeout(resolve, 2));
-      calm = explorer.pending === 0 ? calm + 1 : 0;
-    }
-  };
-  return { explorer, host, problems, requests, files, scene, go, quiet };
-}
 
 const ROOM_0: Vec3 = [1, 1.6, 3];
 const room = (i: number): Vec3 => [i * PITCH_M + 1, 1.6, 3];
@@ -292,7 +220,7 @@ describe("an explorer", () => {
     explorer.retry();
     await quiet();
     expect(problems.length).toBe(before);
-    expect(explorer.residency.levels()).not.toHaveProperty("1");
+    expect(explorer.residency.grades()).not.toHaveProperty("1");
   });
 
   it("reports a record that is missing and goes on when it is back", async () => {

@@ -1,6 +1,6 @@
 /**
  * Which part of the world does this eye need? Ties the pieces together for one scene: eye → cell → record → visible
- * objects → levels to fetch. Draws nothing itself; what draws is a {@link ModelHost}.
+ * objects → levels and rungs to fetch. Draws nothing itself; what draws is a {@link ModelHost}.
  *
  * While a new cell's record and object infos are on their way, the set of the cell before stays in the picture.
  */
@@ -12,14 +12,16 @@ import type { CellEntry } from "./documents.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
 import { cellAhead } from "./lookahead.ts";
-import { type ModelHost, ModelLoads } from "./modelloads.ts";
+import { type ModelHost, ModelLoads, type ModelNotes } from "./modelloads.ts";
 import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
-import { coarsestProgress, type Progress, sharpProgress } from "./progress.ts";
+import { firstProgress, type Progress, type Shares, shares, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
 import { MemoryShortError, ResidencySet } from "./residency.ts";
-import { desiredLevel, type Eye, plan, shrink, type Want } from "./scheduler.ts";
+import { type Eye, plan, shrink, type Want } from "./scheduler.ts";
+import { smoothDecoding } from "./smoothdecoding.ts";
+import { SmoothLods } from "./smoothlods.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 
@@ -27,6 +29,8 @@ export interface ExplorerOptions {
   readonly memory_limit_bytes: number;
   /** Models are refined until their error covers at most so many pixels. */
   readonly target_px: number;
+  /** Whether smooth LODs are used where they cost less than levels; so unless this says no. */
+  readonly smooth?: boolean;
 }
 
 export interface ExplorerEvents {
@@ -63,7 +67,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly options: ExplorerOptions,
     private readonly events: ExplorerEvents,
   ) {
-    this.directory = new ObjectDirectory(scene);
+    this.directory = new ObjectDirectory(scene, options.smooth);
     this.index = new CellIndex(scene);
     this.records = new CellRecords(scene, this.index);
     this.residency = new ResidencySet(options.memory_limit_bytes);
@@ -73,6 +77,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       host,
       residency: this.residency,
       budget,
+      smooth: new SmoothLods(smoothDecoding, (url, bytes) => scene.queue.verdict(url, bytes)),
       changed: () => {
         this.replan();
         events.changed();
@@ -128,7 +133,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.shown.filter(({ model }) => !this.residency.held(model.model)).length;
   }
 
-  /** Visible objects of which a level is held and yet nothing is drawn: always 0, or there is a fault. */
+  /** Visible objects of which something is held and yet nothing is drawn: always 0, or there is a fault. */
   get holes(): number {
     return this.shown.filter(({ model, entry }) => this.residency.held(model.model) && !this.host.draws(entry.object))
       .length;
@@ -136,27 +141,19 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Towards the first picture. */
   progress(): Progress {
-    return coarsestProgress(this.shown, (model) => this.residency.held(model)?.level);
+    return firstProgress(this.shown, (model) => this.loads.of(model));
   }
 
   /** Towards a picture that is as sharp as it will get from here. */
   sharpProgress(): Progress {
     if (!this.eye) return { loaded_bytes: 0, total_bytes: 0 };
-    return sharpProgress(this.shown, (model) => this.residency.held(model)?.level, this.eye, this.options.target_px);
+    return sharpProgress(this.shown, (model) => this.loads.of(model), this.eye, this.options.target_px);
   }
 
   /** Shares of the visible objects that are here, and that are as sharp as the eye can tell. */
-  quality(): { here: number; sharp: number } | undefined {
-    const { eye, shown } = this;
-    if (!eye || !this.showsCurrent) return undefined;
-    let [here, sharp] = [0, 0];
-    for (const object of shown) {
-      const held = this.residency.held(object.model.model);
-      if (held) here += 1;
-      if (held && held.level <= desiredLevel(object, eye, this.options.target_px)) sharp += 1;
-    }
-    const all = shown.length;
-    return all === 0 ? { here: 1, sharp: 1 } : { here: here / all, sharp: sharp / all };
+  quality(): Shares | undefined {
+    if (!this.eye || !this.showsCurrent) return undefined;
+    return shares(this.shown, (model) => this.loads.of(model), this.eye, this.options.target_px);
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */
@@ -201,6 +198,11 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   holds(model: number): boolean {
     return this.residency.held(model) !== undefined;
+  }
+
+  /** What is known of models: how they are drawn, what a finer grade would take, and what could not be had. */
+  get models(): ModelNotes {
+    return this.loads;
   }
 
   /** The record of any cell, fetched when needed. */
@@ -339,14 +341,13 @@ export class Explorer implements NavigationSpace, Surveyed {
   private replan(): void {
     if (!this.eye || this.closed) return;
     const { target_px } = this.options;
-    const stateOf = (model: number) => this.loads.stateOf(model);
-    const wants = plan(this.shown, stateOf, this.eye, target_px);
+    const wants = plan(this.shown, this.loads, this.eye, target_px);
     const planned = new Set(wants.map(({ object }) => object.model.model));
     const soon = (this.ahead?.objects ?? []).filter(
       ({ model }) => !planned.has(model.model) && !this.residency.held(model.model),
     );
     const later = PRIORITY.prefetch - PRIORITY.coarsest;
-    const early = plan(soon, stateOf, this.eye, target_px);
+    const early = plan(soon, this.loads, this.eye, target_px);
     wants.push(...early.map((want) => ({ ...want, priority: want.priority + later })));
     if (this.loads.short) this.makeDo(wants);
     this.loads.follow(wants);

@@ -1,5 +1,6 @@
 import { describe, expect, it, vi } from "vitest";
-import { FETCH_DEFAULTS, FetchError, FetchQueue, type FetchQueueOptions } from "./fetchqueue.ts";
+import { FETCH_DEFAULTS, FetchQueue, type FetchQueueOptions } from "./fetchqueue.ts";
+import { FetchError } from "./transfer.ts";
 import { webCryptoDigest } from "./verify.ts";
 
 const HELLO = "https://host/o/2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824.bin";

@@ -1,27 +1,21 @@
 /**
  * What is on the wire? A queue of downloads: a bounded number at once, the most urgent first, each URL once however many
- * ask for it, cancellable, retried with back-off, its bytes counted and, where the URL holds their hash, verified.
+ * ask for it, cancellable, retried with back-off, its bytes counted and, where the URL holds their hash, verified. Small
+ * objects come together where the server offers that, and what this device has kept does not travel at all.
  */
+import { addressOf, BundleReader, inOrder, isSmall, NAME_BYTES, offersBundles, together } from "./bundles.ts";
+import type { FileRef } from "./documents.ts";
+import { LineMeter, type Meter } from "./linemeter.ts";
 import { purposeOf } from "./priority.ts";
 import type { RequestLog, RequestTrace } from "./requestlog.ts";
-import { type Digest, verify } from "./verify.ts";
-
-/** Why a download failed for good. */
-export class FetchError extends Error {
-  override readonly name = "FetchError";
-
-  constructor(
-    readonly kind: "cancelled" | "corrupt" | "status" | "unreachable",
-    readonly url: string,
-    message: string,
-  ) {
-    super(message);
-  }
-}
+import type { Shelf } from "./shelf.ts";
+import { type Fetch, FetchError, join, pause, transfer } from "./transfer.ts";
+import { compressed_bytes } from "./travel.ts";
+import { type Digest, type Verdict, verify } from "./verify.ts";
 
 export interface FetchQueueOptions {
-  readonly fetch: (url: string, init: RequestInit) => Promise<Response>;
-  /** Downloads at once. */
+  readonly fetch: Fetch;
+  /** Transfers at once. */
   readonly concurrency: number;
   /** SHA-256, where the environment has it. */
   readonly digest: Digest | undefined;
@@ -33,6 +27,10 @@ export interface FetchQueueOptions {
   readonly backoff_ms: number;
   /** Remembers what was asked for and how it ended. */
   readonly log?: RequestLog;
+  /** What is kept from visit to visit. */
+  readonly shelf?: Shelf | undefined;
+  /** Says what a request costs; learnt from what travels unless given. */
+  readonly meter?: Meter | undefined;
 }
 
 export interface Asked {
@@ -40,9 +38,11 @@ export interface Asked {
   readonly fresh?: boolean;
   /** Why it is wanted, for the log. */
   readonly reason?: string;
+  /** How large it is said to be; what is small may come together with others. */
+  readonly bytes?: number | undefined;
 }
 
-export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log"> = {
+export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" | "shelf" | "meter"> = {
   concurrency: 8,
   attempts: 4,
   stall_ms: 20_000,
@@ -55,13 +55,18 @@ export interface FetchTally {
   bytes: number;
   requests: number;
   retries: number;
+  /** Objects that came in bundles. */
+  bundled: number;
   /** Bodies that could not be compared with a hash. */
   unverified: number;
+  /** Bytes that need not travel, because this device had kept them. */
+  kept_bytes: number;
 }
 
 interface Download {
   readonly url: string;
   readonly fresh: boolean;
+  readonly bytes: number | undefined;
   readonly controller: AbortController;
   readonly promise: Promise<ArrayBuffer>;
   readonly resolve: (bytes: ArrayBuffer) => void;
@@ -69,26 +74,43 @@ interface Download {
   priority: number;
   readonly order: number;
   readonly trace: RequestTrace | undefined;
+  /** Whether it did not come in a bundle where it should have, and now goes alone. */
+  alone: boolean;
 }
 
 export class FetchQueue {
-  readonly tally: FetchTally = { bytes: 0, requests: 0, retries: 0, unverified: 0 };
+  readonly tally: FetchTally = { bytes: 0, requests: 0, retries: 0, bundled: 0, unverified: 0, kept_bytes: 0 };
   private readonly waiting = new Map<string, Download>();
   private readonly running = new Map<string, Download>();
+  /** Transfers under way, and how many of them are bundles. */
+  private transfers = 0;
+  private bundles = 0;
+  private offersBundles = false;
+  private refusedBundles = false;
+  private pumping = false;
   private orders = 0;
 
-  constructor(private readonly options: FetchQueueOptions) {}
+  private readonly meter: Meter;
+
+  constructor(private readonly options: FetchQueueOptions) {
+    this.meter = options.meter ?? new LineMeter();
+  }
 
   /** Downloads waiting or running. */
   get pending(): number {
     return this.waiting.size + this.running.size;
   }
 
+  /** What is kept from visit to visit, if anything is. */
+  get shelf(): Shelf | undefined {
+    return this.options.shelf;
+  }
+
   /**
    * Asks for the bytes of a URL; the lowest priority number goes first. Asking again joins the download and may only
    * make it more urgent.
    */
-  request(url: string, priority: number, { fresh = false, reason = "" }: Asked = {}): Promise<ArrayBuffer> {
+  request(url: string, priority: number, { fresh = false, reason = "", bytes }: Asked = {}): Promise<ArrayBuffer> {
     const known = this.waiting.get(url) ?? this.running.get(url);
     if (known) {
       known.priority = Math.min(known.priority, priority);
@@ -103,9 +125,23 @@ export class FetchQueue {
     const controller = new AbortController();
     const trace = this.options.log?.asks(url, purposeOf(priority), reason);
     const order = this.orders++;
-    this.waiting.set(url, { url, fresh, controller, promise, resolve, reject, priority, order, trace });
-    this.pump();
+    const alone = false;
+    this.waiting.set(url, { url, fresh, bytes, controller, promise, resolve, reject, priority, order, trace, alone });
+    this.pumpSoon();
     return promise;
+  }
+
+  /** What a file takes until it is here, a share of a request included. */
+  cost_bytes({ url, bytes }: FileRef): number {
+    if (this.shelf?.has(url)) return 0;
+    const { request_bytes } = this.meter;
+    const small = this.offersBundles && isSmall({ url, bytes }, request_bytes);
+    return small ? bytes + NAME_BYTES : compressed_bytes({ url, bytes }) + request_bytes;
+  }
+
+  /** Compares bytes that came in pieces with the hash in the URL of the whole. */
+  verdict(url: string, bytes: ArrayBuffer): Promise<Verdict> {
+    return verify(url, bytes, this.options.digest);
   }
 
   /** Makes a download more urgent, when it is still under way. */
@@ -128,52 +164,160 @@ export class FetchQueue {
     this.running.delete(url);
     download.controller.abort();
     download.trace?.ends("cancelled");
-    download.reject(new FetchError("cancelled", url, `${url} is not needed any more`));
+    download.reject(cancelled(url));
     this.pump();
   }
 
-  private pump(): void {
-    while (this.running.size < this.options.concurrency && this.waiting.size > 0) {
-      let next: Download | undefined;
-      for (const candidate of this.waiting.values()) {
-        if (!next || candidate.priority < next.priority) next = candidate;
-        else if (candidate.priority === next.priority && candidate.order < next.order) next = candidate;
-      }
-      if (!next) return;
-      this.waiting.delete(next.url);
-      this.running.set(next.url, next);
-      void this.run(next);
+  /** What is asked for in one go can only come together when it is looked at together. */
+  private pumpSoon(): void {
+    if (!this.offersBundles) this.pump();
+    else if (!this.pumping) {
+      this.pumping = true;
+      queueMicrotask(() => {
+        this.pumping = false;
+        this.pump();
+      });
     }
+  }
+
+  private pump(): void {
+    while (this.transfers < this.options.concurrency) {
+      const next = this.next();
+      if (next.length === 0) return;
+      for (const download of next) {
+        this.waiting.delete(download.url);
+        this.running.set(download.url, download);
+      }
+      this.transfers += 1;
+      const [first] = next;
+      const run = next.length > 1 ? this.runBundle(next) : first && this.run(first);
+      void run?.finally(() => {
+        this.transfers -= 1;
+        this.pump();
+      });
+    }
+  }
+
+  /** What goes next: one download, or several that come together. */
+  private next(): Download[] {
+    const inLine = [...this.waiting.values()].sort((a, b) => a.priority - b.priority || a.order - b.order);
+    // Half of the transfers are left for what is large, or turns out to be urgent.
+    const full = 2 * this.bundles >= this.options.concurrency;
+    const first = inLine.find((one) => !full || purposeOf(one.priority) === "document" || !this.mayCome(one));
+    if (!first) return [];
+    if (full || !this.mayCome(first)) return [first];
+    const purpose = purposeOf(first.priority);
+    return together(inLine.filter((one) => purposeOf(one.priority) === purpose && this.mayCome(one)));
+  }
+
+  /** Whether a download may come in a bundle. */
+  private mayCome(download: Download): boolean {
+    const { url, fresh, alone } = download;
+    return (
+      this.offersBundles && !fresh && !alone && isSmall(download, this.meter.request_bytes) && !this.shelf?.has(url)
+    );
   }
 
   private async run(download: Download): Promise<void> {
     try {
-      const bytes = await this.bytesOf(download);
-      download.trace?.ends("done");
-      download.resolve(bytes);
+      const kept = this.shelf && !download.fresh ? await this.shelf.read(download.url) : undefined;
+      if (kept) this.tally.kept_bytes += kept.byteLength;
+      const bytes = kept ?? (await this.bytesOf(download));
+      this.settle(download, bytes, kept ? "kept" : "done");
     } catch (error) {
-      if (!download.controller.signal.aborted) download.trace?.ends("failed");
+      if (this.running.get(download.url) === download) {
+        this.running.delete(download.url);
+        download.trace?.ends("failed");
+      }
       download.reject(error);
-    } finally {
-      if (this.running.get(download.url) === download) this.running.delete(download.url);
-      this.pump();
     }
   }
 
+  private settle(download: Download, bytes: ArrayBuffer, result: "done" | "kept"): void {
+    if (this.running.get(download.url) !== download) return;
+    this.running.delete(download.url);
+    download.trace?.ends(result);
+    download.resolve(bytes);
+  }
+
+  /** Downloads that come together. What does not come so, for whatever reason, then goes alone. */
+  private async runBundle(downloads: readonly Download[]): Promise<void> {
+    const members = inOrder(downloads);
+    const reader = new BundleReader(members.length);
+    const given: Promise<void>[] = [];
+    const controller = new AbortController();
+    const isWanted = (download: Download) => this.running.get(download.url) === download;
+    for (const { controller: one } of members) {
+      one.signal.addEventListener("abort", () => members.some(isWanted) || controller.abort());
+    }
+    this.bundles += 1;
+    this.tally.requests += 1;
+    for (const { trace } of members) trace?.starts();
+    try {
+      await this.transfer(addressOf(members), "default", controller.signal, (piece) => {
+        this.tally.bytes += piece.byteLength;
+        for (const bytes of reader.push(piece)) {
+          const member = members[given.length];
+          if (member) given.push(this.take(member, bytes));
+        }
+      });
+      if (!reader.isWhole) this.refuseBundles();
+    } catch (error) {
+      if (!(error instanceof FetchError) || error.kind === "status") this.refuseBundles();
+    } finally {
+      this.bundles -= 1;
+    }
+    await Promise.all(given);
+    for (const member of members.filter(isWanted)) {
+      this.running.delete(member.url);
+      member.alone = true;
+      this.waiting.set(member.url, member);
+    }
+  }
+
+  /** What the server cannot answer so once, it is not asked so again. */
+  private refuseBundles(): void {
+    this.offersBundles = false;
+    this.refusedBundles = true;
+  }
+
+  /** A member of a bundle, unless it is damaged. */
+  private async take(download: Download, bytes: ArrayBuffer): Promise<void> {
+    download.trace?.receives(bytes.byteLength);
+    if (!(await this.accept(download.url, bytes))) return;
+    this.tally.bundled += 1;
+    this.settle(download, bytes, "done");
+  }
+
+  /** Whether bytes are what their URL promises; then they are kept. */
+  private async accept(url: string, bytes: ArrayBuffer): Promise<boolean> {
+    const verdict = await this.verdict(url, bytes);
+    if (verdict === "unverified") this.tally.unverified += 1;
+    if (verdict === "verified" || verdict === "later") this.shelf?.keep(url, bytes);
+    return verdict !== "mismatch";
+  }
+
   private async bytesOf(download: Download): Promise<ArrayBuffer> {
-    const { url, controller } = download;
+    const { url, controller, trace, fresh } = download;
     let reload = false;
     for (let attempt = 1; ; attempt += 1) {
       const last = attempt >= this.options.attempts;
+      this.tally.requests += 1;
+      trace?.starts();
       try {
-        const bytes = await this.transfer(download, reload);
-        const verdict = await verify(url, bytes, this.options.digest);
-        if (verdict === "unverified") this.tally.unverified += 1;
-        if (verdict !== "mismatch") return bytes;
+        const pieces: Uint8Array[] = [];
+        const cache = reload ? "reload" : fresh ? "no-cache" : "default";
+        await this.transfer(url, cache, controller.signal, (piece) => {
+          pieces.push(piece);
+          this.tally.bytes += piece.byteLength;
+          trace?.receives(piece.byteLength);
+        });
+        const bytes = join(pieces);
+        if (await this.accept(url, bytes)) return bytes;
         if (reload) throw new FetchError("corrupt", url, `${url} does not hold the bytes that its name promises`);
         reload = true;
       } catch (error) {
-        if (controller.signal.aborted) throw new FetchError("cancelled", url, `${url} is not needed any more`);
+        if (controller.signal.aborted) throw cancelled(url);
         const final = error instanceof FetchError && error.kind !== "unreachable";
         if (final || last) throw error;
         await pause(this.options.backoff_ms * 2 ** (attempt - 1), controller.signal);
@@ -182,57 +326,26 @@ export class FetchQueue {
     }
   }
 
-  /** One try. Throws `unreachable` for what may pass, `status` for what will not. */
-  private async transfer(download: Download, reload: boolean): Promise<ArrayBuffer> {
-    const { url, controller } = download;
-    const stalled = new AbortController();
-    const watch = () => setTimeout(() => stalled.abort(), this.options.stall_ms);
-    let timer = watch();
-    this.tally.requests += 1;
-    download.trace?.starts();
+  private async transfer(
+    url: string,
+    cache: RequestCache,
+    signal: AbortSignal,
+    receive: (piece: Uint8Array) => void,
+  ): Promise<void> {
+    const { fetch, stall_ms } = this.options;
+    const trace = this.meter.starts();
     try {
-      const cache: RequestCache = reload ? "reload" : download.fresh ? "no-cache" : "default";
-      const signal = AbortSignal.any([controller.signal, stalled.signal]);
-      const response = await this.options.fetch(url, { cache, signal });
-      if (!response.ok) {
-        const passes = response.status >= 500 || response.status === 429 || response.status === 408;
-        throw new FetchError(passes ? "unreachable" : "status", url, `${url} was answered with ${response.status}`);
-      }
-      const parts: Uint8Array[] = [];
-      const body = response.body?.getReader();
-      for (let part = await body?.read(); body && part?.value; part = await body.read()) {
-        parts.push(part.value);
-        this.tally.bytes += part.value.byteLength;
-        download.trace?.receives(part.value.byteLength);
-        clearTimeout(timer);
-        timer = watch();
-      }
-      return join(parts);
-    } catch (error) {
-      if (error instanceof FetchError) throw error;
-      throw new FetchError("unreachable", url, `${url} cannot be reached (${String(error)})`);
+      const headers = await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
+        trace.receives(piece.byteLength);
+        receive(piece);
+      });
+      this.offersBundles ||= !this.refusedBundles && offersBundles(headers);
     } finally {
-      clearTimeout(timer);
+      trace.ends();
     }
   }
 }
 
-function join(parts: readonly Uint8Array[]): ArrayBuffer {
-  const whole = new Uint8Array(parts.reduce((total, part) => total + part.byteLength, 0));
-  let at = 0;
-  for (const part of parts) {
-    whole.set(part, at);
-    at += part.byteLength;
-  }
-  return whole.buffer;
-}
-
-function pause(ms: number, signal: AbortSignal): Promise<void> {
-  return new Promise((resolve) => {
-    const timer = setTimeout(resolve, ms);
-    signal.addEventListener("abort", () => {
-      clearTimeout(timer);
-      resolve();
-    });
-  });
+function cancelled(url: string): FetchError {
+  return new FetchError("cancelled", url, `${url} is not needed any more`);
 }

@@ -1,29 +1,33 @@
 /**
- * How much memory will a level take? Nobody says before it is decoded, so it is estimated from what the same kind of
- * bytes took so far, rather a little too much.
+ * How much memory will a level or rung take? Nobody says before it is decoded, so it is estimated from what the same kind
+ * took so far, rather a little too much.
  */
-import type { Level } from "./documents.ts";
+import type { Model } from "./documents.ts";
+import { filesOf, type Grade } from "./grades.ts";
 
-/** Memory for each downloaded byte, before anything was learnt. */
-const FIRST_GUESS = 4;
+/** Memory for each downloaded byte of a level, and for each triangle of a rung with its decoder, before anything was learnt. */
+const FIRST_GUESS = { level: 4, rung: 400 };
 /** Estimates lie this much above the mean. */
 const CAUTION = 1.25;
 
 export class Footprint {
-  private downloaded_bytes = 0;
-  private memory_bytes = 0;
+  private readonly seen = { level: { size: 0, memory_bytes: 0 }, rung: { size: 0, memory_bytes: 0 } };
 
-  learn(level: Level, memory_bytes: number): void {
-    this.downloaded_bytes += downloadOf(level);
-    this.memory_bytes += memory_bytes;
+  learn(model: Model, grade: Grade, memory_bytes: number): void {
+    const seen = this.seen[grade.kind];
+    seen.size += sizeOf(model, grade);
+    seen.memory_bytes += memory_bytes;
   }
 
-  estimate_bytes(level: Level): number {
-    const ratio = this.downloaded_bytes > 0 ? this.memory_bytes / this.downloaded_bytes : FIRST_GUESS;
-    return Math.ceil(downloadOf(level) * Math.max(1, ratio) * CAUTION);
+  estimate_bytes(model: Model, grade: Grade): number {
+    const { size, memory_bytes } = this.seen[grade.kind];
+    const ratio = size > 0 ? memory_bytes / size : FIRST_GUESS[grade.kind];
+    return Math.ceil(sizeOf(model, grade) * Math.max(1, ratio) * CAUTION);
   }
 }
 
-function downloadOf({ bytes, textures }: Level): number {
-  return bytes + textures.reduce((sum, texture) => sum + texture.bytes, 0);
+/** What memory goes with: bytes of levels, triangles of rungs. */
+function sizeOf(model: Model, grade: Grade): number {
+  if (grade.kind === "rung") return grade.triangles;
+  return filesOf(model, grade).reduce((sum, { bytes }) => sum + bytes, 0);
 }

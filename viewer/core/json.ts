@@ -96,12 +96,19 @@ export class Json {
     return BLOB_URL.test(url) ? url : this.fail("the URL of an immutable object");
   }
 
+  /** The URL of a rung of a smooth LOD: `/o/`, 64 hex digits, `.r`, its number, `.slod`. */
+  rung(): string {
+    const url = this.text();
+    return RUNG_URL.test(url) ? url : this.fail("the URL of a rung");
+  }
+
   fail(expected: string): never {
     throw new DocumentError(this.place, expected);
   }
 }
 
 const BLOB_URL = /^\/o\/[0-9a-f]{64}\.[a-z0-9]{1,8}$/;
+const RUNG_URL = /^\/o\/[0-9a-f]{64}\.r(0|[1-9][0-9]{0,2})\.slod$/;
 
 /** Reads `c12` as 12, or `undefined` when the text is no such id. */
 export function denseId(letter: "c" | "m" | "o", text: string): number | undefined {

@@ -1,35 +1,41 @@
 /**
- * Which levels are on their way? Fetches a level's GLB and the textures that nobody holds yet, hands them to the
- * renderer and books what it holds. Loads that drop out of the plan are cancelled; a texture that several levels share
- * travels once and is cancelled only with the last of them.
+ * What is on its way? Fetches the files of a level, or the next rungs of a smooth LOD, with the textures that nobody holds
+ * yet, hands them to the renderer and books what it holds. Loads that drop out of the plan are cancelled; a texture that
+ * several of them share travels once and is cancelled only with the last of them.
  */
-import type { Level } from "./documents.ts";
-import { FetchError, type FetchQueue } from "./fetchqueue.ts";
+import type { FileRef, Level, Model } from "./documents.ts";
+import type { FetchQueue } from "./fetchqueue.ts";
 import { Footprint } from "./footprint.ts";
 import type { FrameBudget } from "./framebudget.ts";
+import { ALL_RUNGS, type Grade, type Holding, nameOf, slicesOf } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import { outOf, packsWorth } from "./packs.ts";
 import { purposeOf } from "./priority.ts";
 import type { ResidencySet } from "./residency.ts";
-import type { ModelState, Want } from "./scheduler.ts";
+import type { Stock, Want } from "./scheduler.ts";
+import type { SmoothLods } from "./smoothlods.ts";
+import type { Refined } from "./smoothstream.ts";
+import { FetchError } from "./transfer.ts";
+import type { CostOf } from "./travel.ts";
 import type { Tree } from "./tree.ts";
 
 /** What draws: takes decoded levels and shows objects that use them. Knows nothing of cells or downloads. */
 export interface ModelHost {
-  /** Decodes a level and draws all shown objects of its model with it instead of the level before; answers its bytes. */
+  /** Decodes a GLB and draws all shown objects of its model with it instead of the one before; answers its bytes. */
   upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
   /** Whether a texture must be fetched: one that can be drawn and is not decoded already. */
   needsTexture(url: string): boolean;
   evict(model: number): void;
   /** Draws these objects and no others, each as soon as its model is there. */
   show(objects: readonly PlacedObject[]): void;
-  /** Whether an object is in the picture with any level. */
+  /** Whether an object is in the picture, however coarse. */
   draws(object: number): boolean;
 }
 
 interface Load {
-  readonly model: number;
-  readonly level: number;
+  readonly model: Model;
+  readonly grade: Grade;
+  readonly priority: number;
   readonly urls: Set<string>;
   readonly reason: string;
   state: "cancelled" | "fetching" | "uploading";
@@ -41,22 +47,34 @@ export interface ModelLoadsParts {
   readonly host: ModelHost;
   readonly residency: ResidencySet;
   readonly budget: FrameBudget;
+  readonly smooth: SmoothLods;
   /** Called after each change of what is held or failed. */
   readonly changed: () => void;
-  /** Told of levels that could not be loaded. */
+  /** Told of levels and textures that could not be loaded. Where a smooth LOD cannot, levels stand in for it. */
   readonly problem: (error: unknown) => void;
 }
 
-const NONE: ReadonlySet<number> = new Set();
+/** What one can ask of models. */
+export interface ModelNotes extends Stock {
+  /** Why a model is drawn by levels although it has a smooth LOD. */
+  noteOf(model: number): string | undefined;
+  /** All of these reasons. */
+  readonly notes: readonly string[];
+}
+
+const NONE: ReadonlySet<string> = new Set();
 /** What refines or comes early leaves this share of the memory free, for what the next cells cannot do without. */
 const SPARE = 0.25;
 /** After so many wants without memory, what is less urgent waits. */
 const REFUSALS = 4;
 
-export class ModelLoads {
+export class ModelLoads implements ModelNotes {
   private readonly loads = new Map<number, Load>();
-  private readonly failed = new Map<number, Set<number>>();
+  private readonly failed = new Map<number, Set<string>>();
+  private readonly reasons = new Map<number, string>();
   private readonly lostTextures = new Set<string>();
+  /** The texts of glTF documents with nothing but materials; small, and shared by many models. */
+  private readonly materials = new Map<string, string>();
   private readonly footprint = new Footprint();
   private closed = false;
   private shortOfMemory = false;
@@ -72,13 +90,24 @@ export class ModelLoads {
     return this.loads.size;
   }
 
-  stateOf(model: number): ModelState {
-    return { heldLevel: this.parts.residency.held(model)?.level, failed: this.failed.get(model) ?? NONE };
+  of(model: number): Holding {
+    return { held: this.parts.residency.held(model)?.grade, failed: this.failed.get(model) ?? NONE };
+  }
+
+  readonly costOf: CostOf = (file) => (this.isHere(file.url) ? 0 : this.parts.queue.cost_bytes(file));
+
+  noteOf(model: number): string | undefined {
+    return this.reasons.get(model);
+  }
+
+  get notes(): readonly string[] {
+    return [...this.reasons.values()];
   }
 
   /** Forgets failures, so that they are tried again. */
   forgive(): void {
     this.failed.clear();
+    this.reasons.clear();
     this.lostTextures.clear();
   }
 
@@ -86,15 +115,16 @@ export class ModelLoads {
   close(): void {
     this.closed = true;
     for (const load of [...this.loads.values()]) this.cancel(load);
+    this.parts.smooth.end();
   }
 
   /** Makes what is under way equal to the plan. */
   follow(wants: readonly Want[]): void {
     const wanted = new Map(wants.map((want) => [want.object.model.model, want]));
     for (const load of [...this.loads.values()]) {
-      const want = wanted.get(load.model);
-      // A level on its way to a finer one is worth finishing; one that nobody needs any more is not.
-      const useful = want !== undefined && want.level <= load.level;
+      const want = wanted.get(load.model.model);
+      // What is on its way to something finer is worth finishing; what nobody needs any more is not.
+      const useful = want !== undefined && want.grade.geometricError <= load.grade.geometricError;
       if (!useful && load.state === "fetching") this.cancel(load);
     }
     // What several loads share is as urgent as the most urgent of them, which comes first.
@@ -103,7 +133,10 @@ export class ModelLoads {
       for (const url of urls) this.parts.queue.reprioritise(url, want.priority);
     }
     const starting = this.affordable(wants.filter((want) => !this.loads.has(want.object.model.model)));
-    const worth = packsWorth(starting.flatMap(({ object, level }) => object.model.levels[level] ?? []));
+    const worth = packsWorth(
+      starting.flatMap(({ object, grade }) => levelOf(object.model, grade) ?? []),
+      this.costOf,
+    );
     for (const want of starting) void this.start(want, worth);
   }
 
@@ -112,15 +145,15 @@ export class ModelLoads {
     this.shortOfMemory = false;
     let refused = 0;
     return wants.filter((want) => {
-      const level = want.object.model.levels[want.level];
-      if (!level || refused >= REFUSALS) return false;
-      const { residency, host } = this.parts;
+      if (refused >= REFUSALS) return false;
+      const { model } = want.object;
+      const { residency } = this.parts;
       const first = purposeOf(want.priority) === "coarsest";
       const terms = first
         ? { spare_bytes: 0, within_steps: -1 }
         : { spare_bytes: SPARE * residency.limit_bytes, within_steps: 1 };
-      const going = residency.promise(want.object.model.model, this.footprint.estimate_bytes(level), terms);
-      for (const model of going ?? []) host.evict(model);
+      const going = residency.promise(model.model, this.footprint.estimate_bytes(model, want.grade), terms);
+      for (const idle of going ?? []) this.drop(idle);
       if (going) return true;
       refused += 1;
       this.shortOfMemory ||= first;
@@ -128,33 +161,42 @@ export class ModelLoads {
     });
   }
 
+  /** Whether a file need not be fetched any more, or cannot be. */
+  private isHere(url: string): boolean {
+    return this.materials.has(url) || this.lostTextures.has(url) || !this.parts.host.needsTexture(url);
+  }
+
+  private drop(model: number): void {
+    this.parts.host.evict(model);
+    this.parts.smooth.close(model);
+  }
+
   private cancel(load: Load): void {
     load.state = "cancelled";
-    this.parts.residency.withdraw(load.model);
-    if (this.loads.get(load.model) === load) this.loads.delete(load.model);
+    const { model } = load.model;
+    this.parts.residency.withdraw(model);
+    if (this.loads.get(model) === load) this.loads.delete(model);
     const shared = new Set([...this.loads.values()].flatMap((other) => [...other.urls]));
     for (const url of load.urls) if (!shared.has(url)) this.parts.queue.cancel(url);
   }
 
   private async start(want: Want, packs: ReadonlySet<string>): Promise<void> {
     const { model } = want.object;
-    const level = model.levels[want.level];
-    if (!level || this.closed) return;
+    if (this.closed) return;
     const load: Load = {
-      model: model.model,
-      level: want.level,
+      model,
+      grade: want.grade,
+      priority: want.priority,
       urls: new Set(),
       reason: reasonFor(want),
       state: "fetching",
     };
     this.loads.set(model.model, load);
     try {
-      await this.bring(load, level, want.priority, packs);
+      await this.bring(load, packs);
     } catch (error) {
       if (load.state === "cancelled" || (error instanceof FetchError && error.kind === "cancelled")) return;
-      const levels = this.failed.get(model.model) ?? new Set();
-      this.failed.set(model.model, levels.add(want.level));
-      this.parts.problem(error);
+      this.fail(load, error);
     } finally {
       if (this.loads.get(model.model) === load) {
         this.loads.delete(model.model);
@@ -164,73 +206,126 @@ export class ModelLoads {
     if (!this.closed) this.parts.changed();
   }
 
-  private async bring(load: Load, level: Level, priority: number, packs: ReadonlySet<string>): Promise<void> {
-    const { host, residency, budget } = this.parts;
+  private fail({ model: { model, smooth }, grade }: Load, error: unknown): void {
+    const failed = this.failed.get(model) ?? new Set();
+    this.failed.set(model, failed);
+    if (grade.kind === "level") {
+      failed.add(nameOf(grade));
+      this.parts.problem(error);
+      return;
+    }
+    failed.add(ALL_RUNGS);
+    this.reasons.set(model, error instanceof Error ? error.message : String(error));
+    this.parts.smooth.close(model);
+    // Any of them may be the damaged one.
+    for (const { url } of smooth ? [smooth, ...smooth.rungs] : []) this.parts.queue.shelf?.forget(url);
+  }
+
+  private async bring(load: Load, packs: ReadonlySet<string>): Promise<void> {
+    const { host, residency, budget, smooth } = this.parts;
+    const { model, grade } = load;
     const textures = new Map<string, ArrayBuffer>();
-    const [glb] = await Promise.all([
-      this.fetchGlb(load, level, priority, packs),
-      this.fetchTextures(load, level, priority, textures),
+    const [decode] = await Promise.all([
+      grade.kind === "level" ? this.fetchLevel(load, packs) : this.fetchRungs(load),
+      this.fetchTextures(load, textures),
     ]);
+    const { glb, state_bytes } = await decode();
     await budget.run(async () => {
       // A texture that was held a moment ago may have gone with the last model that used it.
-      await this.fetchTextures(load, level, priority, textures);
+      await this.fetchTextures(load, textures);
       if (load.state === "cancelled") return;
       load.state = "uploading";
-      const bytes = await host.upload(load.model, glb, textures);
+      const bytes = state_bytes + (await host.upload(model.model, glb, textures));
       if (this.closed) return;
-      this.footprint.learn(level, bytes);
-      residency.hold(load.model, { level: load.level, bytes });
-      for (const model of residency.evict()) host.evict(model);
+      if (grade.kind === "level") smooth.close(model.model);
+      this.footprint.learn(model, grade, bytes);
+      residency.hold(model.model, { grade, bytes });
+      for (const idle of residency.evict()) this.drop(idle);
     });
   }
 
+  /** Answers what makes something to draw of what was fetched. */
+  private async fetchLevel(load: Load, packs: ReadonlySet<string>): Promise<() => Promise<Refined>> {
+    const level = levelOf(load.model, load.grade);
+    if (!level) throw new Error(`m${load.model.model} has no ${nameOf(load.grade)}`);
+    const glb = await this.fetchGlb(load, level, packs);
+    return async () => ({ glb, state_bytes: 0 });
+  }
+
+  /** The same for the rungs after those that are held. From when they are decoded on, the load is not cancelled. */
+  private async fetchRungs(load: Load): Promise<() => Promise<Refined>> {
+    const { model, grade } = load;
+    const { smooth } = model;
+    if (!smooth) throw new Error(`m${model.model} has no smooth LOD`);
+    const next = slicesOf(smooth, grade, this.of(model.model).held);
+    const [materials, ...rungs] = await Promise.all([
+      this.fetchMaterials(load, smooth.materials),
+      ...next.map((file) => this.fetch(load, file)),
+    ]);
+    return () => {
+      load.state = "uploading";
+      return this.parts.smooth.refine(model.model, smooth, grade.number, rungs, materials);
+    };
+  }
+
+  private async fetchMaterials(load: Load, file: FileRef): Promise<string> {
+    const known = this.materials.get(file.url);
+    if (known !== undefined) return known;
+    const text = new TextDecoder().decode(await this.fetch(load, file));
+    this.materials.set(file.url, text);
+    return text;
+  }
+
   /** A level's GLB, out of its pack where that is worth it. One that cannot be had so is fetched alone. */
-  private async fetchGlb(load: Load, level: Level, priority: number, packs: ReadonlySet<string>): Promise<ArrayBuffer> {
+  private async fetchGlb(load: Load, level: Level, packs: ReadonlySet<string>): Promise<ArrayBuffer> {
     const { pack } = level;
     if (pack && packs.has(pack.url)) {
       try {
-        const glb = outOf(await this.fetch(load, pack.url, priority), pack, level);
+        const glb = outOf(await this.fetch(load, pack), pack, level);
         if (glb) return glb;
       } catch (error) {
         if (load.state === "cancelled") throw error;
       }
     }
-    return this.fetch(load, level.url, priority);
+    return this.fetch(load, level);
   }
 
   /** Adds textures that the renderer does not hold. One that cannot be fetched stays out: plain beats a hole. */
-  private async fetchTextures(
-    load: Load,
-    level: Level,
-    priority: number,
-    textures: Map<string, ArrayBuffer>,
-  ): Promise<void> {
+  private async fetchTextures(load: Load, textures: Map<string, ArrayBuffer>): Promise<void> {
     const { host, problem } = this.parts;
-    const missing = level.textures.filter(
+    const missing = texturesOf(load.model, load.grade).filter(
       ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && host.needsTexture(url),
     );
     await Promise.all(
-      missing.map(async ({ url }) => {
+      missing.map(async (file) => {
         try {
-          textures.set(url, await this.fetch(load, url, priority));
+          textures.set(file.url, await this.fetch(load, file));
         } catch (error) {
           if (load.state === "cancelled") throw error;
-          this.lostTextures.add(url);
+          this.lostTextures.add(file.url);
           problem(error);
         }
       }),
     );
   }
 
-  private fetch(load: Load, url: string, priority: number): Promise<ArrayBuffer> {
+  private fetch(load: Load, { url, bytes }: FileRef): Promise<ArrayBuffer> {
     const address = this.parts.tree.resolve(url);
     load.urls.add(address);
-    return this.parts.queue.request(address, priority, { reason: load.reason });
+    return this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
   }
 }
 
-function reasonFor({ object, level, priority, error_px }: Want): string {
-  const what = `m${object.model.model} level ${level}`;
+function levelOf(model: Model, { kind, number }: Grade): Level | undefined {
+  return kind === "level" ? model.levels[number] : undefined;
+}
+
+function texturesOf(model: Model, grade: Grade): readonly FileRef[] {
+  return (grade.kind === "level" ? levelOf(model, grade)?.textures : model.smooth?.textures) ?? [];
+}
+
+function reasonFor({ object, grade, priority, error_px }: Want): string {
+  const what = `m${object.model.model} ${nameOf(grade)}`;
   if (purposeOf(priority) === "prefetch") return `seen ahead: ${what}`;
   return error_px === undefined ? `not here yet: ${what}` : `${error_px.toFixed(1)} px off: ${what}`;
 }

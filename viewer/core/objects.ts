@@ -3,7 +3,7 @@
  * neighbours at a time, and joins each with its model.
  */
 import { entryOf } from "./cellindex.ts";
-import type { Level, Model, ObjectChunk, ObjectEntry, PageEntry } from "./documents.ts";
+import type { Model, ObjectChunk, ObjectEntry, PageEntry } from "./documents.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
 
@@ -13,16 +13,20 @@ export interface PlacedObject {
   readonly model: Model;
 }
 
-/** How far a level's surface may be from the source's, in metres in the world. */
-export function geometricError_m(object: PlacedObject, level: Level): number {
-  return level.geometricError * object.entry.scale;
+/** How far the surface of a level or rung may be from the source's, in metres in the world. */
+export function geometricError_m(object: PlacedObject, grade: { readonly geometricError: number }): number {
+  return grade.geometricError * object.entry.scale;
 }
 
 export class ObjectDirectory {
   private readonly objects = new Map<number, PlacedObject>();
   private readonly models = new Map<number, Model>();
 
-  constructor(private readonly scene: PublishedScene) {
+  /** `smooth` says whether smooth LODs are used; else models have levels only. */
+  constructor(
+    private readonly scene: PublishedScene,
+    private readonly smooth = true,
+  ) {
     if (scene.manifest.whole) this.add(scene.manifest.whole);
   }
 
@@ -61,14 +65,16 @@ export class ObjectDirectory {
       entries.map(async (entry) => {
         const below = ids.filter((id) => entryOf({ entries: [entry] }, id));
         if (below.length === 0) return;
-        if (entry.kind === "chunk") this.add(await this.scene.objectChunk(entry.url, priority));
-        else await this.read(below, (await this.scene.page(entry.url, priority)).entries, priority);
+        if (entry.kind === "chunk") this.add(await this.scene.objectChunk(entry, priority));
+        else await this.read(below, (await this.scene.page(entry, priority)).entries, priority);
       }),
     );
   }
 
   private add(chunk: ObjectChunk): void {
-    for (const [id, model] of chunk.models) if (!this.models.has(id)) this.models.set(id, model);
+    for (const [id, model] of chunk.models) {
+      if (!this.models.has(id)) this.models.set(id, this.smooth ? model : { ...model, smooth: undefined });
+    }
     for (const entry of chunk.objects) {
       const model = this.models.get(entry.model);
       if (model && !this.objects.has(entry.object)) this.objects.set(entry.object, { entry, model });

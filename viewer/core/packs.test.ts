@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { Level } from "./documents.ts";
 import { outOf, packsWorth } from "./packs.ts";
+import { type CostOf, costAlone_bytes } from "./travel.ts";
 
 const level = (from: number, bytes: number, url = "/o/a.pack"): Level => ({
   level: 0,
@@ -14,10 +15,12 @@ const level = (from: number, bytes: number, url = "/o/a.pack"): Level => ({
 
 describe("packs", () => {
   it("are worth fetching when at least half of their bytes is wanted, each file counted once", () => {
-    expect(packsWorth([level(0, 30), level(30, 20)])).toEqual(new Set(["/o/a.pack"]));
-    expect(packsWorth([level(0, 30), level(0, 30)])).toEqual(new Set());
-    expect(packsWorth([level(0, 30), level(30, 20, "/o/b.pack")])).toEqual(new Set());
-    expect(packsWorth([{ ...level(0, 100), pack: undefined }])).toEqual(new Set());
+    const worth = (levels: Level[], costOf: CostOf = costAlone_bytes) => packsWorth(levels, costOf);
+    expect(worth([level(0, 30), level(30, 20)])).toEqual(new Set(["/o/a.pack"]));
+    expect(worth([level(0, 30), level(0, 30)])).toEqual(new Set());
+    expect(worth([level(0, 30), level(30, 20, "/o/b.pack")])).toEqual(new Set());
+    expect(worth([{ ...level(0, 100), pack: undefined }])).toEqual(new Set());
+    expect(worth([level(0, 30)], () => 0)).toEqual(new Set(["/o/a.pack"]));
   });
 
   it("give each level its bytes, or nothing when they are too short", () => {

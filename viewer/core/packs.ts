@@ -3,12 +3,13 @@
  * of it fetches all of it with one request.
  */
 import type { Level, PackRef } from "./documents.ts";
+import type { CostOf } from "./travel.ts";
 
 /** A pack is fetched whole when at least this share of its bytes is wanted. */
 const WORTH_A_PACK = 0.5;
 
-/** The packs that are worth fetching, by URL, for who wants these levels. */
-export function packsWorth(levels: Iterable<Level>): Set<string> {
+/** The packs that are worth fetching, by URL, for who wants these levels; those that cost nothing always are. */
+export function packsWorth(levels: Iterable<Level>, costOf: CostOf): Set<string> {
   const packs = new Map<string, { pack: PackRef; files: Map<number, number> }>();
   for (const { pack, bytes } of levels) {
     if (!pack) continue;
@@ -18,7 +19,7 @@ export function packsWorth(levels: Iterable<Level>): Set<string> {
   }
   const worth = [...packs.values()].filter(({ pack, files }) => {
     const wanted_bytes = [...files.values()].reduce((sum, bytes) => sum + bytes, 0);
-    return wanted_bytes >= WORTH_A_PACK * pack.bytes;
+    return wanted_bytes >= WORTH_A_PACK * pack.bytes || costOf(pack) === 0;
   });
   return new Set(worth.map(({ pack }) => pack.url));
 }

@@ -1,58 +1,88 @@
 /**
- * How much of what one can see is here? Exact, because the documents say how large every level is: bytes of levels and
- * of their textures, each once however many objects share them.
+ * How much of what one can see is here? Exact, because the documents say how large everything is: bytes of levels or rungs
+ * and of their textures, each once however many objects share them.
  */
-import type { Level } from "./documents.ts";
+import type { Grade, Holding } from "./grades.ts";
+import { filesOf, goalOf, isGoodEnough } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
-import { desiredLevel, type Eye } from "./scheduler.ts";
+import { type Eye, errorThatDoes, firstGoal } from "./scheduler.ts";
+import { costAlone_bytes } from "./travel.ts";
 
 export interface Progress {
   readonly loaded_bytes: number;
   readonly total_bytes: number;
 }
 
-/** The level that is held of a model, if any. */
-export type HeldLevel = (model: number) => number | undefined;
+/** What is known of a model. */
+export type HoldingOf = (model: number) => Holding;
 
-/** Towards the first picture: the coarsest level of everything visible. */
-export function coarsestProgress(visible: readonly PlacedObject[], heldLevel: HeldLevel): Progress {
-  return progressTowards(visible, heldLevel, ({ model }) => model.levels.length - 1);
+/** Towards the first picture: something of everything visible. */
+export function firstProgress(visible: readonly PlacedObject[], holdingOf: HoldingOf): Progress {
+  return progressTowards(visible, holdingOf, (object, asked) => ({
+    grade: firstGoal(object, asked, costAlone_bytes),
+    does: true,
+  }));
 }
 
-/** Towards the sharp picture: of everything visible the level that will do from here. */
+/** Towards the sharp picture: of everything visible what will do from here. */
 export function sharpProgress(
   visible: readonly PlacedObject[],
-  heldLevel: HeldLevel,
+  holdingOf: HoldingOf,
   eye: Eye,
   target_px: number,
 ): Progress {
-  return progressTowards(visible, heldLevel, (object) => desiredLevel(object, eye, target_px));
+  return progressTowards(visible, holdingOf, (object, asked, held) => {
+    const most_error = errorThatDoes(object, eye, target_px);
+    const grade = goalOf(object.model, most_error, asked, costAlone_bytes);
+    return { grade, does: held !== undefined && isGoodEnough(object.model, held, most_error) };
+  });
 }
 
-function progressTowards(
-  visible: readonly PlacedObject[],
-  heldLevel: HeldLevel,
-  wantedLevel: (object: PlacedObject) => number,
-): Progress {
-  const wanted = new Map<number, Level>();
+/** Of what is visible, 0 to 1. */
+export interface Shares {
+  /** Of which anything is here. */
+  readonly here: number;
+  /** Of which enough is here, as far as the eye can tell. */
+  readonly sharp: number;
+}
+
+export function shares(visible: readonly PlacedObject[], holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
+  let [here, sharp] = [0, 0];
   for (const object of visible) {
-    const { model, levels } = object.model;
-    const level = levels[wantedLevel(object)];
-    const other = wanted.get(model);
-    if (level && (!other || level.level < other.level)) wanted.set(model, level);
+    const { held } = holdingOf(object.model.model);
+    if (!held) continue;
+    here += 1;
+    if (isGoodEnough(object.model, held, errorThatDoes(object, eye, target_px))) sharp += 1;
   }
-  const textures = new Map<string, { bytes: number; loaded: boolean }>();
-  let loaded_bytes = 0;
-  let total_bytes = 0;
-  for (const [model, level] of wanted) {
-    const loaded = (heldLevel(model) ?? Number.POSITIVE_INFINITY) <= level.level;
-    total_bytes += level.bytes;
-    if (loaded) loaded_bytes += level.bytes;
-    for (const { url, bytes } of level.textures) {
-      textures.set(url, { bytes, loaded: loaded || (textures.get(url)?.loaded ?? false) });
+  const all = visible.length;
+  return all === 0 ? { here: 1, sharp: 1 } : { here: here / all, sharp: sharp / all };
+}
+
+/** The grade that is wanted of an object, and whether what is held, if anything, does. */
+type Wanted = (object: PlacedObject, asked: Holding, held?: Grade) => { grade: Grade | undefined; does: boolean };
+
+function progressTowards(visible: readonly PlacedObject[], holdingOf: HoldingOf, wantedOf: Wanted): Progress {
+  const wanted = new Map<number, { object: PlacedObject; grade: Grade; held: Grade | undefined; does: boolean }>();
+  for (const object of visible) {
+    const { model } = object.model;
+    const { held, failed } = holdingOf(model);
+    // What it takes from the beginning, so that the total does not depend on what is here.
+    const { grade, does } = wantedOf(object, { held: undefined, failed }, held);
+    const other = wanted.get(model);
+    if (grade && (!other || grade.geometricError < other.grade.geometricError)) {
+      wanted.set(model, { object, grade, held, does: held !== undefined && does });
     }
   }
-  for (const { bytes, loaded } of textures.values()) {
+  const files = new Map<string, { bytes: number; loaded: boolean }>();
+  for (const { object, grade, held, does } of wanted.values()) {
+    const here = new Set(held ? filesOf(object.model, held).map(({ url }) => url) : []);
+    for (const { url, bytes } of filesOf(object.model, grade)) {
+      const loaded = does || here.has(url) || (files.get(url)?.loaded ?? false);
+      files.set(url, { bytes, loaded });
+    }
+  }
+  let [loaded_bytes, total_bytes] = [0, 0];
+  for (const { bytes, loaded } of files.values()) {
     total_bytes += bytes;
     if (loaded) loaded_bytes += bytes;
   }

@@ -5,6 +5,7 @@
 import { type DecodedRecord, decodeCellRecord, decodeSteps, type Steps } from "./cellrecord.ts";
 import {
   type CellEntry,
+  type FileRef,
   type Manifest,
   type ObjectChunk,
   type Page,
@@ -52,26 +53,27 @@ export class PublishedScene {
     return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, reason)));
   }
 
-  page(url: string, priority: number): Promise<Page> {
-    return this.document(url, priority, "a page of an index", (bytes) =>
-      readPage(jsonOf(bytes, `the index page ${url}`)),
+  page(file: FileRef, priority: number): Promise<Page> {
+    return this.document(file, priority, "a page of an index", (bytes) =>
+      readPage(jsonOf(bytes, `the index page ${file.url}`)),
     );
   }
 
-  cellChunk(url: string, priority: number): Promise<CellEntry[]> {
-    return this.document(url, priority, "which cells there are", (bytes) =>
-      readCellChunk(jsonOf(bytes, `the cell chunk ${url}`)),
+  cellChunk(file: FileRef, priority: number): Promise<CellEntry[]> {
+    return this.document(file, priority, "which cells there are", (bytes) =>
+      readCellChunk(jsonOf(bytes, `the cell chunk ${file.url}`)),
     );
   }
 
-  objectChunk(url: string, priority: number): Promise<ObjectChunk> {
-    return this.document(url, priority, "what objects are", (bytes) =>
-      readObjectChunk(jsonOf(bytes, `the object chunk ${url}`)),
+  objectChunk(file: FileRef, priority: number): Promise<ObjectChunk> {
+    return this.document(file, priority, "what objects are", (bytes) =>
+      readObjectChunk(jsonOf(bytes, `the object chunk ${file.url}`)),
     );
   }
 
   record(entry: CellEntry, priority: number): Promise<DecodedRecord> {
-    return this.document(entry.record, priority, `what c${entry.cell} sees`, (bytes) => {
+    const file = { url: entry.record, bytes: entry.recordBytes };
+    return this.document(file, priority, `what c${entry.cell} sees`, (bytes) => {
       const decoded = decodeCellRecord(new Uint8Array(bytes));
       const { cell } = decoded.record;
       if (cell !== entry.cell) throw new Error(`the record of c${entry.cell} is one of c${cell}`);
@@ -82,7 +84,7 @@ export class PublishedScene {
   /** What changes on the way from a cell to its neighbours, or `undefined` when it has none. */
   async steps(entry: CellEntry, priority: number): Promise<Steps | undefined> {
     if (!entry.steps) return undefined;
-    return this.document(entry.steps.url, priority, `what the neighbours of c${entry.cell} see`, (bytes) => {
+    return this.document(entry.steps, priority, `what the neighbours of c${entry.cell} see`, (bytes) => {
       const steps = decodeSteps(new Uint8Array(bytes));
       if (steps.from !== entry.cell) throw new Error(`the steps from c${entry.cell} are those from c${steps.from}`);
       return steps;
@@ -90,7 +92,12 @@ export class PublishedScene {
   }
 
   /** Fetches and decodes once; a failure is forgotten, so that asking again tries again. */
-  private document<T>(url: string, priority: number, reason: string, decode: (bytes: ArrayBuffer) => T): Promise<T> {
+  private document<T>(
+    { url, bytes }: FileRef,
+    priority: number,
+    reason: string,
+    decode: (bytes: ArrayBuffer) => T,
+  ): Promise<T> {
     const known = this.kept.get(url) as Promise<T> | undefined;
     const address = this.tree.resolve(url);
     if (known) {
@@ -99,7 +106,7 @@ export class PublishedScene {
       this.queue.hasten(address, priority);
       return known;
     }
-    const reading = this.queue.request(address, priority, { reason }).then(decode);
+    const reading = this.queue.request(address, priority, { reason, bytes }).then(decode);
     this.kept.set(url, reading);
     reading.catch(() => this.kept.delete(url));
     for (const oldest of this.kept.keys()) {

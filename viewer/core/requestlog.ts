@@ -4,7 +4,7 @@
 
 /** What a download is for; the bands of its priority. */
 export type Purpose = "document" | "coarsest" | "finer" | "prefetch";
-export type Result = "waiting" | "running" | "done" | "cancelled" | "failed";
+export type Result = "waiting" | "running" | "done" | "kept" | "cancelled" | "failed";
 
 export interface LoggedRequest {
   readonly url: string;
@@ -27,7 +27,7 @@ type Entry = { -readonly [field in keyof LoggedRequest]: LoggedRequest[field] };
 export interface RequestTrace {
   starts(): void;
   receives(bytes: number): void;
-  ends(result: "done" | "cancelled" | "failed"): void;
+  ends(result: "done" | "kept" | "cancelled" | "failed"): void;
 }
 
 export class RequestLog {

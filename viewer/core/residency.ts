@@ -1,17 +1,18 @@
 /**
  * What is held, what has been promised a place, and what goes when memory is short? For each model at most one level of
- * detail at a time.
+ * detail, or one rung, at a time.
  *
- * Guarantees: nothing is promised that would exceed the limit together with what is held and promised already; a level
- * that a visible object needs goes only when another level of its model has taken its place. Models that nothing visible
+ * Guarantees: nothing is promised that would exceed the limit together with what is held and promised already; what
+ * a visible object needs goes only when another grade of its model has taken its place. Models that nothing visible
  * needs are kept while memory allows; those go first that are needed furthest away, counted in steps from cell to
  * adjacent cell, and of these the longest unused (Marvie & Bouatouch, A VRML97-X3D extension for massive scenery
  * management in virtual worlds, 2004, §6.2).
  */
+import type { Grade } from "./grades.ts";
 
 export interface Held {
-  readonly level: number;
-  /** Memory of geometry and textures. */
+  readonly grade: Grade;
+  /** Memory of geometry and textures, and of what refines a smooth LOD further. */
   readonly bytes: number;
 }
 
@@ -109,7 +110,7 @@ export class ResidencySet {
     this.promises.delete(model);
   }
 
-  /** Takes a level in instead of what was held of its model; the promise is kept thereby. */
+  /** Takes a grade in instead of what was held of its model; the promise is kept thereby. */
   hold(model: number, held: Held): void {
     this.withdraw(model);
     this.total += held.bytes - (this.residents.get(model)?.bytes ?? 0);
@@ -138,10 +139,13 @@ export class ResidencySet {
     return idle.sort(([a, { lastNeeded }], [b, other]) => further(a, b) || lastNeeded - other.lastNeeded);
   }
 
-  /** Held models by level. */
-  levels(): Record<string, number> {
+  /** How many models are held at each level, and at each rung, as `r0`, `r1` …. */
+  grades(): Record<string, number> {
     const counts: Record<string, number> = {};
-    for (const { level } of this.residents.values()) counts[level] = (counts[level] ?? 0) + 1;
+    for (const { grade } of this.residents.values()) {
+      const name = `${grade.kind === "rung" ? "r" : ""}${grade.number}`;
+      counts[name] = (counts[name] ?? 0) + 1;
+    }
     return counts;
   }
 

@@ -1,7 +1,9 @@
 import { describe, expect, it } from "vitest";
+import { type Grade, goalOf } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
-import { coarsestProgress, sharpProgress } from "./progress.ts";
-import { desiredLevel, type Eye, type ModelState, plan, screenError_px, shrink } from "./scheduler.ts";
+import { firstProgress, sharpProgress } from "./progress.ts";
+import { type Eye, errorThatDoes, plan, type Stock, screenError_px, shrink } from "./scheduler.ts";
+import { costAlone_bytes } from "./travel.ts";
 
 const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
 const TARGET_PX = 1.5;
@@ -32,10 +34,24 @@ function object(id: number, model: number, distance_m: number, errors: number[],
   };
 }
 
-const holding =
-  (held: Record<number, number>, failed: Record<number, number[]> = {}) =>
-  (model: number): ModelState => ({ heldLevel: held[model], failed: new Set(failed[model] ?? []) });
-const summary = (wants: ReturnType<typeof plan>) => wants.map((want) => [want.object.model.model, want.level]);
+const ERRORS = [0, 0.01, 0.1];
+const level = (number: number, geometricError = ERRORS[number] ?? 0): Grade => ({
+  kind: "level",
+  number,
+  triangles: 1,
+  geometricError,
+});
+
+function holding(held: Record<number, number>, failed: Record<number, number[]> = {}): Stock {
+  return {
+    of: (model) => ({
+      held: held[model] === undefined ? undefined : level(held[model]),
+      failed: new Set((failed[model] ?? []).map((number) => `level ${number}`)),
+    }),
+    costOf: costAlone_bytes,
+  };
+}
+const summary = (wants: ReturnType<typeof plan>) => wants.map((want) => [want.object.model.model, want.grade.number]);
 
 describe("the plan", () => {
   const near = object(0, 0, 1, [0, 0.01, 0.1]);
@@ -71,12 +87,12 @@ describe("the plan", () => {
   it("when memory is short, draws what takes most of it more coarsely", () => {
     const held = (model: number) =>
       [
-        { level: 0, bytes: 70 },
-        { level: 2, bytes: 90 },
-        { level: 1, bytes: 80 },
+        { grade: level(0), bytes: 70 },
+        { grade: level(2), bytes: 90 },
+        { grade: level(1), bytes: 80 },
       ][model];
     const want = shrink([near, far, middle], held);
-    expect([want?.object.model.model, want?.level]).toEqual([2, 2]);
+    expect([want?.object.model.model, want?.grade.number]).toEqual([2, 2]);
     expect(shrink([far], held)).toBeUndefined();
   });
 });
@@ -88,20 +104,26 @@ it("one millimetre at one metre covers about a pixel of a 1080 pixel picture und
 
 it("an eye inside an object's box wants the finest level", () => {
   const around = object(0, 0, -0.5, [0.001, 0.1]);
-  expect(desiredLevel(around, EYE, 1.5)).toBe(0);
+  const most_error = errorThatDoes(around, EYE, 1.5);
+  const nothing = { held: undefined, failed: new Set<string>() };
+  expect(goalOf(around.model, most_error, nothing, costAlone_bytes)).toMatchObject({ kind: "level", number: 0 });
 });
+
+const having = (grade: Grade | undefined) => ({ held: grade, failed: new Set<string>() });
 
 it("progress counts each model and each texture once", () => {
   const objects = [object(0, 0, 1, [0, 1], "t"), object(1, 0, 1, [0, 1], "t"), object(2, 2, 1, [0], "t")];
-  expect(coarsestProgress(objects, () => undefined)).toEqual({ loaded_bytes: 0, total_bytes: 1550 });
-  expect(coarsestProgress(objects, (model) => (model === 0 ? 0 : undefined)).loaded_bytes).toBe(550);
-  expect(coarsestProgress(objects, () => 0).loaded_bytes).toBe(1550);
+  expect(firstProgress(objects, () => having(undefined))).toEqual({ loaded_bytes: 0, total_bytes: 1550 });
+  const first = firstProgress(objects, (model) => having(model === 0 ? level(0) : undefined));
+  expect(first.loaded_bytes).toBe(550);
+  expect(firstProgress(objects, () => having(level(0))).loaded_bytes).toBe(1550);
 });
 
 it("progress towards the sharp picture counts what the nearest of a model's objects needs", () => {
-  const [near, far] = [object(0, 0, 1, [0, 0.01, 0.1]), object(1, 0, 200, [0, 0.01, 0.1])];
-  const sharp = (held: number | undefined) => sharpProgress([far, near], () => held, EYE, 1.5);
+  const [near, far] = [object(0, 0, 1, ERRORS), object(1, 0, 200, ERRORS)];
+  const sharp = (held: number) => sharpProgress([far, near], () => having(level(held)), EYE, 1.5);
   expect(sharp(1)).toEqual({ loaded_bytes: 0, total_bytes: 1000 });
   expect(sharp(0)).toEqual({ loaded_bytes: 1000, total_bytes: 1000 });
-  expect(sharpProgress([far], () => 1, EYE, 1.5)).toEqual({ loaded_bytes: 250, total_bytes: 250 });
+  const alone = sharpProgress([far], () => having(level(1)), EYE, 1.5);
+  expect(alone).toEqual({ loaded_bytes: 250, total_bytes: 250 });
 });

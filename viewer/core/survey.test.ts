@@ -1,5 +1,6 @@
 import { expect, it } from "vitest";
-import { publish, serveFiles } from "../test/fixture.ts";
+import { publish } from "../test/fixture.ts";
+import { serveFiles } from "../test/serve.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
 import { ObjectDirectory } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";

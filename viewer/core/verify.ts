@@ -3,7 +3,7 @@
  * damaged disk, a broken proxy or a lying mirror. WebCrypto exists in secure contexts only (https and localhost).
  */
 
-export type Verdict = "verified" | "mismatch" | "unverified";
+export type Verdict = "verified" | "mismatch" | "unverified" | "later";
 
 /** The part of WebCrypto that is needed. */
 export type Digest = (bytes: ArrayBuffer) => Promise<ArrayBuffer>;
@@ -19,9 +19,18 @@ export function promisedHash(url: string): string | undefined {
   return /\/o\/([0-9a-f]{64})\.[a-z0-9]{1,8}$/.exec(url)?.[1];
 }
 
-/** Compares bytes with the hash in their URL. URLs without a hash, and bytes without a digest, stay unverified. */
+/** Whether a URL names a slice, so that only all slices together can be compared with its hash. */
+export function isRung(url: string): boolean {
+  return /\/o\/[0-9a-f]{64}\.r[0-9]{1,3}\.slod$/.test(url);
+}
+
+/**
+ * Compares bytes with the hash in their URL. URLs without a hash, and bytes without a digest, stay unverified; rungs are
+ * verified later, when the last of them has come.
+ */
 export async function verify(url: string, bytes: ArrayBuffer, digest: Digest | undefined): Promise<Verdict> {
   const promised = promisedHash(url);
+  if (digest && isRung(url)) return "later";
   if (!promised || !digest) return "unverified";
   const actual = [...new Uint8Array(await digest(bytes))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
   return actual === promised ? "verified" : "mismatch";

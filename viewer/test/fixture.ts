@@ -9,10 +9,16 @@
  * ```
  */
 import { createHash } from "node:crypto";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import type { CellRecord, Portal, Visible } from "../core/cellrecord.ts";
 import { FORMAT, type PackRef } from "../core/documents.ts";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
+import { readHeader } from "../core/smooth/header.ts";
 import { ball, box, encodeCellRecord, encodeGlb, encodePng, encodeSteps, type Shape } from "./encode.ts";
+
+/** Smooth LODs as the encoder wrote them. */
+export const GOLDEN = join(import.meta.dirname, "../../tests/golden/smooth");
 
 export const ROOM_M = 6;
 export const WALL_M = 0.4;
@@ -30,6 +36,8 @@ export interface FixtureOptions {
   readonly perChunk?: number;
   /** Puts the coarsest levels of what stands in every room into one pack. */
   readonly packed?: boolean;
+  /** Balls have a smooth LOD too. */
+  readonly smooth?: boolean;
   /** Lintels are doors: each hides the room behind it when it is closed. */
   readonly doored?: boolean;
 }
@@ -50,23 +58,9 @@ export function publish(options: FixtureOptions): Files {
   return new Publisher(options).files;
 }
 
-/** Answers requests from files below `base`, and counts them. */
-export function serveFiles(files: Files, base = "https://host/sub/") {
-  const requests: string[] = [];
-  const fetch = async (url: string, init: RequestInit = {}): Promise<Response> => {
-    const path = url.startsWith(base) ? `/${url.slice(base.length)}` : url;
-    requests.push(path);
-    await new Promise((resolve) => setTimeout(resolve, 0));
-    if (init.signal?.aborted) throw new DOMException("aborted", "AbortError");
-    const bytes = files.get(path);
-    return bytes ? new Response(bytes as BodyInit) : new Response("", { status: 404 });
-  };
-  return { fetch, requests };
-}
-
 class Publisher {
   readonly files: Files = new Map();
-  private readonly models: Record<string, { levels: { url: string; pack?: PackRef }[] }> = {};
+  private readonly models: Record<string, { levels: { url: string; pack?: PackRef }[]; smooth?: object }> = {};
   private readonly placed: Placed[] = [];
   private readonly sizes = new Map<number, { finest: number; coarsest: number }>();
   private readonly perChunk: number;
@@ -74,6 +68,7 @@ class Publisher {
   constructor(private readonly options: FixtureOptions) {
     this.perChunk = options.perChunk ?? 4;
     this.makeModels();
+    if (options.smooth) this.addSmooth(3);
     if (options.packed) this.pack();
     for (let room = 0; room < options.rooms; room += 1) this.furnish(room);
     const objects = this.placed.map((placed, i) => this.objectEntry(placed, i));
@@ -151,6 +146,25 @@ class Publisher {
     );
     const lintel = box([0, DOOR_HEIGHT_M, half - door], [WALL_M, HEIGHT_M, half + door]);
     this.model(4, [{ shape: lintel, error: 0 }], [0.75, 0.72, 0.68]);
+  }
+
+  /** A stream that the encoder's own tests wrote, as if it were the same shape; its errors fall to nothing. */
+  private addSmooth(model: number): void {
+    const bytes = new Uint8Array(readFileSync(join(GOLDEN, "bowl.slod")));
+    const url = this.blob(bytes, "slod");
+    const cuts = readHeader(bytes)?.cuts ?? [];
+    const rungs = cuts.map(({ bytes: to, triangles }, number) => {
+      const from = cuts[number - 1]?.bytes ?? 0;
+      const rung = url.replace(".slod", `.r${number}.slod`);
+      this.files.set(rung, bytes.slice(from, to));
+      const geometric_error_m = number === cuts.length - 1 ? 0 : 0.018 / (1 + number);
+      return { url: rung, from, to, triangles, geometric_error_m, rms_error_m: 0 };
+    });
+    const document = { asset: { version: "2.0" }, materials: [{ name: "glaze" }, { name: "clay" }] };
+    const materials = this.blob(text(document), "gltf");
+    const materials_bytes = this.files.get(materials)?.length;
+    const entry = this.models[`m${model}`];
+    if (entry) entry.smooth = { url, bytes: bytes.length, materials, materials_bytes, rungs };
   }
 
   /** The coarsest levels so far in one pack. */

@@ -29,9 +29,17 @@ export interface State {
   readonly holes: number;
   /** Visible objects of which nothing is held yet. */
   readonly missing: number;
-  /** Held models by level. */
+  /** Held models by level, and by rung as `r0`, `r1` …. */
   readonly levelsHeld: Record<string, number>;
   readonly memoryBytes: number;
+  /** Requests so far. */
+  readonly requests: number;
+  /** Objects that came several with one request. */
+  readonly bundled: number;
+  /** Bytes that need not travel, because this device had kept them from an earlier visit. */
+  readonly bytesKept: number;
+  /** Writes under way that keep what was fetched for the next visit. */
+  readonly keeping: number;
   /** What 95 of 100 frames do not exceed besides drawing and decoding, milliseconds. */
   readonly workP95_ms: number;
   /** Downloads and decodings under way. */
@@ -46,6 +54,8 @@ export interface State {
   readonly closedDoors: readonly number[];
   /** What could not be loaded so far. */
   readonly problems: readonly string[];
+  /** Why models are drawn by levels although they have smooth LODs. */
+  readonly notes: readonly string[];
 }
 
 export interface Inspector {
@@ -94,8 +104,12 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       mode: walker.mode,
       holes: explorer.holes,
       missing: explorer.missing,
-      levelsHeld: explorer.residency.levels(),
+      levelsHeld: explorer.residency.grades(),
       memoryBytes: explorer.residency.bytes,
+      requests: queue.tally.requests,
+      bundled: queue.tally.bundled,
+      bytesKept: queue.tally.kept_bytes,
+      keeping: queue.shelf?.pending ?? 0,
       workP95_ms: visit.work.quantile_ms(0.95),
       pending: explorer.pending,
       settled: explorer.settled,
@@ -103,6 +117,7 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       people: company.movers.map(({ position: place }) => place),
       closedDoors: [...explorer.doors].filter((door) => explorer.isShut(door)),
       problems,
+      notes: explorer.models.notes,
     }),
     teleport: (position, yaw = walker.yaw, pitch = walker.pitch) => visit.teleport({ position, yaw, pitch }),
     walk: (forward_m) => visit.walkTo(visit.ahead(forward_m), WALK_SPEED_MPS),

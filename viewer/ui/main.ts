@@ -4,10 +4,12 @@
  */
 import { addressOfScene, readPose, readRevision, treeBase, writePose } from "../core/address.ts";
 import type { SceneSummary, Viewpoint } from "../core/documents.ts";
-import { FETCH_DEFAULTS, FetchError, FetchQueue } from "../core/fetchqueue.ts";
+import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { fetchSceneList, PublishedScene } from "../core/published.ts";
 import { RequestLog } from "../core/requestlog.ts";
+import { Shelf } from "../core/shelf.ts";
 import { Throttle } from "../core/throttle.ts";
+import { FetchError } from "../core/transfer.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { Stage } from "../three/stage.ts";
@@ -21,6 +23,8 @@ import { MapPanel } from "./map.ts";
 import { explain, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
 import { Visit } from "./visit.ts";
 
+/** So much is kept on this device from visit to visit. */
+const SHELF_BYTES = matchMedia("(pointer: coarse)").matches ? 64e6 : 256e6;
 const problems: string[] = [];
 let encoded_bytes = 0;
 
@@ -97,6 +101,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     scene,
     stage,
     display: hud,
+    smooth: new URL(location.href).searchParams.get("smooth") !== "off",
     posed: (pose) => history.replaceState(null, "", writePose(pose, scene.pointer.revision)),
     problem: (error) => {
       problems.push(String(error));
@@ -185,7 +190,8 @@ async function main(): Promise<void> {
     tallyEncodedBytes(tree.base.href);
     const log = new RequestLog(() => performance.now());
     const throttle = new Throttle((url, init) => fetch(url, init));
-    const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: throttle.fetch, digest: webCryptoDigest(), log });
+    const shelf = await Shelf.open(globalThis.caches, SHELF_BYTES);
+    const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: throttle.fetch, digest: webCryptoDigest(), log, shelf });
     // The first documents travel while the renderer gets ready.
     const opening = open(queue, tree);
     opening.catch(() => {});

@@ -4,9 +4,9 @@
  */
 import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
-import { FetchError } from "../core/fetchqueue.ts";
 import { DocumentError } from "../core/json.ts";
 import { MemoryShortError } from "../core/residency.ts";
+import { FetchError } from "../core/transfer.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { element } from "./elements.ts";
 

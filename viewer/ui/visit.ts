@@ -42,6 +42,8 @@ export interface VisitParts {
   readonly scene: PublishedScene;
   readonly stage: Stage;
   readonly display: Display;
+  /** Whether smooth LODs are used; so unless this says no. */
+  readonly smooth?: boolean;
   /** Told of the pose every now and then while it changes, for the address of a page. */
   readonly posed?: (pose: Pose) => void;
   readonly problem: (error: unknown) => void;
@@ -108,12 +110,12 @@ export class Visit {
     | undefined;
 
   constructor(private readonly parts: VisitParts) {
-    const { scene, stage, problem } = parts;
+    const { scene, stage, problem, smooth = true } = parts;
     this.explorer = new Explorer(
       scene,
       this.host,
       this.budget,
-      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX },
+      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, smooth },
       {
         changed: () => {
           this.hudStale = true;

@@ -4,7 +4,7 @@
  * seam between them.
  */
 import { type ChannelKind, type Header, numbersOf } from "./header.ts";
-import { IntList } from "./list.ts";
+import { bytesOf, IntList } from "./list.ts";
 import { type Mesh, NONE } from "./mesh.ts";
 import { damaged, type ModelSpace, type Reader } from "./rans.ts";
 import { CORNER, Expectation, type Wedges } from "./values.ts";
@@ -66,6 +66,12 @@ export class Attributes implements Wedges {
     this.copies = models.nibbles(5 * this.kinds.length);
     this.sizes = models.nibbles(16 * 8 * this.stride);
     this.lastCopy = new Int32Array(this.kinds.length);
+  }
+
+  /** Memory of what grows with the mesh. */
+  get bytes(): number {
+    const lists = [this.values, this.corners, this.materials, this.latest, this.before];
+    return bytesOf(...lists.map(({ values }) => values));
   }
 
   /** Bytes that {@link dress} takes at most for so many corners. */

@@ -37,6 +37,13 @@ export class SmoothDecoder {
     return this.begun?.replay.isEnd ?? false;
   }
 
+  /** Memory that it takes now: what came, the mesh so far and what was learnt to read on. */
+  get stateBytes(): number {
+    const replay = this.begun?.replay;
+    const state = replay ? replay.mesh.bytes + replay.attributes.bytes + replay.reader.modelBytes : 0;
+    return this.bytes.byteLength + state;
+  }
+
   /** What was decoded, with what its header says; for snapshots. */
   get decoded(): { readonly header: Header; readonly replay: Replay } | undefined {
     return this.begun;

@@ -40,3 +40,8 @@ export function widened<T extends Int32Array | Uint8Array>(array: T, length: num
   wide.set(array);
   return wide;
 }
+
+/** Memory of these arrays. */
+export function bytesOf(...arrays: readonly (Int32Array | Uint8Array)[]): number {
+  return arrays.reduce((sum, { byteLength }) => sum + byteLength, 0);
+}

@@ -2,7 +2,7 @@
  * What does a partly decoded smooth LOD hold? Vertices on a lattice, triangles, and which triangles meet where
  * (`docs/SLOD.md` §3). Any triangles at all: no edge or vertex need be manifold.
  */
-import { widened } from "./list.ts";
+import { bytesOf, widened } from "./list.ts";
 import { Stars } from "./stars.ts";
 
 /** No vertex, no wedge. */
@@ -33,6 +33,12 @@ export class Mesh {
   constructor() {
     this.addVertex();
     this.next[0] = NONE;
+  }
+
+  /** Memory that it takes. */
+  get bytes(): number {
+    const { at, around, parent, next, size, shared, pass, corners, stars } = this;
+    return bytesOf(at, around, parent, next, size, shared, pass, corners) + stars.bytes;
   }
 
   /** A vertex at the lattice's beginning, without triangles. */

@@ -6,6 +6,7 @@
  * A model is a number that a {@link ModelSpace} gave out. The sixteen cumulative chances of a symbol's model stand two
  * in one 32-bit word and learn two at a time; this is what decoding spends most of its time on.
  */
+import { bytesOf } from "./list.ts";
 
 /** Why a smooth LOD cannot be decoded. */
 export class SmoothError extends Error {
@@ -89,6 +90,11 @@ export class Reader {
       const first = 2 * (i % WORDS) * (MOST_CHANCE / 16);
       this.below[i] = pair(first, first + MOST_CHANCE / 16);
     }
+  }
+
+  /** Memory of the models. */
+  get modelBytes(): number {
+    return bytesOf(this.zero, this.bitSeen, this.below, this.nibbleSeen);
   }
 
   /** Whether both states have come. Before that nothing can be read. */

@@ -1,7 +1,7 @@
 /**
  * Which triangles meet at a vertex? Lists in one array, in blocks of 8, 16, 32 … places that are used again.
  */
-import { widened } from "./list.ts";
+import { bytesOf, widened } from "./list.ts";
 
 const SMALLEST = 8;
 
@@ -21,6 +21,11 @@ export class Stars {
   /** How many places there are. */
   get placeCount(): number {
     return this.used;
+  }
+
+  /** Memory that they take. */
+  get bytes(): number {
+    return bytesOf(this.places, this.first, this.length, this.class);
   }
 
   /** Another vertex, without triangles. */

@@ -1,7 +1,9 @@
 /** Which levels and rungs has the object that was clicked, and which of them is drawn? */
+import type { Model } from "../../core/documents.ts";
 import { distanceToBounds } from "../../core/geometry.ts";
+import { type Grade, goalOf, gradesOf, isGoodEnough } from "../../core/grades.ts";
 import { geometricError_m, type PlacedObject } from "../../core/objects.ts";
-import { desiredLevel, screenError_px } from "../../core/scheduler.ts";
+import { errorOf_px, errorThatDoes } from "../../core/scheduler.ts";
 import { boxes } from "../../three/overlay.ts";
 import { make, write } from "../dom.ts";
 import { writeBytes } from "../format.ts";
@@ -15,12 +17,12 @@ export class Ladder implements Section {
     { class: "note", "data-testid": "picked" },
     "Click an object to see what it is made of.",
   );
-  private readonly levels = make("table", { class: "ladder" });
-  private readonly rungs = make("p", { class: "note" });
+  private readonly grades = make("table", { class: "ladder", "data-testid": "ladder" });
+  private readonly note = make("p", { class: "note", "data-testid": "ladder-note" });
   private picked: PlacedObject | undefined;
 
   constructor(private readonly visit: Visit) {
-    this.element = section("The object", this.name, this.levels, this.rungs);
+    this.element = section("The object", this.name, this.grades, this.note);
   }
 
   pick(object: PlacedObject | undefined): void {
@@ -33,33 +35,61 @@ export class Ladder implements Section {
 
   update(): void {
     const { picked } = this;
-    const eye = this.visit.explorer.eyeNow;
+    const { explorer } = this.visit;
+    const eye = explorer.eyeNow;
     if (!picked || !eye) {
-      this.levels.replaceChildren();
-      write(this.rungs, "");
+      this.grades.replaceChildren();
+      write(this.note, "");
       write(this.name, "Click an object to see what it is made of.");
       return;
     }
     const { entry, model } = picked;
     const distance_m = distanceToBounds(entry.bounds, eye.position);
     write(this.name, `o${entry.object} “${entry.sourceNode}”, model m${model.model}, ${distance_m.toFixed(1)} m away`);
-    const held = this.visit.explorer.residency.held(model.model)?.level;
-    const wanted = desiredLevel(picked, eye, TARGET_PX);
-    const head = ["level", "triangles", "bytes", "off by", ""].map((text) => make("th", { scope: "col" }, text));
-    const rows = model.levels.map((level) => {
-      const error_m = geometricError_m(picked, level);
-      const error = `${(1000 * error_m).toFixed(1)} mm · ${screenError_px(error_m, distance_m, eye).toFixed(1)} px`;
-      const state = [level.level === held ? "drawn" : "", level.level === wanted ? "wanted" : ""]
-        .filter(Boolean)
-        .join(", ");
-      const cells = [String(level.level), level.triangles.toLocaleString("en"), writeBytes(level.bytes), error, state];
-      return make("tr", { class: level.level === held ? "held" : "" }, ...cells.map((text) => make("td", {}, text)));
+    const holding = explorer.models.of(model.model);
+    const { held } = holding;
+    const most_error = errorThatDoes(picked, eye, TARGET_PX);
+    const does = held && isGoodEnough(model, held, most_error);
+    const wanted = does ? held : goalOf(model, most_error, holding, explorer.models.costOf);
+    const head = ["", "triangles", "bytes", "off by", ""].map((text) => make("th", { scope: "col" }, text));
+    const rows = gradesOf(model).map((grade) => {
+      const error = `${(1000 * geometricError_m(picked, grade)).toFixed(1)} mm · ${errorOf_px(picked, grade, eye).toFixed(1)} px`;
+      const isHeld = isPartOf(grade, held);
+      const state = [
+        isSame(grade, held) ? "drawn" : isHeld ? "held" : "",
+        isSame(grade, wanted) ? "wanted" : "",
+      ].filter(Boolean);
+      const bytes = writeBytes(bytesOf(model, grade));
+      const cells = [
+        `${grade.kind} ${grade.number}`,
+        grade.triangles.toLocaleString("en"),
+        bytes,
+        error,
+        state.join(", "),
+      ];
+      return make("tr", { class: isHeld ? "held" : "" }, ...cells.map((text) => make("td", {}, text)));
     });
-    this.levels.replaceChildren(make("tr", {}, ...head), ...rows);
-    const { smooth } = model;
-    const rungs = smooth?.rungs
-      .map(({ to, triangles }) => `${triangles.toLocaleString("en")} at ${writeBytes(to)}`)
-      .join(", ");
-    write(this.rungs, rungs ? `Smooth LOD, triangles by rung: ${rungs}.` : "It has no smooth LOD.");
+    this.grades.replaceChildren(make("tr", {}, ...head), ...rows);
+    const trouble = explorer.models.noteOf(model.model);
+    const usual = model.smooth ? RUNGS_NOTE : "It has no smooth LOD.";
+    write(this.note, trouble ? `Its smooth LOD is of no use, so levels are drawn: ${trouble}` : usual);
   }
+}
+
+const RUNGS_NOTE = "Rungs are parts of a smooth LOD: each adds its bytes to those before it.";
+
+const isSame = (a: Grade, b: Grade | undefined) => a.kind === b?.kind && a.number === b.number;
+
+/** Whether a grade is drawn, or is a rung that what is drawn was refined from. */
+function isPartOf(grade: Grade, held: Grade | undefined): boolean {
+  return (
+    grade.kind === held?.kind && (grade.kind === "level" ? grade.number === held.number : grade.number <= held.number)
+  );
+}
+
+/** Of a level, or of a rung alone. */
+function bytesOf({ levels, smooth }: Model, { kind, number }: Grade): number {
+  if (kind === "level") return levels[number]?.bytes ?? 0;
+  const { from = 0, to = 0 } = smooth?.rungs[number] ?? {};
+  return to - from;
 }

@@ -25,6 +25,7 @@ const RESULTS: Record<Result, string> = {
   waiting: "waits",
   running: "under way",
   done: "here",
+  kept: "was here",
   cancelled: "cancelled",
   failed: "failed",
 };

@@ -1,0 +1,130 @@
+/**
+ * In which ways can a model be drawn, and which of them costs least? A *grade* is a level of detail, or the mesh that a
+ * smooth LOD gives up to a rung.
+ *
+ * The rule, in one place for first pictures and for refining: of the grades that are good enough for an error, the one for
+ * which the fewest bytes have still to travel ({@link CostOf}: compressed, requests included). Rungs that are held are not
+ * paid again, nor are pictures and materials that are here. So smooth LODs are left alone where they would be worse:
+ * where the coarsest levels of many models come in one compressed pack, where a coarse level names its pictures in a
+ * smaller size, or where a model is too small to pay for its materials.
+ */
+import type { FileRef, Level, Model, Rung, Smooth } from "./documents.ts";
+import { type CostOf, compressed_bytes } from "./travel.ts";
+
+/** One way to draw a model. */
+export interface Grade {
+  readonly kind: "level" | "rung";
+  /** Of the level, 0 the finest; of the last rung that was taken in, 0 the coarsest. */
+  readonly number: number;
+  readonly triangles: number;
+  /** In model space, as those of levels. */
+  readonly geometricError: number;
+}
+
+/** What is known of a model while one chooses for it. */
+export interface Holding {
+  /** What is drawn, if anything. */
+  readonly held: Grade | undefined;
+  /** Names of grades that could not be had: {@link nameOf}, or {@link ALL_RUNGS}. */
+  readonly failed: ReadonlySet<string>;
+}
+
+/** A smooth LOD that is damaged anywhere is not used at all. */
+export const ALL_RUNGS = "rungs";
+/** Rungs come together up to so many bytes, so that small models take one step and large ones show each. */
+const STEP_BYTES = 16 * 1024;
+
+const NO_FILES: readonly FileRef[] = [];
+
+export function nameOf({ kind, number }: Pick<Grade, "kind" | "number">): string {
+  return `${kind} ${number}`;
+}
+
+export function levelGrade({ level, triangles, geometricError }: Level): Grade {
+  return { kind: "level", number: level, triangles, geometricError };
+}
+
+function rungGrade({ triangles, geometricError }: Rung, number: number): Grade {
+  return { kind: "rung", number, triangles, geometricError };
+}
+
+/** The coarsest level: what a first picture is at least as good as. */
+export function coarsestLevel(model: Model): Level | undefined {
+  return model.levels.at(-1);
+}
+
+const known = new WeakMap<Model, readonly Grade[]>();
+
+/** All ways to draw a model: levels, finest first, then rungs, coarsest first. */
+export function gradesOf(model: Model): readonly Grade[] {
+  const grades = known.get(model) ?? [...model.levels.map(levelGrade), ...(model.smooth?.rungs ?? []).map(rungGrade)];
+  known.set(model, grades);
+  return grades;
+}
+
+/** Whether nothing finer of its kind can be had. */
+export function isFinest(model: Model, { kind, number }: Grade): boolean {
+  return number === (kind === "level" ? 0 : (model.smooth?.rungs.length ?? 0) - 1);
+}
+
+/** Whether a grade will do where errors up to this, in model space, do; the finest of a kind always will. */
+export function isGoodEnough(model: Model, grade: Grade, most_error: number): boolean {
+  return grade.geometricError <= most_error || isFinest(model, grade);
+}
+
+/** Whether a grade could not be had, or turned out to be damaged. */
+export function isFailed({ failed }: Holding, grade: Grade): boolean {
+  return failed.has(nameOf(grade)) || (grade.kind === "rung" && failed.has(ALL_RUNGS));
+}
+
+/** What has to be fetched to draw a model so after what is held. */
+export function filesOf(model: Model, { kind, number }: Grade, held?: Grade): readonly FileRef[] {
+  if (kind === "level") {
+    const level = model.levels[number];
+    return level ? [level, ...level.textures] : NO_FILES;
+  }
+  if (!model.smooth) return NO_FILES;
+  const { materials, textures } = model.smooth;
+  return [...slicesOf(model.smooth, { number }, held), materials, ...textures];
+}
+
+/** The rungs that follow those that are held, up to one; the whole stream, with one request, where that is all of it. */
+export function slicesOf({ url, bytes, rungs }: Smooth, { number }: Pick<Grade, "number">, held?: Grade): FileRef[] {
+  const first = held?.kind === "rung" ? held.number + 1 : 0;
+  if (first === 0 && number === rungs.length - 1) return [{ url, bytes }];
+  return rungs.slice(first, number + 1).map(({ url, from, to }) => ({ url, bytes: to - from }));
+}
+
+/** Bytes that have still to travel until a model can be drawn so. */
+export function cost_bytes(model: Model, grade: Grade, held: Grade | undefined, costOf: CostOf): number {
+  const pack = grade.kind === "level" ? model.levels[grade.number]?.pack : undefined;
+  const [first, ...others] = filesOf(model, grade, held);
+  const cost = others.reduce((sum, file) => sum + costOf(file), 0);
+  if (!first) return cost;
+  // A pack is asked for once, for many.
+  const packed_bytes = pack && (costOf(pack) === 0 ? 0 : compressed_bytes({ url: pack.url, bytes: first.bytes }));
+  return cost + Math.min(packed_bytes ?? Number.POSITIVE_INFINITY, costOf(first));
+}
+
+/** What to draw a model with in the end where errors up to this do; `undefined` when nothing that would do can be had. */
+export function goalOf(model: Model, most_error: number, holding: Holding, costOf: CostOf): Grade | undefined {
+  let best: { grade: Grade; bytes: number } | undefined;
+  for (const grade of gradesOf(model)) {
+    if (isFailed(holding, grade) || !isGoodEnough(model, grade, most_error)) continue;
+    const bytes = cost_bytes(model, grade, holding.held, costOf);
+    if (!best || bytes < best.bytes) best = { grade, bytes };
+  }
+  return best?.grade;
+}
+
+/** What to draw next on the way to a goal: a level at once, rungs in steps. */
+export function stepTowards(model: Model, goal: Grade, held: Grade | undefined): Grade {
+  if (goal.kind === "level" || !model.smooth) return goal;
+  const { rungs } = model.smooth;
+  const first = held?.kind === "rung" ? held.number + 1 : 0;
+  const from = rungs[first]?.from ?? 0;
+  let number = first;
+  while (number < goal.number && (rungs[number + 1]?.to ?? 0) - from <= STEP_BYTES) number += 1;
+  const rung = rungs[number];
+  return rung ? rungGrade(rung, number) : goal;
+}

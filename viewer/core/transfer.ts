@@ -1,0 +1,79 @@
+/**
+ * How do bytes come over the wire? One request and its answer, handed on piece by piece as they come; an answer from which
+ * nothing is heard for too long is given up.
+ */
+
+/** Why a download failed for good. */
+export class FetchError extends Error {
+  override readonly name = "FetchError";
+
+  constructor(
+    readonly kind: "cancelled" | "corrupt" | "status" | "unreachable",
+    readonly url: string,
+    message: string,
+  ) {
+    super(message);
+  }
+}
+
+export type Fetch = (url: string, init: RequestInit) => Promise<Response>;
+
+export interface TransferOptions {
+  readonly fetch: Fetch;
+  readonly cache: RequestCache;
+  readonly signal: AbortSignal;
+  /** A transfer from which nothing is heard for so long has failed. */
+  readonly stall_ms: number;
+}
+
+/** One try; answers the headers. Throws `unreachable` for what may pass, `status` for what will not. */
+export async function transfer(
+  url: string,
+  { fetch, cache, signal, stall_ms }: TransferOptions,
+  receive: (piece: Uint8Array) => void,
+): Promise<Headers> {
+  const stalled = new AbortController();
+  const watch = () => setTimeout(() => stalled.abort(), stall_ms);
+  let timer = watch();
+  try {
+    const response = await fetch(url, { cache, signal: AbortSignal.any([signal, stalled.signal]) });
+    if (!response.ok) {
+      const passes = response.status >= 500 || response.status === 429 || response.status === 408;
+      throw new FetchError(passes ? "unreachable" : "status", url, `${url} was answered with ${response.status}`);
+    }
+    const body = response.body?.getReader();
+    for (let part = await body?.read(); body && part?.value; part = await body.read()) {
+      receive(part.value);
+      clearTimeout(timer);
+      timer = watch();
+    }
+    return response.headers;
+  } catch (error) {
+    if (error instanceof FetchError) throw error;
+    throw new FetchError("unreachable", url, `${url} cannot be reached (${String(error)})`);
+  } finally {
+    clearTimeout(timer);
+  }
+}
+
+/** One buffer of several. */
+export function join(parts: readonly Uint8Array[]): ArrayBuffer {
+  const whole = new Uint8Array(parts.reduce((total, part) => total + part.byteLength, 0));
+  let at = 0;
+  for (const part of parts) {
+    whole.set(part, at);
+    at += part.byteLength;
+  }
+  return whole.buffer;
+}
+
+/** Waits, but no longer than until it is called off. */
+export function pause(ms: number, signal: AbortSignal): Promise<void> {
+  return new Promise((resolve) => {
+    const timer = setTimeout(resolve, ms);
+    signal.addEventListener("abort", () => {
+      clearTimeout(timer);
+      resolve();
+    });
+  });
+}

@@ -1,0 +1,94 @@
+/**
+ * What does an explorer do with a small published scene? One with a renderer that draws nothing and a web server in memory,
+ * which both remember what they were asked.
+ */
+import { Explorer } from "../core/explorer.ts";
+import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
+import { FrameBudget } from "../core/framebudget.ts";
+import type { Vec3 } from "../core/geometry.ts";
+import { HEADER_BYTES } from "../core/linemeter.ts";
+import type { ModelHost } from "../core/modelloads.ts";
+import type { PlacedObject } from "../core/objects.ts";
+import { PublishedScene } from "../core/published.ts";
+import type { Shelf } from "../core/shelf.ts";
+import { Tree } from "../core/tree.ts";
+import { webCryptoDigest } from "../core/verify.ts";
+import { type Files, type FixtureOptions, publish } from "./fixture.ts";
+import { type ServerOptions, serveFiles } from "./serve.ts";
+
+/** Draws nothing, and remembers what it was given. */
+export class RecordingHost implements ModelHost {
+  readonly uploads: { model: number; bytes: number; missing: number }[] = [];
+  readonly evicted: number[] = [];
+  private shown = new Map<number, PlacedObject>();
+  private readonly templates = new Set<number>();
+  private readonly textures = new Set<string>();
+  missing: () => number = () => 0;
+
+  async upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
+    this.templates.add(model);
+    for (const url of textures.keys()) this.textures.add(url);
+    this.uploads.push({ model, bytes: glb.byteLength, missing: this.missing() });
+    return glb.byteLength;
+  }
+  needsTexture(url: string): boolean {
+    return !this.textures.has(url);
+  }
+  evict(model: number): void {
+    this.templates.delete(model);
+    this.evicted.push(model);
+  }
+  show(objects: readonly PlacedObject[]): void {
+    this.shown = new Map(objects.map((object) => [object.entry.object, object]));
+  }
+  draws(object: number): boolean {
+    const placed = this.shown.get(object);
+    return placed !== undefined && this.templates.has(placed.model.model);
+  }
+}
+
+export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
+  readonly memory_limit_bytes?: number;
+  readonly spoil?: (files: Files) => void;
+  readonly shelf?: Shelf;
+  /** What a request costs; low, so that choices do not depend on how fast this machine is. */
+  readonly request_bytes?: number;
+}
+
+/** An explorer of the published rooms. */
+export async function explore({
+  memory_limit_bytes = 1e9,
+  spoil,
+  shelf,
+  request_bytes = HEADER_BYTES,
+  bundles = false,
+  ...options
+}: SetUp = {}) {
+  const meter = { request_bytes, starts: () => ({ receives: () => {}, ends: () => {} }) };
+  const files = publish({ rooms: 6, ...options });
+  spoil?.(files);
+  const { fetch, requests } = serveFiles(files, { bundles });
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest(), shelf, meter });
+  const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
+  const host = new RecordingHost();
+  const problems: unknown[] = [];
+  const budget = new FrameBudget(1e9, () => 0);
+  const explorer = new Explorer(
+    scene,
+    host,
+    budget,
+    { memory_limit_bytes, target_px: 1.5 },
+    { changed: () => {}, problem: (error) => problems.push(error) },
+  );
+  host.missing = () => explorer.missing;
+  const go = (position: Vec3, velocity: Vec3 = [0, 0, 0]) =>
+    explorer.follow({ position, viewAngle_rad: 1, height_px: 720 }, velocity);
+  /** Waits until nothing is on its way any more. */
+  const quiet = async () => {
+    for (let calm = 0; calm < 5; ) {
+      await new Promise((resolve) => setTimeout(resolve, 2));
+      calm = explorer.pending === 0 ? calm + 1 : 0;
+    }
+  };
+  return { explorer, host, problems, requests, files, scene, go, quiet };
+}

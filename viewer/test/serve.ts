@@ -1,0 +1,44 @@
+/** Who serves a small published scene? A web server in memory, which also answers bundles when it is told to. */
+import type { Files } from "./fixture.ts";
+
+export interface ServerOptions {
+  /** Offers bundles, as a server does and a static tree does not. */
+  readonly bundles?: boolean;
+}
+
+/** Answers requests from files below a base, and counts them. */
+export function serveFiles(files: Files, { bundles = false }: ServerOptions = {}) {
+  const base = "https://host/sub/";
+  const requests: string[] = [];
+  const headers: HeadersInit = bundles ? { Link: '</o/bundle/>; rel="bundles"' } : {};
+  const fetch = async (url: string, init: RequestInit = {}): Promise<Response> => {
+    const path = url.startsWith(base) ? `/${url.slice(base.length)}` : url;
+    requests.push(path);
+    await new Promise((resolve) => setTimeout(resolve, 0));
+    if (init.signal?.aborted) throw new DOMException("aborted", "AbortError");
+    const bytes = bundles && path.startsWith(BUNDLE) ? bundleOf(files, path) : files.get(path);
+    return bytes ? new Response(bytes as BodyInit, { headers }) : new Response("", { status: 404 });
+  };
+  return { fetch, requests };
+}
+
+const BUNDLE = "/o/bundle/";
+
+/** What a server answers at the address of a bundle: a table of where members end, then the members. */
+function bundleOf(files: Files, path: string): Uint8Array | undefined {
+  const members = path
+    .slice(BUNDLE.length)
+    .split("+")
+    .map((name) => files.get(`/o/${name}`));
+  const head = new DataView(new ArrayBuffer(8 + 4 * members.length));
+  head.setUint32(0, 0x4e425642, true);
+  head.setUint16(4, 1, true);
+  head.setUint16(6, members.length, true);
+  let end = 0;
+  for (const [i, member] of members.entries()) {
+    if (!member) return undefined;
+    end += member.length;
+    head.setUint32(8 + 4 * i, end, true);
+  }
+  return new Uint8Array(Buffer.concat([new Uint8Array(head.buffer), ...members.flatMap((member) => member ?? [])]));
+}
