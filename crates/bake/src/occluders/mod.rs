@@ -7,6 +7,7 @@
 mod body;
 mod fill;
 mod hiders;
+mod pieces;
 mod planes;
 mod region;
 mod rest;

@@ -10,8 +10,11 @@
 //! [`Tolerance::plane_m`]; rectangles are taken smaller by twice that, so that rounding opens no slit between a wall and
 //! the floor it stands on.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3};
 
+use super::pieces::pieces;
 use crate::digest::{Digest, Digester};
 
 /// What counts as the same plane, and as no hole.
@@ -39,6 +42,8 @@ pub struct Wall {
     /// Opaque squares for sight lines against the normal, and along it, each as a summed-area table of
     /// `lines[0].len() × lines[1].len()` counts; empty where there are none.
     opaque: [Vec<u32>; 2],
+    /// Rectangles outside of which nothing is opaque.
+    pieces: Vec<Rectangle>,
 }
 
 /// A rectangle in a wall, `[from, to]` along each of its axes.
@@ -77,6 +82,12 @@ impl Wall {
             }
             sums
         });
+        let count = |[u, v]: &[Range<usize>; 2]| {
+            let sums = opaque.iter().filter(|sums| !sums.is_empty());
+            sums.map(|sums| counted(sums, width, [u.start, u.end], [v.start, v.end]))
+                .sum()
+        };
+        let pieces = pieces(&lines, &count);
         Self {
             normal,
             offset,
@@ -84,6 +95,7 @@ impl Wall {
             lines,
             door: None,
             opaque,
+            pieces,
         }
     }
 
@@ -169,9 +181,7 @@ impl Wall {
     }
 
     fn count(&self, way: Way, u: [usize; 2], v: [usize; 2]) -> u32 {
-        let (sums, width) = (&self.opaque[way as usize], self.lines[0].len());
-        let at = |i: usize, j: usize| sums[j * width + i];
-        at(u[1], v[1]) + at(u[0], v[0]) - at(u[0], v[1]) - at(u[1], v[0])
+        counted(&self.opaque[way as usize], self.lines[0].len(), u, v)
     }
 
     /// Whether a rectangle is opaque but for a margin at its border.
@@ -294,14 +304,27 @@ impl Wall {
     /// The box around its grid: the lowest corner and the highest.
     #[must_use]
     pub fn around(&self) -> [Vec3; 2] {
-        let ends = |axis: usize| [self.lines[axis][0], self.lines[axis][self.lines[axis].len() - 1]];
-        let corners = ends(0)
-            .into_iter()
-            .flat_map(|u| ends(1).map(|v| self.point(Vec2::new(u, v))));
+        self.box_of(&[0, 1].map(|axis| [self.lines[axis][0], self.lines[axis][self.lines[axis].len() - 1]]))
+    }
+
+    /// Boxes, one at least, outside of which nothing of it is opaque.
+    pub(crate) fn boxes(&self) -> impl Iterator<Item = [Vec3; 2]> + '_ {
+        let whole = self.pieces.is_empty().then(|| self.around());
+        self.pieces.iter().map(|piece| self.box_of(piece)).chain(whole)
+    }
+
+    fn box_of(&self, [u, v]: &Rectangle) -> [Vec3; 2] {
+        let corners = u.iter().flat_map(|u| v.map(|v| self.point(Vec2::new(*u, v))));
         corners.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[min, max], p| {
             [min.min(p), max.max(p)]
         })
     }
+}
+
+/// How many squares are opaque, from a summed-area table of so many columns.
+fn counted(sums: &[u32], width: usize, u: [usize; 2], v: [usize; 2]) -> u32 {
+    let at = |i: usize, j: usize| sums[j * width + i];
+    at(u[1], v[1]) + at(u[0], v[0]) - at(u[0], v[1]) - at(u[1], v[0])
 }
 
 #[cfg(test)]

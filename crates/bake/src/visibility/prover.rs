@@ -53,6 +53,7 @@ pub struct Blocker {
     pub occluders: Occluders,
     /// Those that hide.
     bodies: Bvh2,
+    /// By pieces: a wall may stand in it more than once.
     walls: Bvh2,
     solids: Solids,
 }
@@ -88,8 +89,16 @@ impl Blocker {
         for index in &mut bodies.primitive_indices {
             *index = numbers[*index as usize];
         }
+        let pieces = (0u32..).zip(&occluders.walls);
+        let (owners, boxes): (Vec<u32>, Vec<_>) = pieces
+            .flat_map(|(number, wall)| wall.boxes().map(move |around| (number, around)))
+            .unzip();
+        let mut walls = segment::tree(boxes.into_iter(), plane_m);
+        for index in &mut walls.primitive_indices {
+            *index = owners[*index as usize];
+        }
         Self {
-            walls: segment::tree(occluders.walls.iter().map(|wall| wall.around()), plane_m),
+            walls,
             solids: Solids::of(&occluders.bodies, TOUCHING * hole_m),
             bodies,
             occluders,
