@@ -220,7 +220,7 @@ pub struct Period {
 }
 
 /// Why a mover is no longer told of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Gone {
     /// Something hides it. Its info stays valid: it may come back without one.
