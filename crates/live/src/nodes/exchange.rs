@@ -60,6 +60,12 @@ impl Exchange {
         }
     }
 
+    /// Who it is.
+    #[must_use]
+    pub fn id(&self) -> &NodeId {
+        &self.node
+    }
+
     /// Other nodes of the scene, as far as it is known.
     pub fn peers(&self) -> impl Iterator<Item = &NodeId> {
         self.peers.keys()
