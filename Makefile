@@ -6,7 +6,7 @@ NPM ?= npm
 LISTEN ?= 127.0.0.1:8080
 DATA ?= data
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api bless clean
+.PHONY: demo test test-services check viewer tools test-rust test-viewer test-levels test-browser test-api bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -26,6 +26,10 @@ check: viewer
 
 test-rust: viewer
 	$(CARGO) test --locked --workspace --no-fail-fast
+
+## What needs services of others: `nats-server` on the PATH, or named by BELVEDERE_TEST_NATS.
+test-services: viewer
+	$(CARGO) test --locked --test services -- --ignored
 
 test-viewer: viewer
 	cd viewer && $(NPM) test

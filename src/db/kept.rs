@@ -84,12 +84,14 @@ impl Catalogue {
             .collect()
     }
 
-    /// The largest id of a mover of any scene.
-    pub async fn last_kept_mover(&self) -> anyhow::Result<Option<ObjectId>> {
-        let row = sqlx::query("SELECT object FROM kept_movers ORDER BY object DESC LIMIT 1")
-            .fetch_optional(&self.pool)
+    /// Draws ids of movers that nobody else ever gets: the first of `many` in a row.
+    pub async fn draw_mover_ids(&self, many: u32) -> anyhow::Result<ObjectId> {
+        let row = sqlx::query("UPDATE mover_ids SET next = next + ? RETURNING next - ? AS first")
+            .bind(i64::from(many))
+            .bind(i64::from(many))
+            .fetch_one(&self.pool)
             .await?;
-        row.as_ref().map(object).transpose()
+        Ok(ObjectId(u32::try_from(row.try_get::<i64, _>("first")?)?))
     }
 
     /// Scenes where something is kept, by name.
@@ -167,7 +169,7 @@ mod tests {
         };
         {
             let catalogue = Catalogue::open(data.path()).await.unwrap();
-            assert_eq!(catalogue.last_kept_mover().await.unwrap(), None);
+            assert_eq!(catalogue.draw_mover_ids(10).await.unwrap(), ObjectId(100_000_000));
             for object in [7, 9, 8] {
                 catalogue.keep_mover(&here, &mover(object)).await.unwrap();
             }
@@ -197,7 +199,7 @@ mod tests {
             ..mover(8)
         };
         assert_eq!(catalogue.kept_movers(&here).await.unwrap(), [moved, mover(9)]);
-        assert_eq!(catalogue.last_kept_mover().await.unwrap(), Some(ObjectId(9)));
+        assert_eq!(catalogue.draw_mover_ids(1).await.unwrap(), ObjectId(100_000_010));
         assert_eq!(catalogue.scenes_with_kept().await.unwrap(), [here, there.clone()]);
         assert_eq!(catalogue.kept_doors(&there, old).await.unwrap(), []);
         assert_eq!(catalogue.kept_doors(&there, new).await.unwrap(), [door]);

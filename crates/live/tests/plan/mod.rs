@@ -59,7 +59,11 @@ impl Belief {
             Event::Door { object, open } => {
                 self.doors.insert(*object, *open);
             }
-            Event::Hello(_) | Event::Hush(_) | Event::Wake { .. } | Event::Revision { .. } => {}
+            Event::Hello(_)
+            | Event::Hush(_)
+            | Event::Wake { .. }
+            | Event::Revision { .. }
+            | Event::Network { .. } => {}
         }
     }
 }
