@@ -75,14 +75,14 @@ async fn node(data: &Data, nats: &Nats, name: &str) -> Server {
 }
 
 async fn ready(server: &Server, line: &str) {
-    while !String::from_utf8_lossy(&get(address(server), "/readyz", "").await.body).contains(line) {
+    while !String::from_utf8_lossy(&get(address(server), "/readyz").await.body).contains(line) {
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
 }
 
 /// A sum of a server's metrics.
 async fn metric(server: &Server, name: &str) -> u64 {
-    let text = String::from_utf8(get(address(server), "/metrics", "").await.body).expect("a text");
+    let text = String::from_utf8(get(address(server), "/metrics").await.body).expect("a text");
     let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
     line.unwrap_or_else(|| panic!("no {name} in {text}")).parse().expect("a number")
 }
@@ -176,7 +176,7 @@ async fn while_nats_is_away_sessions_go_on_within_their_node_and_say_so_and_then
     hears_network(&mut west_hears, "cut-off").await;
     hears_network(&mut east_hears, "cut-off").await;
     ready(&a, "nats: away").await;
-    assert_eq!(get(address(&a), "/v1/scenes/rooms", "").await.status, 200, "geometry is served");
+    assert_eq!(get(address(&a), "/v1/scenes/rooms").await.status, 200, "geometry is served");
     assert_eq!(hears_gone(&mut west_hears, &east.object).await, "left");
     beside.stand(json!([2.6, 1.5, 1.5])).await;
     assert_eq!(west_hears.wait("object-pos").await.data["objects"][0]["object"], beside.object);
@@ -191,7 +191,8 @@ async fn while_nats_is_away_sessions_go_on_within_their_node_and_say_so_and_then
     loop {
         let info = west_hears.wait("object-info").await.data;
         if info["object"] == east.object {
-            assert_eq!(info["pose"]["position"][0], 6.7);
+            let x = info["pose"]["position"][0].as_f64().expect("a number");
+            assert!((x - 6.7).abs() < 0.05, "{x}");
             break;
         }
     }
@@ -233,7 +234,7 @@ async fn hidden_movers_cost_no_message_and_visible_ones_few() {
         let mut movers = Vec::new();
         for number in 0..MOVERS {
             let z = 1.5 + 0.01 * number as f64;
-            let body = json!({"position": [x, 1.5, z], "max_speed_mps": 1.5, "radius_m": 0.1, "t_ms": 0});
+            let body = json!({"position": [x, 1.5, z], "max_speed_mps": 3.5, "radius_m": 0.1});
             let made = json(address(&b), ("POST", "/v1/scenes/rooms/movers"), None, &body).await.json();
             movers.push((made["object"].clone(), made["token"].clone(), z));
         }
@@ -247,7 +248,7 @@ async fn hidden_movers_cost_no_message_and_visible_ones_few() {
                 .iter()
                 .map(|(object, token, z)| {
                     let x = x + 0.3 * f64::from(ticks).sin();
-                    json!({"object": object, "token": token, "t_ms": 100 * ticks, "position": [x, 1.5, z]}).to_string()
+                    json!({"object": object, "token": token, "position": [x, 1.5, z]}).to_string()
                 })
                 .collect();
             let batch = ("application/x-ndjson", lines.join("\n"));

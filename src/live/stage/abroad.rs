@@ -31,11 +31,13 @@ impl Abroad {
     /// None where there are no other nodes.
     pub(super) fn begin(live: &Live, scene: &SceneName, terrain: &Terrain, handle: &StageHandle) -> Option<Self> {
         let nodes = live.0.sources.nodes.clone()?;
-        let revision = terrain.published.pointer.revision;
+        let (revision, connected) = (terrain.published.pointer.revision, nodes.connected());
+        let mut exchange = nodes.exchange(live.0.clock);
+        exchange.set_connected(*connected.borrow(), live.now_ms());
         Some(Self {
-            exchange: nodes.exchange(live.0.clock),
+            exchange,
             link: Link::start(&nodes, scene, revision, handle, &live.0.stopping),
-            connected: nodes.connected(),
+            connected,
             nodes,
         })
     }
