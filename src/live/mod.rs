@@ -18,8 +18,8 @@
 
 mod clock;
 mod error;
-mod keeping;
 mod ids;
+mod keeping;
 mod message;
 pub mod nodes;
 mod outbox;

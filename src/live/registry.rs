@@ -253,10 +253,7 @@ impl Registry {
     pub(super) fn scene_of(&self, object: ObjectId) -> Result<StageHandle, LiveError> {
         let tables = self.tables();
         let entry = tables.movers.get(&object);
-        Ok(entry
-            .ok_or_else(|| no_mover(object))?
-            .stage
-            .clone())
+        Ok(entry.ok_or_else(|| no_mover(object))?.stage.clone())
     }
 
     /// Movers of a scene that nobody keeps and of which nobody has said anything for this long: neither who has their

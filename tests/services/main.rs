@@ -1,6 +1,8 @@
 //! Does the server work with services of others? Runs the real binary against the real services, on free ports of this
 //! machine. Nothing here runs unless asked for: `make test-services`.
 
+#[path = "../e2e/boxes.rs"]
+mod boxes;
 #[path = "../http/live_wire.rs"]
 mod live_wire;
 mod nats;

@@ -9,6 +9,7 @@ use std::{
 use serde_json::{Value, json};
 
 use crate::{
+    boxes::two_rooms,
     live_wire::{Person, Stream, ask, json},
     program::{Data, Server, THREE_ROOMS},
     wire::get,
@@ -84,7 +85,9 @@ async fn ready(server: &Server, line: &str) {
 async fn metric(server: &Server, name: &str) -> u64 {
     let text = String::from_utf8(get(address(server), "/metrics").await.body).expect("a text");
     let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
-    line.unwrap_or_else(|| panic!("no {name} in {text}")).parse().expect("a number")
+    line.unwrap_or_else(|| panic!("no {name} in {text}"))
+        .parse()
+        .expect("a number")
 }
 
 fn rooms() -> Data {
@@ -155,7 +158,13 @@ async fn people_on_two_servers_meet_walls_hide_them_and_a_server_that_dies_loses
     let path = east.path("/pose");
     let lost = json(address(&a), ("PUT", &path), Some(&east.token), &pose).await;
     assert_eq!(lost.status, 404, "{lost:?}");
-    assert!(lost.json()["detail"].as_str().expect("a detail").contains("open a new one"), "{lost:?}");
+    assert!(
+        lost.json()["detail"]
+            .as_str()
+            .expect("a detail")
+            .contains("open a new one"),
+        "{lost:?}"
+    );
     let none = ("application/json", "");
     let events = ask(address(&a), ("GET", &east.path("/events")), Some(&east.token), none).await;
     assert_eq!(events.status, 404);
@@ -166,7 +175,10 @@ async fn people_on_two_servers_meet_walls_hide_them_and_a_server_that_dies_loses
     // What was told of movers of the other node is as well-founded as what is told of one's own.
     assert_eq!(a.stop().0, Some(0));
     let audit: Value = serde_json::from_str(&data.ok(&["audit", &recording, "--json"])).expect("a JSON report");
-    assert!(audit["scenes"][0]["told"].as_u64().is_some_and(|told| told > 0), "{audit}");
+    assert!(
+        audit["scenes"][0]["told"].as_u64().is_some_and(|told| told > 0),
+        "{audit}"
+    );
 }
 
 #[ignore = "needs nats-server: make test-services"]
@@ -177,17 +189,27 @@ async fn while_nats_is_away_sessions_go_on_within_their_node_and_say_so_and_then
     let (west, beside) = (enter(&a, 2.5, 2.5).await, enter(&a, 2.5, 1.5).await);
     let east = enter(&b, 6.5, 2.5).await;
     let (mut west_hears, mut east_hears) = (west.listen().await, east.listen().await);
-    let told = [west_hears.wait("object-info").await, west_hears.wait("object-info").await];
+    let told = [
+        west_hears.wait("object-info").await,
+        west_hears.wait("object-info").await,
+    ];
     assert!(told.iter().any(|info| info.data["object"] == east.object));
 
     let port = nats.stop();
     hears_network(&mut west_hears, "cut-off").await;
     hears_network(&mut east_hears, "cut-off").await;
     ready(&a, "nats: away").await;
-    assert_eq!(get(address(&a), "/v1/scenes/rooms").await.status, 200, "geometry is served");
+    assert_eq!(
+        get(address(&a), "/v1/scenes/rooms").await.status,
+        200,
+        "geometry is served"
+    );
     assert_eq!(hears_gone(&mut west_hears, &east.object).await, "left");
     beside.stand(json!([2.6, 1.5, 1.5])).await;
-    assert_eq!(west_hears.wait("object-pos").await.data["objects"][0]["object"], beside.object);
+    assert_eq!(
+        west_hears.wait("object-pos").await.data["objects"][0]["object"],
+        beside.object
+    );
     east.stand(json!([6.6, 1.5, 2.5])).await;
     let late = enter(&a, 2.0, 2.5).await;
     assert_eq!(late.listen().await.wait("hello").await.data["network"], "cut-off");
@@ -213,20 +235,74 @@ async fn movers_that_stay_outlive_their_node_on_another() {
     let (data, nats) = (rooms(), Nats::start().await);
     let (a, b) = (node(&data, &nats, "a").await, node(&data, &nats, "b").await);
     let robot = json!({"position": [6.0, 1.5, 2.5], "max_speed_mps": 1, "persistent": true, "name": "Robot"});
-    let made = json(address(&b), ("POST", "/v1/scenes/rooms/movers"), None, &robot).await.json();
+    let made = json(address(&b), ("POST", "/v1/scenes/rooms/movers"), None, &robot)
+        .await
+        .json();
     let robot = made["object"].as_str().expect("an object").to_owned();
     let west = enter(&a, 2.5, 2.5).await;
     let mut west_hears = west.listen().await;
     let info = west_hears.wait("object-info").await.data;
-    assert_eq!((&info["object"], &info["source_node"]), (&json!(robot), &json!("Robot")));
+    assert_eq!(
+        (&info["object"], &info["source_node"]),
+        (&json!(robot), &json!("Robot"))
+    );
     let (code, _) = b.stop();
     assert_eq!(code, Some(0));
     assert_eq!(hears_gone(&mut west_hears, &robot).await, "left");
-    assert_eq!(west_hears.wait("object-info").await.data["object"], robot, "it has another home");
+    assert_eq!(
+        west_hears.wait("object-info").await.data["object"],
+        robot,
+        "it has another home"
+    );
     let token = made["token"].as_str().expect("a token");
     let path = format!("/v1/movers/{robot}/pose");
-    let moved = json(address(&a), ("PUT", &path), Some(token), &json!({"position": [6.2, 1.5, 2.5]})).await;
+    let moved = json(
+        address(&a),
+        ("PUT", &path),
+        Some(token),
+        &json!({"position": [6.2, 1.5, 2.5]}),
+    )
+    .await;
     assert_eq!(moved.status, 200, "{moved:?}");
+}
+
+#[ignore = "needs nats-server: make test-services"]
+#[tokio::test(flavor = "multi_thread")]
+async fn a_door_that_is_closed_on_one_server_hides_on_both_and_whoever_comes_later_hears_of_it() {
+    let (data, nats) = (Data::new(), Nats::start().await);
+    data.bake(&data.write("rooms.glb", two_rooms()), "rooms");
+    let (a, b) = (node(&data, &nats, "a").await, node(&data, &nats, "b").await);
+    let (west, east) = (enter(&a, 2.5, 2.5).await, enter(&b, 8.0, 2.5).await);
+    let (mut west_hears, mut east_hears) = (west.listen().await, east.listen().await);
+    assert_eq!(west_hears.wait("object-info").await.data["object"], east.object);
+    let around = get(address(&a), "/v1/scenes/rooms/objects?bbox=5,0,2,5.2,2.2,3")
+        .await
+        .json();
+    let objects = around["objects"].as_array().expect("objects").iter();
+    let door = objects
+        .filter(|object| object["door"] == true)
+        .map(|object| object["object"].clone())
+        .next();
+    let door = door.expect("a door");
+    let path = format!("/v1/scenes/rooms/doors/{}", door.as_str().expect("an object"));
+    let set = async |open: bool| {
+        let token = Some(west.token.as_str());
+        let answer = json(address(&a), ("PUT", &path), token, &json!({"open": open})).await;
+        assert_eq!(answer.status, 200, "{answer:?}");
+    };
+    set(false).await;
+    assert_eq!(
+        east_hears.wait("door").await.data,
+        json!({"object": door, "open": false})
+    );
+    assert_eq!(hears_gone(&mut east_hears, &west.object).await, "hidden");
+    assert_eq!(hears_gone(&mut west_hears, &east.object).await, "hidden");
+    let late = enter(&b, 8.0, 1.5).await;
+    assert_eq!(late.listen().await.wait("door").await.data["open"], false);
+    set(true).await;
+    assert_eq!(east_hears.wait("door").await.data["open"], true);
+    west.stand(json!([2.6, 1.5, 2.5])).await;
+    east_hears.wait("object-pos").await;
 }
 
 /// Also the source of the figures in `docs/NODES.md`: run with `--nocapture`.
@@ -244,7 +320,9 @@ async fn hidden_movers_cost_no_message_and_visible_ones_few() {
         for number in 0..MOVERS {
             let z = 1.5 + 0.01 * number as f64;
             let body = json!({"position": [x, 1.5, z], "max_speed_mps": 3.5, "radius_m": 0.1});
-            let made = json(address(&b), ("POST", "/v1/scenes/rooms/movers"), None, &body).await.json();
+            let made = json(address(&b), ("POST", "/v1/scenes/rooms/movers"), None, &body)
+                .await
+                .json();
             movers.push((made["object"].clone(), made["token"].clone(), z));
         }
         tokio::time::sleep(Duration::from_secs(3)).await;
@@ -270,7 +348,10 @@ async fn hidden_movers_cost_no_message_and_visible_ones_few() {
         let sent = metric(&b, names[0]).await - before[0];
         let bytes = metric(&b, names[1]).await - before[1];
         let (poses, rate) = (ticks as usize * MOVERS, sent as f64 / seconds);
-        println!("{what}: {poses} poses in {seconds:.1} s: {rate:.1} messages/s, {:.0} kB/s", bytes as f64 * 1e-3 / seconds);
+        println!(
+            "{what}: {poses} poses in {seconds:.1} s: {rate:.1} messages/s, {:.0} kB/s",
+            bytes as f64 * 1e-3 / seconds
+        );
         let beats = seconds.ceil() + 2.0;
         if what == "hidden" {
             assert!(sent as f64 <= beats, "{sent} messages, and {beats} beats");
@@ -295,5 +376,8 @@ async fn hidden_movers_cost_no_message_and_visible_ones_few() {
         tokio::time::sleep(Duration::from_millis(137)).await;
     }
     late.sort_unstable();
-    println!("pose in on one node to event out on the other: median {} ms, worst {} ms", late[20], late[39]);
+    println!(
+        "pose in on one node to event out on the other: median {} ms, worst {} ms",
+        late[20], late[39]
+    );
 }

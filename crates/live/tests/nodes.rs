@@ -148,7 +148,9 @@ impl House {
         let at = Bounds::around([[f64::from(border), 0.5, 0.5]]);
         exchange.set_door(ObjectId(1_000 + border), &at, open);
         // Geometry is the same everywhere, whether or not a node has heard of the door yet.
-        self.nodes.iter_mut().for_each(|node| node.stage.know_gate(border, open));
+        self.nodes
+            .iter_mut()
+            .for_each(|node| node.stage.know_gate(border, open));
     }
 }
 
@@ -173,7 +175,9 @@ fn who_comes_into_view_on_another_node_is_told_of_within_a_tick_and_who_is_hidde
     let hush = house.nodes[1].stage.pose(b, 9.5);
     house.tick();
     assert_eq!(house.nodes[0].stage.last_gone(a), Some((avatar_b, Gone::Hidden)));
-    let hush = hush.or_else(|| house.nodes[1].stage.stand(b)).expect("nobody on any node sees it");
+    let hush = hush
+        .or_else(|| house.nodes[1].stage.stand(b))
+        .expect("nobody on any node sees it");
     assert!(hush.tbv.holds([9.5, 0.5, 0.5]));
     house.silence(500);
     house.overheard();
@@ -254,7 +258,11 @@ fn a_mover_that_outlives_nodes_has_one_home_and_another_when_that_is_gone() {
     assert_eq!(house.nodes[1].stage.seen_by(b), [robot]);
     assert!(house.nodes[1].exchange.is_kept(robot));
     let now_ms = house.now_ms();
-    let charge: Vec<_> = house.nodes.iter_mut().map(|node| node.exchange.takes_charge(now_ms)).collect();
+    let charge: Vec<_> = house
+        .nodes
+        .iter_mut()
+        .map(|node| node.exchange.takes_charge(now_ms))
+        .collect();
     assert_eq!(charge, [true, false], "the one that has been there longest");
 
     house.weather.lost_percent = 100;
@@ -265,7 +273,11 @@ fn a_mover_that_outlives_nodes_has_one_home_and_another_when_that_is_gone() {
     house.weather = CALM;
     house.silence(2_500);
     assert_eq!(house.nodes[0].exchange.yielded(), BTreeSet::new());
-    assert_eq!(house.nodes[1].exchange.yielded(), BTreeSet::from([robot]), "the first one keeps it");
+    assert_eq!(
+        house.nodes[1].exchange.yielded(),
+        BTreeSet::from([robot]),
+        "the first one keeps it"
+    );
 }
 
 #[test]
@@ -277,10 +289,23 @@ fn a_known_way_is_told_turn_by_turn() {
     house.overheard();
     house.silence(8_000);
     let shown = house.nodes[0].stage.beliefs[&a].shown[&tram].position_at(house.now_ms());
-    let there = house.nodes[1].stage.world.exported(house.now_ms()).next().expect("it is watched").pose;
+    let there = house.nodes[1]
+        .stage
+        .world
+        .exported(house.now_ms())
+        .next()
+        .expect("it is watched")
+        .pose;
     assert!(distance_m(shown, there.position) < 0.05, "{shown:?} and {there:?}");
-    let poses = house.overheard().iter().filter(|letter| matches!(letter.to, To::Cell(_))).count();
-    assert!((2..=8).contains(&poses), "{poses} messages for two turns and four refreshes");
+    let poses = house
+        .overheard()
+        .iter()
+        .filter(|letter| matches!(letter.to, To::Cell(_)))
+        .count();
+    assert!(
+        (2..=8).contains(&poses),
+        "{poses} messages for two turns and four refreshes"
+    );
 }
 
 /// What somebody does for a tick.
@@ -374,9 +399,10 @@ impl Play {
                 _ => {}
             }
         }
-        let silent = self.promised.get(&who).is_some_and(|(at, radius_m, until_ms)| {
-            now_ms + 100 < *until_ms && (self.x[who] - at).abs() <= *radius_m
-        });
+        let silent = self
+            .promised
+            .get(&who)
+            .is_some_and(|(at, radius_m, until_ms)| now_ms + 100 < *until_ms && (self.x[who] - at).abs() <= *radius_m);
         if silent {
             return;
         }

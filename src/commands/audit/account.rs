@@ -196,7 +196,12 @@ impl Account {
                 let everybody: Vec<_> = self.people.keys().copied().collect();
                 everybody.into_iter().for_each(|session| self.look(session, now_ms));
             }
-            Input::Begin { .. } | Input::Teach { .. } | Input::Screen { .. } | Input::Resync { .. } | Input::WatchAbroad { .. } | Input::Tick => {}
+            Input::Begin { .. }
+            | Input::Teach { .. }
+            | Input::Screen { .. }
+            | Input::Resync { .. }
+            | Input::WatchAbroad { .. }
+            | Input::Tick => {}
         }
     }
 

@@ -146,7 +146,8 @@ impl Listener {
                 let subject = subject::cell(&self.scene, self.revision, *cell);
                 let stream: Subscriber = self.nodes.0.client.subscribe(subject).await?;
                 let ended = CancellationToken::new();
-                self.cells.push(stream.take_until(ended.clone().cancelled_owned()).boxed());
+                self.cells
+                    .push(stream.take_until(ended.clone().cancelled_owned()).boxed());
                 self.open.insert(*cell, ended.drop_guard());
             }
         }
@@ -174,7 +175,9 @@ impl Listener {
                 // A scene whose task has ended hears nothing.
                 _ = self.stage.send(Message::Heard { revision, said }).await;
             }
-            Err(error) => tracing::warn!(subject = %post.subject, %error, "a message of another node is not understood"),
+            Err(error) => {
+                tracing::warn!(subject = %post.subject, %error, "a message of another node is not understood")
+            }
         }
     }
 }

@@ -147,7 +147,11 @@ impl Nodes {
 
     /// Tells everybody that this node goes, so that nobody waits for it.
     pub async fn leave(&self) {
-        let present: Vec<_> = self.present().iter().map(|(scene, at)| (scene.clone(), at.revision)).collect();
+        let present: Vec<_> = self
+            .present()
+            .iter()
+            .map(|(scene, at)| (scene.clone(), at.revision))
+            .collect();
         let words = async {
             for (scene, revision) in present {
                 let bye = Exchange::new(self.0.node.clone(), 0).bye();

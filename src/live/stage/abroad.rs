@@ -4,7 +4,10 @@
 
 use belvedere_live::{
     event::{Event, Network, SessionId},
-    nodes::{Exchange, message::Said},
+    nodes::{
+        Exchange,
+        message::{Said, Says},
+    },
 };
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::watch;
@@ -51,7 +54,12 @@ impl Stage {
         if let Some(abroad) = &mut self.abroad
             && revision == self.terrain.published.pointer.revision
         {
+            let may_move_doors = matches!(said.says, Says::Door(_) | Says::Beat(_));
+            let closed = may_move_doors.then(|| self.world.closed());
             abroad.exchange.take(said, &mut self.world, now_ms);
+            if closed.is_some_and(|closed| closed != self.world.closed()) {
+                self.show_statics_to_all(false);
+            }
         }
     }
 
@@ -120,6 +128,8 @@ impl Stage {
 
     /// Whether some node has a kept mover.
     pub(super) fn is_kept_elsewhere(&self, object: ObjectId) -> bool {
-        self.abroad.as_ref().is_some_and(|abroad| abroad.exchange.is_kept(object))
+        self.abroad
+            .as_ref()
+            .is_some_and(|abroad| abroad.exchange.is_kept(object))
     }
 }

@@ -278,7 +278,11 @@ impl Exchange {
                 since_ms: self.since_ms,
                 asks: std::mem::take(&mut last.asks),
                 watches: watched.iter().copied().collect(),
-                told: self.peers.iter().map(|(node, peer)| (node.clone(), peer.told.count)).collect(),
+                told: self
+                    .peers
+                    .iter()
+                    .map(|(node, peer)| (node.clone(), peer.told.count))
+                    .collect(),
                 doors: self.doors.all(),
                 keeps: self.keeping.all(),
             })

@@ -109,7 +109,8 @@ impl Exchange {
         for (node, peer) in &mut self.peers {
             let appear = introduced.remove(node).unwrap_or_default();
             let gone = peer.told.movers.extract_if(.., |_, told| told.round != round);
-            let (hidden, ended): (Vec<_>, Vec<_>) = gone.map(|(object, _)| object).partition(|object| world.holds(*object));
+            let (hidden, ended): (Vec<_>, Vec<_>) =
+                gone.map(|(object, _)| object).partition(|object| world.holds(*object));
             let whole = all.contains(node).then(|| peer.told.movers.keys().copied().collect());
             if appear.is_empty() && hidden.is_empty() && ended.is_empty() && whole.is_none() {
                 continue;

@@ -38,7 +38,8 @@ impl Exchange {
             heard.broken = false;
             let all: BTreeSet<_> = tell.all.into_iter().flatten().collect();
             let void: Vec<_> = heard.movers.extract_if(.., |object| !all.contains(object)).collect();
-            void.into_iter().for_each(|object| world.withdraw(object, Gone::Hidden, now_ms));
+            void.into_iter()
+                .for_each(|object| world.withdraw(object, Gone::Hidden, now_ms));
         }
         for (object, new) in tell.appear {
             if world.import(object, new, now_ms).is_ok() {
@@ -80,7 +81,11 @@ impl Exchange {
 
     fn ask_again(&mut self, node: &NodeId, now_ms: Ms) {
         let Some(peer) = self.peers.get_mut(node) else { return };
-        if peer.heard.asked_ms.is_none_or(|asked_ms| now_ms - asked_ms >= PATIENCE_MS) {
+        if peer
+            .heard
+            .asked_ms
+            .is_none_or(|asked_ms| now_ms - asked_ms >= PATIENCE_MS)
+        {
             peer.heard.asked_ms = Some(now_ms);
             self.write(To::Node(node.clone()), Says::Again);
         }

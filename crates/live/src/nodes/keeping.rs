@@ -40,7 +40,10 @@ impl Keeping {
     }
 
     pub(super) fn all(&self) -> Vec<(ObjectId, Ms)> {
-        self.kept.iter().map(|(object, since_ms)| (*object, *since_ms)).collect()
+        self.kept
+            .iter()
+            .map(|(object, since_ms)| (*object, *since_ms))
+            .collect()
     }
 
     /// Another node says what it keeps; whether something must go from here for it.

@@ -170,8 +170,13 @@ pub struct Poses {
 
 impl Poses {
     pub(super) fn push(&mut self, object: ObjectId, pose: &Pose) {
-        self.poses
-            .push((object, pose.position, pose.orientation, pose.velocity, pose.acceleration));
+        self.poses.push((
+            object,
+            pose.position,
+            pose.orientation,
+            pose.velocity,
+            pose.acceleration,
+        ));
     }
 
     /// The movers with their poses.

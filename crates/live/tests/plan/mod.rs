@@ -59,11 +59,7 @@ impl Belief {
             Event::Door { object, open } => {
                 self.doors.insert(*object, *open);
             }
-            Event::Hello(_)
-            | Event::Hush(_)
-            | Event::Wake { .. }
-            | Event::Revision { .. }
-            | Event::Network { .. } => {}
+            Event::Hello(_) | Event::Hush(_) | Event::Wake { .. } | Event::Revision { .. } | Event::Network { .. } => {}
         }
     }
 }
