@@ -305,6 +305,34 @@ async fn a_door_that_is_closed_on_one_server_hides_on_both_and_whoever_comes_lat
     east_hears.wait("object-pos").await;
 }
 
+#[ignore = "needs nats-server: make test-services"]
+#[tokio::test(flavor = "multi_thread")]
+async fn a_new_revision_parts_nobody_for_long() {
+    let (data, nats) = (rooms(), Nats::start().await);
+    let (a, b) = (node(&data, &nats, "a").await, node(&data, &nats, "b").await);
+    let (west, east) = (enter(&a, 2.5, 2.5).await, enter(&b, 6.5, 2.5).await);
+    let (mut west_hears, mut east_hears) = (west.listen().await, east.listen().await);
+    assert_eq!(west_hears.wait("object-info").await.data["object"], east.object);
+    // The same walls around a larger first room.
+    let larger = THREE_ROOMS.replacen("#...#...#...#", "#...#...#...#\n#...#...#...#", 1);
+    assert_ne!(larger, THREE_ROOMS);
+    data.bake(&data.write("larger.plan", larger), "rooms");
+    let revision = west_hears.wait("revision").await.data;
+    assert_eq!(east_hears.wait("revision").await.data, revision);
+    let before = west_hears.text.len();
+    // Until the nodes have met again one may be told of poses of before.
+    loop {
+        east.stand(json!([6.7, 1.5, 2.5])).await;
+        east.stand(json!([6.5, 1.5, 2.5])).await;
+        let event = west_hears.wait("object-pos").await;
+        if event.data["objects"][0]["position"][0] == 6.5 && west_hears.text.len() > before {
+            break;
+        }
+    }
+    let hush = west.stand(json!([2.5, 1.5, 2.5])).await["hush"].clone();
+    assert!(hush.is_null(), "east sees it: {hush}");
+}
+
 /// Also the source of the figures in `docs/NODES.md`: run with `--nocapture`.
 #[ignore = "needs nats-server: make test-services"]
 #[tokio::test(flavor = "multi_thread")]
