@@ -10,5 +10,4 @@ mod nats;
 #[allow(dead_code, reason = "each test binary uses a part")]
 mod program;
 #[path = "../http/wire.rs"]
-#[allow(dead_code, reason = "each test binary uses a part")]
 mod wire;

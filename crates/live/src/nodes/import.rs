@@ -42,7 +42,15 @@ impl Exchange {
                 .for_each(|object| world.withdraw(object, Gone::Hidden, now_ms));
         }
         for (object, new) in tell.appear {
-            if world.import(object, new, now_ms).is_ok() {
+            let ours = self
+                .peers
+                .get(from)
+                .is_some_and(|peer| peer.heard.movers.contains(&object));
+            if !ours {
+                // Its home is another one now, whose clock may be too.
+                world.withdraw(object, Gone::Hidden, now_ms);
+            }
+            if world.import(object, new, now_ms).is_ok() || ours {
                 self.move_home(from, object);
             }
         }

@@ -159,13 +159,16 @@ pub struct Tell {
     pub ended: Vec<ObjectId>,
 }
 
+/// A mover with its position, orientation, velocity and acceleration.
+pub type Whereabouts = (ObjectId, [f64; 3], [f64; 4], [f64; 3], [f64; 3]);
+
 /// Where movers are.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Poses {
     /// When that was so, by the clock of who says it.
     pub t_ms: Ms,
-    /// Each with its position, orientation, velocity and acceleration.
-    pub poses: Vec<(ObjectId, [f64; 3], [f64; 4], [f64; 3], [f64; 3])>,
+    /// Each mover at most once.
+    pub poses: Vec<Whereabouts>,
 }
 
 impl Poses {
