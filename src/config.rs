@@ -264,7 +264,8 @@ impl TryFrom<Settings> for Config {
         };
         let limits = ConnectionLimits::default();
         let connections = settings.max_connections.unwrap_or(limits.connections) as u64;
-        let log = settings.log.unwrap_or_else(|| "info".to_owned());
+        // Whether NATS answers is logged once, not with every attempt.
+        let log = settings.log.unwrap_or_else(|| "info,async_nats=warn".to_owned());
         log.parse::<tracing_subscriber::filter::Targets>()
             .map_err(|error| ConfigError::Log(error.to_string()))?;
         let live = LiveSettings::default();

@@ -84,6 +84,24 @@ impl Catalogue {
             .collect()
     }
 
+    /// A mover, and its scene.
+    pub async fn kept_mover(&self, object: ObjectId) -> anyhow::Result<Option<(SceneName, KeptMover)>> {
+        let row = sqlx::query("SELECT scene, token, mover, pose FROM kept_movers WHERE object = ?")
+            .bind(i64::from(object.0))
+            .fetch_optional(&self.pool)
+            .await?;
+        row.map(|row| {
+            let kept = KeptMover {
+                object,
+                token: row.try_get("token")?,
+                mover: row.try_get("mover")?,
+                pose: row.try_get("pose")?,
+            };
+            Ok((row.try_get::<&str, _>("scene")?.parse()?, kept))
+        })
+        .transpose()
+    }
+
     /// Draws ids of movers that nobody else ever gets: the first of `many` in a row.
     pub async fn draw_mover_ids(&self, many: u32) -> anyhow::Result<ObjectId> {
         let row = sqlx::query("UPDATE mover_ids SET next = next + ? RETURNING next - ? AS first")

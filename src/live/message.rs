@@ -52,6 +52,12 @@ pub(super) enum Message {
         stays: bool,
         reply: Reply<Result<Moved, LiveError>>,
     },
+    /// A mover that stays has its home here from now on.
+    TakeOver {
+        object: ObjectId,
+        new: NewMover,
+        reply: Reply<Result<(), LiveError>>,
+    },
     Move {
         moves: Vec<(ObjectId, Sent)>,
         reply: Reply<Vec<Result<Moved, LiveError>>>,

@@ -275,7 +275,7 @@ impl Live {
     /// # Errors
     /// When there is none, the token is not its own, or the rules refuse it.
     pub async fn move_to(&self, object: ObjectId, token: Option<Token>, sent: Sent) -> Result<Moved, LiveError> {
-        let stage = self.0.registry.mover(object, token)?;
+        let stage = self.mover(object, token).await?;
         let moves = vec![(object, sent)];
         let mut moved = ask(&stage, |reply| Message::Move { moves, reply }).await?;
         moved.pop().unwrap_or(Err(LiveError::Stopped))
@@ -294,7 +294,7 @@ impl Live {
         let mut answers = Vec::with_capacity(moves.len());
         let mut admitted = Vec::with_capacity(moves.len());
         for (object, token, sent) in moves {
-            let here = self.0.registry.mover(object, token).and_then(|theirs| {
+            let here = self.mover(object, token).await.and_then(|theirs| {
                 let ours = theirs.is(&stage);
                 ours.then_some(())
                     .ok_or_else(|| LiveError::NotFound(format!("mover {object} in scene `{scene}`")))
@@ -312,6 +312,24 @@ impl Live {
         Ok(answers.into_iter().map(answer).collect())
     }
 
+    /// The scene of a mover, for whoever has its token. One that stays, and has its home on another node, gets it here.
+    async fn mover(&self, object: ObjectId, token: Option<Token>) -> Result<StageHandle, LiveError> {
+        let Sources { catalogue, nodes, .. } = &self.0.sources;
+        let found = self.0.registry.mover(object, token);
+        if nodes.is_none() || !matches!(found, Err(LiveError::NotFound(_))) {
+            return found;
+        }
+        let kept = keeping::kept_mover(catalogue, object).await;
+        let Some((scene, own, new)) = kept.map_err(LiveError::Unkept)? else {
+            return found;
+        };
+        own.admit(token, || format!("mover {object}"))?;
+        let stage = self.stage(&scene);
+        ask(&stage, |reply| Message::TakeOver { object, new, reply }).await??;
+        self.0.registry.restore_mover(&stage, object, own);
+        self.0.registry.mover(object, token)
+    }
+
     fn is_operator(&self, token: Option<Token>) -> bool {
         token.is_some() && token == self.0.settings.operator
     }
@@ -324,7 +342,7 @@ impl Live {
         let stage = if self.is_operator(token) {
             self.0.registry.scene_of(object)?
         } else {
-            self.0.registry.mover(object, token)?
+            self.mover(object, token).await?
         };
         if self.0.registry.stays(object) {
             let forgotten = self.0.sources.catalogue.forget_mover(object).await;

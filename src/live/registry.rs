@@ -236,7 +236,10 @@ impl Registry {
 
     /// A mover is back that was there before.
     pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) {
-        self.tables().add_mover(object, token, stage, true);
+        let mut tables = self.tables();
+        if !tables.movers.contains_key(&object) {
+            tables.add_mover(object, token, stage, true);
+        }
     }
 
     /// The scene of a mover, for whoever has its token.

@@ -231,7 +231,7 @@ async fn while_nats_is_away_sessions_go_on_within_their_node_and_say_so_and_then
 
 #[ignore = "needs nats-server: make test-services"]
 #[tokio::test(flavor = "multi_thread")]
-async fn movers_that_stay_outlive_their_node_on_another() {
+async fn movers_that_stay_outlive_their_node_and_go_to_the_one_that_is_asked_to_move_them() {
     let (data, nats) = (rooms(), Nats::start().await);
     let (a, b) = (node(&data, &nats, "a").await, node(&data, &nats, "b").await);
     let robot = json!({"position": [6.0, 1.5, 2.5], "max_speed_mps": 1, "persistent": true, "name": "Robot"});
@@ -246,6 +246,33 @@ async fn movers_that_stay_outlive_their_node_on_another() {
         (&info["object"], &info["source_node"]),
         (&json!(robot), &json!("Robot"))
     );
+    let token = made["token"].as_str().expect("a token").to_owned();
+    let path = format!("/v1/movers/{robot}/pose");
+    let move_to = async |server: &Server, token: &str, x: f64| {
+        json(
+            address(server),
+            ("PUT", &path),
+            Some(token),
+            &json!({"position": [x, 1.5, 2.5]}),
+        )
+        .await
+        .status
+    };
+    assert_eq!(move_to(&a, &west.token, 6.1).await, 403, "that is no token of its");
+    for (server, x) in [(&a, 6.1), (&b, 6.2), (&a, 6.3), (&b, 6.4)] {
+        assert_eq!(move_to(server, &token, x).await, 200);
+        loop {
+            let event = west_hears.next().await;
+            let told = match event.name.as_str() {
+                "object-info" => event.data["pose"].clone(),
+                "object-pos" => event.data["objects"][0].clone(),
+                _ => continue,
+            };
+            if told["position"][0].as_f64().is_some_and(|told| (told - x).abs() < 0.02) {
+                break;
+            }
+        }
+    }
     let (code, _) = b.stop();
     assert_eq!(code, Some(0));
     assert_eq!(hears_gone(&mut west_hears, &robot).await, "left");
@@ -254,16 +281,7 @@ async fn movers_that_stay_outlive_their_node_on_another() {
         robot,
         "it has another home"
     );
-    let token = made["token"].as_str().expect("a token");
-    let path = format!("/v1/movers/{robot}/pose");
-    let moved = json(
-        address(&a),
-        ("PUT", &path),
-        Some(token),
-        &json!({"position": [6.2, 1.5, 2.5]}),
-    )
-    .await;
-    assert_eq!(moved.status, 200, "{moved:?}");
+    assert_eq!(move_to(&a, &token, 6.2).await, 200);
 }
 
 #[ignore = "needs nats-server: make test-services"]

@@ -12,7 +12,7 @@ use std::{
     collections::BTreeMap,
     sync::{
         Arc, Mutex,
-        atomic::{AtomicU64, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
     },
     time::Duration,
 };
@@ -29,8 +29,9 @@ use super::Clock;
 
 /// A server that does not answer for so long is away.
 const PING: Duration = Duration::from_secs(2);
-/// Between two attempts to come back.
+/// Between two attempts to come back; longer after each one, up to so many times.
 const AGAIN: Duration = Duration::from_millis(250);
+const LONGEST_AGAIN: usize = 8;
 /// How long the last words may take.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
@@ -91,14 +92,15 @@ impl Nodes {
         getrandom::fill(&mut number).context("the system gives no random numbers")?;
         let node = NodeName::run(settings.name.as_ref(), u32::from_le_bytes(number));
         let (answers, connected) = watch::channel(false);
+        let answered_or_said = AtomicBool::new(false);
         let options = ConnectOptions::new()
             .name(node.to_string())
             .no_echo()
             .ping_interval(PING)
-            .reconnect_delay_callback(|_| AGAIN)
+            .reconnect_delay_callback(|attempts| AGAIN * attempts.clamp(1, LONGEST_AGAIN) as u32)
             .retry_on_initial_connect()
             .event_callback(move |event| {
-                note(&answers, &event);
+                note(&answers, &answered_or_said, &event);
                 std::future::ready(())
             });
         let client = options.connect(settings.nats.servers()).await;
@@ -172,10 +174,14 @@ impl Nodes {
 }
 
 /// Something has become of the connection. Only changes are logged, and no addresses.
-fn note(answers: &watch::Sender<bool>, event: &Event) {
+fn note(answers: &watch::Sender<bool>, answered_or_said: &AtomicBool, event: &Event) {
     let change = match event {
         Event::Connected => Some(true),
         Event::Disconnected | Event::Closed => Some(false),
+        Event::ClientError(_) if !answered_or_said.swap(true, Ordering::Relaxed) => {
+            tracing::info!("NATS does not answer yet: sessions go on within this node");
+            None
+        }
         Event::SlowConsumer(_) => {
             tracing::debug!("messages of other nodes came too fast; what is missing is asked for again");
             None
@@ -184,6 +190,7 @@ fn note(answers: &watch::Sender<bool>, event: &Event) {
     };
     if let Some(connected) = change.filter(|connected| *connected != *answers.borrow()) {
         answers.send_replace(connected);
+        answered_or_said.store(true, Ordering::Relaxed);
         if connected {
             tracing::info!("NATS answers");
         } else {

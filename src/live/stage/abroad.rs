@@ -2,8 +2,9 @@
 //! wire, several times a tick, tells sessions when others cannot be heard, and takes charge of kept movers that have lost
 //! their node.
 
+use belvedere_live::world::NewMover;
 use belvedere_live::{
-    event::{Event, Network, SessionId},
+    event::{Event, Gone, Network, SessionId},
     nodes::{
         Exchange,
         message::{Said, Says},
@@ -14,6 +15,7 @@ use tokio::sync::watch;
 
 use super::{Live, Stage};
 use crate::live::{
+    LiveError,
     message::StageHandle,
     nodes::{Link, Nodes},
     terrain::Terrain,
@@ -116,6 +118,17 @@ impl Stage {
         if let Some(abroad) = &mut self.abroad {
             abroad.exchange.keep(object, self.live.now_ms());
         }
+    }
+
+    /// A mover that stays has its home here from now on, and not where it had it before.
+    pub(super) fn take_over(&mut self, object: ObjectId, new: NewMover) -> Result<(), LiveError> {
+        let now_ms = self.live.now_ms();
+        self.world.withdraw(object, Gone::Hidden, now_ms);
+        if !self.world.holds(object) {
+            self.world.create(object, None, new, now_ms)?;
+            self.stay(object);
+        }
+        Ok(())
     }
 
     /// It does not any more.

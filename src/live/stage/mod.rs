@@ -174,6 +174,7 @@ impl Stage {
                     self.world.destroy(object, self.live.now_ms());
                 }
             }
+            Message::TakeOver { object, new, reply } => _ = reply.send(self.take_over(object, new)),
             Message::Move { moves, reply } => {
                 let moved = moves.into_iter().map(|(object, sent)| self.move_to(object, sent));
                 _ = reply.send(moved.collect());

@@ -161,7 +161,7 @@ impl Exchange {
             return;
         }
         (peer.beat, peer.since_ms) = (beat.number, beat.since_ms);
-        peer.keeps = beat.keeps.iter().map(|(object, _)| *object).collect();
+        peer.keeps = beat.keeps.iter().copied().collect();
         // What was said of a mover that must go from here was not heeded.
         peer.heard.broken |= self.keeping.hear(from, &self.node, &beat.keeps);
         self.set_watches(from, beat.watches.into_iter().collect(), world, now_ms);

@@ -1,6 +1,6 @@
 //! Which node has the movers that outlive nodes? Each has one home: the node that made it, or, when that is gone, the one
-//! of those left that has been there longest. When two nodes had it, because they did not hear of each other, the one
-//! that took charge first keeps it.
+//! of those left that has been there longest. A node that is asked to move one takes charge of it, so its home follows
+//! whoever drives it. When two nodes have one, the one that took charge last keeps it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +16,7 @@ const SETTLE_MS: Ms = 2 * BEAT_MS;
 pub(super) struct Keeping {
     /// Movers that are kept here, with the time when that began.
     kept: BTreeMap<ObjectId, Ms>,
-    /// Movers that another node keeps with more right.
+    /// Movers that another node has taken charge of since.
     yielded: BTreeSet<ObjectId>,
     /// When to look whether something has no home; none when all is well.
     look_at_ms: Option<Ms>,
@@ -51,7 +51,7 @@ impl Keeping {
         let before = self.yielded.len();
         for (object, since_ms) in keeps {
             let ours = self.kept.get(object);
-            if ours.is_some_and(|ours_ms| (since_ms, node) < (ours_ms, us)) {
+            if ours.is_some_and(|ours_ms| (since_ms, node) > (ours_ms, us)) {
                 self.kept.remove(object);
                 self.yielded.insert(*object);
             }
@@ -61,9 +61,16 @@ impl Keeping {
 }
 
 impl Exchange {
-    /// From now on this node keeps a mover.
+    /// From now on this node keeps a mover, whichever did before.
     pub fn keep(&mut self, object: ObjectId, now_ms: Ms) {
-        self.keeping.kept.insert(object, now_ms);
+        let mut since_ms = now_ms;
+        for peer in self.peers.values_mut() {
+            // What is under way of it is said of another's.
+            peer.heard.movers.remove(&object);
+            let theirs_ms = peer.keeps.get(&object).map_or(since_ms, |theirs_ms| theirs_ms + 1);
+            since_ms = since_ms.max(theirs_ms);
+        }
+        self.keeping.kept.insert(object, since_ms);
         self.hurry();
     }
 
@@ -72,7 +79,7 @@ impl Exchange {
         self.keeping.kept.remove(&object);
     }
 
-    /// Movers that another node keeps with more right: they must go from here, and come back as those of that node.
+    /// Movers that another node has taken charge of: they must go from here, and come back as those of that node.
     pub fn yielded(&mut self) -> BTreeSet<ObjectId> {
         std::mem::take(&mut self.keeping.yielded)
     }
@@ -92,6 +99,6 @@ impl Exchange {
     /// Whether some node has a mover.
     #[must_use]
     pub fn is_kept(&self, object: ObjectId) -> bool {
-        self.keeping.kept.contains_key(&object) || self.peers.values().any(|peer| peer.keeps.contains(&object))
+        self.keeping.kept.contains_key(&object) || self.peers.values().any(|peer| peer.keeps.contains_key(&object))
     }
 }

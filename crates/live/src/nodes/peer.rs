@@ -16,8 +16,8 @@ pub(super) struct Peer {
     pub(super) beat: u64,
     /// Cells that its sessions watch.
     pub(super) watches: BTreeSet<CellId>,
-    /// Movers that outlive nodes and that it has.
-    pub(super) keeps: BTreeSet<ObjectId>,
+    /// Movers that outlive nodes and that it has, with the time it took charge of each.
+    pub(super) keeps: BTreeMap<ObjectId, Ms>,
     pub(super) told: Told,
     pub(super) heard: Heard,
 }
@@ -60,7 +60,7 @@ impl Peer {
             since_ms: now_ms,
             beat: 0,
             watches: BTreeSet::new(),
-            keeps: BTreeSet::new(),
+            keeps: BTreeMap::new(),
             told: Told {
                 count: Count {
                     met_ms: now_ms,
