@@ -45,7 +45,7 @@ struct Node {
 impl Node {
     fn new(name: &str, first: u32) -> Self {
         let stage = Stage::row(CELLS, 1).numbered_from(first);
-        let mut exchange = Exchange::new(name.parse().unwrap(), stage.now_ms);
+        let mut exchange = Exchange::new(name.parse().expect("a name"), stage.now_ms);
         exchange.set_connected(true, stage.now_ms);
         Self {
             stage,
