@@ -42,7 +42,7 @@ use std::sync::{
 use belvedere_live::{
     Ms,
     event::SessionId,
-    world::{Counts, Moved, NewMover, Sent, Visitor},
+    world::{Counts, Moved, NewMover, Refusal, Sent, Visitor},
 };
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::oneshot;
@@ -275,6 +275,17 @@ impl Live {
     /// # Errors
     /// When there is none, the token is not its own, or the rules refuse it.
     pub async fn move_to(&self, object: ObjectId, token: Option<Token>, sent: Sent) -> Result<Moved, LiveError> {
+        let moved = self.try_move(object, token, sent).await;
+        // It may have gone to another node between two steps, and comes back from there.
+        let gone = self.0.sources.nodes.is_some() && matches!(moved, Err(LiveError::Refused(Refusal::NoMover)));
+        if gone {
+            self.try_move(object, token, sent).await
+        } else {
+            moved
+        }
+    }
+
+    async fn try_move(&self, object: ObjectId, token: Option<Token>, sent: Sent) -> Result<Moved, LiveError> {
         let stage = self.mover(object, token).await?;
         let moves = vec![(object, sent)];
         let mut moved = ask(&stage, |reply| Message::Move { moves, reply }).await?;
