@@ -133,6 +133,31 @@ async fn hears_network(stream: &mut Stream, network: &str) {
     while stream.wait("network").await.data["network"] != network {}
 }
 
+/// Has somebody speak, again and again, until a session is told that it is at this place.
+async fn is_told_at(hears: &mut Stream, object: &str, x: f64, speak: impl AsyncFn()) {
+    let is_there = |told: &Value| {
+        let there = told["position"][0].as_f64().is_some_and(|told| (told - x).abs() < 0.02);
+        there.then_some(())
+    };
+    within(async {
+        loop {
+            speak().await;
+            let Ok(event) = tokio::time::timeout(Duration::from_millis(200), hears.next()).await else {
+                continue;
+            };
+            let poses = event.data["objects"].as_array().cloned().unwrap_or_default();
+            let moved = poses.iter().find(|told| told["object"] == object).and_then(is_there);
+            let info = (event.data["object"] == object)
+                .then(|| is_there(&event.data["pose"]))
+                .flatten();
+            if moved.or(info).is_some() {
+                break;
+            }
+        }
+    })
+    .await;
+}
+
 /// Waits until a session is told that somebody is gone.
 async fn hears_gone(stream: &mut Stream, object: &str) -> Value {
     loop {
@@ -244,15 +269,10 @@ async fn while_nats_is_away_sessions_go_on_within_their_node_and_say_so_and_then
     let nats = Nats::start_at(port).await;
     hears_network(&mut west_hears, "whole").await;
     hears_network(&mut east_hears, "whole").await;
-    east.stand(json!([6.7, 1.5, 2.5])).await;
-    loop {
-        let info = west_hears.wait("object-info").await.data;
-        if info["object"] == east.object {
-            let x = info["pose"]["position"][0].as_f64().expect("a number");
-            assert!((x - 6.7).abs() < 0.05, "{x}");
-            break;
-        }
-    }
+    is_told_at(&mut west_hears, &east.object, 6.7, async || {
+        east.stand(json!([6.7, 1.5, 2.5])).await;
+    })
+    .await;
     drop(nats);
 }
 
@@ -288,19 +308,8 @@ async fn movers_that_stay_outlive_their_node_and_go_to_the_one_that_is_asked_to_
     assert_eq!(move_to(&a, &west.token, 6.1).await, 403, "that is no token of its");
     for (server, x) in [(&a, 6.1), (&b, 6.2), (&a, 6.3), (&b, 6.4)] {
         // What is said to a node that does not know yet that the mover has gone from there is lost; a driver speaks again.
-        within(async {
-            loop {
-                assert_eq!(move_to(server, &token, x).await, 200);
-                let event = tokio::time::timeout(Duration::from_millis(200), west_hears.next()).await;
-                let told = event.map_or(Value::Null, |event| match event.name.as_str() {
-                    "object-info" => event.data["pose"].clone(),
-                    "object-pos" => event.data["objects"][0].clone(),
-                    _ => Value::Null,
-                });
-                if told["position"][0].as_f64().is_some_and(|told| (told - x).abs() < 0.02) {
-                    break;
-                }
-            }
+        is_told_at(&mut west_hears, &robot, x, async || {
+            assert_eq!(move_to(server, &token, x).await, 200);
         })
         .await;
     }
@@ -371,16 +380,10 @@ async fn a_new_revision_parts_nobody_for_long() {
     data.bake(&data.write("larger.plan", larger), "rooms");
     let revision = west_hears.wait("revision").await.data;
     assert_eq!(east_hears.wait("revision").await.data, revision);
-    let before = west_hears.text.len();
-    // Until the nodes have met again one may be told of poses of before.
-    loop {
-        east.stand(json!([6.7, 1.5, 2.5])).await;
-        east.stand(json!([6.5, 1.5, 2.5])).await;
-        let event = west_hears.wait("object-pos").await;
-        if event.data["objects"][0]["position"][0] == 6.5 && west_hears.text.len() > before {
-            break;
-        }
-    }
+    is_told_at(&mut west_hears, &east.object, 6.9, async || {
+        east.stand(json!([6.9, 1.5, 2.5])).await;
+    })
+    .await;
     let hush = west.stand(json!([2.5, 1.5, 2.5])).await["hush"].clone();
     assert!(hush.is_null(), "east sees it: {hush}");
 }
