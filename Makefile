@@ -27,6 +27,10 @@ check: viewer
 test-rust: viewer
 	$(CARGO) test --locked --workspace --no-fail-fast
 
+## What needs services of others: `nats-server` on the PATH, or named by BELVEDERE_TEST_NATS.
+test-services: viewer
+	$(CARGO) test --locked --test services -- --ignored
+
 test-viewer: viewer
 	cd viewer && $(NPM) test
 

@@ -14,7 +14,10 @@ use serde::Deserialize;
 use crate::{
     http::{accept::ConnectionLimits, tls::TlsFiles},
     jobs::JobSettings,
-    live::{LiveSettings, NotAToken},
+    live::{
+        LiveSettings, NotAToken,
+        nodes::{NodeSettings, NotANodeName, NotNats},
+    },
     place::{Place, PlaceArgs},
     store::NoBucket,
 };
@@ -102,7 +105,14 @@ pub struct Settings {
     /// Record what happens in live sessions into this file, or go on with it, for `belvedere audit`
     #[arg(long, value_name = "FILE", env = "BELVEDERE_RECORD")]
     pub record: Option<PathBuf>,
-    /// What to log, like `info` or `warn,belvedere=debug` [default: info,sqlx=warn]
+    /// NATS servers through which live sessions of several servers meet, like `nats://host:4222`; the servers share one data
+    /// folder or catalogue [default: this server is alone]
+    #[arg(long, value_name = "URL", env = "BELVEDERE_NATS", hide_env_values = true)]
+    pub nats: Option<String>,
+    /// What this server is called among others: lower-case letters, digits and hyphens [default: node]
+    #[arg(long, value_name = "NAME", env = "BELVEDERE_NODE")]
+    pub node: Option<String>,
+    /// What to log, like `info` or `warn,belvedere=debug` [default: info,sqlx=warn,async_nats=warn]
     #[arg(long, value_name = "FILTER", env = "BELVEDERE_LOG")]
     pub log: Option<String>,
     /// How to log [default: text]
@@ -163,6 +173,12 @@ pub enum ConfigError {
     /// The bucket's address cannot be used.
     #[error(transparent)]
     Bucket(#[from] NoBucket),
+    /// What should be the address of NATS servers is none.
+    #[error("`nats` is not right: {0}")]
+    Nats(#[from] NotNats),
+    /// What should be the name of a node is none.
+    #[error("`node` is not right: {0}")]
+    Node(#[from] NotANodeName),
     /// The log filter cannot be read.
     #[error("`log` is not a filter like `info` or `warn,belvedere=debug`: {0}")]
     Log(String),
@@ -191,6 +207,8 @@ pub struct Config {
     pub jobs: JobSettings,
     /// Limits of live sessions.
     pub live: LiveSettings,
+    /// Other servers with sessions in the same scenes, if there may be some.
+    pub nodes: Option<NodeSettings>,
     /// Where live sessions are recorded, if they are.
     pub record: Option<PathBuf>,
     /// What to log.
@@ -248,6 +266,8 @@ impl Settings {
             max_jobs_per_key: self.max_jobs_per_key.or(fallback.max_jobs_per_key),
             max_jobs: self.max_jobs.or(fallback.max_jobs),
             record: self.record.or(fallback.record),
+            nats: self.nats.or(fallback.nats),
+            node: self.node.or(fallback.node),
             log: self.log.or(fallback.log),
             log_format: self.log_format.or(fallback.log_format),
         }
@@ -269,7 +289,10 @@ impl TryFrom<Settings> for Config {
         };
         let limits = ConnectionLimits::default();
         let connections = settings.max_connections.unwrap_or(limits.connections) as u64;
-        let log = settings.log.unwrap_or_else(|| "info,sqlx=warn".to_owned());
+        // Whether NATS answers is logged once, not with every attempt.
+        let log = settings
+            .log
+            .unwrap_or_else(|| "info,sqlx=warn,async_nats=warn".to_owned());
         log.parse::<tracing_subscriber::filter::Targets>()
             .map_err(|error| ConfigError::Log(error.to_string()))?;
         let live = LiveSettings::default();
@@ -290,6 +313,9 @@ impl TryFrom<Settings> for Config {
             tick: Duration::from_millis(within("tick_ms", tick_ms, 10, 1_000)?),
             lease: Duration::from_secs(within("lease_s", lease_s, 1, 3_600)?),
         };
+        let name = settings.node.map(|name| name.parse()).transpose()?;
+        let nats = settings.nats.map(|servers| servers.parse()).transpose()?;
+        let nodes = nats.map(|nats| NodeSettings { nats, name });
         let jobs = JobSettings::default();
         let upload_mib = settings.max_upload_mib.unwrap_or(jobs.upload_bytes >> 20);
         let memory_mib = settings.bake_memory_mib.unwrap_or(jobs.memory_bytes >> 20);
@@ -331,6 +357,7 @@ impl TryFrom<Settings> for Config {
             requests_per_s: settings.max_requests_per_s.unwrap_or(0),
             jobs,
             live,
+            nodes,
             record: settings.record,
             poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),
             log,

@@ -69,6 +69,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
     let ms = |time: Duration| time.as_millis().to_string();
     let bucket = place.bucket.as_ref();
     let tls = config.tls.as_ref();
+    let name = config.nodes.as_ref().and_then(|nodes| nodes.name.as_ref());
     vec![
         ("listen", config.listen.to_string()),
         ("tls_cert", file(tls.map(|tls| tls.cert.as_path()))),
@@ -93,6 +94,8 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ("cull_below_percent", live.cull_below_percent.to_string()),
         ("tick_ms", ms(live.tick)),
         ("lease_s", s(live.lease)),
+        ("nats", hidden(config.nodes.is_some())),
+        ("node", name.map_or_else(|| "not set".to_owned(), ToString::to_string)),
         ("max_upload_mib", mib(jobs.upload_bytes)),
         ("max_bakes", jobs.bakes.to_string()),
         ("bake_memory_mib", mib(jobs.memory_bytes)),

@@ -15,7 +15,7 @@ use crate::{
     http::{AppState, Metrics, OnLine, Pace, RequestLimits, accept::serve_connections, front::Front, tls::Tls},
     jobs::Jobs,
     keys::Keys,
-    live::{Live, Recorder, Sources},
+    live::{Live, Recorder, Sources, nodes::Nodes},
     published::Publications,
 };
 
@@ -98,7 +98,12 @@ pub async fn serve(
         )
     })?;
     let recorder = config.record.as_deref().map(recorder).transpose()?;
+    let nodes = match &config.nodes {
+        Some(settings) => Some(Nodes::join(settings).await?),
+        None => None,
+    };
     let sources = Sources {
+        nodes: nodes.clone(),
         publications: publications.clone(),
         catalogue: catalogue.clone(),
         recorder: recorder.clone(),
@@ -109,6 +114,15 @@ pub async fn serve(
     let working = tokio::spawn({
         let jobs = jobs.clone();
         async move { jobs.work().await }
+    });
+    let leaving = tokio::spawn({
+        let shutdown = shutdown.clone();
+        async move {
+            shutdown.cancelled().await;
+            if let Some(nodes) = nodes {
+                nodes.leave().await;
+            }
+        }
     });
     let front = Front::new(AppState {
         publications,
@@ -130,6 +144,7 @@ pub async fn serve(
     on_listen(listener.local_addr().context("the listening socket has no address")?);
     serve_connections(listener, front, config.connections, tls, shutdown).await;
     working.await.context("the jobs broke off")?;
+    leaving.await.context("other nodes were not told")?;
     if let Some(recorder) = recorder {
         recorder.flush().await;
     }

@@ -84,12 +84,31 @@ impl Catalogue {
             .collect()
     }
 
-    /// The largest id of a mover of any scene.
-    pub async fn last_kept_mover(&self) -> anyhow::Result<Option<ObjectId>> {
-        let row = sqlx::query("SELECT object FROM kept_movers ORDER BY object DESC LIMIT 1")
+    /// A mover, and its scene.
+    pub async fn kept_mover(&self, object: ObjectId) -> anyhow::Result<Option<(SceneName, KeptMover)>> {
+        let row = sqlx::query("SELECT scene, token, mover, pose FROM kept_movers WHERE object = $1")
+            .bind(i64::from(object.0))
             .fetch_optional(&self.pool)
             .await?;
-        row.as_ref().map(object).transpose()
+        row.map(|row| {
+            let kept = KeptMover {
+                object,
+                token: row.try_get("token")?,
+                mover: row.try_get("mover")?,
+                pose: row.try_get("pose")?,
+            };
+            Ok((row.try_get::<&str, _>("scene")?.parse()?, kept))
+        })
+        .transpose()
+    }
+
+    /// Draws ids of movers that nobody else ever gets: the first of `many` in a row.
+    pub async fn draw_mover_ids(&self, many: u32) -> anyhow::Result<ObjectId> {
+        let row = sqlx::query("UPDATE mover_ids SET next = next + $1 RETURNING next - $1 AS first")
+            .bind(i64::from(many))
+            .fetch_one(&self.pool)
+            .await?;
+        Ok(ObjectId(u32::try_from(row.try_get::<i64, _>("first")?)?))
     }
 
     /// Scenes where something is kept, by name.
@@ -168,7 +187,7 @@ mod tests {
         };
         {
             let catalogue = Catalogue::open(data.path()).await.unwrap();
-            assert_eq!(catalogue.last_kept_mover().await.unwrap(), None);
+            assert_eq!(catalogue.draw_mover_ids(10).await.unwrap(), ObjectId(100_000_000));
             for object in [7, 9, 8] {
                 catalogue.keep_mover(&here, &mover(object)).await.unwrap();
             }
@@ -198,7 +217,7 @@ mod tests {
             ..mover(8)
         };
         assert_eq!(catalogue.kept_movers(&here).await.unwrap(), [moved, mover(9)]);
-        assert_eq!(catalogue.last_kept_mover().await.unwrap(), Some(ObjectId(9)));
+        assert_eq!(catalogue.draw_mover_ids(1).await.unwrap(), ObjectId(100_000_010));
         assert_eq!(catalogue.scenes_with_kept().await.unwrap(), [here, there.clone()]);
         assert_eq!(catalogue.kept_doors(&there, old).await.unwrap(), []);
         assert_eq!(catalogue.kept_doors(&there, new).await.unwrap(), [door]);

@@ -9,22 +9,27 @@ use axum::{
 };
 
 use super::error::ApiError;
-use crate::{db::Catalogue, store::BlobStore};
+use crate::{db::Catalogue, live::Live, store::BlobStore};
 
 /// `GET /healthz`: the process answers.
 pub(super) async fn alive() -> Response {
     plain("ok\n")
 }
 
-/// `GET /readyz`: the catalogue and the store answer.
+/// `GET /readyz`: the catalogue and the store answer. A node that is cut off from others serves on, and says so.
 pub(super) async fn ready(
     State(catalogue): State<Catalogue>,
     State(blobs): State<BlobStore>,
+    State(live): State<Live>,
 ) -> Result<Response, ApiError> {
     let pointers = async { catalogue.pointers().await.map(drop) };
     answers("catalogue", pointers).await?;
     answers("store", async { Ok(blobs.probe().await?) }).await?;
-    Ok(plain("ready\n"))
+    Ok(plain(match live.counts().nodes {
+        None => "ready\n",
+        Some(nodes) if nodes.connected => "ready\nnats: answers\n",
+        Some(_) => "ready\nnats: away, live sessions go on within this node\n",
+    }))
 }
 
 async fn answers(what: &'static str, asking: impl Future<Output = anyhow::Result<()>>) -> Result<(), ApiError> {

@@ -99,6 +99,13 @@ struct LiveMetrics {
     resyncs: Counter,
     floods: Counter,
     expired: Counter,
+    abroad: Gauge,
+    connected: Gauge,
+    others: Gauge,
+    sent: Counter,
+    sent_bytes: Counter,
+    heard: Counter,
+    dropped: Counter,
 }
 
 impl LiveMetrics {
@@ -111,6 +118,13 @@ impl LiveMetrics {
                 "Movers that nobody may see, which cost nothing",
                 &self.hushed,
             ),
+            (
+                "live_remote_movers",
+                "Movers of other nodes that may be seen here",
+                &self.abroad,
+            ),
+            ("node_connected", "Whether NATS answers", &self.connected),
+            ("node_others", "Other nodes, in the scene with most", &self.others),
         ];
         for (name, help, gauge) in gauges {
             registry.register(name, help, gauge.clone());
@@ -120,6 +134,14 @@ impl LiveMetrics {
             ("live_resyncs", "Readers that had missed too much", &self.resyncs),
             ("live_floods", "Poses that came too fast", &self.floods),
             ("live_expired_sessions", "Sessions whose lease ran out", &self.expired),
+            ("node_sent", "Messages to other nodes", &self.sent),
+            ("node_sent_bytes", "Bytes of messages to other nodes", &self.sent_bytes),
+            ("node_heard", "Messages of other nodes", &self.heard),
+            (
+                "node_dropped",
+                "Messages to other nodes that could not wait",
+                &self.dropped,
+            ),
         ];
         for (name, help, counter) in counters {
             registry.register(name, help, counter.clone());
@@ -136,6 +158,14 @@ impl LiveMetrics {
         counter(&self.resyncs, counts.resyncs);
         counter(&self.floods, counts.floods);
         counter(&self.expired, counts.expired);
+        gauge(&self.abroad, counts.now.abroad);
+        let nodes = counts.nodes.unwrap_or_default();
+        gauge(&self.connected, usize::from(nodes.connected));
+        gauge(&self.others, nodes.others);
+        counter(&self.sent, nodes.sent);
+        counter(&self.sent_bytes, nodes.sent_bytes);
+        counter(&self.heard, nodes.heard);
+        counter(&self.dropped, nodes.dropped);
     }
 }
 

@@ -155,16 +155,29 @@ pub(super) async fn kept_movers(
     scene: &SceneName,
 ) -> anyhow::Result<Vec<(ObjectId, Token, NewMover)>> {
     let kept = catalogue.kept_movers(scene).await?.into_iter();
-    kept.map(|kept| {
-        let mut new: NewMover = serde_json::from_str(&kept.mover)?;
-        // Its sender's clock may be another by now.
-        new.pose.t_ms = None;
-        if let Some(pose) = kept.pose {
-            new.pose = serde_json::from_str(&pose)?;
-        }
-        Ok((kept.object, kept.token.parse()?, new))
-    })
-    .collect()
+    kept.map(|kept| Ok((kept.object, kept.token.parse()?, as_it_was(&kept)?)))
+        .collect()
+}
+
+/// A mover that stays, where it was last, and its scene.
+pub(super) async fn kept_mover(
+    catalogue: &Catalogue,
+    object: ObjectId,
+) -> anyhow::Result<Option<(SceneName, Token, NewMover)>> {
+    let Some((scene, kept)) = catalogue.kept_mover(object).await? else {
+        return Ok(None);
+    };
+    Ok(Some((scene, kept.token.parse()?, as_it_was(&kept)?)))
+}
+
+fn as_it_was(kept: &KeptMover) -> anyhow::Result<NewMover> {
+    let mut new: NewMover = serde_json::from_str(&kept.mover)?;
+    // Its sender's clock may be another by now.
+    new.pose.t_ms = None;
+    if let Some(pose) = &kept.pose {
+        new.pose = serde_json::from_str(pose)?;
+    }
+    Ok(new)
 }
 
 /// Keeps how doors stand, one after the other, as long as the scene's task runs.

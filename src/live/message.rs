@@ -6,6 +6,7 @@ use belvedere_live::{
     Ms,
     aoi::Aoi,
     event::SessionId,
+    nodes::message::Said,
     world::{Counts, Moved, NewMover, Seen, Sent, Visitor},
 };
 use belvedere_scene::{ObjectId, Revision};
@@ -51,6 +52,12 @@ pub(super) enum Message {
         stays: bool,
         reply: Reply<Result<Moved, LiveError>>,
     },
+    /// A mover that stays has its home here from now on.
+    TakeOver {
+        object: ObjectId,
+        new: NewMover,
+        reply: Reply<Result<(), LiveError>>,
+    },
     Move {
         moves: Vec<(ObjectId, Sent)>,
         reply: Reply<Vec<Result<Moved, LiveError>>>,
@@ -68,6 +75,11 @@ pub(super) enum Message {
     /// Whatever outlived the server is back.
     Ready {
         reply: Reply<()>,
+    },
+    /// Another node that has the same revision says something.
+    Heard {
+        revision: Revision,
+        said: Box<Said>,
     },
     /// What closed doors hide from a cell.
     Screen(Screen),

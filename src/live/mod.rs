@@ -13,12 +13,15 @@
 //! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
 //! * `keeping`: movers and doors that outlive the server.
+//! * [`nodes`]: the way to other servers that have sessions in the same scenes.
 //! * `registry`, `token`: who is where, and who may do what.
 
 mod clock;
 mod error;
+mod ids;
 mod keeping;
 mod message;
+pub mod nodes;
 mod outbox;
 mod reader;
 mod record;
@@ -39,7 +42,7 @@ use std::sync::{
 use belvedere_live::{
     Ms,
     event::SessionId,
-    world::{Counts, Moved, NewMover, Sent, Visitor},
+    world::{Counts, Moved, NewMover, Refusal, Sent, Visitor},
 };
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::oneshot;
@@ -47,8 +50,10 @@ use tokio_util::sync::CancellationToken;
 
 use self::{
     clock::Clock,
+    ids::Ids,
     keeping::Undo,
     message::{Message, StageHandle},
+    nodes::{NodeCounts, Nodes},
     registry::Registry,
 };
 pub use self::{
@@ -71,6 +76,7 @@ struct Inner {
     sources: Sources,
     settings: LiveSettings,
     registry: Registry,
+    ids: Ids,
     clock: Clock,
     stopping: CancellationToken,
     tally: Tally,
@@ -85,6 +91,8 @@ pub struct Sources {
     pub catalogue: Catalogue,
     /// What happens is recorded, if there is a recorder.
     pub recorder: Option<Recorder>,
+    /// Other servers with sessions in the same scenes, if there may be some.
+    pub nodes: Option<Nodes>,
 }
 
 /// What has been counted since the start.
@@ -109,6 +117,8 @@ pub struct LiveCounts {
     pub floods: u64,
     /// Sessions whose lease ran out.
     pub expired: u64,
+    /// How it stands with other nodes, where there may be some.
+    pub nodes: Option<NodeCounts>,
 }
 
 impl Live {
@@ -116,6 +126,7 @@ impl Live {
     #[must_use]
     pub fn new(sources: Sources, settings: LiveSettings, stopping: CancellationToken) -> Self {
         Self(Arc::new(Inner {
+            ids: Ids::new(sources.catalogue.clone()),
             sources,
             settings,
             registry: Registry::default(),
@@ -135,9 +146,6 @@ impl Live {
             publications,
             ..
         } = &self.0.sources;
-        if let Some(last) = catalogue.last_kept_mover().await? {
-            self.0.registry.skip_movers(last);
-        }
         for scene in catalogue.scenes_with_kept().await? {
             if publications.scene(&scene).is_some()
                 && let Err(error) = ask(&self.stage(&scene), |reply| Message::Ready { reply }).await
@@ -158,6 +166,7 @@ impl Live {
             resyncs: tally.resyncs.load(Ordering::Relaxed),
             floods: tally.floods.load(Ordering::Relaxed),
             expired: tally.expired.load(Ordering::Relaxed),
+            nodes: self.0.sources.nodes.as_ref().map(Nodes::counts),
         }
     }
 
@@ -180,8 +189,9 @@ impl Live {
     /// When there is no room, or the rules refuse it.
     pub async fn open(&self, scene: &SceneName, visitor: Visitor, with_statics: bool) -> Result<Opened, LiveError> {
         let stage = self.stage(scene);
-        let (entry, reserved) = self.0.registry.new_session(&stage, self.0.settings.sessions)?;
-        let (session, object) = (entry.session, entry.object);
+        let object = self.0.ids.draw().await?;
+        let (entry, reserved) = self.0.registry.new_session(&stage, object, self.0.settings.sessions)?;
+        let session = entry.session;
         let message = |reply| Message::Open {
             session,
             object,
@@ -239,7 +249,8 @@ impl Live {
         let owner = token
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
-        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, stays, settings)?;
+        let object = self.0.ids.draw().await?;
+        let (token, reserved) = self.0.registry.new_mover(&stage, (object, token), stays, settings)?;
         let kept = stays.then(|| new.clone());
         let message = |reply| Message::Create {
             object,
@@ -264,7 +275,18 @@ impl Live {
     /// # Errors
     /// When there is none, the token is not its own, or the rules refuse it.
     pub async fn move_to(&self, object: ObjectId, token: Option<Token>, sent: Sent) -> Result<Moved, LiveError> {
-        let stage = self.0.registry.mover(object, token)?;
+        let moved = self.try_move(object, token, sent).await;
+        // It may have gone to another node between two steps, and comes back from there.
+        let gone = self.0.sources.nodes.is_some() && matches!(moved, Err(LiveError::Refused(Refusal::NoMover)));
+        if gone {
+            self.try_move(object, token, sent).await
+        } else {
+            moved
+        }
+    }
+
+    async fn try_move(&self, object: ObjectId, token: Option<Token>, sent: Sent) -> Result<Moved, LiveError> {
+        let stage = self.mover(object, token).await?;
         let moves = vec![(object, sent)];
         let mut moved = ask(&stage, |reply| Message::Move { moves, reply }).await?;
         moved.pop().unwrap_or(Err(LiveError::Stopped))
@@ -283,7 +305,7 @@ impl Live {
         let mut answers = Vec::with_capacity(moves.len());
         let mut admitted = Vec::with_capacity(moves.len());
         for (object, token, sent) in moves {
-            let here = self.0.registry.mover(object, token).and_then(|theirs| {
+            let here = self.mover(object, token).await.and_then(|theirs| {
                 let ours = theirs.is(&stage);
                 ours.then_some(())
                     .ok_or_else(|| LiveError::NotFound(format!("mover {object} in scene `{scene}`")))
@@ -301,6 +323,24 @@ impl Live {
         Ok(answers.into_iter().map(answer).collect())
     }
 
+    /// The scene of a mover, for whoever has its token. One that stays, and has its home on another node, gets it here.
+    async fn mover(&self, object: ObjectId, token: Option<Token>) -> Result<StageHandle, LiveError> {
+        let Sources { catalogue, nodes, .. } = &self.0.sources;
+        let found = self.0.registry.mover(object, token);
+        if nodes.is_none() || !matches!(found, Err(LiveError::NotFound(_))) {
+            return found;
+        }
+        let kept = keeping::kept_mover(catalogue, object).await;
+        let Some((scene, own, new)) = kept.map_err(LiveError::Unkept)? else {
+            return found;
+        };
+        own.admit(token, || format!("mover {object}"))?;
+        let stage = self.stage(&scene);
+        ask(&stage, |reply| Message::TakeOver { object, new, reply }).await??;
+        self.0.registry.restore_mover(&stage, object, own);
+        self.0.registry.mover(object, token)
+    }
+
     fn is_operator(&self, token: Option<Token>) -> bool {
         token.is_some() && token == self.0.settings.operator
     }
@@ -313,7 +353,7 @@ impl Live {
         let stage = if self.is_operator(token) {
             self.0.registry.scene_of(object)?
         } else {
-            self.0.registry.mover(object, token)?
+            self.mover(object, token).await?
         };
         if self.0.registry.stays(object) {
             let forgotten = self.0.sources.catalogue.forget_mover(object).await;

@@ -51,14 +51,11 @@ struct Tables {
     movers: BTreeMap<ObjectId, MoverEntry>,
     /// Movers that outlive the server.
     staying: usize,
-    next_session: u64,
-    next_mover: u32,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct SessionEntry {
     pub(super) session: SessionId,
-    pub(super) object: ObjectId,
     pub(super) token: Token,
     pub(super) stage: StageHandle,
     pub(super) outbox: Arc<Outbox>,
@@ -101,13 +98,14 @@ impl Drop for Reserved<'_> {
     }
 }
 
-impl Tables {
-    fn mover_id(&mut self) -> ObjectId {
-        let id = ObjectId(FIRST_MOVER + self.next_mover);
-        self.next_mover += 1;
-        id
-    }
+/// The mover is not here.
+fn no_mover(object: ObjectId) -> LiveError {
+    LiveError::NotFound(format!(
+        "mover {object} on this node: it was deleted, never was, or is on another; send its requests to one node"
+    ))
+}
 
+impl Tables {
     fn add_mover(&mut self, object: ObjectId, token: Token, stage: &StageHandle, stays: bool) {
         let (stage, heard) = (stage.clone(), Instant::now());
         self.staying += usize::from(stays);
@@ -156,12 +154,14 @@ impl Registry {
             sessions: sum.sessions + stage.sessions,
             movers: sum.movers + stage.movers,
             hushed: sum.hushed + stage.hushed,
+            abroad: sum.abroad + stage.abroad,
         })
     }
 
     pub(super) fn new_session(
         &self,
         stage: &StageHandle,
+        object: ObjectId,
         most: usize,
     ) -> Result<(SessionEntry, Reserved<'_>), LiveError> {
         let token = Token::random()?;
@@ -171,13 +171,12 @@ impl Registry {
             return Err(LiveError::Full { what, most });
         }
         let entry = SessionEntry {
-            session: SessionId(tables.next_session),
-            object: tables.mover_id(),
+            // No other node has one of this number either.
+            session: SessionId(u64::from(object.0.saturating_sub(FIRST_MOVER))),
             token,
             stage: stage.clone(),
             outbox: Arc::default(),
         };
-        tables.next_session += 1;
         tables.sessions.insert(entry.session, entry.clone());
         let what = Some(Place::Session(entry.session));
         Ok((entry, Reserved { registry: self, what }))
@@ -185,7 +184,7 @@ impl Registry {
 
     pub(super) fn session(&self, session: SessionId) -> Result<SessionEntry, LiveError> {
         let entry = self.tables().sessions.get(&session).cloned();
-        entry.ok_or_else(|| LiveError::NotFound(format!("session {session}: it has ended, or never was")))
+        entry.ok_or_else(|| LiveError::NotFound(format!("session {session} on this node: it has ended, never was, or is on another; open a new one, and send each client's requests to one node")))
     }
 
     /// The session of a scene that has this token.
@@ -216,10 +215,10 @@ impl Registry {
     pub(super) fn new_mover(
         &self,
         stage: &StageHandle,
-        token: Option<Token>,
+        (object, token): (ObjectId, Option<Token>),
         stays: bool,
         settings: &LiveSettings,
-    ) -> Result<(ObjectId, Token, Reserved<'_>), LiveError> {
+    ) -> Result<(Token, Reserved<'_>), LiveError> {
         let token = token.map_or_else(Token::random, Ok)?;
         let mut tables = self.tables();
         if tables.movers.len() >= settings.movers {
@@ -230,29 +229,24 @@ impl Registry {
             let (what, most) = ("persistent movers", settings.persistent);
             return Err(LiveError::Full { what, most });
         }
-        let object = tables.mover_id();
         tables.add_mover(object, token, stage, stays);
         let what = Some(Place::Mover(object));
-        Ok((object, token, Reserved { registry: self, what }))
-    }
-
-    /// Ids up to here are taken.
-    pub(super) fn skip_movers(&self, last: ObjectId) {
-        let mut tables = self.tables();
-        let next = (last.0 + 1).saturating_sub(FIRST_MOVER);
-        tables.next_mover = tables.next_mover.max(next);
+        Ok((token, Reserved { registry: self, what }))
     }
 
     /// A mover is back that was there before.
     pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) {
-        self.tables().add_mover(object, token, stage, true);
+        let mut tables = self.tables();
+        if !tables.movers.contains_key(&object) {
+            tables.add_mover(object, token, stage, true);
+        }
     }
 
     /// The scene of a mover, for whoever has its token.
     pub(super) fn mover(&self, object: ObjectId, token: Option<Token>) -> Result<StageHandle, LiveError> {
         let mut tables = self.tables();
         let entry = tables.movers.get_mut(&object);
-        let entry = entry.ok_or_else(|| LiveError::NotFound(format!("mover {object}")))?;
+        let entry = entry.ok_or_else(|| no_mover(object))?;
         entry.token.admit(token, || format!("mover {object}"))?;
         entry.heard = Instant::now();
         Ok(entry.stage.clone())
@@ -262,10 +256,7 @@ impl Registry {
     pub(super) fn scene_of(&self, object: ObjectId) -> Result<StageHandle, LiveError> {
         let tables = self.tables();
         let entry = tables.movers.get(&object);
-        Ok(entry
-            .ok_or_else(|| LiveError::NotFound(format!("mover {object}")))?
-            .stage
-            .clone())
+        Ok(entry.ok_or_else(|| no_mover(object))?.stage.clone())
     }
 
     /// Movers of a scene that nobody keeps and of which nobody has said anything for this long: neither who has their

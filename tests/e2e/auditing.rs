@@ -7,7 +7,8 @@ use belvedere_client::HttpSource;
 use serde_json::{Value, json};
 
 use crate::{
-    doors::{document, names, two_rooms},
+    boxes::two_rooms,
+    doors::{document, names},
     live::address,
     live_wire::{Person, json as ask},
     program::{Data, Server, THREE_ROOMS, text},

@@ -4,7 +4,8 @@ use belvedere_client::HttpSource;
 use serde_json::Value;
 
 use crate::{
-    doors::{TWO_ROOMS, boxes, document, names},
+    boxes::{TWO_ROOMS, boxes},
+    doors::{document, names},
     program::Data,
 };
 

@@ -6,7 +6,8 @@ use belvedere_client::HttpSource;
 use serde_json::json;
 
 use crate::{
-    doors::{document, names, two_rooms},
+    boxes::two_rooms,
+    doors::{document, names},
     live_wire::{Person, ask, json},
     program::{Data, Server, THREE_ROOMS},
 };

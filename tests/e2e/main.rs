@@ -3,6 +3,7 @@
 
 mod auditing;
 mod bad_input;
+mod boxes;
 mod doors;
 mod explaining;
 mod growing;

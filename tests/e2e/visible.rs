@@ -11,7 +11,8 @@ use serde_json::{Value, json};
 use tokio::net::TcpStream;
 
 use crate::{
-    doors::{document, two_rooms},
+    boxes::two_rooms,
+    doors::document,
     program::{Data, Server},
 };
 

@@ -5,6 +5,7 @@
 #   BELVEDERE_TEST_POSTGRES   postgres://user:password@host/database, of a role that may make databases
 #   BELVEDERE_TEST_S3         http://host:port, with AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY; takes requests that are
 #                             not signed, as moto does, since the tests make buckets so
+#   BELVEDERE_TEST_NATS       the program `nats-server`, which each test runs for itself
 #
 # Arguments are those of the tests: `tests/services/run.sh away` runs those with `away` in their name.
 set -euo pipefail
@@ -35,7 +36,7 @@ wait_for() { # NAME PORT
   exit 1
 }
 
-tests/tools/require.sh cargo cc python3 postgresql
+tests/tools/require.sh cargo cc python3 postgresql nats-server
 # Tests that end a database start one of their own below this folder.
 export BELVEDERE_TEST_FOLDER="$work"
 

@@ -111,6 +111,21 @@ pub enum Event {
         /// Its manifest.
         manifest: Manifest,
     },
+    /// Other nodes of the scene can be heard again, or cannot be any more.
+    Network {
+        /// How it is.
+        network: Network,
+    },
+}
+
+/// Whether the nodes of a scene hear each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Network {
+    /// Everybody in the scene can be met.
+    Whole,
+    /// Only who is on the same node.
+    CutOff,
 }
 
 /// The address of a manifest.
@@ -144,6 +159,9 @@ pub struct Hello {
     pub lease_ms: Ms,
     /// Poses are extrapolated for at most this long.
     pub extrapolate_ms: Ms,
+    /// How it is among nodes, where there may be several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub network: Option<Network>,
 }
 
 /// Why earlier events are void.
@@ -220,7 +238,7 @@ pub struct Period {
 }
 
 /// Why a mover is no longer told of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Gone {
     /// Something hides it. Its info stays valid: it may come back without one.
@@ -258,6 +276,7 @@ impl Event {
             Self::Rate { .. } => "rate",
             Self::Door { .. } => "door",
             Self::Revision { .. } => "revision",
+            Self::Network { .. } => "network",
         }
     }
 }

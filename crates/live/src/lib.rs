@@ -7,6 +7,7 @@
 //! * [`motion`]: poses, dead reckoning, trajectories.
 //! * [`tbv`]: temporal bounding volumes: where a hidden mover surely is, and for how long.
 //! * [`aoi`]: areas of interest with hysteresis.
+//! * [`nodes`]: what the nodes of a scene tell each other, so that people meet who are connected to different ones.
 //! * [`pace`]: how often and how much a session is told.
 //! * [`crowd`]: who is hidden among many.
 //! * [`event`]: what it is told.
@@ -19,6 +20,7 @@ pub mod crowd;
 pub mod event;
 pub mod journal;
 pub mod motion;
+pub mod nodes;
 pub mod pace;
 pub mod tbv;
 pub mod world;

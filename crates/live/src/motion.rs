@@ -51,6 +51,23 @@ impl Pose {
         std::array::from_fn(|a| self.position[a] + t_s * (self.velocity[a] + 0.5 * t_s * self.acceleration[a]))
     }
 
+    /// The same motion from another time on.
+    #[must_use]
+    pub fn at(&self, now_ms: Ms) -> Self {
+        let t_ms = (now_ms - self.t_ms).max(0);
+        let position = self.position_at(now_ms);
+        if t_ms >= LONGEST_EXTRAPOLATION_MS {
+            return Self::resting(now_ms, position, self.orientation);
+        }
+        let t_s = t_ms as f64 * 1e-3;
+        Self {
+            t_ms: now_ms,
+            position,
+            velocity: std::array::from_fn(|a| self.velocity[a] + t_s * self.acceleration[a]),
+            ..*self
+        }
+    }
+
     /// The angle between two orientations in radians.
     #[must_use]
     pub fn turned_rad(&self, other: &Self) -> f64 {

@@ -170,6 +170,11 @@ impl Account {
             Input::Create { object, owner, new } => {
                 self.movers.insert(*object, Mover::new(*owner, new, now_ms));
             }
+            Input::Import { object, new } => match self.movers.get_mut(object) {
+                Some(mover) => mover.say(&new.pose, now_ms),
+                None => _ = self.movers.insert(*object, Mover::new(None, new, now_ms)),
+            },
+            Input::Withdraw { object, .. } => _ = self.movers.remove(object),
             Input::Move { object, sent } => {
                 if let Some(mover) = self.movers.get_mut(object) {
                     mover.say(sent, now_ms);
@@ -191,7 +196,12 @@ impl Account {
                 let everybody: Vec<_> = self.people.keys().copied().collect();
                 everybody.into_iter().for_each(|session| self.look(session, now_ms));
             }
-            Input::Begin { .. } | Input::Teach { .. } | Input::Screen { .. } | Input::Resync { .. } | Input::Tick => {}
+            Input::Begin { .. }
+            | Input::Teach { .. }
+            | Input::Screen { .. }
+            | Input::Resync { .. }
+            | Input::WatchAbroad { .. }
+            | Input::Tick => {}
         }
     }
 

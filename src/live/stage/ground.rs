@@ -18,25 +18,40 @@ use crate::{
 };
 
 impl Stage {
-    /// Puts back whatever outlived the server.
+    /// Puts back whatever outlived the server; movers only when no other node may have them.
     pub(super) async fn restore(&mut self, handle: &StageHandle) {
+        if let Err(error) = self.restore_doors().await {
+            tracing::error!(scene = %self.scene, %error, "how doors stood cannot be read");
+        }
+        if self.abroad.is_none() {
+            self.restore_movers(handle).await;
+        }
+    }
+
+    async fn restore_doors(&mut self) -> anyhow::Result<()> {
         let (catalogue, revision) = (&self.live.0.sources.catalogue, self.terrain.published.pointer.revision);
-        let movers = keeping::kept_movers(catalogue, &self.scene).await;
-        let doors = keeping::kept_doors(catalogue, &self.scene, revision).await;
-        let (movers, doors) = match (movers, doors) {
-            (Ok(movers), Ok(doors)) => (movers, doors),
-            (Err(error), _) | (_, Err(error)) => {
-                tracing::error!(scene = %self.scene, %error, "what was kept of the scene cannot be read");
+        for Door { object, bounds, open } in keeping::kept_doors(catalogue, &self.scene, revision).await? {
+            self.world.set_door(object, &bounds, open, self.live.now_ms());
+        }
+        Ok(())
+    }
+
+    /// Puts back the movers that were kept and that no node has.
+    pub(super) async fn restore_movers(&mut self, handle: &StageHandle) {
+        let movers = match keeping::kept_movers(&self.live.0.sources.catalogue, &self.scene).await {
+            Ok(movers) => movers,
+            Err(error) => {
+                tracing::error!(scene = %self.scene, %error, "the movers that were kept cannot be read");
                 return;
             }
         };
-        for Door { object, bounds, open } in doors {
-            self.world.set_door(object, &bounds, open, self.live.now_ms());
-        }
         for (object, token, new) in movers {
+            if self.world.holds(object) || self.is_kept_elsewhere(object) {
+                continue;
+            }
             match self.world.create(object, None, new, self.live.now_ms()) {
                 Ok(_) => {
-                    self.keeping.stay(object);
+                    self.stay(object);
                     self.live.0.registry.restore_mover(handle, object, token);
                 }
                 Err(refusal) => tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more"),
@@ -73,7 +88,7 @@ impl Stage {
     }
 
     /// Goes on with a new revision; with the old one while the new one cannot be read.
-    pub(super) async fn follow(&mut self) {
+    pub(super) async fn follow(&mut self, handle: &StageHandle) {
         let Some(published) = self.live.0.sources.publications.scene(&self.scene) else {
             return;
         };
@@ -81,13 +96,13 @@ impl Stage {
         if Arc::ptr_eq(&published, &self.terrain.published) || self.unreadable == Some(revision) {
             return;
         }
-        if let Err(error) = self.rebase(Terrain { published }).await {
+        if let Err(error) = self.rebase(Terrain { published }, handle).await {
             tracing::error!(scene = %self.scene, %revision, %error, "visitors stay with an earlier revision");
             self.unreadable = Some(revision);
         }
     }
 
-    async fn rebase(&mut self, terrain: Terrain) -> Result<(), ReadError> {
+    async fn rebase(&mut self, terrain: Terrain, handle: &StageHandle) -> Result<(), ReadError> {
         let ground = terrain.ground().await?;
         let sights = terrain.sights_around(&ground, self.world.eyes()).await?;
         self.deliver();
@@ -100,6 +115,7 @@ impl Stage {
         }
         self.world.rebase(&ground, &sights, self.live.now_ms());
         self.terrain = terrain;
+        self.move_abroad(handle);
         self.show_statics_to_all(true);
         Ok(())
     }

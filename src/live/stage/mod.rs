@@ -4,6 +4,7 @@
 //! of them is taken in the next tick. What changes the rules' world goes through its [`Journal`], so that all of it can be
 //! recorded.
 
+mod abroad;
 mod ground;
 mod tick;
 
@@ -27,6 +28,7 @@ use tokio::{
     time::MissedTickBehavior,
 };
 
+use self::abroad::Abroad;
 use super::{
     Live, LiveError,
     keeping::{DoorToKeep, Keeping},
@@ -77,10 +79,14 @@ async fn run(
         ticked: false,
         movers_counted: Instant::now(),
         keeping: Keeping::new(&live.0.sources.catalogue, scene),
+        abroad: None,
     };
+    stage.abroad = Abroad::begin(live, &stage.scene, &stage.terrain, handle);
     stage.restore(handle).await;
     let mut ticks = tokio::time::interval(live.0.settings.tick);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut rounds = tokio::time::interval(live.0.settings.tick / abroad::ROUNDS);
+    rounds.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         tokio::select! {
             message = inbox.recv() => match message {
@@ -88,6 +94,7 @@ async fn run(
                 None => return Ok(()),
             },
             _ = ticks.tick(), if !stage.world.is_empty() => stage.tick(handle).await,
+            _ = rounds.tick(), if stage.abroad.is_some() => stage.exchange(handle).await,
         }
         stage.find_screens(handle);
         stage.deliver();
@@ -111,6 +118,8 @@ struct Stage {
     /// When silent movers were looked for.
     movers_counted: Instant,
     keeping: Keeping,
+    /// Other nodes, where there may be some.
+    abroad: Option<Abroad>,
 }
 
 /// What the task keeps of a session beside the rules.
@@ -158,19 +167,20 @@ impl Stage {
             } => {
                 let created = self.world.create(object, owner, new, self.live.now_ms());
                 if stays && created.is_ok() {
-                    self.keeping.stay(object);
+                    self.stay(object);
                 }
                 if reply.send(created.map_err(LiveError::from)).is_err() {
-                    self.keeping.forget(object);
+                    self.forget(object);
                     self.world.destroy(object, self.live.now_ms());
                 }
             }
+            Message::TakeOver { object, new, reply } => _ = reply.send(self.take_over(object, new)),
             Message::Move { moves, reply } => {
                 let moved = moves.into_iter().map(|(object, sent)| self.move_to(object, sent));
                 _ = reply.send(moved.collect());
             }
             Message::Destroy { object, reply } => {
-                self.keeping.forget(object);
+                self.forget(object);
                 self.world.destroy(object, self.live.now_ms());
                 _ = reply.send(());
             }
@@ -178,9 +188,13 @@ impl Stage {
                 self.world
                     .set_door(door.object, &door.bounds, door.open, self.live.now_ms());
                 self.show_statics_to_all(false);
+                if let Some(abroad) = &mut self.abroad {
+                    abroad.exchange.set_door(door.object, &door.bounds, door.open);
+                }
                 self.keeping.keep_door(DoorToKeep { revision, door, reply }).await;
             }
             Message::Ready { reply } => _ = reply.send(()),
+            Message::Heard { revision, said } => self.hear(revision, *said),
             Message::Screen(screen) => self.screen(&screen),
             Message::ScreensFound => self.proving = false,
         }
@@ -215,6 +229,7 @@ impl Stage {
             tick_ms: settings.tick.as_millis() as Ms,
             lease_ms: settings.lease.as_millis() as Ms,
             extrapolate_ms: LONGEST_EXTRAPOLATION_MS,
+            network: self.network(),
         }));
         let view = with_statics.then(|| {
             let (view, seen) = watch::channel(View {

@@ -13,7 +13,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(10);
 
 impl Stage {
     pub(super) async fn tick(&mut self, handle: &StageHandle) {
-        self.follow().await;
+        self.follow(handle).await;
         let lease = self.live.0.settings.lease;
         let expired: Vec<_> = self
             .people
@@ -72,6 +72,7 @@ impl Stage {
             self.live.0.tally.resyncs.fetch_add(1, Ordering::Relaxed);
             self.world.resync(session, reason, self.live.now_ms());
             self.deliver();
+            self.tell_network(session);
             self.show_statics(session, true);
         }
     }

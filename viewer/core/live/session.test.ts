@@ -109,3 +109,22 @@ it("opens anew, after a pause, when the session has ended", async () => {
   await vi.waitFor(() => expect(session?.isOpen).toBe(true));
   expect(sent.filter(({ method }) => method === "POST").length).toBe(2);
 });
+
+it("opens anew when its stream is refused for good, as by another node after its own has died", async () => {
+  const { parts, sent, streams, clock, events } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  const stream = streams[0]?.stream as unknown as { onerror: () => void; readyState: number };
+  clock.now_ms = 9000;
+  stream.readyState = 0;
+  stream.onerror();
+  expect(session?.isOpen).toBe(true);
+  stream.readyState = 2;
+  stream.onerror();
+  expect(session?.isOpen).toBe(false);
+  expect(events.at(-1)).toEqual({ kind: "resync" });
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  expect(sent.filter(({ method }) => method === "POST").length).toBe(2);
+});

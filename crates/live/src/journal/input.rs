@@ -7,7 +7,7 @@ use crate::{
     Ms,
     aoi::Aoi,
     cells::Cell,
-    event::{Event, SessionId, Void},
+    event::{Event, Gone, SessionId, Void},
     world::{Moved, NewMover, Refusal, Rules, Seen, Sent, Visitor},
 };
 
@@ -64,6 +64,21 @@ pub enum Input {
     },
     Destroy {
         object: ObjectId,
+    },
+    /// [`World::import`](crate::World::import).
+    Import {
+        object: ObjectId,
+        new: NewMover,
+    },
+    /// [`World::withdraw`](crate::World::withdraw).
+    Withdraw {
+        object: ObjectId,
+        reason: Gone,
+    },
+    /// [`World::watch_abroad`](crate::World::watch_abroad).
+    WatchAbroad {
+        begun: Vec<CellId>,
+        ended: Vec<CellId>,
     },
     Door {
         object: ObjectId,

@@ -19,7 +19,7 @@ use crate::{
     Ms, World,
     aoi::Aoi,
     cells::Cells,
-    event::{Event, SessionId, Void},
+    event::{Event, Gone, SessionId, Void},
     world::{Moved, NewMover, Refusal, Rules, Seen, Sent, Visitor},
 };
 
@@ -172,6 +172,37 @@ impl Journal {
     pub fn destroy(&mut self, object: ObjectId, now_ms: Ms) {
         let input = self.input(|| Input::Destroy { object });
         self.world.destroy(object);
+        self.write(now_ms, input, Answer::Done);
+    }
+
+    /// [`World::import`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn import(&mut self, object: ObjectId, new: NewMover, now_ms: Ms) -> Result<(), Refusal> {
+        let input = self.input(|| Input::Import {
+            object,
+            new: new.clone(),
+        });
+        let imported = self.world.import(object, new, now_ms);
+        self.write(now_ms, input, &imported);
+        imported
+    }
+
+    /// [`World::withdraw`].
+    pub fn withdraw(&mut self, object: ObjectId, reason: Gone, now_ms: Ms) {
+        let input = self.input(|| Input::Withdraw { object, reason });
+        self.world.withdraw(object, reason, now_ms);
+        self.write(now_ms, input, Answer::Done);
+    }
+
+    /// [`World::watch_abroad`].
+    pub fn watch_abroad(&mut self, begun: &[CellId], ended: &[CellId], now_ms: Ms) {
+        let input = self.input(|| Input::WatchAbroad {
+            begun: begun.to_vec(),
+            ended: ended.to_vec(),
+        });
+        self.world.watch_abroad(begun, ended, now_ms);
         self.write(now_ms, input, Answer::Done);
     }
 

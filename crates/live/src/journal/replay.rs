@@ -38,8 +38,6 @@ pub enum ReplayError {
 #[derive(Debug, Default)]
 pub struct Replay {
     world: Option<World>,
-    /// Ids are never used twice.
-    used: BTreeSet<ObjectId>,
     avatars: BTreeSet<ObjectId>,
     last_ms: At,
 }
@@ -85,7 +83,7 @@ impl Replay {
         let times_are_sane = match input {
             Input::Open { visitor, .. } => sent_is_sane(&visitor.pose),
             Input::Pose { sent, .. } | Input::Move { sent, .. } => sent_is_sane(sent),
-            Input::Create { new, .. } => {
+            Input::Create { new, .. } | Input::Import { new, .. } => {
                 sent_is_sane(&new.pose) && new.way.as_ref().is_none_or(|way| way.times().all(sane))
             }
             _ => true,
@@ -102,14 +100,18 @@ impl Replay {
                 ranges::check_ground(ground)
             }
             Input::Rebase { ground, .. } => ranges::check_ground(ground),
-            Input::Open { object, .. } | Input::Create { object, .. } if !self.used.insert(*object) => {
-                Err(ReplayError::Impossible("an id is used twice"))
+            Input::Open { object, .. } | Input::Create { object, .. } if self.holds(*object) => {
+                Err(ReplayError::Impossible("an id is used by two at once"))
             }
             Input::Destroy { object } if self.avatars.contains(object) => {
                 Err(ReplayError::Impossible("an avatar is destroyed without its session"))
             }
             _ => Ok(()),
         }
+    }
+
+    fn holds(&self, object: ObjectId) -> bool {
+        self.world.as_ref().is_some_and(|world| world.holds(object))
     }
 
     fn apply(&mut self, input: Input, now_ms: At) -> Result<Answer, ReplayError> {
@@ -138,6 +140,9 @@ impl Replay {
             Input::Create { object, owner, new } => (&world.create(object, owner, new, now_ms)).into(),
             Input::Move { object, sent } => (&world.move_to(object, sent, now_ms)).into(),
             Input::Destroy { object } => (&world.destroy(object)).into(),
+            Input::Import { object, new } => (&world.import(object, new, now_ms)).into(),
+            Input::Withdraw { object, reason } => (&world.withdraw(object, reason, now_ms)).into(),
+            Input::WatchAbroad { begun, ended } => (&world.watch_abroad(&begun, &ended, now_ms)).into(),
             Input::Door { object, bounds, open } => (&world.set_door(object, &bounds, open, now_ms)).into(),
             Input::Screen { cell, closed, hidden } => (&world.screen(cell, &closed, &hidden, now_ms)).into(),
             Input::Resync { session, reason } => (&world.resync(session, reason, now_ms)).into(),

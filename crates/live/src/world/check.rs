@@ -72,6 +72,9 @@ pub enum Refusal {
     /// There is no such mover.
     #[error("the mover has been deleted")]
     NoMover,
+    /// Another mover has its id.
+    #[error("a mover of this node has the id already")]
+    Taken,
     /// It goes its own way.
     #[error("the mover follows the trajectory that it was created with, and takes no poses")]
     OnTrajectory,
@@ -96,7 +99,7 @@ impl Refusal {
             Self::Aoi(Radius::Leave) => "/aoi/leave_m",
             Self::Key { number, pointer } => return format!("/trajectory/keys/{number}{pointer}").into(),
             Self::TooFast(number) => return format!("/trajectory/keys/{number}/t_ms").into(),
-            Self::NoSession | Self::NoMover | Self::OnTrajectory | Self::NoCells => "",
+            Self::NoSession | Self::NoMover | Self::Taken | Self::OnTrajectory | Self::NoCells => "",
         })
     }
 }

@@ -28,7 +28,7 @@ impl World {
     /// Puts a mover away when nobody watches it; says what its owner may rely on, if it is away.
     pub(super) fn settle(&mut self, object: ObjectId, now_ms: Ms) -> Option<Hush> {
         let mover = self.movers.get(&object)?;
-        if mover.is_awake() && !self.is_watched(&mover.cells, mover.owner) {
+        if mover.is_awake() && !mover.abroad && !self.is_watched(&mover.cells, mover.owner) {
             self.hush(object, now_ms);
         }
         self.promise(object)
@@ -167,7 +167,7 @@ impl World {
     }
 
     /// Nobody is told of a mover any more that has been put away.
-    fn end_showing(&mut self, object: ObjectId, now_ms: Ms) {
+    pub(super) fn end_showing(&mut self, object: ObjectId, now_ms: Ms) {
         let shown_to = self.movers[&object].shown_to.clone();
         for id in shown_to {
             let reason = match self.sight(&self.sessions[&id], &self.movers[&object], None, now_ms) {

@@ -8,6 +8,7 @@
 //! to watch one of those cells, after the algorithm of Sudarsky & Gotsman (§3), with view cells for BSP leaves and one
 //! registration of a mover for all sessions. Work in a tick is O(visible + expired + exposed).
 
+mod abroad;
 mod among;
 mod check;
 mod clock;
@@ -26,6 +27,7 @@ use belvedere_scene::{Bounds, CellId, ObjectId};
 use serde::{Deserialize, Serialize};
 
 pub use self::{
+    abroad::Exported,
     check::{
         MOST_ACCELERATION_MPS2, MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Radius, Refusal, Seen,
         Sent, Unknown,
@@ -36,7 +38,7 @@ pub use self::{
     session::REMEMBERED,
     sessions::Visitor,
 };
-use self::{doors::Door, mover::Mover, session::Session};
+use self::{abroad::Watched, doors::Door, mover::Mover, session::Session};
 use crate::{
     Ms,
     cells::{Ball, Cells},
@@ -93,7 +95,13 @@ pub struct World {
     movers_in: Vec<BTreeSet<ObjectId>>,
     /// By cell.
     watchers: Vec<BTreeSet<SessionId>>,
+    /// Cells with watchers.
+    watched: Watched,
+    /// Cells that sessions of other nodes watch.
+    watched_abroad: BTreeSet<CellId>,
     awake: BTreeSet<ObjectId>,
+    /// How many of the movers live on other nodes.
+    abroad: usize,
     alarms: BTreeSet<(Ms, ObjectId)>,
     /// The radius of the largest mover there ever was, with what it moves in a tick.
     largest_m: f64,
@@ -119,6 +127,8 @@ pub struct Counts {
     pub movers: usize,
     /// Movers that cost nothing now.
     pub hushed: usize,
+    /// Movers that live on other nodes.
+    pub abroad: usize,
 }
 
 impl World {
@@ -129,12 +139,15 @@ impl World {
         Self {
             movers_in: vec![BTreeSet::new(); cells.len()],
             watchers: vec![BTreeSet::new(); cells.len()],
+            watched: Watched::default(),
+            watched_abroad: BTreeSet::new(),
             reach,
             rules,
             cells,
             sessions: BTreeMap::new(),
             movers: BTreeMap::new(),
             awake: BTreeSet::new(),
+            abroad: 0,
             alarms: BTreeSet::new(),
             largest_m: 0.0,
             crowd: rules.crowd.map(|_| Crowd::new(&reach)),
@@ -160,6 +173,7 @@ impl World {
             sessions: self.sessions.len(),
             movers: self.movers.len(),
             hushed: self.movers.len() - self.awake.len(),
+            abroad: self.abroad,
         }
     }
 
@@ -210,6 +224,8 @@ impl World {
         self.crowd = self.rules.crowd.map(|_| Crowd::new(&self.reach));
         self.movers_in = vec![BTreeSet::new(); cells.len()];
         self.watchers = vec![BTreeSet::new(); cells.len()];
+        self.watched.clear();
+        self.watched_abroad.clear();
         self.cells = cells;
         self.doors.clear();
         self.unscreened.clear();

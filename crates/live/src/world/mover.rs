@@ -18,6 +18,8 @@ use crate::{
 pub(super) struct Mover {
     /// Who drives it, and hears `hush` and `wake`. Nobody is told of what they drive.
     pub(super) owner: Option<SessionId>,
+    /// It lives on another node, which says where it is, and puts it away when nobody here watches it.
+    pub(super) abroad: bool,
     pub(super) look: Look,
     pub(super) radius_m: f64,
     pub(super) max_speed_mps: f64,

@@ -91,6 +91,7 @@ impl World {
         };
         let mover = Mover {
             owner,
+            abroad: false,
             look: new.look,
             radius_m,
             max_speed_mps,
@@ -260,6 +261,7 @@ impl World {
             self.alarms.remove(&(at_ms, object));
         }
         self.awake.remove(&object);
+        self.abroad -= usize::from(mover.abroad);
         self.leave_crowd(object);
         self.stirred_movers.remove(&object);
         for cell in &mover.cells {

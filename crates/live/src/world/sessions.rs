@@ -113,7 +113,7 @@ impl World {
             return;
         };
         for cell in &session.eye.watched {
-            self.watchers[cell.index()].remove(&id);
+            self.unwatch(*cell, id);
         }
         for object in session.shown.keys() {
             if let Some(mover) = self.movers.get_mut(object) {
@@ -181,10 +181,10 @@ impl World {
             return;
         }
         for cell in before.iter().filter(|cell| now.binary_search(cell).is_err()) {
-            self.watchers[cell.index()].remove(&id);
+            self.unwatch(*cell, id);
         }
         for cell in now.iter().filter(|cell| before.binary_search(cell).is_err()) {
-            self.watchers[cell.index()].insert(id);
+            self.watch(*cell, id);
             let here: Vec<_> = self.movers_in[cell.index()].iter().copied().collect();
             for object in here {
                 if self.movers[&object].owner != Some(id) {

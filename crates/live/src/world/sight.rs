@@ -103,9 +103,11 @@ impl World {
         }
     }
 
-    /// Whether any session but its owner's watches one of these cells.
+    /// Whether any session but its owner's watches one of these cells, on this node or on another.
     pub(super) fn is_watched(&self, cells: &[CellId], owner: Option<SessionId>) -> bool {
         let others = |watchers: &BTreeSet<SessionId>| watchers.iter().any(|session| Some(*session) != owner);
-        cells.iter().any(|cell| others(&self.watchers[cell.index()]))
+        cells
+            .iter()
+            .any(|cell| others(&self.watchers[cell.index()]) || self.watched_abroad.contains(cell))
     }
 }

@@ -59,7 +59,7 @@ impl Belief {
             Event::Door { object, open } => {
                 self.doors.insert(*object, *open);
             }
-            Event::Hello(_) | Event::Hush(_) | Event::Wake { .. } | Event::Revision { .. } => {}
+            Event::Hello(_) | Event::Hush(_) | Event::Wake { .. } | Event::Revision { .. } | Event::Network { .. } => {}
         }
     }
 }
@@ -113,6 +113,11 @@ impl Stage {
             log: Vec::new(),
             read: BTreeMap::new(),
         }
+    }
+
+    /// Ids from here on.
+    pub(crate) fn numbered_from(self, next: u32) -> Self {
+        Self { next, ..self }
     }
 
     /// Rooms that see their neighbours only.
@@ -237,6 +242,19 @@ impl Stage {
         self.listen();
     }
 
+    /// A gate that was moved somewhere else.
+    pub(crate) fn know_gate(&mut self, border: u32, open: bool) {
+        if open {
+            self.shut.remove(&border);
+        } else {
+            self.shut.insert(border);
+        }
+    }
+
+    pub(crate) fn shut_gates(&self) -> Vec<u32> {
+        self.shut.iter().copied().collect()
+    }
+
     /// Says what gates hide, as geometry would.
     fn screen(&mut self) {
         for asked in self.world.unscreened() {
@@ -262,6 +280,10 @@ impl Stage {
 
     pub(crate) fn tick(&mut self) {
         self.now_ms += 100;
+        self.tick_now();
+    }
+
+    pub(crate) fn tick_now(&mut self) {
         self.world.tick(self.now_ms);
         self.listen();
     }
@@ -308,7 +330,7 @@ impl Stage {
         hush
     }
 
-    fn listen(&mut self) {
+    pub(crate) fn listen(&mut self) {
         self.screen();
         for (session, event) in self.world.events() {
             if let Some(belief) = self.beliefs.get_mut(&session) {
