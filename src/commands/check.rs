@@ -69,6 +69,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
     let ms = |time: Duration| time.as_millis().to_string();
     let bucket = place.bucket.as_ref();
     let tls = config.tls.as_ref();
+    let nats = config.nodes.as_ref().map(|nodes| &nodes.nats);
     let name = config.nodes.as_ref().and_then(|nodes| nodes.name.as_ref());
     vec![
         ("listen", config.listen.to_string()),
@@ -94,7 +95,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ("cull_below_percent", live.cull_below_percent.to_string()),
         ("tick_ms", ms(live.tick)),
         ("lease_s", s(live.lease)),
-        ("nats", hidden(config.nodes.is_some())),
+        ("nats", nats.map_or_else(|| "not set".to_owned(), ToString::to_string)),
         ("node", name.map_or_else(|| "not set".to_owned(), ToString::to_string)),
         ("max_upload_mib", mib(jobs.upload_bytes)),
         ("max_bakes", jobs.bakes.to_string()),

@@ -76,6 +76,12 @@ impl NodeName {
     }
 }
 
+impl fmt::Display for NodeName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
 impl FromStr for NodeName {
     type Err = NotANodeName;
 

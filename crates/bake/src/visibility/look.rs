@@ -67,8 +67,6 @@ pub(super) struct Looker<'a> {
 /// How hard rays look for what nobody can prove hidden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Effort {
-    /// Not at all.
-    None,
     /// From the cell as a whole.
     Usual,
     /// From its parts too, because rays are all there is.
@@ -76,23 +74,22 @@ pub(super) enum Effort {
 }
 
 impl Effort {
-    /// How one of so many objects is hunted, when looking around may take so many rays; `None` for who does not hunt.
-    fn hunt(self, rays_per_cell: u32, objects: usize) -> Option<Hunt> {
+    /// How one of so many objects is hunted, when looking around may take so many rays.
+    fn hunt(self, rays_per_cell: u32, objects: usize) -> Hunt {
         let share = |times: u32| rays_per_cell.saturating_mul(times) / (objects.max(1) as u32);
         match self {
-            Self::None => None,
-            Self::Usual => Some(Hunt {
+            Self::Usual => Hunt {
                 rays: share(USUAL).clamp(LEAST_RAYS, MOST_RAYS / 2),
                 parts: 1,
                 halvings: 0,
-            }),
+            },
             Self::Thorough => {
                 let rays = (share(THOROUGH) / (1 << HALVINGS)).clamp(LEAST_RAYS, MOST_RAYS);
-                Some(Hunt {
+                Hunt {
                     rays,
                     parts: share(THOROUGH) / rays + 1,
                     halvings: HALVINGS,
-                })
+                }
             }
         }
     }
@@ -153,19 +150,17 @@ impl Looker<'_> {
             .filter_map(|object| surroundings.number_of(object))
             .collect();
         let mut observer = Observer::new(&surroundings.scenery, self.proofs);
-        let first_look = self.effort != Effort::None;
         let not_hidden = observer.visible_or_found(eye, &known, &mut |number| {
             let object = surroundings.objects[number as usize];
-            first_look && hunt(&mut sampler, eye, object, &[], FIRST_LOOK)
+            hunt(&mut sampler, eye, object, &[], FIRST_LOOK)
         });
         let open = not_hidden
             .iter()
             .map(|number| (*number, surroundings.objects[*number as usize]));
         let open: Vec<_> = open.filter(|(_, object)| !sampler.knows(*object)).collect();
-        if let Some(how) = self.effort.hunt(self.sampled.rays_per_cell, open.len()) {
-            for prey in open {
-                search(&mut sampler, &mut observer, eye, prey, &mut how.clone());
-            }
+        let how = self.effort.hunt(self.sampled.rays_per_cell, open.len());
+        for prey in open {
+            search(&mut sampler, &mut observer, eye, prey, &mut how.clone());
         }
         sampler.follow();
         let measured = measure(&mut sampler, &uniform);

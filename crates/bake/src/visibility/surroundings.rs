@@ -8,7 +8,10 @@
 
 use rayon::prelude::*;
 
-use super::conservative::{ConservativeSettings, Observer, Scenery};
+use super::{
+    conservative::{ConservativeSettings, Observer, Scenery},
+    measure::LEAST_SR,
+};
 use crate::{
     cells::CellGraph,
     digest::{Digest, Digester},
@@ -70,14 +73,26 @@ impl<'a> Atlas<'a> {
         }
     }
 
-    /// The surroundings of a cell.
-    pub(super) fn around(&self, cell: usize) -> Surroundings {
+    /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden, both rising.
+    pub(super) fn not_hidden(&self, cell: usize) -> (Vec<u32>, Vec<u32>) {
         // One that knows nothing of other cells, so that they do not decide what is proved.
         let mut observer = Observer::new(&self.all, ConservativeSettings::ROUGH);
         let mut objects = observer.visible(&self.eyes[cell], &[]);
         let count = self.targets.len() as u32;
         let cells = objects.split_off(objects.partition_point(|number| *number < count));
-        let cells: Vec<u32> = cells.into_iter().map(|number| number - count).collect();
+        (objects, cells.into_iter().map(|number| number - count).collect())
+    }
+
+    /// The solid angle of the box around an object from the middle of a cell, in steradians, above 0.
+    pub(super) fn box_sr(&self, cell: usize, object: u32) -> f32 {
+        let eye = self.eyes[cell].center();
+        let target = self.targets[object as usize].as_ref();
+        target.map_or(0.0, |target| target.solid_angle_sr(eye)).max(LEAST_SR)
+    }
+
+    /// The surroundings of a cell.
+    pub(super) fn around(&self, cell: usize) -> Surroundings {
+        let (objects, cells) = self.not_hidden(cell);
         let mut digester = Digester::default();
         digester.add(self.cells[cell]).count(objects.len()).count(cells.len());
         for object in &objects {
