@@ -18,6 +18,8 @@ const MIN_VOLUME_SHARE: f32 = 0.01;
 const SEEDS: usize = 256;
 /// The share of a voxel within which a face lies in its side.
 const TOUCH: f32 = 1e-4;
+/// Faces lie across an axis within this share of their distance from the origin.
+const FLAT: f32 = 4.0 * f32::EPSILON;
 /// With other geometry in more than this share of its voxels something is a house, not a block.
 const HOLLOW: f32 = 0.05;
 
@@ -80,21 +82,28 @@ fn index([x, y, z]: [usize; 3], size: [usize; 3]) -> usize {
 
 /// Where large faces across an axis lie, and between them evenly.
 fn lines(triangles: &[Triangle], min: Vec3, max: Vec3, axis: usize) -> Vec<f32> {
+    // A world that was turned has walls that lie across an axis but for rounding.
+    let flat_m = FLAT * (max - min).max_element().max(max.abs().max(min.abs()).max_element());
     let mut faces: Vec<(f32, f32)> = triangles
         .iter()
-        .filter(|t| t[0][axis] == t[1][axis] && t[1][axis] == t[2][axis])
-        .map(|t| (t[0][axis], (t[1] - t[0]).cross(t[2] - t[0]).length()))
+        .filter_map(|t| {
+            let [a, b, c] = t.map(|p| p[axis]);
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            (high - low <= flat_m).then(|| (low, (t[1] - t[0]).cross(t[2] - t[0]).length()))
+        })
         .collect();
     faces.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut sums: Vec<(f32, f32)> = Vec::new();
     for (at, area) in faces {
         match sums.last_mut() {
-            Some(last) if last.0 == at => last.1 += area,
+            Some(last) if at - last.0 <= flat_m => last.1 += area,
             _ => sums.push((at, area)),
         }
     }
     sums.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut lines: Vec<f32> = sums.iter().take(FACE_LINES).map(|(at, _)| *at).collect();
+    let within = |at: &f32| *at - min[axis] > flat_m && max[axis] - *at > flat_m;
+    let places = sums.iter().map(|(at, _)| *at).filter(within);
+    let mut lines: Vec<f32> = places.take(FACE_LINES).collect();
     lines.extend([min[axis], max[axis]]);
     lines.sort_by(f32::total_cmp);
     lines.dedup();

@@ -33,6 +33,8 @@ const MAX_FILLED_TRIANGLES: usize = 20_000;
 const MAX_PLANES: usize = 20;
 /// A part whose box is smaller than this share of the scene hides too little to be worth a body.
 const MIN_SIZE_SHARE: f32 = 1.0 / 1000.0;
+/// … and one that is not convex is worth filling only when its box is not smaller than this share.
+const MIN_FILLED_SHARE: f32 = 1.0 / 250.0;
 /// What a body stands on counts as so many margins lower than it is.
 const STANDS_MARGINS: f32 = 4.0;
 /// Corners may stand this share of a part's size outside its faces for it to count as convex.
@@ -47,10 +49,9 @@ pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
             return Vec::new();
         }
         let parts = parts(world.triangles_of(object));
-        let large = parts.iter().filter(|part| part.size_m() >= min_size_m);
-        large
-            .flat_map(|part| part.bodies(world, object, &parts, margin_m))
-            .collect()
+        let large = parts.par_iter().filter(|part| part.size_m() >= min_size_m);
+        let bodies = large.map(|part| part.bodies(world, object, &parts, margin_m));
+        bodies.collect::<Vec<_>>().concat()
     };
     let objects = (0..world.object_bounds().len() as u32).into_par_iter();
     let mut bodies = objects.map(of_object).collect::<Vec<_>>().concat();
@@ -150,6 +151,7 @@ impl Part<'_> {
                 (vec![body(self.min, self.max, Vec::new())], Vec::new())
             }
             Some(planes) if planes.len() <= MAX_PLANES => (vec![body(self.min, self.max, planes)], Vec::new()),
+            _ if self.size_m() < MIN_FILLED_SHARE * world.scale_m() => return Vec::new(),
             _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => return Vec::new(),
             _ => {
                 let surface: Vec<_> = self.triangles.iter().map(|t| t.corners).collect();
