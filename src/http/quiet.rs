@@ -127,11 +127,19 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Quiet<T> {
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.io).poll_flush(cx)
+        let polled = Pin::new(&mut self.io).poll_flush(cx);
+        if polled.is_pending() {
+            return self.wait(cx);
+        }
+        polled
     }
 
     fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.io).poll_shutdown(cx)
+        let polled = Pin::new(&mut self.io).poll_shutdown(cx);
+        if polled.is_pending() {
+            return self.wait(cx);
+        }
+        polled
     }
 }
 
@@ -167,6 +175,23 @@ mod tests {
         let mut near = Quiet::new(near, PATIENCE, Uploads::default());
         let stuck = near.write_all(&[0; 64]).await.unwrap_err();
         assert_eq!(stuck.kind(), io::ErrorKind::TimedOut);
+    }
+
+    #[tokio::test]
+    async fn a_reader_that_leaves_the_rest_in_a_buffer_is_given_up() {
+        for ending in [false, true] {
+            let (_far, near) = tokio::io::duplex(16);
+            // It takes bytes before they are sent, as TLS does.
+            let buffered = tokio::io::BufWriter::new(near);
+            let mut near = Quiet::new(buffered, PATIENCE, Uploads::default());
+            near.write_all(&[0; 64]).await.unwrap();
+            let stuck = if ending {
+                near.shutdown().await
+            } else {
+                near.flush().await
+            };
+            assert_eq!(stuck.unwrap_err().kind(), io::ErrorKind::TimedOut);
+        }
     }
 
     #[tokio::test]
