@@ -33,6 +33,13 @@ pub(crate) struct DataLock {
     everywhere: Mutex<BlobLock>,
 }
 
+impl DataLock {
+    /// Whether it was held all the time until now.
+    pub(crate) async fn holds(&self) -> bool {
+        self.everywhere.lock().await.holds().await
+    }
+}
+
 impl DataFolder {
     /// Opens the folder, and what is elsewhere; makes it when it is not there.
     pub(crate) async fn open(place: &PlaceArgs) -> anyhow::Result<Self> {
