@@ -274,7 +274,7 @@ async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) {
         ended
     } else {
         tracing::info!(job = %id, scene = %job.scene, "a bake starts");
-        child::bake(&jobs, &job, &open).await
+        child::bake(&jobs, &worker, &job, &open).await
     };
     end(&jobs, &worker, &open, ended).await;
 }
