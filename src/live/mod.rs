@@ -239,24 +239,45 @@ impl Live {
         let owner = token
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
-        let (object, token, reserved) = self.0.registry.new_mover(&stage, token, stays, settings)?;
-        let kept = stays.then(|| new.clone());
-        let message = |reply| Message::Create {
-            object,
-            owner,
-            new,
-            stays,
-            reply,
-        };
-        let moved = ask(&stage, message).await??;
-        if let Some(new) = kept {
-            let undo = Undo::of(&self.0.sources.catalogue, &stage, object);
-            let kept = keeping::keep_mover(&self.0.sources.catalogue, scene, (object, token), &new).await;
-            kept.map_err(LiveError::Unkept)?;
-            undo.forget();
+        loop {
+            let (object, token, reserved) = self.0.registry.new_mover(&stage, token, stays, settings)?;
+            let created = new.clone();
+            let message = |reply| Message::Create {
+                object,
+                owner,
+                new: created,
+                stays,
+                reply,
+            };
+            let moved = ask(&stage, message).await??;
+            if stays && !self.keep(scene, &stage, (object, token), &new).await? {
+                continue;
+            }
+            reserved.keep();
+            return Ok((moved, token));
         }
-        reserved.keep();
-        Ok((moved, token))
+    }
+
+    /// Keeps a new mover. Says no when another server of the catalogue has given its id to one meanwhile; the next ids are
+    /// free.
+    async fn keep(
+        &self,
+        scene: &SceneName,
+        stage: &StageHandle,
+        mover: (ObjectId, Token),
+        new: &NewMover,
+    ) -> Result<bool, LiveError> {
+        let catalogue = &self.0.sources.catalogue;
+        let undo = Undo::of(catalogue, stage, mover);
+        let kept = keeping::keep_mover(catalogue, scene, mover, new).await;
+        if kept.map_err(LiveError::Unkept)? {
+            undo.forget();
+            return Ok(true);
+        }
+        if let Some(last) = catalogue.last_kept_mover().await.map_err(LiveError::Unkept)? {
+            self.0.registry.skip_movers(last);
+        }
+        Ok(false)
     }
 
     /// Moves a mover, for whoever has its token.
@@ -315,8 +336,8 @@ impl Live {
         } else {
             self.0.registry.mover(object, token)?
         };
-        if self.0.registry.stays(object) {
-            let forgotten = self.0.sources.catalogue.forget_mover(object).await;
+        if let Some(token) = self.0.registry.kept_token(object) {
+            let forgotten = self.0.sources.catalogue.forget_mover(object, &token.reveal()).await;
             forgotten.map_err(LiveError::Unkept)?;
         }
         ask(&stage, |reply| Message::Destroy { object, reply }).await?;

@@ -279,9 +279,11 @@ impl Registry {
         silent.map(|(object, _)| *object).collect()
     }
 
-    /// Whether a mover outlives the server.
-    pub(super) fn stays(&self, object: ObjectId) -> bool {
-        self.tables().movers.get(&object).is_some_and(|mover| mover.stays)
+    /// The token of a mover that outlives the server.
+    pub(super) fn kept_token(&self, object: ObjectId) -> Option<Token> {
+        let tables = self.tables();
+        let mover = tables.movers.get(&object).filter(|mover| mover.stays);
+        mover.map(|mover| mover.token)
     }
 
     pub(super) fn end_mover(&self, object: ObjectId) {

@@ -149,7 +149,11 @@ async fn keys_expire_and_are_revoked_and_what_stays_of_live_sessions_comes_back(
         mover: "{}".into(),
         pose: None,
     };
-    catalogue.keep_mover(&scene, &mover).await.unwrap();
+    assert!(catalogue.keep_mover(&scene, &mover).await.unwrap());
+    assert!(
+        !catalogue.keep_mover(&scene, &mover).await.unwrap(),
+        "an id is used once"
+    );
     catalogue.keep_poses(&[(mover.object, "p".to_owned())]).await.unwrap();
     for open in [true, false] {
         let door = KeptDoor {
