@@ -243,9 +243,16 @@ impl Registry {
         tables.next_mover = tables.next_mover.max(next);
     }
 
-    /// A mover is back that was there before.
-    pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) {
-        self.tables().add_mover(object, token, stage, true);
+    /// A mover is back that was there before. Refused when this server has given its id to another one, as it may when
+    /// several share a catalogue.
+    pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) -> bool {
+        self.skip_movers(object);
+        let mut tables = self.tables();
+        if tables.movers.get(&object).is_some_and(|other| other.token != token) {
+            return false;
+        }
+        tables.add_mover(object, token, stage, true);
+        true
     }
 
     /// The scene of a mover, for whoever has its token.

@@ -34,12 +34,16 @@ impl Stage {
             self.world.set_door(object, &bounds, open, self.live.now_ms());
         }
         for (object, token, new) in movers {
+            if !self.live.0.registry.restore_mover(handle, object, token) {
+                tracing::warn!(scene = %self.scene, %object, "a mover of another server stays away: its id is in use here");
+                continue;
+            }
             match self.world.create(object, None, new, self.live.now_ms()) {
-                Ok(_) => {
-                    self.keeping.stay(object);
-                    self.live.0.registry.restore_mover(handle, object, token);
+                Ok(_) => self.keeping.stay(object),
+                Err(refusal) => {
+                    self.live.0.registry.end_mover(object);
+                    tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more");
                 }
-                Err(refusal) => tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more"),
             }
         }
     }
