@@ -14,6 +14,8 @@ use tokio::task::JoinError;
 use super::output::{bytes, percent, print, print_json};
 use crate::{
     confine::{self, confine, was_short_of_memory},
+    db::Claim,
+    jobs::CLAIM,
     place::PlaceArgs,
     progress::{BakeProgress, Show},
     publish::{self, BakeInput, OnFirst, Report, Request, data::DataFolder},
@@ -63,6 +65,9 @@ pub(super) struct Args {
     /// server runs bakes of uploads
     #[arg(long, conflicts_with_all = ["json", "preview"])]
     tied: bool,
+    /// The job that this is, JOB/WORKER: publish only as long as it is this worker's
+    #[arg(long, hide = true, env = CLAIM, hide_env_values = true, requires = "tied")]
+    claim: Option<Claim>,
 }
 
 impl Args {
@@ -106,6 +111,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             ..BakeSettings::default()
         },
         again: args.again,
+        claim: args.claim,
         limits: Limits {
             memory_bytes: args.memory_mib << 20,
             ..Limits::default()

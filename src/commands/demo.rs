@@ -77,6 +77,7 @@ impl Bake {
             settings: belvedere_bake::BakeSettings::default(),
             limits: belvedere_bake::import::Limits::default(),
             again: false,
+            claim: None,
         };
         let (told, shown) = oneshot::channel();
         let (go_on, going_on) = mpsc::channel();

@@ -29,7 +29,7 @@ struct Collected {
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let data = DataFolder::open_existing(&args.place).await?;
-    let _no_bake = data.lock_for_collecting().await?;
+    let no_bake = data.lock_for_collecting().await?;
     let mut collected = Collected {
         dry_run: args.dry_run,
         ..Collected::default()
@@ -49,6 +49,11 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         collected.blobs += 1;
         collected.bytes += size;
         if !args.dry_run {
+            // Without it a bake may begin that finds this blob and takes it for its own.
+            anyhow::ensure!(
+                no_bake.holds().await,
+                "the catalogue was away meanwhile, so something may be baked now; run gc again"
+            );
             data.store().delete(&name).await?;
         }
     }

@@ -1,7 +1,9 @@
 //! Which uploads are on their way, and what became of those that ended?
 
+use std::{convert::Infallible, fmt, str::FromStr};
+
 use belvedere_scene::SceneName;
-use sqlx::{AssertSqlSafe, Row, any::AnyRow};
+use sqlx::{AnyConnection, AssertSqlSafe, Row, any::AnyRow};
 
 use super::Catalogue;
 
@@ -45,6 +47,46 @@ pub struct NewJob<'a> {
     pub source_bytes: u64,
     /// Whose upload it is.
     pub key_id: &'a str,
+}
+
+/// Whose a job is. As a text, `job/worker`, it reaches the process that bakes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Claim {
+    /// The job's name.
+    pub job: String,
+    /// The name of the worker that has it.
+    pub worker: String,
+}
+
+impl fmt::Display for Claim {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.job, self.worker)
+    }
+}
+
+/// Takes any text; a claim that nobody has made is not held.
+impl FromStr for Claim {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        let (job, worker) = text.split_once('/').unwrap_or((text, ""));
+        Ok(Self {
+            job: job.to_owned(),
+            worker: worker.to_owned(),
+        })
+    }
+}
+
+impl Claim {
+    /// Whether the job is still this worker's. If so, nobody takes it before the transaction of this connection ends.
+    pub(super) async fn hold(&self, connection: &mut AnyConnection) -> Result<bool, sqlx::Error> {
+        let held = sqlx::query("UPDATE jobs SET worker = worker WHERE job = $1 AND worker = $2 AND state = 'running'")
+            .bind(&self.job)
+            .bind(&self.worker)
+            .execute(connection)
+            .await?;
+        Ok(held.rows_affected() > 0)
+    }
 }
 
 const COLUMNS: &str =

@@ -30,17 +30,20 @@ pub struct KeptDoor {
 }
 
 impl Catalogue {
-    /// Keeps a new mover.
-    pub async fn keep_mover(&self, scene: &SceneName, kept: &KeptMover) -> anyhow::Result<()> {
-        sqlx::query("INSERT INTO kept_movers (object, scene, token, mover, pose) VALUES ($1, $2, $3, $4, $5)")
-            .bind(i64::from(kept.object.0))
-            .bind(scene.as_str())
-            .bind(&kept.token)
-            .bind(&kept.mover)
-            .bind(&kept.pose)
-            .execute(&self.pool)
-            .await?;
-        Ok(())
+    /// Keeps a new mover; says whether its id was free. Another server of the catalogue may have taken it.
+    pub async fn keep_mover(&self, scene: &SceneName, kept: &KeptMover) -> anyhow::Result<bool> {
+        let added = sqlx::query(
+            "INSERT INTO kept_movers (object, scene, token, mover, pose) VALUES ($1, $2, $3, $4, $5) \
+             ON CONFLICT (object) DO NOTHING",
+        )
+        .bind(i64::from(kept.object.0))
+        .bind(scene.as_str())
+        .bind(&kept.token)
+        .bind(&kept.mover)
+        .bind(&kept.pose)
+        .execute(&self.pool)
+        .await?;
+        Ok(added.rows_affected() > 0)
     }
 
     /// Keeps where movers are; those that are not kept stay so.
@@ -57,10 +60,11 @@ impl Catalogue {
         Ok(())
     }
 
-    /// Forgets a mover.
-    pub async fn forget_mover(&self, object: ObjectId) -> anyhow::Result<()> {
-        sqlx::query("DELETE FROM kept_movers WHERE object = $1")
+    /// Forgets the mover that has this id and this token; not one that somebody else has made under the same id.
+    pub async fn forget_mover(&self, object: ObjectId, token: &str) -> anyhow::Result<()> {
+        sqlx::query("DELETE FROM kept_movers WHERE object = $1 AND token = $2")
             .bind(i64::from(object.0))
+            .bind(token)
             .execute(&self.pool)
             .await?;
         Ok(())
@@ -189,15 +193,16 @@ mod tests {
             let catalogue = Catalogue::open(data.path()).await.unwrap();
             assert_eq!(catalogue.draw_mover_ids(10).await.unwrap(), ObjectId(100_000_000));
             for object in [7, 9, 8] {
-                catalogue.keep_mover(&here, &mover(object)).await.unwrap();
+                assert!(catalogue.keep_mover(&here, &mover(object)).await.unwrap());
             }
             assert!(
-                catalogue.keep_mover(&there, &mover(7)).await.is_err(),
+                !catalogue.keep_mover(&there, &mover(7)).await.unwrap(),
                 "an id is used once"
             );
+            catalogue.forget_mover(ObjectId(9), "another one's").await.unwrap();
             let poses = [(ObjectId(8), "p".to_owned()), (ObjectId(99), "q".to_owned())];
             catalogue.keep_poses(&poses).await.unwrap();
-            catalogue.forget_mover(ObjectId(7)).await.unwrap();
+            catalogue.forget_mover(ObjectId(7), "t").await.unwrap();
             catalogue
                 .keep_door(
                     &there,

@@ -24,7 +24,7 @@ use sqlx::{AnyPool, AssertSqlSafe, Row};
 
 use connect::Dialect;
 pub use connect::{FILE_NAME, was_away};
-pub use jobs::{NewJob, StoredJob};
+pub use jobs::{Claim, NewJob, StoredJob};
 pub use kept::{KeptDoor, KeptMover};
 pub use keys::{NewKey, StoredKey};
 pub use lock::BlobLock;
@@ -49,6 +49,8 @@ pub struct NewRevision<'a> {
     pub report: &'a serde_json::Value,
     /// Every blob with its size.
     pub blobs: &'a [(BlobName, u64)],
+    /// The job that it comes of, if any.
+    pub claim: Option<&'a Claim>,
 }
 
 /// What the current revision of a scene was made from.
@@ -77,11 +79,19 @@ pub struct KeptRevision {
 
 impl Catalogue {
     /// Adds a revision and moves the scene's pointer to it, in one transaction. Publishing the same revision again
-    /// only moves the pointer.
+    /// only moves the pointer. What comes of a job that has been given to another worker is refused: that one may have
+    /// published, and newer ones after it.
     pub async fn publish(&self, new: &NewRevision<'_>) -> anyhow::Result<()> {
         let (scene, revision) = (new.pointer.scene.as_str(), new.pointer.revision.to_string());
         let mut tx = self.pool.begin().await?;
-        // First, since it keeps whoever publishes the same revision waiting until this is done.
+        if let Some(claim) = new.claim {
+            let held = claim.hold(&mut tx).await?;
+            anyhow::ensure!(
+                held,
+                "nothing was heard of this server for too long, so another one has the job"
+            );
+        }
+        // The revision first, since it keeps whoever publishes the same revision waiting until this is done.
         let sql = AssertSqlSafe(format!(
             "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES ($1, $2, $3, $4, $5, $6) \
              ON CONFLICT (scene, revision) DO UPDATE SET pointer = excluded.pointer, source_key = excluded.source_key, \

@@ -1,4 +1,5 @@
-//! Who is at the other end of a connection? Its address, and whether it has been given time for a long upload.
+//! Who is at the other end of a connection? Its address, and whether it has been given time for a long upload, or has said
+//! all of one and waits.
 
 use std::{
     net::{IpAddr, Ipv6Addr, SocketAddr},
@@ -36,28 +37,58 @@ impl Peer {
 
     /// As long as what this gives is kept, the connection may talk without an answer.
     pub(super) fn take_time(&self) -> Upload {
-        self.uploads.0.fetch_add(1, Ordering::Relaxed);
-        Upload(self.uploads.clone())
+        self.uploads.0.going_on.fetch_add(1, Ordering::Relaxed);
+        Upload {
+            uploads: self.uploads.clone(),
+            all_here: false,
+        }
     }
 }
 
 /// How many uploads are going on over one connection.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Uploads(Arc<AtomicUsize>);
+pub(super) struct Uploads(Arc<Counts>);
+
+#[derive(Debug, Default)]
+struct Counts {
+    going_on: AtomicUsize,
+    /// Those of them whose last byte has come.
+    all_here: AtomicUsize,
+}
 
 impl Uploads {
     pub(super) fn going_on(&self) -> bool {
-        self.0.load(Ordering::Relaxed) > 0
+        self.0.going_on.load(Ordering::Relaxed) > 0
+    }
+
+    /// Whether it is the server that takes its time.
+    pub(super) fn all_here(&self) -> bool {
+        self.0.all_here.load(Ordering::Relaxed) > 0
     }
 }
 
 /// An upload that is going on.
 #[derive(Debug)]
-pub(super) struct Upload(Uploads);
+pub(super) struct Upload {
+    uploads: Uploads,
+    all_here: bool,
+}
+
+impl Upload {
+    /// The last byte has come: from here on the connection may be silent.
+    pub(super) fn all_here(&mut self) {
+        if !std::mem::replace(&mut self.all_here, true) {
+            self.uploads.0.all_here.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
 
 impl Drop for Upload {
     fn drop(&mut self) {
-        self.0.0.fetch_sub(1, Ordering::Relaxed);
+        self.uploads.0.going_on.fetch_sub(1, Ordering::Relaxed);
+        if self.all_here {
+            self.uploads.0.all_here.fetch_sub(1, Ordering::Relaxed);
+        }
     }
 }
 

@@ -73,6 +73,10 @@ impl<T> Quiet<T> {
             // Whoever takes the upload counts for itself; its answer has its time from here on.
             self.asked_since = Some(Instant::now());
         }
+        if self.uploads.all_here() {
+            // What was uploaded is on its way into a bucket, say.
+            self.last_progress = Instant::now();
+        }
         while self.timer.as_mut().poll(cx).is_ready() {
             let (now, quiet) = (Instant::now(), self.last_progress + self.patience.quiet);
             let due = match self.asked_since {
@@ -127,11 +131,19 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Quiet<T> {
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.io).poll_flush(cx)
+        let polled = Pin::new(&mut self.io).poll_flush(cx);
+        if polled.is_pending() {
+            return self.wait(cx);
+        }
+        polled
     }
 
     fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.io).poll_shutdown(cx)
+        let polled = Pin::new(&mut self.io).poll_shutdown(cx);
+        if polled.is_pending() {
+            return self.wait(cx);
+        }
+        polled
     }
 }
 
@@ -167,6 +179,23 @@ mod tests {
         let mut near = Quiet::new(near, PATIENCE, Uploads::default());
         let stuck = near.write_all(&[0; 64]).await.unwrap_err();
         assert_eq!(stuck.kind(), io::ErrorKind::TimedOut);
+    }
+
+    #[tokio::test]
+    async fn a_reader_that_leaves_the_rest_in_a_buffer_is_given_up() {
+        for ending in [false, true] {
+            let (_far, near) = tokio::io::duplex(16);
+            // It takes bytes before they are sent, as TLS does.
+            let buffered = tokio::io::BufWriter::new(near);
+            let mut near = Quiet::new(buffered, PATIENCE, Uploads::default());
+            near.write_all(&[0; 64]).await.unwrap();
+            let stuck = if ending {
+                near.shutdown().await
+            } else {
+                near.flush().await
+            };
+            assert_eq!(stuck.unwrap_err().kind(), io::ErrorKind::TimedOut);
+        }
     }
 
     #[tokio::test]
@@ -222,5 +251,19 @@ mod tests {
             io::ErrorKind::TimedOut,
             "it has said all and gets no answer"
         );
+    }
+
+    #[tokio::test]
+    async fn who_has_sent_all_of_an_upload_may_wait_in_silence() {
+        let (_far, near) = tokio::io::duplex(16);
+        let uploads = Uploads::default();
+        let peer = Peer::new(([127, 0, 0, 1], 1).into(), uploads.clone());
+        let mut upload = peer.take_time();
+        upload.all_here();
+        let mut near = Quiet::new(near, PATIENCE, uploads);
+        let waits = tokio::time::timeout(3 * LIMIT, near.read_u8()).await;
+        assert!(waits.is_err(), "it was given up while the server worked");
+        drop(upload);
+        assert_eq!(near.read_u8().await.unwrap_err().kind(), io::ErrorKind::TimedOut);
     }
 }

@@ -153,7 +153,11 @@ async fn follow(files: TlsFiles, mut taken: Pem, sender: watch::Sender<Arc<Serve
     let (mut seen, mut failing) = (None, false);
     loop {
         tokio::time::sleep(LOOK_INTERVAL).await;
-        let config = match files.read() {
+        let reading = tokio::task::spawn_blocking({
+            let files = files.clone();
+            move || files.read()
+        });
+        let config = match reading.await.expect("reading does not panic and is not aborted") {
             Ok(pem) if pem == taken => continue,
             Ok(pem) if seen.as_ref() != Some(&pem) => {
                 seen = Some(pem);

@@ -69,8 +69,12 @@ pub(super) async fn upload(
         .get(header::CONTENT_LENGTH)
         .and_then(|length| length.to_str().ok()?.parse().ok());
     let upload = jobs.upload(scene, source, &grant, announced.unwrap_or(0)).await?;
-    let _time = peer.map(|Extension(peer)| peer.take_time());
-    let job = Told::from(receive(upload, request.into_body()).await?);
+    let mut time = peer.map(|Extension(peer)| peer.take_time());
+    let upload = receive(upload, request.into_body()).await?;
+    if let Some(time) = &mut time {
+        time.all_here();
+    }
+    let job = Told::from(upload.finish().await?);
     let location = HeaderValue::try_from(&job.url).expect("a job's name is hex digits");
     let mut response = now(StatusCode::ACCEPTED, &job);
     response.headers_mut().insert(header::LOCATION, location);
@@ -121,7 +125,7 @@ fn plain(headers: &HeaderMap) -> Result<(), ApiError> {
 }
 
 /// Takes the bytes as they come. Who is slower than a modem is given up.
-async fn receive(mut upload: Upload, mut body: Body) -> Result<Job, ApiError> {
+async fn receive(mut upload: Upload, mut body: Body) -> Result<Upload, ApiError> {
     let (started, mut bytes) = (Instant::now(), 0);
     loop {
         let deadline = started + HEAD_START + Duration::from_secs(bytes / LEAST_BYTES_PER_S);
@@ -129,7 +133,7 @@ async fn receive(mut upload: Upload, mut body: Body) -> Result<Job, ApiError> {
             return Err(ApiError::UploadTooSlow);
         };
         match next {
-            None => return Ok(upload.finish().await?),
+            None => return Ok(upload),
             Some(Err(_)) => return Err(ApiError::bad_body("", "the upload broke off")),
             Some(Ok(frame)) => {
                 if let Ok(data) = frame.into_data() {

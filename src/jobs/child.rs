@@ -16,7 +16,11 @@ use tokio::{
 };
 
 use super::{Failure, Job, Jobs, Open, Progress};
+use crate::db::Claim;
 
+/// The variable by which a child hears whose job it bakes: whoever knows a job's name may ask about it, and arguments are
+/// for everybody to read.
+pub(crate) const CLAIM: &str = "BELVEDERE_CLAIM";
 /// How long a child may take to stop once it was asked to.
 const GRACE: Duration = Duration::from_secs(5);
 /// The end of what it said is kept.
@@ -42,8 +46,8 @@ enum Line {
     Report(Value),
 }
 
-pub(super) async fn bake(jobs: &Jobs, job: &Job, open: &Open) -> Ended {
-    let mut child = match command(jobs, job).and_then(|mut command| Ok(command.spawn()?)) {
+pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> Ended {
+    let mut child = match command(jobs, worker, job).and_then(|mut command| Ok(command.spawn()?)) {
         Ok(child) => child,
         Err(error) => {
             tracing::error!(error = format!("{error:#}"), "cannot start a bake");
@@ -83,7 +87,7 @@ pub(super) async fn bake(jobs: &Jobs, job: &Job, open: &Open) -> Ended {
     }
 }
 
-fn command(jobs: &Jobs, job: &Job) -> anyhow::Result<Command> {
+fn command(jobs: &Jobs, worker: &str, job: &Job) -> anyhow::Result<Command> {
     let settings = &jobs.inner.settings;
     // The program that runs, even when another one was installed in its place.
     let program = if cfg!(target_os = "linux") {
@@ -108,8 +112,13 @@ fn command(jobs: &Jobs, job: &Job) -> anyhow::Result<Command> {
     if let Some(title) = &job.title {
         command.arg(format!("--title={title}"));
     }
+    let claim = Claim {
+        job: job.job.to_string(),
+        worker: worker.to_owned(),
+    };
     command
         .env_clear()
+        .env(CLAIM, claim.to_string())
         .envs(
             jobs.inner
                 .environment

@@ -30,6 +30,7 @@ use futures_util::{Stream, StreamExt, stream};
 use tokio::sync::{Notify, watch};
 use tokio_util::sync::CancellationToken;
 
+pub(crate) use child::CLAIM;
 pub use job::{Failure, Job, JobId, NoJob, Progress, State};
 pub use settings::JobSettings;
 pub use upload::{Format, Source, Upload};

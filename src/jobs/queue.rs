@@ -6,7 +6,7 @@
 //! said so for [`LEASE_S`] waits again, and goes to another one.
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     fs::{File, TryLockError},
     io::{Read, Seek, Write},
     sync::{Arc, PoisonError, atomic::Ordering},
@@ -22,13 +22,14 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 
 use super::{
-    Failure, Job, Jobs, LOOK_INTERVAL, Open, State,
+    Failure, Job, JobId, Jobs, LOOK_INTERVAL, Open, State,
     child::{self, Ended},
     job::random,
 };
 
 /// A job is its worker's for so long after it was last heard of.
 const LEASE_S: u32 = 30;
+const LEASE: Duration = Duration::from_secs(LEASE_S as u64);
 /// How long to wait when the catalogue or the store does not answer.
 const RETRY: Duration = Duration::from_secs(2);
 /// Jobs that ended so long ago are forgotten.
@@ -158,11 +159,12 @@ impl Worker {
     /// The next job, if there is one and it is this worker's now.
     async fn claim(&mut self) -> Option<(Job, Arc<Open>)> {
         let inner = &self.jobs.inner;
-        let claiming = async || -> anyhow::Result<Option<Job>> {
+        let claiming = async {
             let claimed = inner.catalogue.claim_job(&self.name, LEASE_S).await?;
             claimed.as_ref().map(Job::read).transpose()
         };
-        match claiming().await {
+        // One that was claimed without an answer is let go by the next renewal.
+        match in_time(claiming).await {
             Ok(claimed) => {
                 let job = claimed?;
                 let open = Arc::new(Open {
@@ -185,9 +187,7 @@ impl Worker {
 
     /// Says that it is at work, and looks what became of its jobs and of those of others.
     async fn look(&mut self) {
-        let lease = Duration::from_secs(LEASE_S.into());
-        let renewed = tokio::time::timeout(lease, self.renew()).await;
-        match renewed.unwrap_or_else(|_| Err(anyhow::anyhow!("the catalogue does not answer"))) {
+        match in_time(self.renew()).await {
             Ok(()) if self.heard_since.is_none() => self.heard_since = Some(Instant::now()),
             Ok(()) => {}
             Err(error) => self.unheard(&error),
@@ -197,17 +197,21 @@ impl Worker {
     async fn renew(&self) -> anyhow::Result<()> {
         let inner = &self.jobs.inner;
         let ours = inner.catalogue.renew_jobs(&self.name, LEASE_S).await?;
+        let mut ours: BTreeMap<_, _> = ours.into_iter().collect();
         for (id, open) in self.jobs.all_open() {
-            let id = id.to_string();
-            match ours.iter().find(|(ours, _)| *ours == id) {
-                Some((_, true)) => open.cancelled.cancel(),
-                Some((_, false)) => {}
+            match ours.remove(&id.to_string()) {
+                Some(true) => open.cancelled.cancel(),
+                Some(false) => {}
                 None => open.lost.cancel(),
             }
         }
+        // Claimed when the answer was lost, or let go while the catalogue was away: nobody bakes these, and nobody else
+        // would as long as they are renewed. One that has ended just now stays as it is.
+        for job in ours.into_keys() {
+            inner.catalogue.put_job_back(&job, &self.name).await?;
+        }
         // After the catalogue was away, others need the time to say that they are still at work.
-        let lease = Duration::from_secs(LEASE_S.into());
-        if self.heard_since.is_some_and(|since| since.elapsed() > lease) {
+        if self.heard_since.is_some_and(|since| since.elapsed() > LEASE) {
             inner.catalogue.requeue_forsaken_jobs().await?;
         }
         let waiting = inner.catalogue.waiting_jobs().await?;
@@ -221,6 +225,12 @@ impl Worker {
             tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are");
         }
     }
+}
+
+/// What the catalogue answers; an error when that takes longer than a lease, since its machine may be gone without a word.
+async fn in_time<T>(asking: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
+    let answer = tokio::time::timeout(LEASE, asking).await;
+    answer.unwrap_or_else(|_| Err(anyhow::anyhow!("the catalogue does not answer")))
 }
 
 fn remove_leftovers(jobs: &Jobs, wanted: &BTreeSet<String>) -> std::io::Result<()> {
@@ -260,15 +270,31 @@ async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) {
                 job.interrupted
             ),
         ))
-    } else if let Err(error) = jobs.inner.errands.fetch(&id.to_string(), &jobs.folder(id)).await {
-        tracing::error!(job = %id, %error, "cannot fetch what was uploaded; the job waits again");
-        tokio::time::sleep(RETRY).await;
-        Ended::Stopped
+    } else if let Err(ended) = fetch(&jobs, &open, id).await {
+        ended
     } else {
         tracing::info!(job = %id, scene = %job.scene, "a bake starts");
-        child::bake(&jobs, &job, &open).await
+        child::bake(&jobs, &worker, &job, &open).await
     };
     end(&jobs, &worker, &open, ended).await;
+}
+
+/// Gets what was uploaded, unless the job ends here meanwhile.
+async fn fetch(jobs: &Jobs, open: &Open, id: JobId) -> Result<(), Ended> {
+    let fetching = async {
+        let fetched = jobs.inner.errands.fetch(&id.to_string(), &jobs.folder(id)).await;
+        if let Err(error) = &fetched {
+            tracing::error!(job = %id, %error, "cannot fetch what was uploaded; the job waits again");
+            tokio::time::sleep(RETRY).await;
+        }
+        fetched.map_err(|_| Ended::Stopped)
+    };
+    tokio::select! {
+        fetched = fetching => fetched,
+        () = open.cancelled.cancelled() => Err(Ended::Cancelled),
+        () = open.lost.cancelled() => Err(Ended::Lost),
+        () = jobs.inner.stopping.cancelled() => Err(Ended::Stopped),
+    }
 }
 
 /// Writes down how a job ended and tells whoever follows it.
@@ -338,4 +364,53 @@ fn forget(jobs: &Jobs, open: &Open, job: Job) {
     }
     drop(all);
     open.now.send_replace(job);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        db::{Catalogue, NewJob},
+        jobs::JobSettings,
+        place::{Place, PlaceArgs},
+    };
+
+    #[tokio::test]
+    async fn a_job_that_was_claimed_without_an_answer_waits_again() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let args = PlaceArgs {
+            data: Some(data.path().to_owned()),
+            ..PlaceArgs::default()
+        };
+        let place = Place::try_from(&args).unwrap();
+        let jobs = Jobs::new(
+            catalogue.clone(),
+            &place,
+            JobSettings::default(),
+            CancellationToken::new(),
+        )
+        .unwrap();
+        let mut worker = Worker {
+            jobs,
+            name: "w".to_owned(),
+            heard_since: None,
+        };
+        let job = JobId::random().unwrap().to_string();
+        let new = NewJob {
+            job: &job,
+            scene: &"town".parse().unwrap(),
+            title: None,
+            source_bytes: 7,
+            key_id: "k",
+        };
+        assert!(catalogue.keep_job(&new, 1, 1).await.unwrap());
+        catalogue.claim_job("w", LEASE_S).await.unwrap().unwrap();
+        worker.look().await;
+        assert_eq!(catalogue.job(&job).await.unwrap().unwrap().state, "queued");
+        let (claimed, _open) = worker.claim().await.unwrap();
+        worker.look().await;
+        assert_eq!(claimed.job.to_string(), job);
+        assert_eq!(catalogue.job(&job).await.unwrap().unwrap().state, "running");
+    }
 }

@@ -105,11 +105,11 @@ impl Keeping {
 }
 
 /// A mover that goes again when nobody waits until it is kept.
-pub(super) struct Undo(Option<(Catalogue, StageHandle, ObjectId)>);
+pub(super) struct Undo(Option<(Catalogue, StageHandle, ObjectId, Token)>);
 
 impl Undo {
-    pub(super) fn of(catalogue: &Catalogue, stage: &StageHandle, object: ObjectId) -> Self {
-        Self(Some((catalogue.clone(), stage.clone(), object)))
+    pub(super) fn of(catalogue: &Catalogue, stage: &StageHandle, (object, token): (ObjectId, Token)) -> Self {
+        Self(Some((catalogue.clone(), stage.clone(), object, token)))
     }
 
     /// It is kept.
@@ -120,26 +120,26 @@ impl Undo {
 
 impl Drop for Undo {
     fn drop(&mut self) {
-        let Some((catalogue, stage, object)) = self.0.take() else {
+        let Some((catalogue, stage, object, token)) = self.0.take() else {
             return;
         };
         tokio::spawn(async move {
             // A scene that has ended holds no mover.
             _ = ask(&stage, |reply| Message::Destroy { object, reply }).await;
-            if let Err(error) = catalogue.forget_mover(object).await {
+            if let Err(error) = catalogue.forget_mover(object, &token.reveal()).await {
                 tracing::error!(%object, %error, "a mover that nobody waited for comes back after a restart");
             }
         });
     }
 }
 
-/// Keeps a mover.
+/// Keeps a mover; says whether its id was free.
 pub(super) async fn keep_mover(
     catalogue: &Catalogue,
     scene: &SceneName,
     (object, token): (ObjectId, Token),
     new: &NewMover,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<bool> {
     let kept = KeptMover {
         object,
         token: token.reveal(),

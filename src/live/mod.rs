@@ -261,9 +261,11 @@ impl Live {
         };
         let moved = ask(&stage, message).await??;
         if let Some(new) = kept {
-            let undo = Undo::of(&self.0.sources.catalogue, &stage, object);
+            let undo = Undo::of(&self.0.sources.catalogue, &stage, (object, token));
             let kept = keeping::keep_mover(&self.0.sources.catalogue, scene, (object, token), &new).await;
-            kept.map_err(LiveError::Unkept)?;
+            if !kept.map_err(LiveError::Unkept)? {
+                return Err(LiveError::Unkept(anyhow::anyhow!("the id {object} was drawn twice")));
+            }
             undo.forget();
         }
         reserved.keep();
@@ -355,8 +357,8 @@ impl Live {
         } else {
             self.mover(object, token).await?
         };
-        if self.0.registry.stays(object) {
-            let forgotten = self.0.sources.catalogue.forget_mover(object).await;
+        if let Some(token) = self.0.registry.kept_token(object) {
+            let forgotten = self.0.sources.catalogue.forget_mover(object, &token.reveal()).await;
             forgotten.map_err(LiveError::Unkept)?;
         }
         ask(&stage, |reply| Message::Destroy { object, reply }).await?;

@@ -234,12 +234,14 @@ impl Registry {
         Ok((token, Reserved { registry: self, what }))
     }
 
-    /// A mover is back that was there before.
-    pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) {
+    /// A mover is back that was there before. Refused when another one of its id lives here.
+    pub(super) fn restore_mover(&self, stage: &StageHandle, object: ObjectId, token: Token) -> bool {
         let mut tables = self.tables();
-        if !tables.movers.contains_key(&object) {
-            tables.add_mover(object, token, stage, true);
+        if let Some(known) = tables.movers.get(&object) {
+            return known.token == token;
         }
+        tables.add_mover(object, token, stage, true);
+        true
     }
 
     /// The scene of a mover, for whoever has its token.
@@ -270,9 +272,11 @@ impl Registry {
         silent.map(|(object, _)| *object).collect()
     }
 
-    /// Whether a mover outlives the server.
-    pub(super) fn stays(&self, object: ObjectId) -> bool {
-        self.tables().movers.get(&object).is_some_and(|mover| mover.stays)
+    /// The token of a mover that outlives the server.
+    pub(super) fn kept_token(&self, object: ObjectId) -> Option<Token> {
+        let tables = self.tables();
+        let mover = tables.movers.get(&object).filter(|mover| mover.stays);
+        mover.map(|mover| mover.token)
     }
 
     pub(super) fn end_mover(&self, object: ObjectId) {

@@ -30,7 +30,28 @@ pub(crate) struct DataFolder {
 #[derive(Debug)]
 pub(crate) struct DataLock {
     _file: File,
-    everywhere: Mutex<BlobLock>,
+    everywhere: Mutex<Everywhere>,
+}
+
+/// The lock of all nodes.
+#[derive(Debug)]
+struct Everywhere {
+    lock: BlobLock,
+    /// Whether it was lost and taken anew. What was written before that stays in doubt, however long it is held since.
+    was_lost: bool,
+}
+
+impl Everywhere {
+    fn new(lock: BlobLock) -> Mutex<Self> {
+        Mutex::new(Self { lock, was_lost: false })
+    }
+}
+
+impl DataLock {
+    /// Whether it was held all the time until now.
+    pub(crate) async fn holds(&self) -> bool {
+        self.everywhere.lock().await.lock.holds().await
+    }
 }
 
 impl DataFolder {
@@ -86,19 +107,19 @@ impl DataFolder {
         file.lock_shared().context("cannot lock the data folder")?;
         Ok(DataLock {
             _file: file,
-            everywhere: Mutex::new(self.catalogue.lock_for_writing().await?),
+            everywhere: Everywhere::new(self.catalogue.lock_for_writing().await?),
         })
     }
 
-    /// Whether the lock kept `gc` away all the time until now. If not, because the catalogue was away meanwhile, it does
-    /// from now on.
+    /// Whether the lock kept `gc` away all the time since it was first taken. If not, because the catalogue was away
+    /// meanwhile, it does from now on.
     pub(crate) async fn still_locked(&self, lock: &DataLock) -> anyhow::Result<bool> {
         let mut everywhere = lock.everywhere.lock().await;
-        let held = everywhere.holds().await;
-        if !held {
-            *everywhere = self.catalogue.lock_for_writing().await?;
+        if !everywhere.lock.holds().await {
+            everywhere.was_lost = true;
+            everywhere.lock = self.catalogue.lock_for_writing().await?;
         }
-        Ok(held)
+        Ok(!everywhere.was_lost)
     }
 
     /// Says that blobs without a revision are being removed. Refused while something is being baked.
@@ -117,7 +138,7 @@ impl DataFolder {
             everywhere.context("something is being baked by another node right now; run gc again when it is done")?;
         Ok(DataLock {
             _file: file,
-            everywhere: Mutex::new(everywhere),
+            everywhere: Everywhere::new(everywhere),
         })
     }
 

@@ -36,7 +36,7 @@ use self::{
     source_files::SourceFolder,
 };
 use crate::{
-    db::{NewRevision, was_away},
+    db::{Claim, NewRevision, was_away},
     progress::BakeProgress,
     store::StoreError,
     worlds,
@@ -59,6 +59,8 @@ pub(crate) struct Request {
     pub(crate) limits: Limits,
     /// Bake even when nothing has changed.
     pub(crate) again: bool,
+    /// The job that this is, if any; published only as long as it is this server's.
+    pub(crate) claim: Option<Claim>,
 }
 
 /// Where the source is.
@@ -221,6 +223,7 @@ pub(crate) async fn bake(
         data: data.clone(),
         handle: tokio::runtime::Handle::current(),
         scene: request.scene.clone(),
+        claim: request.claim.clone(),
         key,
         no_gc,
     };
@@ -316,6 +319,7 @@ struct Publisher {
     data: DataFolder,
     handle: tokio::runtime::Handle,
     scene: SceneName,
+    claim: Option<Claim>,
     /// Everything but the files that decides the result.
     key: String,
     /// As long as blobs are written, even when nobody waits for it any more.
@@ -336,6 +340,7 @@ impl Publisher {
             sources,
             report: &serde_json::to_value(&report)?,
             blobs: &written.blobs,
+            claim: self.claim.as_ref(),
         };
         let published = async {
             self.data.store().sync().await?;

@@ -84,9 +84,7 @@ impl Bucket {
                 max_retries: 5,
                 retry_timeout: Duration::from_secs(20),
             });
-        let mut client = ClientOptions::new()
-            .with_connect_timeout(Duration::from_secs(3))
-            .with_timeout(Duration::from_secs(60));
+        let mut client = patience();
         let set = |key| builder.get_config_value(&key);
         // Others know it by a variable.
         let endpoint = self.endpoint.clone().or_else(|| set(AmazonS3ConfigKey::Endpoint));
@@ -118,6 +116,14 @@ impl Bucket {
         let root = [self.prefix.as_str(), folder].join("/");
         Ok(Arc::new(PrefixStore::new(bucket, root.trim_start_matches('/'))))
     }
+}
+
+/// A large upload may take long to come, as long as it comes.
+fn patience() -> ClientOptions {
+    ClientOptions::new()
+        .with_connect_timeout(Duration::from_secs(3))
+        .with_timeout_disabled()
+        .with_read_timeout(Duration::from_secs(60))
 }
 
 impl fmt::Display for Bucket {
@@ -184,6 +190,8 @@ pub fn credentials() -> Vec<(String, String)> {
 
 #[cfg(test)]
 mod tests {
+    use object_store::ClientConfigKey;
+
     use super::*;
 
     #[test]
@@ -208,6 +216,13 @@ mod tests {
                 "{wrong}"
             );
         }
+    }
+
+    #[test]
+    fn a_body_may_take_long_and_silence_may_not() {
+        let of = |key| patience().get_config_value(&key);
+        assert_eq!(of(ClientConfigKey::Timeout), None);
+        assert!(of(ClientConfigKey::ReadTimeout).is_some() && of(ClientConfigKey::ConnectTimeout).is_some());
     }
 
     #[test]

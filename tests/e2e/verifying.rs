@@ -74,6 +74,7 @@ impl Tampering {
             sources: &[],
             report: &baked.report,
             blobs: &blobs,
+            claim: None,
         };
         self.catalogue.publish(&new).await.expect("published");
     }

@@ -1,6 +1,7 @@
 //! Odd, hostile and unlucky participants.
 
-use belvedere::config::Settings;
+use belvedere::{config::Settings, db::KeptMover};
+use belvedere_scene::ObjectId;
 use serde_json::{Value, json};
 
 use crate::{
@@ -316,6 +317,34 @@ async fn movers_that_stay_are_few_and_the_operators() {
         201,
         "there is room again"
     );
+}
+
+#[tokio::test]
+async fn a_mover_of_another_server_of_the_catalogue_keeps_its_id() {
+    let server = Server::start().await;
+    let make = async |body: Value| {
+        let answer = json(server.address, ("POST", "/v1/scenes/row/movers"), None, &body).await;
+        assert!(answer.status == 201 || answer.status == 503, "{answer:?}");
+        (
+            answer.status,
+            answer.json()["object"].as_str().unwrap_or_default().to_owned(),
+        )
+    };
+    let (_, last) = make(json!({"position": [0.5, 0.5, 0.5]})).await;
+    let last: ObjectId = last.parse().unwrap();
+    let theirs = KeptMover {
+        object: ObjectId(last.0 + 1),
+        token: "f".repeat(32),
+        mover: "{}".to_owned(),
+        pose: None,
+    };
+    let scene = "row".parse().unwrap();
+    server.catalogue.keep_mover(&scene, &theirs).await.unwrap();
+    let stays = json!({"position": [0.5, 0.5, 0.5], "persistent": true});
+    assert_eq!(make(stays.clone()).await, (201, ObjectId(last.0 + 2).to_string()));
+    assert_eq!(make(stays).await, (201, ObjectId(last.0 + 3).to_string()));
+    let kept = server.catalogue.kept_movers(&scene).await.unwrap();
+    assert_eq!((kept.len(), &kept[0]), (3, &theirs));
 }
 
 #[tokio::test]

@@ -286,6 +286,7 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
             sources: &[],
             report: &serde_json::Value::Null,
             blobs: &all,
+            claim: None,
         })
         .await
         .unwrap();

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use belvedere::{
-    db::{Catalogue, KeptDoor, KeptMover, NewJob, NewRevision},
+    db::{Catalogue, Claim, KeptDoor, KeptMover, NewJob, NewRevision},
     keys::{Keys, Scope, Wanted},
     store::BlobStore,
 };
@@ -94,6 +94,7 @@ async fn names_are_in_the_order_of_their_bytes_whatever_the_collation() {
             sources: &[],
             report: &serde_json::Value::Null,
             blobs: &[],
+            claim: None,
         };
         catalogue.publish(&new).await.unwrap();
     }
@@ -148,7 +149,11 @@ async fn keys_expire_and_are_revoked_and_what_stays_of_live_sessions_comes_back(
         mover: "{}".into(),
         pose: None,
     };
-    catalogue.keep_mover(&scene, &mover).await.unwrap();
+    assert!(catalogue.keep_mover(&scene, &mover).await.unwrap());
+    assert!(
+        !catalogue.keep_mover(&scene, &mover).await.unwrap(),
+        "an id is used once"
+    );
     catalogue.keep_poses(&[(mover.object, "p".to_owned())]).await.unwrap();
     for open in [true, false] {
         let door = KeptDoor {
@@ -256,6 +261,36 @@ async fn a_claim_beside_one_that_is_not_committed_yet_gets_no_job_of_its_scene()
     }
     claim.commit().await.unwrap();
     assert_eq!(other.await.unwrap().unwrap(), None);
+    database.drop().await;
+}
+
+#[tokio::test]
+#[ignore = "needs PostgreSQL: make test-services"]
+async fn a_job_is_published_only_by_the_worker_that_has_it() {
+    let (database, data) = (Database::new().await, tempfile::tempdir().unwrap());
+    let blobs = BlobStore::open_folder(data.path(), 1 << 20).await.unwrap();
+    for catalogue in [database.catalogue().await, Catalogue::open(data.path()).await.unwrap()] {
+        let older = scene::publish(&catalogue, &blobs, "A row").await;
+        let newer = scene::publish(&catalogue, &blobs, "Another row").await;
+        assert!(add(&catalogue, "j", "row").await);
+        let claim = |worker: &str| format!("j/{worker}").parse::<Claim>().unwrap();
+        let publish = async |claim: Claim| {
+            let new = NewRevision {
+                pointer: &older,
+                source_key: "",
+                sources: &[],
+                report: &serde_json::Value::Null,
+                blobs: &[],
+                claim: Some(&claim),
+            };
+            let published = catalogue.publish(&new).await;
+            (published.is_ok(), catalogue.pointers().await.unwrap())
+        };
+        assert_eq!(publish(claim("here")).await, (false, vec![newer.clone()]), "it waits");
+        catalogue.claim_job("there", 60).await.unwrap().unwrap();
+        assert_eq!(publish(claim("here")).await, (false, vec![newer]), "another one has it");
+        assert_eq!(publish(claim("there")).await, (true, vec![older.clone()]));
+    }
     database.drop().await;
 }
 

@@ -49,12 +49,16 @@ impl Stage {
             if self.world.holds(object) || self.is_kept_elsewhere(object) {
                 continue;
             }
+            if !self.live.0.registry.restore_mover(handle, object, token) {
+                tracing::warn!(scene = %self.scene, %object, "a mover stays away: another one of its id lives here");
+                continue;
+            }
             match self.world.create(object, None, new, self.live.now_ms()) {
-                Ok(_) => {
-                    self.stay(object);
-                    self.live.0.registry.restore_mover(handle, object, token);
+                Ok(_) => self.stay(object),
+                Err(refusal) => {
+                    self.live.0.registry.end_mover(object);
+                    tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more");
                 }
-                Err(refusal) => tracing::warn!(scene = %self.scene, %object, %refusal, "a mover has no place any more"),
             }
         }
     }
