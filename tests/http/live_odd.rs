@@ -319,6 +319,7 @@ async fn movers_that_stay_are_few_and_the_operators() {
     );
 }
 
+/// Ids are drawn from the catalogue, so this never happens; if it did, nobody's mover may be lost.
 #[tokio::test]
 async fn a_mover_of_another_server_of_the_catalogue_keeps_its_id() {
     let server = Server::start().await;
@@ -341,10 +342,10 @@ async fn a_mover_of_another_server_of_the_catalogue_keeps_its_id() {
     let scene = "row".parse().unwrap();
     server.catalogue.keep_mover(&scene, &theirs).await.unwrap();
     let stays = json!({"position": [0.5, 0.5, 0.5], "persistent": true});
-    assert_eq!(make(stays.clone()).await, (201, ObjectId(last.0 + 2).to_string()));
-    assert_eq!(make(stays).await, (201, ObjectId(last.0 + 3).to_string()));
+    assert_eq!(make(stays.clone()).await.0, 503);
+    assert_eq!(make(stays).await, (201, ObjectId(last.0 + 2).to_string()));
     let kept = server.catalogue.kept_movers(&scene).await.unwrap();
-    assert_eq!((kept.len(), &kept[0]), (3, &theirs));
+    assert_eq!((kept.len(), &kept[0]), (2, &theirs));
 }
 
 #[tokio::test]
