@@ -19,6 +19,8 @@ const OUTLIERS: f64 = 0.01;
 const ROOM: f32 = 0.05;
 /// What is built is no smaller than this share of the scene.
 const MIN_BUILT: f32 = 1.0 / 64.0;
+/// Voxels are no smaller than this share of the scene.
+const FINEST: f32 = 1e-6;
 /// Viewpoints within so many lengths of the scene are reached.
 const VIEWPOINT_REACH: f32 = 20.0;
 /// Planes nearer to each other than this share of a voxel are one.
@@ -68,7 +70,8 @@ impl Grid {
             let near = |reach: &f32| *reach <= VIEWPOINT_REACH * scene_m;
             viewpoints.iter().map(reach).filter(near).fold(0.0, f32::max)
         };
-        let mut voxel_m = settings.voxel_m * metre;
+        // No finer than single precision tells lines apart.
+        let mut voxel_m = (settings.voxel_m * metre).max(FINEST * scene_m);
         loop {
             let tolerance_m = (ON_PLANE * voxel_m).max(8.0 * f32::EPSILON * scene_m);
             let lines = [0, 1, 2].map(|axis| {
