@@ -27,10 +27,6 @@ check: viewer
 test-rust: viewer
 	$(CARGO) test --locked --workspace --no-fail-fast
 
-## What needs services of others: `nats-server` on the PATH, or named by BELVEDERE_TEST_NATS.
-test-services: viewer
-	$(CARGO) test --locked --test services -- --ignored
-
 test-viewer: viewer
 	cd viewer && $(NPM) test
 
@@ -43,7 +39,7 @@ test-browser: viewer
 test-api: viewer
 	tests/tools/api.sh
 
-## Against real services: PostgreSQL and an S3 server. Starts on loopback what is not named, as tests/services/run.sh says.
+## Against real services: PostgreSQL, an S3 server and NATS. Starts on loopback what is not named, as tests/services/run.sh says.
 test-services: viewer
 	tests/services/run.sh
 

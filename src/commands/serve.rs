@@ -8,7 +8,12 @@ use std::{
 use anyhow::Context;
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
-use tracing_subscriber::{Layer, filter::Targets, layer::SubscriberExt, util::SubscriberInitExt};
+use tracing_subscriber::{
+    Layer,
+    filter::{LevelFilter, Targets},
+    layer::SubscriberExt,
+    util::SubscriberInitExt,
+};
 
 use crate::{
     config::{Config, LogFormat, Settings},
@@ -157,7 +162,11 @@ fn recorder(file: &Path) -> anyhow::Result<Recorder> {
 
 /// Writes the log to standard error.
 fn start_log(config: &Config) -> anyhow::Result<()> {
-    let filter: Targets = config.log.parse()?;
+    // What it says of its connections may hold a password.
+    let filter = config
+        .log
+        .parse::<Targets>()?
+        .with_target("async_nats", LevelFilter::WARN);
     let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
     let lines = match config.log_format {
         LogFormat::Text => lines.boxed(),

@@ -21,7 +21,7 @@ use super::{
     momentary::now,
     queries::find,
 };
-use crate::published::{Eye, NoDoor, NotHidden, Publications, Question};
+use crate::published::{NoDoor, NotHidden, Publications, Question};
 
 const DEFAULT_LIMIT: f64 = 1000.0;
 const MOST: f64 = 10_000.0;
@@ -91,8 +91,8 @@ struct Answer<'a> {
 impl Asked {
     const SHAPE: &str = r#"{"position": [x, y, z], "radius_m": r} or {"box": {"min": [x, y, z], "max": [x, y, z]}}"#;
 
-    /// Where the eyes are.
-    fn eye(&self) -> Result<Eye, ApiError> {
+    /// The box that holds every eye.
+    fn eye(&self) -> Result<Bounds, ApiError> {
         if self.position.is_some() == self.r#box.is_some() {
             let detail = format!("the body must name one place, {}", Self::SHAPE);
             return Err(ApiError::bad_body("", detail));
@@ -111,7 +111,7 @@ impl Asked {
             if !min.iter().chain(&max).all(near) {
                 return Err(far("/box"));
             }
-            return Ok(Eye::Box(Bounds::around([min, max])));
+            return Ok(Bounds::around([min, max]));
         }
         let (position, radius_m) = (self.position.unwrap_or_default(), self.radius_m.unwrap_or(0.0));
         if !position.iter().all(near) {
@@ -121,9 +121,9 @@ impl Asked {
             let detail = format!("the radius must lie between 0 and {FURTHEST_M:e} metres");
             return Err(ApiError::bad_body("/radius_m", detail));
         }
-        Ok(Eye::Ball {
-            center: position,
-            radius_m,
+        Ok(Bounds {
+            min: position.map(|x| x - radius_m),
+            max: position.map(|x| x + radius_m),
         })
     }
 
@@ -183,7 +183,7 @@ pub(super) async fn from_anywhere(
     };
     let end = found.len().min(start + limit);
     let answer = Answer {
-        r#box: eye.bounds(),
+        r#box: eye,
         revision: current,
         method: "conservative",
         guarantee: Guarantee::Conservative,
@@ -199,17 +199,15 @@ mod tests {
     use super::*;
     use crate::http::body::json;
 
-    fn eye(body: &str) -> Result<Eye, ApiError> {
+    fn eye(body: &str) -> Result<Bounds, ApiError> {
         json::<Asked>(body.as_bytes(), Asked::SHAPE)?.eye()
     }
 
     #[test]
     fn a_ball_is_asked_about_as_the_box_around_it() {
-        let bounds = eye(r#"{"position": [1, 2, 3], "radius_m": 0.5}"#).unwrap().bounds();
+        let bounds = eye(r#"{"position": [1, 2, 3], "radius_m": 0.5}"#).unwrap();
         assert_eq!((bounds.min, bounds.max), ([0.5, 1.5, 2.5], [1.5, 2.5, 3.5]));
-        let bounds = eye(r#"{"box": {"min": [4, 0, 6], "max": [1, 5, 3]}}"#)
-            .unwrap()
-            .bounds();
+        let bounds = eye(r#"{"box": {"min": [4, 0, 6], "max": [1, 5, 3]}}"#).unwrap();
         assert_eq!((bounds.min, bounds.max), ([1.0, 0.0, 3.0], [4.0, 5.0, 6.0]));
     }
 

@@ -27,7 +27,7 @@ use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
 pub use hiding::{Hiding, Plane};
-pub use question::{Blockers, Eye, NoDoor, NotHidden, Question};
+pub use question::{Blockers, NoDoor, NotHidden, Question};
 pub use reader::{DecodedCache, ObjectPage, ReadError, SceneReader, VisibleObject, VisiblePage};
 
 use crate::{db::Catalogue, store::BlobStore};

@@ -21,39 +21,11 @@ pub struct Blockers {
     doors: Vec<u32>,
 }
 
-/// Where an eye may be, in world space, metres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Eye {
-    /// Anywhere in a ball.
-    Ball {
-        /// Its middle.
-        center: [f64; 3],
-        /// Its radius.
-        radius_m: f64,
-    },
-    /// Anywhere in a box.
-    Box(Bounds),
-}
-
-impl Eye {
-    /// The box around it.
-    #[must_use]
-    pub fn bounds(&self) -> Bounds {
-        match *self {
-            Self::Box(bounds) => bounds,
-            Self::Ball { center, radius_m } => Bounds {
-                min: center.map(|x| x - radius_m),
-                max: center.map(|x| x + radius_m),
-            },
-        }
-    }
-}
-
 /// A region and the doors that are closed.
 #[derive(Debug, Clone)]
 pub struct Question {
-    /// The eye is somewhere in here.
-    pub eye: Eye,
+    /// The eye is somewhere in here, in world space, metres.
+    pub eye: Bounds,
     /// No others are closed.
     pub closed: Vec<ObjectId>,
 }
@@ -94,27 +66,9 @@ impl Blockers {
     /// cut in the frame are no smaller than that.
     #[must_use]
     pub fn region(&self, bounds: &Bounds, planes: &[HalfSpace]) -> Region {
-        self.relative(&self.frame.box_around(bounds, planes))
-    }
-
-    /// A box of the frame, relative to the origin and rounded outwards.
-    fn relative(&self, bounds: &Bounds) -> Region {
+        let bounds = self.frame.box_around(bounds, planes);
         let [min, max] = [bounds.min, bounds.max].map(|p| (DVec3::from(p) - self.origin).as_vec3());
         Region::rounded(min, max)
-    }
-
-    fn region_of(&self, eye: &Eye) -> Region {
-        match *eye {
-            Eye::Box(bounds) => self.region(&bounds, &[]),
-            // A ball is as wide in every frame.
-            Eye::Ball { center, radius_m } => self.relative(
-                &Eye::Ball {
-                    center: self.frame.enter(DVec3::from(center)).to_array(),
-                    radius_m,
-                }
-                .bounds(),
-            ),
-        }
     }
 
     /// Everything that may be seen from somewhere in the region, largest solid angle first, then by id. Takes
@@ -128,7 +82,7 @@ impl Blockers {
             return Err(NoDoor(*other));
         }
         let closed: Vec<_> = question.closed.iter().map(|door| door.0).collect();
-        let eye = self.region_of(&question.eye);
+        let eye = self.region(&question.eye, &[]);
         let mut observer = Observer::new(&self.scenery, ConservativeSettings::ON_LINE);
         observer.close(&closed);
         let visible = observer.visible(&eye, &[]);

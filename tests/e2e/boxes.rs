@@ -23,18 +23,26 @@ fn cube() -> (Vec<u8>, Vec<u8>) {
 
 /// A GLB of boxes.
 pub(crate) fn boxes(boxes: &[Named]) -> Vec<u8> {
+    askew(boxes, 0.0)
+}
+
+/// A GLB of boxes all of which are turned about +Y.
+pub(crate) fn askew(boxes: &[Named], degrees: f64) -> Vec<u8> {
     let (positions, indices) = cube();
-    let nodes: Vec<Value> = boxes
+    let half = 0.5 * degrees.to_radians();
+    let mut nodes: Vec<Value> = boxes
         .iter()
         .map(|(name, min, max)| {
             let size: [f64; 3] = std::array::from_fn(|axis| max[axis] - min[axis]);
             json!({"name": name, "mesh": 0, "translation": min, "scale": size})
         })
         .collect();
+    let all: Vec<_> = (0..nodes.len()).collect();
+    nodes.push(json!({"name": "all", "children": all, "rotation": [0.0, half.sin(), 0.0, half.cos()]}));
     let document = json!({
         "asset": {"version": "2.0"},
         "scene": 0,
-        "scenes": [{"nodes": (0..nodes.len()).collect::<Vec<_>>()}],
+        "scenes": [{"nodes": [nodes.len() - 1]}],
         "nodes": nodes,
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
         "accessors": [

@@ -12,7 +12,10 @@ use belvedere_scene::{
     record::{CellRecord, Guarantee},
 };
 
-use crate::program::{Data, THREE_ROOMS, text};
+use crate::{
+    boxes::{TWO_ROOMS, askew},
+    program::{Data, THREE_ROOMS, text},
+};
 
 /// A published scene that can be changed behind the program's back.
 struct Tampering {
@@ -179,4 +182,28 @@ fn what_is_not_there_is_said_with_what_is() {
     let beyond = data.fails(&["verify", "rooms", "--cell", "c9999"]);
     assert!(beyond.contains("c9999"), "{beyond}");
     assert!(!data.run(&["verify", "rooms", "--size", "4"]).status.success());
+}
+
+#[test]
+fn a_world_that_stands_askew_is_cut_along_its_walls_and_lacks_nothing() {
+    let data = Data::new();
+    let cells = |degrees: f64, scene: &str| {
+        let report = data.bake(&data.write("world.glb", askew(&TWO_ROOMS, degrees)), scene);
+        let checked = json(&data.ok(&["verify", scene, "--json", "--eyes", "400", "--size", "96"]));
+        assert_eq!(
+            (&checked["passed"], &checked["missed_objects"]),
+            (&true.into(), &0.into()),
+            "{checked}"
+        );
+        let reason = report["visibility"]["reason"].as_str().expect("a reason").to_owned();
+        assert_eq!(reason.contains("in a frame turned by"), degrees != 0.0, "{reason}");
+        let visible = report["visibility"]["mean_visible"].as_f64().expect("a mean");
+        (report["cells"].clone(), visible)
+    };
+    let (straight, visible) = cells(0.0, "straight");
+    for (degrees, scene) in [(17.0, "askew"), (-40.0, "more")] {
+        let (turned, more) = cells(degrees, scene);
+        assert_eq!(turned, straight, "as many cells by {degrees}°");
+        assert!(more <= 1.5 * visible, "{more} objects beside {visible}");
+    }
 }

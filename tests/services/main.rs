@@ -13,7 +13,6 @@ mod live_wire;
 mod nats;
 mod nodes;
 #[path = "../e2e/program.rs"]
-#[allow(dead_code, reason = "each test binary uses a part")]
 mod program;
 #[path = "../http/scene.rs"]
 mod scene;

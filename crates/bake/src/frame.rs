@@ -306,7 +306,7 @@ mod tests {
     fn a_world_along_the_axes_and_one_without_walls_stay_as_they_are() {
         assert_eq!(Frame::of(&CITY.scene()), Frame::SOURCE);
         assert_eq!(Frame::of(&SourceScene::default()), Frame::SOURCE);
-        assert_eq!(Frame::of(&turned_by(90.0)).degrees().abs() < 1e-3, true);
+        assert!(Frame::of(&turned_by(90.0)).degrees().abs() < 1e-3);
     }
 
     #[test]

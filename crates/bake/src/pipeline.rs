@@ -123,7 +123,11 @@ pub fn bake(
     let views = Views::of(&world, &graph, &hiders);
     let placed = frame.leave_with(graph.clone());
     note_strays(&placed, &scene, defects);
-    let bounds: Vec<_> = scene.objects.iter().map(|object| bounds_of(&scene, object)).collect();
+    let bounds = if frame.is_source() {
+        world.object_bounds().to_vec()
+    } else {
+        scene.objects.iter().map(|object| bounds_of(&scene, object)).collect()
+    };
     let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let lod = LodSettings {
         double_sided: scene

@@ -1,6 +1,7 @@
 //! What does a sight line meet?
 //!
-//! The scene flattened for geometry queries: all triangles in world space as `f32` relative to an `f64` origin near the
+//! The scene flattened for geometry queries: all triangles in world space (of the frame that it was turned into,
+//! [`crate::frame`]) as `f32` relative to an `f64` origin near the
 //! middle of the scene, so that a world at 10⁷ m keeps its millimetres. Positions given to and taken from [`World`] as
 //! [`Vec3`] are relative to [`World::origin`], in metres.
 //!

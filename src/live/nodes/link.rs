@@ -8,6 +8,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{Arc, atomic::Ordering},
+    time::Duration,
 };
 
 use async_nats::{Message as Post, Subscriber};
@@ -26,6 +27,9 @@ use crate::live::message::{Message, StageHandle};
 
 /// So many messages may wait for the wire.
 const QUEUE: usize = 1_024;
+
+/// How soon a scene tries again to listen.
+const AGAIN: Duration = Duration::from_secs(1);
 
 type Cells = Arc<BTreeSet<CellId>>;
 
@@ -52,7 +56,7 @@ impl Link {
         nodes.present().insert(scene.clone(), present);
         let (wanted, cells) = watch::channel(Cells::default());
         let (queue, posts) = mpsc::channel(QUEUE);
-        let listener = Listener {
+        let mut listener = Listener {
             nodes: nodes.clone(),
             scene: scene.clone(),
             revision,
@@ -61,12 +65,16 @@ impl Link {
             cells: SelectAll::new(),
         };
         let stopping = stopping.clone();
-        tokio::spawn(async move {
-            let ended = stopping.run_until_cancelled(listener.run(cells, posts)).await;
-            if let Some(Err(error)) = ended {
-                tracing::error!(%error, "a scene hears nothing of other nodes any more");
+        tokio::spawn(stopping.run_until_cancelled_owned(async move {
+            let (mut cells, mut posts) = (cells, posts);
+            while let Err(error) = listener.run(&mut cells, &mut posts).await {
+                tracing::error!(%error, scene = %listener.scene, "other nodes are not heard; tried again soon");
+                listener.open.clear();
+                listener.cells.clear();
+                cells.mark_changed();
+                tokio::time::sleep(AGAIN).await;
             }
-        });
+        }));
         Self {
             nodes: nodes.clone(),
             scene: scene.clone(),
@@ -113,9 +121,9 @@ struct Listener {
 
 impl Listener {
     async fn run(
-        mut self,
-        mut wanted: watch::Receiver<Cells>,
-        mut posts: mpsc::Receiver<(String, Bytes)>,
+        &mut self,
+        wanted: &mut watch::Receiver<Cells>,
+        posts: &mut mpsc::Receiver<(String, Bytes)>,
     ) -> anyhow::Result<()> {
         let client = self.nodes.0.client.clone();
         let own = subject::node(&self.scene, self.revision, &self.nodes.0.node);
@@ -133,7 +141,7 @@ impl Listener {
                     self.listen_to(&cells).await?;
                 }
                 Some(post) = ours.next() => self.hear(&post).await,
-                Some((subject, bytes)) = posts.recv() => self.say(subject, bytes).await?,
+                Some((subject, bytes)) = posts.recv() => self.say(subject, bytes).await,
                 Some(post) = self.cells.next() => self.hear(&post).await,
             }
         }
@@ -155,16 +163,23 @@ impl Listener {
     }
 
     /// While NATS is away nothing waits for it: what is old by then would be in the way.
-    async fn say(&mut self, subject: String, bytes: Bytes) -> anyhow::Result<()> {
+    async fn say(&mut self, subject: String, bytes: Bytes) {
         let tally = &self.nodes.0.tally;
         if !*self.nodes.0.connected.borrow() {
             tally.dropped.fetch_add(1, Ordering::Relaxed);
-            return Ok(());
+            return;
         }
-        tally.sent.fetch_add(1, Ordering::Relaxed);
-        tally.sent_bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
-        self.nodes.0.client.publish(subject, bytes).await?;
-        Ok(())
+        let length = bytes.len() as u64;
+        match self.nodes.0.client.publish(subject.clone(), bytes).await {
+            Ok(()) => {
+                tally.sent.fetch_add(1, Ordering::Relaxed);
+                tally.sent_bytes.fetch_add(length, Ordering::Relaxed);
+            }
+            Err(error) => {
+                tally.dropped.fetch_add(1, Ordering::Relaxed);
+                tracing::warn!(%subject, length, %error, "a message to other nodes is not sent");
+            }
+        }
     }
 
     async fn hear(&mut self, post: &Post) {

@@ -32,6 +32,8 @@ const PING: Duration = Duration::from_secs(2);
 /// Between two attempts to come back; longer after each one, up to so many times.
 const AGAIN: Duration = Duration::from_millis(250);
 const LONGEST_AGAIN: usize = 8;
+/// So many messages of one subject may wait to be heard.
+const WAITING: usize = 4_096;
 /// How long the last words may take.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
@@ -97,6 +99,7 @@ impl Nodes {
             .name(node.to_string())
             .no_echo()
             .ping_interval(PING)
+            .subscription_capacity(WAITING)
             .reconnect_delay_callback(|attempts| AGAIN * attempts.clamp(1, LONGEST_AGAIN) as u32)
             .retry_on_initial_connect()
             .event_callback(move |event| {
@@ -177,10 +180,17 @@ impl Nodes {
 fn note(answers: &watch::Sender<bool>, answered_or_said: &AtomicBool, event: &Event) {
     let change = match event {
         Event::Connected => Some(true),
-        Event::Disconnected | Event::Closed => Some(false),
+        Event::Disconnected => Some(false),
         Event::ClientError(_) if !answered_or_said.swap(true, Ordering::Relaxed) => {
             tracing::info!("NATS does not answer yet: sessions go on within this node");
             None
+        }
+        // The client gives up where it is turned away.
+        Event::Closed => {
+            tracing::error!(
+                "NATS turns this node away, perhaps for its name or password: sessions go on within this node until it is started again"
+            );
+            Some(false)
         }
         Event::SlowConsumer(_) => {
             tracing::debug!("messages of other nodes came too fast; what is missing is asked for again");

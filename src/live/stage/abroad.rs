@@ -67,6 +67,10 @@ impl Stage {
 
     /// Tells others what has changed.
     pub(super) async fn exchange(&mut self, handle: &StageHandle) {
+        // Where nobody is nothing ticks; but who stays behind in an old revision would hear nobody and think itself alone.
+        if self.world.is_empty() {
+            self.follow(handle).await;
+        }
         let now_ms = self.live.now_ms();
         let Some(abroad) = &mut self.abroad else { return };
         let connected = *abroad.connected.borrow();

@@ -20,7 +20,9 @@ const ROOM: f32 = 0.05;
 /// What is built is no smaller than this share of the scene.
 const MIN_BUILT: f32 = 1.0 / 64.0;
 /// Voxels are no smaller than this share of the scene.
-const FINEST: f32 = 1e-6;
+const FINEST: f32 = 16.0 * f32::EPSILON;
+/// Nor is any wider, around what is built, than this share of it, or than a cell of the country.
+const COARSEST: f32 = 1.0 / 256.0;
 /// Viewpoints within so many lengths of the scene are reached.
 const VIEWPOINT_REACH: f32 = 20.0;
 /// Planes nearer to each other than this share of a voxel are one.
@@ -70,6 +72,7 @@ impl Grid {
             let near = |reach: &f32| *reach <= VIEWPOINT_REACH * scene_m;
             viewpoints.iter().map(reach).filter(near).fold(0.0, f32::max)
         };
+        let widest_m = (settings.max_cell_m * metre).max(COARSEST * scene_m);
         // No finer than single precision tells lines apart.
         let mut voxel_m = (settings.voxel_m * metre).max(FINEST * scene_m);
         loop {
@@ -77,7 +80,7 @@ impl Grid {
             let lines = [0, 1, 2].map(|axis| {
                 let ends = [min[axis], max[axis]];
                 let mut lines = inside(ends, planes[axis].lines(voxel_m), MIN_GAP * voxel_m, |gap| {
-                    between(gap, built.map(|corner| corner[axis]), voxel_m)
+                    between(gap, built.map(|corner| corner[axis]), [voxel_m, widest_m.max(voxel_m)])
                 });
                 let above = 2.0 * metre;
                 let room = if axis == 1 {
@@ -90,7 +93,7 @@ impl Grid {
                 lines
             });
             let count = lines.iter().fold(1.0, |n, l| n * (l.len() - 1) as f64);
-            if count <= settings.max_voxels.max(64) as f64 {
+            if count <= settings.max_voxels.max(128) as f64 {
                 return Self {
                     lines,
                     voxel_m,
@@ -109,7 +112,7 @@ impl Grid {
         [0, 1, 2].map(|axis| self.lines[axis].len() - 1)
     }
 
-    /// The largest edge of a voxel inside the scene.
+    /// The largest edge of a voxel where anything is built.
     pub(super) fn voxel_m(&self) -> f32 {
         self.voxel_m
     }
@@ -283,8 +286,9 @@ fn inside([start, end]: [f32; 2], planes: Vec<f32>, gap_m: f32, between: impl Fn
     lines
 }
 
-/// Lines between two places: evenly where anything is built, further and further apart before and behind.
-fn between([from, to]: [f32; 2], [start, end]: [f32; 2], voxel_m: f32) -> Vec<f32> {
+/// Lines between two places: evenly where anything is built, further and further apart before and behind, up to the second of
+/// two widths.
+fn between([from, to]: [f32; 2], [start, end]: [f32; 2], [voxel_m, widest_m]: [f32; 2]) -> Vec<f32> {
     let even = |from: f32, to: f32| {
         let count = ((to - from) / voxel_m - 1e-3).ceil().max(1.0);
         (1..count as usize).map(move |i| from + (to - from) * i as f32 / count)
@@ -294,7 +298,7 @@ fn between([from, to]: [f32; 2], [start, end]: [f32; 2], voxel_m: f32) -> Vec<f3
         let mut lines = Vec::new();
         let (mut at, way) = (near, (far - near).signum());
         loop {
-            let step = voxel_m + (OUTSIDE_GROWTH - 1.0) * ((at - edge) * way).max(0.0);
+            let step = (voxel_m + (OUTSIDE_GROWTH - 1.0) * ((at - edge) * way).max(0.0)).min(widest_m);
             at += way * step;
             if (far - at) * way < 0.5 * step {
                 return lines;
@@ -310,9 +314,11 @@ fn between([from, to]: [f32; 2], [start, end]: [f32; 2], voxel_m: f32) -> Vec<f3
     }
     let (inner_from, inner_to) = (from.max(start), to.min(end));
     if inner_from < inner_to {
-        lines.extend((inner_from > from).then_some(inner_from));
+        // Not beside a wall.
+        let apart = |line: f32| line - from > MIN_GAP * voxel_m && to - line > MIN_GAP * voxel_m;
+        lines.extend(apart(inner_from).then_some(inner_from));
         lines.extend(even(inner_from, inner_to));
-        lines.extend((inner_to < to).then_some(inner_to));
+        lines.extend(apart(inner_to).then_some(inner_to));
     }
     if to > end {
         lines.extend(apart(from.max(end), to, end));
@@ -335,4 +341,46 @@ fn surround(lines: &mut Vec<f32>, room: f32, voxel_m: f32, below: bool) {
         lines.splice(0..0, offsets.iter().rev().map(|offset| first - offset));
     }
     lines.dedup();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assert_rises(lines: &[f32], [from, to]: [f32; 2]) {
+        assert!(lines.is_sorted_by(|a, b| a < b));
+        assert!(lines.first().is_none_or(|line| *line > from) && lines.last().is_none_or(|line| *line < to));
+    }
+
+    #[test]
+    fn lines_are_even_where_anything_is_built_and_further_apart_around_it() {
+        let ends = [-1000.0, 400.0];
+        let lines = between(ends, [-10.0, 10.0], [0.5, 50.0]);
+        assert_rises(&lines, ends);
+        let gaps: Vec<_> = lines.windows(2).map(|pair| (pair[0], pair[1] - pair[0])).collect();
+        let inside = gaps.iter().filter(|(at, _)| (-10.0..10.0).contains(at));
+        assert!(inside.clone().count() == 40 && inside.clone().all(|(_, gap)| (gap - 0.5).abs() < 1e-4));
+        assert!(gaps.iter().all(|(_, gap)| *gap < 75.1));
+        assert!(lines.len() < 130, "{}", lines.len());
+    }
+
+    #[test]
+    fn what_lies_all_inside_or_all_outside_is_cut_too() {
+        assert_rises(&between([-5.0, 5.0], [-10.0, 10.0], [0.3, 9.0]), [-5.0, 5.0]);
+        assert_rises(&between([20.0, 90.0], [-10.0, 10.0], [0.3, 9.0]), [20.0, 90.0]);
+        assert_rises(&between([-90.0, -20.0], [-10.0, 10.0], [0.3, 9.0]), [-90.0, -20.0]);
+    }
+
+    /// A house millions of metres from a stray triangle.
+    #[test]
+    fn far_away_lines_are_told_apart() {
+        let mut builder = crate::cells::plan::Builder::default();
+        builder.block("house", [9e6, 0., 9e6], [9e6 + 10., 10., 9e6 + 10.]);
+        builder.block("stray", [0., 0., 0.], [1., 1., 1.]);
+        let world = World::new(&builder.scene).unwrap();
+        let grid = Grid::over(&world, &[], &CellSettings::default());
+        for axis in 0..3 {
+            assert!(grid.lines(axis).is_sorted_by(|a, b| a < b));
+        }
+    }
 }

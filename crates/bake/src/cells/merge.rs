@@ -129,6 +129,13 @@ fn prune_weakest(tree: &Tree, links: &mut [Link], max_cells: usize) -> usize {
             };
             tree.nodes.len()
         ];
+        // What lies in one cell is no place to prune any more.
+        for index in 0..tree.nodes.len() {
+            if links[index].merged {
+                let children = tree.nodes[index].children.into_iter().flatten();
+                children.for_each(|child| links[child].merged = true);
+            }
+        }
         let mut weakest: Option<(f64, usize)> = None;
         for index in (0..tree.nodes.len()).rev() {
             let node = &tree.nodes[index];

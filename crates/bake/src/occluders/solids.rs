@@ -151,7 +151,7 @@ impl Part<'_> {
                 (vec![body(self.min, self.max, Vec::new())], Vec::new())
             }
             Some(planes) if planes.len() <= MAX_PLANES => (vec![body(self.min, self.max, planes)], Vec::new()),
-            _ if self.size_m() < MIN_FILLED_SHARE * world.scale_m() => return Vec::new(),
+            None if self.size_m() < MIN_FILLED_SHARE * world.scale_m() => return Vec::new(),
             _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => return Vec::new(),
             _ => {
                 let surface: Vec<_> = self.triangles.iter().map(|t| t.corners).collect();

@@ -46,7 +46,8 @@ pub fn glance(
 ) -> Result<Vec<Vec<u32>>, Cancelled> {
     let count = graph.cells.len();
     let sights = Sights::of(world, graph);
-    let stream = |cell| Random::stream(SEED, cell as u64);
+    // By place, so that a cell more elsewhere changes nothing here.
+    let stream = |cell: usize| Random::stream(SEED, graph.cells[cell].digest_of_shape().number());
     let mut states: Vec<_> = (0..count)
         .map(|cell| CellState::new(cell, count, stream(cell)))
         .collect();

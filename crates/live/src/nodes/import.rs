@@ -80,7 +80,8 @@ impl Exchange {
         };
         peer.heard.counted_ms = now_ms;
         if count > peer.heard.count {
-            peer.heard.broken |= count.number > 0;
+            // Who has told nothing since has none of those that it had told of before.
+            peer.heard.broken |= count.number > 0 || !peer.heard.movers.is_empty();
         }
         if peer.heard.broken {
             self.ask_again(from, now_ms);
