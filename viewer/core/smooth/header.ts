@@ -127,7 +127,9 @@ function checked(header: Header): Header {
   if (header.vertices === 0xffff_ffff || header.triangles > 0x1fff_ffff) {
     damaged("it has more vertices or triangles than there can be");
   }
-  if (!floats.every(Number.isFinite)) damaged("its header has a number that is not finite");
+  // Whatever a damaged stream does with them stays finite in single precision.
+  const sane = (number: number) => Math.abs(number) <= 1e24;
+  if (!floats.every(sane)) damaged("its header has a number that is not finite, or too large");
   const rise = cuts.every(({ bytes, rmsError }, i) => !Number.isNaN(rmsError) && bytes > (cuts[i - 1]?.bytes ?? -1));
   if (!rise || (cuts.at(-1)?.bytes ?? header.totalBytes) !== header.totalBytes) {
     damaged("its cuts do not rise to its end");

@@ -46,6 +46,8 @@ const MAGIC: [u8; 4] = *b"SLOD";
 const VERSION: u8 = 1;
 const FIXED_BYTES: usize = 44;
 const CUT_BYTES: usize = 12;
+/// No origin, step or low end is larger: whatever a damaged stream does with them stays finite in single precision.
+const MOST_NUMBER: f32 = 1e24;
 /// Most channels of a corner.
 pub(super) const MOST_CHANNELS: usize = 8;
 
@@ -203,8 +205,8 @@ impl Header {
             "it is shorter than its header"
         } else if self.vertices == u32::MAX || self.triangles > u32::MAX / 8 {
             "it has more vertices or triangles than there can be"
-        } else if numbers.chain(channels).any(|x| !x.is_finite()) {
-            "its header has a number that is not finite"
+        } else if numbers.chain(channels).any(|x| !x.is_finite() || x.abs() > MOST_NUMBER) {
+            "its header has a number that is not finite, or too large"
         } else if self.cuts.windows(2).any(|pair| pair[0].bytes >= pair[1].bytes)
             || self.cuts.last().is_some_and(|last| last.bytes != self.total_bytes)
             || self.cuts.iter().any(|cut| cut.rms_error.is_nan())
