@@ -17,6 +17,8 @@ const UPRIGHT: f32 = 0.05;
 const OUTLIERS: f64 = 0.01;
 /// … with so much of its size around it as room.
 const ROOM: f32 = 0.05;
+/// What is built takes all of a scene of which it takes more than this share.
+const MOSTLY: f32 = 0.5;
 /// What is built is no smaller than this share of the scene.
 const MIN_BUILT: f32 = 1.0 / 64.0;
 /// Voxels are no smaller than this share of the scene.
@@ -248,8 +250,11 @@ fn built(world: &World, [min, max]: [Vec3; 2]) -> [Vec3; 2] {
         if let (Some(from), Some(to)) = (after(places.iter(), most_m2), after(places.iter().rev(), most_m2)) {
             let size = (to - from).max(MIN_BUILT * (max - min).max_element());
             let step = size.log2().floor().exp2() / 8.0;
-            low[axis] = (((from - ROOM * size) / step).floor() * step).max(min[axis]);
-            high[axis] = (((to + ROOM * size) / step).ceil() * step).min(max[axis]);
+            let start = (((from - ROOM * size) / step).floor() * step).max(min[axis]);
+            let end = (((to + ROOM * size) / step).ceil() * step).min(max[axis]);
+            if end - start < MOSTLY * (max[axis] - min[axis]) {
+                (low[axis], high[axis]) = (start, end);
+            }
         }
     }
     [low, high]

@@ -17,7 +17,7 @@ const MIN_GAIN: f64 = 0.25;
 /// A subtree stays as it is when parts of it that see clearly less in pieces take this share of it: a town in its fields …
 const MIN_UNEVEN: f64 = 0.1;
 /// … or as much as so many rooms have: a town in very wide fields.
-const UNEVEN_ROOMS: f64 = 12.0;
+const UNEVEN_ROOMS: f64 = 20.0;
 /// The volume of a room in cubic metres, in [`Grid::metre`](super::grid::Grid::metre).
 const ROOM_M3: f64 = 300.0;
 /// How much what is seen over people's heads counts beside what they see.
