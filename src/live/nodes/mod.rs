@@ -180,17 +180,10 @@ impl Nodes {
 fn note(answers: &watch::Sender<bool>, answered_or_said: &AtomicBool, event: &Event) {
     let change = match event {
         Event::Connected => Some(true),
-        Event::Disconnected => Some(false),
+        Event::Disconnected | Event::Closed => Some(false),
         Event::ClientError(_) if !answered_or_said.swap(true, Ordering::Relaxed) => {
             tracing::info!("NATS does not answer yet: sessions go on within this node");
             None
-        }
-        // The client gives up where it is turned away.
-        Event::Closed => {
-            tracing::error!(
-                "NATS turns this node away, perhaps for its name or password: sessions go on within this node until it is started again"
-            );
-            Some(false)
         }
         Event::SlowConsumer(_) => {
             tracing::debug!("messages of other nodes came too fast; what is missing is asked for again");
