@@ -7,7 +7,7 @@
 use std::{path::Path, sync::Arc};
 
 use futures_util::TryStreamExt;
-use object_store::{ObjectStore, ObjectStoreExt, buffered::BufWriter, path::Path as Key};
+use object_store::{ObjectMeta, ObjectStore, ObjectStoreExt, buffered::BufWriter, path::Path as Key};
 use tokio::{fs::File, io::AsyncWriteExt};
 
 use super::{Bucket, StoreError, io};
@@ -63,12 +63,7 @@ impl Errands {
         let failed = |source| io(format!("fetch {folder}"), source);
         let cannot = |error| failed(generic(error));
         tokio::fs::create_dir_all(into).await.map_err(cannot)?;
-        let files: Vec<_> = bucket
-            .list(Some(&Key::from(folder)))
-            .try_collect()
-            .await
-            .map_err(failed)?;
-        for found in files {
+        for found in below(bucket, folder).await.map_err(failed)? {
             let mut target = File::create(into.join(found.location.filename().unwrap_or_default()))
                 .await
                 .map_err(cannot)?;
@@ -94,16 +89,16 @@ impl Errands {
     pub async fn remove(&self, folder: &str) -> Result<(), StoreError> {
         let Some(bucket) = &self.bucket else { return Ok(()) };
         let failed = |source| io(format!("remove {folder}"), source);
-        let files: Vec<_> = bucket
-            .list(Some(&Key::from(folder)))
-            .try_collect()
-            .await
-            .map_err(failed)?;
-        for found in files {
+        for found in below(bucket, folder).await.map_err(failed)? {
             bucket.delete(&found.location).await.map_err(failed)?;
         }
         Ok(())
     }
+}
+
+/// What was sent below `folder`.
+async fn below(bucket: &Arc<dyn ObjectStore>, folder: &str) -> Result<Vec<ObjectMeta>, object_store::Error> {
+    bucket.list(Some(&Key::from(folder))).try_collect().await
 }
 
 fn generic(source: std::io::Error) -> object_store::Error {

@@ -41,12 +41,6 @@ pub(crate) struct Unturned {
     viewpoints: Vec<DMat4>,
 }
 
-impl Default for Frame {
-    fn default() -> Self {
-        Self::SOURCE
-    }
-}
-
 impl Frame {
     /// That of the source.
     pub const SOURCE: Self = Self { half_tangent: 0.0 };

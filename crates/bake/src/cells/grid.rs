@@ -320,10 +320,10 @@ fn between([from, to]: [f32; 2], [start, end]: [f32; 2], [voxel_m, widest_m]: [f
     let (inner_from, inner_to) = (from.max(start), to.min(end));
     if inner_from < inner_to {
         // Not beside a wall.
-        let apart = |line: f32| line - from > MIN_GAP * voxel_m && to - line > MIN_GAP * voxel_m;
-        lines.extend(apart(inner_from).then_some(inner_from));
+        let clear = |line: f32| line - from > MIN_GAP * voxel_m && to - line > MIN_GAP * voxel_m;
+        lines.extend(clear(inner_from).then_some(inner_from));
         lines.extend(even(inner_from, inner_to));
-        lines.extend(apart(inner_to).then_some(inner_to));
+        lines.extend(clear(inner_to).then_some(inner_to));
     }
     if to > end {
         lines.extend(apart(from.max(end), to, end));

@@ -20,8 +20,6 @@ const MIN_UNEVEN: f64 = 0.1;
 const UNEVEN_ROOMS: f64 = 20.0;
 /// The volume of a room in cubic metres, in [`Grid::metre`](super::grid::Grid::metre).
 const ROOM_M3: f64 = 300.0;
-/// How much what is seen over people's heads counts beside what they see.
-const OVER_HEADS: f64 = 1.0 / 16.0;
 /// The walls along cuts inside a cell may be as large as this share of half its surface: more of them and it stays cut.
 const MAX_WALL_SHARE: f64 = 0.02;
 /// … and as these, in square metres, in [`Grid::metre`](super::grid::Grid::metre): houses in very wide fields are no fences.
@@ -99,9 +97,8 @@ fn prune(tree: &Tree, of_leaf: &[Vec<u32>]) -> Vec<Link> {
                 (summary, true, false)
             }
         };
-        let weight = if node.over_heads { OVER_HEADS } else { 1.0 };
         links[index] = Some(Link {
-            as_one: weight * summary.peopled_m3 * summary.seen.len() as f64,
+            as_one: node.weight() * summary.peopled_m3 * summary.seen.len() as f64,
             whole,
             merged,
         });

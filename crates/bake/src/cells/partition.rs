@@ -23,7 +23,7 @@ const MIN_FILL: f64 = 0.6;
 const MIN_HALVED: f32 = 3.0;
 /// How much a split through the middle is preferred over one at the side, in shares of wall.
 const BALANCE: f64 = 0.1;
-/// How much a cut over people's heads is worth beside one among them.
+/// How much what lies over people's heads counts beside where they are.
 const OVER_HEADS: f64 = 1.0 / 16.0;
 /// The share of a box's section that counts at least, so that a plane which mostly runs through solid is no wall.
 const MIN_SECTION: f64 = 0.5;
@@ -89,7 +89,14 @@ pub(super) struct Node {
     /// Whether people stand in the first of its children and nobody in the second.
     pub(super) at_eye_level: bool,
     /// Whether it lies above such a plane.
-    pub(super) over_heads: bool,
+    over_heads: bool,
+}
+
+impl Node {
+    /// How much it counts beside where people are.
+    pub(super) fn weight(&self) -> f64 {
+        if self.over_heads { OVER_HEADS } else { 1.0 }
+    }
 }
 
 /// The tree of boxes; the root is the first node.
@@ -282,7 +289,7 @@ fn split_of(voxels: &Voxels, number: usize, node: &Node, settings: &CellSettings
     };
     let section = sections[plane.axis][plane.index - within.min[plane.axis]];
     Some(Open {
-        worth_m2: worth_m2 * if node.over_heads { OVER_HEADS } else { 1.0 },
+        worth_m2: worth_m2 * node.weight(),
         wall_m2: section.wall_m2,
         at_eye_level: above_heads.is_some(),
         node: number,

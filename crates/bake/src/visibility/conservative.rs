@@ -100,11 +100,7 @@ impl Scenery {
         let with_geometry = (0u32..)
             .zip(&targets)
             .filter_map(|(object, t)| Some((object, t.as_ref()?)));
-        let (objects, boxes): (Vec<_>, Vec<_>) = with_geometry.map(|(object, t)| (object, [t.min, t.max])).unzip();
-        let mut tree = segment::tree(boxes.into_iter(), 0.0);
-        for index in &mut tree.primitive_indices {
-            *index = objects[*index as usize];
-        }
+        let tree = segment::numbered_tree(with_geometry.map(|(object, t)| (object, [t.min, t.max])), 0.0);
         let bodies_of = (0..targets.len() as u32)
             .map(|object| {
                 let first = occluders.bodies.partition_point(|b| b.object < object) as u32;

@@ -83,22 +83,12 @@ impl Blocker {
     #[must_use]
     pub fn new(occluders: Occluders) -> Self {
         let Tolerance { plane_m, hole_m } = occluders.tolerance;
-        let numbered = (0u32..).zip(&occluders.bodies).filter(|(_, body)| body.hides);
-        let (numbers, boxes): (Vec<_>, Vec<_>) = numbered.map(|(number, b)| (number, [b.min, b.max])).unzip();
-        let mut bodies = segment::tree(boxes.into_iter(), 0.0);
-        for index in &mut bodies.primitive_indices {
-            *index = numbers[*index as usize];
-        }
-        let pieces = (0u32..).zip(&occluders.walls);
-        let (owners, boxes): (Vec<u32>, Vec<_>) = pieces
-            .flat_map(|(number, wall)| wall.boxes().map(move |around| (number, around)))
-            .unzip();
-        let mut walls = segment::tree(boxes.into_iter(), plane_m);
-        for index in &mut walls.primitive_indices {
-            *index = owners[*index as usize];
-        }
+        let hiding = (0u32..).zip(&occluders.bodies).filter(|(_, body)| body.hides);
+        let bodies = segment::numbered_tree(hiding.map(|(number, b)| (number, [b.min, b.max])), 0.0);
+        let walls = (0u32..).zip(&occluders.walls);
+        let pieces = walls.flat_map(|(number, wall)| wall.boxes().map(move |around| (number, around)));
         Self {
-            walls,
+            walls: segment::numbered_tree(pieces, plane_m),
             solids: Solids::of(&occluders.bodies, TOUCHING * hole_m),
             bodies,
             occluders,

@@ -33,6 +33,16 @@ pub(super) fn tree(boxes: impl Iterator<Item = [Vec3; 2]>, pad_m: f32) -> Bvh2 {
     }
 }
 
+/// The same over boxes of which each has a number, which is what leaves then hold; several may have one.
+pub(super) fn numbered_tree(boxes: impl Iterator<Item = (u32, [Vec3; 2])>, pad_m: f32) -> Bvh2 {
+    let (numbers, boxes): (Vec<u32>, Vec<_>) = boxes.unzip();
+    let mut tree = tree(boxes.into_iter(), pad_m);
+    for index in &mut tree.primitive_indices {
+        *index = numbers[*index as usize];
+    }
+    tree
+}
+
 /// Visits what the leaves hold whose boxes a segment meets, nearest first: all of a leaf, met or not.
 pub(super) fn along(tree: &Bvh2, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
     if tree.nodes.is_empty() {
