@@ -11,17 +11,17 @@ pub(crate) struct World {
     pub(crate) file: &'static str,
 }
 
-/// All of them, the one that can be shown soonest at the front.
+/// All of them, the one that is opened at the front.
 pub(crate) const WORLDS: [World; 3] = [
-    World {
-        name: "museum",
-        title: "Museum",
-        file: "museum.dcg",
-    },
     World {
         name: "town",
         title: "Town",
         file: "town.dcg",
+    },
+    World {
+        name: "museum",
+        title: "Museum",
+        file: "museum.dcg",
     },
     World {
         name: "forest",

@@ -65,7 +65,8 @@ pub struct Host<'a> {
     pub memory: &'a dyn Memory,
     /// Hears how far it is.
     pub progress: &'a dyn Progress,
-    /// Takes a first revision, of the same world with larger visible sets, long before the last one is done.
+    /// Takes a first revision, of the same world with larger visible sets and no smooth LODs, long before the last one is
+    /// done.
     pub first: Option<&'a FirstRevision<'a>>,
 }
 
@@ -85,7 +86,7 @@ impl<'a> Host<'a> {
     }
 }
 
-/// Bakes an imported scene: share → split → cells → levels → visibility → records. Everything goes to the sink; the caller
+/// Bakes an imported scene: share → split → cells → levels → smooth LODs → visibility → records. Everything goes to the sink; the caller
 /// moves the pointer. What was found for each cell is remembered, and recalled where nothing has changed.
 ///
 /// # Errors
@@ -138,8 +139,8 @@ pub fn bake(
             .collect(),
         ..settings.lod.clone()
     };
-    let models = Models::write(&scene, &lod, host.sink, progress)?;
-    let write = |mut visibility: Visibility| {
+    let mut models = Models::write(&scene, &lod, host.sink, progress)?;
+    let write = |models: &Models<'_>, mut visibility: Visibility| {
         visibility.reason = format!("{}; {}", visibility.reason, how_cut(&bounds, &placed, &visibility));
         let input = records::Input {
             scene: &scene,
@@ -152,17 +153,14 @@ pub fn bake(
             scenery: &scenery,
             visibility: &visibility,
         };
-        records::write(input, &models, host.sink, progress)
+        records::write(input, models, host.sink, progress)
     };
     if let Some(first) = host.first {
-        first(&write(visibility::preview(&views, progress)?)?)?;
+        first(&write(&models, visibility::preview(&views, progress)?)?)?;
     }
-    write(visibility::compute(
-        &views,
-        &settings.visibility,
-        host.memory,
-        progress,
-    )?)
+    models.add_smooth(&lod, host.sink, progress)?;
+    let visibility = visibility::compute(&views, &settings.visibility, host.memory, progress)?;
+    write(&models, visibility)
 }
 
 /// How the cells came about, and whether they were of any use.

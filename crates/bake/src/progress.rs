@@ -11,10 +11,10 @@ pub enum Stage {
     Cells,
     /// Making levels of detail.
     Lod,
-    /// Making smooth levels of detail.
-    Smooth,
     /// A first look at what each cell sees.
     Preview,
+    /// Making smooth levels of detail.
+    Smooth,
     /// Computing each cell's visible set.
     Visibility,
     /// Writing records and storing everything.

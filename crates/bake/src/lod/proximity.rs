@@ -81,65 +81,72 @@ impl ShapeTree {
     /// The one shape from which none of some points is far: the smallest, over all shapes, of the largest distance of
     /// a point from it. Starts from `known` and stops at the first shape within `enough`.
     pub(crate) fn nearest_to_all(&self, points: &[DVec3], known: Option<u32>, enough: f64) -> Near {
-        let mut best = match known {
-            Some(shape) => Near {
+        // Squares throughout: the nearest is the same, and most shapes are given up without a root.
+        let (mut best, mut best_squared) = match known {
+            Some(shape) => (
                 shape,
-                distance: distance_to_all(points, &self.shapes[shape as usize]),
-            },
-            None => Near {
-                shape: 0,
-                distance: f64::INFINITY,
-            },
+                squared_to_all(points, &self.shapes[shape as usize], f64::INFINITY),
+            ),
+            None => (0, f64::INFINITY),
         };
+        let enough_squared = enough * enough;
         // Distance is convex: the middle of the points is not farther from a shape than the farthest of them.
         let middle = points.iter().sum::<DVec3>() / points.len() as f64;
         let mut stack = [(0usize, 0.0f64); 64];
-        stack[0] = (0, self.box_distance(middle, 0));
+        stack[0] = (0, self.squared_to_box(middle, 0));
         let mut height = 1;
-        while height > 0 && best.distance > enough {
+        while height > 0 && best_squared > enough_squared {
             height -= 1;
-            let (node, distance) = stack[height];
-            if distance >= best.distance {
+            let (node, squared) = stack[height];
+            if squared >= best_squared {
                 continue;
             }
             if node >= self.leaves - 1 {
                 let first = (node - (self.leaves - 1)) * LEAF_SHAPES;
                 let members = self.order.iter().skip(first).take(LEAF_SHAPES);
                 for &shape in members {
-                    let distance = distance_to_all(points, &self.shapes[shape as usize]);
-                    if distance < best.distance {
-                        best = Near { shape, distance };
+                    let squared = squared_to_all(points, &self.shapes[shape as usize], best_squared);
+                    if squared < best_squared {
+                        (best, best_squared) = (shape, squared);
                     }
                 }
             } else {
-                let mut children = [2 * node + 1, 2 * node + 2].map(|child| (child, self.box_distance(middle, child)));
+                let mut children =
+                    [2 * node + 1, 2 * node + 2].map(|child| (child, self.squared_to_box(middle, child)));
                 if children[0].1 < children[1].1 {
                     children.swap(0, 1);
                 }
                 for child in children {
-                    if child.1 < best.distance {
+                    if child.1 < best_squared {
                         stack[height] = child;
                         height += 1;
                     }
                 }
             }
         }
-        best
+        Near {
+            shape: best,
+            distance: best_squared.sqrt(),
+        }
     }
 
-    /// No shape in a node is nearer than this.
-    fn box_distance(&self, point: DVec3, node: usize) -> f64 {
+    /// No shape in a node is nearer than the root of this.
+    fn squared_to_box(&self, point: DVec3, node: usize) -> f64 {
         let (min, max) = self.boxes[node];
-        (min - point).max(point - max).max(DVec3::ZERO).length()
+        (min - point).max(point - max).max(DVec3::ZERO).length_squared()
     }
 }
 
-fn distance_to_all(points: &[DVec3], shape: &Corners) -> f64 {
-    points
-        .iter()
-        .map(|p| point_distance_squared(*p, shape))
-        .fold(0.0, f64::max)
-        .sqrt()
+/// The largest squared distance of a point from a shape, or one that is not below `limit`.
+fn squared_to_all(points: &[DVec3], shape: &Corners, limit: f64) -> f64 {
+    let mut largest = 0.0;
+    for point in points {
+        largest = f64::max(largest, point_distance_squared(*point, shape));
+        if largest >= limit {
+            break;
+        }
+    }
+    largest
 }
 
 /// Squared distance from a point to a triangle, line or point; never less than the true one but for rounding.

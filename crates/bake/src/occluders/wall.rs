@@ -274,7 +274,15 @@ impl Wall {
     /// Whether a sight line that crosses the plane at this place is blocked.
     pub(crate) fn opaque_at(&self, way: Way, place: Vec2) -> bool {
         let index = |axis: usize| self.lines[axis].partition_point(|line| *line <= place[axis]);
-        self.hides(way) && self.opaque_square(way, index(0), index(1))
+        self.hides(way) && self.reaches(place) && self.opaque_square(way, index(0), index(1))
+    }
+
+    /// Whether a place of the plane is inside its grid.
+    pub(crate) fn reaches(&self, place: Vec2) -> bool {
+        (0..2).all(|axis| {
+            let lines = &self.lines[axis];
+            lines[0] <= place[axis] && place[axis] <= lines[lines.len() - 1]
+        })
     }
 
     /// The share of a rectangle that is opaque, by squares.

@@ -125,7 +125,7 @@ impl Written {
 /// When the sink refuses an object, or the caller cancels.
 pub fn write(
     input: Input<'_>,
-    models: &Models,
+    models: &Models<'_>,
     sink: &dyn BlobSink,
     progress: &dyn Progress,
 ) -> Result<Written, BakeError> {

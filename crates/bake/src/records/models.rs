@@ -1,5 +1,5 @@
 //! Which bytes does each model cost at each level? Makes the levels of every model and hands them to the sink as GLBs;
-//! `smooth` adds smooth LODs.
+//! `smooth` adds smooth LODs, later: a first revision does without.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,7 +25,8 @@ use crate::{
 };
 
 /// The levels of every model, stored; models keep their order.
-pub struct Models {
+pub struct Models<'a> {
+    pictures: Pictures<'a>,
     pub(super) models: Vec<Model>,
     /// The GLB of each one's coarsest level; nothing where it is too large for a pack.
     pub(super) coarsest_glb: Vec<Vec<u8>>,
@@ -33,13 +34,13 @@ pub struct Models {
     pub(super) blobs: Vec<(BlobName, u64)>,
 }
 
-impl Models {
-    /// Makes and stores the levels of every model, smooth LODs where they pay, and the pictures that both use.
+impl<'a> Models<'a> {
+    /// Makes and stores the levels of every model, and the pictures that they use.
     ///
     /// # Errors
     /// When the sink refuses an object, or the caller cancels.
     pub fn write(
-        scene: &SourceScene,
+        scene: &'a SourceScene,
         settings: &LodSettings,
         sink: &dyn BlobSink,
         progress: &dyn Progress,
@@ -67,20 +68,38 @@ impl Models {
         });
         let written: Vec<_> = levels.collect::<Result<_, BakeError>>()?;
         let (levels, coarsest_glb): (Vec<_>, Vec<_>) = written.into_iter().unzip();
-        let smooth = smooth::write(scene, &pictures, settings.error_limits, &ledger, progress)?;
         let rules = scene.models.iter().map(|model| rules::write(model, &ledger));
         let rules = rules.collect::<Result<Vec<_>, SinkError>>()?;
-        let models = levels.into_iter().zip(smooth).zip(rules);
-        let models = models.map(|((levels, smooth), procedural)| Model {
+        let models = levels.into_iter().zip(rules).map(|(levels, procedural)| Model {
             levels,
-            smooth,
+            smooth: None,
             procedural,
         });
         Ok(Self {
             models: models.collect(),
+            pictures,
             coarsest_glb,
             blobs: ledger.into_blobs(),
         })
+    }
+
+    /// Adds smooth LODs where they pay.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn add_smooth(
+        &mut self,
+        settings: &LodSettings,
+        sink: &dyn BlobSink,
+        progress: &dyn Progress,
+    ) -> Result<(), BakeError> {
+        let ledger = Ledger::new(sink, &self.blobs);
+        let smooth = smooth::write(&self.pictures, settings.error_limits, &ledger, progress)?;
+        for (model, smooth) in self.models.iter_mut().zip(smooth) {
+            model.smooth = smooth;
+        }
+        self.blobs = ledger.into_blobs();
+        Ok(())
     }
 }
 
@@ -91,7 +110,7 @@ fn cost(model: &SourceModel) -> u64 {
 
 /// Every picture in all sizes, stored.
 pub(super) struct Pictures<'a> {
-    scene: &'a SourceScene,
+    pub(super) scene: &'a SourceScene,
     /// For each picture the root of the number of its pixels, and its sizes.
     ladders: Vec<(Option<f64>, Vec<TextureRef>)>,
 }

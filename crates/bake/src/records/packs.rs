@@ -79,7 +79,7 @@ impl CellSet {
 /// Packs the coarsest levels of models by the cells that see them (for each cell the models, in any order), stores the
 /// packs, and gives the models that know theirs.
 pub(super) fn write(
-    models: &Models,
+    models: &Models<'_>,
     seen: &[Vec<usize>],
     cells: &[ViewCell],
     ledger: &Ledger<'_>,

@@ -19,17 +19,17 @@ use crate::{
         self, publish,
         quantise::{QuantisedMesh, materials},
     },
-    source::{SourceModel, SourceScene},
+    source::SourceModel,
 };
 
 /// The smooth LOD of each model, stored.
 pub(super) fn write(
-    scene: &SourceScene,
     pictures: &Pictures<'_>,
     limits: HausdorffLimits,
     ledger: &Ledger<'_>,
     progress: &dyn Progress,
 ) -> Result<Vec<Option<SmoothLod>>, BakeError> {
+    let scene = pictures.scene;
     let mut scales = vec![0.0f64; scene.models.len()];
     for object in &scene.objects {
         let scale = &mut scales[object.model];
@@ -55,7 +55,7 @@ pub(super) fn write(
             let mesh = QuantisedMesh::new(model, publish::precision(model, scale));
             let bytes = smooth::encode(&mesh);
             let is_smaller = bytes.len() < publish::plain_bytes(model);
-            let smooth = is_smaller.then(|| write_one(scene, (model, &mesh), bytes, (pictures, limits), ledger));
+            let smooth = is_smaller.then(|| write_one((model, &mesh), bytes, (pictures, limits), ledger));
             progress.advance(*triangles);
             smooth.transpose()
         });
@@ -63,13 +63,13 @@ pub(super) fn write(
 }
 
 fn write_one(
-    scene: &SourceScene,
     (model, mesh): (&SourceModel, &QuantisedMesh),
     bytes: Vec<u8>,
     (pictures, limits): (&Pictures<'_>, HausdorffLimits),
     ledger: &Ledger<'_>,
 ) -> Result<SmoothLod, BakeError> {
     const READS: &str = "a reader reads what was just written";
+    let scene = pictures.scene;
     let (header, _) = Header::read(&bytes).expect(READS).expect(READS);
     let errors = publish::geometric_errors(model, mesh, &bytes, limits).expect(READS);
     let (url, bytes) = ledger.put(SLOD, bytes)?;

@@ -148,13 +148,7 @@ fn stops(wall: &Wall, from: Vec3, to: Vec3) -> bool {
 
 /// Whether a segment crosses a wall that hides this way, be it through an opening.
 fn passes(wall: &Wall, from: Vec3, to: Vec3) -> bool {
-    crosses(wall, from, to).is_some_and(|(way, place)| {
-        let between = |axis: usize| {
-            let lines = &wall.lines[axis];
-            lines[0] <= place[axis] && place[axis] <= lines[lines.len() - 1]
-        };
-        wall.hides(way) && between(0) && between(1)
-    })
+    crosses(wall, from, to).is_some_and(|(way, place)| wall.hides(way) && wall.reaches(place))
 }
 
 /// Asks questions about one blocker; remembers what worked.
