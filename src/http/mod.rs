@@ -11,6 +11,7 @@
 //! * `live`: sessions with their event streams, movers and doors.
 //! * `uploads`, `rollback`: how what is published changes. `owner`: by whom. `pace`, `peer`: how often, and from where.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
+//! * `visitor`: for whom what is there. `links`: who comes through a link into a private scene.
 //! * `momentary`: answers that no cache keeps.
 //! * [`accept`]: the accept loop with its limits and its end. [`tls`]: certificates.
 
@@ -27,6 +28,7 @@ mod extract;
 pub mod front;
 mod health;
 mod immutable;
+mod links;
 mod live;
 mod metrics;
 mod momentary;
@@ -45,6 +47,7 @@ pub mod tls;
 mod uploads;
 mod viewer;
 mod visible;
+mod visitor;
 
 use std::time::Duration;
 

@@ -211,6 +211,12 @@ impl Live {
         })
     }
 
+    /// The scene that a session is in.
+    #[must_use]
+    pub fn scene_of(&self, session: SessionId) -> Option<SceneName> {
+        self.0.registry.scene_of_session(session)
+    }
+
     /// A session, for whoever has its token.
     ///
     /// # Errors

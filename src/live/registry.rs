@@ -187,6 +187,16 @@ impl Registry {
         entry.ok_or_else(|| LiveError::NotFound(format!("session {session} on this node: it has ended, never was, or is on another; open a new one, and send each client's requests to one node")))
     }
 
+    /// The scene that a session is in.
+    pub(super) fn scene_of_session(&self, session: SessionId) -> Option<SceneName> {
+        let tables = self.tables();
+        let stage = &tables.sessions.get(&session)?.stage;
+        let mut stages = tables.stages.iter();
+        stages
+            .find(|(_, running)| running.is(stage))
+            .map(|(scene, _)| scene.clone())
+    }
+
     /// The session of a scene that has this token.
     pub(super) fn session_of(&self, stage: &StageHandle, token: Token) -> Result<SessionId, LiveError> {
         let session = self.tables().session_of(stage, token);
