@@ -14,11 +14,13 @@
 //! * [`config`]: the one list of settings.
 //! * `media`: of which kind published files are, and how long they may be kept.
 //! * `worlds`: the worlds that are built into the program.
+//! * `dashboard`: what a terminal shows of a server that runs in it.
 //! * [`commands`]: what the program can be told to do.
 
 pub mod commands;
 pub mod config;
 mod confine;
+mod dashboard;
 pub mod db;
 pub mod http;
 pub mod jobs;

@@ -22,13 +22,8 @@ use prometheus_client::{
     registry::{Registry, Unit},
 };
 
-use super::{error::ApiError, routes::IMMUTABLE_OBJECT};
-use crate::{
-    jobs::{JobCounts, Jobs},
-    live::{Live, LiveCounts},
-    published::Publications,
-    store::BlobStore,
-};
+use super::{AppState, error::ApiError, routes::IMMUTABLE_OBJECT};
+use crate::{jobs::JobCounts, live::LiveCounts};
 
 /// Counters of one server. Cheap to clone.
 #[derive(Clone)]
@@ -301,23 +296,26 @@ impl Metrics {
     }
 }
 
-/// `GET /metrics`.
-pub(super) async fn metrics(
-    State(metrics): State<Metrics>,
-    State(blobs): State<BlobStore>,
-    State(live): State<Live>,
-    State(jobs): State<Jobs>,
-    State(publications): State<Publications>,
-) -> Result<Response, ApiError> {
-    let (inner, cache) = (&metrics.inner, blobs.cache_use());
+/// What the server has been doing, as OpenMetrics text.
+///
+/// # Errors
+/// Never, unless memory cannot be written to.
+pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
+    let (inner, cache) = (&state.metrics.inner, state.blobs.cache_use());
     inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
     inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
-    inner.catalogue_up.set(publications.up_to_date().into());
-    inner.live.set(&live.counts());
-    inner.jobs.set(&jobs.counts());
+    inner.catalogue_up.set(state.publications.up_to_date().into());
+    inner.live.set(&state.live.counts());
+    inner.jobs.set(&state.jobs.counts());
     let mut text = String::new();
-    encode(&mut text, &inner.registry).map_err(|e| ApiError::Internal(e.into()))?;
+    encode(&mut text, &inner.registry)?;
+    Ok(text)
+}
+
+/// `GET /metrics`.
+pub(super) async fn metrics(State(state): State<AppState>) -> Result<Response, ApiError> {
+    let text = metrics_text(&state).map_err(|e| ApiError::Internal(e.into()))?;
     let headers = [
         (
             header::CONTENT_TYPE,

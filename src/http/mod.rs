@@ -54,7 +54,7 @@ use std::time::Duration;
 use axum::extract::FromRef;
 
 pub use error::ApiError;
-pub use metrics::Metrics;
+pub use metrics::{Metrics, metrics_text};
 pub use openapi::OPENAPI_JSON;
 pub use pace::Pace;
 pub use viewer::viewer_files;
