@@ -58,6 +58,18 @@ pub(super) fn lines(now: &Reading, before: &Reading, between: Duration, up: Dura
             ),
         ),
         row(
+            "quality",
+            match now.reporting {
+                0.0 => "nobody says".to_owned(),
+                many => format!(
+                    "{} of what is visible is there, mean of {}; worst {}",
+                    share(now.quality_mean, 1.0),
+                    number(many),
+                    share(now.quality_worst, 1.0)
+                ),
+            },
+        ),
+        row(
             "uploads",
             format!("{} baking · {} waiting", number(now.bakes), number(now.waiting)),
         ),
@@ -151,6 +163,9 @@ mod tests {
             movers: 1_003.0,
             hushed: 990.0,
             events: 3.0 * times,
+            reporting: 2.0,
+            quality_mean: 0.98,
+            quality_worst: 0.95,
             bakes: 1.0,
             took: [
                 (0.0004, 98.0 * times),
@@ -179,6 +194,7 @@ mod tests {
                 "  sent      3.0 MB/s · 4 connections",
                 "  memory    12 MB of objects · 90 % of 100/s were there",
                 "  live      3 sessions · 1003 movers · 990 hidden at 0 B/s · 3 events/s",
+                "  quality   98 % of what is visible is there, mean of 2; worst 95 %",
                 "  uploads   1 baking · 0 waiting",
             ]
         );

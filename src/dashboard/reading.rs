@@ -20,6 +20,9 @@ pub(super) struct Reading {
     pub(super) movers: f64,
     pub(super) hushed: f64,
     pub(super) events: f64,
+    pub(super) reporting: f64,
+    pub(super) quality_mean: f64,
+    pub(super) quality_worst: f64,
     pub(super) bakes: f64,
     pub(super) waiting: f64,
     /// How many answers took at most so long, by the bound in seconds; all routes together.
@@ -79,6 +82,9 @@ impl Reading {
                 "live_sessions" => reading.sessions = value,
                 "live_movers" => reading.movers = value,
                 "live_hushed_movers" => reading.hushed = value,
+                "live_quality_sessions" => reading.reporting = value,
+                "live_quality_mean" => reading.quality_mean = value,
+                "live_quality_worst" => reading.quality_worst = value,
                 "live_events_total" => reading.events = value,
                 "jobs_open" => match label("state") {
                     Some("running") => reading.bakes = value,

@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn nothing_is_kept_for_longer_than_the_link_holds() {
         assert_eq!(until(media::FOR_EVER, 60).unwrap(), "public, max-age=60, immutable");
-        assert_eq!(until(media::CURRENT, 60).unwrap(), media::CURRENT.replace("=30", "=30"));
+        assert_eq!(until(media::CURRENT, 60).unwrap(), media::CURRENT);
         assert_eq!(
             until(media::CURRENT, 1).unwrap(),
             "public, max-age=1, stale-while-revalidate=1"

@@ -2,7 +2,10 @@
 
 use std::{
     fmt,
-    sync::{Arc, atomic::Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
     time::Duration,
 };
 
@@ -94,6 +97,9 @@ struct LiveMetrics {
     resyncs: Counter,
     floods: Counter,
     expired: Counter,
+    quality_sessions: Gauge,
+    quality_mean: Gauge<f64, AtomicU64>,
+    quality_worst: Gauge<f64, AtomicU64>,
     abroad: Gauge,
     connected: Gauge,
     others: Gauge,
@@ -118,10 +124,25 @@ impl LiveMetrics {
                 "Movers of other nodes that may be seen here",
                 &self.abroad,
             ),
+            (
+                "live_quality_sessions",
+                "Sessions that say how much of what they see they have downloaded",
+                &self.quality_sessions,
+            ),
             ("node_connected", "Whether NATS answers", &self.connected),
             ("node_others", "Other nodes, in the scene with most", &self.others),
         ];
         for (name, help, gauge) in gauges {
+            registry.register(name, help, gauge.clone());
+        }
+        for (name, help, gauge) in [
+            (
+                "live_quality_mean",
+                "What they have of what they see, mean",
+                &self.quality_mean,
+            ),
+            ("live_quality_worst", "The same, of who has least", &self.quality_worst),
+        ] {
             registry.register(name, help, gauge.clone());
         }
         let counters = [
@@ -153,6 +174,9 @@ impl LiveMetrics {
         counter(&self.resyncs, counts.resyncs);
         counter(&self.floods, counts.floods);
         counter(&self.expired, counts.expired);
+        gauge(&self.quality_sessions, counts.quality.sessions);
+        self.quality_mean.set(counts.quality.mean);
+        self.quality_worst.set(counts.quality.worst);
         gauge(&self.abroad, counts.now.abroad);
         let nodes = counts.nodes.unwrap_or_default();
         gauge(&self.connected, usize::from(nodes.connected));

@@ -194,6 +194,27 @@ pub(in crate::http) async fn aoi(
     Ok(now(StatusCode::OK, &aoi))
 }
 
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Report {
+    quality: f64,
+}
+
+/// `PUT /v1/sessions/{session}/quality`: how much of what can be seen the participant has downloaded, if it likes to say so.
+pub(in crate::http) async fn quality(
+    State(live): State<Live>,
+    visitor: Visitor,
+    Path(session): Path<SessionId>,
+    Shown(token): Shown,
+    request: Request,
+) -> Result<Response, ApiError> {
+    let session = own(&live, &visitor, session, token).await?;
+    let Report { quality } = json_body(request, r#"{"quality": 0.97}"#).await?;
+    let noted = session.report(quality);
+    noted.map_err(|error| ApiError::bad_body("/quality", error))?;
+    Ok(done())
+}
+
 /// `GET /v1/sessions/{session}/events`: what the session is told, as server-sent events.
 pub(in crate::http) async fn events(
     State(live): State<Live>,
