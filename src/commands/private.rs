@@ -1,5 +1,6 @@
 //! `belvedere private`: which scenes are not for everybody.
 
+use anyhow::Context;
 use belvedere_scene::SceneName;
 
 use super::output::{print, print_json, table};
@@ -21,7 +22,7 @@ pub(super) struct Args {
     #[arg(long, conflicts_with = "end")]
     new_key: bool,
     /// Print the key that its links are signed with, for the edge of a CDN
-    #[arg(long, conflicts_with = "end")]
+    #[arg(long, conflicts_with_all = ["end", "new_key"])]
     show_key: bool,
     /// List the private scenes
     #[arg(long, conflicts_with_all = ["scene", "end", "new_key", "show_key"])]
@@ -47,17 +48,18 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
                 &format!("scene {scene} is for everybody"),
             )
         }
+        Some(scene) if args.show_key => {
+            let key = key_of(&catalogue, &scene).await?;
+            let key = key.with_context(|| format!("scene `{scene}` is not private, so it has no links"))?;
+            say(args.json, &scene, true, Some(&key), "")
+        }
         Some(scene) => {
             let made = make_private(&catalogue, &scene).await?;
             if args.new_key && !made {
                 catalogue.replace_link_key(&scene, LinkKey::random()?.secret()).await?;
             }
-            let key = match args.show_key {
-                true => key_of(&catalogue, &scene).await?,
-                false => None,
-            };
             let sentence = format!("scene {scene} is private; `belvedere sign {scene}` makes links to it");
-            say(args.json, &scene, true, key.as_ref(), &sentence)
+            say(args.json, &scene, true, None, &sentence)
         }
     }
 }

@@ -39,6 +39,10 @@ async fn a_link_walks_through_a_private_scene_and_nothing_else_does() {
     assert_eq!((&seen["failures"], &seen["holes"]), (&0.into(), &0.into()), "{seen}");
     assert_ne!(walk(&server.base).status.code(), Some(0));
 
+    assert!(
+        data.fails(&["private", "hall", "--show-key"])
+            .contains("is not private")
+    );
     assert!(data.fails(&["sign", "hall"]).contains("is not private"));
     assert!(
         data.fails(&["publish", "rooms", "--to", "tree"])
