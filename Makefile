@@ -6,7 +6,7 @@ NPM ?= npm
 LISTEN ?= 127.0.0.1:8080
 DATA ?= data
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services bless clean
+.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist dist bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -43,6 +43,24 @@ test-api: viewer
 test-services: viewer
 	tests/services/run.sh
 
+## Links into private scenes, in front of a real nginx with njs.
+test-private: viewer
+	tests/tools/private.sh
+
+## Whether what `make dist` packs is whole, and the same twice.
+test-dist:
+	tests/tools/dist.sh $(BINARY)
+
+## A release for this machine's kind: dist/belvedere-{version}-{target}.tar.gz and its .sha256. BINARY=path packs one that is
+## built already. Paths of this machine are kept out of the program, so that others can build the same bytes.
+dist: viewer
+ifndef BINARY
+	RUSTFLAGS="$$RUSTFLAGS --remap-path-prefix=$(CURDIR)=/belvedere --remap-path-prefix=$${CARGO_HOME:-$$HOME/.cargo}=/cargo" \
+		$(CARGO) build --release --locked --bin belvedere
+endif
+	deploy/dist.sh "$(or $(BINARY),$(or $(CARGO_TARGET_DIR),target)/release/belvedere)" \
+		"$$($(CARGO) pkgid -p belvedere | sed 's/.*[@#]//')" "$$(rustc -vV | sed -n 's/^host: //p')"
+
 ## The page that the binary serves.
 viewer: viewer/dist/index.html
 
@@ -66,4 +84,4 @@ bless:
 
 clean:
 	$(CARGO) clean
-	rm -rf viewer/dist viewer/node_modules artifacts .venv
+	rm -rf viewer/dist viewer/node_modules artifacts .venv dist

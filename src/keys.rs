@@ -1,4 +1,4 @@
-//! Who may change what is published? Whoever shows an API key that covers it.
+//! Who may change what is published, or read what is private? Whoever shows an API key that covers it.
 //!
 //! A key is `bvk_{id}_{secret}`: the id names it in lists and logs, the secret is 256 random bits of which only the
 //! SHA-256 is kept. So the catalogue betrays nothing that one could log in with, and a key that is lost is made anew.
@@ -11,7 +11,8 @@ use subtle::ConstantTimeEq;
 
 use crate::db::{Catalogue, NewKey, StoredKey};
 
-const PREFIX: &str = "bvk_";
+/// What every key begins with, and no token does.
+pub(crate) const PREFIX: &str = "bvk_";
 const ID_DIGITS: usize = 16;
 const SECRET_DIGITS: usize = 64;
 
@@ -23,6 +24,8 @@ pub enum Scope {
     Publish,
     /// Move a scene back to an earlier revision.
     Rollback,
+    /// Read private scenes.
+    Read,
 }
 
 impl fmt::Display for Scope {
@@ -30,6 +33,7 @@ impl fmt::Display for Scope {
         f.write_str(match self {
             Self::Publish => "publish",
             Self::Rollback => "rollback",
+            Self::Read => "read",
         })
     }
 }
@@ -118,10 +122,19 @@ impl Grant {
     fn of(stored: &StoredKey) -> anyhow::Result<Self> {
         Ok(Self {
             id: stored.id.clone(),
-            scopes: serde_json::from_str(&stored.scopes)?,
+            scopes: scopes(&stored.scopes)?,
             scenes: stored.scenes.as_deref().map(serde_json::from_str).transpose()?,
         })
     }
+}
+
+/// The scopes of a stored list; those of a newer version are nothing that this one could grant.
+fn scopes(json: &str) -> anyhow::Result<Vec<Scope>> {
+    let stored: Vec<serde_json::Value> = serde_json::from_str(json)?;
+    Ok(stored
+        .into_iter()
+        .filter_map(|scope| serde_json::from_value(scope).ok())
+        .collect())
 }
 
 /// A key as it is listed: never with its secret.
@@ -271,6 +284,15 @@ mod tests {
         assert!(!keys.revoke("0000000000000000").await.unwrap());
         let listed = keys.list().await.unwrap();
         assert!(listed.len() == 1 && listed[0].revoked_at.is_some() && !listed[0].valid);
+    }
+
+    #[test]
+    fn a_scope_of_a_newer_version_grants_nothing() {
+        assert_eq!(
+            scopes(r#"["publish", "paint", "read"]"#).unwrap(),
+            [Scope::Publish, Scope::Read]
+        );
+        assert!(scopes("publish").is_err());
     }
 
     #[tokio::test]

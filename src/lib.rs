@@ -5,7 +5,7 @@
 //! * [`db`]: the catalogue: which scenes are published, and which revision of each is current.
 //! * [`store`]: immutable objects by their content hash, with their content-coded variants.
 //! * [`jobs`]: how an uploaded scene gets published.
-//! * [`keys`]: who may change what is published.
+//! * [`keys`]: who may change what is published. [`links`]: who may read what is not for everybody.
 //! * [`published`]: a published scene, read just as a client reads it.
 //! * [`live`]: who is in a scene right now, and what each hears of the others.
 //! * [`http`]: routes, caching rules, limits and the accept loop; the only module that knows axum.
@@ -14,15 +14,18 @@
 //! * [`config`]: the one list of settings.
 //! * `media`: of which kind published files are, and how long they may be kept.
 //! * `worlds`: the worlds that are built into the program.
+//! * `dashboard`: what a terminal shows of a server that runs in it.
 //! * [`commands`]: what the program can be told to do.
 
 pub mod commands;
 pub mod config;
 mod confine;
+mod dashboard;
 pub mod db;
 pub mod http;
 pub mod jobs;
 pub mod keys;
+pub mod links;
 pub mod live;
 mod media;
 pub mod place;

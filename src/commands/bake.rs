@@ -49,6 +49,9 @@ pub(super) struct Args {
     /// Who makes levels of detail: octree, quadric, or best: for each level the one whose error is smaller
     #[arg(long, default_value_t)]
     lod: lod::Method,
+    /// Make the scene private before anything of it is published: only links and API keys open it
+    #[arg(long)]
+    private: bool,
     /// Publish a first revision with larger visible sets within a minute or so, and go on
     #[arg(long)]
     preview: bool,
@@ -95,6 +98,9 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             .build_global()?;
     }
     let data = DataFolder::open(&args.place).await?;
+    if args.private {
+        super::private::make_private(data.catalogue(), &args.scene).await?;
+    }
     let request = Request {
         scene: args.scene,
         title: args.title,

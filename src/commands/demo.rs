@@ -35,7 +35,12 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         return baking.await?;
     }
     let page = format!("?scene={}", WORLDS[0].name);
-    let served = serve::run_at(args.serve, &page).await;
+    // The bars of the bakes stand where the figures would.
+    let serve = ServeArgs {
+        no_dashboard: true,
+        ..args.serve
+    };
+    let served = serve::run_at(serve, &page).await;
     progress.iter().for_each(|progress| progress.cancel());
     // What it says now is that it was cancelled, or what the log says already.
     _ = baking.await?;

@@ -1,4 +1,4 @@
-//! `belvedere keys`: who may upload scenes and roll them back.
+//! `belvedere keys`: who may upload scenes, roll them back and read private ones.
 
 use belvedere_scene::SceneName;
 use clap::Subcommand;
@@ -30,7 +30,7 @@ struct Create {
     /// What to call it in lists
     #[arg(long, default_value = "unnamed")]
     name: String,
-    /// What it may do; can be given more than once [default: all]
+    /// What it may do; can be given more than once [default: publish and rollback]
     #[arg(long, value_enum)]
     scope: Vec<Scope>,
     /// In which scene; can be given more than once [default: in all]

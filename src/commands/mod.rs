@@ -10,9 +10,11 @@ mod inspect;
 mod keys;
 mod mesh;
 mod output;
+mod private;
 mod publish;
 mod rollback;
 pub mod serve;
+mod sign;
 mod verify;
 mod walk;
 
@@ -52,8 +54,12 @@ enum Command {
     Gc(gc::Args),
     /// Move a scene back to an earlier revision
     Rollback(rollback::Args),
-    /// Make, list and revoke API keys: who may upload scenes and roll them back
+    /// Make, list and revoke API keys: who may upload scenes, roll them back and read private ones
     Keys(keys::Args),
+    /// Make a scene private, or public again
+    Private(private::Args),
+    /// Print a link that opens a private scene for a while
+    Sign(sign::Args),
     /// Print the OpenAPI document of the HTTP interface
     Openapi,
 }
@@ -93,6 +99,8 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Gc(args) => gc::run(args).await,
         Command::Rollback(args) => rollback::run(args).await,
         Command::Keys(args) => keys::run(args).await,
+        Command::Private(args) => private::run(args).await,
+        Command::Sign(args) => sign::run(args).await,
         Command::Openapi => output::print(crate::http::OPENAPI_JSON),
     }
 }

@@ -22,6 +22,9 @@ pub(super) struct Args {
     /// The folder or bucket, s3://bucket/prefix, to write into; other scenes that it holds stay
     #[arg(long, value_name = "DIR")]
     to: String,
+    /// Write it although it is private; whoever reaches the tree sees all of it
+    #[arg(long)]
+    although_private: bool,
     #[command(flatten)]
     place: PlaceArgs,
     /// Print the result as JSON
@@ -37,6 +40,13 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         place.store_plain_http.unwrap_or(false),
     )?;
     let data = DataFolder::open_existing(&args.place).await?;
+    let private = super::private::key_of(data.catalogue(), &args.scene).await?.is_some();
+    anyhow::ensure!(
+        args.although_private || !private,
+        "scene `{}` is private, and files know no links: whoever reaches them sees them. Where something else keeps strangers out, \
+         say --although-private",
+        args.scene
+    );
     let visible = !args.json && std::io::stderr().is_terminal();
     let target = if visible {
         ProgressDrawTarget::stderr()

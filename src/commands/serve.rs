@@ -1,6 +1,7 @@
 //! `belvedere serve`: hand out what is published until told to stop.
 
 use std::{
+    io::IsTerminal,
     net::SocketAddr,
     path::{Path, PathBuf},
 };
@@ -17,7 +18,10 @@ use tracing_subscriber::{
 
 use crate::{
     config::{Config, LogFormat, Settings},
-    http::{AppState, Metrics, OnLine, Pace, RequestLimits, accept::serve_connections, front::Front, tls::Tls},
+    dashboard::{self, Screen},
+    http::{
+        AppState, Metrics, OnLine, Pace, RequestLimits, accept::serve_connections, front::Front, metrics_text, tls::Tls,
+    },
     jobs::Jobs,
     keys::Keys,
     live::{Live, Recorder, Sources, nodes::Nodes},
@@ -33,6 +37,9 @@ pub struct ServeArgs {
     /// Say what the settings come to, and whether they can work, and serve nothing
     #[arg(long)]
     pub check_config: bool,
+    /// Show no figures below the log; they are only shown in a terminal anyway
+    #[arg(long)]
+    pub no_dashboard: bool,
     /// Everything that can be set.
     #[command(flatten)]
     pub settings: Settings,
@@ -63,16 +70,19 @@ pub async fn run(args: ServeArgs) -> anyhow::Result<()> {
 /// The same; the address that is printed leads to this page.
 pub(super) async fn run_at(args: ServeArgs, page: &str) -> anyhow::Result<()> {
     let check = args.check_config;
+    // Below the log where that is in the terminal too; a log that is sent elsewhere leaves it alone.
+    let screen =
+        (!args.no_dashboard && std::io::stdout().is_terminal()).then(|| Screen::new(std::io::stderr().is_terminal()));
     let config = args.into_config()?;
     if check {
         return super::check::check(&config).await;
     }
-    start_log(&config)?;
+    start_log(&config, screen.clone().unwrap_or_default())?;
     let stopping = CancellationToken::new();
     stop_on_signals(stopping.clone())?;
     let page = page.to_owned();
     let scheme = if config.tls.is_some() { "https" } else { "http" };
-    serve(config, stopping, move |address| {
+    serve_and_show(config, stopping, screen, move |address| {
         // Whoever started it may read the address from here; the log goes to standard error.
         let _closed = super::output::print(&format!("open {scheme}://{address}/{page}"));
     })
@@ -86,6 +96,16 @@ pub(super) async fn run_at(args: ServeArgs, page: &str) -> anyhow::Result<()> {
 pub async fn serve(
     config: Config,
     shutdown: CancellationToken,
+    on_listen: impl FnOnce(SocketAddr),
+) -> anyhow::Result<()> {
+    serve_and_show(config, shutdown, None, on_listen).await
+}
+
+/// The same, with figures in the terminal.
+async fn serve_and_show(
+    config: Config,
+    shutdown: CancellationToken,
+    screen: Option<Screen>,
     on_listen: impl FnOnce(SocketAddr),
 ) -> anyhow::Result<()> {
     let catalogue = config.place.open_catalogue().await?;
@@ -129,7 +149,7 @@ pub async fn serve(
             }
         }
     });
-    let front = Front::new(AppState {
+    let state = AppState {
         publications,
         live,
         blobs,
@@ -142,12 +162,17 @@ pub async fn serve(
             timeout: config.request_timeout,
         },
         on_line: OnLine::default(),
-    });
+    };
     if nothing_yet {
         tracing::info!(data = %config.place.data.display(), "nothing is published yet; `belvedere bake FILE --scene NAME` does that");
     }
     on_listen(listener.local_addr().context("the listening socket has no address")?);
-    serve_connections(listener, front, config.connections, tls, shutdown).await;
+    if let Some(screen) = screen {
+        let (state, shutdown) = (state.clone(), shutdown.clone());
+        let showing = dashboard::show(screen, move || metrics_text(&state).ok());
+        tokio::spawn(shutdown.run_until_cancelled_owned(showing));
+    }
+    serve_connections(listener, Front::new(state), config.connections, tls, shutdown).await;
     working.await.context("the jobs broke off")?;
     leaving.await.context("other nodes were not told")?;
     if let Some(recorder) = recorder {
@@ -161,13 +186,13 @@ fn recorder(file: &Path) -> anyhow::Result<Recorder> {
 }
 
 /// Writes the log to standard error.
-fn start_log(config: &Config) -> anyhow::Result<()> {
+fn start_log(config: &Config, screen: Screen) -> anyhow::Result<()> {
     // What it says of its connections may hold a password.
     let filter = config
         .log
         .parse::<Targets>()?
         .with_target("async_nats", LevelFilter::WARN);
-    let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let lines = tracing_subscriber::fmt::layer().with_writer(screen);
     let lines = match config.log_format {
         LogFormat::Text => lines.boxed(),
         LogFormat::Json => lines.json().boxed(),

@@ -5,13 +5,15 @@
 //! blobs that `gc` collects.
 //!
 //! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`]), and who may change
-//! what is published ([`StoredKey`]), and what is on its way ([`StoredJob`]).
+//! what is published ([`StoredKey`]), who may read what is not for everybody ([`PrivateScene`]), and what is on its way
+//! ([`StoredJob`]).
 
 mod connect;
 mod jobs;
 mod kept;
 mod keys;
 mod lock;
+mod private;
 
 use std::{collections::BTreeSet, time::Duration};
 
@@ -28,6 +30,7 @@ pub use jobs::{Claim, NewJob, StoredJob};
 pub use kept::{KeptDoor, KeptMover};
 pub use keys::{NewKey, StoredKey};
 pub use lock::BlobLock;
+pub use private::PrivateScene;
 
 /// The catalogue. Cheap to clone.
 #[derive(Debug, Clone)]

@@ -28,8 +28,11 @@ use axum::{
 use super::{
     AppState, cors,
     error::{ApiError, Problem},
+    links::Link,
+    owner,
     peer::Peer,
     routes::{IMMUTABLE_OBJECT, SCENE, TEMPLATES, UNMATCHED},
+    visitor,
 };
 
 pub(super) const X_REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -49,10 +52,13 @@ pub(super) async fn around(State(state): State<AppState>, request: Request, next
     let route = matched
         .and_then(|m| TEMPLATES.into_iter().find(|t| *t == m))
         .unwrap_or(UNMATCHED);
+    let link: Option<Link> = request.extensions().get().cloned();
+    let by_key = owner::key_shown(request.headers()).is_some();
     let mut response = match refused(&request) {
         Some(error) => error.into_response(),
         None if is_preflight(&request) => cors::preflight(),
         None if let Err(error) = paced(&state, &request, route) => error.into_response(),
+        None if matches!(link, Some(Link::Expired)) => ApiError::LinkExpired.into_response(),
         // An upload has its own measure of time.
         None if route == SCENE && method == Method::PUT => next.run(request).await,
         None => answered(next.run(request), state.limits.timeout).await,
@@ -60,6 +66,12 @@ pub(super) async fn around(State(state): State<AppState>, request: Request, next
     let problem = response.extensions_mut().remove::<Problem>();
     if let Some(problem) = &problem {
         write_problem(&mut response, problem, &uri);
+    }
+    if let Some(link) = link {
+        link.mark(response.headers_mut());
+    }
+    if by_key {
+        visitor::keep_from_others(response.headers_mut());
     }
     for_everybody(response.headers_mut());
     // Answers outlive their request in caches, so they carry its number only for who sent one or must report an error.

@@ -9,7 +9,6 @@ use std::{collections::VecDeque, ops::Range, str::FromStr};
 
 use axum::{
     body::Body,
-    extract::State,
     http::{HeaderMap, HeaderValue, Method, StatusCode, header},
     response::{IntoResponse, Response},
 };
@@ -22,8 +21,9 @@ use super::{
     extract::Path,
     immutable::{BlobBody, IMMUTABLE},
     rungs,
+    visitor::Visitor,
 };
-use crate::store::{BlobStore, Representations};
+use crate::store::Representations;
 
 /// A bundle holds at most so many members.
 const MAX_MEMBERS: usize = 64;
@@ -126,7 +126,7 @@ fn members(text: &str) -> Result<Vec<Member>, ApiError> {
 
 /// `GET /o/bundle/{members}`: many small things in one answer.
 pub(super) async fn bundle(
-    State(blobs): State<BlobStore>,
+    visitor: Visitor,
     Path(text): Path<String>,
     method: Method,
     headers: HeaderMap,
@@ -139,7 +139,7 @@ pub(super) async fn bundle(
     head.extend_from_slice(&(members.len() as u16).to_le_bytes());
     for member in members {
         let blob = member.blob();
-        let forms = blobs.get(&blob).await?;
+        let forms = visitor.blob(&blob).await?;
         let forms = forms.ok_or_else(|| ApiError::NotFound(format!("object `{blob}`")))?;
         read += forms.identity.bytes.len() as u64;
         if read > MAX_READ_BYTES {

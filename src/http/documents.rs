@@ -1,28 +1,26 @@
 //! How are the two mutable documents answered? From the newest snapshot, with bytes that are ready.
 
 use axum::{
-    extract::State,
     http::{HeaderMap, HeaderValue, header},
     response::Response,
 };
 use belvedere_scene::SceneName;
 
-use super::{error::ApiError, extract::Path, immutable::json_answer, queries::find};
-use crate::published::Publications;
+use super::{error::ApiError, extract::Path, immutable::json_answer, visitor::Visitor};
 
-/// `GET /v1/scenes` and `/v1/scenes/index.json`: the scenes.
-pub(super) async fn scenes(State(publications): State<Publications>, headers: HeaderMap) -> Result<Response, ApiError> {
-    let list = publications.current().list.clone();
+/// `GET /v1/scenes` and `/v1/scenes/index.json`: the scenes that this visitor may see.
+pub(super) async fn scenes(visitor: Visitor, headers: HeaderMap) -> Result<Response, ApiError> {
+    let list = visitor.list().await?;
     json_answer(&headers, list.etag, list.bytes)
 }
 
 /// `GET /v1/scenes/{scene}` and `/v1/scenes/{scene}/index.json`: the pointer.
 pub(super) async fn scene(
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path(scene): Path<SceneName>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let document = find(&publications, &scene)?.document.clone();
+    let document = visitor.scene(&scene).await?.document.clone();
     let mut answer = json_answer(&headers, document.etag, document.bytes)?;
     answer.headers_mut().insert(header::LINK, offers(&scene));
     Ok(answer)

@@ -67,6 +67,8 @@ pub enum ApiError {
     WrongKey,
     /// The API key is valid, but not for this; why.
     NotGranted(String),
+    /// The link was signed, and its time is over.
+    LinkExpired,
     /// The bytes of an upload came too slowly.
     UploadTooSlow,
     /// What is asked for cannot be, as things are; why.
@@ -275,6 +277,12 @@ impl ApiError {
                 "not-granted",
                 "The API key does not cover this",
                 detail.clone(),
+            ),
+            Self::LinkExpired => (
+                S::FORBIDDEN,
+                "link-expired",
+                "This link has expired",
+                "ask whoever gave it to you for another one".to_owned(),
             ),
             Self::UploadTooSlow => (
                 S::REQUEST_TIMEOUT,

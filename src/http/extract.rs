@@ -10,7 +10,7 @@ use axum::{
 use belvedere_scene::{Bounds, ObjectId, Revision};
 use percent_encoding::percent_decode_str;
 
-use super::error::ApiError;
+use super::{error::ApiError, owner};
 use crate::live::Token;
 
 /// The token that a request shows: `Authorization: Bearer …`, or `?token=…` for readers that cannot set headers.
@@ -23,6 +23,8 @@ impl<S: Sync> FromRequestParts<S> for Shown {
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
         let query = Query::from_request_parts(parts, state).await?;
         let header = match parts.headers.get(header::AUTHORIZATION) {
+            // Whoever shows an API key there shows the token in the query.
+            Some(_) if owner::key_shown(&parts.headers).is_some() => query.text("token")?,
             Some(value) => {
                 let text = value.to_str().unwrap_or_default();
                 let bearer = text

@@ -14,6 +14,7 @@ use tower::ServiceExt;
 use super::{
     AppState, around,
     immutable::{self, BlobBody},
+    links,
     peer::Peer,
     routes,
 };
@@ -49,6 +50,7 @@ impl Front {
         if let Some(response) = self.at_once(&request) {
             return Ok(response.map(Either::Left));
         }
+        links::take(&self.0.state.publications, &mut request);
         request.extensions_mut().insert(peer.clone());
         let response = self.0.router.clone().oneshot(request.map(Body::new)).await?;
         Ok(response.map(Either::Right))
@@ -60,7 +62,7 @@ impl Front {
             return None;
         }
         let started = Instant::now();
-        let response = immutable::object_in_memory(&self.0.state.blobs, request)?;
+        let response = immutable::object_in_memory(&self.0.state, request)?;
         let metrics = &self.0.state.metrics;
         metrics.immutable(response.status(), response.body().len(), started.elapsed());
         Some(response)

@@ -15,7 +15,6 @@ use std::{
 
 use axum::{
     body::{Body, HttpBody},
-    extract::State,
     http::{HeaderMap, HeaderName, HeaderValue, Method, Request, StatusCode, header},
     response::{IntoResponse, Response},
 };
@@ -24,22 +23,23 @@ use bytes::Bytes;
 use hyper::body::{Frame, SizeHint};
 
 use super::{
-    around,
+    AppState, around,
     conditional::{self, Verdict},
     error::ApiError,
     extract::Path,
     negotiate::{self, Choice},
     ranges::{self, Asked},
     rungs,
+    visitor::Visitor,
 };
 use crate::{
     media,
-    store::{BlobStore, Coding, Representation, Representations},
+    store::{Coding, Representation, Representations},
 };
 
 /// `GET /o/{name}`: an immutable object, or a rung of one.
 pub(super) async fn object(
-    State(blobs): State<BlobStore>,
+    visitor: Visitor,
     Path(name): Path<String>,
     method: Method,
     headers: HeaderMap,
@@ -50,12 +50,12 @@ pub(super) async fn object(
         Some(rung) => rung.whole(),
         None => name.parse().map_err(|_| unknown())?,
     };
-    let forms = blobs.get(&blob).await?.ok_or_else(unknown)?;
+    let forms = visitor.blob(&blob).await?.ok_or_else(unknown)?;
     answer_immutable(&blob, rung, &forms, &method, &headers).map(|response| response.map(Body::new))
 }
 
-/// The same without waiting, when the object is in memory and nothing about the request needs an explanation.
-pub(super) fn object_in_memory<B>(blobs: &BlobStore, request: &Request<B>) -> Option<Response<BlobBody>> {
+/// The same without waiting, when the object is public and in memory and nothing about the request needs an explanation.
+pub(super) fn object_in_memory<B>(state: &AppState, request: &Request<B>) -> Option<Response<BlobBody>> {
     if !matches!(*request.method(), Method::GET | Method::HEAD) {
         return None;
     }
@@ -65,7 +65,10 @@ pub(super) fn object_in_memory<B>(blobs: &BlobStore, request: &Request<B>) -> Op
         Some(rung) => rung.whole(),
         None => name.parse().ok()?,
     };
-    let forms = blobs.in_memory(&blob)?;
+    let forms = state.blobs.in_memory(&blob)?;
+    if !state.publications.is_public(&blob) {
+        return None;
+    }
     answer_immutable(&blob, rung, &forms, request.method(), request.headers()).ok()
 }
 

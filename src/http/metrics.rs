@@ -2,7 +2,10 @@
 
 use std::{
     fmt,
-    sync::{Arc, atomic::Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
     time::Duration,
 };
 
@@ -22,13 +25,8 @@ use prometheus_client::{
     registry::{Registry, Unit},
 };
 
-use super::{error::ApiError, routes::IMMUTABLE_OBJECT};
-use crate::{
-    jobs::{JobCounts, Jobs},
-    live::{Live, LiveCounts},
-    published::Publications,
-    store::BlobStore,
-};
+use super::{AppState, error::ApiError, routes::IMMUTABLE_OBJECT};
+use crate::{jobs::JobCounts, live::LiveCounts};
 
 /// Counters of one server. Cheap to clone.
 #[derive(Clone)]
@@ -99,6 +97,9 @@ struct LiveMetrics {
     resyncs: Counter,
     floods: Counter,
     expired: Counter,
+    quality_sessions: Gauge,
+    quality_mean: Gauge<f64, AtomicU64>,
+    quality_worst: Gauge<f64, AtomicU64>,
     abroad: Gauge,
     connected: Gauge,
     others: Gauge,
@@ -123,10 +124,25 @@ impl LiveMetrics {
                 "Movers of other nodes that may be seen here",
                 &self.abroad,
             ),
+            (
+                "live_quality_sessions",
+                "Sessions that say how much of what they see they have downloaded",
+                &self.quality_sessions,
+            ),
             ("node_connected", "Whether NATS answers", &self.connected),
             ("node_others", "Other nodes, in the scene with most", &self.others),
         ];
         for (name, help, gauge) in gauges {
+            registry.register(name, help, gauge.clone());
+        }
+        for (name, help, gauge) in [
+            (
+                "live_quality_mean",
+                "What they have of what they see, mean",
+                &self.quality_mean,
+            ),
+            ("live_quality_worst", "The same, of who has least", &self.quality_worst),
+        ] {
             registry.register(name, help, gauge.clone());
         }
         let counters = [
@@ -158,6 +174,9 @@ impl LiveMetrics {
         counter(&self.resyncs, counts.resyncs);
         counter(&self.floods, counts.floods);
         counter(&self.expired, counts.expired);
+        gauge(&self.quality_sessions, counts.quality.sessions);
+        self.quality_mean.set(counts.quality.mean);
+        self.quality_worst.set(counts.quality.worst);
         gauge(&self.abroad, counts.now.abroad);
         let nodes = counts.nodes.unwrap_or_default();
         gauge(&self.connected, usize::from(nodes.connected));
@@ -301,23 +320,26 @@ impl Metrics {
     }
 }
 
-/// `GET /metrics`.
-pub(super) async fn metrics(
-    State(metrics): State<Metrics>,
-    State(blobs): State<BlobStore>,
-    State(live): State<Live>,
-    State(jobs): State<Jobs>,
-    State(publications): State<Publications>,
-) -> Result<Response, ApiError> {
-    let (inner, cache) = (&metrics.inner, blobs.cache_use());
+/// What the server has been doing, as OpenMetrics text.
+///
+/// # Errors
+/// Never, unless memory cannot be written to.
+pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
+    let (inner, cache) = (&state.metrics.inner, state.blobs.cache_use());
     inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
     inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
-    inner.catalogue_up.set(publications.up_to_date().into());
-    inner.live.set(&live.counts());
-    inner.jobs.set(&jobs.counts());
+    inner.catalogue_up.set(state.publications.up_to_date().into());
+    inner.live.set(&state.live.counts());
+    inner.jobs.set(&state.jobs.counts());
     let mut text = String::new();
-    encode(&mut text, &inner.registry).map_err(|e| ApiError::Internal(e.into()))?;
+    encode(&mut text, &inner.registry)?;
+    Ok(text)
+}
+
+/// `GET /metrics`.
+pub(super) async fn metrics(State(state): State<AppState>) -> Result<Response, ApiError> {
+    let text = metrics_text(&state).map_err(|e| ApiError::Internal(e.into()))?;
     let headers = [
         (
             header::CONTENT_TYPE,

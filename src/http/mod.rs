@@ -11,6 +11,7 @@
 //! * `live`: sessions with their event streams, movers and doors.
 //! * `uploads`, `rollback`: how what is published changes. `owner`: by whom. `pace`, `peer`: how often, and from where.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
+//! * `visitor`: for whom what is there. `links`: who comes through a link into a private scene.
 //! * `momentary`: answers that no cache keeps.
 //! * [`accept`]: the accept loop with its limits and its end. [`tls`]: certificates.
 
@@ -27,6 +28,7 @@ mod extract;
 pub mod front;
 mod health;
 mod immutable;
+mod links;
 mod live;
 mod metrics;
 mod momentary;
@@ -45,13 +47,14 @@ pub mod tls;
 mod uploads;
 mod viewer;
 mod visible;
+mod visitor;
 
 use std::time::Duration;
 
 use axum::extract::FromRef;
 
 pub use error::ApiError;
-pub use metrics::Metrics;
+pub use metrics::{Metrics, metrics_text};
 pub use openapi::OPENAPI_JSON;
 pub use pace::Pace;
 pub use viewer::viewer_files;

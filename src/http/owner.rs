@@ -3,12 +3,12 @@
 
 use axum::{
     extract::{FromRef, FromRequestParts},
-    http::{header, request::Parts},
+    http::{HeaderMap, HeaderValue, header, request::Parts},
 };
 use belvedere_scene::SceneName;
 
 use super::{AppState, error::ApiError, pace::Pace, peer::Peer};
-use crate::keys::{ApiKey, Grant, Keys, Scope};
+use crate::keys::{ApiKey, Grant, Keys, PREFIX, Scope};
 
 /// The owner of a valid key.
 #[derive(Debug)]
@@ -19,25 +19,34 @@ impl FromRequestParts<AppState> for Owner {
 
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, ApiError> {
         let shown = parts.headers.get(header::AUTHORIZATION).ok_or(ApiError::NoKey)?;
-        let bearer = shown.to_str().ok().and_then(|text| text.split_once(' '));
-        let text = bearer
-            .filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"))
-            .map(|(_, key)| key.trim());
-        let key: Option<ApiKey> = text.and_then(|text| text.parse().ok());
-        let grant = match key {
-            Some(key) => Keys::from_ref(state).grant(&key).await.map_err(ApiError::Unavailable)?,
-            None => None,
-        };
-        let pace = Pace::from_ref(state);
-        let Some(grant) = grant else {
-            if let Some(peer) = parts.extensions.get::<Peer>() {
-                pace.wrong_key(peer)?;
-            }
-            return Err(ApiError::WrongKey);
-        };
-        pace.write(&grant.id)?;
+        let grant = grant(state, parts.extensions.get(), bearer(shown)).await?;
+        Pace::from_ref(state).write(&grant.id)?;
         Ok(Self(grant))
     }
+}
+
+fn bearer(shown: &HeaderValue) -> Option<&str> {
+    let (scheme, text) = shown.to_str().ok()?.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then(|| text.trim())
+}
+
+/// What is shown in the place of an API key, if it looks like one; tokens of sessions are shown there, too.
+pub(super) fn key_shown(headers: &HeaderMap) -> Option<&str> {
+    let shown = headers.get(header::AUTHORIZATION).and_then(bearer)?;
+    shown.starts_with(PREFIX).then_some(shown)
+}
+
+/// What a key grants. An address that shows wrong ones is held up.
+pub(super) async fn grant(state: &AppState, peer: Option<&Peer>, shown: Option<&str>) -> Result<Grant, ApiError> {
+    let key: Option<ApiKey> = shown.and_then(|text| text.parse().ok());
+    let grant = match key {
+        Some(key) => Keys::from_ref(state).grant(&key).await.map_err(ApiError::Unavailable)?,
+        None => None,
+    };
+    if let (None, Some(peer)) = (&grant, peer) {
+        Pace::from_ref(state).wrong_key(peer)?;
+    }
+    grant.ok_or(ApiError::WrongKey)
 }
 
 impl Owner {

@@ -3,8 +3,6 @@
 //! Answers are small, may be kept for seconds, and carry a tag made of the revision: an address and a revision give
 //! one answer. Pages link to the next one with the revision in the link, so that a client never mixes two revisions.
 
-use std::sync::Arc;
-
 use axum::{
     body::Body,
     extract::State,
@@ -21,9 +19,10 @@ use super::{
     extract::{Form, Path, Query},
     immutable::{BlobResponse, Life, current_answer, json_answer},
     visible::OnLine,
+    visitor::Visitor,
 };
 use crate::{
-    published::{Publications, Published, ReadError},
+    published::{Published, ReadError},
     store::BlobStore,
 };
 
@@ -42,13 +41,13 @@ struct PageOf<T> {
 
 /// `GET /v1/scenes/{scene}/cells?at=x,y,z`: the cell at a point, or the nearest one.
 pub(super) async fn cell_at(
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path(scene): Path<SceneName>,
     query: Query,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let point = query.point("at")?;
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     let located = published.reader.cell_at(point).await?;
     let located = located.ok_or_else(|| ApiError::NotFound(format!("view cell in scene `{scene}`")))?;
     let answer = CellAt {
@@ -61,13 +60,13 @@ pub(super) async fn cell_at(
 
 /// `GET /v1/scenes/{scene}/cells/{cell}`: the JSON form of its record.
 pub(super) async fn cell(
-    State(publications): State<Publications>,
     State(blobs): State<BlobStore>,
+    visitor: Visitor,
     Path((scene, cell)): Path<(SceneName, CellId)>,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     let entry = published.reader.cell_entry(cell).await?;
     let entry = entry.ok_or_else(|| no_cell(&scene, cell))?;
     blob(&blobs, &entry.record_json, &method, &headers).await
@@ -76,13 +75,13 @@ pub(super) async fn cell(
 /// `GET /v1/scenes/{scene}/cells/{cell}/visible?closed=o7,o9`: what can be seen from it, most important first, without
 /// what one of the closed doors hides.
 pub(super) async fn visible(
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path((scene, cell)): Path<(SceneName, CellId)>,
     query: Query,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let (closed, after, limit) = (query.closed()?, query.after()?, query.limit()?);
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     same_revision(&query, &published)?;
     for door in &closed {
         let info = published.reader.object_info(*door).await?;
@@ -118,13 +117,13 @@ pub(super) async fn visible(
 
 /// `GET /v1/scenes/{scene}/objects?bbox=…`: objects whose boxes meet a box, by id.
 pub(super) async fn objects(
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path(scene): Path<SceneName>,
     query: Query,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let (bounds, after, limit) = (query.bounds("bbox")?, query.after()?, query.limit()?);
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     same_revision(&query, &published)?;
     let page = published.reader.objects_in(&bounds, after, limit).await?;
     // As it was given: its grammar leaves nothing to escape.
@@ -142,11 +141,11 @@ pub(super) async fn objects(
 
 /// `GET /v1/scenes/{scene}/objects/{object}`: its info.
 pub(super) async fn object(
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path((scene, object)): Path<(SceneName, ObjectId)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     let info = published.reader.object_info(object).await?;
     json(&headers, &published, &info.ok_or_else(|| no_object(&scene, object))?)
 }
@@ -154,8 +153,8 @@ pub(super) async fn object(
 /// `GET /v1/scenes/{scene}/objects/{object}/lods/{level}?form=plain`: that level's bytes, as they were published or for
 /// a reader that knows no extensions.
 pub(super) async fn level(
-    State(publications): State<Publications>,
     State(blobs): State<BlobStore>,
+    visitor: Visitor,
     State(on_line): State<OnLine>,
     Path((scene, object, level)): Path<(SceneName, ObjectId, String)>,
     query: Query,
@@ -166,7 +165,7 @@ pub(super) async fn level(
     let number: Option<u32> = level.parse().ok().filter(|_| digits);
     let number = number.ok_or_else(|| ApiError::bad_path("a level of detail is a whole number; 0 is the finest"))?;
     let form = query.form()?;
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     let info = published.reader.object_info(object).await?;
     let info = info.ok_or_else(|| no_object(&scene, object))?;
     let found = info.levels.iter().find(|level| level.level == number);
@@ -209,12 +208,6 @@ fn json<T: Serialize>(headers: &HeaderMap, published: &Published, answer: &T) ->
     let bytes = serde_json::to_vec(answer).map_err(|e| ApiError::Internal(e.into()))?;
     let etag = format!("\"{}-{}\"", published.pointer.revision, env!("CARGO_PKG_VERSION"));
     json_answer(headers, Bytes::from(etag), Bytes::from(bytes))
-}
-
-/// A scene that is published now.
-pub(super) fn find(publications: &Publications, scene: &SceneName) -> Result<Arc<Published>, ApiError> {
-    let published = publications.scene(scene);
-    published.ok_or_else(|| ApiError::NotFound(format!("scene `{scene}`")))
 }
 
 fn same_revision(query: &Query, published: &Published) -> Result<(), ApiError> {

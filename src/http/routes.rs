@@ -33,6 +33,7 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
         ("/v1/sessions/{session}", delete(sessions::close)),
         ("/v1/sessions/{session}/pose", put(sessions::pose)),
         ("/v1/sessions/{session}/aoi", put(sessions::aoi)),
+        ("/v1/sessions/{session}/quality", put(sessions::quality)),
         ("/v1/sessions/{session}/events", get(sessions::events)),
         ("/v1/scenes/{scene}/movers", post(movers::create)),
         ("/v1/scenes/{scene}/movers/poses", post(movers::poses)),
@@ -75,7 +76,7 @@ pub(super) const IMMUTABLE_OBJECT: &str = "/o/{name}";
 pub(super) const SCENE: &str = "/v1/scenes/{scene}";
 
 /// The templates, as they label metrics.
-pub(super) const TEMPLATES: [&str; 31] = [
+pub(super) const TEMPLATES: [&str; 32] = [
     IMMUTABLE_OBJECT,
     "/o/bundle/{members}",
     "/v1/scenes",
@@ -93,6 +94,7 @@ pub(super) const TEMPLATES: [&str; 31] = [
     "/v1/sessions/{session}",
     "/v1/sessions/{session}/pose",
     "/v1/sessions/{session}/aoi",
+    "/v1/sessions/{session}/quality",
     "/v1/sessions/{session}/events",
     "/v1/scenes/{scene}/movers",
     "/v1/scenes/{scene}/movers/poses",

@@ -23,8 +23,10 @@ use super::{
     peer::Peer,
 };
 use crate::{
+    db::Catalogue,
     jobs::{Job, JobId, Jobs, Source, Upload},
     keys::Scope,
+    links::LinkKey,
 };
 
 /// An upload may take this long, and a second more for each KiB.
@@ -55,6 +57,7 @@ impl From<Job> for Told {
 /// `PUT /v1/scenes/{scene}`: a source scene; it is baked and published when it is its turn.
 pub(super) async fn upload(
     State(jobs): State<Jobs>,
+    State(catalogue): State<Catalogue>,
     Path(scene): Path<SceneName>,
     owner: Owner,
     peer: Option<Extension<Peer>>,
@@ -62,17 +65,24 @@ pub(super) async fn upload(
     request: Request,
 ) -> Result<Response, ApiError> {
     let grant = owner.may(Scope::Publish, &scene)?;
-    let source = source(&query)?;
+    let (source, private) = (source(&query)?, private(&query)?);
     plain(request.headers())?;
     let announced = request
         .headers()
         .get(header::CONTENT_LENGTH)
         .and_then(|length| length.to_str().ok()?.parse().ok());
-    let upload = jobs.upload(scene, source, &grant, announced.unwrap_or(0)).await?;
+    let upload = jobs
+        .upload(scene.clone(), source, &grant, announced.unwrap_or(0))
+        .await?;
     let mut time = peer.map(|Extension(peer)| peer.take_time());
     let upload = receive(upload, request.into_body()).await?;
     if let Some(time) = &mut time {
         time.all_here();
+    }
+    if private {
+        let key = LinkKey::random().map_err(ApiError::Internal)?;
+        let made = catalogue.make_private(&scene, key.secret()).await;
+        made.map_err(ApiError::Unavailable)?;
     }
     let job = Told::from(upload.finish().await?);
     let location = HeaderValue::try_from(&job.url).expect("a job's name is hex digits");
@@ -99,6 +109,18 @@ fn source(query: &Query) -> Result<Source, ApiError> {
         }
     };
     Ok(Source { title, format })
+}
+
+/// Whether the scene shall be private from before it is baked on.
+fn private(query: &Query) -> Result<bool, ApiError> {
+    match query.given("private") {
+        "" => Ok(false),
+        "true" => Ok(true),
+        _ => Err(ApiError::bad_query(
+            "private",
+            "`private` may be true or missing; a scene that is private stays so until `belvedere private SCENE --end`",
+        )),
+    }
 }
 
 /// What is sent is the file itself: found out by its content, so its media type does not matter unless it says that

@@ -38,6 +38,11 @@ pub fn viewer_files() -> impl Iterator<Item = (Cow<'static, str>, Cow<'static, [
     Dist::iter().filter_map(|path| Dist::get(&path).map(|file| (path, file.data)))
 }
 
+/// Whether one of them is at this address.
+pub(super) fn has(path: &str) -> bool {
+    path.strip_prefix('/').is_some_and(|file| Dist::get(file).is_some())
+}
+
 /// `GET /` and every address that no other route has: a file of the viewer.
 pub(super) async fn file(method: Method, uri: Uri, headers: HeaderMap) -> Result<Response, ApiError> {
     let path = match uri.path() {

@@ -19,9 +19,9 @@ use super::{
     error::ApiError,
     extract::{MOST_DOORS, Path},
     momentary::now,
-    queries::find,
+    visitor::Visitor,
 };
-use crate::published::{NoDoor, NotHidden, Publications, Question};
+use crate::published::{NoDoor, NotHidden, Question};
 
 const DEFAULT_LIMIT: f64 = 1000.0;
 const MOST: f64 = 10_000.0;
@@ -140,7 +140,7 @@ impl Asked {
 
 /// `POST /v1/scenes/{scene}/visible`: objects that cannot be proved hidden from a ball or a box.
 pub(super) async fn from_anywhere(
-    State(publications): State<Publications>,
+    visitor: Visitor,
     State(on_line): State<OnLine>,
     Path(scene): Path<SceneName>,
     request: Request,
@@ -153,7 +153,7 @@ pub(super) async fn from_anywhere(
             format!("at most {MOST_DOORS} doors can be closed"),
         ));
     }
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     let current = published.pointer.revision;
     if asked.revision.is_some_and(|revision| revision != current) {
         return Err(ApiError::RevisionMoved { current });

@@ -23,6 +23,7 @@ mod keeping;
 mod message;
 pub mod nodes;
 mod outbox;
+mod quality;
 mod reader;
 mod record;
 mod registry;
@@ -58,6 +59,7 @@ use self::{
 };
 pub use self::{
     error::LiveError,
+    quality::{NoShare, Quality},
     reader::EventReader,
     record::{Block, Recorder, Recording, RecordingError},
     registry::{Door, Opened},
@@ -105,7 +107,7 @@ struct Tally {
 }
 
 /// What there is, and what has been counted since the start.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LiveCounts {
     /// Now.
     pub now: Counts,
@@ -117,6 +119,8 @@ pub struct LiveCounts {
     pub floods: u64,
     /// Sessions whose lease ran out.
     pub expired: u64,
+    /// What participants see of what there is to see, as far as they say it.
+    pub quality: Quality,
     /// How it stands with other nodes, where there may be some.
     pub nodes: Option<NodeCounts>,
 }
@@ -162,6 +166,7 @@ impl Live {
         let tally = &self.0.tally;
         LiveCounts {
             now: self.0.registry.counts(),
+            quality: self.0.registry.quality(),
             events: tally.events.load(Ordering::Relaxed),
             resyncs: tally.resyncs.load(Ordering::Relaxed),
             floods: tally.floods.load(Ordering::Relaxed),
@@ -211,6 +216,12 @@ impl Live {
         })
     }
 
+    /// The scene that a session is in.
+    #[must_use]
+    pub fn scene_of(&self, session: SessionId) -> Option<SceneName> {
+        self.0.registry.scene_of_session(session)
+    }
+
     /// A session, for whoever has its token.
     ///
     /// # Errors
@@ -222,6 +233,7 @@ impl Live {
             session,
             stage: entry.stage,
             outbox: entry.outbox,
+            quality: entry.quality,
             lease: self.0.settings.lease,
         })
     }

@@ -13,7 +13,13 @@ use belvedere_live::{
 };
 use belvedere_scene::{Bounds, ObjectId, SceneName};
 
-use super::{LiveError, LiveSettings, message::StageHandle, outbox::Outbox, token::Token};
+use super::{
+    LiveError, LiveSettings,
+    message::StageHandle,
+    outbox::Outbox,
+    quality::{Quality, Reported},
+    token::Token,
+};
 
 /// A session that was opened.
 #[derive(Debug)]
@@ -59,6 +65,7 @@ pub(super) struct SessionEntry {
     pub(super) token: Token,
     pub(super) stage: StageHandle,
     pub(super) outbox: Arc<Outbox>,
+    pub(super) quality: Arc<Reported>,
 }
 
 #[derive(Debug)]
@@ -158,6 +165,16 @@ impl Registry {
         })
     }
 
+    /// What participants say of their pictures, those that say it.
+    pub(super) fn quality(&self) -> Quality {
+        let tables = self.tables();
+        tables
+            .sessions
+            .values()
+            .filter_map(|entry| entry.quality.last())
+            .collect()
+    }
+
     pub(super) fn new_session(
         &self,
         stage: &StageHandle,
@@ -176,6 +193,7 @@ impl Registry {
             token,
             stage: stage.clone(),
             outbox: Arc::default(),
+            quality: Arc::default(),
         };
         tables.sessions.insert(entry.session, entry.clone());
         let what = Some(Place::Session(entry.session));
@@ -185,6 +203,16 @@ impl Registry {
     pub(super) fn session(&self, session: SessionId) -> Result<SessionEntry, LiveError> {
         let entry = self.tables().sessions.get(&session).cloned();
         entry.ok_or_else(|| LiveError::NotFound(format!("session {session} on this node: it has ended, never was, or is on another; open a new one, and send each client's requests to one node")))
+    }
+
+    /// The scene that a session is in.
+    pub(super) fn scene_of_session(&self, session: SessionId) -> Option<SceneName> {
+        let tables = self.tables();
+        let stage = &tables.sessions.get(&session)?.stage;
+        let mut stages = tables.stages.iter();
+        stages
+            .find(|(_, running)| running.is(stage))
+            .map(|(scene, _)| scene.clone())
     }
 
     /// The session of a scene that has this token.

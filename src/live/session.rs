@@ -12,6 +12,7 @@ use super::{
     EventReader, LiveError, ask,
     message::{Message, StageHandle},
     outbox::Outbox,
+    quality::{NoShare, Reported},
 };
 
 /// A session whose token was shown.
@@ -20,6 +21,7 @@ pub struct SessionHandle {
     pub(super) session: SessionId,
     pub(super) stage: StageHandle,
     pub(super) outbox: Arc<Outbox>,
+    pub(super) quality: Arc<Reported>,
     pub(super) lease: Duration,
 }
 
@@ -40,6 +42,14 @@ impl SessionHandle {
     pub async fn set_aoi(&self, aoi: Aoi) -> Result<(), LiveError> {
         let session = self.session;
         ask(&self.stage, |reply| Message::Aoi { session, aoi, reply }).await?
+    }
+
+    /// Takes note of the share of what can be seen that the participant has downloaded.
+    ///
+    /// # Errors
+    /// When it is no share.
+    pub fn report(&self, quality: f64) -> Result<(), NoShare> {
+        self.quality.set(quality)
     }
 
     /// Ends the session.

@@ -5,6 +5,7 @@
 //! exactly as a client would.
 
 mod hiding;
+mod privacy;
 mod question;
 mod reader;
 mod screening;
@@ -19,7 +20,7 @@ use std::{
 };
 
 use belvedere_scene::{
-    BlobHash, SceneName,
+    BlobHash, BlobName, SceneName,
     pointer::{Pointer, SceneList},
 };
 use bytes::Bytes;
@@ -27,10 +28,12 @@ use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
 pub use hiding::{Hiding, Plane};
+pub use privacy::Privacy;
 pub use question::{Blockers, NoDoor, NotHidden, Question};
 pub use reader::{DecodedCache, ObjectPage, ReadError, SceneReader, VisibleObject, VisiblePage};
 
 use crate::{db::Catalogue, store::BlobStore};
+use privacy::Reading;
 
 /// The bytes of a scene's pointer document, the same on the server and in a static tree.
 #[must_use]
@@ -77,10 +80,12 @@ pub struct Published {
 /// Every scene at one moment.
 #[derive(Debug)]
 pub struct Snapshot {
-    /// The list of scenes as it is sent.
+    /// The list of public scenes as it is sent.
     pub list: Document,
-    /// The scenes by name.
+    /// The scenes by name, private ones too.
     pub scenes: BTreeMap<SceneName, Arc<Published>>,
+    /// What of it is not for everybody.
+    pub privacy: Arc<Privacy>,
 }
 
 /// What is published, always current. Cheap to clone.
@@ -103,22 +108,23 @@ impl Publications {
         stopping: CancellationToken,
     ) -> anyhow::Result<Self> {
         let decoded = Arc::new(DecodedCache::default());
-        let first = snapshot(catalogue.pointers().await?, None, &blobs, &decoded);
-        let (sender, current) = watch::channel(Arc::new(first));
+        let first = Reading::of(&catalogue).await?;
+        let privacy = first.privacy(&catalogue).await?;
+        let (sender, current) = watch::channel(Arc::new(snapshot(first.pointers, privacy, None, &blobs, &decoded)));
         let up_to_date = Arc::new(AtomicBool::new(true));
         let answers = up_to_date.clone();
         let polling = async move {
             loop {
                 tokio::time::sleep(poll).await;
-                match catalogue.pointers().await {
-                    Ok(pointers) => {
+                let last = sender.borrow().clone();
+                match newer(&catalogue, &last).await {
+                    Ok(newer) => {
                         if !answers.swap(true, Ordering::Relaxed) {
                             tracing::info!("the catalogue answers again");
                         }
-                        let last = sender.borrow().clone();
-                        if !last.shows(&pointers) {
+                        if let Some((pointers, privacy)) = newer {
                             tracing::info!(scenes = pointers.len(), "what is published has changed");
-                            sender.send_replace(Arc::new(snapshot(pointers, Some(&last), &blobs, &decoded)));
+                            sender.send_replace(Arc::new(snapshot(pointers, privacy, Some(&last), &blobs, &decoded)));
                         }
                     }
                     Err(error) => {
@@ -148,7 +154,13 @@ impl Publications {
         self.current.borrow().clone()
     }
 
-    /// A scene of the newest snapshot.
+    /// Whether everybody may read this object.
+    #[must_use]
+    pub fn is_public(&self, blob: &BlobName) -> bool {
+        self.current.borrow().privacy.is_public(blob)
+    }
+
+    /// A scene of the newest snapshot, private or not.
     #[must_use]
     pub fn scene(&self, name: &SceneName) -> Option<Arc<Published>> {
         self.current.borrow().scenes.get(name).cloned()
@@ -156,19 +168,40 @@ impl Publications {
 }
 
 impl Snapshot {
-    fn shows(&self, pointers: &[Pointer]) -> bool {
-        self.scenes.len() == pointers.len() && self.scenes.values().zip(pointers).all(|(scene, p)| scene.pointer == *p)
+    fn shows(&self, read: &Reading) -> bool {
+        let pointers = &read.pointers;
+        self.scenes.len() == pointers.len()
+            && self.scenes.values().zip(pointers).all(|(scene, p)| scene.pointer == *p)
+            && self.privacy.is_of(&read.private)
     }
+
+    /// The list of those scenes that somebody may see.
+    #[must_use]
+    pub fn list_of(&self, may_see: impl Fn(&SceneName) -> bool) -> Document {
+        let pointers = self.scenes.values().map(|scene| &scene.pointer);
+        let seen: Vec<_> = pointers.filter(|pointer| may_see(&pointer.scene)).cloned().collect();
+        Document::new(scene_list_bytes(&crate::db::scene_list(&seen)))
+    }
+}
+
+/// What the catalogue says, if that is something else than before.
+async fn newer(catalogue: &Catalogue, last: &Snapshot) -> anyhow::Result<Option<(Vec<Pointer>, Arc<Privacy>)>> {
+    let read = Reading::of(catalogue).await?;
+    if last.shows(&read) {
+        return Ok(None);
+    }
+    let privacy = read.privacy(catalogue).await?;
+    Ok(Some((read.pointers, privacy)))
 }
 
 /// Scenes whose pointer did not move are taken over from the last snapshot.
 fn snapshot(
     pointers: Vec<Pointer>,
+    privacy: Arc<Privacy>,
     last: Option<&Snapshot>,
     blobs: &BlobStore,
     decoded: &Arc<DecodedCache>,
 ) -> Snapshot {
-    let list = Document::new(scene_list_bytes(&crate::db::scene_list(&pointers)));
     let publish = |pointer: Pointer| {
         let known = last.and_then(|last| last.scenes.get(&pointer.scene));
         let published = known
@@ -183,8 +216,11 @@ fn snapshot(
             });
         (published.pointer.scene.clone(), published)
     };
-    Snapshot {
-        list,
+    let mut snapshot = Snapshot {
+        list: Document::new(vec![]),
         scenes: pointers.into_iter().map(publish).collect(),
-    }
+        privacy,
+    };
+    snapshot.list = snapshot.list_of(|scene| !snapshot.privacy.is_private(scene));
+    snapshot
 }

@@ -11,6 +11,7 @@ mod live;
 #[path = "../http/live_wire.rs"]
 mod live_wire;
 mod meshing;
+mod private;
 mod program;
 mod publishing;
 mod smooth;

@@ -352,3 +352,54 @@ async fn metrics_say_who_is_there() {
         assert!(text.contains(line), "no {line} in {text}");
     }
 }
+
+#[tokio::test]
+async fn who_likes_to_says_how_much_it_has_of_what_it_sees() {
+    let server = Server::start().await;
+    let address = server.address;
+    let metric = async |name: &str| -> String {
+        let text = String::from_utf8(get(address, "/metrics").await.body).unwrap();
+        let start = format!("belvedere_live_quality_{name} ");
+        let line = text.lines().find(|line| line.starts_with(&start)).unwrap();
+        line[start.len()..].to_owned()
+    };
+    assert_eq!(metric("sessions").await, "0");
+    for shares in [&[0.25, 1.0][..], &[0.5]] {
+        let opened = json(
+            address,
+            ("POST", "/v1/scenes/row/sessions"),
+            None,
+            &json!({"position": [0.5, 0.5, 0.5]}),
+        )
+        .await;
+        let opened = opened.json();
+        let path = format!("/v1/sessions/{}/quality", opened["session"].as_str().unwrap());
+        for share in shares {
+            let told = json(
+                address,
+                ("PUT", &path),
+                opened["token"].as_str(),
+                &json!({"quality": share}),
+            )
+            .await;
+            assert_eq!(told.status, 204);
+        }
+        let wrong = json(
+            address,
+            ("PUT", &path),
+            opened["token"].as_str(),
+            &json!({"quality": 1.5}),
+        )
+        .await;
+        assert_eq!(
+            (wrong.status, wrong.problem()["pointer"].clone()),
+            (400, "/quality".into())
+        );
+        let stranger = json(address, ("PUT", &path), None, &json!({"quality": 0.1})).await;
+        assert_eq!(stranger.status, 401);
+    }
+    assert_eq!(
+        (metric("sessions").await, metric("mean").await, metric("worst").await),
+        ("2".to_owned(), "0.75".to_owned(), "0.5".to_owned())
+    );
+}

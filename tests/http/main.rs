@@ -7,6 +7,7 @@ mod live;
 mod live_odd;
 mod live_wire;
 mod pages;
+mod private;
 mod robustness;
 mod scene;
 mod tls;

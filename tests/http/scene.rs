@@ -171,6 +171,11 @@ fn cell_record(i: u32) -> CellRecord {
 
 /// Publishes a revision of the scene `row`; another title makes another revision.
 pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &str) -> Pointer {
+    publish_as(catalogue, store, "row", title).await
+}
+
+/// The same as another scene. Scenes with different titles have all objects but the manifest in common.
+pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: &str, title: &str) -> Pointer {
     let mut blobs = Blobs {
         store,
         written: BTreeMap::new(),
@@ -264,7 +269,7 @@ pub(crate) async fn publish(catalogue: &Catalogue, store: &BlobStore, title: &st
     let revision = Revision::of_manifest(BlobHash::of(&bytes));
     let (name, _) = blobs.put(bytes, "json").await;
     let pointer = Pointer {
-        scene: "row".parse().unwrap(),
+        scene: scene.parse().unwrap(),
         title: title.to_owned(),
         revision,
         manifest: name,

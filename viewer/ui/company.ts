@@ -13,6 +13,7 @@ import type { Visit } from "./visit.ts";
 
 /** Who is nearer than this is not drawn: one would look at a figure from inside. */
 const NEAREST_M = 0.5;
+const REPORT_EVERY_MS = 5000;
 
 export interface LivePartsOfPage {
   readonly visit: Visit;
@@ -30,6 +31,8 @@ export class LiveCompany {
   private readonly doors = new Map<number, DoorSwing>();
   private readonly closedHere = new Set<number>();
   private readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
+  private readonly reports = new URL(location.href).searchParams.get("report") === "quality";
+  private reportAgain_ms = 0;
   private session: Session | undefined;
   private count = 0;
   private people: readonly Mover[] = [];
@@ -96,8 +99,18 @@ export class LiveCompany {
     for (const [object, door] of this.doors) door.turn(!closed.has(object), this.calm.matches ? "at once" : "swinging");
   }
 
+  /** Visitors who asked for it with `?report=quality` say now and then what they get to see. */
+  private report(now_ms: number): void {
+    if (!this.reports || now_ms < this.reportAgain_ms) return;
+    const here = this.parts.visit.quality.samples.at(-1)?.here;
+    if (here === undefined || !this.session?.isOpen) return;
+    this.reportAgain_ms = now_ms + REPORT_EVERY_MS;
+    this.session.report(here);
+  }
+
   private frame(now_ms: number, seconds: number): boolean {
     this.session?.update(this.self());
+    this.report(now_ms);
     this.people = this.company.movers(now_ms);
     if (this.people.length !== this.count) {
       this.count = this.people.length;

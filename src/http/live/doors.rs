@@ -14,10 +14,9 @@ use crate::{
         error::ApiError,
         extract::{Path, Shown},
         momentary::now,
-        queries::find,
+        visitor::Visitor,
     },
     live::{Door, Live},
-    published::Publications,
 };
 
 #[derive(Debug, Deserialize)]
@@ -35,13 +34,13 @@ struct Answer {
 /// `PUT /v1/scenes/{scene}/doors/{object}`: opens or closes a door.
 pub(in crate::http) async fn set(
     State(live): State<Live>,
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path((scene, object)): Path<(SceneName, ObjectId)>,
     Shown(token): Shown,
     request: Request,
 ) -> Result<Response, ApiError> {
     let Asked { open } = json_body(request, r#"{"open": true}"#).await?;
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     let info = published.reader.object_info(object).await?.filter(|info| info.door);
     let info = info.ok_or_else(|| ApiError::NotFound(format!("door {object} in scene `{scene}`")))?;
     let door = Door {

@@ -22,10 +22,9 @@ use crate::{
         error::ApiError,
         extract::{self, Path, Shown},
         momentary::{done, now},
-        queries::find,
+        visitor::Visitor,
     },
     live::{Live, LiveError, Token},
-    published::Publications,
 };
 
 const NDJSON: &str = "application/x-ndjson";
@@ -110,14 +109,14 @@ struct Moved {
 /// `POST /v1/scenes/{scene}/movers`: adds a mover.
 pub(in crate::http) async fn create(
     State(live): State<Live>,
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path(scene): Path<SceneName>,
     Shown(token): Shown,
     request: Request,
 ) -> Result<Response, ApiError> {
     const SHAPE: &str = r#"{"position": [x, y, z], "max_speed_mps": 3} or {"trajectory": {"keys": [{"t_ms": 0, "position": [x, y, z]}], "repeat": true}}"#;
     let asked: Asked = json_body(request, SHAPE).await?;
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     let keys = asked.trajectory.as_ref().map_or(&[][..], |way| &way.keys);
     if keys.len() > MOST_KEYS {
         let detail = format!("a trajectory has at most {MOST_KEYS} keys");
@@ -230,13 +229,13 @@ impl RefusedLine {
 /// `POST /v1/scenes/{scene}/movers/poses`: where many movers are, a JSON object a line. A bad line is refused by itself.
 pub(in crate::http) async fn poses(
     State(live): State<Live>,
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path(scene): Path<SceneName>,
     Shown(token): Shown,
     request: Request,
 ) -> Result<Response, ApiError> {
     let body = body(request, &[NDJSON, JSON], MAX_BATCH_BYTES).await?;
-    find(&publications, &scene)?;
+    visitor.scene(&scene).await?;
     let (mut lines, mut moves, mut refused) = (Vec::new(), Vec::new(), Vec::new());
     for (number, text) in (1..).zip(body.split(|byte| *byte == b'\n')) {
         if text.trim_ascii().is_empty() {

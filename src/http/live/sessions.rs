@@ -12,7 +12,7 @@ use belvedere_live::{
     Ms,
     aoi::Aoi,
     event::{Hush, SessionId},
-    world::{Seen, Visitor},
+    world::{self, Seen},
 };
 use belvedere_scene::{CellId, ObjectId, SceneName};
 use futures_util::StreamExt;
@@ -25,10 +25,9 @@ use crate::{
         error::ApiError,
         extract::{Path, Shown},
         momentary::{done, now},
-        queries::find,
+        visitor::Visitor,
     },
-    live::Live,
-    published::Publications,
+    live::{Live, SessionHandle, Token},
 };
 
 const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
@@ -99,13 +98,13 @@ impl From<Seen> for Posed {
 /// `POST /v1/scenes/{scene}/sessions`: enters a scene.
 pub(in crate::http) async fn open(
     State(live): State<Live>,
-    State(publications): State<Publications>,
+    visitor: Visitor,
     Path(scene): Path<SceneName>,
     request: Request,
 ) -> Result<Response, ApiError> {
     const SHAPE: &str = r#"{"position": [x, y, z], "aoi": {"enter_m": 50, "leave_m": 60}, "max_speed_mps": 3}"#;
     let asked: Asked = json_body(request, SHAPE).await?;
-    let published = find(&publications, &scene)?;
+    let published = visitor.scene(&scene).await?;
     let pose = Pose {
         t_ms: asked.t_ms,
         position: asked.position,
@@ -117,7 +116,7 @@ pub(in crate::http) async fn open(
         Some(included) => included.contains(&what),
         None => what == Included::Movers,
     };
-    let visitor = Visitor {
+    let participant = world::Visitor {
         pose: pose.sent(),
         aoi: asked.aoi.unwrap_or(DEFAULT_AOI),
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
@@ -126,7 +125,7 @@ pub(in crate::http) async fn open(
         hears_movers: wants(Included::Movers),
         look: look(&published, asked.avatar, asked.name).await?,
     };
-    let opened = live.open(&scene, visitor, wants(Included::Static)).await?;
+    let opened = live.open(&scene, participant, wants(Included::Static)).await?;
     let session = opened.session;
     let answer = Opened {
         session,
@@ -138,6 +137,21 @@ pub(in crate::http) async fn open(
         hush: opened.seen.moved.hush,
     };
     Ok(now(StatusCode::CREATED, &answer))
+}
+
+/// A session, for whoever has its token and may see its scene still: when a link expires or the scene becomes private, its
+/// sessions end with their leases.
+async fn own(
+    live: &Live,
+    visitor: &Visitor,
+    session: SessionId,
+    token: Option<Token>,
+) -> Result<SessionHandle, ApiError> {
+    let own = live.session(session, token)?;
+    if let Some(scene) = live.scene_of(session) {
+        visitor.scene(&scene).await?;
+    }
+    Ok(own)
 }
 
 /// `DELETE /v1/sessions/{session}`: leaves.
@@ -153,11 +167,12 @@ pub(in crate::http) async fn close(
 /// `PUT /v1/sessions/{session}/pose`: where the participant is.
 pub(in crate::http) async fn pose(
     State(live): State<Live>,
+    visitor: Visitor,
     Path(session): Path<SessionId>,
     Shown(token): Shown,
     request: Request,
 ) -> Result<Response, ApiError> {
-    let session = live.session(session, token)?;
+    let session = own(&live, &visitor, session, token).await?;
     let pose: Pose = json_body(request, Pose::SHAPE).await?;
     let seen = session.pose(pose.sent()).await?;
     Ok(now(StatusCode::OK, &Posed::from(seen)))
@@ -166,11 +181,12 @@ pub(in crate::http) async fn pose(
 /// `PUT /v1/sessions/{session}/aoi`: how far the participant looks.
 pub(in crate::http) async fn aoi(
     State(live): State<Live>,
+    visitor: Visitor,
     Path(session): Path<SessionId>,
     Shown(token): Shown,
     request: Request,
 ) -> Result<Response, ApiError> {
-    let session = live.session(session, token)?;
+    let session = own(&live, &visitor, session, token).await?;
     let shape = r#"{"enter_m": 50, "leave_m": 60}"#;
     let aoi: Aoi = json_body(request, shape).await?;
     let set = session.set_aoi(aoi).await;
@@ -178,15 +194,37 @@ pub(in crate::http) async fn aoi(
     Ok(now(StatusCode::OK, &aoi))
 }
 
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Report {
+    quality: f64,
+}
+
+/// `PUT /v1/sessions/{session}/quality`: how much of what can be seen the participant has downloaded, if it likes to say so.
+pub(in crate::http) async fn quality(
+    State(live): State<Live>,
+    visitor: Visitor,
+    Path(session): Path<SessionId>,
+    Shown(token): Shown,
+    request: Request,
+) -> Result<Response, ApiError> {
+    let session = own(&live, &visitor, session, token).await?;
+    let Report { quality } = json_body(request, r#"{"quality": 0.97}"#).await?;
+    let noted = session.report(quality);
+    noted.map_err(|error| ApiError::bad_body("/quality", error))?;
+    Ok(done())
+}
+
 /// `GET /v1/sessions/{session}/events`: what the session is told, as server-sent events.
 pub(in crate::http) async fn events(
     State(live): State<Live>,
+    visitor: Visitor,
     Path(session): Path<SessionId>,
     Shown(token): Shown,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let session = live.session(session, token)?;
+    let session = own(&live, &visitor, session, token).await?;
     // An id that is none of ours was never read here.
     let last_seen = headers.get(LAST_EVENT_ID).map(|value| {
         value

@@ -92,6 +92,19 @@ it("opens once, listens with its token, speaks, moves doors and leaves", async (
   expect(sent.slice(2).every(({ token }) => token === "Bearer t")).toBe(true);
 });
 
+it("says how good the picture is to who asked for it, while it is open", async () => {
+  const { parts, sent } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.report(0.5);
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  session?.report(0.75);
+  const reports = sent.filter(({ url }) => url.endsWith("/quality"));
+  expect(reports).toEqual([
+    { method: "PUT", url: "https://host/sub/v1/sessions/s1/quality", body: { quality: 0.75 }, token: "Bearer t" },
+  ]);
+});
+
 it("opens anew, after a pause, when the session has ended", async () => {
   const { parts, sent, clock, events } = server(LINK);
   const session = await Session.offered(parts);

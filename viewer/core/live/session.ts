@@ -93,6 +93,15 @@ export class Session {
     if (!answer.ok) throw new Error(`the door o${object} cannot be moved: ${answer.status}`);
   }
 
+  /** Tells the server how much of what is visible is here, 0 to 1; nobody but its operator hears of it. */
+  report(quality: number): void {
+    const { opened } = this;
+    if (!opened) return;
+    const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}/quality`);
+    // The next report says more than this one would have.
+    void this.send(url, "PUT", { quality }, opened.token).catch(() => {});
+  }
+
   /** Leaves; `keepalive` lets the request outlive the page. */
   close(): void {
     this.closed = true;

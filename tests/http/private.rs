@@ -1,0 +1,388 @@
+//! Scenes that are not for everybody: what strangers are told, what links and keys open, and what caches may keep.
+
+use std::time::Duration;
+
+use belvedere::{
+    config::Settings,
+    keys::{Keys, Scope, Wanted},
+    links::LinkKey,
+};
+use belvedere_scene::{SceneName, pointer::Pointer};
+
+use crate::{
+    live_wire::ask,
+    scene::{Server, publish, publish_as},
+    wire::{Answer, get, send},
+};
+
+const POSITION: &str = r#"{"position": [0.5, 0.5, 0.5]}"#;
+const JSON: (&str, &str) = ("application/json", POSITION);
+const FAR: u64 = 4_000_000_000;
+
+/// A server with the public scene `row` and the private scene `cellar`, which have everything in common but manifests.
+struct Cellar {
+    server: Server,
+    key: LinkKey,
+    pointer: Pointer,
+}
+
+fn cellar() -> SceneName {
+    "cellar".parse().unwrap()
+}
+
+impl Cellar {
+    async fn start() -> Self {
+        let server = Server::start_with(Settings {
+            max_bakes: Some(0),
+            ..Settings::default()
+        })
+        .await;
+        let key = LinkKey::random().unwrap();
+        server.catalogue.make_private(&cellar(), key.secret()).await.unwrap();
+        let pointer = publish_as(&server.catalogue, &server.blobs, "cellar", "A cellar").await;
+        let cellar = Self { server, key, pointer };
+        cellar.until(&cellar.inside("/v1/scenes/cellar"), 200).await;
+        cellar
+    }
+
+    /// A path below a link that holds.
+    fn inside(&self, path: &str) -> String {
+        format!("{}{}", self.key.sign(&cellar(), FAR).trim_end_matches('/'), path)
+    }
+
+    async fn get(&self, path: &str) -> Answer {
+        get(self.server.address, path).await
+    }
+
+    /// Waits until the server has heard of a change.
+    async fn until(&self, path: &str, status: u16) {
+        for _ in 0..500 {
+            if self.get(path).await.status == status {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+        panic!("{path} never became {status}");
+    }
+
+    async fn key(&self, scopes: &[Scope], scene: &str) -> String {
+        let wanted = Wanted {
+            name: "test".into(),
+            scopes: scopes.to_vec(),
+            scenes: Some(vec![scene.parse().unwrap()]),
+            days: None,
+        };
+        let keys = Keys::new(self.server.catalogue.clone());
+        keys.create(&wanted).await.unwrap().reveal()
+    }
+
+    async fn get_with(&self, path: &str, key: &str) -> Answer {
+        let bearer = format!("Bearer {key}");
+        send(self.server.address, "GET", path, &[("Authorization", &bearer)]).await
+    }
+
+    fn manifest(&self) -> String {
+        self.pointer.manifest.url()
+    }
+}
+
+/// An answer with one name in the place of another.
+fn told(answer: &Answer, from: &str, to: &str) -> (u16, String, Vec<(String, String)>) {
+    let fields = answer
+        .fields()
+        .map(|(name, value)| (name.to_lowercase(), value.replace(from, to)));
+    let fields = fields.filter(|(name, _)| !["date", "x-request-id", "content-length"].contains(&name.as_str()));
+    let body = String::from_utf8(answer.body.clone()).unwrap();
+    (answer.status, body.replace(from, to), fields.collect())
+}
+
+#[tokio::test]
+async fn to_strangers_a_private_scene_is_not_there() {
+    let town = Cellar::start().await;
+    let address = town.server.address;
+    // Now it is in the memory of the server.
+    assert_eq!(town.get(&town.inside(&town.manifest())).await.status, 200);
+    let list = town.get("/v1/scenes").await.json();
+    assert_eq!(list["scenes"].as_array().unwrap().len(), 1, "{list}");
+    for path in [
+        "",
+        "/index.json",
+        "/cells?at=0,0,0",
+        "/cells/c0",
+        "/cells/c0/visible",
+        "/objects?bbox=0,0,0,1,1,1",
+        "/objects/o0",
+        "/objects/o0/lods/0",
+        "/objects/o0/lods/0?form=plain",
+    ] {
+        let (there, nowhere) = (format!("/v1/scenes/cellar{path}"), format!("/v1/scenes/nowhr{path}"));
+        let (there, nowhere) = (town.get(&there).await, town.get(&nowhere).await);
+        assert_eq!(there.status, 404, "{path}");
+        assert_eq!(
+            told(&there, "cellar", "nowhr"),
+            told(&nowhere, "cellar", "nowhr"),
+            "{path}"
+        );
+        assert_eq!(there.header("cache-control"), Some("no-store"), "{path}");
+    }
+    let token = "0".repeat(32);
+    for (method, path, body) in [
+        ("POST", "visible", POSITION),
+        ("POST", "sessions", POSITION),
+        ("POST", "movers", POSITION),
+        ("POST", "movers/poses", ""),
+        ("PUT", "doors/o6", r#"{"open": true}"#),
+    ] {
+        let kind = if body.is_empty() {
+            "application/x-ndjson"
+        } else {
+            "application/json"
+        };
+        let (there, nowhere) = (format!("/v1/scenes/cellar/{path}"), format!("/v1/scenes/nowhr/{path}"));
+        let there = ask(address, (method, &there), Some(&token), (kind, body)).await;
+        let nowhere = ask(address, (method, &nowhere), Some(&token), (kind, body)).await;
+        assert_eq!(there.status, 404, "{path}");
+        assert_eq!(
+            told(&there, "cellar", "nowhr"),
+            told(&nowhere, "cellar", "nowhr"),
+            "{path}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn a_hash_opens_nothing_that_only_private_scenes_need() {
+    let town = Cellar::start().await;
+    let (manifest, unknown) = (town.manifest(), format!("/o/{}.json", "0".repeat(64)));
+    assert_eq!(town.get(&town.inside(&manifest)).await.status, 200);
+    let bundle = |path: &str| format!("/o/bundle/{}", path.trim_start_matches("/o/"));
+    for (there, nowhere) in [
+        (manifest.clone(), unknown.clone()),
+        (bundle(&manifest), bundle(&unknown)),
+    ] {
+        let (answer, unknown) = (town.get(&there).await, town.get(&nowhere).await);
+        let hash = &manifest[3..67];
+        assert_eq!(answer.status, 404);
+        assert_eq!(told(&answer, hash, &"0".repeat(64)), told(&unknown, "", ""));
+    }
+    let object = town.get("/v1/scenes/row/objects/o0").await.json();
+    let shared = object["levels"][0]["url"].as_str().unwrap();
+    assert_eq!(town.get(shared).await.status, 200, "a public scene needs it, too");
+
+    // What was public and is not any more, is not read from memory either.
+    let row: SceneName = "row".parse().unwrap();
+    town.server
+        .catalogue
+        .make_private(&row, town.key.secret())
+        .await
+        .unwrap();
+    town.until("/v1/scenes/row", 404).await;
+    assert_eq!(town.get(shared).await.status, 404);
+    assert_eq!(
+        town.get(&town.inside(shared)).await.status,
+        200,
+        "the cellar needs it still"
+    );
+    town.server.catalogue.make_public(&row).await.unwrap();
+    town.until(shared, 200).await;
+}
+
+#[tokio::test]
+async fn what_no_scene_needs_is_for_nobody_where_something_is_private() {
+    let town = Cellar::start().await;
+    let stray = belvedere_scene::BlobName::of(b"stray", "txt").unwrap();
+    town.server
+        .blobs
+        .put(&stray, bytes::Bytes::from_static(b"stray"))
+        .await
+        .unwrap();
+    assert_eq!(town.get(&stray.url()).await.status, 404);
+    assert_eq!(town.get(&town.inside(&stray.url())).await.status, 404);
+}
+
+#[tokio::test]
+async fn a_link_opens_its_scene_and_its_caches_end_with_it() {
+    let town = Cellar::start().await;
+    let list = town.get(&town.inside("/v1/scenes/index.json")).await.json();
+    assert_eq!(list["scenes"][0]["scene"], "cellar");
+    assert_eq!(list["scenes"].as_array().unwrap().len(), 1);
+    let bundle = format!("/o/bundle/{}", &town.manifest()[3..]);
+    for path in [
+        "/v1/scenes/cellar",
+        &town.manifest(),
+        &bundle,
+        "/v1/scenes/cellar/cells/c0/visible",
+        "/",
+    ] {
+        assert_eq!(town.get(&town.inside(path)).await.status, 200, "{path}");
+    }
+    let level = town.get(&town.inside("/v1/scenes/cellar/objects/o0/lods/0")).await;
+    let place = level.header("content-location").unwrap();
+    assert_eq!(town.get(place).await.body, level.body, "{place}");
+
+    let soon = std::time::SystemTime::now()
+        .duration_since(std::time::UNIX_EPOCH)
+        .unwrap()
+        .as_secs()
+        + 1_000;
+    let link = town.key.sign(&cellar(), soon);
+    let answer = town.get(&format!("{link}{}", &town.manifest()[1..])).await;
+    let kept = answer.header("cache-control").unwrap();
+    let seconds = kept
+        .strip_prefix("public, max-age=")
+        .unwrap()
+        .strip_suffix(", immutable")
+        .unwrap();
+    assert!((1..=1_000).contains(&seconds.parse::<u64>().unwrap()), "{kept}");
+
+    for path in ["/metrics", "/healthz", "/openapi.json", "/v1/jobs/j0", ""] {
+        let answer = town.get(&town.inside(path)).await;
+        assert_eq!(answer.status, 404, "{path}");
+        let text = String::from_utf8(answer.body).unwrap();
+        assert!(!text.contains(&town.key.sign(&cellar(), FAR)[20..60]), "{text}");
+    }
+}
+
+#[tokio::test]
+async fn a_link_that_nobody_signed_leads_nowhere_and_an_expired_one_says_so() {
+    let town = Cellar::start().await;
+    let other = "other".parse().unwrap();
+    town.server
+        .catalogue
+        .make_private(&other, LinkKey::random().unwrap().secret())
+        .await
+        .unwrap();
+    publish_as(&town.server.catalogue, &town.server.blobs, "other", "Another").await;
+    let expired = town
+        .get(&format!("{}v1/scenes/cellar", town.key.sign(&cellar(), 1)))
+        .await;
+    assert_eq!(
+        (expired.status, expired.problem()["type"].clone()),
+        (403, "/problems/link-expired".into())
+    );
+    assert_eq!(expired.header("cache-control"), Some("no-store"));
+
+    let forged = LinkKey::random().unwrap();
+    let nowhere = town
+        .get(&format!(
+            "{}v1/scenes/cellar",
+            forged.sign(&"nowhere".parse().unwrap(), FAR)
+        ))
+        .await;
+    assert_eq!(nowhere.status, 404);
+    for (key, scene, until_s) in [
+        (&forged, cellar(), FAR),
+        (&forged, cellar(), 1),
+        (&town.key, other, FAR),
+    ] {
+        let answer = town
+            .get(&format!("{}v1/scenes/cellar", key.sign(&scene, until_s)))
+            .await;
+        assert_eq!(told(&answer, "", ""), told(&nowhere, "", ""), "{scene} {until_s}");
+    }
+    assert_eq!(
+        town.get(&town.inside("/v1/scenes/other")).await.status,
+        404,
+        "it opens its own scene alone"
+    );
+    assert_eq!(
+        town.get(&town.inside("/v1/scenes/row")).await.status,
+        200,
+        "what is public is public here as well"
+    );
+
+    let new = LinkKey::random().unwrap();
+    assert!(
+        town.server
+            .catalogue
+            .replace_link_key(&cellar(), new.secret())
+            .await
+            .unwrap()
+    );
+    town.until(&town.inside("/v1/scenes/cellar"), 404).await;
+}
+
+#[tokio::test]
+async fn a_key_that_may_read_opens_a_scene_and_no_cache_shares_its_answers() {
+    let town = Cellar::start().await;
+    let reader = town.key(&[Scope::Read], "cellar").await;
+    for path in ["/v1/scenes/cellar", &town.manifest(), "/v1/scenes/cellar/cells/c0"] {
+        let answer = town.get_with(path, &reader).await;
+        assert_eq!(answer.status, 200, "{path}");
+        let kept = answer.header("cache-control").unwrap();
+        assert!(kept.starts_with("private, max-age="), "{path}: {kept}");
+    }
+    assert_eq!(
+        town.get_with("/v1/scenes", &reader).await.json()["scenes"]
+            .as_array()
+            .unwrap()
+            .len(),
+        2
+    );
+    let elsewhere = town.key(&[Scope::Read], "row").await;
+    let publisher = town.key(&[Scope::Publish, Scope::Rollback], "cellar").await;
+    let unknown = format!("bvk_{}_{}", "0".repeat(16), "0".repeat(64));
+    for (key, status) in [(&elsewhere, 404), (&publisher, 404), (&unknown, 401)] {
+        for path in ["/v1/scenes/cellar", "/v1/scenes/nowhere", &town.manifest()] {
+            assert_eq!(town.get_with(path, key).await.status, status, "{path}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_session_needs_its_link_for_as_long_as_it_lasts() {
+    let town = Cellar::start().await;
+    let address = town.server.address;
+    let opened = ask(
+        address,
+        ("POST", &town.inside("/v1/scenes/cellar/sessions")),
+        None,
+        JSON,
+    )
+    .await;
+    assert_eq!(opened.status, 201);
+    let (opened, token) = (opened.json(), opened.json()["token"].as_str().unwrap().to_owned());
+    let pose = format!("/v1/sessions/{}/pose", opened["session"].as_str().unwrap());
+    let inside = town.inside(&pose);
+    assert_eq!(ask(address, ("PUT", &inside), Some(&token), JSON).await.status, 200);
+    assert_eq!(ask(address, ("PUT", &pose), Some(&token), JSON).await.status, 404);
+    let reader = town.key(&[Scope::Read], "cellar").await;
+    let with_key = format!("{pose}?token={token}");
+    assert_eq!(ask(address, ("PUT", &with_key), Some(&reader), JSON).await.status, 200);
+    // A public scene asks for nothing but the token.
+    let opened = ask(address, ("POST", "/v1/scenes/row/sessions"), None, JSON)
+        .await
+        .json();
+    let pose = format!("/v1/sessions/{}/pose", opened["session"].as_str().unwrap());
+    assert_eq!(
+        ask(address, ("PUT", &pose), opened["token"].as_str(), JSON)
+            .await
+            .status,
+        200
+    );
+}
+
+#[tokio::test]
+async fn an_upload_may_make_its_scene_private_before_it_is_baked() {
+    let town = Cellar::start().await;
+    let publisher = town.key(&[Scope::Publish], "row").await;
+    let put = async |query: &str| {
+        let path = format!("/v1/scenes/row{query}");
+        ask(
+            town.server.address,
+            ("PUT", &path),
+            Some(&publisher),
+            ("application/octet-stream", "x"),
+        )
+        .await
+    };
+    assert_eq!(put("?private=no").await.problem()["parameter"], "private");
+    assert_eq!(town.get("/v1/scenes/row").await.status, 200);
+    assert_eq!(put("?private=true").await.status, 202);
+    town.until("/v1/scenes/row", 404).await;
+    publish(&town.server.catalogue, &town.server.blobs, "Another row").await;
+    assert_eq!(
+        town.get("/v1/scenes").await.json()["scenes"].as_array().unwrap().len(),
+        0
+    );
+}
