@@ -90,6 +90,19 @@ impl ClusterTree {
         self.parent.len()
     }
 
+    /// By how much, in model-space units, the surface is off where this split, named by its vertex, and all after it are
+    /// left out: the distance of the new vertex from the triangles around the old one, added up along the worst row of splits.
+    #[must_use]
+    pub fn error(&self, split: u32) -> f64 {
+        self.errors[split as usize]
+    }
+
+    /// All triangles that this split or one after it changes lie so near to the vertex that is split, in model-space units.
+    #[must_use]
+    pub fn radius(&self, split: u32) -> f64 {
+        self.radii[split as usize]
+    }
+
     /// Whether a vertex is another, or came from it.
     #[inline]
     pub(super) fn holds(&self, cluster: u32, vertex: u32) -> bool {
