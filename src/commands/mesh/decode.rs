@@ -27,7 +27,7 @@ pub(super) struct Args {
     #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     memory_mib: u64,
     #[command(flatten)]
-    eye: eye::Args,
+    eye: eye::EyeArgs,
 }
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
@@ -54,7 +54,10 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
 /// The mesh, and what an eye sees of it in words.
 fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Option<String>)> {
     if beginning.starts_with(&thesis::MAGIC) {
-        anyhow::ensure!(!args.eye.is_given(), "packets of the thesis are decoded whole: leave out --eye");
+        anyhow::ensure!(
+            !args.eye.is_given(),
+            "packets of the thesis are decoded whole: leave out --eye"
+        );
         return Ok((thesis::decode(beginning)?.into(), None));
     }
     let mut decoder = Decoder::new(args.memory_mib << 20);

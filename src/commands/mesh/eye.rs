@@ -10,7 +10,7 @@ use glam::DVec3;
 const ASPECT: f64 = 16.0 / 9.0;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(super) struct EyeArgs {
     /// Keep only what is worth drawing for an eye here, in model space: fine near it, coarse far away
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     eye: Option<DVec3>,
@@ -33,7 +33,10 @@ pub(super) struct Args {
 }
 
 fn point(text: &str) -> Result<DVec3, String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    let numbers: Vec<f64> = text
+        .split(',')
+        .filter_map(|number| number.trim().parse().ok())
+        .collect();
     match numbers[..] {
         [x, y, z] if [x, y, z].iter().all(|x| x.is_finite()) && text.split(',').count() == 3 => Ok(DVec3::new(x, y, z)),
         _ => Err("three numbers with commas between them are wanted, as in 1,2.5,-3".to_owned()),
@@ -50,7 +53,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "a number is wanted, 0 or more".to_owned())
 }
 
-impl Args {
+impl EyeArgs {
     pub(super) fn is_given(&self) -> bool {
         self.eye.is_some()
     }
@@ -86,7 +89,9 @@ impl Args {
             // The normal of each side leans from the side towards where the eye looks.
             let sides = [(up, half), (-up, half), (right, half * ASPECT), (-right, half * ASPECT)];
             let normals = sides.map(|(side, reach)| (side + ahead * reach).normalize());
-            let planes = normals.into_iter().map(|normal| [normal.x, normal.y, normal.z, -normal.dot(eye)]);
+            let planes = normals
+                .into_iter()
+                .map(|normal| [normal.x, normal.y, normal.z, -normal.dot(eye)]);
             planes.collect()
         });
         View {

@@ -8,7 +8,8 @@
 import type { SmoothDecoder } from "../smooth/decoder.ts";
 import { NONE } from "../smooth/mesh.ts";
 import { latticeOf } from "../smooth/snapshot.ts";
-import { distanceBetween, squareToTriangle } from "./distance.ts";
+import { Around } from "./around.ts";
+import { distanceBetween } from "./distance.ts";
 import { Front } from "./front.ts";
 
 /** More wedges of one vertex are not looked at. */
@@ -40,7 +41,7 @@ export class ClusterTree {
   /** All triangles that this split or one after it changes lie so near to the vertex that is split. */
   readonly radii: Float64Array;
 
-  /** The tree of what has been decoded so far. Takes about as long as decoding it did. */
+  /** The tree of what has been decoded so far. Takes one to two times as long as decoding it did. */
   constructor(decoder: SmoothDecoder) {
     const mesh = decoder.decoded?.replay.mesh;
     const lattice = latticeOf(decoder);
@@ -144,23 +145,17 @@ export class ClusterTree {
     }
   }
 
-  /** Makes all splits in their order, and sees how far each new vertex is from the triangles around the one that is split. */
+  /** Makes all splits in their order, and sees how far the surface is off without each. */
   private measure(): void {
     const { positions, parent, firstChild, nextSibling, triangles, errors, radii, vertices } = this;
     const front = new Front(this);
+    const around = new Around(positions);
     const steps = new Float64Array(vertices);
     for (let vertex = 1; vertex < vertices; vertex += 1) {
       const old = parent[vertex] as number;
-      const x = (positions[3 * vertex] as number) - (positions[3 * old] as number);
-      const y = (positions[3 * vertex + 1] as number) - (positions[3 * old + 1] as number);
-      const z = (positions[3 * vertex + 2] as number) - (positions[3 * old + 2] as number);
-      let square = x * x + y * y + z * z;
-      front.around(old, (a, b, c) => {
-        const other = squareToTriangle(positions, 3 * vertex, 3 * a, 3 * b, 3 * c);
-        if (other < square) square = other;
-      });
-      steps[vertex] = Math.sqrt(square);
+      around.readBefore(front, old);
       front.split(vertex);
+      steps[vertex] = around.difference(front, old, vertex);
     }
     const rings = new Float64Array(vertices);
     for (let i = 0; i < triangles.length; i += 1) {

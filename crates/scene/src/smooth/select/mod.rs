@@ -12,6 +12,7 @@
 //! `viewer/core/smooth/select` does the same in the same order, with the same floating-point operations: the same
 //! stream and the same views give the same triangles, bit for bit (`tests/golden/smooth/views.json`).
 
+mod around;
 mod distance;
 mod front;
 mod selection;

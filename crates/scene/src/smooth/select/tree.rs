@@ -6,7 +6,8 @@
 
 use super::super::Decoder;
 use super::super::mesh::NONE;
-use super::distance::{length, minus, square_to_triangle};
+use super::around::Around;
+use super::distance::{length, minus};
 use super::front::Front;
 
 /// More wedges of one vertex are not looked at.
@@ -44,7 +45,7 @@ pub struct ClusterTree {
 }
 
 impl ClusterTree {
-    /// The tree of what has been decoded so far. Takes about as long as decoding it did.
+    /// The tree of what has been decoded so far. Takes one to two times as long as decoding it did.
     #[must_use]
     pub fn new(decoder: &Decoder) -> Self {
         let Some((header, replay)) = decoder.replay() else {
@@ -91,7 +92,8 @@ impl ClusterTree {
     }
 
     /// By how much, in model-space units, the surface is off where this split, named by its vertex, and all after it are
-    /// left out: the distance of the new vertex from the triangles around the old one, added up along the worst row of splits.
+    /// left out: how far the triangles around both vertices are from those around the old one before, both ways, at a few
+    /// points, added up along the worst row of splits.
     #[must_use]
     pub fn error(&self, split: u32) -> f64 {
         self.errors[split as usize]
@@ -171,23 +173,15 @@ impl ClusterTree {
         }
     }
 
-    /// Makes all splits in their order, and sees how far each new vertex is from the triangles around the one that is split.
+    /// Makes all splits in their order, and sees how far the surface is off without each.
     fn measure(&mut self) {
         let mut front = Front::new(self);
         let mut steps = vec![0.0; self.vertices()];
+        let mut around = Around::default();
         for vertex in 1..self.vertices() as u32 {
-            let parent = self.parent[vertex as usize];
-            let [p, old] = [vertex, parent].map(|v| self.positions[v as usize]);
-            let way = minus(p, old);
-            let mut square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
-            front.around(parent, |triangle| {
-                let other = square_to_triangle(p, triangle.map(|v| self.positions[v as usize]));
-                if other < square {
-                    square = other;
-                }
-            });
-            steps[vertex as usize] = square.sqrt();
+            around.read_before(&front, self.parent[vertex as usize]);
             front.split(self, vertex);
+            steps[vertex as usize] = around.difference(&front, self, vertex);
         }
         let mut rings = vec![0.0f64; self.vertices()];
         for &[a, b, c] in &self.triangles {
