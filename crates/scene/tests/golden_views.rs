@@ -2,6 +2,7 @@
 //! what was done and hashes of what is drawn; the viewer's tests read the same file. `make bless` writes it anew.
 
 #![allow(missing_docs)]
+#![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 
 use std::{env, fs, path::PathBuf};
 
