@@ -14,7 +14,7 @@ import { DocumentError, Json } from "../core/json.ts";
 import { DcgError, grow, LIMITS, readProgram } from "../core/procedural/index.ts";
 import { ClusterTree, Selection } from "../core/select/index.ts";
 import { readHeader } from "../core/smooth/header.ts";
-import { SmoothDecoder, SmoothError, snapshotOf } from "../core/smooth/index.ts";
+import { latticeOf, SmoothDecoder, SmoothError, snapshotOf } from "../core/smooth/index.ts";
 import { publish } from "./fixture.ts";
 
 /**
@@ -198,6 +198,15 @@ it("smooth LODs, and what an eye sees of them", { timeout: 120_000 }, () => {
       message = (error as Error).message.replaceAll(/[0-9]+/g, "");
     }
     expect(decoder.stateBytes).toBeLessThan(most_bytes);
+    const { triangles, twicePositions } = latticeOf(decoder);
+    const { header } = decoder;
+    expect(triangles.length / 3).toBeLessThanOrEqual(header?.triangles ?? 0);
+    expect(twicePositions.length / 3).toBeLessThanOrEqual(Math.max(header?.vertices ?? 0, 1));
+    expect(twicePositions.every((x) => x >= 0 && x < 2 ** ((header?.bits ?? 0) + 1))).toBe(true);
+    for (let i = 0; i < triangles.length; i += 3) {
+      const [a, b, c] = triangles.subarray(i, i + 3);
+      expect(a !== b && b !== c && c !== a).toBe(true);
+    }
     const selection = new Selection(new ClusterTree(decoder), 3);
     const view = {
       eye: [0.5, 1, 2] as const,
