@@ -21,6 +21,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("belvedere-bake", &["belvedere-scene"]),
     ("belvedere-client", &["belvedere-scene"]),
+    ("belvedere-fuzz", &["belvedere-bake", "belvedere-scene"]),
     ("belvedere-live", &["belvedere-scene"]),
     ("belvedere-scene", &[]),
     ("belvedere-verify", &["belvedere-scene"]),

@@ -10,6 +10,7 @@ const LONGEST_FILE_LINES = 600;
 const ALLOWED: Record<string, RegExp> = {
   core: /^\.\/(smooth\/)?[a-z]+\.ts$/,
   "core/live": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts)$/,
+  "core/select": /^(\.\/[a-z]+\.ts|\.\.\/smooth\/[a-z]+\.ts)$/,
   "core/smooth": /^\.\/[a-z]+\.ts$/,
   three: /^(\.\/[a-z]+\.ts|\.\.\/core\/(live\/)?[a-z]+\.ts|three|three\/addons\/.+)$/,
   "ui/inspector": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts|\.\.\/\.\.\/(core|core\/live|three)\/[a-z]+\.ts)$/,
@@ -42,7 +43,7 @@ describe.each(Object.entries(ALLOWED))("%s", (room, allowed) => {
   });
 });
 
-it.each(["core", "core/live", "core/smooth"])("%s touches neither page nor window", (room) => {
+it.each(["core", "core/live", "core/select", "core/smooth"])("%s touches neither page nor window", (room) => {
   for (const { path, text } of production(room)) {
     expect(text, path).not.toMatch(/\b(document|window|localStorage|navigator)\.[a-z]/);
   }

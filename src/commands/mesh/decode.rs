@@ -7,9 +7,10 @@ use belvedere_bake::{
     glb::{self, GlbInput, lattice::Lattice},
     source::{Material, Primitive},
 };
-use belvedere_scene::smooth::{Decoder, SmoothError, Snapshot, thesis};
+use belvedere_scene::smooth::{Decoder, Snapshot, thesis};
 use serde_json::json;
 
+use super::eye;
 use crate::commands::output::{bytes, print};
 
 #[derive(Debug, clap::Args)]
@@ -25,6 +26,8 @@ pub(super) struct Args {
     /// The most memory that the mesh may take, in MiB
     #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     memory_mib: u64,
+    #[command(flatten)]
+    eye: eye::EyeArgs,
 }
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
@@ -34,9 +37,11 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let beginning = stream
         .get(..wanted)
         .with_context(|| format!("{shown} has {} bytes, not {wanted}", stream.len()))?;
-    let snapshot = snapshot_of(beginning, args.memory_mib << 20).with_context(|| format!("cannot decode {shown}"))?;
-    let vertices = snapshot.positions.len();
-    let triangles = snapshot.indices.iter().map(Vec::len).sum::<usize>() / 3;
+    let (snapshot, seen) = snapshot_of(beginning, &args).with_context(|| format!("cannot decode {shown}"))?;
+    let (vertices, triangles) = (snapshot.positions.len(), triangles_of(&snapshot));
+    if let Some(seen) = seen {
+        print(&seen)?;
+    }
     std::fs::write(&args.out, glb_of(snapshot)?).with_context(|| format!("cannot write {}", args.out.display()))?;
     print(&format!(
         "{} of {}: {vertices} vertices, {triangles} triangles, in {}",
@@ -46,13 +51,25 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     ))
 }
 
-fn snapshot_of(beginning: &[u8], most_bytes: u64) -> Result<Snapshot, SmoothError> {
+/// The mesh, and what an eye sees of it in words.
+fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Option<String>)> {
     if beginning.starts_with(&thesis::MAGIC) {
-        return Ok(thesis::decode(beginning)?.into());
+        anyhow::ensure!(
+            !args.eye.is_given(),
+            "packets of the thesis are decoded whole: leave out --eye"
+        );
+        return Ok((thesis::decode(beginning)?.into(), None));
     }
-    let mut decoder = Decoder::new(most_bytes);
+    let mut decoder = Decoder::new(args.memory_mib << 20);
     decoder.push(beginning)?;
-    Ok(decoder.snapshot())
+    Ok(match args.eye.look(&decoder) {
+        Some((snapshot, seen)) => (snapshot, Some(seen)),
+        None => (decoder.snapshot(), None),
+    })
+}
+
+fn triangles_of(snapshot: &Snapshot) -> usize {
+    snapshot.indices.iter().map(Vec::len).sum::<usize>() / 3
 }
 
 /// A primitive for each material, over the vertices that it uses.

@@ -1,6 +1,7 @@
 //! `belvedere mesh …`: the generators of levels of detail as tools for one file, without a scene around it.
 
 mod decode;
+mod eye;
 mod lod;
 mod smooth;
 

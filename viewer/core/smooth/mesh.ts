@@ -26,6 +26,8 @@ export class Mesh {
   shared = new Uint8Array(16);
   /** The pass in which it came or was split last, modulo 256. */
   pass = new Uint8Array(16);
+  /** How many triangles there were before it came. */
+  born = new Int32Array(16);
   /** Three vertices of each triangle. */
   corners = new Int32Array(48);
   readonly stars = new Stars();
@@ -37,8 +39,8 @@ export class Mesh {
 
   /** Memory that it takes. */
   get bytes(): number {
-    const { at, around, parent, next, size, shared, pass, corners, stars } = this;
-    return bytesOf(at, around, parent, next, size, shared, pass, corners) + stars.bytes;
+    const { at, around, parent, next, size, shared, pass, born, corners, stars } = this;
+    return bytesOf(at, around, parent, next, size, shared, pass, born, corners) + stars.bytes;
   }
 
   /** A vertex at the lattice's beginning, without triangles. */
@@ -53,7 +55,9 @@ export class Mesh {
       this.size = widened(this.size, room);
       this.shared = widened(this.shared, room);
       this.pass = widened(this.pass, room);
+      this.born = widened(this.born, room);
     }
+    this.born[vertex] = this.triangles;
     this.stars.add();
     this.vertices += 1;
     return vertex;

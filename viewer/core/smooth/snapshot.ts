@@ -61,10 +61,13 @@ export function latticeOf(decoder: SmoothDecoder): Lattice {
 
 /** The mesh to draw. Empty before the header has come. */
 export function snapshotOf(decoder: SmoothDecoder): Snapshot {
-  const { header } = decoder;
+  return snapshotOfLattice(decoder.header, latticeOf(decoder));
+}
+
+/** The mesh to draw of these numbers. Empty before the header has come. */
+export function snapshotOfLattice(header: Header | undefined, lattice: Lattice): Snapshot {
   const nothing = new Float32Array(0);
   if (!header) return { positions: nothing, normals: nothing, uvs: [], colours: nothing, indices: [] };
-  const lattice = latticeOf(decoder);
   const { firsts, indices } = indexed(header, lattice);
   let normals = nothing;
   let colours = nothing;

@@ -36,6 +36,8 @@ pub(super) struct Point {
     pub(super) shared: u8,
     /// The pass in which it came or was split last, modulo 256.
     pub(super) pass: u8,
+    /// How many triangles there were before it came.
+    pub(super) born: u32,
 }
 
 impl Mesh {

@@ -11,6 +11,7 @@
 //! * [`split`], [`fan`] and [`change`]: what becomes of the triangles around a vertex that is split.
 //! * [`geometry`]: where the new vertex is. [`attributes`] and [`octahedron`]: what its corners look like.
 //! * [`mod@model`] and [`rans`]: how decisions become bits.
+//! * [`select`]: which triangles to draw from where.
 //!
 //! [`thesis`] reads the packets of the thesis itself.
 //!
@@ -28,6 +29,7 @@ pub mod octahedron;
 pub mod rans;
 pub mod replay;
 pub mod script;
+pub mod select;
 mod snapshot;
 pub mod split;
 mod stars;

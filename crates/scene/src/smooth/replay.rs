@@ -259,6 +259,7 @@ impl Replay {
             size: hood.size,
             shared: shared as u8,
             pass: self.pass,
+            born: first_born,
             ..Point::default()
         });
         change.apply(mesh, star, split, vertex, new);

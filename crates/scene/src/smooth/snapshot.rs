@@ -43,6 +43,19 @@ impl Decoder {
         let Some((_, replay)) = self.replay() else {
             return Lattice::default();
         };
+        Lattice {
+            twice_positions: self.twice_positions(),
+            triangles: replay.mesh.triangles.clone(),
+            corners: replay.attributes.corners.clone(),
+            values: replay.attributes.values.clone(),
+            materials: replay.attributes.materials.clone(),
+        }
+    }
+
+    fn twice_positions(&self) -> Vec<[i32; 3]> {
+        let Some((_, replay)) = self.replay() else {
+            return Vec::new();
+        };
         // While the lattice becomes finer, vertices from `next` on are still on the coarse one.
         let next = match replay.phase {
             Phase::Refine { next, .. } => next as usize,
@@ -52,24 +65,28 @@ impl Decoder {
             let lacking = replay.coarse_bits - u32::from(i < next);
             point.at.map(|x| (x << lacking) * 2 + (1 << lacking) - 1)
         };
-        Lattice {
-            twice_positions: replay.mesh.points.iter().enumerate().map(twice).collect(),
-            triangles: replay.mesh.triangles.clone(),
-            corners: replay.attributes.corners.clone(),
-            values: replay.attributes.values.clone(),
-            materials: replay.attributes.materials.clone(),
-        }
+        replay.mesh.points.iter().enumerate().map(twice).collect()
     }
 
     /// The mesh to draw. Empty before the header has come.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
+        let Some((_, replay)) = self.replay() else {
+            return Snapshot::default();
+        };
+        let triangles = replay.mesh.triangles.iter().enumerate();
+        self.snapshot_of(triangles.map(|(i, &triangle)| (i, triangle, replay.attributes.corners.get(i).copied())))
+    }
+
+    /// The mesh to draw, of these triangles: number, vertices, wedges.
+    pub(super) fn snapshot_of(&self, triangles: impl Iterator<Item = (usize, [u32; 3], Option<[u32; 3]>)>) -> Snapshot {
         let Some((header, replay)) = self.replay() else {
             return Snapshot::default();
         };
-        let lattice = self.lattice();
+        let twice_positions = self.twice_positions();
+        let attributes = &replay.attributes;
         let position = |vertex: u32| -> [f32; 3] {
-            let twice = lattice.twice_positions[vertex as usize];
+            let twice = twice_positions[vertex as usize];
             std::array::from_fn(|axis| {
                 (f64::from(header.origin[axis]) + f64::from(header.step) * 0.5 * f64::from(twice[axis])) as f32
             })
@@ -79,26 +96,22 @@ impl Decoder {
             uvs: vec![Vec::new(); header.channels.iter().filter(|c| c.kind == ChannelKind::Uv).count()],
             ..Snapshot::default()
         };
-        let stride = replay.attributes.stride;
+        let stride = attributes.stride;
         // A wedge belongs to one vertex, so wedges, or vertices where there are none, are what a renderer calls vertices.
-        let corners = if stride == 0 {
-            &lattice.triangles
-        } else {
-            &lattice.corners
-        };
-        let wedges = lattice.values.len().checked_div(stride);
-        let most = wedges.unwrap_or(lattice.twice_positions.len());
-        let mut drawn = vec![u32::MAX; most];
-        for ((triangle, corners), &material) in lattice.triangles.iter().zip(corners).zip(&lattice.materials) {
-            for (&vertex, &corner) in triangle.iter().zip(corners) {
+        let wedges = attributes.values.len().checked_div(stride);
+        let mut drawn = vec![u32::MAX; wedges.unwrap_or(twice_positions.len())];
+        for (number, triangle, wedges) in triangles {
+            let corners = wedges.unwrap_or(triangle);
+            let material = usize::from(attributes.materials[number]);
+            for (&vertex, &corner) in triangle.iter().zip(&corners) {
                 let index = &mut drawn[corner as usize];
                 if *index == u32::MAX {
                     *index = snapshot.positions.len() as u32;
                     snapshot.positions.push(position(vertex));
-                    let values = &lattice.values[corner as usize * stride..][..stride];
+                    let values = &attributes.values[corner as usize * stride..][..stride];
                     snapshot.push_values(header, values);
                 }
-                snapshot.indices[usize::from(material)].push(*index);
+                snapshot.indices[material].push(*index);
             }
         }
         snapshot
