@@ -302,8 +302,8 @@ pub fn section(measured: &Measured) -> Section {
             "The thesis's objects (sizes ∝ 1/x, equal zones) are repeated as described; places, way and radius are not in the paper, so ours are others. \
              A straight way gives 1/(1 + 1/2 + … + 1/k) in theory, which is the paper's row to within the spread of walks: it shows that the row follows from the set-up."
                 .to_owned(),
-            "A visitor of ours begins amid objects, which are fetched at the level of their distance only; turns bring objects nearer than a straight way would.".to_owned(),
-            "Our levels shrink by equal ratios instead of by 1/x, so that fine ones, which few objects ever need, hold more of the bytes; compression and headers of files count, too.".to_owned(),
+            "The theory counts ways that pass each object wholly. A walk begins amid objects, half of which it leaves behind, and ends before it has come near those that entered last; these cost less than the theory says.".to_owned(),
+            "Our levels shrink by equal ratios instead of by 1/x, down to a few dozen triangles, so that each holds another share of the bytes; compression and headers of files count, too. Where as many levels cannot be made, their mean number says so.".to_owned(),
             "A smooth LOD tells nothing twice: a finer cut costs only what is new. The last column has the smaller denominator of whole streams, so it is no saving over levels but over fetching streams whole."
                 .to_owned(),
         ],

@@ -25,7 +25,7 @@ use crate::{
 
 const WAY: Way = Way {
     line: TOWN,
-    walks: 5,
+    walks: 3,
     seconds: 240.0,
 };
 /// A city of the paper's extent: 26 × 27 m are 702 m.

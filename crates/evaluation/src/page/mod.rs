@@ -219,7 +219,7 @@ pub fn percent(share: f64) -> String {
 #[must_use]
 pub fn fine_percent(share: f64) -> String {
     // Never rounded up to what it is not.
-    format!("{:.2} %", (1e4 * share).floor() / 100.0)
+    format!("{:.2} %", (1e4 * share + 1e-6).floor() / 100.0)
 }
 
 /// `12,345`
@@ -299,6 +299,6 @@ mod tests {
     fn numbers_read_well() {
         assert_eq!([0, 999, 1000, 1_234_567].map(count), ["0", "999", "1,000", "1,234,567"]);
         assert_eq!(fine_percent(0.999_99), "99.99 %");
-        assert_eq!(fine_percent(1.0), "100.00 %");
+        assert_eq!([1.0, 0.786].map(fine_percent), ["100.00 %", "78.60 %"]);
     }
 }

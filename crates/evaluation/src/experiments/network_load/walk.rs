@@ -119,12 +119,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn walks_of_the_theses_objects_come_near_the_theory() {
+    fn walks_among_the_theses_objects_cost_what_the_theory_says_but_at_their_ends() {
         let kinds = [Ladder::of_thesis(6)];
-        let sums = sums(&kinds);
-        let share = total(&sums, 0) / total(&sums, 1);
+        let sent: Vec<_> = (0..4).flat_map(|seed| walk(&kinds, seed)).collect();
+        let share = total(&sent, 0) / total(&sent, 1);
         let theory = 1.0 / (1.0 + 0.5 + 1.0 / 3.0 + 0.25 + 0.2 + 1.0 / 6.0);
-        assert!((share - theory).abs() < 0.03, "{share} {theory}");
+        // Objects amid which a walk begins, or ends, were not passed wholly: they cost less.
+        assert!(share < theory && share > 0.85 * theory, "{share} {theory}");
     }
 
     #[test]
