@@ -121,6 +121,9 @@ mod tests {
                 experiment.id
             );
         }
+        for repeated in ALL.iter().flat_map(|experiment| experiment.repeats) {
+            assert!(page.markdown.contains(repeated), "{repeated}");
+        }
         assert_eq!(page.markdown.matches("**Not measured yet**").count(), ALL.len());
         assert!(page.markdown.contains("0 of 0 are met"));
     }

@@ -74,11 +74,12 @@ fn main() -> anyhow::Result<()> {
                 continue;
             }
             eprintln!("{}: {}", experiment.id, experiment.title);
-            let started = Instant::now();
+            // Whoever edits while it runs does not change what is measured.
+            let (sources, started) = (sources(), Instant::now());
             match (experiment.run)(&host) {
                 Ok(measured) => Kept {
                     experiment: experiment.id.to_owned(),
-                    sources: sources(),
+                    sources,
                     build: if cfg!(debug_assertions) {
                         "development"
                     } else {

@@ -213,7 +213,7 @@ pub fn section(measured: &Measured) -> Section {
             "An SGI R4400 of 1998 beside a core of today: only shares of “no optimisation” compare.".to_owned(),
             format!(
                 "The paper's intersections without optimisation are {:.1} for each polygon, about as many as there are rays from eight corners to three vertices: a ray seems to count once. Ours count each body that \
-                 a ray is tested with; the rays themselves stand in the last table. Our rays find bodies in a grid, which the paper proposes.",
+                 a ray is tested with; the rays themselves stand in the last table. Our rays find bodies in a grid, which the paper proposes. So our start is heavier than theirs, and what is saved looks larger.",
                 ACCELERATIONS[0].3 as f64 / CITIES[0].polygons as f64
             ),
         ],
