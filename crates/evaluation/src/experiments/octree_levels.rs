@@ -23,8 +23,18 @@ use crate::{
     papers::schmalstieg::{ENTERPRISE, ENTERPRISE_S, GALLEON, GALLEON_S, Level, TABLE_3, TABLE_4},
 };
 
+/// A table, its levels, its seconds; what stands for its model, and the rules of that; the picture's file.
+type Pair = (
+    &'static str,
+    &'static [Level],
+    f64,
+    &'static str,
+    &'static str,
+    &'static str,
+);
+
 /// The paper's models and those of ours that stand for them.
-const PAIRS: [(&str, &[Level], f64, &str, &str, &str); 2] = [
+const PAIRS: [Pair; 2] = [
     (
         TABLE_3,
         &ENTERPRISE,
