@@ -5,8 +5,9 @@ CARGO ?= cargo
 NPM ?= npm
 LISTEN ?= 127.0.0.1:8080
 DATA ?= data
+EVALUATION ?=
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist dist bless clean
+.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist evaluation dist bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -60,6 +61,12 @@ ifndef BINARY
 endif
 	deploy/dist.sh "$(or $(BINARY),$(or $(CARGO_TARGET_DIR),target)/release/belvedere)" \
 		"$$($(CARGO) pkgid -p belvedere | sed 's/.*[@#]//')" "$$(rustc -vV | sed -n 's/^host: //p')"
+
+## What the papers measured, measured again: writes docs/EVALUATION.md. A part: EVALUATION='--only table2,marvie';
+## the page alone: EVALUATION=--render; a town that is baked already: EVALUATION='--town-data data'.
+evaluation: viewer
+	$(CARGO) build --locked -p belvedere -p belvedere-evaluation
+	$(CARGO) run --locked -p belvedere-evaluation -- $(EVALUATION)
 
 ## The page that the binary serves.
 viewer: viewer/dist/index.html

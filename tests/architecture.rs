@@ -22,6 +22,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("belvedere-bake", &["belvedere-scene"]),
     ("belvedere-client", &["belvedere-scene"]),
     ("belvedere-fuzz", &["belvedere-bake", "belvedere-scene"]),
+    (
+        "belvedere-evaluation",
+        &["belvedere-bake", "belvedere-client", "belvedere-live", "belvedere-scene"],
+    ),
     ("belvedere-live", &["belvedere-scene"]),
     ("belvedere-scene", &[]),
     ("belvedere-verify", &["belvedere-scene"]),

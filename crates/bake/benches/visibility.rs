@@ -1,7 +1,7 @@
-//! How fast and how tight are visible sets? Prints tables; asserts nothing. `cargo bench -p belvedere-bake -- [paper | methods | interior | growth | online]`
+//! How fast and how tight are visible sets? Prints tables; asserts nothing. `cargo bench -p belvedere-bake -- [methods | interior | growth | online]`
 //!
 //! The scene is the city of Cohen-Or & Zadicario (1998), 2,128 buildings, with street cells of a quarter of a building.
-//! Times are CPU time of one thread.
+//! Times are CPU time of one thread. The tables of the paper itself: `make evaluation EVALUATION='--only cohen-or'`.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
@@ -18,7 +18,6 @@ use belvedere_bake::{
     visibility::{
         self, Method,
         conservative::{ConservativeSettings, Observer, Scenery},
-        epsilon::{Accelerations, Neighbourhoods, Tally},
         prover::Proofs,
     },
     world::World,
@@ -38,8 +37,7 @@ const REPEATS: usize = 16;
 
 fn main() {
     let wanted = std::env::args().nth(1).filter(|name| !name.starts_with('-'));
-    let tables: [(&str, fn()); 5] = [
-        ("paper", papers_tables),
+    let tables: [(&str, fn()); 4] = [
         ("methods", methods),
         ("interior", interior),
         ("growth", growth),
@@ -69,160 +67,6 @@ fn regions(world: &World, city: &City) -> Vec<Region> {
     cells
         .map(|[min, max]| Region::of_box(relative(min), relative(max)))
         .collect()
-}
-
-fn papers_tables() {
-    println!("Cohen-Or & Zadicario 1998, table 1: means over {CELLS} cells; theirs in brackets\n");
-    println!("| model | triangles | hidden triangles | buildings | hidden buildings | hidden by the first occluder |");
-    println!("|---|---|---|---|---|---|");
-    for (name, city, paper) in [
-        ("city 1, dense", City::DENSE, [20_062, 1_954, 1_427]),
-        ("city 2, sparse", City::SPARSE, [18_713, 1_755, 1_225]),
-    ] {
-        let world = World::new(&city.scene()).unwrap();
-        let scenery = Scenery::of(&world);
-        let scene = Neighbourhoods::new(&world, &scenery.blocker.occluders.bodies);
-        let (mut triangles, mut boxes, mut first) = (0, 0, 0);
-        for cell in regions(&world, &city) {
-            let superset = scene.superset(&cell, Accelerations::ALL);
-            triangles += superset.triangles.len();
-            first += superset.first_occluders as usize;
-            boxes += superset.hidden_boxes as usize;
-        }
-        let mean = |sum: usize| sum as f64 / CELLS as f64;
-        let all = world.triangles().len();
-        let hidden = all as f64 - mean(triangles);
-        println!(
-            "| {name} | {all} [21280] | {hidden:.0} = {:.1} % [{} = {:.1} %] | {} [2128] | {:.0} [{}] | {:.0} [{}] |",
-            100.0 * hidden / all as f64,
-            paper[0],
-            f64::from(paper[0]) / 212.80,
-            world.object_bounds().len(),
-            mean(boxes),
-            paper[1],
-            mean(first),
-            paper[2],
-        );
-    }
-    let city = City::DENSE;
-    let world = World::new(&city.scene()).unwrap();
-    let scenery = Scenery::of(&world);
-    let scene = Neighbourhoods::new(&world, &scenery.blocker.occluders.bodies);
-    let cells = regions(&world, &city);
-    let none = Accelerations::NONE;
-    let columns = [
-        (
-            "no grid, boxes",
-            Accelerations {
-                grid: false,
-                boxes_first: true,
-                ..none
-            },
-            None,
-        ),
-        ("no optimisation", none, Some([1.0, 517_800.0])),
-        (
-            "bounding box",
-            Accelerations {
-                boxes_first: true,
-                ..none
-            },
-            Some([8_900.0 / 30_170.0, 135_278.0 + 38_648.0]),
-        ),
-        (
-            "redundant occluders",
-            Accelerations {
-                boxes_first: true,
-                redundant_occluders: true,
-                ..none
-            },
-            Some([8_850.0 / 30_170.0, 135_089.0 + 38_648.0]),
-        ),
-        (
-            "redundant rays",
-            Accelerations {
-                boxes_first: true,
-                hull_rays_only: true,
-                ..none
-            },
-            Some([7_040.0 / 30_170.0, 45_570.0 + 38_648.0]),
-        ),
-        (
-            "first ray traverses",
-            Accelerations {
-                boxes_first: true,
-                first_ray_traverses: true,
-                ..none
-            },
-            None,
-        ),
-        (
-            "fully optimised",
-            Accelerations::ALL,
-            Some([7_030.0 / 30_170.0, 42_414.0 + 38_648.0]),
-        ),
-        (
-            "all, halved twice",
-            Accelerations {
-                subcells: 2,
-                ..Accelerations::ALL
-            },
-            None,
-        ),
-        (
-            "all, occluders ≥ 0.01 sr",
-            Accelerations {
-                least_occluder_sr: 0.01,
-                ..Accelerations::ALL
-            },
-            None,
-        ),
-        (
-            "all, first hit only",
-            Accelerations {
-                first_hit: true,
-                ..Accelerations::ALL
-            },
-            None,
-        ),
-    ];
-    println!("\ntable 2, dense city, per cell; theirs in brackets (of their 30,170 ms)\n");
-    println!(
-        "| accelerations | ms | share of «no optimisation» | rays that traverse | tests for boxes | for triangles | both | visible triangles |"
-    );
-    println!("|---|---|---|---|---|---|---|---|");
-    let few = &cells[..8];
-    let mut base_ms = None;
-    for (name, accelerations, paper) in columns {
-        let (ms, (tally, visible)) = timed(|| {
-            let (mut tally, mut visible) = (Tally::default(), 0);
-            for cell in few {
-                let superset = scene.superset(cell, accelerations);
-                tally.traversals += superset.tally.traversals;
-                tally.box_tests += superset.tally.box_tests;
-                tally.triangle_tests += superset.tally.triangle_tests;
-                visible += superset.triangles.len();
-            }
-            (tally, visible)
-        });
-        let count = few.len() as f64;
-        if accelerations == none {
-            base_ms = Some(ms);
-        }
-        let share = base_ms.map_or_else(|| "–".to_owned(), |base| format!("{:.2}", ms / base));
-        let [time, tests] = paper.map_or([String::new(), String::new()], |[time, tests]| {
-            [format!(" [{time:.2}]"), format!(" [{tests:.0}]")]
-        });
-        println!(
-            "| {name} | {:.2} | {share}{time} | {:.0} | {:.0} | {:.0} | {:.0}{tests} | {:.0} |",
-            ms / count,
-            tally.traversals as f64 / count,
-            tally.box_tests as f64 / count,
-            tally.triangle_tests as f64 / count,
-            (tally.box_tests + tally.triangle_tests) as f64 / count,
-            visible as f64 / count
-        );
-    }
 }
 
 fn settings() -> [(&'static str, ConservativeSettings); 6] {

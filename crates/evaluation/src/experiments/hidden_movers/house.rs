@@ -1,15 +1,6 @@
-//! What do hidden movers cost? The chart of Sudarsky & Gotsman (figure 5), for the server of a dense interior, and the
-//! messages that it saves beside telling everybody everything.
-//!
-//! A house of 32 × 32 rooms of 4 m that each see themselves and the four beside them. Some movers walk about in rooms where somebody
-//! looks on, all others in rooms where nobody does. *Update all* is the same server without volumes: every owner speaks
-//! each tick. With volumes it is looked at for longer than one lasts, so that each is renewed once. Prints Markdown;
-//! `cargo bench -p belvedere-live`.
+//! Who speaks and who is told in a house of rooms full of walkers?
 
-#![allow(clippy::print_stdout, reason = "that is what a bench is for")]
-
-use std::fs;
-
+use crate::timing::cpu_s;
 use belvedere_live::{
     Ms, World,
     aoi::Aoi,
@@ -20,20 +11,13 @@ use belvedere_live::{
 };
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
-const ROOMS: u32 = 32;
+pub(super) const ROOMS: u32 = 32;
 const ROOM_M: f64 = 4.0;
 /// Ticks that count, when all speak …
-const TICKS: u32 = 100;
+pub(super) const TICKS: u32 = 100;
 /// … and when volumes last for ten minutes.
-const TICKS_OF_A_VOLUME: u32 = 6_050;
+pub(super) const TICKS_OF_A_VOLUME: u32 = 6_050;
 const SPEED_MPS: f64 = 1.5;
-
-/// CPU time of this thread so far, in seconds: the machine may be busy with other things.
-fn cpu_s() -> f64 {
-    let stat = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = stat.split(' ').next().and_then(|n| n.parse::<f64>().ok());
-    nanoseconds.unwrap_or(0.0) * 1e-9
-}
 
 fn house() -> Cells {
     let shape = |i: u32| {
@@ -100,16 +84,16 @@ fn hush(walkers: &mut [Walker], object: ObjectId, hush: Option<&Hush>) {
     }
 }
 
-struct Outcome {
+pub(super) struct Outcome {
     /// CPU of a tick of the server, with the poses that came in.
-    tick_us: f64,
+    pub(super) tick_us: f64,
     /// In a tick.
-    poses_in: f64,
-    told: u64,
+    pub(super) poses_in: f64,
+    pub(super) told: u64,
 }
 
 /// Rooms of walkers; a session looks on from the first room when there is one. `volumes` off is the naive server.
-fn run(homes: &[u32], with_sessions: bool, volumes: bool, ticks: u32) -> Outcome {
+pub(super) fn simulate(homes: &[u32], with_sessions: bool, volumes: bool, ticks: u32) -> Outcome {
     let rules = Rules {
         bytes_per_s: 1e9,
         longest_tbv_ms: if volumes { Rules::default().longest_tbv_ms } else { 1 },
@@ -218,33 +202,4 @@ fn run(homes: &[u32], with_sessions: bool, volumes: bool, ticks: u32) -> Outcome
         poses_in: poses_in as f64 / f64::from(ticks),
         told,
     }
-}
-
-fn main() {
-    println!("100 visible movers, one participant; a tick of the server with the poses that come in:\n");
-    println!(
-        "| hidden movers | with volumes: CPU | poses in a tick | update all: CPU | poses in a tick |\n|---|---|---|---|---|"
-    );
-    for hidden in [0u32, 100, 1_000, 10_000, 100_000] {
-        // The observer sees rooms 0, 1 and 32; the hidden ones walk far from there.
-        let far = (0..hidden).map(|i| 128 + i % (ROOMS * ROOMS - 128));
-        let homes: Vec<_> = (0..100).map(|i| i % 2).chain(far).collect();
-        let ours = run(&homes, false, true, TICKS_OF_A_VOLUME);
-        let all = run(&homes, false, false, TICKS);
-        println!(
-            "| {hidden} | {:.0} µs | {:.0} | {:.0} µs | {:.0} |",
-            ours.tick_us, ours.poses_in, all.tick_us, all.poses_in
-        );
-    }
-    println!("\n1,024 participants, one in each room; for ten seconds:\n");
-    println!("| | poses in | poses told |\n|---|---|---|");
-    let homes: Vec<_> = (0..ROOMS * ROOMS).collect();
-    let ours = run(&homes, true, true, TICKS);
-    let everybody = u64::from(TICKS) * 1024;
-    println!("| broadcast | {everybody} | {} |", everybody * 1023);
-    println!(
-        "| Belvedere | {:.0} | {} |",
-        ours.poses_in * f64::from(TICKS),
-        ours.told
-    );
 }

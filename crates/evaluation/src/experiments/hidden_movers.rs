@@ -1,0 +1,180 @@
+//! What do hidden movers cost? (Sudarsky & Gotsman 1997, fig 5), for the server of a dense interior, and the messages that
+//! temporal bounding volumes save beside telling everybody everything.
+//!
+//! A house of 32 × 32 rooms of 4 m that each see themselves and the four beside them. Some movers walk about in rooms where somebody
+//! looks on, all others in rooms where nobody does. *Update all* is the same server without volumes: every owner speaks
+//! each tick. With volumes it is looked at for longer than one lasts, so that each is renewed once.
+
+mod house;
+
+use serde::{Deserialize, Serialize};
+
+use self::house::{ROOMS, TICKS, TICKS_OF_A_VOLUME, simulate};
+use crate::{
+    host::Host,
+    page::{
+        Comparison, Goal, Plot, Row, Section, Table,
+        chart::{Axis, Chart, Series},
+        count,
+    },
+    papers::sudarsky::{FIGURE_5, WITH_VOLUMES, WITHOUT},
+};
+
+/// Numbers of hidden movers; the charts of the paper go up to a few hundred.
+const HIDDEN: [u32; 5] = [0, 100, 1_000, 10_000, 100_000];
+/// Movers that can be seen.
+const VISIBLE: u32 = 100;
+/// “Almost constant”: with the most hidden movers, a tick costs at most so many times what it costs without any.
+const ALMOST_CONSTANT: f64 = 5.0;
+
+/// What was measured.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Measured {
+    /// Movers that can be seen.
+    pub visible: u32,
+    /// For each number of hidden movers.
+    pub rows: Vec<Cost>,
+    /// A participant in each room, for ten seconds.
+    pub messages: Messages,
+}
+
+/// A tick of the server: CPU in microseconds, and poses that come in.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Cost {
+    /// Movers that nobody sees.
+    pub hidden: u32,
+    /// With volumes.
+    pub with_us: f64,
+    /// Poses.
+    pub with_poses: f64,
+    /// Without.
+    pub without_us: f64,
+    /// Poses.
+    pub without_poses: f64,
+}
+
+/// Poses told.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Messages {
+    /// Participants.
+    pub participants: u64,
+    /// When everybody hears of everybody.
+    pub broadcast: u64,
+    /// By our rules.
+    pub told: u64,
+}
+
+/// Measures.
+///
+/// # Errors
+/// None; movers that cannot be made end the program.
+pub fn run(host: &Host) -> anyhow::Result<Measured> {
+    let mut rows = Vec::new();
+    for hidden in HIDDEN {
+        host.say(&format!("{hidden} hidden movers"));
+        // The observer sees rooms 0, 1 and 32; the hidden ones walk far from there.
+        let far = (0..hidden).map(|i| 128 + i % (ROOMS * ROOMS - 128));
+        let homes: Vec<_> = (0..VISIBLE).map(|i| i % 2).chain(far).collect();
+        let ours = simulate(&homes, false, true, TICKS_OF_A_VOLUME);
+        let all = simulate(&homes, false, false, TICKS);
+        rows.push(Cost {
+            hidden,
+            with_us: ours.tick_us,
+            with_poses: ours.poses_in,
+            without_us: all.tick_us,
+            without_poses: all.poses_in,
+        });
+    }
+    let homes: Vec<_> = (0..ROOMS * ROOMS).collect();
+    host.say(&format!("{} participants", homes.len()));
+    let participants = homes.len() as u64;
+    Ok(Measured {
+        visible: VISIBLE,
+        rows,
+        messages: Messages {
+            participants,
+            broadcast: u64::from(TICKS) * participants * (participants - 1),
+            told: simulate(&homes, true, true, TICKS).told,
+        },
+    })
+}
+
+/// What it says.
+#[must_use]
+pub fn section(measured: &Measured) -> Section {
+    let base = measured
+        .rows
+        .first()
+        .map_or([f64::NAN; 2], |cost| [cost.with_us, cost.without_us]);
+    let times = |us: f64, base: f64| format!("{us:.0} µs, {:.1}×", us / base);
+    let row = |cost: &Cost| Row {
+        what: count(u64::from(cost.hidden)),
+        paper: format!("{WITH_VOLUMES} with volumes; {WITHOUT} without"),
+        ours: vec![
+            times(cost.with_us, base[0]),
+            format!("{:.0}", cost.with_poses),
+            times(cost.without_us, base[1]),
+            format!("{:.0}", cost.without_poses),
+        ],
+        why: vec![0, 1],
+    };
+    let curve = |of: &dyn Fn(&Cost) -> f64| {
+        let points = measured.rows.iter().filter(|cost| cost.hidden > 0);
+        points
+            .map(|cost| [f64::from(cost.hidden), of(cost)])
+            .collect::<Vec<_>>()
+    };
+    let chart = Chart {
+        title: "Cost of a tick against the number of hidden movers".to_owned(),
+        x: Axis::log("hidden movers"),
+        y: Axis::log("CPU of a tick, µs"),
+        right: None,
+        series: vec![
+            Series::new("update all", 1, curve(&|cost| cost.without_us)).dashed(),
+            Series::new("with temporal bounding volumes", 0, curve(&|cost| cost.with_us)),
+        ],
+    };
+    let growth = |i: usize| {
+        measured
+            .rows
+            .last()
+            .map_or(f64::NAN, |cost| [cost.with_us, cost.without_us][i] / base[i])
+    };
+    let messages = &measured.messages;
+    Section {
+        how: vec![format!(
+            "CPU of a tick of the server with the poses that come in, {} visible movers and one participant. With volumes, that is the mean over ten minutes and a bit, in which each volume is renewed once. \
+             Multiples are of the first row.",
+            measured.visible
+        )],
+        comparisons: vec![Comparison {
+            source: FIGURE_5,
+            of: "hidden movers",
+            ours: ["with volumes", "poses in a tick", "update all", "poses in a tick"].map(str::to_owned).into(),
+            rows: measured.rows.iter().map(row).collect(),
+        }],
+        tables: vec![Table {
+            caption: format!("Poses told in ten seconds to {} participants, one in each room (the paper's §2.4 has no numbers)", count(messages.participants)),
+            head: ["everybody hears everybody", "Belvedere"].map(str::to_owned).into(),
+            rows: vec![vec![count(messages.broadcast), count(messages.told)]],
+        }],
+        plots: vec![Plot {
+            file: "fig5.svg".to_owned(),
+            caption: "After fig 5: CPU of a tick against hidden movers".to_owned(),
+            svg: chart.to_svg(),
+        }],
+        reasons: vec![
+            "The paper measures frames of a renderer and gives a curve without numbers; ours is the server, which decides who hears of whom. What compares is the shape.".to_owned(),
+            "What is left to grow are renewals: every hidden mover speaks once in the ten minutes that a volume may last. The paper's men are not said to be renewed.".to_owned(),
+        ],
+        goals: vec![
+            Goal::at_most(
+                format!("growth of a tick from no hidden movers to {}, with volumes", count(u64::from(HIDDEN[HIDDEN.len() - 1]))),
+                ALMOST_CONSTANT,
+                growth(0),
+                |x| format!("{x:.1}×"),
+            ),
+            Goal::at_most("… of what it grows to when all are updated", 0.01, growth(0) / growth(1), |x| format!("{:.2} %", 100.0 * x)),
+        ],
+    }
+}
