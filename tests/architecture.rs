@@ -24,7 +24,12 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("belvedere-fuzz", &["belvedere-bake", "belvedere-scene"]),
     (
         "belvedere-evaluation",
-        &["belvedere-bake", "belvedere-client", "belvedere-live", "belvedere-scene"],
+        &[
+            "belvedere-bake",
+            "belvedere-client",
+            "belvedere-live",
+            "belvedere-scene",
+        ],
     ),
     ("belvedere-live", &["belvedere-scene"]),
     ("belvedere-scene", &[]),

@@ -144,7 +144,6 @@ impl Catalogue {
     /// The pointers of all scenes, by name. Fails within seconds when the catalogue is away, also when its machine went
     /// without a word.
     pub async fn pointers(&self) -> anyhow::Result<Vec<Pointer>> {
-        const PATIENCE: Duration = Duration::from_secs(10);
         let reading = sqlx::query("SELECT pointer FROM scenes JOIN revisions USING (scene, revision) ORDER BY scene")
             .fetch_all(&self.pool);
         let rows = tokio::time::timeout(PATIENCE, reading).await;
@@ -252,6 +251,9 @@ impl Catalogue {
             .rows_affected())
     }
 }
+
+/// Whoever follows the catalogue waits no longer for an answer.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
 /// So many rows are inserted by one statement: each takes a round trip, and parameters are numbered up to 32766.
 const BLOBS_AT_ONCE: usize = 500;

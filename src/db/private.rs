@@ -68,6 +68,14 @@ impl Catalogue {
         Ok(opened.rows_affected() > 0)
     }
 
+    /// How many revisions of all scenes are kept.
+    pub async fn count_revisions(&self) -> anyhow::Result<i64> {
+        let row = sqlx::query("SELECT COUNT(*) AS kept FROM revisions")
+            .fetch_one(&self.pool)
+            .await?;
+        Ok(row.try_get("kept")?)
+    }
+
     /// Every blob that some kept revision of a public scene needs.
     pub async fn public_blobs(&self) -> anyhow::Result<HashSet<BlobName>> {
         let rows = sqlx::query(

@@ -57,7 +57,7 @@ fn read(publications: &Publications, path: &str) -> Option<(String, Link)> {
     }
     let link = if now_s() < claimed.expires_s {
         Link::Open {
-            base: HeaderValue::from_str(claimed.link).ok()?,
+            base: secret(claimed.link)?,
             scene: claimed.scene,
             expires_s: claimed.expires_s,
         }
@@ -65,6 +65,13 @@ fn read(publications: &Publications, path: &str) -> Option<(String, Link)> {
         Link::Expired
     };
     Some((claimed.below.to_owned(), link))
+}
+
+/// A value that no log shows.
+fn secret(link: &str) -> Option<HeaderValue> {
+    let mut value = HeaderValue::from_str(link).ok()?;
+    value.set_sensitive(true);
+    Some(value)
 }
 
 /// Links open scenes and the viewer; what a proxy may hide, such as metrics, they do not lead to.
@@ -80,7 +87,23 @@ fn now_s() -> u64 {
 }
 
 impl Link {
-    /// No cache keeps an answer for longer than the link holds, and what it names lies below the link.
+    /// How long it holds still.
+    pub(super) fn left(&self) -> Duration {
+        match self {
+            Self::Open { expires_s, .. } => Duration::from_secs(expires_s.saturating_sub(now_s())),
+            Self::Expired => Duration::ZERO,
+        }
+    }
+
+    /// Whether it holds still: its time is not over, and its key is that of the scene.
+    pub(super) fn holds(&self, publications: &Publications) -> bool {
+        let Self::Open { base, .. } = self else { return false };
+        let path = base.to_str().map(|base| format!("{base}/"));
+        path.is_ok_and(|path| matches!(read(publications, &path), Some((_, Self::Open { .. }))))
+    }
+
+    /// No cache keeps an answer for longer than the link holds, and what it is found at lies below the link. (A `Link` field names
+    /// paths from the root of the tree, as documents do.)
     pub(super) fn mark(&self, headers: &mut HeaderMap) {
         let Self::Open { expires_s, base, .. } = self else {
             return;
@@ -102,14 +125,18 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
     headers.get(name).and_then(|value| value.to_str().ok())
 }
 
-/// A `Cache-Control` whose times end with the link.
-fn until(kept: &str, left_s: u64) -> Option<HeaderValue> {
+/// A `Cache-Control` whose times, one after the other, end with the link.
+fn until(kept: &str, mut left_s: u64) -> Option<HeaderValue> {
     let directive = |directive: &str| match directive.split_once('=') {
-        // Nothing is known to be left of a time that cannot be read.
-        Some((name, seconds)) => format!("{name}={}", seconds.parse().unwrap_or(0).min(left_s)),
+        Some((name, seconds)) => {
+            // Nothing is known to be left of a time that cannot be read.
+            let seconds = seconds.parse().unwrap_or(0).min(left_s);
+            left_s -= seconds;
+            format!("{name}={seconds}")
+        }
         None => directive.to_owned(),
     };
-    let directives: Vec<_> = kept.split(',').map(|part| directive(part.trim())).collect();
+    let directives: Vec<_> = kept.split(',').map(str::trim).map(directive).collect();
     HeaderValue::try_from(directives.join(", ")).ok()
 }
 
@@ -124,7 +151,7 @@ mod tests {
         assert_eq!(until(media::CURRENT, 60).unwrap(), media::CURRENT);
         assert_eq!(
             until(media::CURRENT, 1).unwrap(),
-            "public, max-age=1, stale-while-revalidate=1"
+            "public, max-age=1, stale-while-revalidate=0"
         );
         assert_eq!(until("no-store, no-transform", 1).unwrap(), "no-store, no-transform");
     }

@@ -16,6 +16,7 @@ use serde::Serialize;
 use tokio::time::{Instant, timeout_at};
 
 use super::{
+    AppState,
     error::ApiError,
     extract::{Path, Query},
     momentary::now,
@@ -23,7 +24,6 @@ use super::{
     peer::Peer,
 };
 use crate::{
-    db::Catalogue,
     jobs::{Job, JobId, Jobs, Source, Upload},
     keys::Scope,
     links::LinkKey,
@@ -57,7 +57,7 @@ impl From<Job> for Told {
 /// `PUT /v1/scenes/{scene}`: a source scene; it is baked and published when it is its turn.
 pub(super) async fn upload(
     State(jobs): State<Jobs>,
-    State(catalogue): State<Catalogue>,
+    State(state): State<AppState>,
     Path(scene): Path<SceneName>,
     owner: Owner,
     peer: Option<Extension<Peer>>,
@@ -66,6 +66,12 @@ pub(super) async fn upload(
 ) -> Result<Response, ApiError> {
     let grant = owner.may(Scope::Publish, &scene)?;
     let (source, private) = (source(&query)?, private(&query)?);
+    let current = state.publications.current();
+    if private && current.scenes.contains_key(&scene) && !current.privacy.is_private(&scene) {
+        return Err(ApiError::Conflict(format!(
+            "scene `{scene}` is published for everybody; whoever runs the server hides it: belvedere private {scene}"
+        )));
+    }
     plain(request.headers())?;
     let announced = request
         .headers()
@@ -81,7 +87,7 @@ pub(super) async fn upload(
     }
     if private {
         let key = LinkKey::random().map_err(ApiError::Internal)?;
-        let made = catalogue.make_private(&scene, key.secret()).await;
+        let made = state.catalogue.make_private(&scene, key.secret()).await;
         made.map_err(ApiError::Unavailable)?;
     }
     let job = Told::from(upload.finish().await?);

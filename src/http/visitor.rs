@@ -2,28 +2,36 @@
 //! too, is there for those alone who come through its link or show an API key that may read it. For all others it is not
 //! there: they are answered word for word as if there were no such scene or object.
 
+use std::{convert::Infallible, sync::Arc, time::Duration};
+
 use axum::{
     extract::{FromRef, FromRequestParts},
     http::{HeaderMap, HeaderValue, header, request::Parts},
 };
 use belvedere_scene::{BlobName, SceneName};
-use std::{convert::Infallible, sync::Arc};
+use tokio::{sync::OnceCell, time::timeout};
 
 use super::{AppState, error::ApiError, links::Link, owner, peer::Peer};
 use crate::{
     keys::{Grant, Scope},
     published::{Document, Published},
+    secret::Secret,
     store::Representations,
 };
 
+/// A key that is revoked is noticed after so long by whoever is answered for longer.
+const KEY_AGAIN: Duration = Duration::from_secs(60);
+
 /// Whoever asks.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Visitor {
     state: AppState,
     link: Option<Link>,
     peer: Option<Peer>,
-    /// An API key as it was shown.
-    key: Option<String>,
+    /// An API key as it was shown …
+    key: Option<Secret>,
+    /// … and what it grants, once that was asked.
+    granted: OnceCell<Grant>,
 }
 
 impl FromRequestParts<AppState> for Visitor {
@@ -34,7 +42,8 @@ impl FromRequestParts<AppState> for Visitor {
             state: AppState::from_ref(state),
             link: parts.extensions.get().cloned(),
             peer: parts.extensions.get().cloned(),
-            key: owner::key_shown(&parts.headers).map(str::to_owned),
+            key: owner::key_shown(&parts.headers).map(Secret::from),
+            granted: OnceCell::new(),
         })
     }
 }
@@ -59,18 +68,62 @@ impl Visitor {
 
     /// An immutable object, if it is stored and some scene that may be seen needs it.
     pub(super) async fn blob(&self, blob: &BlobName) -> Result<Option<Arc<Representations>>, ApiError> {
-        let forms = self.state.blobs.get(blob).await?;
-        let privacy = self.state.publications.current().privacy.clone();
-        if forms.is_some() && privacy.is_public(blob) {
-            return Ok(forms);
+        // Asked first: strangers are told nothing of the store either.
+        if self.may_read(blob).await? {
+            Ok(self.state.blobs.get(blob).await?)
+        } else {
+            Ok(None)
         }
-        let mut with = privacy.private_scenes_with(blob);
-        if with.any(|scene| self.came_to(scene)) {
-            return Ok(forms);
+    }
+
+    async fn may_read(&self, blob: &BlobName) -> Result<bool, ApiError> {
+        let privacy = self.state.publications.current().privacy.clone();
+        if privacy.is_public(blob) || privacy.private_scenes_with(blob).any(|scene| self.came_to(scene)) {
+            return Ok(true);
         }
         let grant = self.grant().await?;
-        let covers = |scene: &SceneName| grant.as_ref().is_some_and(|grant| grant.covers(Scope::Read, scene));
-        Ok(forms.filter(|_| privacy.private_scenes_with(blob).any(covers)))
+        let covers = |scene: &SceneName| grant.is_some_and(|grant| grant.covers(Scope::Read, scene));
+        Ok(privacy.private_scenes_with(blob).any(covers))
+    }
+
+    /// Ends when a scene is no longer there for this visitor: its link has expired or got another key, its API key was
+    /// revoked, or the scene has become private. For whoever is answered for longer than a moment.
+    pub(super) async fn refused(self, scene: SceneName) {
+        let mut changes = self.state.publications.changes();
+        loop {
+            let at_most = match (&self.link, &self.key) {
+                (Some(link), _) => Some(link.left()),
+                (None, Some(_)) => Some(KEY_AGAIN),
+                (None, None) => None,
+            };
+            let changed = async {
+                if changes.changed().await.is_err() {
+                    // The server stops, and ends all streams in its own way.
+                    std::future::pending::<()>().await;
+                }
+            };
+            match at_most {
+                Some(at_most) => _ = timeout(at_most, changed).await,
+                None => changed.await,
+            }
+            let holds = match &self.link {
+                Some(link) => link.holds(&self.state.publications),
+                None => true,
+            };
+            // Of a key nobody remembers what it granted.
+            let again = Self {
+                granted: OnceCell::new(),
+                ..self.clone()
+            };
+            // A catalogue that does not answer refuses nobody.
+            let refused = matches!(
+                again.scene(&scene).await,
+                Err(ApiError::NotFound(_) | ApiError::WrongKey)
+            );
+            if !holds || refused {
+                return;
+            }
+        }
     }
 
     /// The list of scenes: of a link its own; else the public ones, and what a key may read.
@@ -91,11 +144,11 @@ impl Visitor {
         matches!(&self.link, Some(Link::Open { scene: open, .. }) if open == scene)
     }
 
-    async fn grant(&self) -> Result<Option<Grant>, ApiError> {
-        match &self.key {
-            Some(key) => owner::grant(&self.state, self.peer.as_ref(), Some(key)).await.map(Some),
-            None => Ok(None),
-        }
+    /// What its key grants; asked once for all that one request wants.
+    async fn grant(&self) -> Result<Option<&Grant>, ApiError> {
+        let Some(key) = &self.key else { return Ok(None) };
+        let ask = || owner::grant(&self.state, self.peer.as_ref(), Some(key.reveal()));
+        self.granted.get_or_try_init(ask).await.map(Some)
     }
 }
 
@@ -104,5 +157,6 @@ pub(super) fn keep_from_others(headers: &mut HeaderMap) {
     let kept = headers.get(header::CACHE_CONTROL).and_then(|kept| kept.to_str().ok());
     if let Some(kept) = kept.and_then(|kept| HeaderValue::try_from(kept.replace("public", "private")).ok()) {
         headers.insert(header::CACHE_CONTROL, kept);
+        headers.append(header::VARY, HeaderValue::from_static("authorization"));
     }
 }

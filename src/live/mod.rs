@@ -195,7 +195,10 @@ impl Live {
     pub async fn open(&self, scene: &SceneName, visitor: Visitor, with_statics: bool) -> Result<Opened, LiveError> {
         let stage = self.stage(scene);
         let object = self.0.ids.draw().await?;
-        let (entry, reserved) = self.0.registry.new_session(&stage, object, self.0.settings.sessions)?;
+        let (entry, reserved) = self
+            .0
+            .registry
+            .new_session((scene, &stage), object, self.0.settings.sessions)?;
         let session = entry.session;
         let message = |reply| Message::Open {
             session,
@@ -216,12 +219,6 @@ impl Live {
         })
     }
 
-    /// The scene that a session is in.
-    #[must_use]
-    pub fn scene_of(&self, session: SessionId) -> Option<SceneName> {
-        self.0.registry.scene_of_session(session)
-    }
-
     /// A session, for whoever has its token.
     ///
     /// # Errors
@@ -231,6 +228,7 @@ impl Live {
         entry.token.admit(token, || format!("session {session}"))?;
         Ok(SessionHandle {
             session,
+            scene: entry.scene,
             stage: entry.stage,
             outbox: entry.outbox,
             quality: entry.quality,

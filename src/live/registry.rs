@@ -63,6 +63,7 @@ struct Tables {
 pub(super) struct SessionEntry {
     pub(super) session: SessionId,
     pub(super) token: Token,
+    pub(super) scene: Arc<SceneName>,
     pub(super) stage: StageHandle,
     pub(super) outbox: Arc<Outbox>,
     pub(super) quality: Arc<Reported>,
@@ -177,7 +178,7 @@ impl Registry {
 
     pub(super) fn new_session(
         &self,
-        stage: &StageHandle,
+        (scene, stage): (&SceneName, &StageHandle),
         object: ObjectId,
         most: usize,
     ) -> Result<(SessionEntry, Reserved<'_>), LiveError> {
@@ -191,6 +192,7 @@ impl Registry {
             // No other node has one of this number either.
             session: SessionId(u64::from(object.0.saturating_sub(FIRST_MOVER))),
             token,
+            scene: Arc::new(scene.clone()),
             stage: stage.clone(),
             outbox: Arc::default(),
             quality: Arc::default(),
@@ -203,16 +205,6 @@ impl Registry {
     pub(super) fn session(&self, session: SessionId) -> Result<SessionEntry, LiveError> {
         let entry = self.tables().sessions.get(&session).cloned();
         entry.ok_or_else(|| LiveError::NotFound(format!("session {session} on this node: it has ended, never was, or is on another; open a new one, and send each client's requests to one node")))
-    }
-
-    /// The scene that a session is in.
-    pub(super) fn scene_of_session(&self, session: SessionId) -> Option<SceneName> {
-        let tables = self.tables();
-        let stage = &tables.sessions.get(&session)?.stage;
-        let mut stages = tables.stages.iter();
-        stages
-            .find(|(_, running)| running.is(stage))
-            .map(|(scene, _)| scene.clone())
     }
 
     /// The session of a scene that has this token.

@@ -7,6 +7,7 @@ use belvedere_live::{
     event::SessionId,
     world::{Seen, Sent},
 };
+use belvedere_scene::SceneName;
 
 use super::{
     EventReader, LiveError, ask,
@@ -19,6 +20,7 @@ use super::{
 #[derive(Debug)]
 pub struct SessionHandle {
     pub(super) session: SessionId,
+    pub(super) scene: Arc<SceneName>,
     pub(super) stage: StageHandle,
     pub(super) outbox: Arc<Outbox>,
     pub(super) quality: Arc<Reported>,
@@ -26,6 +28,12 @@ pub struct SessionHandle {
 }
 
 impl SessionHandle {
+    /// The scene that it is in.
+    #[must_use]
+    pub fn scene(&self) -> &SceneName {
+        &self.scene
+    }
+
     /// Takes the participant's pose.
     ///
     /// # Errors

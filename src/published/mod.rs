@@ -19,6 +19,7 @@ use std::{
     time::Duration,
 };
 
+use anyhow::Context;
 use belvedere_scene::{
     BlobHash, BlobName, SceneName,
     pointer::{Pointer, SceneList},
@@ -32,7 +33,10 @@ pub use privacy::Privacy;
 pub use question::{Blockers, NoDoor, NotHidden, Question};
 pub use reader::{DecodedCache, ObjectPage, ReadError, SceneReader, VisibleObject, VisiblePage};
 
-use crate::{db::Catalogue, store::BlobStore};
+use crate::{
+    db::{Catalogue, PATIENCE},
+    store::BlobStore,
+};
 use privacy::Reading;
 
 /// The bytes of a scene's pointer document, the same on the server and in a static tree.
@@ -154,6 +158,14 @@ impl Publications {
         self.current.borrow().clone()
     }
 
+    /// Wakes at each change.
+    #[must_use]
+    pub fn changes(&self) -> watch::Receiver<Arc<Snapshot>> {
+        let mut changes = self.current.clone();
+        changes.mark_unchanged();
+        changes
+    }
+
     /// Whether everybody may read this object.
     #[must_use]
     pub fn is_public(&self, blob: &BlobName) -> bool {
@@ -172,7 +184,7 @@ impl Snapshot {
         let pointers = &read.pointers;
         self.scenes.len() == pointers.len()
             && self.scenes.values().zip(pointers).all(|(scene, p)| scene.pointer == *p)
-            && self.privacy.is_of(&read.private)
+            && self.privacy.is_of(read)
     }
 
     /// The list of those scenes that somebody may see.
@@ -186,6 +198,11 @@ impl Snapshot {
 
 /// What the catalogue says, if that is something else than before.
 async fn newer(catalogue: &Catalogue, last: &Snapshot) -> anyhow::Result<Option<(Vec<Pointer>, Arc<Privacy>)>> {
+    let read = tokio::time::timeout(PATIENCE, newest(catalogue, last)).await;
+    read.context("the catalogue does not answer")?
+}
+
+async fn newest(catalogue: &Catalogue, last: &Snapshot) -> anyhow::Result<Option<(Vec<Pointer>, Arc<Privacy>)>> {
     let read = Reading::of(catalogue).await?;
     if last.shows(&read) {
         return Ok(None);

@@ -26,6 +26,8 @@ pub struct Privacy {
     private: BTreeMap<SceneName, Private>,
     /// What the public scenes need.
     public_blobs: HashSet<BlobName>,
+    /// How many revisions all this was read of.
+    revisions: i64,
 }
 
 #[derive(Debug)]
@@ -35,10 +37,10 @@ struct Private {
 }
 
 impl Privacy {
-    /// Reads what these scenes, which are all that are private, and the public ones need.
-    pub(super) async fn read(catalogue: &Catalogue, scenes: &[PrivateScene]) -> anyhow::Result<Self> {
+    /// Reads what the private scenes and the public ones need.
+    async fn read(catalogue: &Catalogue, reading: &Reading) -> anyhow::Result<Self> {
         let mut private = BTreeMap::new();
-        for scene in scenes {
+        for scene in &reading.private {
             let link_key = scene.link_key.reveal().parse();
             let known = Private {
                 link_key: link_key.with_context(|| format!("of private scene `{}`", scene.scene))?,
@@ -46,19 +48,27 @@ impl Privacy {
             };
             private.insert(scene.scene.clone(), known);
         }
-        let public_blobs = match scenes {
-            [] => HashSet::new(),
-            _ => catalogue.public_blobs().await?,
+        let public_blobs = if private.is_empty() {
+            HashSet::new()
+        } else {
+            catalogue.public_blobs().await?
         };
-        Ok(Self { private, public_blobs })
+        Ok(Self {
+            private,
+            public_blobs,
+            revisions: reading.revisions,
+        })
     }
 
-    /// Whether these, and no others, are the private scenes, with the same keys.
-    pub(super) fn is_of(&self, scenes: &[PrivateScene]) -> bool {
+    /// Whether these, and no others, are the private scenes, with the same keys, and no revision came or went.
+    pub(super) fn is_of(&self, reading: &Reading) -> bool {
+        let scenes = &reading.private;
         let same = |(name, known): (&SceneName, &Private), scene: &PrivateScene| {
             *name == scene.scene && *known.link_key.secret() == scene.link_key
         };
-        self.private.len() == scenes.len() && self.private.iter().zip(scenes).all(|(known, scene)| same(known, scene))
+        self.revisions == reading.revisions
+            && self.private.len() == scenes.len()
+            && self.private.iter().zip(scenes).all(|(known, scene)| same(known, scene))
     }
 
     /// Whether there is nothing to keep from anybody.
@@ -97,6 +107,8 @@ impl Privacy {
 pub(super) struct Reading {
     pub(super) pointers: Vec<belvedere_scene::pointer::Pointer>,
     pub(super) private: Vec<PrivateScene>,
+    /// How many are kept, where any scene is private: `gc` takes some away and moves no pointer.
+    revisions: i64,
 }
 
 impl Reading {
@@ -104,11 +116,20 @@ impl Reading {
     pub(super) async fn of(catalogue: &Catalogue) -> anyhow::Result<Self> {
         let pointers = catalogue.pointers().await?;
         let private = catalogue.private_scenes().await?;
-        Ok(Self { pointers, private })
+        let revisions = if private.is_empty() {
+            0
+        } else {
+            catalogue.count_revisions().await?
+        };
+        Ok(Self {
+            pointers,
+            private,
+            revisions,
+        })
     }
 
     /// What it says of who may read what.
     pub(super) async fn privacy(&self, catalogue: &Catalogue) -> anyhow::Result<Arc<Privacy>> {
-        Privacy::read(catalogue, &self.private).await.map(Arc::new)
+        Privacy::read(catalogue, self).await.map(Arc::new)
     }
 }

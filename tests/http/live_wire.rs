@@ -39,6 +39,8 @@ pub(crate) async fn json(address: SocketAddr, what: (&str, &str), token: Option<
 /// Somebody in a scene.
 pub(crate) struct Person {
     address: SocketAddr,
+    /// The link through which it came, without its last `/`; empty where the scene is public.
+    link: String,
     pub(crate) session: String,
     pub(crate) token: String,
     pub(crate) object: String,
@@ -62,13 +64,19 @@ impl Person {
 
     /// Somebody in any scene.
     pub(crate) async fn enter_scene(address: SocketAddr, scene: &str, body: &Value) -> Self {
-        let path = format!("/v1/scenes/{scene}/sessions");
+        Self::enter_below(address, "", scene, body).await
+    }
+
+    /// The same through a link, given without its last `/`.
+    pub(crate) async fn enter_below(address: SocketAddr, link: &str, scene: &str, body: &Value) -> Self {
+        let path = format!("{link}/v1/scenes/{scene}/sessions");
         let answer = json(address, ("POST", &path), None, body).await;
         let opened = answer.json();
         assert_eq!(answer.status, 201, "{opened}");
         let text = |name: &str| opened[name].as_str().unwrap().to_owned();
         Self {
             address,
+            link: link.to_owned(),
             session: text("session"),
             token: text("token"),
             object: text("object"),
@@ -77,7 +85,7 @@ impl Person {
     }
 
     pub(crate) fn path(&self, rest: &str) -> String {
-        format!("/v1/sessions/{}{rest}", self.session)
+        format!("{}/v1/sessions/{}{rest}", self.link, self.session)
     }
 
     pub(crate) async fn put(&self, rest: &str, body: &Value) -> Answer {
@@ -189,6 +197,13 @@ impl Stream {
             {
                 return;
             }
+        }
+    }
+
+    /// Waits until the server has begun to answer.
+    pub(crate) async fn begins(&mut self) {
+        while !self.text.contains("retry: ") {
+            assert!(self.more().await, "no stream: {}", self.text);
         }
     }
 

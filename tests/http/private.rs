@@ -1,6 +1,6 @@
 //! Scenes that are not for everybody: what strangers are told, what links and keys open, and what caches may keep.
 
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use belvedere::{
     config::Settings,
@@ -8,10 +8,11 @@ use belvedere::{
     links::LinkKey,
 };
 use belvedere_scene::{SceneName, pointer::Pointer};
+use serde_json::json;
 
 use crate::{
-    live_wire::ask,
-    scene::{Server, publish, publish_as},
+    live_wire::{Person, ask},
+    scene::{Server, publish_as},
     wire::{Answer, get, send},
 };
 
@@ -247,12 +248,15 @@ async fn a_link_opens_its_scene_and_its_caches_end_with_it() {
 async fn a_link_that_nobody_signed_leads_nowhere_and_an_expired_one_says_so() {
     let town = Cellar::start().await;
     let other = "other".parse().unwrap();
+    let others = LinkKey::random().unwrap();
     town.server
         .catalogue
-        .make_private(&other, LinkKey::random().unwrap().secret())
+        .make_private(&other, others.secret())
         .await
         .unwrap();
     publish_as(&town.server.catalogue, &town.server.blobs, "other", "Another").await;
+    town.until(&format!("{}v1/scenes/other", others.sign(&other, FAR)), 200)
+        .await;
     let expired = town
         .get(&format!("{}v1/scenes/cellar", town.key.sign(&cellar(), 1)))
         .await;
@@ -273,7 +277,7 @@ async fn a_link_that_nobody_signed_leads_nowhere_and_an_expired_one_says_so() {
     for (key, scene, until_s) in [
         (&forged, cellar(), FAR),
         (&forged, cellar(), 1),
-        (&town.key, other, FAR),
+        (&town.key, other.clone(), FAR),
     ] {
         let answer = town
             .get(&format!("{}v1/scenes/cellar", key.sign(&scene, until_s)))
@@ -366,23 +370,63 @@ async fn a_session_needs_its_link_for_as_long_as_it_lasts() {
 async fn an_upload_may_make_its_scene_private_before_it_is_baked() {
     let town = Cellar::start().await;
     let publisher = town.key(&[Scope::Publish], "row").await;
-    let put = async |query: &str| {
-        let path = format!("/v1/scenes/row{query}");
-        ask(
-            town.server.address,
-            ("PUT", &path),
-            Some(&publisher),
-            ("application/octet-stream", "x"),
-        )
-        .await
+    let put = async |scene: &str, query: &str, key: &str| {
+        let path = format!("/v1/scenes/{scene}{query}");
+        let source = ("application/octet-stream", "x");
+        ask(town.server.address, ("PUT", &path), Some(key), source).await
     };
-    assert_eq!(put("?private=no").await.problem()["parameter"], "private");
+    let wrong = put("row", "?private=no", &publisher).await;
+    assert_eq!(wrong.problem()["parameter"], "private");
+    // What everybody sees is hidden by whoever runs the server alone.
+    let refused = put("row", "?private=true", &publisher).await;
+    assert_eq!(
+        (refused.status, refused.problem()["type"].clone()),
+        (409, "/problems/conflict".into())
+    );
     assert_eq!(town.get("/v1/scenes/row").await.status, 200);
-    assert_eq!(put("?private=true").await.status, 202);
-    town.until("/v1/scenes/row", 404).await;
-    publish(&town.server.catalogue, &town.server.blobs, "Another row").await;
+
+    let publisher = town.key(&[Scope::Publish], "attic").await;
+    assert_eq!(put("attic", "?private=true", &publisher).await.status, 202);
+    publish_as(&town.server.catalogue, &town.server.blobs, "attic", "An attic").await;
+    let reader = town.key(&[Scope::Read], "attic").await;
+    for _ in 0..500 {
+        if town.get_with("/v1/scenes/attic", &reader).await.status == 200 {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    assert_eq!(town.get_with("/v1/scenes/attic", &reader).await.status, 200);
+    assert_eq!(town.get("/v1/scenes/attic").await.status, 404);
     assert_eq!(
         town.get("/v1/scenes").await.json()["scenes"].as_array().unwrap().len(),
-        0
+        1
     );
+}
+
+#[tokio::test]
+async fn what_a_session_hears_ends_with_what_has_opened_it() {
+    let town = Cellar::start().await;
+    let address = town.server.address;
+    let body = json!({"position": [0.5, 0.5, 0.5]});
+    let enter = async |link: &str, scene: &str| {
+        let visitor = Person::enter_below(address, link.trim_end_matches('/'), scene, &body).await;
+        visitor.listen().await
+    };
+    let now_s = SystemTime::UNIX_EPOCH.elapsed().unwrap().as_secs();
+    let mut until_expiry = enter(&town.key.sign(&cellar(), now_s + 3), "cellar").await;
+    let mut until_new_key = enter(&town.inside(""), "cellar").await;
+    let mut until_private = enter("", "row").await;
+    for stream in [&mut until_expiry, &mut until_new_key, &mut until_private] {
+        stream.begins().await;
+    }
+    until_expiry.ends().await;
+
+    let new = LinkKey::random().unwrap();
+    let replaced = town.server.catalogue.replace_link_key(&cellar(), new.secret()).await;
+    assert!(replaced.unwrap());
+    until_new_key.ends().await;
+
+    let row = "row".parse().unwrap();
+    assert!(town.server.catalogue.make_private(&row, new.secret()).await.unwrap());
+    until_private.ends().await;
 }

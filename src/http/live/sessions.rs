@@ -148,9 +148,7 @@ async fn own(
     token: Option<Token>,
 ) -> Result<SessionHandle, ApiError> {
     let own = live.session(session, token)?;
-    if let Some(scene) = live.scene_of(session) {
-        visitor.scene(&scene).await?;
-    }
+    visitor.scene(own.scene()).await?;
     Ok(own)
 }
 
@@ -236,7 +234,8 @@ pub(in crate::http) async fn events(
     let body = if method == Method::HEAD {
         Body::empty()
     } else {
-        Body::from_stream(session.events(last_seen).map(Ok::<_, Infallible>))
+        let told = session.events(last_seen).map(Ok::<_, Infallible>);
+        Body::from_stream(told.take_until(Box::pin(visitor.refused(session.scene().clone()))))
     };
     let kept_apart = [
         (header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream")),

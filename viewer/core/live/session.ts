@@ -164,7 +164,7 @@ export class Session {
       const { t_ms, position, orientation, velocity } = pose;
       const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}/pose`);
       const answer = await this.send(url, "PUT", { t_ms, position, orientation, velocity }, opened.token);
-      if (answer.status === 401 || answer.status === 404) this.lose(opened);
+      if ([401, 403, 404].includes(answer.status)) this.lose(opened);
       else if (answer.ok) {
         const hush = Json.parse(await answer.text(), "the answer to a pose")
           .field("hush")
