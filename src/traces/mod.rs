@@ -1,5 +1,5 @@
 //! Where does the time of a request or a bake go, among all that it passes through? Spans of OpenTelemetry, sent to a
-//! collector by OTLP over HTTP (OpenTelemetry specification 1.50, OTLP 1.8), for who asks for it.
+//! collector by OTLP over HTTP, for who asks for it.
 //!
 //! * `settings`: which collector, and how many requests. `span`: what is said of a request and of a bake.
 //! * `lossy`: a collector that is slow or away costs its spans and nothing else.

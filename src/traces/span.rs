@@ -1,5 +1,5 @@
 //! What is said of a request, and of a bake? Names and attributes are those of OpenTelemetry's semantic conventions for HTTP
-//! (1.37), but for paths, addresses and user agents: a path may hold what opens a private scene, and visitors are nobody's
+//! (stable since 1.23), but for paths, addresses and user agents: a path may hold what opens a private scene, and visitors are nobody's
 //! business.
 
 use belvedere_scene::SceneName;
