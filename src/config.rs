@@ -20,6 +20,7 @@ use crate::{
     },
     place::{Place, PlaceArgs},
     store::NoBucket,
+    traces::{NotACollector, NotAShare, Share, TraceSettings},
 };
 
 /// Everything that can be set. In the file the names are the same, with `_` for `-`.
@@ -112,6 +113,17 @@ pub struct Settings {
     /// What this server is called among others: lower-case letters, digits and hyphens [default: node]
     #[arg(long, value_name = "NAME", env = "BELVEDERE_NODE")]
     pub node: Option<String>,
+    /// Send traces to this collector, by OTLP over HTTP, like `http://host:4318` [default: no traces]
+    #[arg(
+        long,
+        value_name = "URL",
+        env = "OTEL_EXPORTER_OTLP_ENDPOINT",
+        hide_env_values = true
+    )]
+    pub otlp: Option<String>,
+    /// Of how many requests, in percent, where `traceparent` does not say; of all bakes [default: 100]
+    #[arg(long, value_name = "PERCENT", env = "BELVEDERE_OTLP_SAMPLE_PERCENT")]
+    pub otlp_sample_percent: Option<f64>,
     /// What to log, like `info` or `warn,belvedere=debug` [default: info,sqlx=warn,async_nats=warn]
     #[arg(long, value_name = "FILTER", env = "BELVEDERE_LOG")]
     pub log: Option<String>,
@@ -179,6 +191,12 @@ pub enum ConfigError {
     /// What should be the name of a node is none.
     #[error("`node` is not right: {0}")]
     Node(#[from] NotANodeName),
+    /// What should be the address of a collector is none.
+    #[error("`otlp` is not right: {0}")]
+    Otlp(#[from] NotACollector),
+    /// What should be a share of requests is none.
+    #[error(transparent)]
+    Sample(#[from] NotAShare),
     /// The log filter cannot be read.
     #[error("`log` is not a filter like `info` or `warn,belvedere=debug`: {0}")]
     Log(String),
@@ -211,6 +229,8 @@ pub struct Config {
     pub nodes: Option<NodeSettings>,
     /// Where live sessions are recorded, if they are.
     pub record: Option<PathBuf>,
+    /// Where traces go, if they go anywhere.
+    pub traces: Option<TraceSettings>,
     /// What to log.
     pub log: String,
     /// How to log.
@@ -268,6 +288,8 @@ impl Settings {
             record: self.record.or(fallback.record),
             nats: self.nats.or(fallback.nats),
             node: self.node.or(fallback.node),
+            otlp: self.otlp.or(fallback.otlp),
+            otlp_sample_percent: self.otlp_sample_percent.or(fallback.otlp_sample_percent),
             log: self.log.or(fallback.log),
             log_format: self.log_format.or(fallback.log_format),
         }
@@ -316,6 +338,12 @@ impl TryFrom<Settings> for Config {
         let name = settings.node.map(|name| name.parse()).transpose()?;
         let nats = settings.nats.map(|servers| servers.parse()).transpose()?;
         let nodes = nats.map(|nats| NodeSettings { nats, name });
+        // An empty variable is one that is not set, says OpenTelemetry.
+        let collector = settings.otlp.filter(|collector| !collector.is_empty());
+        let share = Share::percent(settings.otlp_sample_percent.unwrap_or(100.0))?;
+        let traces = collector
+            .map(|collector| collector.parse().map(|collector| TraceSettings { collector, share }))
+            .transpose()?;
         let jobs = JobSettings::default();
         let upload_mib = settings.max_upload_mib.unwrap_or(jobs.upload_bytes >> 20);
         let memory_mib = settings.bake_memory_mib.unwrap_or(jobs.memory_bytes >> 20);
@@ -359,6 +387,7 @@ impl TryFrom<Settings> for Config {
             live,
             nodes,
             record: settings.record,
+            traces,
             poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),
             log,
             log_format: settings.log_format.unwrap_or_default(),
@@ -443,5 +472,27 @@ mod tests {
         assert!(with(&"0a".repeat(16)).unwrap().live.operator.is_some());
         let error = with("secret").unwrap_err().to_string();
         assert!(error.contains("operator_token") && !error.contains("secret"), "{error}");
+    }
+
+    #[test]
+    fn a_collector_is_asked_for_and_must_be_one() {
+        let with = |collector: &str, percent| {
+            Config::try_from(Settings {
+                otlp: Some(collector.to_owned()),
+                otlp_sample_percent: Some(percent),
+                ..Settings::default()
+            })
+        };
+        assert_eq!(Config::try_from(Settings::default()).unwrap().traces, None);
+        assert_eq!(with("", 1.0).unwrap().traces, None);
+        let traces = with("http://collector:4318", 0.1).unwrap().traces.unwrap();
+        assert_eq!(
+            (traces.collector.to_string(), traces.share.to_string()),
+            ("http://collector:4318".to_owned(), "0.1".to_owned())
+        );
+        let told = with("http://me:hush@collector", 1.0).unwrap_err().to_string();
+        assert!(told.contains("`otlp`") && !told.contains("hush"), "{told}");
+        let told = with("http://collector:4318", 101.0).unwrap_err().to_string();
+        assert_eq!(told, "`otlp_sample_percent` must be from 0 to 100; got 101");
     }
 }

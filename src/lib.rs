@@ -12,6 +12,7 @@
 //! * [`publish`]: how a bake becomes what is served, and how a scene leaves as plain files.
 //! * [`place`]: where catalogue and blobs live, in a folder or shared by several nodes. [`secret`]: what no log may show.
 //! * [`config`]: the one list of settings.
+//! * [`traces`]: where the time of requests and bakes goes, for a collector.
 //! * `media`: of which kind published files are, and how long they may be kept.
 //! * `worlds`: the worlds that are built into the program.
 //! * `dashboard`: what a terminal shows of a server that runs in it.
@@ -34,4 +35,5 @@ pub mod publish;
 pub mod published;
 pub mod secret;
 pub mod store;
+pub mod traces;
 mod worlds;

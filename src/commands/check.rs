@@ -71,6 +71,8 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
     let tls = config.tls.as_ref();
     let nats = config.nodes.as_ref().map(|nodes| &nodes.nats);
     let name = config.nodes.as_ref().and_then(|nodes| nodes.name.as_ref());
+    let traces = config.traces.as_ref();
+    let or_not = |set: Option<String>| set.unwrap_or_else(|| "not set".to_owned());
     vec![
         ("listen", config.listen.to_string()),
         ("tls_cert", file(tls.map(|tls| tls.cert.as_path()))),
@@ -104,6 +106,11 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ("max_jobs_per_key", jobs.open_of_a_key.to_string()),
         ("max_jobs", jobs.open_of_all.to_string()),
         ("record", file(config.record.as_deref())),
+        ("otlp", or_not(traces.map(|traces| traces.collector.to_string()))),
+        (
+            "otlp_sample_percent",
+            or_not(traces.map(|traces| traces.share.to_string())),
+        ),
         ("log", config.log.clone()),
         ("log_format", format!("{:?}", config.log_format).to_lowercase()),
     ]

@@ -26,6 +26,7 @@ use crate::{
     keys::Keys,
     live::{Live, Recorder, Sources, nodes::Nodes},
     published::Publications,
+    traces::Traces,
 };
 
 /// Serves published scenes over HTTP.
@@ -127,6 +128,11 @@ async fn serve_and_show(
         Some(settings) => Some(Nodes::join(settings).await?),
         None => None,
     };
+    let node = config.nodes.as_ref().and_then(|nodes| nodes.name.as_ref());
+    let traces = match &config.traces {
+        Some(settings) => Traces::start(settings, node.map(ToString::to_string))?,
+        None => Traces::default(),
+    };
     let sources = Sources {
         nodes: nodes.clone(),
         publications: publications.clone(),
@@ -135,7 +141,13 @@ async fn serve_and_show(
     };
     let live = Live::new(sources, config.live, shutdown.clone());
     live.restore().await?;
-    let jobs = Jobs::new(catalogue.clone(), &config.place, config.jobs, shutdown.clone())?;
+    let jobs = Jobs::new(
+        catalogue.clone(),
+        &config.place,
+        config.jobs,
+        traces.clone(),
+        shutdown.clone(),
+    )?;
     let working = tokio::spawn({
         let jobs = jobs.clone();
         async move { jobs.work().await }
@@ -158,6 +170,7 @@ async fn serve_and_show(
         pace: Pace::new(config.requests_per_s),
         catalogue,
         metrics: Metrics::default(),
+        traces: traces.clone(),
         limits: RequestLimits {
             timeout: config.request_timeout,
         },
@@ -178,6 +191,7 @@ async fn serve_and_show(
     if let Some(recorder) = recorder {
         recorder.flush().await;
     }
+    traces.finish().await;
     Ok(())
 }
 

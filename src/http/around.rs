@@ -25,6 +25,8 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
+use belvedere_scene::SceneName;
+
 use super::{
     AppState, cors,
     error::{ApiError, Problem},
@@ -34,6 +36,7 @@ use super::{
     routes::{IMMUTABLE_OBJECT, SCENE, TEMPLATES, UNMATCHED},
     visitor,
 };
+use crate::traces::RequestSpan;
 
 pub(super) const X_REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -43,7 +46,7 @@ const MAX_HEADERS_BYTES: usize = 16 << 10;
 const MAX_IGNORED_BODY_BYTES: u64 = 64 << 10;
 
 /// The layer.
-pub(super) async fn around(State(state): State<AppState>, request: Request, next: Next) -> Response {
+pub(super) async fn around(State(state): State<AppState>, mut request: Request, next: Next) -> Response {
     let started = Instant::now();
     let (method, uri) = (request.method().clone(), request.uri().clone());
     let theirs = request.headers().get(X_REQUEST_ID).cloned();
@@ -52,6 +55,8 @@ pub(super) async fn around(State(state): State<AppState>, request: Request, next
     let route = matched
         .and_then(|m| TEMPLATES.into_iter().find(|t| *t == m))
         .unwrap_or(UNMATCHED);
+    let span = request.extensions_mut().remove::<RequestSpan>();
+    let scene = span.as_ref().and_then(|_| scene_in(route, uri.path()));
     let link: Option<Link> = request.extensions().get().cloned();
     let by_key = owner::key_shown(request.headers()).is_some();
     let mut response = match refused(&request) {
@@ -85,14 +90,25 @@ pub(super) async fn around(State(state): State<AppState>, request: Request, next
         response.body().size_hint().lower()
     };
     state.metrics.request(route, status, body_bytes, took);
+    if let Some(span) = &span {
+        let met = (route != UNMATCHED).then_some(route);
+        span.end(met, scene.as_ref(), response.status());
+    }
+    let trace = span.map(|span| tracing::field::display(span.trace_id()));
     let ms = took.as_secs_f64() * 1e3;
     match problem.and_then(|problem| problem.cause) {
         Some(cause) => {
-            tracing::error!(%method, route, path = uri.path(), status, ms, ?id, error = format!("{cause:#}"), "request failed");
+            tracing::error!(%method, route, path = uri.path(), status, ms, ?id, trace, error = format!("{cause:#}"), "request failed");
         }
-        None => tracing::debug!(%method, route, path = uri.path(), status, body_bytes, ms, ?id, "request"),
+        None => tracing::debug!(%method, route, path = uri.path(), status, body_bytes, ms, ?id, trace, "request"),
     }
     response
+}
+
+/// The scene that an address is of.
+fn scene_in(route: &str, path: &str) -> Option<SceneName> {
+    let below = route.starts_with(SCENE).then(|| path.strip_prefix("/v1/scenes/"))??;
+    below.split('/').next()?.parse().ok()
 }
 
 /// What every answer has.

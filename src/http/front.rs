@@ -47,7 +47,11 @@ impl Front {
         mut request: Request<Incoming>,
         peer: &Peer,
     ) -> Result<Response<Either<BlobBody, Body>>, Infallible> {
-        if let Some(response) = self.at_once(&request) {
+        // Without the path, which may be that of a link.
+        let span = self.0.state.traces.request(request.method(), request.headers());
+        if let Some(span) = span {
+            request.extensions_mut().insert(span);
+        } else if let Some(response) = self.at_once(&request) {
             return Ok(response.map(Either::Left));
         }
         links::take(&self.0.state.publications, &mut request);

@@ -1,5 +1,7 @@
 //! What has the server been doing? Prometheus text at `/metrics`.
 
+mod states;
+
 use std::{
     fmt,
     sync::{
@@ -25,8 +27,9 @@ use prometheus_client::{
     registry::{Registry, Unit},
 };
 
+use self::states::{JobMetrics, SpanMetrics};
 use super::{AppState, error::ApiError, routes::IMMUTABLE_OBJECT};
-use crate::{jobs::JobCounts, live::LiveCounts};
+use crate::live::LiveCounts;
 
 /// Counters of one server. Cheap to clone.
 #[derive(Clone)]
@@ -47,44 +50,7 @@ struct Inner {
     catalogue_up: Gauge,
     live: LiveMetrics,
     jobs: JobMetrics,
-}
-
-/// Of uploads.
-#[derive(Default)]
-struct JobMetrics {
-    open: Family<StateLabel, Gauge>,
-    ended: Family<StateLabel, Counter>,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct StateLabel {
-    state: &'static str,
-}
-
-impl JobMetrics {
-    fn register(&self, registry: &mut Registry) {
-        registry.register(
-            "jobs_open",
-            "Uploads that wait, and that are baked here",
-            self.open.clone(),
-        );
-        registry.register("jobs_ended", "Uploads that have ended here", self.ended.clone());
-    }
-
-    fn set(&self, counts: &JobCounts) {
-        for (state, count) in [("queued", counts.queued), ("running", counts.running)] {
-            let gauge = self.open.get_or_create_owned(&StateLabel { state });
-            gauge.set(i64::try_from(count).unwrap_or(i64::MAX));
-        }
-        for (state, count) in [
-            ("done", counts.done),
-            ("failed", counts.failed),
-            ("cancelled", counts.cancelled),
-        ] {
-            let counter = self.ended.get_or_create_owned(&StateLabel { state });
-            counter.inner().store(count, Ordering::Relaxed);
-        }
-    }
+    spans: SpanMetrics,
 }
 
 /// Of live sessions.
@@ -251,6 +217,8 @@ impl Default for Metrics {
         live.register(&mut registry);
         let jobs = JobMetrics::default();
         jobs.register(&mut registry);
+        let spans = SpanMetrics::default();
+        spans.register(&mut registry);
         let route = IMMUTABLE_OBJECT;
         let answered = |status| requests.get_or_create_owned(&RequestLabels { route, status });
         let immutable = Immutable {
@@ -273,6 +241,7 @@ impl Default for Metrics {
                 catalogue_up,
                 live,
                 jobs,
+                spans,
             }),
         }
     }
@@ -332,6 +301,9 @@ pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
     inner.catalogue_up.set(state.publications.up_to_date().into());
     inner.live.set(&state.live.counts());
     inner.jobs.set(&state.jobs.counts());
+    if let Some(counts) = state.traces.counts() {
+        inner.spans.set(counts);
+    }
     let mut text = String::new();
     encode(&mut text, &inner.registry)?;
     Ok(text)

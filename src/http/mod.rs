@@ -60,7 +60,9 @@ pub use pace::Pace;
 pub use viewer::viewer_files;
 pub use visible::OnLine;
 
-use crate::{db::Catalogue, jobs::Jobs, keys::Keys, live::Live, published::Publications, store::BlobStore};
+use crate::{
+    db::Catalogue, jobs::Jobs, keys::Keys, live::Live, published::Publications, store::BlobStore, traces::Traces,
+};
 
 /// The handles that requests need; each is cheap to clone and none is a lock.
 #[derive(Debug, Clone, FromRef)]
@@ -81,6 +83,8 @@ pub struct AppState {
     pub live: Live,
     /// Counters.
     pub metrics: Metrics,
+    /// Where spans go.
+    pub traces: Traces,
     /// Limits on one request.
     pub limits: RequestLimits,
     /// Limits on what is computed on line.

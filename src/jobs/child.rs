@@ -16,7 +16,7 @@ use tokio::{
 };
 
 use super::{Failure, Job, Jobs, Open, Progress};
-use crate::db::Claim;
+use crate::{db::Claim, traces::BakeSpan};
 
 /// The variable by which a child hears whose job it bakes: whoever knows a job's name may ask about it, and arguments are
 /// for everybody to read.
@@ -62,7 +62,7 @@ pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> E
     let stdout = child.stdout.take().expect("it is piped");
     let stderr = child.stderr.take().expect("it is piped");
     let reading = tokio::spawn(said(stderr));
-    let following = follow(stdout, open);
+    let following = follow(stdout, open, jobs.inner.traces.bake(&job.scene));
     tokio::pin!(following);
     let limit = jobs.inner.settings.time;
     let (report, asked) = tokio::select! {
@@ -141,15 +141,23 @@ fn uploaded(jobs: &Jobs, job: &Job) -> anyhow::Result<PathBuf> {
 }
 
 /// Tells how far the child is until it says no more; gives its report.
-async fn follow(stdout: ChildStdout, open: &Open) -> Option<Value> {
+async fn follow(stdout: ChildStdout, open: &Open, mut span: Option<BakeSpan>) -> Option<Value> {
     let mut lines = BufReader::new(stdout).lines();
     let mut report = None;
     while let Ok(Some(line)) = lines.next_line().await {
         match serde_json::from_str(&line) {
-            Ok(Line::Progress(progress)) => open.now.send_modify(|job| job.progress = Some(progress)),
+            Ok(Line::Progress(progress)) => {
+                if let Some(span) = &mut span {
+                    span.stage(&progress.stage);
+                }
+                open.now.send_modify(|job| job.progress = Some(progress));
+            }
             Ok(Line::Report(value)) => report = Some(value),
             Err(error) => tracing::warn!(%error, "a bake says what nobody understands"),
         }
+    }
+    if let (None, Some(span)) = (&report, &span) {
+        span.failed();
     }
     report
 }

@@ -35,7 +35,7 @@ pub use job::{Failure, Job, JobId, NoJob, Progress, State};
 pub use settings::JobSettings;
 pub use upload::{Format, Source, Upload};
 
-use crate::{db::Catalogue, keys::Grant, place::Place, secret::Secret, store::Errands};
+use crate::{db::Catalogue, keys::Grant, place::Place, secret::Secret, store::Errands, traces::Traces};
 
 /// How often to look in the catalogue what another server has done.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
@@ -77,6 +77,7 @@ struct Inner {
     environment: Vec<(String, Secret)>,
     errands: Errands,
     settings: JobSettings,
+    traces: Traces,
     /// Jobs that are baked here.
     open: Mutex<BTreeMap<JobId, Arc<Open>>>,
     /// How many wait, as the worker has last seen.
@@ -144,6 +145,7 @@ impl Jobs {
         catalogue: Catalogue,
         place: &Place,
         settings: JobSettings,
+        traces: Traces,
         stopping: CancellationToken,
     ) -> anyhow::Result<Self> {
         Ok(Self {
@@ -153,6 +155,7 @@ impl Jobs {
                 environment: place.environment(),
                 errands: place.errands()?,
                 settings,
+                traces,
                 open: Mutex::default(),
                 waiting: AtomicUsize::new(0),
                 ended: Mutex::default(),

@@ -373,6 +373,7 @@ mod tests {
         db::{Catalogue, NewJob},
         jobs::JobSettings,
         place::{Place, PlaceArgs},
+        traces::Traces,
     };
 
     #[tokio::test]
@@ -388,6 +389,7 @@ mod tests {
             catalogue.clone(),
             &place,
             JobSettings::default(),
+            Traces::default(),
             CancellationToken::new(),
         )
         .unwrap();

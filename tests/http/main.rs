@@ -11,5 +11,6 @@ mod private;
 mod robustness;
 mod scene;
 mod tls;
+mod traces;
 mod uploads;
 mod wire;
