@@ -31,4 +31,11 @@ function shared(request) {
   return found ? found.scene + "|" + found.below : "";
 }
 
-export default { opened: opened, shared: shared };
+/** For nginx: for how long this visitor may keep an object, which is as long as the link holds. */
+function kept(request) {
+  var parts = LINK.exec(request.variables.request_uri.split("?")[0]);
+  var left = parts ? Math.max(0, Number(parts[2]) - Math.floor(Date.now() / 1000)) : 0;
+  return "public, max-age=" + left + ", immutable";
+}
+
+export default { opened: opened, shared: shared, kept: kept };

@@ -63,6 +63,11 @@ is "the viewer below a link" "$one/" 200
 is "the pointer" "$one/v1/scenes/tree/index.json" 200
 is "an object by one link" "$one$manifest" 200 MISS
 is "the same by another link" "$other$manifest" 200 HIT
+left=$(curl -s -o /dev/null -D - "$one$manifest" | sed -n 's/^[Cc]ache-[Cc]ontrol: public, max-age=\([0-9]*\), immutable\r*$/\1/p')
+if [ -z "$left" ] || [ "$left" -gt 3600 ]; then
+  echo "WRONG how long the first may keep it: ${left:-nothing said}" >&2
+  failed=1
+fi
 is "the same by a link that nobody signed" "${one%????}0000$manifest" 404
 is "the pointer by such a link" "${one%????}0000/v1/scenes/tree" 404
 is "the same to a stranger" "$cdn$manifest" 404
