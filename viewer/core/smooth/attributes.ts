@@ -165,15 +165,16 @@ export class Attributes implements Wedges {
     was: number,
     why: number,
   ): void {
-    this.findPresent(mesh, vertex, triangle);
-    const count = this.presentCount;
+    const count = this.countPresent(vertex);
     const rank = count === 0 ? 0 : Math.min(reader.symbol(this.ranks + 4 * why + Math.min(count, 3)), count);
-    let wedge = rank < count ? (this.present[rank] as number) : NONE;
-    if (wedge === NONE) {
+    let wedge = this.latest.at(vertex);
+    if (rank < count) {
+      if (count > 1) wedge = this.findPresent(mesh, vertex, triangle, rank);
+    } else {
+      this.before.push(wedge);
       wedge = this.told + this.pendingFirst.length;
       this.pendingFirst.push(NONE);
       this.pendingLast.push(NONE);
-      this.before.push(this.latest.at(vertex));
       this.latest.values[vertex] = wedge;
     }
     this.corners.values[3 * triangle + side] = wedge;
@@ -201,8 +202,20 @@ export class Attributes implements Wedges {
     }
   }
 
-  /** Wedges of a vertex: from a triangle's place in its star to both sides in turn, then any others, latest first. */
-  private findPresent(mesh: Mesh, vertex: number, triangle: number): void {
+  /** How many wedges a vertex got. Its corners have no others, so this tells their number before any is looked at. */
+  private countPresent(vertex: number): number {
+    let count = 0;
+    for (let wedge = this.latest.at(vertex); wedge !== NONE && count < MOST_PRESENT; wedge = this.before.at(wedge)) {
+      count += 1;
+    }
+    return count;
+  }
+
+  /**
+   * The wedge of a vertex that has this rank: from a triangle's place in its star to both sides in turn, then any
+   * others, latest first.
+   */
+  private findPresent(mesh: Mesh, vertex: number, triangle: number, rank: number): number {
     const { places } = mesh.stars;
     const begin = mesh.stars.first[vertex] as number;
     const end = begin + (mesh.stars.length[vertex] as number);
@@ -212,7 +225,7 @@ export class Attributes implements Wedges {
     this.presentCount = 0;
     let behind = at - 1;
     let ahead = at + 1;
-    while (behind >= begin || ahead < end) {
+    while (this.presentCount <= rank && (behind >= begin || ahead < end)) {
       if (behind >= begin) this.addWedgeOf(mesh, places[behind] as number, vertex);
       if (ahead < end) this.addWedgeOf(mesh, places[ahead] as number, vertex);
       behind -= 1;
@@ -220,10 +233,11 @@ export class Attributes implements Wedges {
     }
     // A wedge that no corner has at the moment may come back.
     let wedge = this.latest.at(vertex);
-    while (wedge !== NONE && this.presentCount < MOST_PRESENT) {
+    while (wedge !== NONE && this.presentCount <= rank) {
       this.addPresent(wedge);
       wedge = this.before.at(wedge);
     }
+    return this.present[rank] as number;
   }
 
   private addWedgeOf(mesh: Mesh, triangle: number, vertex: number): void {

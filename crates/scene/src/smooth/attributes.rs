@@ -273,9 +273,9 @@ impl Attributes {
         (wedges, asked): (u32, Asked),
     ) {
         let (triangle, side, _) = corner;
-        self.find_present(mesh, star, vertex, triangle);
-        let count = self.present.len();
+        let count = self.count_present(vertex);
         let given = script.map_or(0, |script| {
+            self.find_present(mesh, star, vertex, triangle, count);
             script.wedge(vertex, triangle, &self.present).unwrap_or(count)
         });
         let rank = if count == 0 {
@@ -284,14 +284,17 @@ impl Attributes {
             let model = &mut self.models.rank[asked as usize][count.min(3)];
             coder.symbol(model, given).min(count)
         };
-        let wedge = match self.present.get(rank) {
-            Some(&wedge) => wedge,
-            None => {
-                self.pending.push((NONE, NONE));
-                self.before.push(self.latest[vertex as usize]);
-                self.latest[vertex as usize] = self.before.len() as u32 - 1;
-                wedges + self.pending.len() as u32 - 1
-            }
+        let latest = self.latest[vertex as usize];
+        let wedge = if rank == count {
+            self.pending.push((NONE, NONE));
+            self.before.push(latest);
+            self.latest[vertex as usize] = self.before.len() as u32 - 1;
+            wedges + self.pending.len() as u32 - 1
+        } else if count == 1 {
+            latest
+        } else {
+            self.find_present(mesh, star, vertex, triangle, rank + 1);
+            self.present[rank]
         };
         self.corners[triangle as usize][side] = wedge;
         if wedge >= wedges {
@@ -306,12 +309,24 @@ impl Attributes {
         }
     }
 
-    /// Wedges of a vertex: from a triangle's place in its star to both sides in turn, then any others, latest first.
-    fn find_present(&mut self, mesh: &Mesh, star: &[u32], vertex: u32, triangle: u32) {
+    /// How many wedges a vertex got. Its corners have no others, so this tells their number before any is looked at.
+    fn count_present(&self, vertex: u32) -> usize {
+        let mut count = 0;
+        let mut wedge = self.latest[vertex as usize];
+        while wedge != NONE && count < MOST_PRESENT {
+            count += 1;
+            wedge = self.before[wedge as usize];
+        }
+        count
+    }
+
+    /// The first `count` wedges of a vertex: from a triangle's place in its star to both sides in turn, then any others,
+    /// latest first.
+    fn find_present(&mut self, mesh: &Mesh, star: &[u32], vertex: u32, triangle: u32, count: usize) {
         self.present.clear();
         let mut behind = star.iter().position(|&t| t == triangle).unwrap_or(0);
         let mut ahead = behind + 1;
-        while behind > 0 || ahead < star.len() {
+        while self.present.len() < count && (behind > 0 || ahead < star.len()) {
             if behind > 0 {
                 behind -= 1;
                 let t = star[behind];
@@ -324,7 +339,7 @@ impl Attributes {
         }
         // A wedge that no corner has at the moment may come back.
         let mut wedge = self.latest[vertex as usize];
-        while wedge != NONE && self.present.len() < MOST_PRESENT {
+        while wedge != NONE && self.present.len() < count {
             self.add_present(wedge);
             wedge = self.before[wedge as usize];
         }
