@@ -52,7 +52,7 @@ pub(super) struct Args {
     /// Make the scene private before anything of it is published: only links and API keys open it
     #[arg(long)]
     private: bool,
-    /// Publish a first revision with larger visible sets within a minute or so, and go on
+    /// Publish a first revision with larger visible sets and without smooth LODs long before, and go on
     #[arg(long)]
     preview: bool,
     /// Print the report as JSON

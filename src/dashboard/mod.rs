@@ -30,7 +30,9 @@ pub(crate) async fn show(screen: Screen, metrics: impl Fn() -> Option<String>) {
         let at = Instant::now();
         let last = before.replace((at, now.clone()));
         if let Some((since, last)) = last {
-            screen.draw(lines(&now, &last, at - since, started.elapsed()));
+            let (screen, lines) = (screen.clone(), lines(&now, &last, at - since, started.elapsed()));
+            // A terminal that somebody has stopped holds up a thread of its own.
+            _ = tokio::task::spawn_blocking(move || screen.draw(lines)).await;
         }
     }
 }
