@@ -9,7 +9,7 @@
 //! * [`tree`]: the clusters, and what leaving out a split costs. [`front`]: one cut and the triangles that it gives.
 //! * [`view`]: which splits an eye needs. [`selection`]: how a cut follows it, a bounded amount of work at a time.
 //!
-//! `viewer/core/smooth/select` does the same in the same order, with the same floating-point operations: the same
+//! `viewer/core/select` does the same in the same order, with the same floating-point operations: the same
 //! stream and the same views give the same triangles, bit for bit (`tests/golden/smooth/views.json`).
 
 mod around;
