@@ -19,6 +19,8 @@ export default defineConfig({
     },
   },
   test: {
+    // A busy machine fails nothing; what hangs does.
+    testTimeout: 120_000,
     include: ["core/**/*.test.ts", "three/**/*.test.ts", "ui/**/*.test.ts", "test/**/*.test.ts"],
     environment: "node",
   },

@@ -140,12 +140,11 @@ impl Inner {
     }
 }
 
-/// Who sends them. `OTEL_SERVICE_NAME` and `OTEL_RESOURCE_ATTRIBUTES` say more, as for every program that sends traces.
+/// Who sends them. `OTEL_RESOURCE_ATTRIBUTES` says more, as for every program that sends traces.
 fn resource(node: Option<String>) -> Resource {
-    let mut resource = Resource::builder().with_attribute(KeyValue::new("service.version", env!("CARGO_PKG_VERSION")));
-    if std::env::var_os("OTEL_SERVICE_NAME").is_none_or(|name| name.is_empty()) {
-        resource = resource.with_service_name("belvedere");
-    }
+    let mut resource = Resource::builder()
+        .with_service_name("belvedere")
+        .with_attribute(KeyValue::new("service.version", env!("CARGO_PKG_VERSION")));
     if let Some(node) = node {
         resource = resource.with_attribute(KeyValue::new("service.instance.id", node));
     }

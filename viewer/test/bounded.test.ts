@@ -138,7 +138,7 @@ const golden = (folder: string, ending: string) => {
   return names.sort().map((name) => new Uint8Array(readFileSync(join(root, name))));
 };
 
-it("cell records and steps", { timeout: 120_000 }, () => {
+it("cell records and steps", () => {
   const records = starting("BVCR");
   const from = decodeCellRecord(records[0] as Uint8Array);
   const steps = starting("BVST");
@@ -167,7 +167,7 @@ it("cell records and steps", { timeout: 120_000 }, () => {
   });
 });
 
-it("documents", { timeout: 120_000 }, () => {
+it("documents", () => {
   const readers = [readPointer, readManifest, readPage, readCellChunk, readObjectChunk, readSceneList];
   run(starting("{"), 3000, [DocumentError], (bytes) => {
     const json = Json.parse(textOf(bytes), "it");
@@ -184,7 +184,7 @@ it("documents", { timeout: 120_000 }, () => {
   });
 });
 
-it("smooth LODs, and what an eye sees of them", { timeout: 120_000 }, () => {
+it("smooth LODs, and what an eye sees of them", () => {
   const most_bytes = 2 ** 24;
   run(golden("smooth", ".slod"), 800, [], (bytes) => {
     const decoder = new SmoothDecoder(most_bytes);
@@ -226,7 +226,7 @@ it("smooth LODs, and what an eye sees of them", { timeout: 120_000 }, () => {
   expect(readHeader(new Uint8Array(0))).toBeUndefined();
 });
 
-it("rules", { timeout: 120_000 }, () => {
+it("rules", () => {
   const limits = { ...LIMITS, steps: 20_000, triangles: 5_000, placements: 2_000, parts: 200 };
   const imported = "function double(x) = 2 * x\nrule part { box(1, 1, 1) }\n";
   run(golden("procedural", ".dcg"), 800, [DcgError], (bytes) => {
