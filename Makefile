@@ -64,9 +64,10 @@ endif
 
 ## What the papers measured, measured again: writes docs/EVALUATION.md. A part: EVALUATION='--only table2,marvie';
 ## the page alone: EVALUATION=--render; a town that is baked already: EVALUATION='--town-data data'.
+evaluation: MEASURING = --config profile.dev.package.belvedere-client.opt-level=2 --config profile.dev.package.belvedere-evaluation.opt-level=2
 evaluation: viewer
-	$(CARGO) build --locked -p belvedere -p belvedere-evaluation
-	$(CARGO) run --locked -p belvedere-evaluation -- $(EVALUATION)
+	$(CARGO) build --locked -p belvedere
+	$(CARGO) run --locked -p belvedere-evaluation $(MEASURING) -- $(EVALUATION)
 
 ## The page that the binary serves.
 viewer: viewer/dist/index.html

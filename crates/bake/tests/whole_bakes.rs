@@ -208,7 +208,6 @@ fn every_world_beside_this_checkout_bakes() {
         "compressed/bridge-garden-meshopt.glb",
         "compressed/chess-board-draco.glb",
         "engine-cad/2CylinderEngine.glb",
-        "engine-cad/draco/2CylinderEngine.gltf",
         "instancing/GpuInstancesMetadata.gltf",
         "instancing/SimpleInstancing.glb",
         "level-zdm2/zdm2.glb",
