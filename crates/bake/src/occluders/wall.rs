@@ -42,6 +42,8 @@ pub struct Wall {
     /// Opaque squares for sight lines against the normal, and along it, each as a summed-area table of
     /// `lines[0].len() × lines[1].len()` counts; empty where there are none.
     opaque: [Vec<u32>; 2],
+    /// The same squares, one bit each, row after row: a look at one of them is a look at one place in memory.
+    bits: [Vec<u64>; 2],
     /// Rectangles outside of which nothing is opaque.
     pieces: Vec<Rectangle>,
 }
@@ -68,6 +70,7 @@ impl Wall {
         squares: [Vec<bool>; 2],
     ) -> Self {
         let width = lines[0].len();
+        let bits = [0, 1].map(|way| bits(&squares[way]));
         let opaque = squares.map(|squares| {
             if !squares.contains(&true) {
                 return Vec::new();
@@ -95,6 +98,7 @@ impl Wall {
             lines,
             door: None,
             opaque,
+            bits,
             pieces,
         }
     }
@@ -201,7 +205,10 @@ impl Wall {
             && j >= 1
             && i < self.lines[0].len()
             && j < self.lines[1].len()
-            && self.count(way, [i - 1, i], [j - 1, j]) == 1
+            && {
+                let at = (j - 1) * (self.lines[0].len() - 1) + i - 1;
+                self.bits[way as usize][at / 64] >> (at % 64) & 1 == 1
+            }
     }
 
     /// The openings of a rectangle: boxes around connected squares that are not opaque, cut to the rectangle. `None` when there are
@@ -315,10 +322,9 @@ impl Wall {
         self.box_of(&[0, 1].map(|axis| [self.lines[axis][0], self.lines[axis][self.lines[axis].len() - 1]]))
     }
 
-    /// Boxes, one at least, outside of which nothing of it is opaque.
-    pub(crate) fn boxes(&self) -> impl Iterator<Item = [Vec3; 2]> + '_ {
-        let whole = self.pieces.is_empty().then(|| self.around());
-        self.pieces.iter().map(|piece| self.box_of(piece)).chain(whole)
+    /// Rectangles outside of which nothing of it is opaque, and the box around each.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = (Rectangle, [Vec3; 2])> + '_ {
+        self.pieces.iter().map(|piece| (*piece, self.box_of(piece)))
     }
 
     fn box_of(&self, [u, v]: &Rectangle) -> [Vec3; 2] {
@@ -327,6 +333,17 @@ impl Wall {
             [min.min(p), max.max(p)]
         })
     }
+}
+
+/// One bit for each square; nothing where none is opaque.
+fn bits(squares: &[bool]) -> Vec<u64> {
+    let word = |squares: &[bool]| {
+        (0..)
+            .zip(squares)
+            .fold(0, |word, (i, opaque)| word | u64::from(*opaque) << i)
+    };
+    let any = squares.contains(&true);
+    squares.chunks(64).filter(|_| any).map(word).collect()
 }
 
 /// How many squares are opaque, from a summed-area table of so many columns.

@@ -23,6 +23,7 @@ mod sampler;
 mod segment;
 mod sights;
 mod solid;
+mod stops;
 mod surroundings;
 mod targets;
 mod within;

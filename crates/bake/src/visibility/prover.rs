@@ -22,7 +22,11 @@ use std::{borrow::Borrow, ops::ControlFlow};
 use glam::{Vec2, Vec3};
 use obvhs::bvh2::Bvh2;
 
-use super::{segment, within::Solids};
+use super::{
+    segment,
+    stops::{Stops, stops},
+    within::Solids,
+};
 use crate::occluders::{Body, Occluders, Rectangle, Region, Tolerance, Wall, Way};
 
 /// At most this many tests of a wall for one question.
@@ -53,8 +57,7 @@ pub struct Blocker {
     pub occluders: Occluders,
     /// Those that hide.
     bodies: Bvh2,
-    /// By pieces: a wall may stand in it more than once.
-    walls: Bvh2,
+    walls: Stops,
     solids: Solids,
 }
 
@@ -82,13 +85,11 @@ impl Blocker {
     /// Makes occluders ready for questions.
     #[must_use]
     pub fn new(occluders: Occluders) -> Self {
-        let Tolerance { plane_m, hole_m } = occluders.tolerance;
+        let Tolerance { hole_m, .. } = occluders.tolerance;
         let hiding = (0u32..).zip(&occluders.bodies).filter(|(_, body)| body.hides);
         let bodies = segment::numbered_tree(hiding.map(|(number, b)| (number, [b.min, b.max])), 0.0);
-        let walls = (0u32..).zip(&occluders.walls);
-        let pieces = walls.flat_map(|(number, wall)| wall.boxes().map(move |around| (number, around)));
         Self {
-            walls: segment::numbered_tree(pieces, plane_m),
+            walls: Stops::of(&occluders.walls, occluders.tolerance),
             solids: Solids::of(&occluders.bodies, TOUCHING * hole_m),
             bodies,
             occluders,
@@ -123,32 +124,22 @@ impl Blocker {
     /// Walls that stop a segment; of doors only these. Where doors are closed, also walls that it passes through an opening:
     /// a leaf fills an opening, but not what diverges behind it.
     fn walls_on(&self, from: Vec3, to: Vec3, closed: &[u32], found: &mut Vec<u32>) {
-        segment::along(&self.walls, from, to, &mut |index| {
-            let wall = &self.occluders.walls[index as usize];
-            let takes_part = wall.door.is_none_or(|door| closed.contains(&door)) && !found.contains(&index);
-            if takes_part && (stops(wall, from, to) || (!closed.is_empty() && passes(wall, from, to))) {
+        let walls = &self.occluders.walls;
+        let mut note = |index: u32| {
+            let takes_part = walls[index as usize].door.is_none_or(|door| closed.contains(&door));
+            if takes_part && !found.contains(&index) {
                 found.push(index);
             }
-            ControlFlow::Continue(())
-        });
+        };
+        if closed.is_empty() {
+            self.walls.on(from, to, &mut |index| {
+                note(index);
+                ControlFlow::Continue(())
+            });
+        } else {
+            self.walls.met(from, to, &mut note);
+        }
     }
-}
-
-/// Which way, and where, a segment crosses a wall's plane.
-fn crosses(wall: &Wall, from: Vec3, to: Vec3) -> Option<(Way, Vec2)> {
-    let [a, b] = [from, to].map(|p| wall.normal.dot(p) - wall.offset);
-    let way = if a > 0.0 { Way::Against } else { Way::Along };
-    (a * b < 0.0).then(|| (way, wall.place(from.lerp(to, a / (a - b)))))
-}
-
-/// Whether a segment ends on a wall.
-fn stops(wall: &Wall, from: Vec3, to: Vec3) -> bool {
-    crosses(wall, from, to).is_some_and(|(way, place)| wall.opaque_at(way, place))
-}
-
-/// Whether a segment crosses a wall that hides this way, be it through an opening.
-fn passes(wall: &Wall, from: Vec3, to: Vec3) -> bool {
-    crosses(wall, from, to).is_some_and(|(way, place)| wall.hides(way) && wall.reaches(place))
 }
 
 /// Asks questions about one blocker; remembers what worked.
@@ -334,10 +325,11 @@ impl<'a> Prover<'a> {
         }
         let (from, to) = (eye.center(), target.center());
         let mut found = None;
-        segment::along(&self.blocker.walls, from, to, &mut |index| {
-            let wall = &self.blocker.occluders.walls[index as usize];
-            let takes_part = wall.door.is_none_or(|door| self.closed.contains(&door));
-            if takes_part && stops(wall, from, to) && self.opaque(index, &[eye, target]) {
+        let walls = &self.blocker.occluders.walls;
+        self.blocker.walls.on(from, to, &mut |index| {
+            let door = walls[index as usize].door;
+            let takes_part = door.is_none_or(|door| self.closed.contains(&door));
+            if takes_part && self.opaque(index, &[eye, target]) {
                 found = Some(index);
             }
             go_on(found.is_none())

@@ -13,6 +13,9 @@ use obvhs::{
 /// Deepest path of a tree that is followed; a tree over 2³² boxes that halves is half as deep.
 const DEPTH: usize = 64;
 
+/// The inverse of a direction that does not lead along an axis at all.
+const STEEP: f32 = 1e30;
+
 struct Padded(Aabb);
 
 impl Boundable for Padded {
@@ -48,16 +51,14 @@ pub(super) fn along(tree: &Bvh2, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32
     if tree.nodes.is_empty() {
         return;
     }
-    let inverse = 1.0 / (to - from);
+    let (from, to) = (Vec3A::from(from), Vec3A::from(to));
+    // Finite, so that a segment in the plane of a side meets it instead of giving 0 · ∞.
+    let inverse = (1.0 / (to - from)).clamp(Vec3A::splat(-STEEP), Vec3A::splat(STEEP));
     let enters = |index: u32| {
-        let aabb = tree.nodes[index as usize].aabb();
-        let (a, b) = (
-            (Vec3::from(aabb.min) - from) * inverse,
-            (Vec3::from(aabb.max) - from) * inverse,
-        );
-        // A segment in the plane of a side gives 0 · ∞, which `min` and `max` leave out.
-        let enter = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z)).max(0.0);
-        let leave = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z)).min(1.0);
+        let node = &tree.nodes[index as usize];
+        let (a, b) = ((node.aabb().min - from) * inverse, (node.aabb().max - from) * inverse);
+        let enter = a.min(b).max_element().max(0.0);
+        let leave = a.max(b).min_element().min(1.0);
         (enter <= leave).then_some(enter)
     };
     let mut stack = Vec::with_capacity(DEPTH);
