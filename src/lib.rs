@@ -13,6 +13,7 @@
 //! * [`place`]: where catalogue and blobs live, in a folder or shared by several nodes. [`secret`]: what no log may show.
 //! * [`config`]: the one list of settings.
 //! * [`traces`]: where the time of requests and bakes goes, for a collector.
+//! * `epoch`: what time it is on the wall.
 //! * `media`: of which kind published files are, and how long they may be kept.
 //! * `worlds`: the worlds that are built into the program.
 //! * `dashboard`: what a terminal shows of a server that runs in it.
@@ -23,6 +24,7 @@ pub mod config;
 mod confine;
 mod dashboard;
 pub mod db;
+mod epoch;
 pub mod http;
 pub mod jobs;
 pub mod keys;

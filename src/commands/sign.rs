@@ -1,6 +1,6 @@
 //! `belvedere sign SCENE`: a link into a private scene, for a while.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use anyhow::Context;
 use belvedere_scene::SceneName;
@@ -9,7 +9,7 @@ use super::{
     output::{print, print_json},
     private::key_of,
 };
-use crate::{place::PlaceArgs, publish::data::DataFolder};
+use crate::{epoch::since_1970, place::PlaceArgs, publish::data::DataFolder};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -40,10 +40,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let key = key_of(data.catalogue(), scene).await?.with_context(|| {
         format!("scene `{scene}` is not private, so it needs no link; `belvedere private {scene}` makes it so")
     })?;
-    let now = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .context("the clock stands before 1970")?;
-    let expires_s = (now + args.expires).as_secs();
+    let expires_s = (since_1970() + args.expires).as_secs();
     let base = format!("{at}{}", key.sign(scene, expires_s));
     let url = format!("{base}?scene={scene}");
     if args.json {

@@ -14,7 +14,7 @@ use std::{
         LazyLock,
         atomic::{AtomicU64, Ordering},
     },
-    time::{Duration, Instant, UNIX_EPOCH},
+    time::{Duration, Instant},
 };
 
 use axum::{
@@ -36,7 +36,7 @@ use super::{
     routes::{IMMUTABLE_OBJECT, SCENE, TEMPLATES, UNMATCHED},
     visitor,
 };
-use crate::traces::RequestSpan;
+use crate::{epoch::since_1970, traces::RequestSpan};
 
 pub(super) const X_REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -119,7 +119,7 @@ pub(super) fn for_everybody(headers: &mut HeaderMap) {
 
 /// Names a request that came without an id: when this process first made one, and a count.
 fn made_id() -> HeaderValue {
-    static SINCE_MS: LazyLock<u128> = LazyLock::new(|| UNIX_EPOCH.elapsed().map_or(0, |since| since.as_millis()));
+    static SINCE_MS: LazyLock<u128> = LazyLock::new(|| since_1970().as_millis());
     static COUNT: AtomicU64 = AtomicU64::new(1);
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
     HeaderValue::try_from(format!("{:x}-{count:x}", *SINCE_MS)).expect("hex digits")

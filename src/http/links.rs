@@ -1,13 +1,14 @@
 //! Is a request made through a link into a private scene? Then its path is that below the link from here on, so that no
 //! log, metric or error ever holds the signature; what the link opens goes with the request.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use axum::http::{HeaderMap, HeaderValue, Request, Uri, header, uri::PathAndQuery};
 use belvedere_scene::SceneName;
 
 use super::viewer;
 use crate::{
+    epoch::since_1970,
     links::{Claimed, ROOT},
     published::Publications,
 };
@@ -81,9 +82,7 @@ fn is_of_a_tree(path: &str) -> bool {
 }
 
 fn now_s() -> u64 {
-    SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |since: Duration| since.as_secs())
+    since_1970().as_secs()
 }
 
 impl Link {

@@ -56,7 +56,6 @@ impl From<Job> for Told {
 
 /// `PUT /v1/scenes/{scene}`: a source scene; it is baked and published when it is its turn.
 pub(super) async fn upload(
-    State(jobs): State<Jobs>,
     State(state): State<AppState>,
     Path(scene): Path<SceneName>,
     owner: Owner,
@@ -77,7 +76,8 @@ pub(super) async fn upload(
         .headers()
         .get(header::CONTENT_LENGTH)
         .and_then(|length| length.to_str().ok()?.parse().ok());
-    let upload = jobs
+    let upload = state
+        .jobs
         .upload(scene.clone(), source, &grant, announced.unwrap_or(0))
         .await?;
     let mut time = peer.map(|Extension(peer)| peer.take_time());

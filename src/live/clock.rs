@@ -1,8 +1,10 @@
 //! What time is it? One clock for all scenes.
 
-use std::time::{Instant, UNIX_EPOCH};
+use std::time::Instant;
 
 use belvedere_live::Ms;
+
+use crate::epoch::since_1970;
 
 /// Unix time that never jumps.
 #[derive(Debug, Clone, Copy)]
@@ -15,7 +17,7 @@ impl Clock {
     pub(super) fn start() -> Self {
         Self {
             start: Instant::now(),
-            start_ms: UNIX_EPOCH.elapsed().map_or(0, |since| since.as_millis() as Ms),
+            start_ms: since_1970().as_millis() as Ms,
         }
     }
 

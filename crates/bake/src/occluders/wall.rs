@@ -201,14 +201,10 @@ impl Wall {
     }
 
     fn opaque_square(&self, way: Way, i: usize, j: usize) -> bool {
-        i >= 1
-            && j >= 1
-            && i < self.lines[0].len()
-            && j < self.lines[1].len()
-            && {
-                let at = (j - 1) * (self.lines[0].len() - 1) + i - 1;
-                self.bits[way as usize][at / 64] >> (at % 64) & 1 == 1
-            }
+        i >= 1 && j >= 1 && i < self.lines[0].len() && j < self.lines[1].len() && {
+            let at = (j - 1) * (self.lines[0].len() - 1) + i - 1;
+            self.bits[way as usize][at / 64] >> (at % 64) & 1 == 1
+        }
     }
 
     /// The openings of a rectangle: boxes around connected squares that are not opaque, cut to the rectangle. `None` when there are
