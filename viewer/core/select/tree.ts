@@ -43,7 +43,8 @@ export class ClusterTree {
 
   /** The tree of what has been decoded so far. Takes one to two times as long as decoding it did. */
   constructor(decoder: SmoothDecoder) {
-    const mesh = decoder.decoded?.replay.mesh;
+    const replay = decoder.decoded?.replay;
+    const mesh = replay?.mesh;
     const lattice = latticeOf(decoder);
     const vertices = mesh?.vertices ?? 0;
     this.vertices = vertices;
@@ -63,19 +64,19 @@ export class ClusterTree {
     const wedges = stride === 0 ? 0 : lattice.values.length / stride;
     this.owner = new Int32Array(wedges).fill(NONE);
     this.above = Int32Array.from({ length: wedges }, (_, wedge) => wedge);
-    if (!(mesh && header)) return;
+    if (!(replay && mesh && header)) return;
     const halfStep = header.step * 0.5;
     for (let i = 0; i < this.positions.length; i += 1) {
       this.positions[i] = (header.origin[i % 3] as number) + halfStep * (lattice.twicePositions[i] as number);
     }
     this.born.set(mesh.born.subarray(0, vertices));
     this.born[vertices] = mesh.triangles;
-    this.arrange(mesh.next);
+    this.arrange(replay.treeOrder());
     this.findWedges(lattice.values, stride);
     this.measure();
   }
 
-  private arrange(next: Int32Array): void {
+  private arrange(treeOrder: Int32Array): void {
     const { parent, firstChild, nextSibling, order, extent } = this;
     for (let vertex = this.vertices - 1; vertex > 0; vertex -= 1) {
       const above = parent[vertex] as number;
@@ -83,11 +84,7 @@ export class ClusterTree {
       firstChild[above] = vertex;
       extent[above] = (extent[above] as number) + (extent[vertex] as number);
     }
-    let vertex = 0;
-    for (let place = 0; place < this.vertices; place += 1) {
-      order[vertex] = place;
-      vertex = next[vertex] as number;
-    }
+    for (let place = 0; place < this.vertices; place += 1) order[treeOrder[place] as number] = place;
   }
 
   /** Whether a vertex is another, or came from it. */

@@ -7,6 +7,7 @@ import { type ChannelKind, type Header, numbersOf } from "./header.ts";
 import { bytesOf, IntList } from "./list.ts";
 import { type Mesh, NONE } from "./mesh.ts";
 import { damaged, type ModelSpace, type Reader } from "./rans.ts";
+import { FIRST, LENGTH, POINT } from "./stars.ts";
 import { CORNER, Expectation, type Wedges } from "./values.ts";
 
 /** More wedges of one vertex cannot be named again. */
@@ -18,13 +19,15 @@ const MOVED_OTHER = 1;
 const BORN_NEW = 2;
 const BORN_OLD = 3;
 const BORN_THIRD = 4;
+/** No corner of the split is: all answer as expected. */
+const USUAL = 5;
 
 export class Attributes implements Wedges {
   readonly stride: number;
   readonly values = new IntList();
   /** Wedges of the triangles' corners; none without channels. */
   readonly corners = new IntList();
-  /** Of each triangle. */
+  /** Of each triangle; none where all have the same. */
   readonly materials = new IntList();
 
   private readonly kinds: readonly ChannelKind[];
@@ -32,6 +35,7 @@ export class Attributes implements Wedges {
   private readonly mostWedges: number;
   private readonly sameMaterial: number;
   private readonly material: number;
+  private readonly usual: number;
   private readonly ranks: number;
   private readonly copies: number;
   private readonly sizes: number;
@@ -62,6 +66,7 @@ export class Attributes implements Wedges {
     this.mostWedges = header.wedges;
     this.sameMaterial = models.nibbles(1);
     this.material = models.nibbles(1);
+    this.usual = models.bits(3);
     this.ranks = models.nibbles(5 * 4);
     this.copies = models.nibbles(5 * this.kinds.length);
     this.sizes = models.nibbles(16 * 8 * this.stride);
@@ -74,6 +79,17 @@ export class Attributes implements Wedges {
     return bytesOf(...lists.map(({ values }) => values));
   }
 
+  /** Makes room for so many vertices and triangles, and the wedges of so many bytes, each of which takes at least one. */
+  reserve(vertices: number, triangles: number, bytes: number): void {
+    if (this.materialCount > 1) this.materials.room(triangles);
+    if (this.stride === 0) return;
+    const wedges = Math.min(this.mostWedges, bytes);
+    this.corners.room(3 * triangles);
+    this.latest.room(vertices);
+    this.before.room(wedges);
+    this.values.room(this.stride * wedges);
+  }
+
   /** Bytes that {@link dress} takes at most for so many corners. */
   stepBytes(corners: number): number {
     return this.stride === 0 && this.materialCount < 2 ? 0 : corners * (8 + 7 * this.stride);
@@ -81,7 +97,7 @@ export class Attributes implements Wedges {
 
   /** After a split: what the corners of the new vertex and of new triangles, from `first` on, look like. */
   dress(reader: Reader, mesh: Mesh, old: number, fresh: number, first: number, size: number): void {
-    this.readMaterials(reader, mesh, fresh, first);
+    if (this.materialCount > 1) this.readMaterials(reader, mesh, fresh, first);
     if (this.stride === 0) return;
     this.corners.extend(3 * mesh.triangles, NONE);
     this.latest.extend(mesh.vertices, NONE);
@@ -90,14 +106,7 @@ export class Attributes implements Wedges {
     this.pendingFirst.clear();
     this.pendingLast.clear();
     this.told = this.values.length / this.stride;
-    this.askMoved(reader, mesh, fresh);
-    for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
-      for (let side = 0; side < 3; side += 1) {
-        const vertex = mesh.corners[3 * triangle + side] as number;
-        if (vertex === fresh) continue;
-        this.readRank(reader, mesh, vertex, triangle, side, NONE, vertex === old ? BORN_OLD : BORN_THIRD);
-      }
-    }
+    this.readRanks(reader, mesh, old, fresh, first);
     for (let i = 0; i < this.pendingFirst.length; i += 1) {
       this.gather(this.pendingFirst.at(i));
       this.readValues(reader, mesh, this.telling, old, fresh, size);
@@ -105,38 +114,61 @@ export class Attributes implements Wedges {
     if (this.told + this.pendingFirst.length > this.mostWedges) damaged("it has more wedges than its header says");
   }
 
-  /** Asks for the corners of the new vertex. Those of moved triangles still hold wedges of the old one. */
-  private askMoved(reader: Reader, mesh: Mesh, fresh: number): void {
-    const { was, corners } = this;
-    const { stars } = mesh;
-    was.clear();
-    const begin = stars.first[fresh] as number;
-    const end = begin + (stars.length[fresh] as number);
-    for (let i = begin; i < end; i += 1) {
-      const triangle = stars.places[i] as number;
-      const side = mesh.sideOf(triangle, fresh);
-      was.push(triangle);
-      was.push(side);
-      was.push(corners.at(3 * triangle + side));
-      corners.values[3 * triangle + side] = NONE;
-    }
+  /** Which wedges the corners of the new vertex have, then the others of new triangles. */
+  private readRanks(reader: Reader, mesh: Mesh, old: number, fresh: number, first: number): void {
+    const { was } = this;
+    const seams = this.findMoved(mesh, old, fresh);
+    if (was.length === 0 && first === mesh.triangles) return;
+    const isUsual = reader.bit(this.usual + seams) === 1;
     let beside = NONE;
     for (let i = 0; i < was.length; i += CORNER) {
       const wedge = was.at(i + 2);
       const why = wedge === NONE ? BORN_NEW : wedge === beside ? MOVED_SAME : MOVED_OTHER;
       beside = wedge;
-      this.readRank(reader, mesh, fresh, was.at(i), was.at(i + 1), wedge, why);
+      this.readRank(reader, mesh, fresh, was.at(i), was.at(i + 1), wedge, isUsual ? USUAL : why);
+    }
+    for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
+      for (let side = 0; side < 3; side += 1) {
+        const vertex = mesh.corners[3 * triangle + side] as number;
+        if (vertex === fresh) continue;
+        const why = vertex === old ? BORN_OLD : BORN_THIRD;
+        this.readRank(reader, mesh, vertex, triangle, side, NONE, isUsual ? USUAL : why);
+      }
     }
   }
 
-  private readMaterials(reader: Reader, mesh: Mesh, fresh: number, first: number): void {
-    if (this.materialCount < 2) {
-      this.materials.extend(mesh.triangles, 0);
-      return;
-    }
+  /**
+   * Finds the corners of the new vertex; those of moved triangles still hold wedges of the old one. Gives 0 if the old
+   * vertex has no seam, 1 if none parts the corners that moved, 2 else.
+   */
+  private findMoved(mesh: Mesh, old: number, fresh: number): number {
+    const { was } = this;
     const { places } = mesh.stars;
-    const begin = mesh.stars.first[fresh] as number;
-    const end = begin + (mesh.stars.length[fresh] as number);
+    const corners = this.corners.values;
+    const begin = mesh.points[POINT * fresh + FIRST] as number;
+    const length = mesh.points[POINT * fresh + LENGTH] as number;
+    const found = was.room(CORNER * length);
+    let seams = this.countPresent(old) > 1 ? 1 : 0;
+    let beside = NONE;
+    for (let i = 0; i < length; i += 1) {
+      const triangle = places[begin + i] as number;
+      const side = mesh.sideOf(triangle, fresh);
+      const wedge = corners[3 * triangle + side] as number;
+      found[CORNER * i] = triangle;
+      found[CORNER * i + 1] = side;
+      found[CORNER * i + 2] = wedge;
+      corners[3 * triangle + side] = NONE;
+      if (wedge !== NONE && beside !== NONE && wedge !== beside) seams = 2;
+      beside = wedge;
+    }
+    was.length = CORNER * length;
+    return seams;
+  }
+
+  private readMaterials(reader: Reader, mesh: Mesh, fresh: number, first: number): void {
+    const { places } = mesh.stars;
+    const begin = mesh.points[POINT * fresh + FIRST] as number;
+    const end = begin + (mesh.points[POINT * fresh + LENGTH] as number);
     for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
       // As the triangle before it around the new vertex, or else the next one that is known.
       const found = places.indexOf(triangle, begin);
@@ -166,7 +198,10 @@ export class Attributes implements Wedges {
     why: number,
   ): void {
     const count = this.countPresent(vertex);
-    const rank = count === 0 ? 0 : Math.min(reader.symbol(this.ranks + 4 * why + Math.min(count, 3)), count);
+    let rank = 0;
+    if (why !== USUAL && count > 0) {
+      rank = Math.min(reader.symbol(this.ranks + 4 * why + Math.min(count, 3)), count);
+    }
     let wedge = this.latest.at(vertex);
     if (rank < count) {
       if (count > 1) wedge = this.findPresent(mesh, vertex, triangle, rank);
@@ -217,8 +252,8 @@ export class Attributes implements Wedges {
    */
   private findPresent(mesh: Mesh, vertex: number, triangle: number, rank: number): number {
     const { places } = mesh.stars;
-    const begin = mesh.stars.first[vertex] as number;
-    const end = begin + (mesh.stars.length[vertex] as number);
+    const begin = mesh.points[POINT * vertex + FIRST] as number;
+    const end = begin + (mesh.points[POINT * vertex + LENGTH] as number);
     let at = begin;
     while (at < end && places[at] !== triangle) at += 1;
     if (at === end) at = begin;

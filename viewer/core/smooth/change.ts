@@ -6,6 +6,7 @@ import type { Star } from "./fan.ts";
 import { IntList } from "./list.ts";
 import { type Mesh, NONE } from "./mesh.ts";
 import { GO, type Split, STAY, TORN } from "./split.ts";
+import { AROUND, AT, POINT } from "./stars.ts";
 
 export class Change {
   /** Spokes that move. */
@@ -21,13 +22,17 @@ export class Change {
 
   /** Lays out what a split does. `next` is the number of the first new triangle. */
   layOut(star: Star, split: Split, next: number): void {
-    this.moved.clear();
     this.third.clear();
     this.oldFirst.clear();
     this.neighbour.clear();
     this.after.clear();
+    this.moved.clear();
     this.stay.clear();
     this.go.clear();
+    const most = star.spokes + 2 * star.fans + split.extraThird.length;
+    this.moved.room(most);
+    this.stay.room(most);
+    this.go.room(most);
     let torn = 0;
     for (let fan = 0; fan < star.fans; fan += 1) {
       const first = star.fanFirst.at(fan);
@@ -64,21 +69,36 @@ export class Change {
     const startBorn = opens & 1 ? this.open(star, begin, length, first, 0, next) : NONE;
     const endBorn = opens & 2 ? this.open(star, begin, length, around, 1, next) : NONE;
     if (endBorn !== NONE) this.go.push(endBorn);
-    if (startBorn !== NONE) this.go.push(startBorn);
-    if (startBorn !== NONE) this.stay.push(startBorn);
+    if (startBorn !== NONE) {
+      this.go.push(startBorn);
+      this.stay.push(startBorn);
+    }
     if (endBorn !== NONE) this.stay.push(endBorn);
     this.letStay(star, begin + Math.max(end, rest), begin + length);
   }
 
   private letStay(star: Star, first: number, end: number): void {
-    for (let i = first; i < end; i += 1) this.stay.push(star.triangle.at(i));
+    const { stay } = this;
+    const { values } = stay;
+    const triangle = star.triangle.values;
+    let { length } = stay;
+    for (let i = first; i < end; i += 1, length += 1) values[length] = triangle[i] as number;
+    stay.length = length;
   }
 
   private letGo(star: Star, first: number, end: number): void {
-    for (let i = first; i < end; i += 1) {
-      this.go.push(star.triangle.at(i));
-      this.moved.push(i);
+    const { go, moved } = this;
+    const { values } = go;
+    const spokes = moved.values;
+    const triangle = star.triangle.values;
+    let { length } = go;
+    let count = moved.length;
+    for (let i = first; i < end; i += 1, length += 1, count += 1) {
+      values[length] = triangle[i] as number;
+      spokes[count] = i;
     }
+    go.length = length;
+    moved.length = count;
   }
 
   /** Opens the edge before spoke `at` of a fan: gives the number of its new triangle. */
@@ -95,50 +115,58 @@ export class Change {
   /** Changes the mesh. `fresh` is the new vertex, without triangles. */
   apply(mesh: Mesh, star: Star, split: Split, old: number, fresh: number): void {
     this.moveTriangles(mesh, star, old, fresh);
+    const { points, stars } = mesh;
     for (let i = 0; i < this.third.length; i += 1) {
       const third = this.third.at(i);
       const triangle = bear(mesh, old, fresh, third, this.oldFirst.at(i));
-      mesh.stars.insert(third, this.neighbour.at(i), this.after.at(i) === 1, triangle);
+      stars.insert(points, third, this.neighbour.at(i), this.after.at(i), triangle);
     }
     for (let i = 0; i < split.extraThird.length; i += 1) {
       const third = split.extraThird.at(i);
       const triangle = bear(mesh, old, fresh, third, split.extraOldFirst.at(i));
-      mesh.stars.insert(third, NONE, true, triangle);
+      stars.insert(points, third, NONE, 1, triangle);
       this.stay.push(triangle);
       this.go.push(triangle);
     }
-    mesh.stars.set(old, this.stay.values, this.stay.length);
-    mesh.stars.set(fresh, this.go.values, this.go.length);
+    stars.set(points, old, this.stay.values, this.stay.length);
+    stars.set(points, fresh, this.go.values, this.go.length);
   }
 
   private moveTriangles(mesh: Mesh, star: Star, old: number, fresh: number): void {
-    const { at, around, corners } = mesh;
-    const dx = (at[3 * fresh] as number) - (at[3 * old] as number);
-    const dy = (at[3 * fresh + 1] as number) - (at[3 * old + 1] as number);
-    const dz = (at[3 * fresh + 2] as number) - (at[3 * old + 2] as number);
+    const { points, corners } = mesh;
+    const triangles = star.triangle.values;
+    const from = star.from.values;
+    const to = star.to.values;
+    const moved = this.moved.values;
+    const here = POINT * old;
+    const there = POINT * fresh;
+    const dx = (points[there + AT] as number) - (points[here + AT] as number);
+    const dy = (points[there + AT + 1] as number) - (points[here + AT + 1] as number);
+    const dz = (points[there + AT + 2] as number) - (points[here + AT + 2] as number);
     let x = 0;
     let y = 0;
     let z = 0;
     for (let i = 0; i < this.moved.length; i += 1) {
-      const spoke = this.moved.at(i);
-      const triangle = star.triangle.at(spoke);
+      const spoke = moved[i] as number;
+      const triangle = triangles[spoke] as number;
       corners[3 * triangle + mesh.sideOf(triangle, old)] = fresh;
+      let other = POINT * (from[spoke] as number);
       for (let side = 0; side < 2; side += 1) {
-        const other = 3 * (side === 0 ? star.from : star.to).at(spoke);
-        x = (x + (at[other] as number)) | 0;
-        y = (y + (at[other + 1] as number)) | 0;
-        z = (z + (at[other + 2] as number)) | 0;
-        around[other] = (around[other] as number) + dx;
-        around[other + 1] = (around[other + 1] as number) + dy;
-        around[other + 2] = (around[other + 2] as number) + dz;
+        x = (x + (points[other + AT] as number)) | 0;
+        y = (y + (points[other + AT + 1] as number)) | 0;
+        z = (z + (points[other + AT + 2] as number)) | 0;
+        points[other + AROUND] = ((points[other + AROUND] as number) + dx) | 0;
+        points[other + AROUND + 1] = ((points[other + AROUND + 1] as number) + dy) | 0;
+        points[other + AROUND + 2] = ((points[other + AROUND + 2] as number) + dz) | 0;
+        other = POINT * (to[spoke] as number);
       }
     }
-    around[3 * fresh] = (around[3 * fresh] as number) + x;
-    around[3 * fresh + 1] = (around[3 * fresh + 1] as number) + y;
-    around[3 * fresh + 2] = (around[3 * fresh + 2] as number) + z;
-    around[3 * old] = (around[3 * old] as number) - x;
-    around[3 * old + 1] = (around[3 * old + 1] as number) - y;
-    around[3 * old + 2] = (around[3 * old + 2] as number) - z;
+    points[there + AROUND] = x;
+    points[there + AROUND + 1] = y;
+    points[there + AROUND + 2] = z;
+    points[here + AROUND] = ((points[here + AROUND] as number) - x) | 0;
+    points[here + AROUND + 1] = ((points[here + AROUND + 1] as number) - y) | 0;
+    points[here + AROUND + 2] = ((points[here + AROUND + 2] as number) - z) | 0;
   }
 }
 

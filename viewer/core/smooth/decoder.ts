@@ -40,8 +40,7 @@ export class SmoothDecoder {
   /** Memory that it takes now: what came, the mesh so far and what was learnt to read on. */
   get stateBytes(): number {
     const replay = this.begun?.replay;
-    const state = replay ? replay.mesh.bytes + replay.attributes.bytes + replay.reader.modelBytes : 0;
-    return this.bytes.byteLength + state;
+    return this.bytes.byteLength + (replay?.bytes ?? 0);
   }
 
   /** What was decoded, with what its header says; for snapshots. */
@@ -93,7 +92,7 @@ export class SmoothDecoder {
     }
     const { reader, mesh } = replay;
     reader.reach(this.bytes.subarray(header.bytes), stream);
-    replay.run(isWhole);
+    replay.run(stream, isWhole);
     const isAll = mesh.vertices === header.vertices && mesh.triangles === header.triangles;
     if (isWhole && !(isAll && reader.isEnd)) damaged("its stream does not end as its header says");
   }

@@ -4,6 +4,7 @@
  */
 import { IntList } from "./list.ts";
 import type { Mesh } from "./mesh.ts";
+import { FIRST, LENGTH, POINT } from "./stars.ts";
 
 /** No star with more fans is put in order: it would take too long. */
 const MOST_FANS = 24;
@@ -35,40 +36,56 @@ export class Star {
 
   /** Reads the star of a vertex, joins fans that fit together. */
   read(mesh: Mesh, vertex: number): void {
-    const { triangle, from, to } = this;
-    triangle.clear();
-    from.clear();
-    to.clear();
-    const { corners, stars } = mesh;
-    const first = stars.first[vertex] as number;
-    const end = first + (stars.length[vertex] as number);
-    for (let i = first; i < end; i += 1) {
-      const t = stars.places[i] as number;
+    const { corners, points } = mesh;
+    const { places } = mesh.stars;
+    const first = points[POINT * vertex + FIRST] as number;
+    const length = points[POINT * vertex + LENGTH] as number;
+    const triangle = this.triangle.room(length);
+    const from = this.from.room(length);
+    const to = this.to.room(length);
+    for (let i = 0; i < length; i += 1) {
+      const t = places[first + i] as number;
       const a = corners[3 * t] as number;
       const b = corners[3 * t + 1] as number;
       const c = corners[3 * t + 2] as number;
-      triangle.push(t);
-      from.push(a === vertex ? b : b === vertex ? c : a);
-      to.push(a === vertex ? c : b === vertex ? a : b);
+      triangle[i] = t;
+      if (a === vertex) {
+        from[i] = b;
+        to[i] = c;
+      } else if (b === vertex) {
+        from[i] = c;
+        to[i] = a;
+      } else {
+        from[i] = a;
+        to[i] = b;
+      }
     }
+    this.triangle.length = length;
     this.findFans();
     if (this.fans > 1 && this.fans <= MOST_FANS) this.join();
   }
 
   private findFans(): void {
-    const { from, to, fanFirst, fanLength, fanClosed } = this;
-    fanFirst.clear();
-    fanLength.clear();
-    fanClosed.clear();
     const count = this.spokes;
-    let first = 0;
-    for (let i = 0; i < count; i += 1) {
-      if (i + 1 < count && from.at(i + 1) === to.at(i)) continue;
-      fanFirst.push(first);
-      fanLength.push(i + 1 - first);
-      fanClosed.push(i > first && to.at(i) === from.at(first) ? 1 : 0);
-      first = i + 1;
+    const from = this.from.values;
+    const to = this.to.values;
+    const fanFirst = this.fanFirst.room(count);
+    const fanLength = this.fanLength.room(count);
+    const fanClosed = this.fanClosed.room(count);
+    let fans = 0;
+    for (let first = 0; first < count; fans += 1) {
+      let end = first + 1;
+      let last = to[first] as number;
+      while (end < count && from[end] === last) {
+        last = to[end] as number;
+        end += 1;
+      }
+      fanFirst[fans] = first;
+      fanLength[fans] = end - first;
+      fanClosed[fans] = end > first + 1 && last === from[first] ? 1 : 0;
+      first = end;
     }
+    this.fanFirst.length = fans;
   }
 
   /** Puts an open fan behind another that ends where it begins, as often as possible. */

@@ -6,9 +6,10 @@
 import type { Change } from "./change.ts";
 import type { Star } from "./fan.ts";
 import { FEATURES, type Header } from "./header.ts";
-import type { Mesh } from "./mesh.ts";
+import { type Mesh, NONE } from "./mesh.ts";
 import type { ModelSpace, Reader } from "./rans.ts";
 import type { Split } from "./split.ts";
+import { AROUND, AT, LENGTH, POINT } from "./stars.ts";
 
 const MOST_NEAR = 12;
 
@@ -33,6 +34,9 @@ export function clear(sum: Float64Array): void {
   sum[2] = 0;
 }
 
+/** What leaves 15 of so many bits. */
+const SCALES = Float64Array.from({ length: 65 }, (_, bits) => 2 ** (15 - bits));
+
 /** Leaves a direction's 15 first bits. */
 export function shorten(direction: Float64Array): void {
   const longest = Math.max(
@@ -42,8 +46,10 @@ export function shorten(direction: Float64Array): void {
   );
   if (longest < 32768) return;
   const bits = longest < 2 ** 32 ? 32 - Math.clz32(longest) : 64 - Math.clz32(Math.floor(longest / 2 ** 32));
-  const scale = 2 ** (15 - bits);
-  for (let axis = 0; axis < 3; axis += 1) direction[axis] = Math.floor((direction[axis] as number) * scale);
+  const scale = SCALES[bits] as number;
+  direction[0] = Math.floor((direction[0] as number) * scale);
+  direction[1] = Math.floor((direction[1] as number) * scale);
+  direction[2] = Math.floor((direction[2] as number) * scale);
 }
 
 /** Places new vertices. After {@link look} it knows the neighbourhood, after {@link read} the place. */
@@ -58,19 +64,16 @@ export class Placer {
   private kind = 0;
   private readonly features = new Int32Array(3 * FEATURES);
   private readonly normal = new Float64Array(3);
-  private readonly near = new Int32Array(3 * MOST_NEAR);
-  private nearCount = 0;
-  /** What {@link see} saw last: from the old vertex to another, and from that to the middle of its neighbours. */
-  private readonly way = new Float64Array(3);
-  private readonly lap = new Float64Array(3);
-  private readonly lastWay = new Float64Array(3);
-  private readonly lastLap = new Float64Array(3);
-  private readonly cut = new Float64Array(3);
-  private readonly cutLap = new Float64Array(3);
+  /**
+   * What {@link see} saw, the old vertex itself first: ways from it to others, and from those to the middles of their
+   * neighbours, in 1/16.
+   */
+  private ways = new Int32Array(3 * 64);
+  private laps = new Float64Array(3 * 64);
+  private seen = 1;
   private readonly arc = new Float64Array(3);
   private readonly arcLap = new Float64Array(3);
   private readonly expected = new Int32Array(3);
-  private readonly nearest = new Int32Array(3);
 
   private readonly weights: Int32Array;
   private readonly sharedModels: number;
@@ -88,105 +91,110 @@ export class Placer {
 
   /** Looks around a vertex before its split is done. */
   look(mesh: Mesh, star: Star, split: Split, change: Change, old: number): void {
-    const { way, lap, lastWay, lastLap, cut, cutLap, arc, arcLap, normal, features } = this;
-    clear(cut);
-    clear(cutLap);
+    const opened = change.third.length;
+    const cuts = opened + split.extraThird.length;
+    const moved = change.moved.length;
+    const most = 3 * (1 + cuts + 2 * moved);
+    if (most > this.ways.length) {
+      this.ways = new Int32Array(2 * most);
+      this.laps = new Float64Array(2 * most);
+    }
+    const { ways, laps, features } = this;
+    const { points } = mesh;
+    const from = star.from.values;
+    const to = star.to.values;
+    this.seen = 1;
+    for (let i = 0; i < cuts; i += 1) {
+      this.see(points, old, i < opened ? change.third.at(i) : split.extraThird.at(i - opened));
+    }
+    const firstArc = 3 * this.seen;
+    let distance = 0;
+    for (let i = 3; i < firstArc; i += 1) distance += Math.abs(ways[i] as number);
+
+    // Rows of triangles share their spokes: most need only be looked at once.
+    const { arc, arcLap, normal } = this;
     clear(arc);
     clear(arcLap);
     clear(normal);
-    // The old vertex itself, which stands at the beginning for good.
-    this.nearCount = 1;
-    let distance = 0;
-
-    const opened = change.third.length;
-    const cuts = opened + split.extraThird.length;
-    for (let i = 0; i < cuts; i += 1) {
-      this.see(mesh, old, i < opened ? change.third.at(i) : split.extraThird.at(i - opened));
-      for (let axis = 0; axis < 3; axis += 1) {
-        cut[axis] = (cut[axis] as number) + (way[axis] as number);
-        cutLap[axis] = (cutLap[axis] as number) + (lap[axis] as number);
-        distance += Math.abs(way[axis] as number);
-      }
-    }
-
-    // Rows of triangles share their spokes: most need only be looked at once.
-    const moved = change.moved.length;
-    let last = -1;
+    let last = NONE;
     for (let i = 0; i < moved; i += 1) {
       const spoke = change.moved.at(i);
-      if (star.from.at(spoke) !== last) {
-        this.see(mesh, old, star.from.at(spoke));
-        this.remember();
-      }
-      last = star.to.at(spoke);
-      this.see(mesh, old, last);
-      for (let axis = 0; axis < 3; axis += 1) {
-        arc[axis] = (arc[axis] as number) + (lastWay[axis] as number) + (way[axis] as number);
-        arcLap[axis] = (arcLap[axis] as number) + (lastLap[axis] as number) + (lap[axis] as number);
-        distance += Math.abs(lastWay[axis] as number);
-      }
-      addCross(normal, lastWay, way);
-      this.remember();
+      if (from[spoke] !== last) this.see(points, old, from[spoke] as number);
+      const before = 3 * (this.seen - 1);
+      last = to[spoke] as number;
+      this.see(points, old, last);
+      const ax = ways[before] as number;
+      const ay = ways[before + 1] as number;
+      const az = ways[before + 2] as number;
+      const bx = ways[before + 3] as number;
+      const by = ways[before + 4] as number;
+      const bz = ways[before + 5] as number;
+      arc[0] = (arc[0] as number) + ax + bx;
+      arc[1] = (arc[1] as number) + ay + by;
+      arc[2] = (arc[2] as number) + az + bz;
+      arcLap[0] = (arcLap[0] as number) + (laps[before] as number) + (laps[before + 3] as number);
+      arcLap[1] = (arcLap[1] as number) + (laps[before + 1] as number) + (laps[before + 4] as number);
+      arcLap[2] = (arcLap[2] as number) + (laps[before + 2] as number) + (laps[before + 5] as number);
+      addCross(normal, ax, ay, az, bx, by, bz);
+      distance += Math.abs(ax) + Math.abs(ay) + Math.abs(az);
     }
     if (normal[0] === 0 && normal[1] === 0 && normal[2] === 0) this.addAllFaces(mesh, star, old);
     shorten(normal);
 
-    const lapShare = lapShareOf(mesh, old);
-    const cutShare = shareOf(cuts);
     // Neighbours between two moved triangles count twice, and those at edges that open are not meant.
     const arcs = Math.max(2 * moved - cuts, 0);
+    const cutShare = shareOf(cuts);
     const arcShare = shareOf(arcs);
+    const lapShare = shareOf(2 * (points[POINT * old + LENGTH] as number));
     for (let axis = 0; axis < 3; axis += 1) {
-      const c = cut[axis] as number;
-      const cl = cutLap[axis] as number;
-      features[axis] = Math.floor((c * cutShare) / 4096);
-      features[3 + axis] = Math.floor((((arc[axis] as number) - c) * arcShare) / 4096);
-      features[6 + axis] = lapOf(mesh, old, axis, lapShare);
-      features[9 + axis] = Math.floor((cl * cutShare) / 65536);
-      features[12 + axis] = Math.floor((((arcLap[axis] as number) - cl) * arcShare) / 65536);
+      let cut = 0;
+      let cutLap = 0;
+      for (let i = 3 + axis; i < firstArc; i += 3) {
+        cut += ways[i] as number;
+        cutLap += laps[i] as number;
+      }
+      features[axis] = Math.floor((cut * cutShare) / 4096);
+      features[3 + axis] = Math.floor((((arc[axis] as number) - cut) * arcShare) / 4096);
+      features[6 + axis] = lapOf(points, POINT * old + axis, lapShare);
+      features[9 + axis] = Math.floor((cutLap * cutShare) / 65536);
+      features[12 + axis] = Math.floor((((arcLap[axis] as number) - cutLap) * arcShare) / 65536);
     }
     this.kind = 4 * Math.min(cuts, 2) + Math.min((arcs + 1) >> 1, 3);
     this.size = sizeClass(Math.floor((distance * shareOf(cuts + moved)) / 65536));
   }
 
   /** Looks at a vertex from the old one. */
-  private see(mesh: Mesh, old: number, vertex: number): void {
-    const { way, lap, near } = this;
-    const { at } = mesh;
-    const share = lapShareOf(mesh, vertex);
-    const slot = this.nearCount < MOST_NEAR ? 3 * this.nearCount : -1;
-    for (let axis = 0; axis < 3; axis += 1) {
-      const relative = (at[3 * vertex + axis] as number) - (at[3 * old + axis] as number);
-      way[axis] = relative;
-      lap[axis] = lapOf(mesh, vertex, axis, share);
-      if (slot >= 0) near[slot + axis] = relative;
-    }
-    if (slot >= 0) this.nearCount += 1;
-  }
-
-  private remember(): void {
-    for (let axis = 0; axis < 3; axis += 1) {
-      this.lastWay[axis] = this.way[axis] as number;
-      this.lastLap[axis] = this.lap[axis] as number;
-    }
+  private see(points: Int32Array, old: number, vertex: number): void {
+    const { ways, laps } = this;
+    const slot = 3 * this.seen;
+    const here = POINT * old + AT;
+    const there = POINT * vertex + AT;
+    ways[slot] = (points[there] as number) - (points[here] as number);
+    ways[slot + 1] = (points[there + 1] as number) - (points[here + 1] as number);
+    ways[slot + 2] = (points[there + 2] as number) - (points[here + 2] as number);
+    const share = shareOf(2 * (points[POINT * vertex + LENGTH] as number));
+    laps[slot] = lapOf(points, POINT * vertex, share);
+    laps[slot + 1] = lapOf(points, POINT * vertex + 1, share);
+    laps[slot + 2] = lapOf(points, POINT * vertex + 2, share);
+    this.seen += 1;
   }
 
   /** Where no moved triangle has area: the normal of all around the vertex. */
   private addAllFaces(mesh: Mesh, star: Star, old: number): void {
-    const { way, lastWay, normal } = this;
+    const { points } = mesh;
+    const here = POINT * old + AT;
+    const way = (vertex: number, axis: number) =>
+      (points[POINT * vertex + AT + axis] as number) - (points[here + axis] as number);
     for (let i = 0; i < star.spokes; i += 1) {
-      for (let axis = 0; axis < 3; axis += 1) {
-        const here = mesh.at[3 * old + axis] as number;
-        lastWay[axis] = (mesh.at[3 * star.from.at(i) + axis] as number) - here;
-        way[axis] = (mesh.at[3 * star.to.at(i) + axis] as number) - here;
-      }
-      addCross(normal, lastWay, way);
+      const from = star.from.at(i);
+      const to = star.to.at(i);
+      addCross(this.normal, way(from, 0), way(from, 1), way(from, 2), way(to, 0), way(to, 1), way(to, 2));
     }
   }
 
   /** Reads where the new vertex is; `before` is what the old one's coordinates shared. */
   read(reader: Reader, before: number): void {
-    const { expected, nearest, step, normal, size } = this;
+    const { expected, step, normal, size } = this;
     this.predict();
     this.shared = reader.symbol(this.sharedModels + 3 * (before & 7) + (this.kind >> 2));
 
@@ -198,7 +206,7 @@ export class Placer {
       const axis = (top + 1 + turn) % 3;
       const guess = expected[axis] as number;
       if ((this.shared >> axis) & 1) {
-        step[axis] = nearest[axis] as number;
+        step[axis] = this.nearest(axis);
       } else {
         const model = turn === 0 ? this.lowModels + size : this.middleModels + 8 * (size >> 1) + (lowClass >> 1);
         step[axis] = reader.residual(model) + rounded(guess);
@@ -208,7 +216,7 @@ export class Placer {
       off += (normal[axis] as number) * (16 * (step[axis] as number) - guess);
     }
     if ((this.shared >> top) & 1) {
-      step[top] = nearest[top] as number;
+      step[top] = this.nearest(top);
       return;
     }
     const steep = normal[top] as number;
@@ -217,49 +225,52 @@ export class Placer {
     step[top] = reader.residual(model) + rounded(onPlane);
   }
 
-  /** What is expected, from the old vertex in 1/16 of a step, and the coordinates nearby that are nearest to it. */
+  /** What is expected, from the old vertex in 1/16 of a step. */
   private predict(): void {
-    const { expected, nearest, near, features, weights } = this;
+    const { expected, features, weights } = this;
     const first = FEATURES * this.kind;
     for (let axis = 0; axis < 3; axis += 1) {
       let sum = 32;
       for (let i = 0; i < FEATURES; i += 1) {
         sum = (sum + Math.imul(weights[first + i] as number, features[3 * i + axis] as number)) | 0;
       }
-      const guess = sum >> 6;
-      expected[axis] = guess;
-      let best = 0xffff_ffff;
-      let found = 0;
-      for (let i = axis; i < 3 * this.nearCount; i += 3) {
-        const distance = Math.abs((16 * (near[i] as number) - guess) | 0);
-        if (distance < best) {
-          best = distance;
-          found = near[i] as number;
-        }
-      }
-      nearest[axis] = found;
+      expected[axis] = sum >> 6;
     }
+  }
+
+  /** The coordinate of vertices nearby that is nearest to what is expected. */
+  private nearest(axis: number): number {
+    const { ways } = this;
+    const expected = this.expected[axis] as number;
+    const end = 3 * Math.min(this.seen, MOST_NEAR);
+    let best = 0xffff_ffff;
+    let found = 0;
+    for (let i = axis; i < end; i += 3) {
+      const distance = Math.abs((16 * (ways[i] as number) - expected) | 0);
+      if (distance < best) {
+        best = distance;
+        found = ways[i] as number;
+      }
+    }
+    return found;
   }
 }
 
-function lapShareOf(mesh: Mesh, vertex: number): number {
-  return shareOf(2 * (mesh.stars.length[vertex] as number));
-}
-
-/** From a vertex to the middle of its neighbours along an axis, in 1/16. */
-function lapOf(mesh: Mesh, vertex: number, axis: number, share: number): number {
+/** From a vertex to the middle of its neighbours, in 1/16, along the axis of the number `at` of its sum. */
+function lapOf(points: Int32Array, at: number, share: number): number {
   if (share === 0) return 0;
-  const around = mesh.around[3 * vertex + axis] as number;
-  return Math.floor((around * share) / 4096) - 16 * (mesh.at[3 * vertex + axis] as number);
+  return Math.floor(((points[at + AROUND] as number) * share) / 4096) - 16 * (points[at + AT] as number);
 }
 
-function addCross(sum: Float64Array, a: Float64Array, b: Float64Array): void {
-  const ax = a[0] as number;
-  const ay = a[1] as number;
-  const az = a[2] as number;
-  const bx = b[0] as number;
-  const by = b[1] as number;
-  const bz = b[2] as number;
+export function addCross(
+  sum: Float64Array,
+  ax: number,
+  ay: number,
+  az: number,
+  bx: number,
+  by: number,
+  bz: number,
+): void {
   sum[0] = (sum[0] as number) + ay * bz - az * by;
   sum[1] = (sum[1] as number) + az * bx - ax * bz;
   sum[2] = (sum[2] as number) + ax * by - ay * bx;

@@ -54,14 +54,17 @@ export function numbersOf(kind: ChannelKind): number {
   return kind === "colour" ? 4 : 2;
 }
 
+/** Of the bytes that it reads. */
+const VERSION = 2;
+
 /** Reads a header; `undefined` while its bytes have not all come. */
 export function readHeader(bytes: Uint8Array): Header | undefined {
   if (MAGIC.some((byte, i) => i < bytes.length && bytes[i] !== byte)) {
     throw new SmoothError('this is not a smooth LOD: it does not begin with "SLOD"');
   }
-  const version = bytes[4] ?? 1;
-  if (version !== 1) {
-    throw new SmoothError(`this smooth LOD has version ${version}, and only 1 is known: update the viewer`);
+  const version = bytes[4] ?? VERSION;
+  if (version !== VERSION) {
+    throw new SmoothError(`this smooth LOD has version ${version}, and only ${VERSION} is known: update the viewer`);
   }
   if (bytes.length < FIXED_BYTES) return undefined;
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
@@ -124,7 +127,7 @@ function checked(header: Header): Header {
   if (channels.length > 8) damaged("it has more attributes than there can be");
   if (header.materials === 0) damaged("it has no material");
   if (header.totalBytes < header.bytes) damaged("it is shorter than its header");
-  if (header.vertices === 0xffff_ffff || header.triangles > 0x1fff_ffff) {
+  if (header.vertices === 0xffff_ffff || header.triangles > 0x07ff_ffff) {
     damaged("it has more vertices or triangles than there can be");
   }
   // Whatever a damaged stream does with them stays finite in single precision.

@@ -20,12 +20,17 @@ export class IntList {
     return this.values[index] as number;
   }
 
+  /** The values, with room for at least so many. Who writes there sets the length. */
+  room(length: number): Int32Array {
+    if (length > this.values.length) this.values = widened(this.values, length);
+    return this.values;
+  }
+
   /** Makes the list so long; what is new has this value. */
   extend(length: number, value: number): void {
-    if (length <= this.length) return;
-    this.values = widened(this.values, length);
-    for (let i = this.length; i < length; i += 1) this.values[i] = value;
-    this.length = length;
+    const values = this.room(length);
+    for (let i = this.length; i < length; i += 1) values[i] = value;
+    this.length = Math.max(length, this.length);
   }
 
   clear(): void {

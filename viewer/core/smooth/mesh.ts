@@ -3,7 +3,7 @@
  * (`docs/SLOD.md` §3). Any triangles at all: no edge or vertex need be manifold.
  */
 import { bytesOf, widened } from "./list.ts";
-import { Stars } from "./stars.ts";
+import { AROUND, AT, POINT, Stars } from "./stars.ts";
 
 /** No vertex, no wedge. */
 export const NONE = -1;
@@ -12,14 +12,13 @@ export const NONE = -1;
 export class Mesh {
   vertices = 0;
   triangles = 0;
-  /** Three coordinates of each vertex on the present lattice. */
-  at = new Int32Array(48);
-  /** Sum of the other two corners over all its triangles. */
-  around = new Int32Array(48);
+  /**
+   * Of each vertex {@link POINT} numbers, side by side since every split looks at a dozen vertices: the sum of the other
+   * two corners over all its triangles, its coordinates on the present lattice, and the place of its list in `stars`.
+   */
+  points = new Int32Array(POINT * 16);
   /** The vertex that it was split from. */
   parent = new Int32Array(16);
-  /** The one after it in the order of the tree. */
-  next = new Int32Array(16);
   /** Class of the mean distance to its neighbours when it last took part in a split. */
   size = new Uint8Array(16);
   /** Which of its coordinates were those of vertices nearby: x in bit 0, y, z. */
@@ -34,31 +33,32 @@ export class Mesh {
 
   constructor() {
     this.addVertex();
-    this.next[0] = NONE;
   }
 
   /** Memory that it takes. */
   get bytes(): number {
-    const { at, around, parent, next, size, shared, pass, born, corners, stars } = this;
-    return bytesOf(at, around, parent, next, size, shared, pass, born, corners) + stars.bytes;
+    const { points, parent, size, shared, pass, born, corners, stars } = this;
+    return bytesOf(points, parent, size, shared, pass, born, corners) + stars.bytes;
+  }
+
+  /** Makes room for so many vertices and triangles. */
+  reserve(vertices: number, triangles: number): void {
+    this.points = widened(this.points, POINT * vertices);
+    this.parent = widened(this.parent, vertices);
+    this.size = widened(this.size, vertices);
+    this.shared = widened(this.shared, vertices);
+    this.pass = widened(this.pass, vertices);
+    this.born = widened(this.born, vertices);
+    this.corners = widened(this.corners, 3 * triangles);
+    this.stars.reserve(vertices);
   }
 
   /** A vertex at the lattice's beginning, without triangles. */
   addVertex(): number {
     const vertex = this.vertices;
-    if (vertex === this.parent.length) {
-      const room = 2 * vertex;
-      this.at = widened(this.at, 3 * room);
-      this.around = widened(this.around, 3 * room);
-      this.parent = widened(this.parent, room);
-      this.next = widened(this.next, room);
-      this.size = widened(this.size, room);
-      this.shared = widened(this.shared, room);
-      this.pass = widened(this.pass, room);
-      this.born = widened(this.born, room);
-    }
+    if (vertex === this.parent.length) this.reserve(2 * vertex, 0);
     this.born[vertex] = this.triangles;
-    this.stars.add();
+    this.stars.add(this.points, vertex);
     this.vertices += 1;
     return vertex;
   }
@@ -73,44 +73,49 @@ export class Mesh {
     this.corners[first + 2] = c;
     this.triangles += 1;
     this.addAround(a, b, c);
-    this.addAround(b, a, c);
-    this.addAround(c, a, b);
     return triangle;
   }
 
-  private addAround(vertex: number, one: number, other: number): void {
-    const { at, around } = this;
+  /** To the sum of each corner of a triangle, its two others. */
+  private addAround(a: number, b: number, c: number): void {
+    const { points } = this;
     for (let axis = 0; axis < 3; axis += 1) {
-      const sum = (at[3 * one + axis] as number) + (at[3 * other + axis] as number);
-      around[3 * vertex + axis] = (around[3 * vertex + axis] as number) + sum;
+      const p = points[POINT * a + AT + axis] as number;
+      const q = points[POINT * b + AT + axis] as number;
+      const r = points[POINT * c + AT + axis] as number;
+      points[POINT * a + AROUND + axis] = ((points[POINT * a + AROUND + axis] as number) + q + r) | 0;
+      points[POINT * b + AROUND + axis] = ((points[POINT * b + AROUND + axis] as number) + p + r) | 0;
+      points[POINT * c + AROUND + axis] = ((points[POINT * c + AROUND + axis] as number) + p + q) | 0;
     }
   }
 
   /** Which corner of a triangle a vertex is; the first if none. */
   sideOf(triangle: number, vertex: number): number {
+    const { corners } = this;
     const first = 3 * triangle;
-    if (this.corners[first + 1] === vertex && this.corners[first] !== vertex) return 1;
-    return this.corners[first + 2] === vertex && this.corners[first] !== vertex ? 2 : 0;
+    if (corners[first] === vertex) return 0;
+    return corners[first + 1] === vertex ? 1 : corners[first + 2] === vertex ? 2 : 0;
   }
 
   /** Halves the step of the lattice at a vertex. `bits` has its new lowest bits: x in bit 0, y, z. */
   refine(vertex: number, bits: number): void {
-    for (let axis = 0; axis < 3; axis += 1) {
-      this.at[3 * vertex + axis] = ((this.at[3 * vertex + axis] as number) << 1) | ((bits >> axis) & 1);
-    }
+    const { points } = this;
+    const at = POINT * vertex + AT;
+    points[at] = ((points[at] as number) << 1) | (bits & 1);
+    points[at + 1] = ((points[at + 1] as number) << 1) | ((bits >> 1) & 1);
+    points[at + 2] = ((points[at + 2] as number) << 1) | ((bits >> 2) & 1);
   }
 
   /** Adds up the neighbours of all vertices anew, after the lattice became finer. */
   addUp(): void {
-    this.around.fill(0);
-    const { corners } = this;
+    const { corners, points } = this;
+    for (let i = 0; i < POINT * this.vertices; i += POINT) {
+      points[i + AROUND] = 0;
+      points[i + AROUND + 1] = 0;
+      points[i + AROUND + 2] = 0;
+    }
     for (let i = 0; i < 3 * this.triangles; i += 3) {
-      const a = corners[i] as number;
-      const b = corners[i + 1] as number;
-      const c = corners[i + 2] as number;
-      this.addAround(a, b, c);
-      this.addAround(b, a, c);
-      this.addAround(c, a, b);
+      this.addAround(corners[i] as number, corners[i + 1] as number, corners[i + 2] as number);
     }
   }
 }

@@ -7,9 +7,11 @@ import { Change } from "./change.ts";
 import { Star } from "./fan.ts";
 import { Placer } from "./geometry.ts";
 import { type Header, mostPlaces } from "./header.ts";
-import { Mesh, NONE } from "./mesh.ts";
+import { bytesOf, IntList } from "./list.ts";
+import { Mesh } from "./mesh.ts";
 import { damaged, ModelSpace, Reader } from "./rans.ts";
 import { Split } from "./split.ts";
+import { AT, LENGTH, POINT } from "./stars.ts";
 
 /** Where in the stream one is: before a pass, a vertex's lowest bits, its flag, its extra triangles, its place. */
 const PASS = 0;
@@ -30,11 +32,17 @@ export class Replay {
   private phase = PASS;
   /** The vertex that the phase is about. */
   private vertex = 0;
+  /**
+   * Vertices at the beginning of the pass in the order of the tree, in which parents come right before their children,
+   * latest first; and those whose turn it was, with what came of them.
+   */
+  private order = new IntList();
+  private visited = new IntList();
+  /** The place in `order` of the one whose turn it is. */
+  private turn = 0;
   /** So many more bits come after these in this pass. */
   private moreBits = 0;
   private pass = 0;
-  /** Vertices at the beginning of the pass. */
-  private known = 0;
   private sizes = 0;
   private meanSize = 0;
   private readonly mostPlaces: number;
@@ -57,6 +65,7 @@ export class Replay {
     this.reader = new Reader(models);
     this.coarseBits = header.bits;
     this.mostPlaces = mostPlaces(header);
+    this.visited.push(0);
   }
 
   get isEnd(): boolean {
@@ -73,8 +82,24 @@ export class Replay {
     this.phase = END;
   }
 
-  /** Goes on as far as the bytes reach, or to the end when the stream is whole. */
-  run(isWhole: boolean): void {
+  /** Memory that it takes. */
+  get bytes(): number {
+    const { mesh, attributes, reader, order, visited } = this;
+    return mesh.bytes + attributes.bytes + reader.modelBytes + bytesOf(order.values, visited.values);
+  }
+
+  /** All vertices in the order of the tree. */
+  treeOrder(): Int32Array {
+    const { order, visited, turn } = this;
+    const all = new Int32Array(visited.length + order.length - turn);
+    all.set(visited.values.subarray(0, visited.length));
+    all.set(order.values.subarray(turn, order.length), visited.length);
+    return all;
+  }
+
+  /** Goes on as far as `bytes` reach, or to the end when the stream is whole. */
+  run(bytes: number, isWhole: boolean): void {
+    this.reserve(bytes);
     while (this.phase !== END && (isWhole || this.reader.left >= this.stepBytes())) {
       if (this.phase === VISIT) this.visit();
       else if (this.phase === PLACE) this.place();
@@ -85,9 +110,19 @@ export class Replay {
     }
   }
 
+  /** Makes room for what may come out of so many bytes, so that arrays need not be copied as they grow. */
+  private reserve(bytes: number): void {
+    const vertices = Math.min(this.header.vertices, bytes);
+    const triangles = Math.min(this.header.triangles, 2 * bytes);
+    this.mesh.reserve(vertices, triangles);
+    this.attributes.reserve(vertices, triangles, bytes);
+    this.order.room(vertices);
+    this.visited.room(vertices);
+  }
+
   /** Bytes that the next step takes at most. */
   private stepBytes(): number {
-    if (this.phase === VISIT) return 16 + 5 * (this.mesh.stars.length[this.vertex] as number);
+    if (this.phase === VISIT) return 16 + 5 * (this.mesh.points[POINT * this.vertex + LENGTH] as number);
     if (this.phase === EXTRA) return 16 + 8 * this.split.extras;
     if (this.phase === PLACE) {
       const corners = this.star.spokes + 3 * (2 * this.star.fans + this.split.extraThird.length);
@@ -105,7 +140,11 @@ export class Replay {
     }
     if (found - 1 > this.coarseBits) damaged("its lattice becomes finer than it can");
     this.pass = (this.pass + 1) & 255;
-    this.known = this.mesh.vertices;
+    const { order } = this;
+    this.order = this.visited;
+    this.visited = order;
+    order.clear();
+    this.turn = 0;
     this.vertex = 0;
     this.moreBits = found - 2;
     if (found > 1) this.phase = REFINE;
@@ -113,9 +152,9 @@ export class Replay {
   }
 
   private visitAll(): void {
-    this.meanSize = Math.floor(this.sizes / this.known);
+    this.meanSize = Math.floor(this.sizes / this.mesh.vertices);
     this.phase = VISIT;
-    this.vertex = 0;
+    this.vertex = this.order.at(0);
   }
 
   private refine(): void {
@@ -125,9 +164,10 @@ export class Replay {
     let same = 0;
     let parentsBits = 0;
     if (parent < vertex) {
+      const { points } = mesh;
       for (let axis = 0; axis < 3; axis += 1) {
-        const parents = mesh.at[3 * parent + axis] as number;
-        if (parents >> 1 === mesh.at[3 * vertex + axis]) same |= 1 << axis;
+        const parents = points[POINT * parent + AT + axis] as number;
+        if (parents >> 1 === points[POINT * vertex + AT + axis]) same |= 1 << axis;
         parentsBits |= (parents & 1) << axis;
       }
     }
@@ -135,7 +175,7 @@ export class Replay {
     if (this.reader.starved) return;
     mesh.refine(vertex, bits);
     this.vertex += 1;
-    if (this.vertex === this.known) this.endLattice();
+    if (this.vertex === mesh.vertices) this.endLattice();
   }
 
   private endLattice(): void {
@@ -156,10 +196,12 @@ export class Replay {
   private visit(): void {
     const { mesh, vertex, reader } = this;
     const size = Math.max(-4, Math.min(4, (mesh.size[vertex] as number) - this.meanSize)) + 4;
-    const valence = Math.min(mesh.stars.length[vertex] as number, 11);
+    const valence = Math.min(mesh.points[POINT * vertex + LENGTH] as number, 11);
     const recent = (((mesh.pass[vertex] as number) + 1) & 255) === this.pass ? 1 : 0;
     if (reader.bit(this.flags + 2 * (12 * size + valence) + recent) === 0) {
-      if (!reader.starved) this.goOn(mesh.next[vertex] as number);
+      if (reader.starved) return;
+      this.visited.push(vertex);
+      this.goOn();
       return;
     }
     this.star.read(mesh, vertex);
@@ -167,9 +209,11 @@ export class Replay {
     this.phase = this.split.extras > 0 ? EXTRA : PLACE;
   }
 
-  private goOn(next: number): void {
-    this.phase = next === NONE ? PASS : VISIT;
-    this.vertex = next;
+  /** To the next vertex of the pass. */
+  private goOn(): void {
+    this.turn += 1;
+    this.phase = this.turn === this.order.length ? PASS : VISIT;
+    if (this.phase === VISIT) this.vertex = this.order.at(this.turn);
   }
 
   private extra(): void {
@@ -195,19 +239,19 @@ export class Replay {
     placer.read(reader, mesh.shared[vertex] as number);
     if (reader.starved) return;
     const end = 1 << (header.bits - this.coarseBits);
-    for (let axis = 0; axis < 3; axis += 1) {
-      const at = (mesh.at[3 * vertex + axis] as number) + (placer.step[axis] as number);
-      if (at < 0 || at >= end) damaged("a vertex lies outside of the box");
-    }
+    const x = (mesh.points[POINT * vertex + AT] as number) + (placer.step[0] as number);
+    const y = (mesh.points[POINT * vertex + AT + 1] as number) + (placer.step[1] as number);
+    const z = (mesh.points[POINT * vertex + AT + 2] as number) + (placer.step[2] as number);
+    if (Math.min(x, y, z) < 0 || Math.max(x, y, z) >= end) damaged("a vertex lies outside of the box");
     this.sizes += 2 * placer.size - (mesh.size[vertex] as number);
     const fresh = mesh.addVertex();
-    for (let axis = 0; axis < 3; axis += 1) {
-      mesh.at[3 * fresh + axis] = (mesh.at[3 * vertex + axis] as number) + (placer.step[axis] as number);
-    }
+    this.visited.push(vertex);
+    this.visited.push(fresh);
+    this.goOn();
+    mesh.points[POINT * fresh + AT] = x;
+    mesh.points[POINT * fresh + AT + 1] = y;
+    mesh.points[POINT * fresh + AT + 2] = z;
     mesh.parent[fresh] = vertex;
-    const next = mesh.next[vertex] as number;
-    mesh.next[fresh] = next;
-    mesh.next[vertex] = fresh;
     mesh.size[vertex] = placer.size;
     mesh.size[fresh] = placer.size;
     mesh.pass[vertex] = this.pass;
@@ -216,6 +260,5 @@ export class Replay {
     change.apply(mesh, star, split, vertex, fresh);
     this.attributes.dress(reader, mesh, vertex, fresh, first, placer.size);
     if (mesh.stars.placeCount > this.mostPlaces) damaged("its vertices have more triangles than they can");
-    this.goOn(next);
   }
 }

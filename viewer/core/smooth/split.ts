@@ -7,6 +7,7 @@ import type { Star } from "./fan.ts";
 import { IntList } from "./list.ts";
 import type { Mesh } from "./mesh.ts";
 import type { ModelSpace, Reader } from "./rans.ts";
+import { AT, POINT } from "./stars.ts";
 
 export const STAY = 0;
 export const GO = 1;
@@ -19,6 +20,8 @@ const BACK = 4;
 const ROW = 5;
 /** A row of which both edges open, as nearly always where the surface is closed. */
 const ROW_BOTH = ROW + 3;
+/** There are extra triangles, which is said before what becomes of the first fan. */
+const EXTRA = 15;
 /** For longer fans no place is likelier than another. */
 const MOST_SPOKES = 20;
 
@@ -67,11 +70,17 @@ export class Split {
     this.torn.clear();
     this.extraThird.clear();
     this.extraOldFirst.clear();
-    const many = star.fans === 1 ? 0 : 1;
-    let last = ROW_BOTH + 1 + many;
+    this.extras = star.fans === 0 ? reader.number(this.extraModels) : 0;
+    let last = ROW_BOTH + (star.fans === 1 ? 1 : 2);
     for (let fan = 0; fan < star.fans; fan += 1) {
       const closed = star.fanClosed.at(fan);
-      const kind = Math.min(reader.symbol(this.kinds + 11 * closed + last), ROW_BOTH);
+      const model = this.kinds + 11 * closed + last;
+      let symbol = reader.symbol(model);
+      if (fan === 0 && symbol === EXTRA) {
+        this.extras = reader.number(this.extraModels + 1) + 1;
+        symbol = reader.symbol(model);
+      }
+      const kind = Math.min(symbol, ROW_BOTH);
       last = kind;
       this.kind.push(kind);
       if (kind === TORN) this.readTorn(reader, star.fanLength.at(fan));
@@ -83,7 +92,6 @@ export class Split {
         this.opens.push(0);
       }
     }
-    this.extras = reader.number(this.extraModels + many);
   }
 
   private readTorn(reader: Reader, length: number): void {
@@ -109,8 +117,9 @@ export class Split {
       this.opens.push(1);
     } else if (kind === ROW_BOTH && closed) {
       const folded = Math.min(reader.number(this.firsts + 16 * sizeClass + Math.min(count, 15)), length - 1);
-      const ahead = folded % 2 === 0 ? folded / 2 : length - (folded + 1) / 2;
-      this.first.push((this.widest(mesh, vertex, star, fan, count) + ahead) % length);
+      const ahead = (folded & 1) === 0 ? folded >> 1 : length - ((folded + 1) >> 1);
+      const first = this.widest(mesh, vertex, star, fan, count) + ahead;
+      this.first.push(first < length ? first : first - length);
       this.opens.push(3);
     } else {
       const most = closed ? length - 1 : length - count;
@@ -127,39 +136,39 @@ export class Split {
     const length = star.fanLength.at(fan);
     if (length > MOST_SPOKES) return 0;
     const { reaches } = this;
-    const { at } = mesh;
+    const { points } = mesh;
     const from = star.from.values;
     const begin = star.fanFirst.at(fan);
-    const x = at[3 * vertex] as number;
-    const y = at[3 * vertex + 1] as number;
-    const z = at[3 * vertex + 2] as number;
+    const x = points[POINT * vertex + AT] as number;
+    const y = points[POINT * vertex + AT + 1] as number;
+    const z = points[POINT * vertex + AT + 2] as number;
     let sx = 0;
     let sy = 0;
     let sz = 0;
     for (let i = begin; i < begin + length; i += 1) {
-      const other = 3 * (from[i] as number);
-      sx += (at[other] as number) - x;
-      sy += (at[other + 1] as number) - y;
-      sz += (at[other + 2] as number) - z;
+      const other = POINT * (from[i] as number) + AT;
+      sx += (points[other] as number) - x;
+      sy += (points[other + 1] as number) - y;
+      sz += (points[other + 2] as number) - z;
     }
     for (let i = 0; i < length; i += 1) {
-      const other = 3 * (from[begin + i] as number);
-      const along = ((at[other] as number) - x) * sx + ((at[other + 1] as number) - y) * sy;
-      reaches[i] = along + ((at[other + 2] as number) - z) * sz;
+      const other = POINT * (from[begin + i] as number) + AT;
+      const along = ((points[other] as number) - x) * sx + ((points[other + 1] as number) - y) * sy;
+      reaches[i] = along + ((points[other + 2] as number) - z) * sz;
     }
     // Only vertices between two of the triangles are new to it; if there are none, those at the ends.
-    const skip = count > 1 ? 1 : 0;
-    const number = count > 1 ? count - 1 : count + 1;
+    let leave = count > 1 ? 1 : 0;
+    let enter = count > 1 ? count : count + 1;
     let reach = 0;
-    for (let i = 0; i < number; i += 1) reach += reaches[(skip + i) % length] as number;
+    for (let i = leave; i < enter; i += 1) reach += reaches[i] as number;
     let best = reach;
     let widest = 0;
-    let enter = (skip + number) % length;
-    let leave = skip % length;
     for (let first = 1; first < length; first += 1) {
+      if (enter === length) enter = 0;
+      if (leave === length) leave = 0;
       reach += (reaches[enter] as number) - (reaches[leave] as number);
-      enter = enter + 1 === length ? 0 : enter + 1;
-      leave = leave + 1 === length ? 0 : leave + 1;
+      enter += 1;
+      leave += 1;
       if (reach > best) {
         best = reach;
         widest = first;

@@ -1,19 +1,25 @@
 /**
  * Which triangles meet at a vertex? Lists in one array, in blocks of 8, 16, 32 … places that are used again.
+ *
+ * Where the list of a vertex begins and how long it is stands with its coordinates, for all that looks at a vertex needs it.
  */
 import { bytesOf, widened } from "./list.ts";
 
 const SMALLEST = 8;
 
+/** Numbers of a vertex in an array of them: the sum of its neighbours, coordinates, and its list. */
+export const POINT = 8;
+export const AROUND = 0;
+export const AT = 3;
+export const FIRST = 6;
+export const LENGTH = 7;
+
 /** One list for each vertex. */
 export class Stars {
-  /** The triangles of vertex v stand from `first[v]` on, `length[v]` of them. */
+  /** The triangles of a vertex stand from its `FIRST` on, `LENGTH` of them. */
   places = new Int32Array(128);
-  first = new Int32Array(16);
-  length = new Int32Array(16);
   /** The block of a list has 8 · 2^class places. */
   private class = new Uint8Array(16);
-  private lists = 0;
   private used = 0;
   /** First places of unused blocks, by class. */
   private readonly free: number[][] = [];
@@ -25,55 +31,55 @@ export class Stars {
 
   /** Memory that they take. */
   get bytes(): number {
-    return bytesOf(this.places, this.first, this.length, this.class);
+    return bytesOf(this.places, this.class);
   }
 
-  /** Another vertex, without triangles. */
-  add(): void {
-    if (this.lists === this.first.length) {
-      this.first = widened(this.first, this.lists + 1);
-      this.length = widened(this.length, this.lists + 1);
-      this.class = widened(this.class, this.lists + 1);
-    }
-    this.first[this.lists] = this.block(0);
-    this.lists += 1;
+  /** Makes room for the lists of so many vertices. */
+  reserve(vertices: number): void {
+    this.class = widened(this.class, vertices);
+    this.places = widened(this.places, SMALLEST * vertices);
+  }
+
+  /** A list without triangles for a vertex. */
+  add(points: Int32Array, vertex: number): void {
+    points[POINT * vertex + FIRST] = this.block(0);
+    points[POINT * vertex + LENGTH] = 0;
   }
 
   /** Replaces a list by the first `count` of these triangles. */
-  set(vertex: number, triangles: Int32Array, count: number): void {
-    const sizeClass = this.class[vertex] as number;
-    if (count > SMALLEST << sizeClass || (sizeClass > 0 && 4 * count < SMALLEST << sizeClass)) {
-      this.move(vertex, count, 0);
-    }
-    const first = this.first[vertex] as number;
-    for (let i = 0; i < count; i += 1) this.places[first + i] = triangles[i] as number;
-    this.length[vertex] = count;
+  set(points: Int32Array, vertex: number, triangles: Int32Array, count: number): void {
+    const room = SMALLEST << (this.class[vertex] as number);
+    if (count > room || (room > SMALLEST && 4 * count < room)) this.move(points, vertex, count, 0);
+    const { places } = this;
+    const first = points[POINT * vertex + FIRST] as number;
+    for (let i = 0; i < count; i += 1) places[first + i] = triangles[i] as number;
+    points[POINT * vertex + LENGTH] = count;
   }
 
   /** Puts a triangle after or before another, or at the end if that is not there. */
-  insert(vertex: number, neighbour: number, after: boolean, triangle: number): void {
-    const length = this.length[vertex] as number;
-    if (length + 1 > SMALLEST << (this.class[vertex] as number)) this.move(vertex, length + 1, length);
+  insert(points: Int32Array, vertex: number, neighbour: number, after: number, triangle: number): void {
+    const length = points[POINT * vertex + LENGTH] as number;
+    if (length === SMALLEST << (this.class[vertex] as number)) this.move(points, vertex, length + 1, length);
     const { places } = this;
-    const first = this.first[vertex] as number;
+    const first = points[POINT * vertex + FIRST] as number;
     const end = first + length;
     let at = first;
     while (at < end && places[at] !== neighbour) at += 1;
-    if (at < end && after) at += 1;
+    if (at < end) at += after;
     for (let i = end; i > at; i -= 1) places[i] = places[i - 1] as number;
     places[at] = triangle;
-    this.length[vertex] = length + 1;
+    points[POINT * vertex + LENGTH] = length + 1;
   }
 
   /** Gives a list another block, as large as it needs; its first `kept` places stay. */
-  private move(vertex: number, length: number, kept: number): void {
+  private move(points: Int32Array, vertex: number, length: number, kept: number): void {
     const blocks = Math.max(Math.ceil(length / SMALLEST), 1);
     const sizeClass = 32 - Math.clz32(blocks - 1);
     const first = this.block(sizeClass);
-    const old = this.first[vertex] as number;
+    const old = points[POINT * vertex + FIRST] as number;
     this.places.copyWithin(first, old, old + kept);
     this.freeOf(this.class[vertex] as number).push(old);
-    this.first[vertex] = first;
+    points[POINT * vertex + FIRST] = first;
     this.class[vertex] = sizeClass;
   }
 
@@ -82,7 +88,7 @@ export class Stars {
     if (unused !== undefined) return unused;
     const first = this.used;
     this.used += SMALLEST << sizeClass;
-    this.places = widened(this.places, this.used);
+    if (this.used > this.places.length) this.places = widened(this.places, this.used);
     return first;
   }
 

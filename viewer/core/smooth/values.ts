@@ -2,10 +2,11 @@
  * What values has a new wedge likely? A normal is expected to be that of the triangles around it, with some regard to
  * normals beside it; all else goes on evenly over the triangle that was there before the split (`docs/SLOD.md` §8).
  */
-import { clear, shorten } from "./geometry.ts";
+import { addCross, clear, shorten } from "./geometry.ts";
 import type { IntList } from "./list.ts";
 import type { Mesh } from "./mesh.ts";
 import { direction, nearest } from "./octahedron.ts";
+import { AT, POINT } from "./stars.ts";
 
 /** Numbers of all wedges that have been told, and the wedges of all triangles' corners. */
 export interface Wedges {
@@ -34,15 +35,16 @@ export class Expectation {
     const { face, around, part } = this;
     clear(face);
     clear(around);
-    const values = wedges.values;
+    const values = wedges.values.values;
+    const corners = pending.values;
     for (let i = 0; i < pending.length; i += CORNER) {
-      const triangle = pending.at(i);
-      const side = pending.at(i + 1);
+      const triangle = corners[i] as number;
+      const side = corners[i + 1] as number;
       this.addFace(mesh, triangle);
       for (let k = 1; k <= 3; k += 1) {
-        const at = valuesOf(wedges, k < 3 ? cornerOf(wedges, triangle, side + k) : pending.at(i + 2));
+        const at = valuesOf(wedges, k < 3 ? cornerOf(wedges, triangle, side + k) : (corners[i + 2] as number));
         if (at < 0) continue;
-        direction(values.at(at + number), values.at(at + number + 1), part);
+        direction(values[at + number] as number, values[at + number + 1] as number, part);
         around[0] = (around[0] as number) + (part[0] as number);
         around[1] = (around[1] as number) + (part[1] as number);
         around[2] = (around[2] as number) + (part[2] as number);
@@ -106,30 +108,33 @@ export class Expectation {
 
   /** Adds a triangle's normal, as long as twice its area. */
   private addFace(mesh: Mesh, triangle: number): void {
-    const { face, ways } = this;
-    const a = 3 * (mesh.corners[3 * triangle] as number);
-    const b = 3 * (mesh.corners[3 * triangle + 1] as number);
-    const c = 3 * (mesh.corners[3 * triangle + 2] as number);
-    for (let axis = 0; axis < 3; axis += 1) {
-      const here = mesh.at[a + axis] as number;
-      ways[axis] = (mesh.at[b + axis] as number) - here;
-      ways[3 + axis] = (mesh.at[c + axis] as number) - here;
-    }
-    for (let axis = 0; axis < 3; axis += 1) {
-      const i = (axis + 1) % 3;
-      const j = (axis + 2) % 3;
-      const cross = (ways[i] as number) * (ways[3 + j] as number) - (ways[j] as number) * (ways[3 + i] as number);
-      face[axis] = (face[axis] as number) + cross;
-    }
+    const { face } = this;
+    const { points, corners } = mesh;
+    const a = POINT * (corners[3 * triangle] as number) + AT;
+    const b = POINT * (corners[3 * triangle + 1] as number) + AT;
+    const c = POINT * (corners[3 * triangle + 2] as number) + AT;
+    const x = points[a] as number;
+    const y = points[a + 1] as number;
+    const z = points[a + 2] as number;
+    const bx = (points[b] as number) - x;
+    const by = (points[b + 1] as number) - y;
+    const bz = (points[b + 2] as number) - z;
+    const cx = (points[c] as number) - x;
+    const cy = (points[c + 1] as number) - y;
+    const cz = (points[c + 2] as number) - z;
+    addCross(face, bx, by, bz, cx, cy, cz);
   }
 
   private findShares(mesh: Mesh, triangle: number, side: number, old: number, fresh: number): void {
     const { ways } = this;
+    const { points } = mesh;
     let longest = 0;
     for (let way = 0; way < 3; way += 1) {
       const vertex = way < 2 ? (mesh.corners[3 * triangle + ((side + 1 + way) % 3)] as number) : fresh;
+      const there = POINT * vertex + AT;
+      const here = POINT * old + AT;
       for (let axis = 0; axis < 3; axis += 1) {
-        const relative = (mesh.at[3 * vertex + axis] as number) - (mesh.at[3 * old + axis] as number);
+        const relative = (points[there + axis] as number) - (points[here + axis] as number);
         ways[3 * way + axis] = relative;
         longest |= Math.abs(relative);
       }
@@ -164,7 +169,7 @@ function reach(v: Float64Array): number {
 
 /** The wedge of a corner; sides count on from 3 to 0. */
 function cornerOf(wedges: Wedges, triangle: number, side: number): number {
-  return wedges.corners.at(3 * triangle + (side % 3));
+  return wedges.corners.at(3 * triangle + (side < 3 ? side : side - 3));
 }
 
 /** Where the numbers of a wedge begin; −1 if they have not been told. */

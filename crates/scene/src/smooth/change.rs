@@ -1,7 +1,7 @@
 //! What does a split do to the mesh? Laid out first, because the new position is predicted from it, and then done.
 
 use super::fan::{Spoke, Star};
-use super::mesh::{Mesh, NONE};
+use super::mesh::{Mesh, NONE, add};
 use super::split::{Born, Move, Row, Split};
 
 /// An opened edge, as it will be.
@@ -98,39 +98,34 @@ impl Change {
         next + self.opened.len() as u32 - 1
     }
 
-    /// Changes the mesh: `new` is a vertex without triangles.
+    /// Changes the mesh. `new` is the new vertex, without triangles.
     #[inline(always)]
     pub(super) fn apply(&mut self, mesh: &mut Mesh, star: &Star, split: &Split, old: u32, new: u32) {
-        let p = mesh.points[old as usize].at;
-        let q = mesh.points[new as usize].at;
-        let step: [i32; 3] = std::array::from_fn(|axis| q[axis] - p[axis]);
-        let mut lost = [0i32; 3];
+        let p = mesh.points[old as usize].at();
+        let q = mesh.points[new as usize].at();
+        let step = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
+        let mut lost = [0; 3];
         for &i in &self.moved {
-            let spoke = star.spokes[i as usize];
-            let corners = &mut mesh.triangles[spoke.triangle as usize];
-            for corner in corners {
-                if *corner == old {
-                    *corner = new;
-                }
+            let Spoke { triangle, from, to } = star.spokes[i as usize];
+            for corner in &mut mesh.triangles[triangle as usize] {
+                *corner = if *corner == old { new } else { *corner };
             }
-            for other in [spoke.from, spoke.to] {
-                let at = mesh.points[other as usize].at;
-                for axis in 0..3 {
-                    lost[axis] = lost[axis].wrapping_add(at[axis]);
-                }
-                mesh.add_around(other, step);
+            for other in [from, to] {
+                let point = &mut mesh.points[other as usize];
+                add(&mut lost, point.at());
+                add(&mut point.around, step);
             }
         }
-        mesh.add_around(new, lost);
-        mesh.add_around(old, lost.map(i32::wrapping_neg));
+        add(&mut mesh.points[new as usize].around, lost);
+        add(&mut mesh.points[old as usize].around, lost.map(i32::wrapping_neg));
         for i in 0..self.opened.len() {
             let Opened { born, neighbour, after } = self.opened[i];
-            let triangle = self.bear(mesh, born, old, new);
+            let triangle = mesh.bear(born, old, new);
             let list = &mut mesh.points[born.third as usize].star;
             mesh.stars.insert(list, (neighbour, after), triangle);
         }
         for &born in &split.extra {
-            let triangle = self.bear(mesh, born, old, new);
+            let triangle = mesh.bear(born, old, new);
             mesh.stars
                 .insert(&mut mesh.points[born.third as usize].star, (NONE, true), triangle);
             self.stay.push(triangle);
@@ -139,18 +134,23 @@ impl Change {
         mesh.stars.set(&mut mesh.points[old as usize].star, &self.stay);
         mesh.stars.set(&mut mesh.points[new as usize].star, &self.go);
     }
+}
 
+impl Mesh {
+    /// A new triangle, of which no list knows yet.
     #[inline(always)]
-    fn bear(&self, mesh: &mut Mesh, born: Born, old: u32, new: u32) -> u32 {
-        let triangle = mesh.triangles.len() as u32;
-        mesh.triangles.push(if born.old_first {
+    fn bear(&mut self, born: Born, old: u32, new: u32) -> u32 {
+        let triangle = self.triangles.len() as u32;
+        self.triangles.push(if born.old_first {
             [old, new, born.third]
         } else {
             [new, old, born.third]
         });
-        let [p, q, r] = [old, new, born.third].map(|v| mesh.points[v as usize].at);
+        let [p, q, r] = [old, new, born.third].map(|v| self.points[v as usize].at());
         for (vertex, one, other) in [(old, q, r), (new, p, r), (born.third, p, q)] {
-            mesh.add_around(vertex, std::array::from_fn(|axis| one[axis] + other[axis]));
+            let around = &mut self.points[vertex as usize].around;
+            add(around, one);
+            add(around, other);
         }
         triangle
     }

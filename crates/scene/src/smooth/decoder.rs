@@ -131,13 +131,14 @@ impl Begun {
             (None, None) if is_whole => return Err(SmoothError::Damaged("it has no stream")),
             (None, None) => return Ok(()),
         };
-        let mut reader = Reader::new(stream, place);
+        let mut reader = Reader::new(stream, is_whole, place);
         let replay = &mut self.replay;
-        while replay.phase != Phase::End && (is_whole || reader.left() >= replay.step_bytes()) {
-            replay
+        replay.reserve(stream.len());
+        while replay.phase != Phase::End
+            && replay
                 .advance::<_, Nothing>(&mut reader, None)
-                .map_err(SmoothError::Damaged)?;
-        }
+                .map_err(SmoothError::Damaged)?
+        {}
         let place = reader.place();
         self.place = Some(place);
         if is_whole {

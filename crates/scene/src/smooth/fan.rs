@@ -26,6 +26,17 @@ pub struct Fan {
     pub closed: bool,
 }
 
+impl Fan {
+    #[inline(always)]
+    fn new(begin: usize, length: usize, first: &Spoke, last: &Spoke) -> Self {
+        Self {
+            first: begin,
+            length,
+            closed: length > 1 && last.to == first.from,
+        }
+    }
+}
+
 /// No star with more fans is put in order: it would take too long.
 const MOST_FANS: usize = 24;
 
@@ -44,15 +55,11 @@ impl Star {
     #[inline(always)]
     pub(super) fn read(&mut self, mesh: &Mesh, vertex: u32) {
         self.spokes.clear();
-        self.spokes.extend(
-            mesh.stars
-                .of(mesh.points[vertex as usize].star)
-                .iter()
-                .map(|&triangle| {
-                    let (from, to) = mesh.others(triangle, vertex);
-                    Spoke { triangle, from, to }
-                }),
-        );
+        let list = mesh.points[vertex as usize].star;
+        self.spokes.extend(mesh.stars.of(list).iter().map(|&triangle| {
+            let (from, to) = mesh.others(triangle, vertex);
+            Spoke { triangle, from, to }
+        }));
         self.find_fans();
         if self.fans.len() > 1 && self.fans.len() <= MOST_FANS {
             self.join();
@@ -62,16 +69,17 @@ impl Star {
     #[inline(always)]
     fn find_fans(&mut self) {
         self.fans.clear();
-        let mut first = 0;
-        for i in 0..self.spokes.len() {
-            let end = self.spokes.get(i + 1).is_none_or(|next| next.from != self.spokes[i].to);
-            if end {
-                let length = i + 1 - first;
-                let closed = length > 1 && self.spokes[i].to == self.spokes[first].from;
-                self.fans.push(Fan { first, length, closed });
-                first = i + 1;
+        let Some(mut first) = self.spokes.first() else { return };
+        let (mut begin, mut last) = (0, first);
+        for (i, spoke) in self.spokes.iter().enumerate().skip(1) {
+            if spoke.from != last.to {
+                self.fans.push(Fan::new(begin, i - begin, first, last));
+                (begin, first) = (i, spoke);
             }
+            last = spoke;
         }
+        let length = self.spokes.len() - begin;
+        self.fans.push(Fan::new(begin, length, first, last));
     }
 
     /// Puts an open fan behind another that ends where it begins, as often as possible.
@@ -107,8 +115,8 @@ impl Star {
         self.find_fans();
     }
 
-    #[inline(always)]
     /// The spokes of a fan.
+    #[inline(always)]
     pub fn of(&self, fan: Fan) -> &[Spoke] {
         &self.spokes[fan.first..][..fan.length]
     }

@@ -2,15 +2,11 @@
 //!
 //! The prediction is a weighted sum in the spirit of Pajarola & Rossignac, *Compressed progressive meshes* (2000): the
 //! mean of the vertices where edges open, the mean of the other new neighbours, and how far each of them, and the old
-//! vertex, lies from the mean of its own neighbours. The residual is coded along lattice axes, that along which the
-//! surface is steepest last: what the surface's plane says of it, given the other two, is taken off first. This parts
-//! what lies in the surface from what sticks out of it, as Alliez & Desbrun (2001) do, but without rounding.
+//! vertex, lies from the mean of its own neighbours. What is missing from it is [`super::residual`]'s.
 
 use super::change::Change;
-use super::fan::Star;
-use super::mesh::Mesh;
-use super::model::{Nibble, gamma};
-use super::rans::Coder;
+use super::fan::{Spoke, Star};
+use super::mesh::{Mesh, NONE, Point};
 use super::split::Split;
 
 /// Directions from the old vertex, in 1/16 of the lattice's step, that are weighted and added up.
@@ -32,7 +28,7 @@ pub struct Hood {
     /// Which weights to take, below [`HOODS`].
     pub kind: usize,
     /// Normal of the surface, not of unit length.
-    normal: [i64; 3],
+    pub(super) normal: [i64; 3],
     /// The old vertex and the new neighbours, as far as there is room.
     near: [[i32; 3]; MOST_NEAR],
     near_count: usize,
@@ -71,124 +67,144 @@ pub(super) fn size_class(mean: u64) -> u8 {
     (2 * u64::from(log) + half).min(31) as u8
 }
 
+/// What is seen of a neighbour.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// The way to it from the old vertex.
+    way: [i32; 3],
+    /// From it to the middle of its neighbours, in 1/16.
+    lap: [i64; 3],
+}
+
 impl Hood {
     /// Looks around, before the split is made.
     #[inline(always)]
-    pub(super) fn around(mesh: &Mesh, star: &Star, split: &Split, change: &Change, old: u32) -> Self {
-        let origin = mesh.points[old as usize].at;
-        let mut hood = Self::default();
-        hood.add_near([0; 3]);
+    pub(super) fn look_around(&mut self, mesh: &Mesh, star: &Star, split: &Split, change: &Change, old: u32) {
+        let origin = mesh.points[old as usize].at();
+        // The old vertex itself, which stands at the beginning for good.
+        self.near_count = 1;
         let mut distance = 0u64;
-        let mut lap_cut = [0i64; 3];
-        let mut lap_arc = [0i64; 3];
-        let mut cut = [0i64; 3];
-        let mut arc = [0i64; 3];
-        let relative = |vertex: u32| -> [i32; 3] {
-            let at = mesh.points[vertex as usize].at;
-            std::array::from_fn(|axis| at[axis] - origin[axis])
-        };
-        // From a vertex to the middle of its neighbours, in 1/16.
-        let lap = |vertex: u32| -> [i64; 3] {
-            let point = &mesh.points[vertex as usize];
-            let share = share_of(2 * mesh.valence(vertex));
-            if share == 0 {
-                return [0; 3];
-            }
-            std::array::from_fn(|axis| ((i64::from(point.around[axis]) * share) >> 12) - 16 * i64::from(point.at[axis]))
-        };
-        let reach = |v: [i32; 3]| v.iter().map(|&x| u64::from(x.unsigned_abs())).sum::<u64>();
-        let look = |hood: &mut Self, vertex: u32| {
-            let at = relative(vertex);
-            hood.add_near(at);
-            (vertex, at, lap(vertex))
-        };
+        let [mut cut, mut lap_cut, mut arc, mut lap_arc] = [[0i64; 3]; 4];
         let mut cuts = 0;
         let opened = change.opened.iter().map(|opened| opened.born.third);
         for third in opened.chain(split.extra.iter().map(|born| born.third)) {
-            let (_, at, own) = look(&mut hood, third);
-            for axis in 0..3 {
-                cut[axis] += i64::from(at[axis]);
-                lap_cut[axis] += own[axis];
-            }
-            distance += reach(at);
+            let seen = self.see(&mesh.points[third as usize], origin);
+            add(&mut cut, seen.way.map(i64::from));
+            add(&mut lap_cut, seen.lap);
+            distance += reach(seen.way);
             cuts += 1;
         }
+        let mut normal = [0; 3];
         // Rows of triangles share their spokes: most need only be looked at once.
-        let mut last = (old, [0; 3], [0; 3]);
+        let mut last = (NONE, Seen::NOTHING);
         for &i in &change.moved {
-            let spoke = star.spokes[i as usize];
-            let (_, from, lap_from) = if spoke.from == last.0 {
-                last
+            let Spoke { from, to, .. } = star.spokes[i as usize];
+            let before = if from == last.0 {
+                last.1
             } else {
-                look(&mut hood, spoke.from)
+                self.see(&mesh.points[from as usize], origin)
             };
-            last = look(&mut hood, spoke.to);
-            let (_, to, lap_to) = last;
-            for axis in 0..3 {
-                arc[axis] += i64::from(from[axis]) + i64::from(to[axis]);
-                lap_arc[axis] += lap_from[axis] + lap_to[axis];
+            let after = self.see(&mesh.points[to as usize], origin);
+            last = (to, after);
+            for seen in [before, after] {
+                add(&mut arc, seen.way.map(i64::from));
+                add(&mut lap_arc, seen.lap);
             }
-            add_cross(&mut hood.normal, from, to);
-            distance += reach(from);
+            add_cross(&mut normal, before.way, after.way);
+            distance += reach(before.way);
         }
-        if hood.normal == [0; 3] {
+        if normal == [0; 3] {
             for spoke in &star.spokes {
-                add_cross(&mut hood.normal, relative(spoke.from), relative(spoke.to));
+                let [from, to] = [spoke.from, spoke.to].map(|v| way(origin, &mesh.points[v as usize]));
+                add_cross(&mut normal, from, to);
             }
         }
-        shorten(&mut hood.normal);
-        hood.features[2] = lap(old).map(|x| x as i32);
-        if cuts > 0 {
-            let share = share_of(cuts);
-            hood.features[0] = cut.map(|x| ((x * share) >> 12) as i32);
-            hood.features[3] = lap_cut.map(|x| ((x * share) >> 16) as i32);
-        }
+        shorten(&mut normal);
+        self.normal = normal;
         // Neighbours between two moved triangles count twice, and those at edges that open are not meant.
-        let twice = 2 * change.moved.len();
-        let mut arcs = 0;
-        if twice > cuts {
-            let share = share_of(twice - cuts);
-            hood.features[1] = std::array::from_fn(|axis| (((arc[axis] - cut[axis]) * share) >> 12) as i32);
-            hood.features[4] = std::array::from_fn(|axis| (((lap_arc[axis] - lap_cut[axis]) * share) >> 16) as i32);
-            arcs = (twice - cuts).div_ceil(2).min(3);
+        let arcs = (2 * change.moved.len()).saturating_sub(cuts);
+        let (cut_share, arc_share) = (share_of(cuts), share_of(arcs));
+        let lap = lap(&mesh.points[old as usize]);
+        for axis in 0..3 {
+            self.features[0][axis] = ((cut[axis] * cut_share) >> 12) as i32;
+            self.features[1][axis] = (((arc[axis] - cut[axis]) * arc_share) >> 12) as i32;
+            self.features[2][axis] = lap[axis] as i32;
+            self.features[3][axis] = ((lap_cut[axis] * cut_share) >> 16) as i32;
+            self.features[4][axis] = (((lap_arc[axis] - lap_cut[axis]) * arc_share) >> 16) as i32;
         }
-        hood.kind = cuts.min(2) * 4 + arcs;
-        hood.size = size_class((distance * share_of(cuts + change.moved.len()) as u64) >> 16);
-        hood
+        self.kind = cuts.min(2) * 4 + arcs.div_ceil(2).min(3);
+        self.size = size_class((distance * share_of(cuts + change.moved.len()) as u64) >> 16);
     }
 
+    /// Looks at a neighbour.
     #[inline(always)]
-    fn add_near(&mut self, at: [i32; 3]) {
-        if self.near_count < MOST_NEAR {
-            self.near[self.near_count] = at;
+    fn see(&mut self, point: &Point, origin: [i32; 3]) -> Seen {
+        let way = way(origin, point);
+        if let Some(near) = self.near.get_mut(self.near_count) {
+            *near = way;
             self.near_count += 1;
         }
+        Seen { way, lap: lap(point) }
     }
 
-    /// The coordinates of vertices nearby that are nearest to what is expected.
+    /// The coordinate of vertices nearby that is nearest to what is expected.
     #[inline(always)]
-    fn nearest(&self, expected: [i32; 3]) -> [i32; 3] {
-        let mut best = [u32::MAX; 3];
-        let mut found = [0; 3];
+    pub(super) fn nearest(&self, axis: usize, expected: i32) -> i32 {
+        let mut best = u32::MAX;
+        let mut found = 0;
         for at in &self.near[..self.near_count] {
-            for axis in 0..3 {
-                let distance = at[axis].wrapping_mul(16).wrapping_sub(expected[axis]).unsigned_abs();
-                let nearer = distance < best[axis];
-                best[axis] = if nearer { distance } else { best[axis] };
-                found[axis] = if nearer { at[axis] } else { found[axis] };
-            }
+            let distance = at[axis].wrapping_mul(16).wrapping_sub(expected).unsigned_abs();
+            let nearer = distance < best;
+            best = if nearer { distance } else { best };
+            found = if nearer { at[axis] } else { found };
         }
         found
     }
 
     /// Where the new vertex is expected, from the old one, in 1/16 of a step.
     #[inline(always)]
-    fn expected(&self, weights: &Weights) -> [i32; 3] {
+    pub(super) fn expected(&self, weights: &Weights) -> [i32; 3] {
         let weights = &weights[self.kind];
         std::array::from_fn(|axis| {
             let terms = (0..FEATURES).map(|i| i32::from(weights[i]).wrapping_mul(self.features[i][axis]));
             terms.fold(32, i32::wrapping_add) >> 6
         })
+    }
+}
+
+impl Seen {
+    const NOTHING: Self = Self {
+        way: [0; 3],
+        lap: [0; 3],
+    };
+}
+
+#[inline(always)]
+fn way(origin: [i32; 3], point: &Point) -> [i32; 3] {
+    let at = point.at();
+    [at[0] - origin[0], at[1] - origin[1], at[2] - origin[2]]
+}
+
+/// From a vertex to the middle of its neighbours, in 1/16.
+#[inline(always)]
+fn lap(point: &Point) -> [i64; 3] {
+    let share = share_of(2 * point.star.length());
+    if share == 0 {
+        return [0; 3];
+    }
+    let (around, at) = (point.around, point.at());
+    [0, 1, 2].map(|axis| ((i64::from(around[axis]) * share) >> 12) - i64::from(16 * at[axis]))
+}
+
+#[inline(always)]
+fn reach(way: [i32; 3]) -> u64 {
+    u64::from(way[0].unsigned_abs() + way[1].unsigned_abs() + way[2].unsigned_abs())
+}
+
+#[inline(always)]
+fn add(sum: &mut [i64; 3], more: [i64; 3]) {
+    for axis in 0..3 {
+        sum[axis] += more[axis];
     }
 }
 
@@ -208,131 +224,4 @@ pub(super) fn shorten(normal: &mut [i64; 3]) {
     for x in normal {
         *x >>= shift;
     }
-}
-
-/// Models of residuals.
-#[derive(Debug, Clone)]
-pub(super) struct ResidualModels {
-    shared: [[Nibble; 3]; 8],
-    first: [Nibble; 32],
-    second: Box<[[Nibble; 8]; 16]>,
-    third: Box<[[Nibble; 8]; 16]>,
-}
-
-impl Default for ResidualModels {
-    fn default() -> Self {
-        let table = || Box::new(std::array::from_fn(|_| std::array::from_fn(|_| Nibble::default())));
-        Self {
-            shared: std::array::from_fn(|_| std::array::from_fn(|_| Nibble::default())),
-            first: std::array::from_fn(|_| Nibble::default()),
-            second: table(),
-            third: table(),
-        }
-    }
-}
-
-impl ResidualModels {
-    /// Where the new vertex is, from the old one.
-    #[inline(always)]
-    pub(super) fn code<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        hood: &Hood,
-        weights: &Weights,
-        before: usize,
-        given: [i32; 3],
-    ) -> ([i32; 3], usize) {
-        let expected = hood.expected(weights);
-        let [low, middle, top] = by_steepness(hood.normal);
-        let mut found = [0; 3];
-        let size = usize::from(hood.size);
-        let round = |sixteenths: i32| sixteenths.wrapping_add(8) >> 4;
-
-        let nearest = hood.nearest(expected);
-        let given_shared = (0..3)
-            .map(|axis| usize::from(given[axis] == nearest[axis]) << axis)
-            .sum();
-        let shared = coder.symbol(&mut self.shared[before & 7][hood.kind / 4], given_shared);
-        let is_shared = |axis: usize| shared >> axis & 1 == 1;
-
-        let mut classes = [0; 2];
-        for (i, axis) in [low, middle].into_iter().enumerate() {
-            if is_shared(axis) {
-                found[axis] = nearest[axis];
-                continue;
-            }
-            let model = if i == 0 {
-                &mut self.first[size]
-            } else {
-                &mut self.second[size / 2][classes[0] / 2]
-            };
-            let (value, class) = residual(coder, model, given[axis].wrapping_sub(round(expected[axis])));
-            found[axis] = value.wrapping_add(round(expected[axis]));
-            classes[i] = class;
-        }
-        if is_shared(top) {
-            found[top] = nearest[top];
-            return (found, shared);
-        }
-        let normal = hood.normal;
-        let mut on_plane = i64::from(expected[top]);
-        if normal[top] != 0 {
-            let off = |axis: usize| normal[axis] * (16 * i64::from(found[axis]) - i64::from(expected[axis]));
-            on_plane -= (off(low) + off(middle)) / normal[top];
-        }
-        let on_plane = round(on_plane as i32);
-        let model = &mut self.third[size / 2][classes[0].max(classes[1]) / 2];
-        let (value, _) = residual(coder, model, given[top].wrapping_sub(on_plane));
-        found[top] = value.wrapping_add(on_plane);
-        (found, shared)
-    }
-}
-
-/// The axes, that of the normal's largest component last.
-#[inline(always)]
-fn by_steepness(normal: [i64; 3]) -> [usize; 3] {
-    let [x, y, z] = normal.map(i64::abs);
-    let top = if x > y {
-        if x > z { 0 } else { 2 }
-    } else if y > z {
-        1
-    } else {
-        2
-    };
-    [(top + 1) % 3, (top + 2) % 3, top]
-}
-
-/// A number around 0 and the class of its size: in halves of powers of two, what is below that raw.
-#[inline(always)]
-pub(super) fn residual<C: Coder>(coder: &mut C, model: &mut Nibble, value: i32) -> (i32, usize) {
-    let size = value.unsigned_abs();
-    let class = coder.symbol(model, class_of(size));
-    if class == 0 {
-        return (0, 0);
-    }
-    let negative = u32::from(value < 0);
-    let (size, negative) = if class < 4 {
-        (class as u32, coder.raw(1, negative))
-    } else if class < 15 {
-        let bits = class as u32 / 2 - 1;
-        let base = (2 + (class as u32 & 1)) << bits;
-        let raw = coder.raw(bits + 1, size.wrapping_sub(base) << 1 & ((2 << bits) - 1) | negative);
-        (base + (raw >> 1), raw & 1)
-    } else {
-        let more = gamma(coder, size.wrapping_sub(LARGE));
-        (LARGE.wrapping_add(more), coder.raw(1, negative))
-    };
-    let value = size as i32;
-    (if negative == 1 { value.wrapping_neg() } else { value }, class)
-}
-
-/// From here on sizes are in class 15.
-const LARGE: u32 = 192;
-
-fn class_of(size: u32) -> usize {
-    if size < 4 {
-        return size as usize;
-    }
-    let log = size.ilog2();
-    ((2 * log + (size >> (log - 1) & 1)) as usize).min(15)
 }

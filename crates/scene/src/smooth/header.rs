@@ -43,7 +43,7 @@ pub struct Cut {
 }
 
 const MAGIC: [u8; 4] = *b"SLOD";
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 const FIXED_BYTES: usize = 44;
 const CUT_BYTES: usize = 12;
 /// No origin, step or low end is larger: whatever a damaged stream does with them stays finite in single precision.
@@ -203,7 +203,7 @@ impl Header {
             "it has no material"
         } else if (self.total_bytes as usize) < length {
             "it is shorter than its header"
-        } else if self.vertices == u32::MAX || self.triangles > u32::MAX / 8 {
+        } else if self.vertices == u32::MAX || self.triangles > super::stars::MOST_LENGTH {
             "it has more vertices or triangles than there can be"
         } else if numbers.chain(channels).any(|x| !x.is_finite() || x.abs() > MOST_NUMBER) {
             "its header has a number that is not finite, or too large"

@@ -12,54 +12,80 @@ pub(super) const NONE: u32 = u32::MAX;
 #[derive(Debug, Default)]
 pub(super) struct Mesh {
     pub(super) points: Vec<Point>,
+    /// By vertex, too; looked at seldom.
+    pub(super) births: Vec<Birth>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) stars: Stars,
 }
 
-/// A vertex.
+/// A vertex. Every split looks at a dozen of them, so they are small: half a line of a cache.
 #[derive(Debug, Clone, Copy, Default)]
+#[repr(align(32))]
 pub(super) struct Point {
-    /// On the present lattice.
-    pub(super) at: [i32; 3],
     /// Sum of the other two corners over all its triangles: twice that of its neighbours where the mesh is closed.
     pub(super) around: [i32; 3],
     /// Its triangles.
     pub(super) star: List,
-    /// The vertex that it was split from.
-    pub(super) parent: u32,
-    /// The vertex after it in the order of the tree, in which parents come right before their children, latest first:
-    /// what is near in space is mostly near in this order, and therefore in memory. [`NONE`] after the last.
-    pub(super) next: u32,
+    at: [u16; 3],
     /// Mean distance to its neighbours when it last took part in a split, as [`super::geometry::size_class`].
     pub(super) size: u8,
-    /// Which of its coordinates were those of vertices nearby: x in bit 0, y, z.
-    pub(super) shared: u8,
     /// The pass in which it came or was split last, modulo 256.
     pub(super) pass: u8,
+}
+
+/// How a vertex came.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Birth {
+    /// The vertex that it was split from.
+    pub(super) parent: u32,
     /// How many triangles there were before it came.
-    pub(super) born: u32,
+    pub(super) triangles: u32,
+    /// Which of its coordinates were those of vertices nearby: x in bit 0, y, z.
+    pub(super) shared: u8,
+}
+
+impl Point {
+    /// On the present lattice.
+    #[inline(always)]
+    pub(super) fn at(&self) -> [i32; 3] {
+        self.at.map(i32::from)
+    }
 }
 
 impl Mesh {
     /// One vertex.
     pub(super) fn new() -> Self {
         let mut mesh = Self::default();
-        mesh.push(Point {
-            next: NONE,
-            ..Point::default()
-        });
+        mesh.push([0; 3], Birth::default());
         mesh
     }
 
-    pub(super) fn push(&mut self, point: Point) {
+    /// Makes room for so many vertices and triangles in all.
+    pub(super) fn reserve(&mut self, vertices: usize, triangles: usize) {
+        self.points.reserve(vertices.saturating_sub(self.points.len()));
+        self.births.reserve(vertices.saturating_sub(self.births.len()));
+        self.triangles.reserve(triangles.saturating_sub(self.triangles.len()));
+        self.stars.reserve(vertices);
+    }
+
+    /// Another vertex, without triangles; its coordinates have up to 16 bits.
+    #[inline(always)]
+    pub(super) fn push(&mut self, at: [i32; 3], birth: Birth) -> &mut Point {
         let star = self.stars.empty();
-        self.points.push(Point { star, ..point });
+        self.births.push(birth);
+        let index = self.points.len();
+        self.points.push(Point {
+            at: at.map(|x| x as u16),
+            star,
+            ..Point::default()
+        });
+        &mut self.points[index]
     }
 
     /// How many triangles meet at a vertex.
     #[inline(always)]
     pub(super) fn valence(&self, vertex: u32) -> usize {
-        self.points[vertex as usize].star.length as usize
+        self.points[vertex as usize].star.length()
     }
 
     /// The other corners of a triangle, in its sense of rotation after `vertex`, which is a corner.
@@ -79,7 +105,7 @@ impl Mesh {
     pub(super) fn refine(&mut self, vertex: u32, bits: usize) {
         let point = &mut self.points[vertex as usize];
         for (axis, at) in point.at.iter_mut().enumerate() {
-            *at = *at << 1 | (bits >> axis & 1) as i32;
+            *at = *at << 1 | (bits >> axis & 1) as u16;
         }
     }
 
@@ -90,18 +116,20 @@ impl Mesh {
         }
         for i in 0..self.triangles.len() {
             let [a, b, c] = self.triangles[i];
-            let [p, q, r] = [a, b, c].map(|v| self.points[v as usize].at);
+            let [p, q, r] = [a, b, c].map(|v| self.points[v as usize].at());
             for (vertex, one, other) in [(a, q, r), (b, r, p), (c, p, q)] {
-                self.add_around(vertex, std::array::from_fn(|axis| one[axis] + other[axis]));
+                let around = &mut self.points[vertex as usize].around;
+                add(around, one);
+                add(around, other);
             }
         }
     }
+}
 
-    #[inline(always)]
-    pub(super) fn add_around(&mut self, vertex: u32, difference: [i32; 3]) {
-        let around = &mut self.points[vertex as usize].around;
-        for axis in 0..3 {
-            around[axis] = around[axis].wrapping_add(difference[axis]);
-        }
+/// Adds to a sum; damaged streams may wrap around.
+#[inline(always)]
+pub(super) fn add(sum: &mut [i32; 3], more: [i32; 3]) {
+    for axis in 0..3 {
+        sum[axis] = sum[axis].wrapping_add(more[axis]);
     }
 }

@@ -26,8 +26,10 @@ mod header;
 mod mesh;
 pub mod model;
 pub mod octahedron;
+mod pass;
 pub mod rans;
 pub mod replay;
+mod residual;
 pub mod script;
 pub mod select;
 mod snapshot;
@@ -36,7 +38,6 @@ mod stars;
 #[cfg(test)]
 mod tests;
 pub mod thesis;
-mod values;
 
 pub use decoder::Decoder;
 pub use header::{Cut, Header};
@@ -52,7 +53,7 @@ pub enum SmoothError {
     #[error("these are not packets of a smooth LOD: they do not begin with \"SLTH\" and three extents")]
     NotThesis,
     /// It is from another time.
-    #[error("this smooth LOD has version {0}, and only 1 is known: update this program or bake the scene again")]
+    #[error("this smooth LOD has version {0}, and only 2 is known: update this program or bake the scene again")]
     Version(u8),
     /// It may take too much memory.
     #[error("this smooth LOD may take {needed_bytes} bytes of memory, and {most_bytes} are allowed: raise the limit")]

@@ -19,12 +19,16 @@ pub(super) const STATE_BYTES: usize = 8;
 
 /// Writes decisions, or reads them.
 pub trait Coder {
+    /// Whether it writes.
+    const WRITES: bool;
     /// A decision. Gives the one that stands in the stream.
     fn bit(&mut self, model: &mut Bit, bit: bool) -> bool;
     /// One of 16 symbols.
     fn symbol(&mut self, model: &mut Nibble, symbol: usize) -> usize;
     /// A number of up to 15 bits that nothing is known of.
     fn raw(&mut self, bits: u32, value: u32) -> u32;
+    /// Whether so many bytes have come, or all that will. Always when writing.
+    fn has(&self, bytes: usize) -> bool;
     /// Whether what it gave cannot be believed, because the stream has not come so far. Never when writing.
     fn starved(&self) -> bool;
 }
@@ -81,6 +85,8 @@ impl Writer {
 }
 
 impl Coder for Writer {
+    const WRITES: bool = true;
+
     fn bit(&mut self, model: &mut Bit, bit: bool) -> bool {
         let zero = model.chance_of_zero();
         if bit {
@@ -103,6 +109,10 @@ impl Coder for Writer {
         let shift = CHANCE_BITS - bits;
         self.note(value << shift, 1 << shift);
         value
+    }
+
+    fn has(&self, _: usize) -> bool {
+        true
     }
 
     fn starved(&self) -> bool {
@@ -140,15 +150,18 @@ pub(super) struct Reader<'a> {
     now: u32,
     next: u32,
     bytes: &'a [u8],
+    /// Whether no more will come.
+    is_whole: bool,
     taken: usize,
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(bytes: &'a [u8], place: Place) -> Self {
+    pub(super) fn new(bytes: &'a [u8], is_whole: bool, place: Place) -> Self {
         Self {
             now: place.states[0],
             next: place.states[1],
             bytes,
+            is_whole,
             taken: place.taken,
         }
     }
@@ -191,6 +204,8 @@ impl<'a> Reader<'a> {
 }
 
 impl Coder for Reader<'_> {
+    const WRITES: bool = false;
+
     #[inline(always)]
     fn bit(&mut self, model: &mut Bit, _: bool) -> bool {
         let zero = model.chance_of_zero();
@@ -220,6 +235,11 @@ impl Coder for Reader<'_> {
         let value = self.slot() >> shift;
         self.take(value << shift, 1 << shift);
         value
+    }
+
+    #[inline(always)]
+    fn has(&self, bytes: usize) -> bool {
+        self.is_whole || self.left() >= bytes
     }
 
     #[inline(always)]

@@ -1,17 +1,19 @@
 //! In what order is a smooth LOD told? In passes over all vertices known so far; one function for writer and reader.
 //!
-//! A pass says whether the lattice becomes finer, and if so, the lowest bit of every coordinate; then it asks every
-//! vertex that was there at its beginning, in order of birth, whether it is split, and if so, how. Batches of splits
+//! A pass says whether the lattice becomes finer, and if so, the lowest bit of every coordinate ([`super::pass`]); then it
+//! asks every vertex that was there at its beginning, in tree order, whether it is split, and if so, how. Batches of splits
 //! with one flag for each vertex are from Pajarola & Rossignac, *Compressed progressive meshes* (2000).
 
 use super::attributes::{Attributes, Done};
 use super::change::Change;
 use super::fan::Star;
-use super::geometry::{Hood, ResidualModels, Weights};
+use super::geometry::{Hood, Weights};
 use super::header::Header;
-use super::mesh::{Mesh, NONE, Point};
-use super::model::{Bit, Nibble, number};
+use super::mesh::{Birth, Mesh};
+use super::model::Bit;
+use super::pass::PassModels;
 use super::rans::{Coder, Writer};
+use super::residual::ResidualModels;
 use super::script::Script;
 use super::split::{Split, SplitModels};
 use super::stars::most_places;
@@ -28,8 +30,8 @@ pub(super) enum Phase {
         /// So many more bits come after this one.
         more: u32,
     },
-    /// Before the flag of a vertex.
-    Visit(u32),
+    /// Before the flag of the vertex whose turn it is.
+    Visit,
     /// It is split, and the fans are known; before extra triangles.
     Extra(u32),
     /// Before the position.
@@ -41,8 +43,7 @@ pub(super) enum Phase {
 /// Models of everything.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Models {
-    pass: Nibble,
-    low_bits: [Nibble; 8],
+    pub(super) pass: PassModels,
     flags: [[[Bit; 2]; 12]; 9],
     split: SplitModels,
     residual: ResidualModels,
@@ -62,20 +63,25 @@ pub struct Replay {
     most_triangles: usize,
     most_places: usize,
     weights: Weights,
-    /// Vertices at the beginning of the pass.
-    known: u32,
-    pass: u8,
-    sizes: u64,
-    mean_size: i32,
+    pub(super) pass: u8,
+    /// Vertices at the beginning of the pass in the order of the tree, in which parents come right before their children,
+    /// latest first; and those whose turn it was, with what came of them.
+    pub(super) order: Vec<u32>,
+    pub(super) visited: Vec<u32>,
+    /// The place in `order` of the one whose turn it is.
+    pub(super) turn: usize,
+    pub(super) sizes: u64,
+    pub(super) mean_size: i32,
     split: Split,
     star: Star,
     change: Change,
+    hood: Hood,
 }
 
 /// Why a stream cannot be right.
 pub(super) type Damage = &'static str;
 
-const ENDS_EARLY: Damage = "it ends before its mesh does";
+pub(super) const ENDS_EARLY: Damage = "it ends before its mesh does";
 
 impl Replay {
     /// Before the first pass: one vertex on a lattice without bits.
@@ -94,13 +100,27 @@ impl Replay {
             bits,
             coarse_bits: bits,
             weights: header.weights,
-            known: 0,
             pass: 0,
+            order: Vec::new(),
+            visited: vec![0],
+            turn: 0,
             sizes: 0,
             mean_size: 0,
             split: Split::default(),
             star: Star::default(),
             change: Change::default(),
+            hood: Hood::default(),
+        }
+    }
+
+    /// Makes room for what may come out of so many bytes, so that arrays need not be moved as they grow.
+    pub(super) fn reserve(&mut self, bytes: usize) {
+        let vertices = self.most_vertices.min(bytes);
+        let triangles = self.most_triangles.min(2 * bytes);
+        self.mesh.reserve(vertices, triangles);
+        self.attributes.reserve(vertices, triangles, bytes);
+        for order in [&mut self.order, &mut self.visited] {
+            order.reserve(vertices.saturating_sub(order.len()));
         }
     }
 
@@ -120,72 +140,99 @@ impl Replay {
         marks
     }
 
+    /// All vertices in the order of the tree.
+    pub(super) fn tree_order(&self) -> impl Iterator<Item = u32> {
+        self.visited.iter().chain(&self.order[self.turn..]).copied()
+    }
+
     /// Bytes that the next step takes at most: a [`Bit`] takes up to 9 bits, a [`Nibble`] up to 12.
-    #[inline(always)]
-    pub(super) fn step_bytes(&self) -> usize {
+    fn step_bytes(&self) -> usize {
         match self.phase {
-            // The worst are fans of one triangle: what becomes of it, how many, the first.
-            Phase::Visit(vertex) => 16 + 5 * self.mesh.valence(vertex),
             Phase::Extra(_) => 16 + 8 * self.split.extras as usize,
-            // Six residuals and which coordinates are shared; then corners: of moved triangles, and of those that are new.
-            Phase::Place(_) => {
-                let (fans, spokes) = (self.star.fans.len(), self.star.spokes.len());
-                let corners = spokes + 3 * (2 * fans + self.split.extra.len());
-                32 + self.attributes.step_bytes(corners)
-            }
+            Phase::Place(_) => self.place_bytes(),
+            Phase::Visit => self.visit_bytes(self.order[self.turn]),
             _ => 16,
         }
     }
 
-    /// One step. The mesh does not change when it stops.
+    /// The worst are fans of one triangle: what becomes of it, how many, the first.
     #[inline(always)]
-    pub(super) fn advance<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<(), Damage> {
+    fn visit_bytes(&self, vertex: u32) -> usize {
+        16 + 5 * self.mesh.valence(vertex)
+    }
+
+    /// Six residuals and which coordinates are shared; then corners: of moved triangles, and of those that are new.
+    #[inline(always)]
+    fn place_bytes(&self) -> usize {
+        let (fans, spokes) = (self.star.fans.len(), self.star.spokes.len());
+        let corners = spokes + 3 * (2 * fans + self.split.extra.len());
+        32 + self.attributes.step_bytes(corners)
+    }
+
+    /// One step, or many visits, if their bytes have come; says so. The mesh does not change when it stops.
+    pub(super) fn advance<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        script: Option<&mut S>,
+    ) -> Result<bool, Damage> {
+        if !coder.has(self.step_bytes()) {
+            return Ok(false);
+        }
         self.phase = match self.phase {
-            Phase::Visit(vertex) => self.visit(coder, script, vertex)?,
+            Phase::Visit => self.visit(coder, script)?,
             Phase::Place(vertex) => self.place(coder, script, vertex)?,
             Phase::Extra(vertex) => self.extra(coder, script.is_some(), vertex)?,
             Phase::Refine { next, more } => self.refine(coder, script, next, more)?,
             Phase::Pass => self.begin(coder, script)?,
             Phase::End => Phase::End,
         };
-        Ok(())
+        Ok(true)
     }
 
+    /// Visits vertices as long as all goes its usual way and bytes have come.
+    fn visit<C: Coder, S: Script>(&mut self, coder: &mut C, mut script: Option<&mut S>) -> Result<Phase, Damage> {
+        while let Some(&vertex) = self.order.get(self.turn) {
+            if !coder.has(self.visit_bytes(vertex)) {
+                return Ok(Phase::Visit);
+            }
+            if !self.splits(coder, script.as_deref_mut(), vertex) {
+                if coder.starved() {
+                    return Err(ENDS_EARLY);
+                }
+                self.visited.push(vertex);
+                self.turn += 1;
+                continue;
+            }
+            self.star.read(&self.mesh, vertex);
+            let given = script.as_deref_mut().map(|script| script.split(&self.star));
+            let models = &mut self.models.split;
+            models.code_fans(coder, &self.mesh, vertex, &self.star, given.as_ref(), &mut self.split);
+            if coder.starved() {
+                return Err(ENDS_EARLY);
+            }
+            if let Some(given) = given {
+                self.split.extra = given.extra;
+            }
+            if self.split.extras > 0 {
+                return Ok(Phase::Extra(vertex));
+            }
+            if !coder.has(self.place_bytes()) {
+                return Ok(Phase::Place(vertex));
+            }
+            self.place(coder, script.as_deref_mut(), vertex)?;
+        }
+        Ok(Phase::Pass)
+    }
+
+    /// Whether a vertex is split in this pass.
     #[inline(always)]
-    fn visit<C: Coder, S: Script>(
-        &mut self,
-        coder: &mut C,
-        mut script: Option<&mut S>,
-        vertex: u32,
-    ) -> Result<Phase, Damage> {
+    fn splits<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>, vertex: u32) -> bool {
         let point = &self.mesh.points[vertex as usize];
         let size = (i32::from(point.size) - self.mean_size).clamp(-4, 4) + 4;
         let recent = usize::from(point.pass.wrapping_add(1) == self.pass);
-        let valence = self.mesh.valence(vertex).min(11);
+        let valence = point.star.length().min(11);
         let model = &mut self.models.flags[size as usize][valence][recent];
-        let splits = coder.bit(model, script.as_mut().is_some_and(|script| script.splits(vertex)));
-        if !splits {
-            return if coder.starved() {
-                Err(ENDS_EARLY)
-            } else {
-                Ok(visit(point.next))
-            };
-        }
-        self.star.read(&self.mesh, vertex);
-        let given = script.map(|script| script.split(&self.star));
-        let models = &mut self.models.split;
-        models.code_fans(coder, &self.mesh, vertex, &self.star, given.as_ref(), &mut self.split);
-        if coder.starved() {
-            return Err(ENDS_EARLY);
-        }
-        if let Some(given) = given {
-            self.split.extra = given.extra;
-        }
-        Ok(if self.split.extras > 0 {
-            Phase::Extra(vertex)
-        } else {
-            Phase::Place(vertex)
-        })
+        coder.bit(model, script.is_some_and(|script| script.splits(vertex)))
     }
 
     #[cold]
@@ -218,6 +265,7 @@ impl Replay {
             star,
             split,
             change,
+            hood,
             ..
         } = self;
         let first_born = mesh.triangles.len() as u32;
@@ -227,14 +275,14 @@ impl Replay {
         if new as usize >= self.most_vertices || first_born as usize + born > self.most_triangles {
             return Err("it has more vertices or triangles than its header says");
         }
-        let hood = Hood::around(mesh, star, split, change, vertex);
-        let origin = mesh.points[vertex as usize].at;
+        hood.look_around(mesh, star, split, change, vertex);
+        let origin = mesh.points[vertex as usize].at();
         let mut script = script;
-        let given = script.as_mut().map_or([0; 3], |script| script.position(&hood, origin));
-        let before = usize::from(mesh.points[vertex as usize].shared);
+        let given = script.as_mut().map_or([0; 3], |script| script.position(hood, origin));
+        let before = usize::from(mesh.births[vertex as usize].shared);
         let (step, shared) = self.models.residual.code(
             coder,
-            &hood,
+            hood,
             &self.weights,
             before,
             std::array::from_fn(|axis| given[axis] - origin[axis]),
@@ -247,21 +295,21 @@ impl Replay {
         if at.iter().any(|&x| x < 0 || x >= end) {
             return Err("a vertex lies outside of the box");
         }
+        let size = hood.size;
         let old = &mut mesh.points[vertex as usize];
-        self.sizes = self.sizes + 2 * u64::from(hood.size) - u64::from(old.size);
-        old.size = hood.size;
+        self.sizes = self.sizes + 2 * u64::from(size) - u64::from(old.size);
+        old.size = size;
         old.pass = self.pass;
-        let next = std::mem::replace(&mut old.next, new);
-        mesh.push(Point {
-            at,
+        let birth = Birth {
             parent: vertex,
-            next,
-            size: hood.size,
+            triangles: first_born,
             shared: shared as u8,
-            pass: self.pass,
-            born: first_born,
-            ..Point::default()
-        });
+        };
+        let fresh = mesh.push(at, birth);
+        fresh.size = size;
+        fresh.pass = self.pass;
+        self.visited.extend([vertex, new]);
+        self.turn += 1;
         change.apply(mesh, star, split, vertex, new);
         if let Some(script) = &mut script {
             script.born(first_born, change, split);
@@ -270,7 +318,7 @@ impl Replay {
             old: vertex,
             new,
             first: first_born,
-            size: hood.size,
+            size,
         };
         self.attributes.dress(coder, mesh, script, done)?;
         if mesh.stars.places() > self.most_places {
@@ -279,86 +327,10 @@ impl Replay {
         if coder.starved() {
             return Err(ENDS_EARLY);
         }
-        Ok(visit(next))
-    }
-
-    fn begin<C: Coder, S: Script>(&mut self, coder: &mut C, script: Option<&mut S>) -> Result<Phase, Damage> {
-        // 0 is the end, 1 a pass on the same lattice, 2 one on a lattice that is finer by one bit …
-        let given = script.map_or(0, |script| script.pass().map_or(0, |finer| finer + 1));
-        let found = number(coder, &mut self.models.pass, given);
-        if coder.starved() {
-            return Err(ENDS_EARLY);
-        }
-        if found == 0 {
-            return Ok(Phase::End);
-        }
-        if found - 1 > self.coarse_bits {
-            return Err("its lattice becomes finer than it can");
-        }
-        self.pass = self.pass.wrapping_add(1);
-        self.known = self.mesh.points.len() as u32;
-        Ok(if found > 1 {
-            Phase::Refine {
-                next: 0,
-                more: found - 2,
-            }
+        Ok(if self.turn < self.order.len() {
+            Phase::Visit
         } else {
-            self.first_visit()
+            Phase::Pass
         })
     }
-
-    fn first_visit(&mut self) -> Phase {
-        self.mean_size = (self.sizes / u64::from(self.known)) as i32;
-        Phase::Visit(0)
-    }
-
-    #[inline(always)]
-    fn refine<C: Coder, S: Script>(
-        &mut self,
-        coder: &mut C,
-        script: Option<&mut S>,
-        next: u32,
-        more: u32,
-    ) -> Result<Phase, Damage> {
-        let points = &self.mesh.points;
-        let point = points[next as usize];
-        // Where a coordinate equalled that of the vertex it was split from, it likely still does.
-        let parent = points[point.parent as usize].at;
-        let mut same = 0;
-        let mut parents_bits = 0;
-        if point.parent < next {
-            for (axis, (parents, own)) in parent.iter().zip(&point.at).enumerate() {
-                same |= usize::from(parents >> 1 == *own) << axis;
-                parents_bits |= ((parents & 1) as usize) << axis;
-            }
-        }
-        let expected = parents_bits & same;
-        let given = script.map_or(0, |script| script.low_bits(next));
-        let bits = coder.symbol(&mut self.models.low_bits[same], given ^ expected) ^ expected;
-        if coder.starved() {
-            return Err(ENDS_EARLY);
-        }
-        self.mesh.refine(next, bits);
-        if next + 1 < self.known {
-            return Ok(Phase::Refine { next: next + 1, more });
-        }
-        self.coarse_bits -= 1;
-        for point in &mut self.mesh.points {
-            point.size = (point.size + 2).min(31);
-        }
-        if more > 0 {
-            return Ok(Phase::Refine {
-                next: 0,
-                more: more - 1,
-            });
-        }
-        self.sizes = self.mesh.points.iter().map(|point| u64::from(point.size)).sum();
-        self.mesh.add_up();
-        Ok(self.first_visit())
-    }
-}
-
-#[inline(always)]
-fn visit(next: u32) -> Phase {
-    if next == NONE { Phase::Pass } else { Phase::Visit(next) }
 }

@@ -46,9 +46,11 @@ impl Decoder {
         Lattice {
             twice_positions: self.twice_positions(),
             triangles: replay.mesh.triangles.clone(),
-            corners: replay.attributes.corners.clone(),
-            values: replay.attributes.values.clone(),
-            materials: replay.attributes.materials.clone(),
+            corners: replay.attributes.corners().to_vec(),
+            values: replay.attributes.values().to_vec(),
+            materials: (0..replay.mesh.triangles.len())
+                .map(|triangle| replay.attributes.material(triangle))
+                .collect(),
         }
     }
 
@@ -63,7 +65,7 @@ impl Decoder {
         };
         let twice = |(i, point): (usize, &Point)| {
             let lacking = replay.coarse_bits - u32::from(i < next);
-            point.at.map(|x| (x << lacking) * 2 + (1 << lacking) - 1)
+            point.at().map(|x| (x << lacking) * 2 + (1 << lacking) - 1)
         };
         replay.mesh.points.iter().enumerate().map(twice).collect()
     }
@@ -75,7 +77,7 @@ impl Decoder {
             return Snapshot::default();
         };
         let triangles = replay.mesh.triangles.iter().enumerate();
-        self.snapshot_of(triangles.map(|(i, &triangle)| (i, triangle, replay.attributes.corners.get(i).copied())))
+        self.snapshot_of(triangles.map(|(i, &triangle)| (i, triangle, replay.attributes.corners().get(i).copied())))
     }
 
     /// The mesh to draw, of these triangles: number, vertices, wedges.
@@ -96,19 +98,19 @@ impl Decoder {
             uvs: vec![Vec::new(); header.channels.iter().filter(|c| c.kind == ChannelKind::Uv).count()],
             ..Snapshot::default()
         };
-        let stride = attributes.stride;
+        let stride = attributes.stride();
         // A wedge belongs to one vertex, so wedges, or vertices where there are none, are what a renderer calls vertices.
-        let wedges = attributes.values.len().checked_div(stride);
+        let wedges = attributes.values().len().checked_div(stride);
         let mut drawn = vec![u32::MAX; wedges.unwrap_or(twice_positions.len())];
         for (number, triangle, wedges) in triangles {
             let corners = wedges.unwrap_or(triangle);
-            let material = usize::from(attributes.materials[number]);
+            let material = usize::from(attributes.material(number));
             for (&vertex, &corner) in triangle.iter().zip(&corners) {
                 let index = &mut drawn[corner as usize];
                 if *index == u32::MAX {
                     *index = snapshot.positions.len() as u32;
                     snapshot.positions.push(position(vertex));
-                    let values = &attributes.values[corner as usize * stride..][..stride];
+                    let values = &attributes.values()[corner as usize * stride..][..stride];
                     snapshot.push_values(header, values);
                 }
                 snapshot.indices[material].push(*index);

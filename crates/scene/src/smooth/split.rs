@@ -105,6 +105,8 @@ const BACK: usize = 4;
 const ROW: usize = 5;
 /// A row of which both edges open, as nearly always where the surface is closed.
 const ROW_BOTH: usize = ROW + 3;
+/// There are extra triangles, which is said before what becomes of the first fan.
+const EXTRA: usize = 15;
 
 impl SplitModels {
     /// What becomes of the fans of a star, and how many extra triangles there are.
@@ -124,10 +126,22 @@ impl SplitModels {
         } else {
             ROW_BOTH + 2
         };
+        let given_extras = given.map_or(0, |split| split.extras);
+        if star.fans.is_empty() {
+            found.extras = number(coder, &mut self.extras[0], given_extras);
+        }
         for (i, &fan) in star.fans.iter().enumerate() {
             let given_move = given.map_or(Move::Stay, |split| split.moves[i]);
+            let given_kind = kind_of(given_move, fan);
             let kinds = &mut self.kind[usize::from(fan.closed)][last];
-            let kind = coder.symbol(kinds, kind_of(given_move, fan)).min(ROW_BOTH);
+            let has_extra = i == 0 && given_extras > 0;
+            let mut kind = coder.symbol(kinds, if has_extra { EXTRA } else { given_kind });
+            if i == 0 && kind == EXTRA {
+                let more = number(coder, &mut self.extras[1], given_extras.wrapping_sub(1));
+                found.extras = more.saturating_add(1);
+                kind = coder.symbol(kinds, given_kind);
+            }
+            let kind = kind.min(ROW_BOTH);
             last = kind;
             let moved = match kind {
                 STAY => Move::Stay,
@@ -157,8 +171,6 @@ impl SplitModels {
             };
             found.moves.push(moved);
         }
-        let many = usize::from(star.fans.len() != 1);
-        found.extras = number(coder, &mut self.extras[many], given.map_or(0, |split| split.extras));
     }
 
     #[inline(always)]
@@ -180,9 +192,9 @@ impl SplitModels {
             FRONT => (0, [false, true]),
             BACK => (length - count, [true, false]),
             ROW_BOTH if fan.closed => {
-                let widest = widest(mesh, vertex, spokes, count as usize) as u32;
+                let widest = widest(mesh, vertex, spokes, count as usize);
                 // Distance from the widest place, to both sides in turn.
-                let ahead = (given.first + length - widest) % length;
+                let ahead = wrapped(given.first as usize + fan.length - widest, fan.length) as u32;
                 let folded = if 2 * ahead <= length {
                     2 * ahead
                 } else {
@@ -195,7 +207,7 @@ impl SplitModels {
                 } else {
                     length - folded.div_ceil(2)
                 };
-                ((widest + ahead) % length, [true; 2])
+                (wrapped(widest + ahead as usize, fan.length) as u32, [true; 2])
             }
             _ => {
                 let most = if fan.closed { length - 1 } else { length - count };
@@ -266,37 +278,49 @@ fn kind_of(moved: Move, fan: Fan) -> usize {
 #[inline(always)]
 fn widest(mesh: &Mesh, vertex: u32, spokes: &[Spoke], count: usize) -> usize {
     let length = spokes.len();
-    let mut reaches = [0i64; MOST_SPOKES];
     if length > MOST_SPOKES {
         return 0;
     }
-    let at = mesh.points[vertex as usize].at;
-    let mut ways = [[0i64; 3]; MOST_SPOKES];
-    let mut sum = [0i64; 3];
-    for (way, spoke) in ways.iter_mut().zip(spokes) {
-        let other = mesh.points[spoke.from as usize].at;
+    let at = mesh.points[vertex as usize].at();
+    let way = |spoke: &Spoke| {
+        let other = mesh.points[spoke.from as usize].at();
+        [other[0] - at[0], other[1] - at[1], other[2] - at[2]]
+    };
+    let mut sum = [0; 3];
+    for spoke in spokes {
+        let way = way(spoke);
         for axis in 0..3 {
-            way[axis] = i64::from(other[axis] - at[axis]);
             sum[axis] += way[axis];
         }
     }
-    for (reach, way) in reaches[..length].iter_mut().zip(&ways) {
-        *reach = way[0] * sum[0] + way[1] * sum[1] + way[2] * sum[2];
+    let [x, y, z] = sum.map(i64::from);
+    let mut reaches = [0; MOST_SPOKES];
+    for (reach, spoke) in reaches.iter_mut().zip(spokes) {
+        let way = way(spoke).map(i64::from);
+        *reach = way[0] * x + way[1] * y + way[2] * z;
     }
+    let reaches = &reaches[..length];
     // Only vertices between two of the triangles are new to it; if there are none, those at the ends.
-    let (skip, number) = if count > 1 { (1, count - 1) } else { (0, count + 1) };
-    let around = |i: usize| if i >= length { i - length } else { i };
-    let mut reach: i64 = (0..number).map(|i| reaches[around(skip + i) % length]).sum();
+    let (mut leave, mut enter) = if count > 1 { (1, count) } else { (0, count + 1) };
+    let mut reach: i64 = reaches[leave..enter].iter().sum();
     let mut best = (reach, 0);
-    let (mut enter, mut leave) = ((skip + number) % length, skip % length);
     for first in 1..length {
+        enter = wrapped(enter, length);
+        leave = wrapped(leave, length);
         reach += reaches[enter] - reaches[leave];
-        (enter, leave) = (around(enter + 1), around(leave + 1));
+        enter += 1;
+        leave += 1;
         if reach > best.0 {
             best = (reach, first);
         }
     }
     best.1
+}
+
+/// A place less than twice around a fan.
+#[inline(always)]
+fn wrapped(place: usize, length: usize) -> usize {
+    if place >= length { place - length } else { place }
 }
 
 /// For longer fans no place is likelier than another.

@@ -12,12 +12,36 @@ pub(super) struct Stars {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct List {
     first: u32,
-    pub(super) length: u32,
-    /// The block has 8 · 2^class places.
-    class: u8,
+    /// Its length, and in the lowest bits the class of its block, which has 8 · 2^class places.
+    shape: u32,
 }
 
 const SMALLEST: usize = 8;
+const CLASS_BITS: u32 = 5;
+/// No list may be longer.
+pub(super) const MOST_LENGTH: u32 = u32::MAX >> CLASS_BITS;
+
+impl List {
+    #[inline(always)]
+    pub(super) fn length(self) -> usize {
+        (self.shape >> CLASS_BITS) as usize
+    }
+
+    #[inline(always)]
+    fn class(self) -> u32 {
+        self.shape & ((1 << CLASS_BITS) - 1)
+    }
+
+    #[inline(always)]
+    fn room(self) -> usize {
+        SMALLEST << self.class()
+    }
+
+    #[inline(always)]
+    fn set_length(&mut self, length: usize) {
+        self.shape = (length as u32) << CLASS_BITS | self.class();
+    }
+}
 
 /// No sound stream needs more places than this.
 pub(super) fn most_places(vertices: u32, triangles: u32) -> usize {
@@ -25,17 +49,24 @@ pub(super) fn most_places(vertices: u32, triangles: u32) -> usize {
 }
 
 impl Stars {
+    /// Makes room for the lists of so many vertices in all.
+    pub(super) fn reserve(&mut self, vertices: usize) {
+        let places = SMALLEST * vertices;
+        self.places.reserve(places.saturating_sub(self.places.len()));
+    }
+
     /// A list without triangles.
+    #[inline(always)]
     pub(super) fn empty(&mut self) -> List {
         List {
             first: self.block(0),
-            ..List::default()
+            shape: 0,
         }
     }
 
     #[inline(always)]
     pub(super) fn of(&self, list: List) -> &[u32] {
-        &self.places[list.first as usize..][..list.length as usize]
+        &self.places[list.first as usize..][..list.length()]
     }
 
     /// How many places there are.
@@ -46,56 +77,56 @@ impl Stars {
     /// Replaces a list.
     #[inline(always)]
     pub(super) fn set(&mut self, list: &mut List, triangles: &[u32]) {
-        self.make_room(list, triangles.len(), 0);
-        if list.class > 0 && 4 * triangles.len() < SMALLEST << list.class {
-            // Much room would stay empty.
-            self.move_to(list, triangles.len(), 0);
+        let length = triangles.len();
+        // Too little room, or so much that most of it would stay empty.
+        if length > list.room() || (list.class() > 0 && 4 * length < list.room()) {
+            self.move_to(list, length, 0);
         }
-        list.length = triangles.len() as u32;
-        self.places[list.first as usize..][..triangles.len()].copy_from_slice(triangles);
+        list.set_length(length);
+        for (place, &triangle) in self.places[list.first as usize..][..length].iter_mut().zip(triangles) {
+            *place = triangle;
+        }
     }
 
     /// Puts a triangle after or before another, or at the end if that is not there.
     #[inline(always)]
     pub(super) fn insert(&mut self, list: &mut List, (neighbour, after): (u32, bool), triangle: u32) {
-        let length = list.length as usize;
-        self.make_room(list, length + 1, length);
-        list.length += 1;
+        let length = list.length();
+        if length == list.room() {
+            self.move_to(list, length + 1, length);
+        }
+        list.set_length(length + 1);
         let places = &mut self.places[list.first as usize..][..length + 1];
         let found = places[..length].iter().position(|&t| t == neighbour);
         let at = found.map_or(length, |at| at + usize::from(after));
-        for i in (at..length).rev() {
-            places[i + 1] = places[i];
-        }
-        places[at] = triangle;
-    }
-
-    /// Makes a list's block large enough; its first `kept` places stay.
-    #[inline(always)]
-    fn make_room(&mut self, list: &mut List, length: usize, kept: usize) {
-        if length > SMALLEST << list.class {
-            self.move_to(list, length, kept);
+        // What it pushes aside takes the next place, and so on.
+        let mut pushed = triangle;
+        for place in &mut places[at..] {
+            std::mem::swap(place, &mut pushed);
         }
     }
 
-    /// Gives a list another block, as large as it needs.
+    /// Gives a list another block, as large as it needs; its first `kept` places stay.
     #[cold]
+    #[inline(never)]
     fn move_to(&mut self, list: &mut List, length: usize, kept: usize) {
-        let class = length.div_ceil(SMALLEST).max(1).next_power_of_two().ilog2() as u8;
+        let class = length.div_ceil(SMALLEST).max(1).next_power_of_two().ilog2();
         let first = self.block(class);
         let old = list.first as usize;
         self.places.copy_within(old..old + kept, first as usize);
-        self.free[usize::from(list.class)].push(list.first);
+        let class_before = list.class() as usize;
+        if self.free.len() <= class_before {
+            self.free.resize(class_before + 1, Vec::new());
+        }
+        self.free[class_before].push(list.first);
         list.first = first;
-        list.class = class;
+        list.shape = (list.shape >> CLASS_BITS) << CLASS_BITS | class;
     }
 
-    fn block(&mut self, class: u8) -> u32 {
-        let class = usize::from(class);
-        if self.free.len() <= class {
-            self.free.resize(class + 1, Vec::new());
-        }
-        self.free[class].pop().unwrap_or_else(|| {
+    #[inline(always)]
+    fn block(&mut self, class: u32) -> u32 {
+        let unused = self.free.get_mut(class as usize).and_then(Vec::pop);
+        unused.unwrap_or_else(|| {
             let first = self.places.len();
             self.places.resize(first + (SMALLEST << class), 0);
             first as u32

@@ -51,7 +51,7 @@ proptest! {
         let written = code(&mut writer, &decisions);
         let (bytes, _) = writer.finish(&[]);
         let place = Place::start(bytes.first_chunk::<STATE_BYTES>().unwrap());
-        let mut reader = Reader::new(&bytes, place);
+        let mut reader = Reader::new(&bytes, true, place);
         prop_assert_eq!(code(&mut reader, &blind(&decisions)), written);
         prop_assert!(reader.place().is_end() && reader.left() == 0 && !reader.starved());
     }
@@ -76,7 +76,7 @@ proptest! {
         }
         let (bytes, ends) = writer.finish(&[mark]);
         let part = &bytes[..ends[0]];
-        let mut reader = Reader::new(part, Place::start(part.first_chunk::<STATE_BYTES>().unwrap()));
+        let mut reader = Reader::new(part, false, Place::start(part.first_chunk::<STATE_BYTES>().unwrap()));
         code(&mut reader, &blind(&decisions[..at]));
         prop_assert!(!reader.starved() && reader.left() == 0);
     }

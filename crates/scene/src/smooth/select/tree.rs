@@ -52,33 +52,31 @@ impl ClusterTree {
             return Self::default();
         };
         let lattice = decoder.lattice();
-        let points = &replay.mesh.points;
+        let births = &replay.mesh.births;
         let half_step = f64::from(header.step) * 0.5;
         let origin = header.origin.map(f64::from);
         let position = |twice: &[i32; 3]| [0, 1, 2].map(|axis| origin[axis] + half_step * f64::from(twice[axis]));
         let mut tree = Self {
             positions: lattice.twice_positions.iter().map(position).collect(),
-            parent: points.iter().map(|point| point.parent).collect(),
-            first_child: vec![NONE; points.len()],
-            next_sibling: vec![NONE; points.len()],
-            order: vec![0; points.len()],
-            extent: vec![1; points.len()],
-            born: points.iter().map(|point| point.born).collect(),
+            parent: births.iter().map(|birth| birth.parent).collect(),
+            first_child: vec![NONE; births.len()],
+            next_sibling: vec![NONE; births.len()],
+            order: vec![0; births.len()],
+            extent: vec![1; births.len()],
+            born: births.iter().map(|birth| birth.triangles).collect(),
             triangles: lattice.triangles,
             corners: lattice.corners,
             ..Self::default()
         };
         tree.born.push(tree.triangles.len() as u32);
-        for vertex in (1..points.len()).rev() {
+        for vertex in (1..births.len()).rev() {
             let parent = tree.parent[vertex] as usize;
             tree.next_sibling[vertex] = tree.first_child[parent];
             tree.first_child[parent] = vertex as u32;
             tree.extent[parent] += tree.extent[vertex];
         }
-        let mut vertex = 0;
-        for place in 0..points.len() as u32 {
-            tree.order[vertex as usize] = place;
-            vertex = points[vertex as usize].next;
+        for (place, vertex) in replay.tree_order().enumerate() {
+            tree.order[vertex as usize] = place as u32;
         }
         tree.find_wedges(&lattice.values, header.stride());
         tree.measure();

@@ -5,13 +5,11 @@
 
 use std::ops::Range;
 
-use super::attributes::ChannelKind;
-use super::geometry::shorten;
-use super::mesh::Mesh;
-use super::octahedron;
-
-/// A corner: triangle, which of its corners, and the wedge that it had before the split.
-pub(super) type Corner = (u32, usize, u32);
+use super::super::geometry::shorten;
+use super::super::mesh::Mesh;
+use super::super::octahedron;
+use super::ChannelKind;
+use super::wedges::Corner;
 
 /// What surrounds a new wedge.
 #[derive(Clone, Copy)]
@@ -105,7 +103,7 @@ impl<'a> Beside<'a> {
 
 /// Adds a triangle's normal, as long as twice its area.
 fn add_face(sum: &mut [i64; 3], mesh: &Mesh, triangle: u32) {
-    let [a, b, c] = mesh.triangles[triangle as usize].map(|v| mesh.points[v as usize].at);
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|v| mesh.points[v as usize].at());
     let from_a = |p: [i32; 3]| [0, 1, 2].map(|axis| i64::from(p[axis] - a[axis]));
     let (p, q) = (from_a(b), from_a(c));
     for (axis, sum) in sum.iter_mut().enumerate() {
@@ -118,7 +116,7 @@ fn add_face(sum: &mut [i64; 3], mesh: &Mesh, triangle: u32) {
 fn shares(mesh: &Mesh, triangle: u32, side: usize, (old, new): (u32, u32)) -> [i64; 2] {
     let corners = mesh.triangles[triangle as usize];
     let [from, to, at] = [corners[(side + 1) % 3], corners[(side + 2) % 3], new].map(|v| {
-        let (p, q) = (mesh.points[v as usize].at, mesh.points[old as usize].at);
+        let (p, q) = (mesh.points[v as usize].at(), mesh.points[old as usize].at());
         [0, 1, 2].map(|axis| i64::from(p[axis]) - i64::from(q[axis]))
     });
     // Ten bits are enough, and keep products small.
