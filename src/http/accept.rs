@@ -142,11 +142,12 @@ impl Connection {
     async fn run(self, stream: TcpStream, address: SocketAddr) {
         // Without it small answers wait for the peer's delayed acknowledgements.
         let _ = stream.set_nodelay(true);
+        // Boxed, so that whoever only listens to a stream takes no room for a handshake and for both kinds of connections.
         let Some(tls) = &self.tls else {
-            return self.talk(stream, address).await;
+            return Box::pin(self.talk(stream, address)).await;
         };
         match self.stopping.run_until_cancelled(tls.shake_hands(stream)).await {
-            Some(Ok(stream)) => self.talk(stream, address).await,
+            Some(Ok(stream)) => Box::pin(self.talk(stream, address)).await,
             Some(Err(error)) => tracing::debug!(%error, "a peer did not shake hands"),
             None => {}
         }

@@ -39,7 +39,7 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
         ("/v1/scenes/{scene}/movers/poses", post(movers::poses)),
         ("/v1/movers/{object}", delete(movers::destroy)),
         ("/v1/movers/{object}/pose", put(movers::pose)),
-        ("/v1/scenes/{scene}/doors/{object}", put(doors::set)),
+        ("/v1/scenes/{scene}/doors/{object}", get(doors::get).put(doors::set)),
         ("/v1/scenes/{scene}/rollback", post(rollback::roll)),
         ("/v1/jobs/{job}", get(uploads::job).delete(uploads::cancel)),
         ("/v1/jobs/{job}/events", get(uploads::events)),

@@ -72,6 +72,11 @@ pub(super) enum Message {
         /// When it is kept.
         reply: Reply<Result<(), LiveError>>,
     },
+    /// How a door stands.
+    IsOpen {
+        door: ObjectId,
+        reply: Reply<bool>,
+    },
     /// Whatever outlived the server is back.
     Ready {
         reply: Reply<()>,

@@ -193,12 +193,12 @@ impl Live {
     /// # Errors
     /// When there is no room, or the rules refuse it.
     pub async fn open(&self, scene: &SceneName, visitor: Visitor, with_statics: bool) -> Result<Opened, LiveError> {
+        let most = self.0.settings.sessions;
+        // Ids are never used again: whoever finds no room takes none.
+        self.0.registry.check_room(most)?;
         let stage = self.stage(scene);
         let object = self.0.ids.draw().await?;
-        let (entry, reserved) = self
-            .0
-            .registry
-            .new_session((scene, &stage), object, self.0.settings.sessions)?;
+        let (entry, reserved) = self.0.registry.new_session((scene, &stage), object, most)?;
         let session = entry.session;
         let message = |reply| Message::Open {
             session,
@@ -374,6 +374,14 @@ impl Live {
         ask(&stage, |reply| Message::Destroy { object, reply }).await?;
         self.0.registry.end_mover(object);
         Ok(())
+    }
+
+    /// Whether a door is open.
+    ///
+    /// # Errors
+    /// When the scene's task does not answer.
+    pub async fn door_is_open(&self, scene: &SceneName, door: ObjectId) -> Result<bool, LiveError> {
+        ask(&self.stage(scene), |reply| Message::IsOpen { door, reply }).await
     }
 
     /// Opens or closes a door of a revision, for whoever has a token of the scene.

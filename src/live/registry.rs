@@ -128,6 +128,15 @@ impl Tables {
         );
     }
 
+    fn check_room(&self, most: usize) -> Result<(), LiveError> {
+        let what = "sessions";
+        if self.sessions.len() < most {
+            Ok(())
+        } else {
+            Err(LiveError::Full { what, most })
+        }
+    }
+
     fn session_of(&self, stage: &StageHandle, token: Token) -> Option<SessionId> {
         let mut sessions = self.sessions.values();
         let entry = sessions.find(|entry| entry.token == token && entry.stage.is(stage))?;
@@ -176,18 +185,20 @@ impl Registry {
             .collect()
     }
 
+    /// Whether another session may be opened.
+    pub(super) fn check_room(&self, most: usize) -> Result<(), LiveError> {
+        self.tables().check_room(most)
+    }
+
     pub(super) fn new_session(
         &self,
         (scene, stage): (&SceneName, &StageHandle),
         object: ObjectId,
         most: usize,
     ) -> Result<(SessionEntry, Reserved<'_>), LiveError> {
-        let token = Token::random()?;
         let mut tables = self.tables();
-        if tables.sessions.len() >= most {
-            let what = "sessions";
-            return Err(LiveError::Full { what, most });
-        }
+        tables.check_room(most)?;
+        let token = Token::random()?;
         let entry = SessionEntry {
             // No other node has one of this number either.
             session: SessionId(u64::from(object.0.saturating_sub(FIRST_MOVER))),
@@ -318,5 +329,32 @@ impl Registry {
             }
             !ours
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_million_who_want_in_as_many_are_let_in_as_there_is_room_for() {
+        const ROOM: usize = 100;
+        let registry = Registry::default();
+        let (scene, (stage, _inbox)) = ("row".parse().unwrap(), StageHandle::new());
+        let mut let_in = 0;
+        for i in 0..1_000_000 {
+            let entered = registry.new_session((&scene, &stage), ObjectId(FIRST_MOVER + i), ROOM);
+            match entered {
+                // Some do not wait for an answer: what was kept for them is given back.
+                Ok((_, reserved)) if i % 2 == 0 => drop(reserved),
+                Ok((_, reserved)) => {
+                    reserved.keep();
+                    let_in += 1;
+                }
+                Err(refused) => assert!(matches!(refused, LiveError::Full { most: ROOM, .. }), "{refused}"),
+            }
+        }
+        assert_eq!((let_in, registry.tables().sessions.len()), (ROOM, ROOM));
+        assert!(registry.check_room(ROOM).is_err() && registry.check_room(ROOM + 1).is_ok());
     }
 }

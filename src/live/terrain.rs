@@ -32,6 +32,7 @@ impl Terrain {
             revision: self.published.pointer.revision,
             bounds: self.published.pointer.bounds,
             cells: entries.into_iter().map(shape).collect(),
+            foliage: self.published.reader.foliage().await?,
         })
     }
 

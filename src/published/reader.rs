@@ -10,6 +10,7 @@ use std::{any::Any, sync::Arc};
 use belvedere_scene::pointer::Pointer;
 use belvedere_scene::{
     BlobName, Bounds, CellId, ObjectId,
+    foliage::Foliage,
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
     manifest::Manifest,
     object::{ObjectChunk, ObjectInfo},
@@ -199,6 +200,26 @@ impl SceneReader {
         match &self.manifest().await?.occluders {
             Some(occluders) => self.decode(&occluders.url, Blockers::read).await.map(Some),
             None => Ok(None),
+        }
+    }
+
+    /// Where leaves hide a share of what is behind them.
+    ///
+    /// # Errors
+    /// When it cannot be read, or breaks its promises.
+    pub async fn foliage(&self) -> Result<Foliage, ReadError> {
+        match &self.manifest().await?.foliage {
+            Some(foliage) => {
+                let decode = |bytes: &[u8]| {
+                    let read: Foliage = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+                    let sound = read.is_sound();
+                    sound
+                        .then_some(read)
+                        .ok_or_else(|| "its squares make no sense".to_owned())
+                };
+                Ok(Foliage::clone(&*self.decode(&foliage.url, decode).await?))
+            }
+            None => Ok(Foliage::default()),
         }
     }
 

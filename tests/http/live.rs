@@ -266,6 +266,11 @@ async fn doors_are_opened_by_whoever_is_there_and_seen_by_whoever_may() {
     let far = Person::enter(server.address, 0.5).await;
     let (mut near_hears, mut far_hears) = (near.listen().await, far.listen().await);
     let door = "/v1/scenes/row/doors/o6";
+    let stands = get(server.address, door).await;
+    assert_eq!(
+        (stands.status, stands.json(), stands.header("cache-control")),
+        (200, json!({"object": "o6", "open": true}), Some("no-store"))
+    );
     let body = json!({"open": false});
     assert_eq!(json(server.address, ("PUT", door), None, &body).await.status, 401);
     let wrong = "0".repeat(32);
@@ -285,6 +290,8 @@ async fn doors_are_opened_by_whoever_is_there_and_seen_by_whoever_may() {
         (answer.status, answer.json()),
         (200, json!({"object": "o6", "open": false}))
     );
+    assert_eq!(get(server.address, door).await.json()["open"], false);
+    assert_eq!(get(server.address, no_door).await.status, 404);
     assert_eq!(
         near_hears.wait("door").await.data,
         json!({"object": "o6", "open": false})

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::{
     live_wire::{Person, ask, json},
     scene::Server,
-    wire::send,
+    wire::{get, send},
 };
 
 /// A body, and where the answer says that it is wrong.
@@ -281,6 +281,44 @@ async fn beyond_the_limits_there_is_no_room() {
     }
     assert_eq!(a.leave().await, 204);
     Person::enter(server.address, 0.5).await;
+}
+
+#[tokio::test]
+async fn a_flood_of_sessions_takes_no_more_room_than_there_is_and_goes_with_its_leases() {
+    const ROOM: usize = 5;
+    let server = Server::start_with(Settings {
+        max_sessions: Some(ROOM),
+        lease_s: Some(1),
+        ..Settings::default()
+    })
+    .await;
+    let body = json!({"position": [0.5, 0.5, 0.5]});
+    let knock = || json(server.address, ("POST", "/v1/scenes/row/sessions"), None, &body);
+    let number = |answer: Value| -> u32 { answer["object"].as_str().unwrap()[1..].parse().unwrap() };
+    let mut objects = Vec::new();
+    for _ in 0..200 {
+        let answer = knock().await;
+        match answer.status {
+            201 => objects.push(number(answer.json())),
+            status => assert_eq!((status, answer.header("retry-after")), (503, Some("10"))),
+        }
+    }
+    assert!(objects.len() >= ROOM && objects.is_sorted(), "{objects:?}");
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    let sessions = metrics
+        .lines()
+        .find_map(|line| line.strip_prefix("belvedere_live_sessions "));
+    let open: usize = sessions.expect("a metric").parse().unwrap();
+    assert!(open <= ROOM, "{open} of {ROOM}");
+    // Who was sent away has taken no id, of which there are so many and no more.
+    let last = loop {
+        let answer = knock().await;
+        if answer.status == 201 {
+            break number(answer.json());
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+    };
+    assert_eq!(last - objects[0], objects.len() as u32, "{objects:?}, then {last}");
 }
 
 #[tokio::test]

@@ -259,6 +259,7 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
             reason: "asked for".to_owned(),
         },
         occluders: None,
+        foliage: None,
         packs: PackSummary::default(),
         records: RecordSizes::default(),
         cells,

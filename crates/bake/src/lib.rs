@@ -5,6 +5,7 @@
 //! 1. [`import`] reads a glTF file, a zip of one or a floor plan into a [`source::SourceScene`] and counts its defects;
 //! 2. [`cells`] cuts the free space into convex view cells with portals;
 //! 3. [`visibility`] finds for each cell the objects and cells that can be seen from it;
+//!    `foliage` measures what hides a share of what is behind it;
 //! 4. [`lod`] makes levels of detail, each with a true object-space error;
 //!    [`glb`] writes them as files that any glTF viewer opens; [`smooth`] writes smooth LODs, of which every beginning
 //!    is a coarser mesh;
@@ -17,6 +18,7 @@ pub mod cells;
 pub mod city;
 pub mod defect;
 pub mod digest;
+mod foliage;
 pub mod frame;
 pub mod glb;
 pub mod import;

@@ -6,6 +6,7 @@ use glam::DVec3;
 use crate::{
     cells::{self, CellGraph, CellSettings, author::AuthorError},
     defect::Defects,
+    foliage,
     frame::Frame,
     import::split::{self, SplitSettings},
     lod::LodSettings,
@@ -139,6 +140,7 @@ pub fn bake(
             .collect(),
         ..settings.lod.clone()
     };
+    let foliage = foliage::of(&scene);
     let mut models = Models::write(&scene, &lod, host.sink, progress)?;
     let write = |models: &Models<'_>, mut visibility: Visibility| {
         visibility.reason = format!("{}; {}", visibility.reason, how_cut(&bounds, &placed, &visibility));
@@ -151,6 +153,7 @@ pub fn bake(
             bounds: &bounds,
             graph: &placed,
             scenery: &scenery,
+            foliage: &foliage,
             visibility: &visibility,
         };
         records::write(input, models, host.sink, progress)

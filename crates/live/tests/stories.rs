@@ -5,8 +5,13 @@ mod plan;
 use belvedere_live::{
     cells::distance_m,
     event::{Event, Gone},
+    journal::replay::Replay,
+    world::Rules,
 };
-use belvedere_scene::{CellId, ObjectId};
+use belvedere_scene::{
+    CellId, ObjectId,
+    foliage::{Foliage, FoliageSquare, Slab},
+};
 use plan::{SPEED_MPS, Stage};
 
 #[test]
@@ -118,6 +123,48 @@ fn deep_in_a_crowd_little_is_seen_and_told_less_often_and_a_few_people_are_no_cr
         "{near:?} {far:?}"
     );
     assert!(far.period_ms > few[19].period_ms, "{far:?} {:?}", few[19]);
+}
+
+#[test]
+fn behind_a_hedge_less_is_seen_of_everybody_and_told_less_often() {
+    let first_seen = |solidity: Option<f64>| {
+        let slab = |solidity| Slab {
+            from_m: 0.0,
+            to_m: 2.0,
+            solidity,
+        };
+        let hedge = (-6..=6).map(|z| FoliageSquare {
+            at: [2, z],
+            slabs: solidity.into_iter().map(slab).collect(),
+        });
+        let foliage = Foliage {
+            side_m: 4.0,
+            squares: hedge.collect(),
+        };
+        let mut stage = Stage::grove(foliage, 40);
+        let people: Vec<_> = (0..60).map(|i| stage.park(20.0 + 0.3 * f64::from(i))).collect();
+        let a = stage.enter(0.5);
+        stage.tick();
+        let told = stage.heard(a, "object-info").into_iter().find_map(|event| match event {
+            Event::ObjectInfo(told) if told.info.object == people[0] => told.moving,
+            _ => None,
+        });
+        stage
+            .journal()
+            .into_iter()
+            .fold(Replay::default(), |mut replay, (input, output)| {
+                assert_eq!(replay.take(&input).unwrap().output, output, "{input}");
+                replay
+            });
+        told.unwrap().attention
+    };
+    let (free, behind) = (first_seen(None), first_seen(Some(0.9)));
+    let (free_share, share) = (free.visibility.unwrap(), behind.visibility.unwrap());
+    assert!(share < 0.6 * free_share, "{behind:?}, without a hedge {free:?}");
+    assert!(
+        behind.period_ms > free.period_ms,
+        "{behind:?}, without a hedge {free:?}"
+    );
 }
 
 #[test]
@@ -276,6 +323,11 @@ fn who_stays_in_a_corner_is_silent_for_minutes_and_who_leaves_it_gets_a_larger_o
     stage.silence(60_000);
     assert_eq!(stage.count(b, "wake"), 0);
     assert_eq!(stage.stand(b), Some(corner), "it lasts");
+    stage.silence(corner.until_ms - stage.now_ms);
+    assert_eq!(stage.count(b, "hush"), 0, "its owner knows when it ends");
+    let again = stage.pose(b, 30.7).expect("nobody can see b");
+    assert_eq!(again.tbv, corner.tbv, "who has not left it may rely on it again");
+    assert_eq!(again.until_ms, corner.until_ms + Rules::default().longest_tbv_ms);
     let beyond = corner.tbv.center[0] + corner.tbv.radius_m + 0.5;
     let larger = stage.walk(b, beyond, SPEED_MPS).expect("nobody can see b there either");
     assert!(!corner.tbv.holds([beyond, 0.5, 0.5]) && larger.tbv.holds([beyond, 0.5, 0.5]));

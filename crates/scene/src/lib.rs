@@ -16,12 +16,14 @@
 //! * [`procedural`]: models written as rules, and what grows out of them.
 //! * [`object`]: object infos: where an object stands and which levels of detail it has.
 //! * [`rung`]: the slices in which a smooth LOD is fetched, and what an object info says of them.
+//! * [`foliage`]: where leaves hide a share of what is behind them.
 //! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
 //!
 //! `docs/FORMAT.md` specifies all of it to the byte.
 
 pub mod bounds;
 pub mod convex;
+pub mod foliage;
 pub mod id;
 pub mod index;
 pub mod manifest;

@@ -33,6 +33,9 @@ pub struct Manifest {
     pub visibility: VisibilitySummary,
     /// What hides, for questions about places that are no view cells; none when nobody can ask.
     pub occluders: Option<OccludersRef>,
+    /// Where leaves hide a share of what is behind them; none where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub foliage: Option<FoliageRef>,
     /// What records and steps cost.
     pub records: RecordSizes,
     /// What entering a cell costs with packs.
@@ -51,6 +54,15 @@ pub struct Manifest {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OccludersRef {
     /// An object with extension `.occ`.
+    pub url: BlobName,
+    /// Its size.
+    pub bytes: u64,
+}
+
+/// Where the foliage of a revision is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoliageRef {
+    /// A [`Foliage`](crate::foliage::Foliage).
     pub url: BlobName,
     /// Its size.
     pub bytes: u64,

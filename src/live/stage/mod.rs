@@ -193,6 +193,7 @@ impl Stage {
                 }
                 self.keeping.keep_door(DoorToKeep { revision, door, reply }).await;
             }
+            Message::IsOpen { door, reply } => _ = reply.send(self.world.is_open(door)),
             Message::Ready { reply } => _ = reply.send(()),
             Message::Heard { revision, said } => self.hear(revision, *said),
             Message::Screen(screen) => self.screen(&screen),

@@ -15,7 +15,7 @@ pub mod texels;
 use std::io::Cursor;
 
 use image::{
-    DynamicImage, ImageFormat, ImageReader, Limits, Rgba32FImage,
+    DynamicImage, GrayImage, ImageFormat, ImageReader, Limits, Luma, Rgba32FImage,
     codecs::{jpeg::JpegEncoder, png::PngEncoder},
 };
 
@@ -76,6 +76,18 @@ pub fn ladder(picture: &Image, content: Content) -> Ladder {
         }
     }
     ladder
+}
+
+/// How opaque a picture is, texel by texel; none when it does not say or cannot be read.
+pub(crate) fn alpha(picture: &Image) -> Option<GrayImage> {
+    if picture.ext != "png" {
+        return None;
+    }
+    let decoded = decode(&picture.bytes, ImageFormat::Png).filter(|decoded| decoded.color().has_alpha())?;
+    let pixels = decoded.into_rgba8();
+    Some(GrayImage::from_fn(pixels.width(), pixels.height(), |x, y| {
+        Luma([pixels.get_pixel(x, y).0[3]])
+    }))
 }
 
 fn decode(bytes: &[u8], format: ImageFormat) -> Option<DynamicImage> {

@@ -103,6 +103,7 @@ fn records_and_steps_of_a_city_are_small() {
         bounds: world.object_bounds(),
         graph: &graph,
         scenery: &scenery,
+        foliage: &Default::default(),
         visibility: &visibility,
     };
     let models = Models::write(&scene, &LodSettings::default(), &Nowhere, &Silent).unwrap();

@@ -18,7 +18,8 @@ use std::collections::BTreeMap;
 
 use belvedere_scene::{
     BlobName, Bounds, ModelId, ObjectId, Revision, SceneName,
-    manifest::{Counts, FORMAT, Manifest, OccludersRef, RecordSizes, VisibilitySummary},
+    foliage::Foliage,
+    manifest::{Counts, FORMAT, FoliageRef, Manifest, OccludersRef, RecordSizes, VisibilitySummary},
     object::{Model, ObjectChunk, ObjectEntry},
     pointer::Pointer,
 };
@@ -66,6 +67,8 @@ pub struct Input<'a> {
     pub graph: &'a CellGraph,
     /// What hides in it.
     pub scenery: &'a Scenery,
+    /// What hides a share.
+    pub foliage: &'a Foliage,
     /// What each cell sees.
     pub visibility: &'a Visibility,
 }
@@ -149,6 +152,9 @@ pub fn write(
         bytes: occluders_bytes,
     };
 
+    let foliage = (!input.foliage.is_empty()).then(|| ledger.put_json(input.foliage));
+    let foliage = foliage.transpose()?.map(|(url, bytes)| FoliageRef { url, bytes });
+
     let bytes = sizes(input, models, &written.sizes, ledger.total_bytes());
     let small = bytes["level0"] <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
     let manifest = Manifest {
@@ -169,6 +175,7 @@ pub fn write(
             mean_visible: mean(input.visibility.cells.iter().map(|cell| cell.objects.len() as f64)),
         },
         occluders: Some(occluders),
+        foliage,
         records: written.sizes,
         packs,
         cells,

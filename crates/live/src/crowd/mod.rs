@@ -3,7 +3,7 @@
 //!
 //! * [`quadtree`]: the ground is cut into cells until few movers stand in each; what stands in one covers a share of its
 //!   border, its *solidity* (§3.1.1).
-//! * [`solidity`]: that share.
+//! * [`solidity`]: that share. [`foliage`]: that of leaves, which are published and never move.
 //! * [`shadow`]: what of a cell lies behind another, seen from a point.
 //! * [`visibility`]: from cell to cell along their borders, front to back, each cell keeps the share that the shadows met so far
 //!   leave of it (§4).
@@ -13,6 +13,8 @@
 //! Guarantee: never hides more than the paper's rule does. Cost: for each observer, cells times partial occluders, within
 //! its area of interest.
 
+mod foliage;
+mod node;
 mod quadtree;
 mod shadow;
 mod solidity;

@@ -1,59 +1,35 @@
 //! Where do many stand? A quadtree over the ground whose leaves know what stands in them, how solid that is, and which leaves are
 //! beside them (§3.1).
 //!
-//! A leaf is quartered while many stand in it, down to the size of a few people, and four become one again when they are nearly
-//! empty. Only then neighbours change; when somebody moves, only the solidity of the leaves that he touches does, and it is found
+//! A leaf is quartered while many stand in it, people and squares of foliage alike, down to the size of a few people, and four
+//! become one again when they are nearly empty. Only then neighbours change; when somebody moves, only the solidity of the leaves that he touches does, and it is found
 //! when somebody looks: once for all who moved meanwhile.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use belvedere_scene::{Bounds, ObjectId};
+use belvedere_scene::{Bounds, ObjectId, foliage::Foliage};
 
-use super::{Disc, Square, solidity::solidity};
+use super::{
+    Disc, Square,
+    foliage::Plants,
+    node::{Leaf, Node},
+    solidity::solidity,
+};
 
 /// A leaf in which more stand is quartered …
 const MOST: usize = 6;
 /// … unless it would be smaller.
 const SMALLEST_M: f64 = 2.0;
 
-pub(super) type Leaf = usize;
-
-/// A place in the tree.
-#[derive(Debug)]
-pub(super) struct Node {
-    pub(super) square: Square,
-    parent: Option<usize>,
-    /// None of a leaf.
-    children: Option<[usize; 4]>,
-    standing: BTreeSet<ObjectId>,
-    pub(super) solidity: f64,
-    /// Heights that all who stand here have; empty when from is above to.
-    pub(super) heights: [f64; 2],
-    pub(super) beside: Vec<Leaf>,
-}
-
-/// All movers of a scene, seen from above.
+/// All movers of a scene among its foliage, seen from above.
 #[derive(Debug)]
 pub struct Crowd {
     pub(super) nodes: Vec<Node>,
     free: Vec<usize>,
+    plants: Plants,
     discs: BTreeMap<ObjectId, (Disc, Leaf)>,
     /// Whose solidity is not known any more.
     stirred: BTreeSet<Leaf>,
-}
-
-impl Node {
-    fn leaf(square: Square, parent: Option<usize>) -> Self {
-        Self {
-            square,
-            parent,
-            children: None,
-            standing: BTreeSet::new(),
-            solidity: 0.0,
-            heights: [f64::NEG_INFINITY, f64::INFINITY],
-            beside: Vec::new(),
-        }
-    }
 }
 
 impl Crowd {
@@ -69,9 +45,18 @@ impl Crowd {
         Self {
             nodes: vec![Node::leaf(square, None)],
             free: Vec::new(),
+            plants: Plants::default(),
             discs: BTreeMap::new(),
             stirred: BTreeSet::new(),
         }
+    }
+
+    /// Foliage stands here from now on, before anybody does.
+    pub fn plant(&mut self, foliage: &Foliage) {
+        self.plants = Plants::of(foliage);
+        self.nodes[0].plants = self.plants.count(&self.nodes[0].square);
+        self.stirred.insert(0);
+        self.split(0);
     }
 
     /// Somebody is here now.
@@ -135,9 +120,11 @@ impl Crowd {
 
     /// Finds out how solid the leaves are in which somebody has moved.
     pub(super) fn settle(&mut self) {
-        // A number that is no leaf's any more is that of an empty node.
+        // A number that is no leaf's any more is that of an empty node, or of one that was quartered.
         for leaf in std::mem::take(&mut self.stirred) {
-            self.measure(leaf);
+            if self.nodes[leaf].children.is_none() {
+                self.measure(leaf);
+            }
         }
     }
 
@@ -150,12 +137,13 @@ impl Crowd {
         });
         let node = &mut self.nodes[leaf];
         (node.solidity, node.heights) = (solidity, heights);
+        node.slabs.get_or_insert_with(|| self.plants.slabs(&node.square));
     }
 
     fn split(&mut self, leaf: Leaf) {
         let square = self.nodes[leaf].square;
         let half_m = 0.5 * square.side_m;
-        if self.nodes[leaf].standing.len() <= MOST || half_m < SMALLEST_M {
+        if self.nodes[leaf].things() <= MOST || half_m < SMALLEST_M {
             return;
         }
         let standing = std::mem::take(&mut self.nodes[leaf].standing);
@@ -165,11 +153,15 @@ impl Crowd {
                 min: [square.min[0] + offset[0], square.min[1] + offset[1]],
                 side_m: half_m,
             };
-            self.add(Node::leaf(quarter, Some(leaf)))
+            let plants = self.plants.count(&quarter);
+            self.add(Node {
+                plants,
+                ..Node::leaf(quarter, Some(leaf))
+            })
         });
         let around = std::mem::take(&mut self.nodes[leaf].beside);
         self.nodes[leaf].children = Some(children);
-        self.nodes[leaf].solidity = 0.0;
+        (self.nodes[leaf].solidity, self.nodes[leaf].slabs) = (0.0, None);
         self.meet(&children, around, leaf);
         for object in standing {
             let disc = self.discs[&object].0;
@@ -191,8 +183,8 @@ impl Crowd {
         };
         let quarters = children.map(|child| &self.nodes[child]);
         let all_leaves = quarters.iter().all(|quarter| quarter.children.is_none());
-        let standing: usize = quarters.iter().map(|quarter| quarter.standing.len()).sum();
-        if !all_leaves || standing > MOST / 2 {
+        let things: usize = quarters.iter().map(|quarter| quarter.things()).sum();
+        if !all_leaves || things > MOST / 2 {
             return;
         }
         let mut around: Vec<Leaf> = Vec::new();
@@ -246,6 +238,7 @@ impl Crowd {
 
 #[cfg(test)]
 mod tests {
+    use belvedere_scene::foliage::{FoliageSquare, Slab};
     use proptest::prelude::*;
 
     use super::*;
@@ -264,11 +257,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn leaves_know_who_stands_in_them_and_what_is_beside_them(
+        fn leaves_know_what_stands_in_them_and_what_is_beside_them(
+            plants in prop::collection::btree_set([0..16i64, 0..16i64], 0..40),
             steps in prop::collection::vec((0..40u32, 0.0..64.0f64, 0.0..64.0f64, prop::bool::weighted(0.8)), 1..200)
         ) {
             let ground = Bounds { min: [0.0; 3], max: [64.0, 3.0, 64.0] };
             let mut crowd = Crowd::new(&ground);
+            let slab = Slab { from_m: 0.0, to_m: 2.0, solidity: 0.3 };
+            let squares = plants.into_iter().map(|at| FoliageSquare { at, slabs: vec![slab] }).collect();
+            crowd.plant(&Foliage { side_m: 4.0, squares });
             let mut there = BTreeMap::new();
             for (who, x, z, stays) in steps {
                 let object = ObjectId(who);
@@ -297,6 +294,8 @@ mod tests {
                     prop_assert_eq!(beside, expected);
                     let discs = node.standing.iter().map(|object| crowd.discs[object].0);
                     prop_assert_eq!(node.solidity, solidity(&node.square, discs));
+                    prop_assert_eq!(&node.slabs, &Some(crowd.plants.slabs(&node.square)));
+                    prop_assert!(node.things() <= MOST || node.square.side_m < 2.0 * SMALLEST_M);
                 }
             }
         }

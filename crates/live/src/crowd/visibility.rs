@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::{Crowd, Square, quadtree::Leaf, shadow::Shadow};
+use super::{Crowd, Square, node::Leaf, shadow::Shadow};
 
 /// A cell that is less solid casts no shadow.
 const LEAST_SOLIDITY: f64 = 0.02;
@@ -62,9 +62,12 @@ impl View {
                 heights,
             };
             view.values.insert(leaf, seen);
-            let hides = node.solidity >= LEAST_SOLIDITY && node.heights[0] <= height_m && height_m <= node.heights[1];
-            if hides {
-                shadows.extend(Shadow::of(point, &node.square, node.solidity, node.heights));
+            // What is hidden itself hides little that is not.
+            if let Some(hiding) = node.hides_at(height_m)
+                && hiding.solidity >= LEAST_SOLIDITY
+                && value >= HIDDEN
+            {
+                shadows.extend(Shadow::of(point, &node.square, hiding.solidity, hiding.heights));
             }
             let near = node
                 .beside
@@ -100,7 +103,12 @@ impl View {
 
 #[cfg(test)]
 mod tests {
-    use belvedere_scene::{Bounds, ObjectId};
+    use std::collections::BTreeSet;
+
+    use belvedere_scene::{
+        Bounds, ObjectId,
+        foliage::{Foliage, FoliageSquare, Slab},
+    };
     use proptest::prelude::*;
 
     use super::*;
@@ -112,10 +120,14 @@ mod tests {
 
     fn crowd(people: &[[f64; 2]]) -> Crowd {
         let mut crowd = Crowd::new(&GROUND);
+        stand(&mut crowd, people);
+        crowd
+    }
+
+    fn stand(crowd: &mut Crowd, people: &[[f64; 2]]) {
         for (object, [x, z]) in (0..).map(ObjectId).zip(people) {
             crowd.put(object, [*x, 1.5, *z], 0.4);
         }
-        crowd
     }
 
     /// Rows of people, shoulder to shoulder.
@@ -139,6 +151,37 @@ mod tests {
         assert_eq!(view.of(&crowd, [20.0, 1.5, 100.0]), 1.0, "beside it");
     }
 
+    /// Squares of 4 m that are so solid up to 3 m.
+    fn hedge(at: &[[i64; 2]], solidity: f64) -> Foliage {
+        let slab = Slab {
+            from_m: 0.0,
+            to_m: 3.0,
+            solidity,
+        };
+        let at: BTreeSet<_> = at.iter().copied().collect();
+        let squares = at.into_iter().map(|at| FoliageSquare { at, slabs: vec![slab] });
+        Foliage {
+            side_m: 4.0,
+            squares: squares.collect(),
+        }
+    }
+
+    #[test]
+    fn a_hedge_hides_a_share_of_who_is_behind_it_and_of_nobody_else() {
+        let mut crowd = crowd(&[]);
+        crowd.plant(&hedge(&(0..32).map(|z| [10, z]).collect::<Vec<_>>(), 0.5));
+        let view = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0);
+        let seen = [(60.0, 1.5), (30.0, 1.5), (60.0, 4.0)].map(|(x, y)| view.of(&crowd, [x, y, 64.0]));
+        assert!((0.3..0.8).contains(&seen[0]), "{seen:?}");
+        assert_eq!(seen[1..], [1.0; 2], "before it and above");
+        let above = View::from(&mut crowd, [20.0, 4.0, 64.0], 200.0);
+        assert_eq!(above.of(&crowd, [60.0, 1.5, 64.0]), 1.0, "over it");
+        let people: Vec<_> = (0..40).map(|z| [42.0, 44.0 + f64::from(z)]).collect();
+        stand(&mut crowd, &people);
+        let both = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0).of(&crowd, [60.0, 1.5, 64.0]);
+        assert!(both < seen[0], "people in it hide more: {both}");
+    }
+
     #[test]
     fn who_moves_aside_uncovers_who_is_behind() {
         let mut crowd = crowd(&rows(40.0, 8));
@@ -155,9 +198,7 @@ mod tests {
         let view = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0);
         (0..60 * 20).map(ObjectId).for_each(|object| crowd.take(object));
         // The numbers of the leaves that are gone are used again, in front of the observer.
-        for (object, [x, z]) in (0..).map(ObjectId).zip(rows(2.0, 8)) {
-            crowd.put(object, [x, 1.5, z], 0.4);
-        }
+        stand(&mut crowd, &rows(2.0, 8));
         for [x, z] in rows(2.0, 8) {
             let seen = view.of(&crowd, [x, 1.5, z]);
             assert!(seen == 1.0, "{seen} at {x}, {z}");
@@ -172,7 +213,8 @@ mod tests {
         let mut value = 1.0;
         for leaf in view.values.keys().filter(|leaf| **leaf != target) {
             let node = &crowd.nodes[*leaf];
-            let Some(shadow) = Shadow::of(eye, &node.square, node.solidity, node.heights) else {
+            let Some(hiding) = node.hides_at(1.5) else { continue };
+            let Some(shadow) = Shadow::of(eye, &node.square, hiding.solidity, hiding.heights) else {
                 continue;
             };
             let step_m = square.side_m / f64::from(SIDE);
@@ -183,7 +225,7 @@ mod tests {
             let inside = (0..SIDE * SIDE)
                 .filter(|i| shadow.share(&tiny(point(*i))) > 0.5)
                 .count();
-            value *= 1.0 - f64::from(inside as u32) / f64::from(SIDE * SIDE) * node.solidity;
+            value *= 1.0 - f64::from(inside as u32) / f64::from(SIDE * SIDE) * hiding.solidity;
         }
         value
     }
@@ -208,10 +250,13 @@ mod tests {
         #[test]
         fn nothing_is_hidden_that_the_rule_to_the_letter_shows(
             people in prop::collection::vec([40.0..80.0f64, 40.0..80.0f64], 60..120),
+            leaves in prop::collection::vec([8..24i64, 8..24i64], 0..60),
             eye in [0.0..30.0f64, 0.0..128.0f64],
         ) {
             const LAX: f64 = 0.1;
-            let mut crowd = crowd(&people);
+            let mut crowd = Crowd::new(&GROUND);
+            crowd.plant(&hedge(&leaves, 0.3));
+            stand(&mut crowd, &people);
             let view = View::from(&mut crowd, [eye[0], 1.5, eye[1]], 1e9);
             for (leaf, Value { share, .. }) in &view.values {
                 let least = by_the_letter(&crowd, &view, eye, *leaf);

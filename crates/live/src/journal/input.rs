@@ -1,12 +1,12 @@
 //! What may happen to a scene, and what does it answer? Each as a value that can be written down.
 
-use belvedere_scene::{Bounds, CellId, ObjectId, Revision, SceneName};
+use belvedere_scene::{Bounds, CellId, ObjectId, Revision, SceneName, foliage::Foliage};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Ms,
+    Ms, World,
     aoi::Aoi,
-    cells::Cell,
+    cells::{Cell, Cells},
     event::{Event, Gone, SessionId, Void},
     world::{Moved, NewMover, Refusal, Rules, Seen, Sent, Visitor},
 };
@@ -20,6 +20,18 @@ pub struct Ground {
     pub bounds: Bounds,
     /// Its view cells, by id.
     pub cells: Vec<Cell>,
+    /// Its foliage.
+    #[serde(default, skip_serializing_if = "Foliage::is_empty")]
+    pub foliage: Foliage,
+}
+
+impl Ground {
+    /// A world on this ground in which nobody is.
+    pub(super) fn world(&self, rules: Rules) -> World {
+        let mut world = World::new(Cells::new(self.cells.clone()), &self.bounds, rules);
+        world.plant(&self.foliage);
+        world
+    }
 }
 
 /// A call of a method of [`World`](crate::World), whose parameters these are.

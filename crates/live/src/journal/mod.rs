@@ -45,7 +45,7 @@ impl Journal {
     #[must_use]
     pub fn begin(scene: SceneName, ground: &Ground, rules: Rules, writes: bool, now_ms: Ms) -> Self {
         let mut journal = Self {
-            world: World::new(Cells::new(ground.cells.clone()), &ground.bounds, rules),
+            world: ground.world(rules),
             said: Vec::new(),
             written: writes.then(String::new),
         };
@@ -241,7 +241,8 @@ impl Journal {
             ground: ground.clone(),
             sights: sights.to_vec(),
         });
-        self.world.rebase(taught(ground, sights), &ground.bounds, now_ms);
+        self.world
+            .rebase(taught(ground, sights), &ground.bounds, &ground.foliage, now_ms);
         self.write(now_ms, input, Answer::Done);
     }
 

@@ -33,7 +33,10 @@ pub(super) fn check_ground(ground: &Ground) -> Result<(), ReplayError> {
     for (what, bounds) in boxes.chain([("the box around the scene", &ground.bounds)]) {
         check_box(what, bounds)?;
     }
-    Ok(())
+    let sound = ground.foliage.is_sound();
+    sound
+        .then_some(())
+        .ok_or(ReplayError::Impossible("foliage is where none can be"))
 }
 
 fn check_crowding(crowding: &Crowding) -> Result<(), ReplayError> {

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use belvedere_scene::ObjectId;
 
 use super::{Answer, Input, Output, input::At, ranges, taught, text};
-use crate::{World, cells::Cells, world::Sent};
+use crate::{World, world::Sent};
 
 /// No time is further from zero: every whole number up to here is one of JSON's.
 const MOST_MS: At = 1 << 53;
@@ -118,7 +118,7 @@ impl Replay {
         if let Input::Begin { rules, ground, .. } = input {
             *self = Self::default();
             self.last_ms = now_ms;
-            self.world = Some(World::new(Cells::new(ground.cells), &ground.bounds, rules));
+            self.world = Some(ground.world(rules));
             return Ok(Answer::Done);
         }
         if let Input::Open { object, .. } = input {
@@ -147,7 +147,7 @@ impl Replay {
             Input::Screen { cell, closed, hidden } => (&world.screen(cell, &closed, &hidden, now_ms)).into(),
             Input::Resync { session, reason } => (&world.resync(session, reason, now_ms)).into(),
             Input::Rebase { ground, sights } => {
-                (&world.rebase(taught(&ground, &sights), &ground.bounds, now_ms)).into()
+                (&world.rebase(taught(&ground, &sights), &ground.bounds, &ground.foliage, now_ms)).into()
             }
             Input::Tick => (&world.tick(now_ms)).into(),
         })

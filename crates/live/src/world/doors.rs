@@ -57,6 +57,12 @@ impl World {
         everybody.into_iter().for_each(|session| self.ask_ahead(session));
     }
 
+    /// Whether a door is open, as all are until somebody closes them.
+    #[must_use]
+    pub fn is_open(&self, door: ObjectId) -> bool {
+        self.doors.get(&door).is_none_or(|door| door.open)
+    }
+
     /// Doors that are closed, rising.
     #[must_use]
     pub fn closed(&self) -> Vec<ObjectId> {

@@ -47,9 +47,27 @@ impl World {
         }
     }
 
+    /// A volume ends that nobody has watched, and the mover is still inside. Who says when it leaves may rely on the same one
+    /// again, so that many movers that stay somewhere cost next to nothing; all others get a larger one.
+    pub(super) fn renew(&mut self, object: ObjectId, tbv: Tbv, now_ms: Ms) {
+        let Some(mover) = self.movers.get_mut(&object) else {
+            return;
+        };
+        if mover.is_heard_when_it_leaves() {
+            let until_ms = now_ms + self.rules.longest_tbv_ms;
+            self.enter(object, State::Hushed { tbv, until_ms });
+        } else {
+            mover.validity.lengthen();
+            self.rouse(object, now_ms);
+        }
+    }
+
     /// Finds the largest volume, up to what has proved useful, that touches no watched cell and not too many others. A
     /// mover that has none stays awake.
     fn hush(&mut self, object: ObjectId, now_ms: Ms) {
+        if self.rules.longest_tbv_ms == 0 {
+            return;
+        }
         let mover = &self.movers[&object];
         let mut reach_ms = mover.validity.ms();
         while reach_ms >= Validity::SHORTEST_MS {

@@ -23,7 +23,7 @@ mod tick;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use belvedere_scene::{Bounds, CellId, ObjectId};
+use belvedere_scene::{Bounds, CellId, ObjectId, foliage::Foliage};
 use serde::{Deserialize, Serialize};
 
 pub use self::{
@@ -55,7 +55,7 @@ pub struct Rules {
     pub round_trip_ms: Ms,
     /// Whoever has entered an area of interest stays for this long.
     pub shortest_stay_ms: Ms,
-    /// A volume lasts for so long when the mover's owner can be woken, and else no longer.
+    /// A volume lasts for so long when the mover's owner can be woken, and else no longer. 0: there are none.
     pub longest_tbv_ms: Ms,
     /// A volume of a mover whose owner cannot be woken lasts no longer.
     pub longest_unheard_tbv_ms: Ms,
@@ -73,7 +73,7 @@ impl Default for Rules {
             tick_ms: 100,
             round_trip_ms: 250,
             shortest_stay_ms: 1_000,
-            longest_tbv_ms: 600_000,
+            longest_tbv_ms: 3_600_000,
             longest_unheard_tbv_ms: 2_000,
             grace_ms: 1_000,
             bytes_per_s: 64_000.0,
@@ -160,6 +160,13 @@ impl World {
         }
     }
 
+    /// Takes note of the foliage of a world where nobody is yet; it hides some of those who will stand in it and behind it.
+    pub fn plant(&mut self, foliage: &Foliage) {
+        if let Some(crowd) = &mut self.crowd {
+            crowd.plant(foliage);
+        }
+    }
+
     /// The rules in force.
     #[must_use]
     pub fn rules(&self) -> &Rules {
@@ -219,9 +226,10 @@ impl World {
 
     /// The scene was published anew. `cells` must know what is seen from all [`World::eyes`]. Doors are as published
     /// again.
-    pub fn rebase(&mut self, cells: Cells, bounds: &Bounds, now_ms: Ms) {
+    pub fn rebase(&mut self, cells: Cells, bounds: &Bounds, foliage: &Foliage, now_ms: Ms) {
         self.reach = check::around(&bounds.union(&cells.bounds()));
         self.crowd = self.rules.crowd.map(|_| Crowd::new(&self.reach));
+        self.plant(foliage);
         self.movers_in = vec![BTreeSet::new(); cells.len()];
         self.watchers = vec![BTreeSet::new(); cells.len()];
         self.watched.clear();

@@ -66,6 +66,11 @@ impl Mover {
         self.owner.is_some() && self.way.is_none()
     }
 
+    /// Whether a volume still holds it. Of an owner who would have said when it left, the end of the promise says nothing.
+    pub(super) fn keeps_to(&self, tbv: &Tbv, until_ms: Ms, now_ms: Ms) -> bool {
+        (now_ms < until_ms || self.is_heard_when_it_leaves()) && tbv.holds(self.pose.position)
+    }
+
     /// When it must be looked at again.
     pub(super) fn alarm_ms(&self) -> Option<Ms> {
         match self.state {

@@ -162,13 +162,10 @@ impl World {
         };
         mover.velocity_is_said = sent.velocity.is_some();
         match mover.state {
-            State::Hushed { tbv, until_ms } if now_ms < until_ms && tbv.holds(sent.position) => {
+            State::Hushed { tbv, until_ms } if mover.keeps_to(&tbv, until_ms, now_ms) => {
                 // Who speaks just before the end gets the next promise with the answer.
                 if until_ms - now_ms <= RENEWAL_TICKS * self.rules.tick_ms {
-                    if !mover.is_heard_when_it_leaves() {
-                        mover.validity.lengthen();
-                    }
-                    self.rouse(object, now_ms);
+                    self.renew(object, tbv, now_ms);
                 }
             }
             State::Hushed { .. } => {

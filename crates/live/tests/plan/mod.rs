@@ -14,7 +14,7 @@ use belvedere_live::{
     motion::{Key, Pose, Trajectory},
     world::{Look, NewMover, Rules, Sent, Visitor},
 };
-use belvedere_scene::{Bounds, CellId, ObjectId};
+use belvedere_scene::{Bounds, CellId, ObjectId, foliage::Foliage};
 
 pub(crate) const UP: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 pub(crate) const SPEED_MPS: f64 = 2.0;
@@ -82,6 +82,15 @@ pub(crate) struct Stage {
 impl Stage {
     /// Unit cells in a row; each sees those at most `reach` away.
     pub(crate) fn row(cells: u32, reach: u32) -> Self {
+        Self::among(Foliage::default(), cells, reach)
+    }
+
+    /// One hall that sees everything, with foliage in it.
+    pub(crate) fn grove(foliage: Foliage, cells: u32) -> Self {
+        Self::among(foliage, cells, cells)
+    }
+
+    fn among(foliage: Foliage, cells: u32, reach: u32) -> Self {
         let shape = |i: u32| Cell {
             bounds: Bounds {
                 min: [f64::from(i), 0.0, 0.0],
@@ -99,6 +108,7 @@ impl Stage {
             revision: "00000000000000aa".parse().unwrap(),
             bounds: Cells::new(cells.clone()).bounds(),
             cells,
+            foliage,
         };
         let (scene, now_ms) = ("row".parse().unwrap(), 1_000_000);
         Self {

@@ -1,5 +1,7 @@
 //! Who speaks and who is told in a house of rooms full of walkers?
 
+use std::collections::BTreeSet;
+
 use crate::timing::cpu_s;
 use belvedere_live::{
     Ms, World,
@@ -15,8 +17,8 @@ pub(super) const ROOMS: u32 = 32;
 const ROOM_M: f64 = 4.0;
 /// Ticks that count, when all speak …
 pub(super) const TICKS: u32 = 100;
-/// … and when volumes last for ten minutes.
-pub(super) const TICKS_OF_A_VOLUME: u32 = 6_050;
+/// … and when volumes last for an hour.
+pub(super) const TICKS_OF_A_VOLUME: u32 = 36_050;
 const SPEED_MPS: f64 = 1.5;
 
 fn house() -> Cells {
@@ -52,10 +54,58 @@ struct Walker {
     hush: Option<(Tbv, Ms)>,
 }
 
+/// All who walk. Who keeps to a ball for as long as it lasts is not looked at meanwhile: owners are other machines, and going through
+/// all of them each tick would cost the server its caches.
+struct Walkers {
+    all: Vec<Walker>,
+    /// Who is looked at in each tick.
+    restless: BTreeSet<usize>,
+    /// Who is silent, by when it speaks again.
+    silent: BTreeSet<(Ms, usize)>,
+}
+
+impl Walkers {
+    /// Who speaks now.
+    fn due(&mut self, now_ms: Ms, volumes: bool) -> Vec<usize> {
+        let later = self.silent.split_off(&(now_ms + 1, 0));
+        let expired = std::mem::replace(&mut self.silent, later);
+        self.restless.extend(expired.into_iter().map(|(_, at)| at));
+        let speaks = |at: &usize| !volumes || self.all[*at].must_speak(now_ms);
+        self.restless.iter().copied().filter(speaks).collect()
+    }
+
+    fn tell(&mut self, object: ObjectId, hush: Option<&Hush>) {
+        if let Some(at) = object.0.checked_sub(FIRST_MOVER) {
+            self.hush(at as usize, hush);
+        }
+    }
+
+    /// What its owner may rely on from now on.
+    fn hush(&mut self, at: usize, hush: Option<&Hush>) {
+        let Some(walker) = self.all.get_mut(at) else { return };
+        if let Some((_, until_ms)) = walker.hush {
+            self.silent.remove(&(until_ms, at));
+        }
+        walker.hush = hush.map(|hush| (hush.tbv, hush.until_ms));
+        match walker.hush {
+            Some((tbv, until_ms)) if walker.ends().iter().all(|end| tbv.holds(*end)) => {
+                self.restless.remove(&at);
+                self.silent.insert((until_ms, at));
+            }
+            _ => _ = self.restless.insert(at),
+        }
+    }
+}
+
 impl Walker {
     fn must_speak(&self, now_ms: Ms) -> bool {
         self.hush
             .is_none_or(|(tbv, until_ms)| until_ms <= now_ms || !tbv.holds(self.sent(now_ms).position))
+    }
+
+    /// Between these it walks.
+    fn ends(&self) -> [[f64; 3]; 2] {
+        [-1.0, 1.0].map(|x| [self.home[0] + x, 1.5, self.home[2]])
     }
 
     fn sent(&self, now_ms: Ms) -> Sent {
@@ -77,13 +127,6 @@ fn middle(room: u32) -> [f64; 3] {
     [at(room % ROOMS), 1.5, at(room / ROOMS)]
 }
 
-fn hush(walkers: &mut [Walker], object: ObjectId, hush: Option<&Hush>) {
-    let at = object.0.checked_sub(FIRST_MOVER).map(|i| i as usize);
-    if let Some(walker) = at.and_then(|at| walkers.get_mut(at)) {
-        walker.hush = hush.map(|hush| (hush.tbv, hush.until_ms));
-    }
-}
-
 pub(super) struct Outcome {
     /// CPU of a tick of the server, with the poses that came in.
     pub(super) tick_us: f64,
@@ -96,14 +139,18 @@ pub(super) struct Outcome {
 pub(super) fn simulate(homes: &[u32], with_sessions: bool, volumes: bool, ticks: u32) -> Outcome {
     let rules = Rules {
         bytes_per_s: 1e9,
-        longest_tbv_ms: if volumes { Rules::default().longest_tbv_ms } else { 1 },
+        longest_tbv_ms: if volumes { Rules::default().longest_tbv_ms } else { 0 },
         ..Rules::default()
     };
     let cells = house();
     let bounds = cells.bounds();
     let mut world = World::new(cells, &bounds, rules);
     let mut now_ms = 1_000_000;
-    let mut walkers = Vec::new();
+    let mut walkers = Walkers {
+        all: Vec::new(),
+        restless: (0..homes.len()).collect(),
+        silent: BTreeSet::new(),
+    };
     let observer = SessionId(1_000_000);
     let aoi = Aoi {
         enter_m: 1_000.0,
@@ -146,13 +193,13 @@ pub(super) fn simulate(homes: &[u32], with_sessions: bool, volumes: bool, ticks:
                     .expect("a mover");
             }
         }
-        walkers.push(walker);
+        walkers.all.push(walker);
     }
     if !with_sessions {
         let visitor = Visitor {
             pose: Sent {
                 position: middle(0),
-                ..walkers[0].sent(now_ms)
+                ..walkers.all[0].sent(now_ms)
             },
             aoi,
             max_speed_mps: 0.0,
@@ -170,29 +217,31 @@ pub(super) fn simulate(homes: &[u32], with_sessions: bool, volumes: bool, ticks:
     for tick in 0..ticks + 10 {
         now_ms += rules.tick_ms;
         let counted = tick >= 10;
-        let due: Vec<_> = walkers
-            .iter_mut()
-            .filter(|w| !volumes || w.must_speak(now_ms))
-            .map(|w| (w.sent(now_ms), w))
-            .collect();
-        let sent = due.len() as u64;
+        let due = walkers.due(now_ms, volumes);
+        let said: Vec<_> = due.into_iter().map(|at| (at, walkers.all[at].sent(now_ms))).collect();
+        let sent = said.len() as u64;
         let start_s = cpu_s();
-        for (pose, walker) in due {
+        let mut answers = Vec::with_capacity(said.len());
+        for (at, pose) in said {
+            let walker = &walkers.all[at];
             let moved = match walker.session {
                 Some(session) => world.pose(session, pose, now_ms).map(|seen| seen.moved),
                 None => world.move_to(walker.object, pose, now_ms),
             };
-            walker.hush = moved.expect("a pose").hush.map(|hush| (hush.tbv, hush.until_ms));
+            answers.push((at, moved.expect("a pose").hush));
         }
         world.tick(now_ms);
         let events = world.events();
         spent_s += if counted { cpu_s() - start_s } else { 0.0 };
         poses_in += if counted { sent } else { 0 };
+        if volumes {
+            answers.iter().for_each(|(at, hush)| walkers.hush(*at, hush.as_ref()));
+        }
         for (_, event) in events {
             match event {
                 Event::ObjectPos { objects, .. } if counted => told += objects.len() as u64,
-                Event::Wake { object } => hush(&mut walkers, object, None),
-                Event::Hush(promise) => hush(&mut walkers, promise.object, Some(&promise)),
+                Event::Wake { object } => walkers.tell(object, None),
+                Event::Hush(promise) => walkers.tell(promise.object, Some(&promise)),
                 _ => {}
             }
         }
