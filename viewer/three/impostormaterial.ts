@@ -8,8 +8,11 @@
 import { DoubleSide, MeshStandardMaterial, type Texture } from "three";
 import type { Impostor } from "../core/documents.ts";
 
-/** Where less of a pixel is covered, nothing is drawn: below a half, since thin leaves are lost in smaller sizes. */
-const LEAST_COVERAGE = 0.35;
+/**
+ * From how much coverage on a pixel is drawn: it differs from pixel to pixel, so that of a thin bough as many pixels are
+ * drawn as it covers (interleaved gradient noise: Jimenez, Next generation post processing in Call of Duty, 2014).
+ */
+const LEAST_COVERAGE = { from: 0.08, to: 0.72 };
 /** Of what impostors are made for: leaves, bark, stone. */
 const ROUGHNESS = 0.9;
 
@@ -118,7 +121,8 @@ vec3 onSquare = vPlace.x * squareRight + vPlace.y * cross(vTowards, squareRight)
 addView(vViewA, vViewWeights.x, onSquare, lod);
 addView(vViewB, vViewWeights.y, onSquare, lod);
 addView(vViewC, vViewWeights.z, onSquare, lod);
-if (seenColour.a < ${LEAST_COVERAGE.toFixed(2)}) discard;
+float grain = fract(52.9829189 * fract(dot(floor(gl_FragCoord.xy), vec2(0.06711056, 0.00583715))));
+if (seenColour.a < mix(${LEAST_COVERAGE.from}, ${LEAST_COVERAGE.to}, grain)) discard;
 diffuseColor.rgb *= seenColour.rgb / seenColour.a;
 float way = seenWay / seenColour.a;
 gl_FragDepth = 0.5 + 0.5 * (vDepth.x + way * vDepthAlong.x) / (vDepth.y + way * vDepthAlong.y);

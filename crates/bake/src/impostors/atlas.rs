@@ -1,4 +1,5 @@
-//! How do views become two pictures? Side by side, row by row, with 8 bits for each number.
+//! How do views become two pictures? Side by side, row by row, each number in fewer steps than a byte has: leaves and bark
+//! are noise to PNG, and what is far away has no need of more ([`STEPS`]).
 //!
 //! | picture | red, green, blue | alpha |
 //! |---|---|---|
@@ -16,6 +17,22 @@ use crate::pictures;
 
 /// How many pixels around a view's outline take over what lies inside, as a share of the view's size.
 const FRINGE: f32 = 1.0 / 8.0;
+
+/// In how many steps numbers go from nothing to all.
+struct Steps {
+    colour: u8,
+    coverage: u8,
+    normal: u8,
+    depth: u8,
+}
+
+/// A step of the depth is about a pixel of the largest view.
+const STEPS: Steps = Steps {
+    colour: 63,
+    coverage: 31,
+    normal: 31,
+    depth: 63,
+};
 
 /// All views of a model.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,9 +56,15 @@ impl Atlas {
             let first = number / count * size * side + number % count * size;
             for (index, (pixel, seen)) in filled.iter().zip(view).enumerate() {
                 let at = first + index / size * side + index % size;
-                let [r, g, b] = pixel.colour.to_array().map(|x| byte(pictures::srgb(x)));
-                colour[at] = [r, g, b, byte(seen.coverage)];
-                shape[at] = [pixel.normal.x, pixel.normal.y, pixel.depth].map(|x| byte((x + 1.0) / 2.0));
+                let [r, g, b] = pixel.colour.to_array().map(|x| byte(pictures::srgb(x), STEPS.colour));
+                colour[at] = [r, g, b, byte(seen.coverage, STEPS.coverage)];
+                let Pixel { normal, depth, .. } = pixel;
+                let numbers = [
+                    (normal.x, STEPS.normal),
+                    (normal.y, STEPS.normal),
+                    (*depth, STEPS.depth),
+                ];
+                shape[at] = numbers.map(|(x, steps)| byte((x + 1.0) / 2.0, steps));
             }
         }
         Self { wish, colour, shape }
@@ -125,6 +148,8 @@ fn mean(pixels: &[Pixel]) -> Pixel {
     }
 }
 
-fn byte(x: f32) -> u8 {
-    (x * 255.0).round().clamp(0.0, 255.0) as u8
+/// 0 to 255 for 0 to 1, in so many steps.
+fn byte(x: f32, steps: u8) -> u8 {
+    let steps = f32::from(steps);
+    ((x * steps).round() / steps * 255.0).round().clamp(0.0, 255.0) as u8
 }

@@ -140,12 +140,12 @@ fn between_its_views_it_looks_like_the_model_and_more_so_than_the_coarsest_level
         "impostor {impostor:?}, coarsest level of {} triangles {mesh:?}",
         coarsest.triangles
     );
-    assert!(impostor.0 < 0.25 && impostor.1 < 0.05, "{impostor:?}");
+    assert!(impostor.0 < 0.14 && impostor.1 < 0.04, "{impostor:?}");
     assert!(impostor.0 < 0.6 * mesh.0, "{impostor:?} {mesh:?}");
 }
 
 #[test]
-fn from_its_own_views_it_is_the_model_but_for_eight_bits() {
+fn from_its_own_views_it_is_the_model_but_for_rounding() {
     let scene = scene(tree(300));
     let surfaces = Surfaces::new(&scene);
     let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
@@ -155,7 +155,7 @@ fn from_its_own_views_it_is_the_model_but_for_eight_bits() {
             let direction = atlas.wish.mapping().of_view(view, 8);
             let (truth, shown) = (body.picture(direction, SIZE_PX), show::picture(&atlas, direction));
             let (covered, coloured) = compare(&truth, &shown);
-            assert!(covered < 0.01 && coloured < 0.01, "{view:?} {covered} {coloured}");
+            assert!(covered < 0.02 && coloured < 0.02, "{view:?} {covered} {coloured}");
             let turned = truth.iter().zip(&shown).filter(|(a, _)| a.coverage > 0.5);
             let least = turned.map(|(a, b)| a.normal.dot(b.normal)).fold(1.0, f32::min);
             assert!(least > 0.98, "{least}");
@@ -179,13 +179,11 @@ fn one_that_is_seen_from_below_shows_what_is_there() {
     };
     model.primitives = vec![plate(0.1, false, 1), plate(-0.1, true, 2)];
     let mut scene = scene(model);
-    scene.materials[1] = material(
-        json!({"pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 1]}}),
-        false,
-    );
+    // Both can be seen from both sides, so that depth alone decides.
+    scene.materials[1] = material(json!({"pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 1]}}), true);
     scene.materials.push(material(
         json!({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}),
-        false,
+        true,
     ));
     let surfaces = Surfaces::new(&scene);
     let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
@@ -287,6 +285,13 @@ fn pictures_masks_and_backs_are_as_their_materials_say() {
         [0.0; 2]
     );
     let behind = left_and_right(&square(plain.clone(), true), -1.0);
+    let slanted = {
+        let scene = square(plain.clone(), true);
+        let surfaces = Surfaces::new(&scene);
+        let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
+        body.picture([0.6, 0.0, -0.8], 16)[8 * 16 + 8].normal
+    };
+    assert!((slanted - Vec3::new(0.6, 0.0, 0.8)).length() < 1e-3, "{slanted}");
     assert!(behind[1].colour.x > 0.4 && behind[0].colour.z > 0.2 && behind[0].normal.z > 0.99);
     for (mode, cutoff, covered) in [
         ("MASK", 0.5, [1.0, 0.0]),
