@@ -3,14 +3,11 @@
  * that the rest of the viewer would have to doubt. Dense ids (`c12`, `o9`, `m3`) become numbers here.
  */
 import type { Bounds, Plane, Vec3 } from "./geometry.ts";
-import { isMapping, type Mapping } from "./impostors.ts";
+import { type Impostor, readFile, readImpostor } from "./impostordocument.ts";
 import { denseId, type Json } from "./json.ts";
 
 /** The version of the published format that this build reads. */
 export const FORMAT = 3;
-/** What a graphics card must be able to hold of an impostor: more is not published today. */
-const MOST_VIEWS = 32;
-const MOST_SIZE_PX = 128;
 
 export interface SceneSummary {
   readonly scene: string;
@@ -111,22 +108,6 @@ export interface Model {
   readonly smooth?: Smooth | undefined;
   /** Pictures of it for far away, where there are any. */
   readonly impostor?: Impostor | undefined;
-}
-
-/** Views of a model from all around, in one atlas. */
-export interface Impostor {
-  readonly colour: FileRef;
-  /** Normals and depths. */
-  readonly shape: FileRef;
-  readonly mapping: Mapping;
-  /** Views along each side of the atlas. */
-  readonly views: number;
-  /** Pixels along each side of a view. */
-  readonly size_px: number;
-  /** The ball that every view shows, in the model's space. */
-  readonly centre: Vec3;
-  readonly radius: number;
-  readonly geometricError: number;
 }
 
 /** A smooth LOD and the rungs that caches can share. */
@@ -286,29 +267,6 @@ function readModel(json: Json, model: number): Model {
   };
 }
 
-/** An impostor whose mapping is not known here is left alone: there are levels. */
-function readImpostor(json: Json): Impostor | undefined {
-  const mapping = json.field("mapping").text();
-  if (!isMapping(mapping)) return undefined;
-  const [views, size_px] = [json.field("views").count(), json.field("size_px").count()];
-  if (views < 2 || views > MOST_VIEWS) json.field("views").fail(`from 2 to ${MOST_VIEWS}`);
-  if (size_px < 2 || size_px > MOST_SIZE_PX || !Number.isInteger(Math.log2(size_px))) {
-    json.field("size_px").fail(`a power of two up to ${MOST_SIZE_PX}`);
-  }
-  const radius = json.field("radius").number();
-  if (radius <= 0) json.field("radius").fail("above 0");
-  return {
-    colour: readTexture(json.field("colour")),
-    shape: readTexture(json.field("shape")),
-    mapping,
-    views,
-    size_px,
-    centre: json.field("centre").vec3(),
-    radius,
-    geometricError: json.field("error_m").number(),
-  };
-}
-
 function readSmooth(json: Json): Smooth {
   const rungs = json.field("rungs").list((rung) => ({
     url: rung.field("url").rung(),
@@ -330,11 +288,7 @@ function readSmooth(json: Json): Smooth {
 }
 
 function readTextures(json: Json): FileRef[] {
-  return json.list(readTexture);
-}
-
-function readTexture(json: Json): FileRef {
-  return { url: json.field("url").blob(), bytes: json.field("bytes").count() };
+  return json.list(readFile);
 }
 
 function readPack(json: Json): PackRef {

@@ -8,7 +8,8 @@
  * where the coarsest levels of many models come in one compressed pack, where a coarse level names its pictures in a
  * smaller size, or where a model is too small to pay for its materials.
  */
-import type { FileRef, Impostor, Level, Model, Rung, Smooth } from "./documents.ts";
+import type { FileRef, Level, Model, Rung, Smooth } from "./documents.ts";
+import type { Impostor } from "./impostordocument.ts";
 import { type CostOf, compressed_bytes } from "./travel.ts";
 
 /** One way to draw a model. */
@@ -94,6 +95,16 @@ export function isHereWellEnough(model: Model, holding: Holding, most_error: num
 /** Whether a grade could not be had, or turned out to be damaged. */
 export function isFailed({ failed }: Holding, grade: Grade): boolean {
   return failed.has(nameOf(grade)) || (grade.kind === "rung" && failed.has(ALL_RUNGS));
+}
+
+/** The level that a grade is. */
+export function levelOf(model: Model, { kind, number }: Grade): Level | undefined {
+  return kind === "level" ? model.levels[number] : undefined;
+}
+
+/** The pictures that a level or rung is drawn with. */
+export function texturesOf(model: Model, grade: Grade): readonly FileRef[] {
+  return (grade.kind === "level" ? levelOf(model, grade)?.textures : model.smooth?.textures) ?? [];
 }
 
 /** What has to be fetched to draw a model so after what is held. */

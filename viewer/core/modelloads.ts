@@ -3,16 +3,17 @@
  * yet, hands them to the renderer and books what it holds. Loads that drop out of the plan are cancelled; a texture that
  * several of them share travels once and is cancelled only with the last of them.
  */
-import type { FileRef, Impostor, Level, Model } from "./documents.ts";
+import type { FileRef, Level, Model } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { Footprint } from "./footprint.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import { ALL_RUNGS, type Grade, type Holding, nameOf, slicesOf } from "./grades.ts";
+import { ALL_RUNGS, type Grade, type Holding, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
+import type { Impostor } from "./impostordocument.ts";
 import type { PlacedObject } from "./objects.ts";
 import { outOf, packsWorth } from "./packs.ts";
 import { purposeOf } from "./priority.ts";
 import type { ResidencySet } from "./residency.ts";
-import type { Stock, Want } from "./scheduler.ts";
+import { reasonFor, type Stock, type Want } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
 import { FetchError } from "./transfer.ts";
@@ -348,18 +349,4 @@ export class ModelLoads implements ModelNotes {
     load.urls.add(address);
     return this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
   }
-}
-
-function levelOf(model: Model, { kind, number }: Grade): Level | undefined {
-  return kind === "level" ? model.levels[number] : undefined;
-}
-
-function texturesOf(model: Model, grade: Grade): readonly FileRef[] {
-  return (grade.kind === "level" ? levelOf(model, grade)?.textures : model.smooth?.textures) ?? [];
-}
-
-function reasonFor({ object, grade, priority, error_px }: Want): string {
-  const what = `m${object.model.model} ${nameOf(grade)}`;
-  if (purposeOf(priority) === "prefetch") return `seen ahead: ${what}`;
-  return error_px === undefined ? `not here yet: ${what}` : `${error_px.toFixed(1)} px off: ${what}`;
 }

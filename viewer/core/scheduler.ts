@@ -21,10 +21,11 @@ import {
   isFailed,
   isHereWellEnough,
   levelGrade,
+  nameOf,
   stepTowards,
 } from "./grades.ts";
 import { geometricError_m, type PlacedObject } from "./objects.ts";
-import { PRIORITY } from "./priority.ts";
+import { PRIORITY, purposeOf } from "./priority.ts";
 import type { Held } from "./residency.ts";
 import type { CostOf } from "./travel.ts";
 
@@ -174,4 +175,11 @@ export function shrink(
   if (!largest) return undefined;
   const { object, grade } = largest;
   return { object, grade, priority: PRIORITY.coarsest, error_px: undefined };
+}
+
+/** Why it is fetched, in a few words. */
+export function reasonFor({ object, grade, priority, error_px }: Want): string {
+  const what = `m${object.model.model} ${nameOf(grade)}`;
+  if (purposeOf(priority) === "prefetch") return `seen ahead: ${what}`;
+  return error_px === undefined ? `not here yet: ${what}` : `${error_px.toFixed(1)} px off: ${what}`;
 }

@@ -3,11 +3,11 @@
  * which both remember what they were asked.
  */
 
-import type { Impostor } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import type { Vec3 } from "../core/geometry.ts";
+import type { Impostor } from "../core/impostordocument.ts";
 import { HEADER_BYTES } from "../core/linemeter.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";

@@ -19,8 +19,8 @@ import {
   Texture,
   Vector3,
 } from "three";
-import type { Impostor } from "../core/documents.ts";
 import type { Vec3 } from "../core/geometry.ts";
+import type { Impostor } from "../core/impostordocument.ts";
 import { directionOf, viewsAround } from "../core/impostors.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import { impostorMaterial } from "./impostormaterial.ts";

@@ -16,8 +16,8 @@ import {
 } from "three";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import type { Impostor } from "../core/documents.ts";
 import type { Vec3 } from "../core/geometry.ts";
+import type { Impostor } from "../core/impostordocument.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import { ImpostorCrowd, standingAt } from "./impostors.ts";
