@@ -196,6 +196,7 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
         Model {
             levels: vec![level],
             smooth: None,
+            impostor: None,
             procedural: None,
         },
     )]);

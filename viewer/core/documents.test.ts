@@ -48,6 +48,38 @@ describe("published documents", () => {
     expect(() => readObjectChunk(new Json(chunk, "chunk"))).toThrow(/also holds m3/);
   });
 
+  it("tell of impostors, and leave those alone that are of a kind not known here", () => {
+    const picture = (letter: string) => ({ url: `/o/${letter.repeat(64)}.png`, bytes: 9 });
+    const impostor = {
+      colour: picture("a"),
+      shape: picture("b"),
+      mapping: "hemi-octahedral",
+      views: 8,
+      size_px: 64,
+      centre: [0, 1, 0],
+      radius: 2,
+      error_m: 0.1,
+      switch_distance_m: 94,
+    };
+    const readWith = (changed: object) => {
+      const chunk = structuredClone(manifest.whole) as { models: Record<string, object> };
+      chunk.models.m3 = { ...chunk.models.m3, impostor: { ...impostor, ...changed } };
+      return readObjectChunk(new Json(chunk, "chunk")).models.get(3)?.impostor;
+    };
+    expect(readWith({})).toMatchObject({ views: 8, centre: [0, 1, 0], geometricError: 0.1, colour: picture("a") });
+    expect(readWith({ mapping: "spherical", views: undefined })).toBeUndefined();
+    for (const wrong of [
+      { views: 1 },
+      { views: 33 },
+      { size_px: 48 },
+      { size_px: 256 },
+      { radius: 0 },
+      { shape: {} },
+    ]) {
+      expect(() => readWith(wrong), JSON.stringify(wrong)).toThrow(DocumentError);
+    }
+  });
+
   it("hold ids only in their one spelling", () => {
     expect(denseId("c", "c12")).toBe(12);
     for (const text of ["", "c", "o1", "c01", "c-1", "c4294967296", "c1 ", "C1", "c1.0"]) {

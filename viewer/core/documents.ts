@@ -3,6 +3,7 @@
  * that the rest of the viewer would have to doubt. Dense ids (`c12`, `o9`, `m3`) become numbers here.
  */
 import type { Bounds, Plane, Vec3 } from "./geometry.ts";
+import { type Impostor, readFile, readImpostor } from "./impostordocument.ts";
 import { denseId, type Json } from "./json.ts";
 
 /** The version of the published format that this build reads. */
@@ -105,6 +106,8 @@ export interface Model {
   readonly levels: readonly Level[];
   /** The same as one progressive stream, where there is one. */
   readonly smooth?: Smooth | undefined;
+  /** Pictures of it for far away, where there are any. */
+  readonly impostor?: Impostor | undefined;
 }
 
 /** A smooth LOD and the rungs that caches can share. */
@@ -256,7 +259,12 @@ function readModel(json: Json, model: number): Model {
   levels.forEach((level, i) => {
     if (level.level !== i) json.field("levels").fail("numbered from 0, finest first");
   });
-  return { model, levels, smooth: json.field("smooth").optional(readSmooth) };
+  return {
+    model,
+    levels,
+    smooth: json.field("smooth").optional(readSmooth),
+    impostor: json.field("impostor").optional(readImpostor),
+  };
 }
 
 function readSmooth(json: Json): Smooth {
@@ -280,7 +288,7 @@ function readSmooth(json: Json): Smooth {
 }
 
 function readTextures(json: Json): FileRef[] {
-  return json.list((texture) => ({ url: texture.field("url").blob(), bytes: texture.field("bytes").count() }));
+  return json.list(readFile);
 }
 
 function readPack(json: Json): PackRef {

@@ -251,3 +251,41 @@ describe("an explorer", () => {
     expect(host.uploads).toEqual([]);
   });
 });
+
+describe("impostors", () => {
+  const BALLS = 3;
+  const balls = ({ explorer }: Awaited<ReturnType<typeof explore>>) =>
+    explorer.visible.filter(({ model }) => model.model === BALLS).map(({ entry }) => entry.object);
+
+  it("are drawn from far away, and where one comes near only there the mesh instead", async () => {
+    const set = await explore({ impostor: true, whole: true });
+    const { explorer, host, problems, go, quiet } = set;
+    go([0, 1.6, 500]);
+    await quiet();
+    expect(host.pictured).toEqual(new Set([BALLS]));
+    expect(host.uploads.map(({ model }) => model)).not.toContain(BALLS);
+    expect([...host.far].sort()).toEqual(balls(set).sort());
+    expect([explorer.holes, explorer.missing, explorer.quality()?.sharp]).toEqual([0, 0, 1]);
+    const { bounds, object } = explorer.visible.find(({ model }) => model.model === BALLS)?.entry ?? {};
+    go([(bounds?.min[0] ?? 0) - 0.1, bounds?.min[1] ?? 0, bounds?.min[2] ?? 0]);
+    await quiet();
+    expect(host.uploads.map(({ model }) => model)).toContain(BALLS);
+    expect(host.far.has(object ?? -1)).toBe(false);
+    expect([explorer.holes, problems]).toEqual([0, []]);
+    expect(explorer.models.of(BALLS)).toMatchObject({ hasImpostor: true, held: { kind: "level" } });
+  });
+
+  it("are done without when a picture is lost, which is told once", async () => {
+    const lost = (files: Map<string, unknown>) => {
+      for (const [url, bytes] of files) {
+        if (url.endsWith(".png") && new TextDecoder().decode(bytes as Uint8Array).includes("shape")) files.delete(url);
+      }
+    };
+    const { explorer, host, problems, go, quiet } = await explore({ impostor: true, whole: true, spoil: lost });
+    go([0, 1.6, 500]);
+    await quiet();
+    expect(host.pictured.size).toBe(0);
+    expect(host.uploads.map(({ model }) => model)).toContain(BALLS);
+    expect([explorer.holes, explorer.missing, problems.length]).toEqual([0, 0, 1]);
+  });
+});

@@ -9,6 +9,7 @@ import { type CellRecord, visibleObjects } from "./cellrecord.ts";
 import { CellRecords } from "./cellrecords.ts";
 import { planesOfCell } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
+import { areSame, farObjects } from "./farobjects.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
 import { cellAhead } from "./lookahead.ts";
@@ -31,6 +32,8 @@ export interface ExplorerOptions {
   readonly target_px: number;
   /** Whether smooth LODs are used where they cost less than levels; so unless this says no. */
   readonly smooth?: boolean;
+  /** Whether impostors are used; so unless this says no. */
+  readonly impostors?: boolean;
 }
 
 export interface ExplorerEvents {
@@ -55,6 +58,8 @@ export class Explorer implements NavigationSpace, Surveyed {
   private shownCell: number | undefined;
   private ahead: { cell: number; objects: readonly PlacedObject[] } | undefined;
   private eye: Eye | undefined;
+  /** What is drawn by impostors. */
+  private far: ReadonlySet<number> = new Set();
   private locating = false;
   /** The cell of which it was said that memory does not suffice for it. */
   private shortIn: number | undefined;
@@ -67,7 +72,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly options: ExplorerOptions,
     private readonly events: ExplorerEvents,
   ) {
-    this.directory = new ObjectDirectory(scene, options.smooth);
+    this.directory = new ObjectDirectory(scene, options);
     this.index = new CellIndex(scene);
     this.records = new CellRecords(scene, this.index);
     this.residency = new ResidencySet(options.memory_limit_bytes);
@@ -351,6 +356,10 @@ export class Explorer implements NavigationSpace, Surveyed {
     wants.push(...early.map((want) => ({ ...want, priority: want.priority + later })));
     if (this.loads.short) this.makeDo(wants);
     this.loads.follow(wants);
+    const far = farObjects(this.shown, (model) => this.loads.of(model), this.eye, target_px, this.far);
+    if (areSame(far, this.far)) return;
+    this.far = far;
+    this.host.drawFar(far);
   }
 
   /** Memory does not hold what is visible: draws something more coarsely, or says that even that does not help. */

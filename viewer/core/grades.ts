@@ -1,6 +1,6 @@
 /**
  * In which ways can a model be drawn, and which of them costs least? A *grade* is a level of detail, or the mesh that a
- * smooth LOD gives up to a rung.
+ * smooth LOD gives up to a rung, or an impostor: pictures from all around, a coarse level with rich detail.
  *
  * The rule, in one place for first pictures and for refining: of the grades that are good enough for an error, the one for
  * which the fewest bytes have still to travel ({@link CostOf}: compressed, requests included). Rungs that are held are not
@@ -9,12 +9,13 @@
  * smaller size, or where a model is too small to pay for its materials.
  */
 import type { FileRef, Level, Model, Rung, Smooth } from "./documents.ts";
+import type { Impostor } from "./impostordocument.ts";
 import { type CostOf, compressed_bytes } from "./travel.ts";
 
 /** One way to draw a model. */
 export interface Grade {
-  readonly kind: "level" | "rung";
-  /** Of the level, 0 the finest; of the last rung that was taken in, 0 the coarsest. */
+  readonly kind: "level" | "impostor" | "rung";
+  /** Of the level, 0 the finest; of the last rung that was taken in, 0 the coarsest; 0 of an impostor. */
   readonly number: number;
   readonly triangles: number;
   /** In model space, as those of levels. */
@@ -27,6 +28,8 @@ export interface Holding {
   readonly held: Grade | undefined;
   /** Names of grades that could not be had: {@link nameOf}, or {@link ALL_RUNGS}. */
   readonly failed: ReadonlySet<string>;
+  /** Whether its impostor is here, alone or beside what is held. */
+  readonly hasImpostor?: boolean;
 }
 
 /** A smooth LOD that is damaged anywhere is not used at all. */
@@ -48,6 +51,11 @@ function rungGrade({ triangles, geometricError }: Rung, number: number): Grade {
   return { kind: "rung", number, triangles, geometricError };
 }
 
+/** Two triangles for each object. */
+export function impostorGrade({ geometricError }: Impostor): Grade {
+  return { kind: "impostor", number: 0, triangles: 2, geometricError };
+}
+
 /** The coarsest level: what a first picture is at least as good as. */
 export function coarsestLevel(model: Model): Level | undefined {
   return model.levels.at(-1);
@@ -55,15 +63,20 @@ export function coarsestLevel(model: Model): Level | undefined {
 
 const known = new WeakMap<Model, readonly Grade[]>();
 
-/** All ways to draw a model: levels, finest first, then rungs, coarsest first. */
+/** All ways to draw a model: levels, finest first, then its impostor, then rungs, coarsest first. */
 export function gradesOf(model: Model): readonly Grade[] {
-  const grades = known.get(model) ?? [...model.levels.map(levelGrade), ...(model.smooth?.rungs ?? []).map(rungGrade)];
+  const grades = known.get(model) ?? [
+    ...model.levels.map(levelGrade),
+    ...(model.impostor ? [impostorGrade(model.impostor)] : []),
+    ...(model.smooth?.rungs ?? []).map(rungGrade),
+  ];
   known.set(model, grades);
   return grades;
 }
 
 /** Whether nothing finer of its kind can be had. */
 export function isFinest(model: Model, { kind, number }: Grade): boolean {
+  if (kind === "impostor") return false;
   return number === (kind === "level" ? 0 : (model.smooth?.rungs.length ?? 0) - 1);
 }
 
@@ -72,9 +85,26 @@ export function isGoodEnough(model: Model, grade: Grade, most_error: number): bo
   return grade.geometricError <= most_error || isFinest(model, grade);
 }
 
+/** Whether what is here of a model will do where errors up to this do. */
+export function isHereWellEnough(model: Model, holding: Holding, most_error: number): boolean {
+  const { held, hasImpostor = false } = holding;
+  if (held && !isFailed(holding, held) && isGoodEnough(model, held, most_error)) return true;
+  return hasImpostor && model.impostor !== undefined && model.impostor.geometricError <= most_error;
+}
+
 /** Whether a grade could not be had, or turned out to be damaged. */
 export function isFailed({ failed }: Holding, grade: Grade): boolean {
   return failed.has(nameOf(grade)) || (grade.kind === "rung" && failed.has(ALL_RUNGS));
+}
+
+/** The level that a grade is. */
+export function levelOf(model: Model, { kind, number }: Grade): Level | undefined {
+  return kind === "level" ? model.levels[number] : undefined;
+}
+
+/** The pictures that a level or rung is drawn with. */
+export function texturesOf(model: Model, grade: Grade): readonly FileRef[] {
+  return (grade.kind === "level" ? levelOf(model, grade)?.textures : model.smooth?.textures) ?? [];
 }
 
 /** What has to be fetched to draw a model so after what is held. */
@@ -83,6 +113,7 @@ export function filesOf(model: Model, { kind, number }: Grade, held?: Grade): re
     const level = model.levels[number];
     return level ? [level, ...level.textures] : NO_FILES;
   }
+  if (kind === "impostor") return model.impostor ? [model.impostor.colour, model.impostor.shape] : NO_FILES;
   if (!model.smooth) return NO_FILES;
   const { materials, textures } = model.smooth;
   return [...slicesOf(model.smooth, { number }, held), materials, ...textures];
@@ -119,7 +150,7 @@ export function goalOf(model: Model, most_error: number, holding: Holding, costO
 
 /** What to draw next on the way to a goal: a level at once, rungs in steps. */
 export function stepTowards(model: Model, goal: Grade, held: Grade | undefined): Grade {
-  if (goal.kind === "level" || !model.smooth) return goal;
+  if (goal.kind !== "rung" || !model.smooth) return goal;
   const { rungs } = model.smooth;
   const first = held?.kind === "rung" ? held.number + 1 : 0;
   const from = rungs[first]?.from ?? 0;

@@ -7,12 +7,13 @@ import type { FileRef, Level, Model } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { Footprint } from "./footprint.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import { ALL_RUNGS, type Grade, type Holding, nameOf, slicesOf } from "./grades.ts";
+import { ALL_RUNGS, type Grade, type Holding, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
+import type { Impostor } from "./impostordocument.ts";
 import type { PlacedObject } from "./objects.ts";
 import { outOf, packsWorth } from "./packs.ts";
 import { purposeOf } from "./priority.ts";
 import type { ResidencySet } from "./residency.ts";
-import type { Stock, Want } from "./scheduler.ts";
+import { reasonFor, type Stock, type Want } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
 import { FetchError } from "./transfer.ts";
@@ -25,7 +26,11 @@ export interface ModelHost {
   upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
   /** Whether a texture must be fetched: one that can be drawn and is not decoded already. */
   needsTexture(url: string): boolean;
+  /** Decodes the pictures of an impostor and keeps them beside what its model is drawn with; answers their bytes. */
+  uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
   evict(model: number): void;
+  /** Draws these of the shown objects by their impostors, and the others not. */
+  drawFar(objects: ReadonlySet<number>): void;
   /** Draws these objects and no others, each as soon as its model is there. */
   show(objects: readonly PlacedObject[]): void;
   /** Whether an object is in the picture, however coarse. */
@@ -72,6 +77,8 @@ export class ModelLoads implements ModelNotes {
   private readonly loads = new Map<number, Load>();
   private readonly failed = new Map<number, Set<string>>();
   private readonly reasons = new Map<number, string>();
+  /** Memory of the impostors that are here. */
+  private readonly impostors_bytes = new Map<number, number>();
   private readonly lostTextures = new Set<string>();
   /** The texts of glTF documents with nothing but materials; small, and shared by many models. */
   private readonly materials = new Map<string, string>();
@@ -91,7 +98,8 @@ export class ModelLoads implements ModelNotes {
   }
 
   of(model: number): Holding {
-    return { held: this.parts.residency.held(model)?.grade, failed: this.failed.get(model) ?? NONE };
+    const held = this.parts.residency.held(model)?.grade;
+    return { held, failed: this.failed.get(model) ?? NONE, hasImpostor: this.impostors_bytes.has(model) };
   }
 
   readonly costOf: CostOf = (file) => (this.isHere(file.url) ? 0 : this.parts.queue.cost_bytes(file));
@@ -168,6 +176,7 @@ export class ModelLoads implements ModelNotes {
 
   private drop(model: number): void {
     this.parts.host.evict(model);
+    this.impostors_bytes.delete(model);
     this.parts.smooth.close(model);
   }
 
@@ -193,7 +202,7 @@ export class ModelLoads implements ModelNotes {
     };
     this.loads.set(model.model, load);
     try {
-      await this.bring(load, packs);
+      await (load.grade.kind === "impostor" ? this.bringImpostor(load) : this.bring(load, packs));
     } catch (error) {
       if (load.state === "cancelled" || (error instanceof FetchError && error.kind === "cancelled")) return;
       this.fail(load, error);
@@ -209,7 +218,7 @@ export class ModelLoads implements ModelNotes {
   private fail({ model: { model, smooth }, grade }: Load, error: unknown): void {
     const failed = this.failed.get(model) ?? new Set();
     this.failed.set(model, failed);
-    if (grade.kind === "level") {
+    if (grade.kind !== "rung") {
       failed.add(nameOf(grade));
       this.parts.problem(error);
       return;
@@ -239,7 +248,33 @@ export class ModelLoads implements ModelNotes {
       if (this.closed) return;
       if (grade.kind === "level") smooth.close(model.model);
       this.footprint.learn(model, grade, bytes);
-      residency.hold(model.model, { grade, bytes });
+      residency.hold(model.model, { grade, bytes: bytes + (this.impostors_bytes.get(model.model) ?? 0) });
+      for (const idle of residency.evict()) this.drop(idle);
+    });
+  }
+
+  /** The pictures of an impostor, which stay beside a mesh that is held or comes later. */
+  private async bringImpostor(load: Load): Promise<void> {
+    const { host, residency, budget } = this.parts;
+    const { model, grade } = load;
+    const { impostor } = model;
+    if (!impostor) throw new Error(`m${model.model} has no impostor`);
+    const pictures = new Map<string, ArrayBuffer>();
+    const fetchMissing = async ({ url, bytes }: FileRef) => {
+      if (!pictures.has(url) && host.needsTexture(url)) pictures.set(url, await this.fetch(load, { url, bytes }));
+    };
+    const files = [impostor.colour, impostor.shape];
+    await Promise.all(files.map(fetchMissing));
+    await budget.run(async () => {
+      await Promise.all(files.map(fetchMissing));
+      if (load.state === "cancelled") return;
+      load.state = "uploading";
+      const bytes = await host.uploadImpostor(model.model, impostor, pictures);
+      if (this.closed) return;
+      this.footprint.learn(model, grade, bytes);
+      this.impostors_bytes.set(model.model, bytes);
+      const held = residency.held(model.model) ?? { grade, bytes: 0 };
+      residency.hold(model.model, { grade: held.grade, bytes: held.bytes + bytes });
       for (const idle of residency.evict()) this.drop(idle);
     });
   }
@@ -314,18 +349,4 @@ export class ModelLoads implements ModelNotes {
     load.urls.add(address);
     return this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
   }
-}
-
-function levelOf(model: Model, { kind, number }: Grade): Level | undefined {
-  return kind === "level" ? model.levels[number] : undefined;
-}
-
-function texturesOf(model: Model, grade: Grade): readonly FileRef[] {
-  return (grade.kind === "level" ? levelOf(model, grade)?.textures : model.smooth?.textures) ?? [];
-}
-
-function reasonFor({ object, grade, priority, error_px }: Want): string {
-  const what = `m${object.model.model} ${nameOf(grade)}`;
-  if (purposeOf(priority) === "prefetch") return `seen ahead: ${what}`;
-  return error_px === undefined ? `not here yet: ${what}` : `${error_px.toFixed(1)} px off: ${what}`;
 }

@@ -22,10 +22,10 @@ export class ObjectDirectory {
   private readonly objects = new Map<number, PlacedObject>();
   private readonly models = new Map<number, Model>();
 
-  /** `smooth` says whether smooth LODs are used; else models have levels only. */
+  /** Says whether smooth LODs and impostors are used; else models have levels only. */
   constructor(
     private readonly scene: PublishedScene,
-    private readonly smooth = true,
+    private readonly uses: { readonly smooth?: boolean; readonly impostors?: boolean } = {},
   ) {
     if (scene.manifest.whole) this.add(scene.manifest.whole);
   }
@@ -72,8 +72,11 @@ export class ObjectDirectory {
   }
 
   private add(chunk: ObjectChunk): void {
+    const { smooth = true, impostors = true } = this.uses;
     for (const [id, model] of chunk.models) {
-      if (!this.models.has(id)) this.models.set(id, this.smooth ? model : { ...model, smooth: undefined });
+      if (this.models.has(id)) continue;
+      const used = { smooth: smooth ? model.smooth : undefined, impostor: impostors ? model.impostor : undefined };
+      this.models.set(id, { ...model, ...used });
     }
     for (const entry of chunk.objects) {
       const model = this.models.get(entry.model);

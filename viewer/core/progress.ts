@@ -3,7 +3,7 @@
  * and of their textures, each once however many objects share them.
  */
 import type { Grade, Holding } from "./grades.ts";
-import { filesOf, goalOf, isGoodEnough } from "./grades.ts";
+import { filesOf, goalOf, isHereWellEnough } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import { type Eye, errorThatDoes, firstGoal } from "./scheduler.ts";
 import { costAlone_bytes } from "./travel.ts";
@@ -31,10 +31,10 @@ export function sharpProgress(
   eye: Eye,
   target_px: number,
 ): Progress {
-  return progressTowards(visible, holdingOf, (object, asked, held) => {
+  return progressTowards(visible, holdingOf, (object, asked, holding) => {
     const most_error = errorThatDoes(object, eye, target_px);
     const grade = goalOf(object.model, most_error, asked, costAlone_bytes);
-    return { grade, does: held !== undefined && isGoodEnough(object.model, held, most_error) };
+    return { grade, does: isHereWellEnough(object.model, holding, most_error) };
   });
 }
 
@@ -49,25 +49,26 @@ export interface Shares {
 export function shares(visible: readonly PlacedObject[], holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
   let [here, sharp] = [0, 0];
   for (const object of visible) {
-    const { held } = holdingOf(object.model.model);
-    if (!held) continue;
+    const holding = holdingOf(object.model.model);
+    if (!holding.held) continue;
     here += 1;
-    if (isGoodEnough(object.model, held, errorThatDoes(object, eye, target_px))) sharp += 1;
+    if (isHereWellEnough(object.model, holding, errorThatDoes(object, eye, target_px))) sharp += 1;
   }
   const all = visible.length;
   return all === 0 ? { here: 1, sharp: 1 } : { here: here / all, sharp: sharp / all };
 }
 
 /** The grade that is wanted of an object, and whether what is held, if anything, does. */
-type Wanted = (object: PlacedObject, asked: Holding, held?: Grade) => { grade: Grade | undefined; does: boolean };
+type Wanted = (object: PlacedObject, asked: Holding, holding: Holding) => { grade: Grade | undefined; does: boolean };
 
 function progressTowards(visible: readonly PlacedObject[], holdingOf: HoldingOf, wantedOf: Wanted): Progress {
   const wanted = new Map<number, { object: PlacedObject; grade: Grade; held: Grade | undefined; does: boolean }>();
   for (const object of visible) {
     const { model } = object.model;
-    const { held, failed } = holdingOf(model);
+    const holding = holdingOf(model);
+    const { held, failed } = holding;
     // What it takes from the beginning, so that the total does not depend on what is here.
-    const { grade, does } = wantedOf(object, { held: undefined, failed }, held);
+    const { grade, does } = wantedOf(object, { held: undefined, failed }, holding);
     const other = wanted.get(model);
     if (grade && (!other || grade.geometricError < other.grade.geometricError)) {
       wanted.set(model, { object, grade, held, does: held !== undefined && does });

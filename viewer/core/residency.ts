@@ -40,6 +40,8 @@ export class MemoryShortError extends Error {
   }
 }
 
+const LETTERS = { level: "", impostor: "i", rung: "r" };
+
 const NOWHERE_NEAR: StepsTo = () => Number.POSITIVE_INFINITY;
 
 export class ResidencySet {
@@ -139,11 +141,11 @@ export class ResidencySet {
     return idle.sort(([a, { lastNeeded }], [b, other]) => further(a, b) || lastNeeded - other.lastNeeded);
   }
 
-  /** How many models are held at each level, and at each rung, as `r0`, `r1` …. */
+  /** How many models are held at each level, and at each rung, as `r0`, `r1` …, and as an impostor alone, as `i0`. */
   grades(): Record<string, number> {
     const counts: Record<string, number> = {};
     for (const { grade } of this.residents.values()) {
-      const name = `${grade.kind === "rung" ? "r" : ""}${grade.number}`;
+      const name = `${LETTERS[grade.kind]}${grade.number}`;
       counts[name] = (counts[name] ?? 0) + 1;
     }
     return counts;

@@ -4,8 +4,8 @@
  * Rule 1: something of every visible object, at least as good as its coarsest level, comes before anything finer of
  * anything; objects come in the order of their visible solid angle, as the cell's record lists them. Rule 2: then models
  * are refined by screen error, the worst first, until their error covers at most `target_px` pixels. Objects that share a
- * model share one download, and the object that needs it most decides. Whether levels or rungs are fetched for that,
- * `grades` says.
+ * model share one download, and the object that needs it most decides. Whether levels, rungs or pictures are fetched for
+ * that, `grades` says. Rule 3: last come pictures of models of which many far objects are drawn by a mesh.
  *
  * Screen error (thesis on walkthroughs, §6.3): an error of `e` metres at distance `d` covers `e · h / (2 d tan(α/2))`
  * of `h` pixels under the vertical view angle `α`.
@@ -13,18 +13,26 @@
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
 import {
   coarsestLevel,
+  cost_bytes,
   type Grade,
   goalOf,
   type Holding,
+  impostorGrade,
   isFailed,
-  isGoodEnough,
+  isHereWellEnough,
   levelGrade,
+  nameOf,
   stepTowards,
 } from "./grades.ts";
 import { geometricError_m, type PlacedObject } from "./objects.ts";
-import { PRIORITY } from "./priority.ts";
+import { PRIORITY, purposeOf } from "./priority.ts";
 import type { Held } from "./residency.ts";
 import type { CostOf } from "./travel.ts";
+
+/** A triangle that need not be drawn in any picture is worth fetching so many bytes. */
+const BYTES_PER_TRIANGLE = 16;
+/** Behind every refinement, which lie within 100,000 of the start of their band. */
+const LAST_OF_BAND = 400_000;
 
 export interface Eye {
   readonly position: Vec3;
@@ -89,8 +97,41 @@ export function plan(visible: readonly PlacedObject[], stock: Stock, eye: Eye, t
       finer.set(model.model, { ...want, priority: Math.min(want.priority, other.priority) });
     }
   });
-  const wants = first.size > 0 ? [...first.values()] : [...finer.values()];
+  const wants =
+    first.size > 0 ? [...first.values()] : [...finer.values(), ...reliefs(visible, stock, eye, target_px, finer)];
   return wants.sort((a, b) => a.priority - b.priority);
+}
+
+/**
+ * Impostors that save so much drawing that they are worth fetching beside a mesh that is held: those of models that many
+ * far objects share with a near one. They come last.
+ */
+function reliefs(
+  visible: readonly PlacedObject[],
+  stock: Stock,
+  eye: Eye,
+  target_px: number,
+  busy: ReadonlyMap<number, Want>,
+): Want[] {
+  const saved = new Map<number, { object: PlacedObject; grade: Grade; triangles: number }>();
+  for (const object of visible) {
+    const { model } = object;
+    if (!model.impostor || busy.has(model.model)) continue;
+    const holding = stock.of(model.model);
+    const grade = impostorGrade(model.impostor);
+    if (!holding.held || holding.hasImpostor || isFailed(holding, grade)) continue;
+    if (errorOf_px(object, grade, eye) > target_px) continue;
+    const before = saved.get(model.model)?.triangles ?? 0;
+    const triangles = before + Math.max(0, holding.held.triangles - grade.triangles);
+    saved.set(model.model, { object, grade, triangles });
+  }
+  const wants: Want[] = [];
+  for (const { object, grade, triangles } of saved.values()) {
+    if (triangles < cost_bytes(object.model, grade, undefined, stock.costOf) / BYTES_PER_TRIANGLE) continue;
+    const priority = PRIORITY.finer + LAST_OF_BAND - Math.min(triangles, LAST_OF_BAND) / 2;
+    wants.push({ object, grade, priority, error_px: undefined });
+  }
+  return wants;
 }
 
 /** What a first picture of an object is made of: what costs least of all that is at least as good as its coarsest level. */
@@ -109,8 +150,8 @@ function refinement(
 ): Want | undefined {
   const { model } = object;
   const most_error = errorThatDoes(object, eye, target_px);
+  if (isHereWellEnough(model, holding, most_error)) return undefined;
   const unsound = isFailed(holding, held);
-  if (!unsound && isGoodEnough(model, held, most_error)) return undefined;
   const goal = goalOf(model, most_error, holding, costOf);
   if (!goal) return undefined;
   const error_px = unsound ? Number.MAX_VALUE : errorOf_px(object, held, eye);
@@ -127,10 +168,18 @@ export function shrink(
   for (const object of visible) {
     const held = heldOf(object.model.model);
     const coarsest = coarsestLevel(object.model);
-    if (!held || !coarsest || (held.grade.kind === "level" && held.grade.number >= coarsest.level)) continue;
+    if (!held || !coarsest || held.grade.kind === "impostor") continue;
+    if (held.grade.kind === "level" && held.grade.number >= coarsest.level) continue;
     if (held.bytes > (largest?.bytes ?? 0)) largest = { object, grade: levelGrade(coarsest), bytes: held.bytes };
   }
   if (!largest) return undefined;
   const { object, grade } = largest;
   return { object, grade, priority: PRIORITY.coarsest, error_px: undefined };
+}
+
+/** Why it is fetched, in a few words. */
+export function reasonFor({ object, grade, priority, error_px }: Want): string {
+  const what = `m${object.model.model} ${nameOf(grade)}`;
+  if (purposeOf(priority) === "prefetch") return `seen ahead: ${what}`;
+  return error_px === undefined ? `not here yet: ${what}` : `${error_px.toFixed(1)} px off: ${what}`;
 }

@@ -2,10 +2,12 @@
  * What does an explorer do with a small published scene? One with a renderer that draws nothing and a web server in memory,
  * which both remember what they were asked.
  */
+
 import { Explorer } from "../core/explorer.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import type { Vec3 } from "../core/geometry.ts";
+import type { Impostor } from "../core/impostordocument.ts";
 import { HEADER_BYTES } from "../core/linemeter.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
@@ -23,6 +25,8 @@ export class RecordingHost implements ModelHost {
   private shown = new Map<number, PlacedObject>();
   private readonly templates = new Set<number>();
   private readonly textures = new Set<string>();
+  readonly pictured = new Set<number>();
+  far: ReadonlySet<number> = new Set();
   missing: () => number = () => 0;
 
   async upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
@@ -36,14 +40,24 @@ export class RecordingHost implements ModelHost {
   }
   evict(model: number): void {
     this.templates.delete(model);
+    this.pictured.delete(model);
     this.evicted.push(model);
+  }
+  async uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
+    this.pictured.add(model);
+    for (const url of pictures.keys()) this.textures.add(url);
+    return impostor.colour.bytes + impostor.shape.bytes;
+  }
+  drawFar(objects: ReadonlySet<number>): void {
+    this.far = objects;
   }
   show(objects: readonly PlacedObject[]): void {
     this.shown = new Map(objects.map((object) => [object.entry.object, object]));
   }
   draws(object: number): boolean {
     const placed = this.shown.get(object);
-    return placed !== undefined && this.templates.has(placed.model.model);
+    if (!placed) return false;
+    return (this.far.has(object) ? this.pictured : this.templates).has(placed.model.model);
   }
 }
 

@@ -38,6 +38,8 @@ export interface FixtureOptions {
   readonly packed?: boolean;
   /** Balls have a smooth LOD too. */
   readonly smooth?: boolean;
+  /** Balls have an impostor too, smaller than any level. */
+  readonly impostor?: boolean;
   /** Lintels are doors: each hides the room behind it when it is closed. */
   readonly doored?: boolean;
 }
@@ -60,7 +62,10 @@ export function publish(options: FixtureOptions): Files {
 
 class Publisher {
   readonly files: Files = new Map();
-  private readonly models: Record<string, { levels: { url: string; pack?: PackRef }[]; smooth?: object }> = {};
+  private readonly models: Record<
+    string,
+    { levels: { url: string; pack?: PackRef }[]; smooth?: object; impostor?: object }
+  > = {};
   private readonly placed: Placed[] = [];
   private readonly sizes = new Map<number, { finest: number; coarsest: number }>();
   private readonly perChunk: number;
@@ -69,6 +74,7 @@ class Publisher {
     this.perChunk = options.perChunk ?? 4;
     this.makeModels();
     if (options.smooth) this.addSmooth(3);
+    if (options.impostor) this.addImpostor(3);
     if (options.packed) this.pack();
     for (let room = 0; room < options.rooms; room += 1) this.furnish(room);
     const objects = this.placed.map((placed, i) => this.objectEntry(placed, i));
@@ -165,6 +171,17 @@ class Publisher {
     const materials_bytes = this.files.get(materials)?.length;
     const entry = this.models[`m${model}`];
     if (entry) entry.smooth = { url, bytes: bytes.length, materials, materials_bytes, rungs };
+  }
+
+  private addImpostor(model: number): void {
+    const picture = (letter: string) => {
+      const bytes = text(`picture of ${letter}`);
+      return { url: this.blob(bytes, "png"), bytes: bytes.length };
+    };
+    const [colour, shape] = [picture("colour"), picture("shape")];
+    const view = { mapping: "octahedral", views: 4, size_px: 16, centre: [0, 0, 0], radius: 1 };
+    const entry = this.models[`m${model}`];
+    if (entry) entry.impostor = { colour, shape, ...view, error_m: 0.01, switch_distance_m: 10 };
   }
 
   /** The coarsest levels so far in one pack. */

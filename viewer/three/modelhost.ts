@@ -1,13 +1,13 @@
 /**
  * How do downloaded levels come into the picture? Decodes GLBs with three.js, keeps one template for each model and a
  * clone, sharing geometry and materials, for each shown object. A finer level replaces a coarser one in one step, so
- * that there is never a frame without either. What is evicted leaves the GPU.
+ * that there is never a frame without either. Far objects are drawn by impostors (`impostors.ts`). What is evicted leaves the GPU.
  */
 import {
   type BufferGeometry,
   Group,
   type Material,
-  type Matrix4,
+  Matrix4,
   type Mesh,
   type Object3D,
   PointsMaterial,
@@ -16,8 +16,11 @@ import {
 } from "three";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import type { Vec3 } from "../core/geometry.ts";
+import type { Impostor } from "../core/impostordocument.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
+import { ImpostorCrowd, standingAt } from "./impostors.ts";
 import { TextureCache } from "./textures.ts";
 
 interface Template {
@@ -42,6 +45,9 @@ export class ThreeModelHost implements ModelHost {
   private shown = new Map<number, PlacedObject>();
   private byModel = new Map<number, PlacedObject[]>();
   private readonly nodes = new Map<number, Object3D>();
+  /** Pictures of models, and which objects are drawn by them. */
+  private readonly crowds = new Map<number, ImpostorCrowd>();
+  private far: ReadonlySet<number> = new Set();
   private readonly moved = new Map<number, Matrix4>();
 
   /** `changed` is called whenever a new picture should be drawn. */
@@ -81,7 +87,7 @@ export class ThreeModelHost implements ModelHost {
       bytes += geometryBytes(scene);
       const before = this.templates.get(model);
       this.templates.set(model, { root: scene, textures: acquired });
-      for (const object of this.byModel.get(model) ?? []) this.draw(object, scene);
+      for (const object of this.byModel.get(model) ?? []) this.refresh(object);
       if (before) this.dispose(before);
     } catch (error) {
       for (const url of acquired) this.textures.release(url);
@@ -95,12 +101,42 @@ export class ThreeModelHost implements ModelHost {
     return isDrawable(url) && !this.textures.holds(url);
   }
 
+  async uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
+    const crowd = await ImpostorCrowd.open(impostor, pictures, this.textures);
+    this.crowds.get(model)?.close();
+    this.crowds.set(model, crowd);
+    this.gather(model);
+    this.changed();
+    return crowd.bytes;
+  }
+
   evict(model: number): void {
+    this.crowds.get(model)?.close();
+    this.crowds.delete(model);
     const template = this.templates.get(model);
     if (!template) return;
     this.templates.delete(model);
     for (const { entry } of this.byModel.get(model) ?? []) this.remove(entry.object);
     this.dispose(template);
+  }
+
+  drawFar(objects: ReadonlySet<number>): void {
+    const before = this.far;
+    this.far = objects;
+    const models = new Set<number>();
+    for (const id of new Set([...before, ...objects])) {
+      const placed = this.shown.get(id);
+      if (before.has(id) === objects.has(id) || !placed) continue;
+      models.add(placed.model.model);
+      this.refresh(placed);
+    }
+    for (const model of models) this.gather(model);
+    this.changed();
+  }
+
+  /** Turns what is drawn by impostors to the eye; to be called before each picture. */
+  look(eye: Vec3): void {
+    for (const crowd of this.crowds.values()) crowd.look(eye);
   }
 
   show(objects: readonly PlacedObject[]): void {
@@ -112,14 +148,14 @@ export class ThreeModelHost implements ModelHost {
       else this.byModel.set(object.model.model, [object]);
     }
     for (const id of [...this.nodes.keys()]) if (!this.shown.has(id)) this.remove(id);
-    for (const object of objects) {
-      const template = this.templates.get(object.model.model);
-      if (template && !this.nodes.has(object.entry.object)) this.draw(object, template.root);
-    }
+    for (const object of objects) if (!this.nodes.has(object.entry.object)) this.refresh(object);
+    for (const model of this.crowds.keys()) this.gather(model);
     this.changed();
   }
 
   draws(object: number): boolean {
+    const placed = this.shown.get(object);
+    if (placed && this.far.has(object)) return this.crowds.has(placed.model.model);
     return this.nodes.get(object)?.parent === this.root;
   }
 
@@ -129,13 +165,17 @@ export class ThreeModelHost implements ModelHost {
     const node = this.nodes.get(object);
     const placed = this.shown.get(object);
     if (node && placed) this.stand(node, placed);
+    if (placed && this.far.has(object)) this.gather(placed.model.model);
     this.changed();
   }
 
   /** The object that a ray meets first, below a height. */
   pick(ray: Raycaster, below_m = Number.POSITIVE_INFINITY): PlacedObject | undefined {
     const hits = ray.intersectObject(this.root, true);
-    let hit: Object3D | null | undefined = hits.find(({ point }) => point.y <= below_m)?.object;
+    const first = hits.find(({ point }) => point.y <= below_m);
+    const far = first && standingAt(first);
+    if (far) return far;
+    let hit: Object3D | null | undefined = first?.object;
     while (hit && hit.userData.object === undefined) hit = hit.parent;
     return hit ? this.shown.get(Number(hit.userData.object)) : undefined;
   }
@@ -145,6 +185,23 @@ export class ThreeModelHost implements ModelHost {
     for (const id of [...this.nodes.keys()]) this.remove(id);
     for (const template of this.templates.values()) this.dispose(template);
     this.templates.clear();
+    for (const crowd of this.crowds.values()) crowd.close();
+    this.crowds.clear();
+  }
+
+  /** Draws an object by its model's mesh, unless it is far or there is none. */
+  private refresh(object: PlacedObject): void {
+    const template = this.templates.get(object.model.model);
+    if (template && !this.far.has(object.entry.object)) this.draw(object, template.root);
+    else this.remove(object.entry.object);
+  }
+
+  /** Draws the far objects of a model by its impostor. */
+  private gather(model: number): void {
+    const far = (this.byModel.get(model) ?? []).filter(({ entry }) => this.far.has(entry.object));
+    const standing = far.map((placed) => ({ placed, worldFromObject: this.worldFromObject(placed) }));
+    const mesh = this.crowds.get(model)?.draw(standing);
+    if (mesh) this.root.add(mesh);
   }
 
   private draw(object: PlacedObject, template: Object3D): void {
@@ -159,11 +216,15 @@ export class ThreeModelHost implements ModelHost {
     this.stand(node, object);
   }
 
-  private stand(node: Object3D, { entry }: PlacedObject): void {
-    node.matrix.fromArray(entry.worldFromObject);
-    const motion = this.moved.get(entry.object);
-    if (motion) node.matrix.premultiply(motion);
+  private stand(node: Object3D, placed: PlacedObject): void {
+    node.matrix.copy(this.worldFromObject(placed));
     node.updateMatrixWorld(true);
+  }
+
+  private worldFromObject({ entry }: PlacedObject): Matrix4 {
+    const matrix = new Matrix4().fromArray(entry.worldFromObject);
+    const motion = this.moved.get(entry.object);
+    return motion ? matrix.premultiply(motion) : matrix;
   }
 
   private remove(object: number): void {

@@ -50,6 +50,11 @@ export class TextureCache {
     picture.source.data.close();
   }
 
+  /** What a texture of a held picture shows. */
+  sourceOf(url: string): TextureSource<ImageBitmap> | undefined {
+    return this.pictures.get(url)?.source;
+  }
+
   /** A loader for GLTFLoader that answers from this cache and never from the network. */
   loader(): TextureLoader {
     return new CachedTextureLoader((name) => this.pictures.get(`/o/${name}`)?.source);

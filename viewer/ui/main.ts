@@ -94,6 +94,11 @@ interface Network {
   readonly throttle: Throttle;
 }
 
+/** Whether the page's address leaves a way of drawing on. */
+function isUsed(name: string): boolean {
+  return new URL(location.href).searchParams.get(name) !== "off";
+}
+
 function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[], network: Network): void {
   const hud = new Hud();
   const host = scene.tree.base.host;
@@ -101,7 +106,8 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     scene,
     stage,
     display: hud,
-    smooth: new URL(location.href).searchParams.get("smooth") !== "off",
+    smooth: isUsed("smooth"),
+    impostors: isUsed("impostors"),
     posed: (pose) => history.replaceState(null, "", writePose(pose, scene.pointer.revision)),
     problem: (error) => {
       problems.push(String(error));

@@ -44,6 +44,8 @@ export interface VisitParts {
   readonly display: Display;
   /** Whether smooth LODs are used; so unless this says no. */
   readonly smooth?: boolean;
+  /** Whether impostors are used; so unless this says no. */
+  readonly impostors?: boolean;
   /** Told of the pose every now and then while it changes, for the address of a page. */
   readonly posed?: (pose: Pose) => void;
   readonly problem: (error: unknown) => void;
@@ -110,12 +112,12 @@ export class Visit {
     | undefined;
 
   constructor(private readonly parts: VisitParts) {
-    const { scene, stage, problem, smooth = true } = parts;
+    const { scene, stage, problem, smooth = true, impostors = true } = parts;
     this.explorer = new Explorer(
       scene,
       this.host,
       this.budget,
-      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, smooth },
+      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, smooth, impostors },
       {
         changed: () => {
           this.hudStale = true;
@@ -292,6 +294,7 @@ export class Visit {
       this.moved = false;
     }
     this.work.add(walked_ms + performance.now() - resized_ms);
+    if (this.dirty) this.host.look(this.walker.position);
     if (this.dirty) stage.render(this.drewLastFrame && moving ? frame_ms : undefined);
     this.drewLastFrame = this.dirty && moving;
     this.dirty = false;

@@ -8,7 +8,7 @@
 //!    `foliage` measures what hides a share of what is behind it;
 //! 4. [`lod`] makes levels of detail, each with a true object-space error;
 //!    [`glb`] writes them as files that any glTF viewer opens; [`smooth`] writes smooth LODs, of which every beginning
-//!    is a coarser mesh;
+//!    is a coarser mesh; [`impostors`] draws pictures that stand for a model from far away;
 //! 5. [`records`] writes all of it as the immutable objects of one revision.
 //!
 //! There is no clock, no I/O and no randomness that is not seeded here: the same source gives the same bytes, whatever
@@ -22,6 +22,7 @@ mod foliage;
 pub mod frame;
 pub mod glb;
 pub mod import;
+pub mod impostors;
 pub mod lod;
 pub mod memory;
 mod meshopt_view;

@@ -87,7 +87,7 @@ impl<'a> Host<'a> {
     }
 }
 
-/// Bakes an imported scene: share → split → cells → levels → smooth LODs → visibility → records. Everything goes to the sink; the caller
+/// Bakes an imported scene: share → split → cells → levels → smooth LODs → impostors → visibility → records. Everything goes to the sink; the caller
 /// moves the pointer. What was found for each cell is remembered, and recalled where nothing has changed.
 ///
 /// # Errors
@@ -162,6 +162,7 @@ pub fn bake(
         first(&write(&models, visibility::preview(&views, progress)?)?)?;
     }
     models.add_smooth(&lod, host.sink, progress)?;
+    models.add_impostors(host.sink, progress)?;
     let visibility = visibility::compute(&views, &settings.visibility, host.memory, progress)?;
     write(&models, visibility)
 }

@@ -15,6 +15,8 @@ pub enum Stage {
     Preview,
     /// Making smooth levels of detail.
     Smooth,
+    /// Drawing pictures for far away.
+    Impostors,
     /// Computing each cell's visible set.
     Visibility,
     /// Writing records and storing everything.
@@ -30,6 +32,7 @@ impl Stage {
             Self::Cells => "cells",
             Self::Visibility => "visibility",
             Self::Lod => "lod",
+            Self::Impostors => "impostors",
             Self::Smooth => "smooth",
             Self::Preview => "preview",
             Self::Publish => "publish",

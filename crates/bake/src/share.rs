@@ -11,6 +11,7 @@ use glam::{DMat4, DVec3};
 
 use crate::{
     digest::{Digest, Digester},
+    import::impostor,
     source::{Primitive, SourceModel, SourceScene},
 };
 
@@ -34,6 +35,9 @@ pub(crate) fn share(mut scene: SourceScene) -> SourceScene {
             let near = [size - 1, size, size + 1].into_iter();
             let mut candidates = near.filter_map(|size| alike.get(&(digest, size))).flatten();
             let found = candidates.find_map(|number| Some((*number, translation(&kept[*number], &model)?)));
+            if let Some((number, _)) = found {
+                kept[number].impostor = impostor::joined(kept[number].impostor, model.impostor);
+            }
             found.unwrap_or_else(|| {
                 alike.entry((digest, size)).or_default().push(kept.len());
                 kept.push(model);

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use belvedere_scene::impostor::Wish;
 use belvedere_scene::procedural::Recipe;
 use glam::{DMat3, DMat4, DVec3};
 
@@ -59,6 +60,8 @@ pub struct SourceModel {
     pub primitives: Vec<Primitive>,
     /// Positions along which it was cut from other parts of its mesh. Levels keep them, so that parts do not come apart.
     pub cut_positions: Vec<[f32; 3]>,
+    /// What pictures it asks for, to be drawn with from far away.
+    pub impostor: Option<Wish>,
     /// How it grows, when it is whole and has grown from rules.
     pub recipe: Option<SourceRecipe>,
 }

@@ -15,6 +15,7 @@
 //! * [`walk`]: from a known cell to the cell at a point nearby.
 //! * [`procedural`]: models written as rules, and what grows out of them.
 //! * [`object`]: object infos: where an object stands and which levels of detail it has.
+//! * [`impostor`]: pictures that stand for a model from far away, and which of them an eye needs.
 //! * [`rung`]: the slices in which a smooth LOD is fetched, and what an object info says of them.
 //! * [`foliage`]: where leaves hide a share of what is behind them.
 //! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
@@ -25,6 +26,7 @@ pub mod bounds;
 pub mod convex;
 pub mod foliage;
 pub mod id;
+pub mod impostor;
 pub mod index;
 pub mod manifest;
 pub mod object;

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BlobName, Bounds, ModelId, ObjectId, rung::SmoothLod};
+use crate::{BlobName, Bounds, ModelId, ObjectId, impostor::Impostor, rung::SmoothLod};
 
 /// One discrete level of detail of a model. Level 0 is the finest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -77,6 +77,9 @@ pub struct Model {
     /// The same in one stream of which every beginning is a coarser mesh, where that pays.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smooth: Option<SmoothLod>,
+    /// Pictures of it for far away, where its author asks for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub impostor: Option<Impostor>,
     /// The rules that it has grown from, where it can be grown alone: for clients that know the language.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub procedural: Option<Procedural>,
@@ -181,6 +184,9 @@ pub struct ObjectInfo {
     pub levels: Vec<Level>,
     /// Its smooth LOD, errors in metres; null where there is none.
     pub smooth: Option<SmoothLod>,
+    /// Its impostor, errors and distances in metres, middle and radius in the model's space; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub impostor: Option<Impostor>,
 }
 
 impl ObjectInfo {
@@ -204,6 +210,7 @@ impl ObjectInfo {
             door: entry.door,
             levels: model.levels.iter().map(in_metres).collect(),
             smooth: model.smooth.as_ref().map(|smooth| smooth.scaled(entry.scale)),
+            impostor: model.impostor.as_ref().map(|impostor| impostor.scaled(entry.scale)),
         }
     }
 }

@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
 /// Wrong in one way each.
-const MISTAKES: [&str; 47] = [
+const MISTAKES: [&str; 51] = [
     "rule branch() {}\n  brnach()",
     "box(1, 1, dpth = 1)",
     "box(1, 1)",
@@ -62,6 +62,10 @@ const MISTAKES: [&str; 47] = [
     "part p() within [-1, 0, -1] to [1, 1, 1] { turn(30) move(0.5, 0, 0) cone(0.6, 1) }\np()",
     "part a(n) {\n  viewpoint \"v\" if n { for i in 90 a(n - 1) } } a(3)",
     "part a(n) {\n  model \"m.glb\" if n { for i in 90 a(n - 1) } } a(3)",
+    "box(1, 1, 1) impostor(view = 8)",
+    "box(1, 1, 1) impostor(views = 99)",
+    "part a() { box(1, 1, 1)\n  impostor(8, 50) } a()",
+    "rule impostor() {}",
 ];
 
 fn folder() -> PathBuf {
@@ -123,6 +127,9 @@ fn hash(grown: &Grown) -> String {
             count(&mut sum, placement.part);
             frame(&mut sum, &placement.frame);
         }
+        let asked = part.impostor.iter();
+        let asked = asked.flat_map(|wish| [wish.views, wish.size_px, u32::from(wish.below)]);
+        asked.for_each(|number| count(&mut sum, number as usize));
         for (name, place) in part.viewpoints.iter().chain(&part.models) {
             sum.update(name.as_bytes());
             frame(&mut sum, place);

@@ -50,6 +50,7 @@ function hash(model: Grown): string {
       counts(placement.part);
       frame(placement.frame);
     }
+    if (part.impostor) counts(part.impostor.views, part.impostor.size_px, part.impostor.below ? 1 : 0);
     for (const viewpoint of part.viewpoints) {
       sum.update(viewpoint.name);
       frame(viewpoint.frame);

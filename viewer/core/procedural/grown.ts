@@ -23,8 +23,17 @@ export interface Part {
   readonly models: { readonly path: string; readonly frame: Affine }[];
   /** Where one may look from; along −z, with +y up. */
   readonly viewpoints: { readonly name: string; readonly frame: Affine }[];
+  /** What pictures it asks for, to be drawn with from far away. */
+  impostor?: Wish;
   /** A box that holds it and all that it places, but for glTF files. */
   bounds: Bounds;
+}
+
+/** Views along a side of the atlas, pixels along a side of a view, and whether it is seen from below too. */
+export interface Wish {
+  readonly views: number;
+  readonly size_px: number;
+  readonly below: boolean;
 }
 
 export type Channels = readonly [number, number, number];

@@ -138,6 +138,7 @@ export type Statement =
   | { readonly kind: "call"; readonly call: number }
   | { readonly kind: "solid"; readonly at: At; readonly solid: SolidKind; readonly args: readonly (Expr | undefined)[] }
   | { readonly kind: "viewpoint"; readonly name: string }
+  | { readonly kind: "impostor"; readonly at: At; readonly args: readonly (Expr | undefined)[] }
   | { readonly kind: "model"; readonly path: string }
   | {
       readonly kind: "for";

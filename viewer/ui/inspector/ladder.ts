@@ -1,7 +1,7 @@
 /** Which levels and rungs has the object that was clicked, and which of them is drawn? */
 import type { Model } from "../../core/documents.ts";
 import { distanceToBounds } from "../../core/geometry.ts";
-import { type Grade, goalOf, gradesOf, isGoodEnough } from "../../core/grades.ts";
+import { type Grade, goalOf, gradesOf, isHereWellEnough } from "../../core/grades.ts";
 import { geometricError_m, type PlacedObject } from "../../core/objects.ts";
 import { errorOf_px, errorThatDoes } from "../../core/scheduler.ts";
 import { boxes } from "../../three/overlay.ts";
@@ -49,7 +49,7 @@ export class Ladder implements Section {
     const holding = explorer.models.of(model.model);
     const { held } = holding;
     const most_error = errorThatDoes(picked, eye, TARGET_PX);
-    const does = held && isGoodEnough(model, held, most_error);
+    const does = isHereWellEnough(model, holding, most_error);
     const wanted = does ? held : goalOf(model, most_error, holding, explorer.models.costOf);
     const head = ["", "triangles", "bytes", "off by", ""].map((text) => make("th", { scope: "col" }, text));
     const rows = gradesOf(model).map((grade) => {
@@ -87,9 +87,10 @@ function isPartOf(grade: Grade, held: Grade | undefined): boolean {
   );
 }
 
-/** Of a level, or of a rung alone. */
-function bytesOf({ levels, smooth }: Model, { kind, number }: Grade): number {
+/** Of a level or an impostor, or of a rung alone. */
+function bytesOf({ levels, smooth, impostor }: Model, { kind, number }: Grade): number {
   if (kind === "level") return levels[number]?.bytes ?? 0;
+  if (kind === "impostor") return (impostor?.colour.bytes ?? 0) + (impostor?.shape.bytes ?? 0);
   const { from = 0, to = 0 } = smooth?.rungs[number] ?? {};
   return to - from;
 }

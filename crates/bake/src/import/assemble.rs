@@ -11,7 +11,7 @@ use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::procedural::{self, Ground, Nursery, Planting};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
-use super::{ImportError, Limits, materials};
+use super::{ImportError, Limits, impostor, materials};
 use crate::progress::Stage;
 use crate::source::{AuthoredShape, Role, SourceModel, SourceObject, SourceScene};
 
@@ -115,6 +115,12 @@ impl<'a> Assembly<'_, 'a> {
         let listed = self.reader.root.listed("meshes", mesh);
         let Some(mesh_item) = self.reader.settle(listed)? else {
             return Ok(());
+        };
+        // What its mesh asks for, every node of it does.
+        let of_mesh = impostor::wished(self.reader, &mesh_item);
+        let node = &PlacedNode {
+            impostor: impostor::joined(node.impostor, of_mesh),
+            ..node.clone()
         };
         let name = || mesh_item.name().map_or_else(|| format!("mesh[{mesh}]"), str::to_owned);
         let own_weights = item.member("weights").is_some() && self.has_targets(mesh, &mesh_item);
@@ -293,6 +299,8 @@ impl<'a> Assembly<'_, 'a> {
         self.reader
             .budget
             .claim(size_of::<SourceObject>() + node.name.len(), 1, || node.name.clone())?;
+        let asked = &mut self.scene.models[model].impostor;
+        *asked = impostor::joined(*asked, node.impostor);
         self.scene.objects.push(SourceObject {
             source_node: node.name.clone(),
             part: 0,

@@ -5,12 +5,13 @@
 
 use std::collections::BTreeMap;
 
+use belvedere_scene::impostor::Wish;
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
-use super::ImportError;
 use super::document::Item;
 use super::error::{Read, flaw};
 use super::reader::Reader;
+use super::{ImportError, impostor};
 use crate::source::{Role, SourceViewpoint};
 
 /// What an author marked a node as.
@@ -46,6 +47,8 @@ pub(super) struct PlacedNode {
     pub(super) world_from_node: DMat4,
     /// What it is marked as, by itself or by an ancestor.
     pub(super) mark: Mark,
+    /// What pictures it asks for.
+    pub(super) impostor: Option<Wish>,
 }
 
 /// Everything that the scene reaches, parents before children.
@@ -136,8 +139,10 @@ pub(super) fn walk(reader: &mut Reader) -> Result<Hierarchy, ImportError> {
         note_viewpoint(reader, &mut hierarchy, &node, world_from_node)?;
         let name = node.name().map_or_else(|| format!("node[{index}]"), str::to_owned);
         hierarchy.by_index.insert(index, hierarchy.nodes.len());
+        let impostor = impostor::wished(reader, &node);
         hierarchy.nodes.push(PlacedNode {
             index,
+            impostor,
             name,
             world_from_node,
             mark,

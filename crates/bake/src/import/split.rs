@@ -47,6 +47,9 @@ impl Default for SplitSettings {
     }
 }
 
+/// What asks for an impostor may have so many times more shapes before it is cut.
+const ASKS_FOR_IMPOSTOR: usize = 16;
+
 /// A shape: its primitive, and its number in it.
 type Shape = (u32, u32);
 
@@ -143,7 +146,9 @@ fn cut(
     longest_m: f64,
 ) -> Option<Vec<SourceModel>> {
     let count: usize = model.primitives.iter().map(|p| p.count()).sum();
-    if count <= settings.min_shapes {
+    // Pictures stand for a thing as a whole.
+    let stays_whole = model.impostor.is_some() && count <= ASKS_FOR_IMPOSTOR * settings.max_shapes;
+    if count <= settings.min_shapes || stays_whole {
         return None;
     }
     let shapes = Shapes::new(model, world_from_model);
@@ -269,6 +274,7 @@ fn extract(model: &SourceModel, part: Vec<Shape>) -> SourceModel {
     SourceModel {
         name: model.name.clone(),
         primitives: primitives.collect(),
+        impostor: model.impostor,
         ..SourceModel::default()
     }
 }

@@ -19,6 +19,7 @@ pub fn clean(model: &SourceModel, settings: &LodSettings) -> SourceModel {
         name: model.name.clone(),
         primitives: shapes.collapse(&octree.clusters(0)).primitives,
         cut_positions: model.cut_positions.clone(),
+        impostor: model.impostor,
         recipe: model.recipe.clone(),
     }
 }

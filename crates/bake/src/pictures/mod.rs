@@ -15,8 +15,11 @@ pub mod texels;
 use std::io::Cursor;
 
 use image::{
-    DynamicImage, GrayImage, ImageFormat, ImageReader, Limits, Luma, Rgba32FImage,
-    codecs::{jpeg::JpegEncoder, png::PngEncoder},
+    DynamicImage, ExtendedColorType, GrayImage, ImageEncoder, ImageFormat, ImageReader, Limits, Luma, Rgba32FImage,
+    codecs::{
+        jpeg::JpegEncoder,
+        png::{CompressionType, FilterType, PngEncoder},
+    },
 };
 
 use crate::source::Image;
@@ -90,6 +93,36 @@ pub(crate) fn alpha(picture: &Image) -> Option<GrayImage> {
     }))
 }
 
+/// A picture of colours in linear light, alpha not multiplied in, halved until no side has more pixels than this; `None`
+/// when it cannot be decoded.
+pub(crate) fn small(picture: &Image, most_px: u32) -> Option<Rgba32FImage> {
+    let format = match picture.ext {
+        "png" => ImageFormat::Png,
+        "jpg" => ImageFormat::Jpeg,
+        _ => return None,
+    };
+    let mut pixels = decode(&picture.bytes, format)?.into_rgba32f();
+    to_averages(&mut pixels, Content::Color);
+    while pixels.width().max(pixels.height()) > most_px {
+        pixels = halved(&halved(&pixels, Axis::X), Axis::Y);
+    }
+    for image::Rgba([r, g, b, alpha]) in pixels.pixels_mut() {
+        for x in [r, g, b] {
+            *x = if *alpha > 0.0 { *x / *alpha } else { 0.0 };
+        }
+    }
+    Some(pixels)
+}
+
+/// A square of pixels as PNG, as small as its writer makes it.
+pub(crate) fn png(side_px: u32, pixels: &[u8], kind: ExtendedColorType) -> Vec<u8> {
+    let mut encoded = Vec::new();
+    PngEncoder::new_with_quality(&mut encoded, CompressionType::Best, FilterType::Adaptive)
+        .write_image(pixels, side_px, side_px, kind)
+        .expect("a square of pixels can be written into memory");
+    encoded
+}
+
 fn decode(bytes: &[u8], format: ImageFormat) -> Option<DynamicImage> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
@@ -123,7 +156,7 @@ fn from_averages(pixel: [f32; 4], content: Content) -> [u8; 4] {
 }
 
 /// IEC 61966-2-1.
-fn linear(x: f32) -> f32 {
+pub(crate) fn linear(x: f32) -> f32 {
     if x <= 0.04045 {
         x / 12.92
     } else {
@@ -131,7 +164,7 @@ fn linear(x: f32) -> f32 {
     }
 }
 
-fn srgb(x: f32) -> f32 {
+pub(crate) fn srgb(x: f32) -> f32 {
     if x <= 0.003_130_8 {
         12.92 * x
     } else {

@@ -5,6 +5,7 @@
 mod cells;
 #[cfg(test)]
 mod city_tests;
+mod impostors;
 mod models;
 mod packs;
 mod pages;
@@ -249,6 +250,11 @@ fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, published: u
         .filter_map(|model| model.smooth.as_ref())
         .map(|smooth| (&smooth.url, smooth.bytes))
         .collect();
+    let drawn = models.iter().filter_map(|model| model.impostor.as_ref());
+    let drawn: BTreeMap<_, _> = drawn
+        .flat_map(|impostor| [&impostor.colour, &impostor.shape])
+        .map(|picture| (&picture.url, picture.bytes))
+        .collect();
     let textures = input
         .scene
         .images
@@ -261,6 +267,7 @@ fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, published: u
         ("level0", level0.total()),
         ("coarsest", lowest.total()),
         ("smooth", smooth.values().sum()),
+        ("impostors", drawn.values().sum()),
         ("textures", textures.values().sum()),
         ("records", records.record_bytes),
         ("steps", records.step_bytes),

@@ -1,5 +1,5 @@
 //! Which bytes does each model cost at each level? Makes the levels of every model and hands them to the sink as GLBs;
-//! `smooth` adds smooth LODs, later: a first revision does without.
+//! `smooth` adds smooth LODs and `impostors` pictures for far away, later: a first revision does without.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use belvedere_scene::{
 use rayon::prelude::*;
 
 use super::{
-    BakeError,
+    BakeError, impostors,
     packs::MOST_PACK_BYTES,
     rules,
     sink::{BlobSink, Ledger, SinkError},
@@ -73,6 +73,7 @@ impl<'a> Models<'a> {
         let models = levels.into_iter().zip(rules).map(|(levels, procedural)| Model {
             levels,
             smooth: None,
+            impostor: None,
             procedural,
         });
         Ok(Self {
@@ -97,6 +98,20 @@ impl<'a> Models<'a> {
         let smooth = smooth::write(&self.pictures, settings.error_limits, &ledger, progress)?;
         for (model, smooth) in self.models.iter_mut().zip(smooth) {
             model.smooth = smooth;
+        }
+        self.blobs = ledger.into_blobs();
+        Ok(())
+    }
+
+    /// Adds impostors of those that ask for one.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn add_impostors(&mut self, sink: &dyn BlobSink, progress: &dyn Progress) -> Result<(), BakeError> {
+        let ledger = Ledger::new(sink, &self.blobs);
+        let drawn = impostors::write(self.pictures.scene, &ledger, progress)?;
+        for (model, impostor) in self.models.iter_mut().zip(drawn) {
+            model.impostor = impostor;
         }
         self.blobs = ledger.into_blobs();
         Ok(())

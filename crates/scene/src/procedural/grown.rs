@@ -4,7 +4,7 @@ use super::affine::Affine;
 use super::limits::Usage;
 use super::recipe::Recipe;
 use super::solid::Mesh;
-use crate::Bounds;
+use crate::{Bounds, impostor::Wish};
 
 /// A model with all its triangles.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -24,6 +24,8 @@ pub struct Part {
     pub name: String,
     /// Whether the name is from `called`: then it is also the name of what is placed in it.
     pub is_called: bool,
+    /// What pictures it asks for, to be drawn with from far away.
+    pub impostor: Option<Wish>,
     /// How it can be made alone, when it can.
     pub recipe: Option<Recipe>,
     /// Its own triangles, one mesh for each material.
@@ -97,6 +99,7 @@ impl Part {
         Self {
             name: name.to_owned(),
             is_called,
+            impostor: None,
             recipe: None,
             meshes: Vec::new(),
             placements: Vec::new(),

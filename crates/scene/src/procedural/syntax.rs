@@ -200,6 +200,10 @@ pub(super) enum Statement {
         arguments: Vec<Option<Expr>>,
     },
     Viewpoint(String),
+    Impostor {
+        at: At,
+        arguments: Vec<Option<Expr>>,
+    },
     Model(String),
     For {
         at: At,

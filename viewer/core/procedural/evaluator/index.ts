@@ -98,6 +98,9 @@ class Evaluator extends Calls {
         this.countPlacements(scope, 0, 1);
         (this.parts[this.part] as Part).viewpoints.push({ name: statement.name, frame: turtle.frame });
         return;
+      case "impostor":
+        (this.parts[this.part] as Part).impostor = this.impostor(scope, statement.at, statement.args);
+        return;
       case "model":
         this.countPlacements(scope, 0, 1);
         (this.parts[this.part] as Part).models.push({ path: statement.path, frame: turtle.frame });

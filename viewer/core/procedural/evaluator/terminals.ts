@@ -2,9 +2,9 @@
 import type { Vector } from "../affine.ts";
 import { extentOf, placedBounds, union } from "../bounds.ts";
 import { Fault } from "../error.ts";
-import type { Part } from "../grown.ts";
+import type { Part, Wish } from "../grown.ts";
 import { MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached } from "../limits.ts";
-import { formalsOf, SIDES, type SolidKind } from "../solid/kinds.ts";
+import { type Formals, formalsOf, IMPOSTOR, SIDES, type SolidKind } from "../solid/kinds.ts";
 import type { Corner } from "../solid/polygon.ts";
 import { mostTriangles, type Solid, writeSolid } from "../solid/solid.ts";
 import { Mesh, Writer } from "../solid/writer.ts";
@@ -84,11 +84,31 @@ export abstract class Terminals extends Expressions {
     }
   }
 
+  /** What a part asks for. */
+  protected impostor(scope: Scope, at: At, args: Given): Wish {
+    const number = (index: number, least: number, most: number) =>
+      this.formal(scope, at, IMPOSTOR[index], args[index], least, most);
+    const views = Math.floor(number(0, 2, 12));
+    const size_px = number(1, 0, MAX_LENGTH);
+    const below = number(2, 0, 1) !== 0;
+    if (![16, 32, 64, 128].includes(size_px)) throw this.shape(scope, at, "size", "16, 32, 64 or 128");
+    return { views, size_px, below };
+  }
+
   /** An argument, or what it is when it is not given. */
   private argument(scope: Scope, at: At, kind: SolidKind, args: Given, index: number, most: number): number {
-    const [name, initial] = formalsOf(kind)[index] ?? ["", 0];
-    const expr = args[index];
-    return expr ? this.ranged(scope, at, expr, name, 0, most) : (initial ?? 0);
+    return this.formal(scope, at, formalsOf(kind)[index], args[index], 0, most);
+  }
+
+  private formal(
+    scope: Scope,
+    at: At,
+    [name, initial]: Formals[number] = ["", 0],
+    expr: Expr | undefined,
+    least: number,
+    most: number,
+  ): number {
+    return expr ? this.ranged(scope, at, expr, name, least, most) : (initial ?? 0);
   }
 
   private shape(scope: Scope, at: At, what: string, wanted: string): Error {

@@ -8,7 +8,9 @@ import type { NamedAt } from "./cursor.ts";
 import { StatementParser } from "./statements.ts";
 
 const STATEMENTS =
-  "called choose edges else for heights if let model move paint roll scale scatter tilt turn viewpoint".split(" ");
+  "called choose edges else for heights if impostor let model move paint roll scale scatter tilt turn viewpoint".split(
+    " ",
+  );
 const DECLARATIONS = ["import", "parameter", "material", "function", "rule", "part"];
 
 /** Reads a file. */

@@ -1,6 +1,6 @@
 /** What is done at a place? Groups, selections, values, transforms, materials, calls, solids and enumerators. */
 import { argumentTwice, expected, Fault, missingArgument, tooManyArguments, unknown } from "../error.ts";
-import { SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
+import { type Formals, IMPOSTOR, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
 import type { At, Expr, Statement, Transform } from "../syntax.ts";
 import { ExpressionParser } from "./expressions.ts";
 
@@ -59,6 +59,8 @@ export class StatementParser extends ExpressionParser {
       }
       case "viewpoint":
         return { kind: "viewpoint", name: this.text("the viewpoint's name in quotes") };
+      case "impostor":
+        return { kind: "impostor", at, args: this.givenTo("impostor", "parameter of an impostor", IMPOSTOR, at) };
       case "model":
         return { kind: "model", path: this.text("a glTF file in quotes") };
     }
@@ -99,23 +101,27 @@ export class StatementParser extends ExpressionParser {
   }
 
   private solid(solid: SolidKind, at: At): Statement {
-    const formals = SOLIDS[solid];
+    return { kind: "solid", at, solid, args: this.givenTo(solid, "parameter of this solid", SOLIDS[solid], at) };
+  }
+
+  /** Arguments in brackets, each at the place of its formal. */
+  private givenTo(callee: string, what: string, formals: Formals, at: At): (Expr | undefined)[] {
     const found: (Expr | undefined)[] = formals.map(() => undefined);
     this.args().forEach((argument, place) => {
       const { name } = argument;
       const index = name === undefined ? place : formals.findIndex(([known]) => known === name);
       if (name !== undefined && index < 0) {
         const names = formals.map(([known]) => known);
-        throw new Fault(argument.at, unknown("parameter of this solid", name, names));
+        throw new Fault(argument.at, unknown(what, name, names));
       }
       const formal = formals[index];
-      if (!formal) throw new Fault(argument.at, tooManyArguments(solid, formals.length));
+      if (!formal) throw new Fault(argument.at, tooManyArguments(callee, formals.length));
       if (found[index]) throw new Fault(argument.at, argumentTwice(formal[0]));
       found[index] = argument.value;
     });
     const missing = formals.find(([, initial], i) => initial === undefined && !found[i]);
-    if (missing) throw new Fault(at, missingArgument(solid, missing[0]));
-    return { kind: "solid", at, solid, args: found };
+    if (missing) throw new Fault(at, missingArgument(callee, missing[0]));
+    return found;
   }
 
   /** Names of values, separated by commas, not yet in reach. */

@@ -1,6 +1,6 @@
 /** Which terminals are written like a call? Their parameters, and what each is when it is not given. */
 
-type Formals = readonly (readonly [name: string, initial: number | undefined])[];
+export type Formals = readonly (readonly [name: string, initial: number | undefined])[];
 
 export const SOLIDS = {
   box: [
@@ -40,6 +40,13 @@ export const SOLIDS = {
     ["sides", 0],
   ],
 } as const satisfies Record<string, Formals>;
+
+/** What an author can say of the pictures that stand for a part from far away. */
+export const IMPOSTOR: Formals = [
+  ["views", 8],
+  ["size", 64],
+  ["below", 0],
+];
 
 export type SolidKind = keyof typeof SOLIDS;
 

@@ -10,8 +10,8 @@ use serde_json::Value as Json;
 use super::absorb::absorb;
 use super::{Ground, growth_limits, plant};
 use crate::defect::Defects;
-use crate::import::ImportError;
 use crate::import::uri::relative_path;
+use crate::import::{ImportError, impostor};
 use crate::source::{Role, SourceObject, SourceScene};
 
 /// Rules that a node names, and where they grow.
@@ -47,6 +47,7 @@ impl Nursery {
         (defects, ground): (&mut Defects, Ground),
     ) -> Result<(), ImportError> {
         let key = planting.wanted.to_string();
+        let asked = impostor::of_extras(&planting.wanted, defects, &planting.node);
         if !self.known.contains_key(&key) {
             let grown = grow_wanted(&planting.wanted, &planting.node, ground);
             let objects = match grown? {
@@ -59,6 +60,10 @@ impl Nursery {
                     Vec::new()
                 }
             };
+            for object in &objects {
+                let wish = &mut scene.models[object.model].impostor;
+                *wish = impostor::joined(*wish, asked);
+            }
             self.known.insert(key.clone(), objects);
         }
         for object in &self.known[&key] {

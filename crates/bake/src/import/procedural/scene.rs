@@ -186,6 +186,7 @@ fn model(part: &Part, material_of: &BTreeMap<usize, usize>, (texts, seed): &Rule
     (!primitives.is_empty()).then(|| SourceModel {
         name: part.name.clone(),
         primitives,
+        impostor: part.impostor,
         recipe: part.recipe.as_ref().map(recipe),
         ..SourceModel::default()
     })

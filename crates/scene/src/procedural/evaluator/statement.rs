@@ -68,6 +68,11 @@ impl<'p> Evaluator<'p> {
                 self.parts[self.part].viewpoints.push((name.clone(), turtle.frame));
                 Ok(())
             }
+            Statement::Impostor { at, arguments } => {
+                let wish = self.impostor((scope, *at), arguments)?;
+                self.parts[self.part].impostor = Some(wish);
+                Ok(())
+            }
             Statement::Model(path) => {
                 self.count_placements((scope, 0), 1)?;
                 self.parts[self.part].models.push((path.clone(), turtle.frame));
@@ -149,6 +154,7 @@ impl<'p> Evaluator<'p> {
             | Statement::Choose { at, .. }
             | Statement::Place { at, .. }
             | Statement::Solid { at, .. }
+            | Statement::Impostor { at, .. }
             | Statement::For { at, .. }
             | Statement::Scatter { at, .. }
             | Statement::Edges { at, .. }

@@ -2,9 +2,10 @@
 
 use super::part::placed;
 use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::impostor::Wish;
 use crate::procedural::error::Problem;
 use crate::procedural::limits::{FINEST, MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached};
-use crate::procedural::solid::{Heights, Mesh, SIDES, Solid, SolidKind, Writer};
+use crate::procedural::solid::{Heights, IMPOSTOR, Mesh, SIDES, Solid, SolidKind, Writer};
 use crate::procedural::syntax::{At, Expr};
 use crate::procedural::value::Value;
 
@@ -111,11 +112,33 @@ impl<'p> Evaluator<'p> {
         })
     }
 
+    /// What a part asks for.
+    pub(super) fn impostor(&mut self, place: Place, arguments: &'p [Option<Expr>]) -> Outcome<Wish> {
+        let [least, most] = [Wish::LEAST_VIEWS, Wish::MOST_VIEWS].map(f64::from);
+        let mut number = |index, range| self.formal(place, IMPOSTOR[index], &arguments[index], range);
+        let views = number(0, (least, most))?.floor() as u32;
+        let size_px = number(1, (0.0, MAX_LENGTH))?;
+        let below = number(2, (0.0, 1.0))? != 0.0;
+        match Wish::SIZES_PX.into_iter().find(|size| f64::from(*size) == size_px) {
+            Some(size_px) => Ok(Wish { views, size_px, below }),
+            None => self.error(place.0.module, place.1, shape("size", "16, 32, 64 or 128")),
+        }
+    }
+
     /// An argument, or what it is when it is not given.
     fn argument(&mut self, place: Place, (kind, arguments): Given<'p>, index: usize, most: f64) -> Outcome<f64> {
-        let (name, default) = kind.formals()[index];
-        match &arguments[index] {
-            Some(expr) => self.ranged(place, expr, name, (0.0, most)),
+        self.formal(place, kind.formals()[index], &arguments[index], (0.0, most))
+    }
+
+    fn formal(
+        &mut self,
+        place: Place,
+        (name, default): (&'static str, Option<f64>),
+        given: &'p Option<Expr>,
+        range: (f64, f64),
+    ) -> Outcome<f64> {
+        match given {
+            Some(expr) => self.ranged(place, expr, name, range),
             None => Ok(default.unwrap_or_default()),
         }
     }

@@ -9,7 +9,7 @@ use crate::procedural::syntax::{
 };
 
 /// Words with which a statement begins.
-const STATEMENTS: [&str; 17] = [
+const STATEMENTS: [&str; 18] = [
     "called",
     "choose",
     "edges",
@@ -17,6 +17,7 @@ const STATEMENTS: [&str; 17] = [
     "for",
     "heights",
     "if",
+    "impostor",
     "let",
     "model",
     "move",

@@ -3,7 +3,7 @@
 use super::{Parsed, Parser, unknown};
 use crate::procedural::error::Problem;
 use crate::procedural::lexer::Kind;
-use crate::procedural::solid::SolidKind;
+use crate::procedural::solid::{Formals, IMPOSTOR, SolidKind};
 use crate::procedural::syntax::{At, Expr, Statement, Transform, Wanted};
 
 impl<'t> Parser<'t> {
@@ -65,6 +65,10 @@ impl<'t> Parser<'t> {
             "viewpoint" => Ok(Statement::Viewpoint(
                 self.text("the viewpoint's name in quotes")?.to_owned(),
             )),
+            "impostor" => Ok(Statement::Impostor {
+                at: token.at,
+                arguments: self.given("impostor", "parameter of an impostor", IMPOSTOR, token.at)?,
+            }),
             "model" => Ok(Statement::Model(self.text("a glTF file in quotes")?.to_owned())),
             _ => match SolidKind::named(word) {
                 Some(kind) => self.solid(kind, token.at),
@@ -145,28 +149,31 @@ impl<'t> Parser<'t> {
     }
 
     fn solid(&mut self, kind: SolidKind, at: At) -> Parsed<Statement> {
-        let formals = kind.formals();
+        let arguments = self.given(kind.name(), "parameter of this solid", kind.formals(), at)?;
+        Ok(Statement::Solid { kind, at, arguments })
+    }
+
+    /// Arguments in brackets, each at the place of its formal.
+    fn given(
+        &mut self,
+        callee: &'static str,
+        formal: &'static str,
+        formals: Formals,
+        at: At,
+    ) -> Parsed<Vec<Option<Expr>>> {
         let mut found: Vec<Option<Expr>> = vec![None; formals.len()];
         for (place, argument) in self.arguments()?.into_iter().enumerate() {
             let index = match &argument.name {
                 None => place,
                 Some(name) => formals.iter().position(|(known, _)| known == name).ok_or_else(|| {
-                    (
-                        argument.at,
-                        unknown("parameter of this solid", name, formals.iter().map(|(name, _)| *name)),
-                    )
+                    let names = formals.iter().map(|(name, _)| *name);
+                    (argument.at, unknown(formal, name, names))
                 })?,
             };
             match found.get_mut(index) {
                 None => {
-                    let callee = kind.name().to_owned();
-                    return Err((
-                        argument.at,
-                        Problem::TooManyArguments {
-                            callee,
-                            most: formals.len(),
-                        },
-                    ));
+                    let (callee, most) = (callee.to_owned(), formals.len());
+                    return Err((argument.at, Problem::TooManyArguments { callee, most }));
                 }
                 Some(Some(_)) => return Err((argument.at, Problem::ArgumentTwice(formals[index].0.to_owned()))),
                 Some(slot) => *slot = Some(argument.value),
@@ -177,14 +184,10 @@ impl<'t> Parser<'t> {
             .zip(&found)
             .find(|((_, default), given)| default.is_none() && given.is_none());
         if let Some(((name, _), _)) = missing {
-            let (callee, name) = (kind.name().to_owned(), (*name).to_owned());
+            let (callee, name) = (callee.to_owned(), (*name).to_owned());
             return Err((at, Problem::MissingArgument { callee, name }));
         }
-        Ok(Statement::Solid {
-            kind,
-            at,
-            arguments: found,
-        })
+        Ok(found)
     }
 
     /// Names of values, separated by commas, not yet in reach.

@@ -15,6 +15,7 @@ pub(super) use polygon::outline;
 use super::error::Problem;
 use super::limits::FINEST;
 use crate::Bounds;
+use crate::impostor::Wish;
 
 /// The terminals that are written like a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +31,14 @@ pub(super) enum SolidKind {
 }
 
 /// A name, and what it is when it is not given.
-type Formals = &'static [(&'static str, Option<f64>)];
+pub(super) type Formals = &'static [(&'static str, Option<f64>)];
+
+/// What an author can say of the pictures that stand for a part from far away.
+pub(super) const IMPOSTOR: Formals = &[
+    ("views", Some(Wish::DEFAULT.views as f64)),
+    ("size", Some(Wish::DEFAULT.size_px as f64)),
+    ("below", Some(0.0)),
+];
 
 impl SolidKind {
     const ALL: [(&'static str, Self, Formals); 8] = [

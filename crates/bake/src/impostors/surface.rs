@@ -1,0 +1,179 @@
+//! Which colour has a point of a surface? Base colour alone, as glTF's metallic-roughness model has it: the material's
+//! factor times its picture times the vertex's colour, in linear light.
+//!
+//! What is drawn is either there or not: masked surfaces have their own threshold, blended ones are there from an opacity
+//! of a half on. Light that a surface gives off, and what a second picture or an extension would add, is left out.
+
+use std::collections::BTreeMap;
+
+use belvedere_scene::impostor::Wish;
+use glam::{Vec2, Vec4};
+use image::Rgba32FImage;
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::pictures;
+use crate::source::{Material, Primitive, SourceModel, SourceScene};
+
+/// Opacity from which on a blended surface is there.
+const BLENDED: f32 = 0.5;
+
+/// The materials of a scene with the pictures that impostors need.
+pub struct Surfaces<'a> {
+    scene: &'a SourceScene,
+    /// Linear light, alpha not multiplied in.
+    pictures: BTreeMap<usize, Rgba32FImage>,
+}
+
+/// What is drawn of one primitive.
+pub struct Surface<'s> {
+    factor: Vec4,
+    picture: Option<Placed<'s>>,
+    /// Where alpha is smaller, there is nothing.
+    threshold: Option<f32>,
+    /// Whether it is drawn from behind too.
+    pub double_sided: bool,
+}
+
+/// A picture, and how it lies on a surface.
+struct Placed<'s> {
+    pixels: &'s Rgba32FImage,
+    set: usize,
+    wrap: [Wrap; 2],
+    offset: Vec2,
+    scale: Vec2,
+    rotation: f32,
+}
+
+#[derive(Clone, Copy)]
+enum Wrap {
+    Repeat,
+    Clamp,
+    Mirror,
+}
+
+impl<'a> Surfaces<'a> {
+    /// Reads the pictures of all models that ask for an impostor; one that cannot be decoded is white.
+    #[must_use]
+    pub fn new(scene: &'a SourceScene) -> Self {
+        let asking = scene.models.iter().filter(|model| model.impostor.is_some());
+        let primitives = asking.flat_map(|model: &SourceModel| &model.primitives);
+        let textures = primitives.filter_map(|primitive| texture(scene.materials.get(primitive.material?)?));
+        let mut images: Vec<usize> = textures
+            .filter_map(|(texture, _)| Some(scene.textures.get(texture)?.image))
+            .collect();
+        images.sort_unstable();
+        images.dedup();
+        // No view shows more of a picture than it has pixels itself, twice that where it wraps around.
+        let most_px = 2 * Wish::SIZES_PX[Wish::SIZES_PX.len() - 1];
+        let read = |image: usize| Some((image, pictures::small(scene.images.get(image)?, most_px)?));
+        let pictures: Vec<_> = images.into_par_iter().filter_map(read).collect();
+        Self {
+            scene,
+            pictures: pictures.into_iter().collect(),
+        }
+    }
+
+    /// That of a primitive.
+    #[must_use]
+    pub fn of(&self, primitive: &Primitive) -> Surface<'_> {
+        let material = primitive.material.and_then(|index| self.scene.materials.get(index));
+        let gltf = material.map_or(&Value::Null, |material| &material.gltf);
+        let factor: [f32; 4] =
+            std::array::from_fn(|i| number(gltf, &format!("/pbrMetallicRoughness/baseColorFactor/{i}"), 1.0));
+        let threshold = match gltf.get("alphaMode").and_then(Value::as_str) {
+            Some("MASK") => Some(number(gltf, "/alphaCutoff", 0.5)),
+            Some("BLEND") => Some(BLENDED),
+            _ => None,
+        };
+        Surface {
+            factor: Vec4::from(factor),
+            picture: material.and_then(|material| self.placed(material)),
+            threshold,
+            double_sided: material.is_some_and(|material| material.double_sided),
+        }
+    }
+
+    fn placed(&self, material: &Material) -> Option<Placed<'_>> {
+        let (index, member) = texture(material)?;
+        let texture = self.scene.textures.get(index)?;
+        let transform = member
+            .pointer("/extensions/KHR_texture_transform")
+            .unwrap_or(&Value::Null);
+        let wrap = |name: &str| {
+            let sampler = texture.sampler.as_ref();
+            match sampler.and_then(|sampler| sampler.get(name)?.as_u64()) {
+                Some(33071) => Wrap::Clamp,
+                Some(33648) => Wrap::Mirror,
+                _ => Wrap::Repeat,
+            }
+        };
+        let pair = |name: &str, otherwise: f32| {
+            let axis = |i: usize| number(transform, &format!("/{name}/{i}"), otherwise);
+            Vec2::new(axis(0), axis(1))
+        };
+        let set = transform.get("texCoord").or(member.get("texCoord"));
+        Some(Placed {
+            pixels: self.pictures.get(&texture.image)?,
+            set: set.and_then(Value::as_u64).unwrap_or(0) as usize,
+            wrap: [wrap("wrapS"), wrap("wrapT")],
+            offset: pair("offset", 0.0),
+            scale: pair("scale", 1.0),
+            rotation: number(transform, "/rotation", 0.0),
+        })
+    }
+}
+
+impl Surface<'_> {
+    /// Whether all of it is there.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.threshold.is_none()
+    }
+
+    /// The colour at a point of a triangle, by the weights of its corners; `None` where there is nothing.
+    #[must_use]
+    pub fn colour(&self, primitive: &Primitive, corners: [usize; 3], weights: [f32; 3]) -> Option<[f32; 3]> {
+        let mut colour = self.factor;
+        if let Some(picture) = &self.picture
+            && let Some(uvs) = primitive.uvs.get(picture.set)
+        {
+            let mean = |sum: Vec2, (corner, weight): (usize, f32)| sum + weight * Vec2::from(uvs[corner]);
+            colour *= picture.at(corners.into_iter().zip(weights).fold(Vec2::ZERO, mean));
+        }
+        if !primitive.colors.is_empty() {
+            let mean = |sum: Vec4, (corner, weight): (usize, f32)| sum + weight * Vec4::from(primitive.colors[corner]);
+            colour *= corners.into_iter().zip(weights).fold(Vec4::ZERO, mean);
+        }
+        let is_there = self.threshold.is_none_or(|least| colour.w >= least);
+        is_there.then(|| colour.truncate().clamp(glam::Vec3::ZERO, glam::Vec3::ONE).to_array())
+    }
+}
+
+impl Placed<'_> {
+    fn at(&self, uv: Vec2) -> Vec4 {
+        let turned = Vec2::from_angle(-self.rotation).rotate(uv * self.scale);
+        let at = turned + self.offset;
+        let place = |axis: usize, count: u32| {
+            let x = match self.wrap[axis] {
+                Wrap::Repeat => at[axis] - at[axis].floor(),
+                Wrap::Clamp => at[axis].clamp(0.0, 1.0),
+                Wrap::Mirror => 1.0 - ((at[axis] / 2.0 - (at[axis] / 2.0).floor()) * 2.0 - 1.0).abs(),
+            };
+            ((x * count as f32) as u32).min(count - 1)
+        };
+        let (width, height) = self.pixels.dimensions();
+        Vec4::from(self.pixels.get_pixel(place(0, width), place(1, height)).0)
+    }
+}
+
+/// The number of a material's base colour texture, and the member that names it.
+fn texture(material: &Material) -> Option<(usize, &Value)> {
+    let member = material.gltf.pointer("/pbrMetallicRoughness/baseColorTexture")?;
+    Some((usize::try_from(member.get("index")?.as_u64()?).ok()?, member))
+}
+
+fn number(value: &Value, pointer: &str, otherwise: f32) -> f32 {
+    let found = value.pointer(pointer).and_then(Value::as_f64);
+    found.map(|x| x as f32).filter(|x| x.is_finite()).unwrap_or(otherwise)
+}

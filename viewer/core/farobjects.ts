@@ -1,0 +1,37 @@
+/**
+ * Which objects are drawn by pictures? Those whose impostor is here and good enough from where the eye is, each by itself:
+ * of a model that many objects share, near ones are drawn by its mesh and far ones by its pictures. One that is nearly near
+ * enough stays as it is drawn, so that none flickers.
+ */
+import { type Holding, impostorGrade } from "./grades.ts";
+import type { PlacedObject } from "./objects.ts";
+import { type Eye, errorOf_px } from "./scheduler.ts";
+
+/** Pictures stay until their error is so many times what will do. */
+const STAYS = 1.25;
+
+/** The objects that are drawn by pictures now, when `before` were. */
+export function farObjects(
+  visible: readonly PlacedObject[],
+  holdingOf: (model: number) => Holding,
+  eye: Eye,
+  target_px: number,
+  before: ReadonlySet<number>,
+): Set<number> {
+  const far = new Set<number>();
+  for (const object of visible) {
+    const { model, entry } = object;
+    if (!model.impostor) continue;
+    const { held, hasImpostor } = holdingOf(model.model);
+    if (!hasImpostor) continue;
+    const most_px = target_px * (before.has(entry.object) ? STAYS : 1);
+    const isAlone = held === undefined || held.kind === "impostor";
+    if (isAlone || errorOf_px(object, impostorGrade(model.impostor), eye) <= most_px) far.add(entry.object);
+  }
+  return far;
+}
+
+/** Whether both hold the same objects. */
+export function areSame(a: ReadonlySet<number>, b: ReadonlySet<number>): boolean {
+  return a.size === b.size && [...a].every((object) => b.has(object));
+}
