@@ -2,7 +2,7 @@
 //! leaf is projected straight across, along x and along z, onto the sides of the boxes that it is in; a pixel of a side is
 //! covered when the middle of it is.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use belvedere_scene::foliage::Slab;
 use glam::DVec3;
@@ -19,14 +19,14 @@ type Side = [u32; ROWS as usize];
 pub(super) struct Cover {
     side_m: f64,
     /// By the place of a box in the grid, x, y and z: what is covered seen along x and along z.
-    boxes: HashMap<[i64; 3], [Side; 2]>,
+    boxes: BTreeMap<[i64; 3], [Side; 2]>,
 }
 
 impl Cover {
     pub(super) fn new(side_m: f64) -> Self {
         Self {
             side_m,
-            boxes: HashMap::new(),
+            boxes: BTreeMap::new(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Which faces are foliage? Those of materials of which a picture says where they are clear (`alphaMode` `MASK`), and small, loose
 //! sheets that are seen from both sides, where a mesh has many of one material: leaves, needles, grass.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::{DMat4, DVec2, DVec3};
 use image::GrayImage;
@@ -154,7 +154,7 @@ fn cut_outs_of(primitive: &Primitive, cut_out: &std::rc::Rc<CutOut>, set: usize)
 fn pieces_of(primitive: &Primitive) -> Vec<Leaf> {
     let faces = primitive.indices.as_chunks::<3>().0;
     let piece_of = pieces(primitive);
-    let mut boxes: HashMap<u32, [DVec3; 2]> = HashMap::new();
+    let mut boxes: BTreeMap<u32, [DVec3; 2]> = BTreeMap::new();
     for (face, piece) in faces.iter().zip(&piece_of) {
         for corner in corners(primitive, face) {
             let [low, high] = boxes.entry(*piece).or_insert([corner; 2]);
@@ -176,7 +176,7 @@ fn pieces_of(primitive: &Primitive) -> Vec<Leaf> {
 
 /// For each face, a number that it shares with those that hang together with it by places of corners.
 fn pieces(primitive: &Primitive) -> Vec<u32> {
-    let mut first_at: HashMap<[u32; 3], u32> = HashMap::new();
+    let mut first_at: BTreeMap<[u32; 3], u32> = BTreeMap::new();
     let place = |i: u32| primitive.positions[i as usize].map(|x| (x + 0.0).to_bits());
     let mut above: Vec<u32> = (0..primitive.positions.len() as u32).collect();
     fn root(above: &mut [u32], mut i: u32) -> u32 {

@@ -10,7 +10,7 @@
 mod cover;
 mod leaves;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::foliage::{Foliage, FoliageSquare, Slab, joined};
 use glam::DVec3;
@@ -63,7 +63,7 @@ fn placed<'a>(scene: &'a SourceScene, leaves: &'a Leaves) -> impl Iterator<Item 
 /// The edge of squares of which there are not too many.
 fn side(scene: &SourceScene, leaves: &Leaves) -> f64 {
     let mut side_m = SMALLEST_M;
-    let mut squares: HashSet<[i64; 2]> = HashSet::new();
+    let mut squares: BTreeSet<[i64; 2]> = BTreeSet::new();
     for (object, leaf) in placed(scene, leaves) {
         let middle: DVec3 = object.world_from_object.transform_point3(leaf.middle());
         squares.insert([middle.x, middle.z].map(|x| (x / side_m).floor() as i64));
