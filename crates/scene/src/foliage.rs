@@ -128,8 +128,8 @@ mod tests {
         let one = square([1, 2], &[slab(0.0, 1.0, 0.5), slab(1.0, 2.0, 0.1)]);
         assert!(foliage(4.0, &[one.clone(), square([2, -5], &[])]).is_sound() && Foliage::default().is_sound());
         for broken in [
-            foliage(0.0, &[one.clone()]),
-            foliage(f64::NAN, &[one.clone()]),
+            foliage(0.0, std::slice::from_ref(&one)),
+            foliage(f64::NAN, std::slice::from_ref(&one)),
             foliage(4.0, &[one.clone(), one.clone()]),
             foliage(4.0, &[square([i64::MAX, 0], &[])]),
             foliage(4.0, &[square([0, 0], &[slab(1.0, 1.0, 0.5)])]),
