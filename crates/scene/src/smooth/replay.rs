@@ -145,7 +145,7 @@ impl Replay {
         self.visited.iter().chain(&self.order[self.turn..]).copied()
     }
 
-    /// Bytes that the next step takes at most: a [`Bit`] takes up to 9 bits, a [`Nibble`] up to 12.
+    /// Bytes that the next step takes at most: a [`Bit`] takes up to 9 bits, a [`Nibble`](super::model::Nibble) up to 12.
     fn step_bytes(&self) -> usize {
         match self.phase {
             Phase::Extra(_) => 16 + 8 * self.split.extras as usize,
