@@ -34,7 +34,7 @@ impl Ground {
     }
 }
 
-/// A call of a method of [`World`](crate::World), whose parameters these are.
+/// A call of a method of [`World`], whose parameters these are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs, reason = "the methods say what their parameters mean")]
