@@ -143,7 +143,7 @@ pub fn section(measured: &Measured) -> Section {
     let messages = &measured.messages;
     Section {
         how: vec![format!(
-            "CPU of a tick of the server with the poses that come in, {} visible movers and one participant. With volumes, that is the mean over an hour and a bit, in which each volume is renewed once. \
+            "CPU of a tick of the server with the poses that come in, {} visible movers and one participant. With volumes, that is the mean over ten minutes and a bit, in which each volume is renewed once. \
              Multiples are of the first row.",
             measured.visible
         )],
@@ -165,7 +165,7 @@ pub fn section(measured: &Measured) -> Section {
         }],
         reasons: vec![
             "The paper measures frames of a renderer and gives a curve without numbers; ours is the server, which decides who hears of whom. What compares is the shape.".to_owned(),
-            "What is left to grow are renewals: every hidden mover speaks once in the hour that a volume may last. The paper's men are not said to be renewed.".to_owned(),
+            "What is left to grow are renewals: every hidden mover speaks once in the ten minutes that a volume may last. The paper's men are not said to be renewed.".to_owned(),
         ],
         goals: vec![
             Goal::at_most(
