@@ -16,15 +16,8 @@ const LEAST_COVERAGE = { from: 0.08, to: 0.72 };
 /** Of what impostors are made for: leaves, bark, stone. */
 const ROUGHNESS = 0.9;
 
-const VERTEX = /* glsl */ `
-attribute vec3 towards;
-attribute vec4 viewA;
-attribute vec4 viewB;
-attribute vec4 viewC;
-attribute vec3 viewWeights;
-uniform vec3 ballCentre;
-uniform float ballRadius;
-varying vec2 vPlace;
+/** What each corner tells the pixels. */
+const VARYINGS = /* glsl */ `varying vec2 vPlace;
 varying vec2 vDepth;
 flat varying vec2 vDepthAlong;
 flat varying vec3 vTowards;
@@ -34,6 +27,16 @@ flat varying vec4 vViewC;
 flat varying vec3 vViewWeights;
 flat varying mat3 vNormalFromBall;
 `;
+
+const VERTEX = /* glsl */ `
+attribute vec3 towards;
+attribute vec4 viewA;
+attribute vec4 viewB;
+attribute vec4 viewC;
+attribute vec3 viewWeights;
+uniform vec3 ballCentre;
+uniform float ballRadius;
+${VARYINGS}`;
 
 /** `right` is level, and +X for an eye right above or below. */
 const AXES = /* glsl */ `
@@ -67,16 +70,7 @@ uniform sampler2D colourAtlas;
 uniform sampler2D shapeAtlas;
 uniform float atlasViews;
 uniform float viewSize;
-varying vec2 vPlace;
-varying vec2 vDepth;
-flat varying vec2 vDepthAlong;
-flat varying vec3 vTowards;
-flat varying vec4 vViewA;
-flat varying vec4 vViewB;
-flat varying vec4 vViewC;
-flat varying vec3 vViewWeights;
-flat varying mat3 vNormalFromBall;
-${AXES}
+${VARYINGS}${AXES}
 // Sums over the views: colour and coverage, normal in the ball, and how far along the ray.
 vec4 seenColour = vec4(0.0);
 vec3 seenNormal = vec3(0.0);
