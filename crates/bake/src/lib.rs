@@ -21,6 +21,7 @@ pub mod digest;
 mod foliage;
 pub mod frame;
 pub mod glb;
+mod groups;
 pub mod import;
 pub mod impostors;
 pub mod lod;

@@ -8,6 +8,7 @@ use image::GrayImage;
 use serde_json::Value;
 
 use crate::{
+    groups::Groups,
     pictures,
     source::{Material, Primitive, SourceScene, Topology},
 };
@@ -178,29 +179,16 @@ fn pieces_of(primitive: &Primitive) -> Vec<Leaf> {
 fn pieces(primitive: &Primitive) -> Vec<u32> {
     let mut first_at: BTreeMap<[u32; 3], u32> = BTreeMap::new();
     let place = |i: u32| primitive.positions[i as usize].map(|x| (x + 0.0).to_bits());
-    let mut above: Vec<u32> = (0..primitive.positions.len() as u32).collect();
-    fn root(above: &mut [u32], mut i: u32) -> u32 {
-        while above[i as usize] != i {
-            above[i as usize] = above[above[i as usize] as usize];
-            i = above[i as usize];
-        }
-        i
-    }
+    let mut groups = Groups::of_one(primitive.positions.len());
     let faces = primitive.indices.as_chunks::<3>().0;
     for face in faces {
-        let roots = face.map(|i| {
-            let first = *first_at.entry(place(i)).or_insert(i);
-            root(&mut above, first)
-        });
-        for other in roots {
-            let other = root(&mut above, other);
-            let one = root(&mut above, roots[0]);
-            above[other as usize] = one;
-        }
+        let [a, b, c] = face.map(|i| *first_at.entry(place(i)).or_insert(i));
+        groups.join(a, b);
+        groups.join(a, c);
     }
     faces
         .iter()
-        .map(|face| root(&mut above, first_at[&place(face[0])]))
+        .map(|face| groups.root(first_at[&place(face[0])]))
         .collect()
 }
 

@@ -15,6 +15,7 @@ use std::collections::BTreeSet;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::groups::Groups;
 use crate::lod::octree::Clusters;
 use crate::source::{Primitive, Topology};
 
@@ -167,7 +168,7 @@ impl<'a> SourceShapes<'a> {
     fn attribute_givers(&self, p: usize, clusters: &Clusters) -> Vec<u32> {
         let primitive = &self.primitives[p];
         let cluster = &clusters.of_vertex[p];
-        let mut groups = Groups(self.equal_vertex[p].clone());
+        let mut groups = Groups::joined_with(self.equal_vertex[p].clone());
         let direction = |v: u32| primitive.normals.get(v as usize).map(|n| main_direction(*n));
         for shape in primitive.indices.chunks_exact(primitive.topology.arity()) {
             for (&a, &b) in shape.iter().zip(shape.iter().cycle().skip(1)) {
@@ -359,22 +360,4 @@ fn main_direction(normal: [f32; 3]) -> u8 {
         }
     });
     2 * axis + u8::from(normal[usize::from(axis)] < 0.0)
-}
-
-/// Sets of vertices that are joined pair by pair.
-struct Groups(Vec<u32>);
-
-impl Groups {
-    fn root(&mut self, mut v: u32) -> u32 {
-        while self.0[v as usize] != v {
-            self.0[v as usize] = self.0[self.0[v as usize] as usize];
-            v = self.0[v as usize];
-        }
-        v
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
 }

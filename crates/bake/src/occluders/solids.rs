@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use super::{Body, fill, rest};
 use crate::{
     cells::meets_box,
+    groups::Groups,
     world::{Triangle, World},
 };
 
@@ -81,32 +82,21 @@ fn bits(point: Vec3) -> [u32; 3] {
 
 fn parts(triangles: &[Triangle]) -> Vec<Part<'_>> {
     let mut ids: BTreeMap<[u32; 3], u32> = BTreeMap::new();
-    let mut parents: Vec<u32> = Vec::new();
-    fn root(parents: &mut [u32], mut id: u32) -> u32 {
-        while parents[id as usize] != id {
-            parents[id as usize] = parents[parents[id as usize] as usize];
-            id = parents[id as usize];
-        }
-        id
-    }
+    let mut groups = Groups::of_one(0);
     let mut first_corner = Vec::with_capacity(triangles.len());
     for triangle in triangles {
-        let corners = triangle.corners.map(|p| {
-            *ids.entry(bits(p)).or_insert_with(|| {
-                parents.push(parents.len() as u32);
-                parents.len() as u32 - 1
-            })
-        });
+        let corners = triangle
+            .corners
+            .map(|p| *ids.entry(bits(p)).or_insert_with(|| groups.add()));
         for corner in &corners[1..] {
-            let (a, b) = (root(&mut parents, corners[0]), root(&mut parents, *corner));
-            parents[a.max(b) as usize] = a.min(b);
+            groups.join(corners[0], *corner);
         }
         first_corner.push(corners[0]);
     }
     let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
     let mut parts: Vec<Part<'_>> = Vec::new();
     for (triangle, corner) in triangles.iter().zip(first_corner) {
-        let index = *index_of.entry(root(&mut parents, corner)).or_insert_with(|| {
+        let index = *index_of.entry(groups.root(corner)).or_insert_with(|| {
             parts.push(Part {
                 triangles: Vec::new(),
                 min: Vec3::INFINITY,

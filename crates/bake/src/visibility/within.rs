@@ -11,7 +11,10 @@ use glam::{Vec3, Vec3A};
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
 use super::segment;
-use crate::occluders::{Body, Region};
+use crate::{
+    groups::Groups,
+    occluders::{Body, Region},
+};
 
 /// What is filled by bodies that touch.
 pub(super) struct Solids {
@@ -25,7 +28,7 @@ impl Solids {
     /// Bodies of one object whose boxes are nearer to each other than a gap fill one solid.
     pub(super) fn of(bodies: &[Body], gap_m: f32) -> Self {
         let tree = segment::tree(bodies.iter().map(|b| [b.min, b.max]), 0.0);
-        let mut first: Vec<u32> = (0..bodies.len() as u32).collect();
+        let mut solids = Groups::of_one(bodies.len());
         for (index, body) in (0u32..).zip(bodies) {
             let around = Region::of_box(body.min - gap_m, body.max + gap_m);
             each_in(&tree, &around, |other| {
@@ -34,14 +37,11 @@ impl Solids {
                     other.object == body.object && around.overlaps(&Region::of_box(other.min, other.max))
                 };
                 if touches {
-                    let [a, b] = [index, other].map(|body| root(&mut first, body));
-                    first[a.max(b) as usize] = a.min(b);
+                    solids.join(index, other);
                 }
             });
         }
-        for index in 0..first.len() as u32 {
-            first[index as usize] = root(&mut first, index);
-        }
+        let first = (0..bodies.len() as u32).map(|body| solids.root(body)).collect();
         Self { tree, first }
     }
 
@@ -70,14 +70,6 @@ impl Solids {
         solids.dedup();
         solids
     }
-}
-
-fn root(first: &mut [u32], mut body: u32) -> u32 {
-    while first[body as usize] != body {
-        first[body as usize] = first[first[body as usize] as usize];
-        body = first[body as usize];
-    }
-    body
 }
 
 /// Visits at least the bodies whose boxes meet a region's.
