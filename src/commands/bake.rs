@@ -11,7 +11,10 @@ use belvedere_bake::{
 use belvedere_scene::SceneName;
 use tokio::task::JoinError;
 
-use super::output::{bytes, percent, print, print_json};
+use super::{
+    output::{bytes, percent, print, print_json},
+    sowing::SowingArgs,
+};
 use crate::{
     confine::{self, confine, was_short_of_memory},
     db::Claim,
@@ -37,6 +40,8 @@ pub(super) struct Args {
     #[arg(long, default_value_t = Limits::default().memory_bytes >> 20,
         value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     memory_mib: u64,
+    #[command(flatten)]
+    sowing: SowingArgs,
     /// Bake even when neither the source nor the settings have changed
     #[arg(long)]
     again: bool,
@@ -105,6 +110,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         scene: args.scene,
         title: args.title,
         input: BakeInput::File(args.file),
+        sowing: args.sowing.into(),
         settings: BakeSettings {
             visibility: VisibilitySettings {
                 method: args.visibility,

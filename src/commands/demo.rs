@@ -79,6 +79,7 @@ impl Bake {
             scene: world.name.parse()?,
             title: Some(world.title.to_owned()),
             input: BakeInput::BuiltIn(world.file),
+            sowing: belvedere_bake::import::procedural::Sowing::default(),
             settings: belvedere_bake::BakeSettings::default(),
             limits: belvedere_bake::import::Limits::default(),
             again: false,

@@ -12,17 +12,20 @@ use belvedere_bake::{
     glb::write_whole,
     import::{
         Limits,
-        procedural::{Ground, Growth, plant},
+        procedural::{Ground, Growth, Sowing, plant},
     },
     progress::Silent,
 };
 use belvedere_scene::{
     Bounds,
-    procedural::{Settings, Value, limits::FINEST},
+    procedural::{Settings, limits::FINEST},
 };
 use serde::Serialize;
 
-use super::output::{bytes, print, print_json};
+use super::{
+    output::{bytes, print, print_json},
+    sowing::SowingArgs,
+};
 use crate::publish::source_files::SourceFolder;
 
 #[derive(Debug, clap::Args)]
@@ -32,12 +35,8 @@ pub(super) struct Args {
     /// Where to write the model, as a plain GLB; without it only the report is printed
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// A parameter of the rules: `--set height=12`; a list as in JSON: `--set 'footprint=[[0,0],[8,0],[8,6]]'`
-    #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
-    set: Vec<(String, Value)>,
-    /// Where random numbers come from
-    #[arg(long, default_value_t = 0)]
-    seed: u32,
+    #[command(flatten)]
+    sowing: SowingArgs,
     /// The level of detail, from 0 (coarsest) to 4 (finest)
     #[arg(long, default_value_t = FINEST, value_parser = clap::value_parser!(u32).range(0..=i64::from(FINEST)))]
     detail: u32,
@@ -77,10 +76,11 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     }
     let read = fs::read(&args.file).with_context(|| format!("cannot read {}", args.file.display()))?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+    let Sowing { seed, parameters } = args.sowing.into();
     let settings = Settings {
-        seed: args.seed,
+        seed,
         detail: args.detail,
-        parameters: args.set.into_iter().collect(),
+        parameters,
         ..Settings::default()
     };
     let started = Instant::now();
@@ -148,11 +148,4 @@ impl Report {
         }
         lines.join("\n")
     }
-}
-
-fn parameter(text: &str) -> Result<(String, Value), String> {
-    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
-    let json = serde_json::from_str(value).map_err(|_| format!("`{value}` is neither a number nor a list"))?;
-    let value = Value::from_json(&json).ok_or_else(|| format!("`{value}` is neither a number nor a list of them"))?;
-    Ok((name.trim().to_owned(), value))
 }

@@ -15,6 +15,7 @@ mod publish;
 mod rollback;
 pub mod serve;
 mod sign;
+mod sowing;
 mod verify;
 mod walk;
 

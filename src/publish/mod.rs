@@ -20,7 +20,10 @@ use anyhow::Context;
 use belvedere_bake::{
     BakeSettings, Host, Source,
     defect::Defect,
-    import::{self, Limits},
+    import::{
+        self, Limits,
+        procedural::{Ground, Sowing},
+    },
     records::{BlobSink, SinkError, Written},
 };
 use belvedere_scene::{
@@ -43,7 +46,7 @@ use crate::{
 };
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 9;
+const BAKE_VERSION: u32 = 10;
 
 /// How long a bake that is done waits for a catalogue that is away, and between two times that it asks.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -55,6 +58,8 @@ pub(crate) struct Request {
     pub(crate) scene: SceneName,
     pub(crate) title: Option<String>,
     pub(crate) input: BakeInput,
+    /// What rules are given.
+    pub(crate) sowing: Sowing,
     pub(crate) settings: BakeSettings,
     pub(crate) limits: Limits,
     /// Bake even when nothing has changed.
@@ -252,12 +257,16 @@ fn run(
     let (bytes, files) = request.input.read(&request.limits)?;
     let main_file = (file_name.clone(), BlobHash::of(&bytes).to_string());
     let main_bytes = bytes.len() as u64;
-    let imported = import::import(
+    let ground = Ground {
+        files: &files,
+        limits: &request.limits,
+        progress,
+    };
+    let imported = import::import_sown(
         &source_files::told_apart(&file_name, &bytes),
         bytes,
-        &files,
-        &request.limits,
-        progress,
+        &request.sowing,
+        ground,
     )
     .with_context(|| format!("cannot import {file_name}"))?;
     let read = files.into_read();
@@ -390,8 +399,8 @@ impl BlobSink for Publisher {
 /// Everything but the files that decides the result.
 fn source_key(request: &Request) -> String {
     let settings = format!(
-        "{BAKE_VERSION} {:?} {:?} {:?}",
-        request.title, request.settings, request.limits
+        "{BAKE_VERSION} {:?} {:?} {:?} {:?}",
+        request.title, request.sowing, request.settings, request.limits
     );
     BlobHash::of(settings.as_bytes()).to_string()
 }

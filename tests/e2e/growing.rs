@@ -79,10 +79,15 @@ async fn a_client_grows_what_others_download() {
         let procedural = info.procedural.expect("it has grown from rules");
         rules.insert(procedural.rules.clone());
         let mut texts = vec![("rules".to_owned(), procedural.rules)];
-        texts.extend(procedural.imports);
+        let mut sizes = vec![procedural.rules_bytes];
+        for (name, import) in procedural.imports {
+            texts.push((name, import.url));
+            sizes.push(import.bytes);
+        }
         let mut loader = Published(Vec::new());
-        for (name, blob) in texts {
+        for ((name, blob), size) in texts.into_iter().zip(sizes) {
             let bytes = scene.blob(&blob).await.expect("the rules are there");
+            assert_eq!(bytes.len() as u64, size, "{name}");
             loader.0.push((name, String::from_utf8(bytes.to_vec()).expect("text")));
         }
         let parameters = procedural

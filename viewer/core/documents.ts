@@ -5,6 +5,7 @@
 import type { Bounds, Plane, Vec3 } from "./geometry.ts";
 import { type Impostor, readFile, readImpostor } from "./impostordocument.ts";
 import { denseId, type Json } from "./json.ts";
+import { type Rules, readRules } from "./rulesdocument.ts";
 
 /** The version of the published format that this build reads. */
 export const FORMAT = 3;
@@ -108,6 +109,8 @@ export interface Model {
   readonly smooth?: Smooth | undefined;
   /** Pictures of it for far away, where there are any. */
   readonly impostor?: Impostor | undefined;
+  /** What level 0 has grown from, where it can be grown alone. */
+  readonly rules?: Rules | undefined;
 }
 
 /** A smooth LOD and the rungs that caches can share. */
@@ -264,6 +267,7 @@ function readModel(json: Json, model: number): Model {
     levels,
     smooth: json.field("smooth").optional(readSmooth),
     impostor: json.field("impostor").optional(readImpostor),
+    rules: json.field("procedural").optional(readRules),
   };
 }
 

@@ -12,10 +12,11 @@ import type { CellEntry } from "./documents.ts";
 import { areSame, farObjects } from "./farobjects.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { length, planesOfHull, subtract, type Vec3 } from "./geometry.ts";
+import { type Growing, growing } from "./growing.ts";
 import { cellAhead } from "./lookahead.ts";
 import { type ModelHost, ModelLoads, type ModelNotes } from "./modelloads.ts";
 import { stepsToModels } from "./nearness.ts";
-import { ObjectDirectory, type PlacedObject } from "./objects.ts";
+import { ObjectDirectory, type PlacedObject, type Uses } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
 import { firstProgress, type Progress, type Shares, shares, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
@@ -30,10 +31,9 @@ export interface ExplorerOptions {
   readonly memory_limit_bytes: number;
   /** Models are refined until their error covers at most so many pixels. */
   readonly target_px: number;
-  /** Whether smooth LODs are used where they cost less than levels; so unless this says no. */
-  readonly smooth?: boolean;
-  /** Whether impostors are used; so unless this says no. */
-  readonly impostors?: boolean;
+  readonly uses?: Uses;
+  /** Grows models; a worker unless said otherwise. */
+  readonly growing?: Growing;
 }
 
 export interface ExplorerEvents {
@@ -72,7 +72,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly options: ExplorerOptions,
     private readonly events: ExplorerEvents,
   ) {
-    this.directory = new ObjectDirectory(scene, options);
+    this.directory = new ObjectDirectory(scene, options.uses);
     this.index = new CellIndex(scene);
     this.records = new CellRecords(scene, this.index);
     this.residency = new ResidencySet(options.memory_limit_bytes);
@@ -82,6 +82,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       host,
       residency: this.residency,
       budget,
+      growing: options.growing ?? growing(),
       smooth: new SmoothLods(smoothDecoding, (url, bytes) => scene.queue.verdict(url, bytes)),
       changed: () => {
         this.replan();

@@ -6,10 +6,10 @@ import type { Model } from "./documents.ts";
 import { filesOf, type Grade } from "./grades.ts";
 
 /**
- * Memory for each downloaded byte of a level, for each pixel of an impostor, and for each triangle of a rung with its
- * decoder, before anything was learnt.
+ * Memory for each downloaded byte of a level, for each pixel of an impostor, for each triangle of a rung with its decoder,
+ * and for each triangle that grew, before anything was learnt.
  */
-const FIRST_GUESS = { level: 4, impostor: 10, rung: 400 };
+const FIRST_GUESS = { level: 4, impostor: 10, rung: 400, grown: 90 };
 /** Estimates lie this much above the mean. */
 const CAUTION = 1.25;
 
@@ -18,6 +18,7 @@ export class Footprint {
     level: { size: 0, memory_bytes: 0 },
     impostor: { size: 0, memory_bytes: 0 },
     rung: { size: 0, memory_bytes: 0 },
+    grown: { size: 0, memory_bytes: 0 },
   };
 
   learn(model: Model, grade: Grade, memory_bytes: number): void {
@@ -33,9 +34,9 @@ export class Footprint {
   }
 }
 
-/** What memory goes with: bytes of levels, pixels of impostors, triangles of rungs. */
+/** What memory goes with: bytes of levels, pixels of impostors, triangles of all else. */
 function sizeOf(model: Model, grade: Grade): number {
-  if (grade.kind === "rung") return grade.triangles;
+  if (grade.kind === "rung" || grade.kind === "grown") return grade.triangles;
   if (grade.kind === "impostor" && model.impostor) return 2 * (model.impostor.views * model.impostor.size_px) ** 2;
   return filesOf(model, grade).reduce((sum, { bytes }) => sum + bytes, 0);
 }

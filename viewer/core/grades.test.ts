@@ -89,6 +89,24 @@ describe("the grade of a model", () => {
     expect(goal).toMatchObject({ kind: "rung", number: 2 });
   });
 
+  it("is grown where rules and a byte for each triangle cost less than levels", () => {
+    const rules = { file: { url: "/o/a.dcg", bytes: 5000 }, imports: new Map(), part: "a", parameters: {}, seed: 0 };
+    const grows = { ...model([900, 200], []), rules };
+    expect(cost_bytes(grows, grade(grows, "grown 0"), undefined, costAlone_bytes)).toBe(1450 + HEADER_BYTES + 100);
+    expect(chosen(grows, 0)).toBe("level 0");
+    const known: CostOf = (file) => (file.url.endsWith(".dcg") ? 0 : costAlone_bytes(file));
+    const goal = (most_error: number, triangles: number) => {
+      const [finest, coarse] = grows.levels.map((level) => ({ ...level, triangles }));
+      const model = { ...grows, levels: [finest, coarse] as Level[] };
+      return nameOf(goalOf(model, most_error, { held: undefined, failed: NOTHING_FAILED }, known) as Grade);
+    };
+    expect(goal(0, 100)).toBe("grown 0");
+    expect(goal(0, 2000)).toBe("level 0");
+    expect(goal(0.2, 100)).toBe("grown 0");
+    expect(goal(0.2, 600)).toBe("level 1");
+    expect(chosen(grows, 0, undefined, new Set(["grown 0"]))).toBe("level 0");
+  });
+
   it("is none that has failed", () => {
     const two = model([9000, 4000], [300, 700]);
     expect(chosen(two, 0, undefined, new Set([ALL_RUNGS]))).toBe("level 0");

@@ -1,12 +1,14 @@
 /**
  * In which ways can a model be drawn, and which of them costs least? A *grade* is a level of detail, or the mesh that a
- * smooth LOD gives up to a rung, or an impostor: pictures from all around, a coarse level with rich detail.
+ * smooth LOD gives up to a rung, or an impostor: pictures from all around, a coarse level with rich detail; or level 0 grown
+ * here out of the rules that it has come from (Schmalstieg, *The Remote Rendering Pipeline*, 1997, §8).
  *
  * The rule, in one place for first pictures and for refining: of the grades that are good enough for an error, the one for
  * which the fewest bytes have still to travel ({@link CostOf}: compressed, requests included). Rungs that are held are not
- * paid again, nor are pictures and materials that are here. So smooth LODs are left alone where they would be worse:
+ * paid again, nor are pictures, materials and rules that are here. So smooth LODs are left alone where they would be worse:
  * where the coarsest levels of many models come in one compressed pack, where a coarse level names its pictures in a
- * smaller size, or where a model is too small to pay for its materials.
+ * smaller size, or where a model is too small to pay for its materials. Rules that are here would cost nothing for any
+ * model, and fill the picture with triangles that nobody sees: so each triangle that grows counts as a byte.
  */
 import type { FileRef, Level, Model, Rung, Smooth } from "./documents.ts";
 import type { Impostor } from "./impostordocument.ts";
@@ -14,8 +16,8 @@ import { type CostOf, compressed_bytes } from "./travel.ts";
 
 /** One way to draw a model. */
 export interface Grade {
-  readonly kind: "level" | "impostor" | "rung";
-  /** Of the level, 0 the finest; of the last rung that was taken in, 0 the coarsest; 0 of an impostor. */
+  readonly kind: "level" | "impostor" | "rung" | "grown";
+  /** Of the level, 0 the finest; of the last rung that was taken in, 0 the coarsest; 0 of all else. */
   readonly number: number;
   readonly triangles: number;
   /** In model space, as those of levels. */
@@ -37,6 +39,9 @@ export const ALL_RUNGS = "rungs";
 /** Rungs come together up to so many bytes, so that small models take one step and large ones show each. */
 const STEP_BYTES = 16 * 1024;
 
+/** What a triangle counts that is grown here. */
+const GROWN_TRIANGLE_BYTES = 1;
+
 const NO_FILES: readonly FileRef[] = [];
 
 export function nameOf({ kind, number }: Pick<Grade, "kind" | "number">): string {
@@ -56,6 +61,11 @@ export function impostorGrade({ geometricError }: Impostor): Grade {
   return { kind: "impostor", number: 0, triangles: 2, geometricError };
 }
 
+/** As level 0, from which it differs only by how that was rounded. */
+function grownGrade(finest: Level): Grade {
+  return { ...levelGrade(finest), kind: "grown" };
+}
+
 /** The coarsest level: what a first picture is at least as good as. */
 export function coarsestLevel(model: Model): Level | undefined {
   return model.levels.at(-1);
@@ -63,9 +73,10 @@ export function coarsestLevel(model: Model): Level | undefined {
 
 const known = new WeakMap<Model, readonly Grade[]>();
 
-/** All ways to draw a model: levels, finest first, then its impostor, then rungs, coarsest first. */
+/** All ways to draw a model: what grows here, levels, finest first, then its impostor, then rungs, coarsest first. */
 export function gradesOf(model: Model): readonly Grade[] {
   const grades = known.get(model) ?? [
+    ...(model.rules ? model.levels.slice(0, 1).map(grownGrade) : []),
     ...model.levels.map(levelGrade),
     ...(model.impostor ? [impostorGrade(model.impostor)] : []),
     ...(model.smooth?.rungs ?? []).map(rungGrade),
@@ -77,7 +88,7 @@ export function gradesOf(model: Model): readonly Grade[] {
 /** Whether nothing finer of its kind can be had. */
 export function isFinest(model: Model, { kind, number }: Grade): boolean {
   if (kind === "impostor") return false;
-  return number === (kind === "level" ? 0 : (model.smooth?.rungs.length ?? 0) - 1);
+  return number === (kind === "rung" ? (model.smooth?.rungs.length ?? 0) - 1 : 0);
 }
 
 /** Whether a grade will do where errors up to this, in model space, do; the finest of a kind always will. */
@@ -102,9 +113,10 @@ export function levelOf(model: Model, { kind, number }: Grade): Level | undefine
   return kind === "level" ? model.levels[number] : undefined;
 }
 
-/** The pictures that a level or rung is drawn with. */
+/** The pictures that a mesh is drawn with; what grows has none. */
 export function texturesOf(model: Model, grade: Grade): readonly FileRef[] {
-  return (grade.kind === "level" ? levelOf(model, grade)?.textures : model.smooth?.textures) ?? [];
+  if (grade.kind === "rung") return model.smooth?.textures ?? NO_FILES;
+  return levelOf(model, grade)?.textures ?? NO_FILES;
 }
 
 /** What has to be fetched to draw a model so after what is held. */
@@ -114,6 +126,7 @@ export function filesOf(model: Model, { kind, number }: Grade, held?: Grade): re
     return level ? [level, ...level.textures] : NO_FILES;
   }
   if (kind === "impostor") return model.impostor ? [model.impostor.colour, model.impostor.shape] : NO_FILES;
+  if (kind === "grown") return model.rules ? [model.rules.file, ...model.rules.imports.values()] : NO_FILES;
   if (!model.smooth) return NO_FILES;
   const { materials, textures } = model.smooth;
   return [...slicesOf(model.smooth, { number }, held), materials, ...textures];
@@ -132,6 +145,7 @@ export function cost_bytes(model: Model, grade: Grade, held: Grade | undefined, 
   const [first, ...others] = filesOf(model, grade, held);
   const cost = others.reduce((sum, file) => sum + costOf(file), 0);
   if (!first) return cost;
+  if (grade.kind === "grown") return cost + costOf(first) + GROWN_TRIANGLE_BYTES * grade.triangles;
   // A pack is asked for once, for many.
   const packed_bytes = pack && (costOf(pack) === 0 ? 0 : compressed_bytes({ url: pack.url, bytes: first.bytes }));
   return cost + Math.min(packed_bytes ?? Number.POSITIVE_INFINITY, costOf(first));

@@ -52,6 +52,10 @@ export class Json {
     ]);
   }
 
+  get isList(): boolean {
+    return Array.isArray(this.value);
+  }
+
   text(): string {
     return typeof this.value === "string" ? this.value : this.fail("a text");
   }

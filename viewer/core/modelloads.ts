@@ -1,21 +1,22 @@
 /**
- * What is on its way? Fetches the files of a level, or the next rungs of a smooth LOD, with the textures that nobody holds
- * yet, hands them to the renderer and books what it holds. Loads that drop out of the plan are cancelled; a texture that
- * several of them share travels once and is cancelled only with the last of them.
+ * What is on its way? Has the files of a grade fetched and made into something to draw (`modelfiles.ts`), hands it to the
+ * renderer and books what that holds. Loads that drop out of the plan are cancelled; a texture that several of them share travels
+ * once and is cancelled only with the last of them.
  */
-import type { FileRef, Level, Model } from "./documents.ts";
+import type { FileRef } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { Footprint } from "./footprint.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import { ALL_RUNGS, type Grade, type Holding, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
+import { ALL_RUNGS, type Holding, levelOf, nameOf } from "./grades.ts";
+import type { Growing } from "./growing.ts";
 import type { Impostor } from "./impostordocument.ts";
+import { type Load, ModelFiles } from "./modelfiles.ts";
 import type { PlacedObject } from "./objects.ts";
-import { outOf, packsWorth } from "./packs.ts";
+import { packsWorth } from "./packs.ts";
 import { purposeOf } from "./priority.ts";
 import type { ResidencySet } from "./residency.ts";
 import { reasonFor, type Stock, type Want } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
-import type { Refined } from "./smoothstream.ts";
 import { FetchError } from "./transfer.ts";
 import type { CostOf } from "./travel.ts";
 import type { Tree } from "./tree.ts";
@@ -37,15 +38,6 @@ export interface ModelHost {
   draws(object: number): boolean;
 }
 
-interface Load {
-  readonly model: Model;
-  readonly grade: Grade;
-  readonly priority: number;
-  readonly urls: Set<string>;
-  readonly reason: string;
-  state: "cancelled" | "fetching" | "uploading";
-}
-
 export interface ModelLoadsParts {
   readonly queue: FetchQueue;
   readonly tree: Tree;
@@ -53,15 +45,16 @@ export interface ModelLoadsParts {
   readonly residency: ResidencySet;
   readonly budget: FrameBudget;
   readonly smooth: SmoothLods;
+  readonly growing: Growing;
   /** Called after each change of what is held or failed. */
   readonly changed: () => void;
-  /** Told of levels and textures that could not be loaded. Where a smooth LOD cannot, levels stand in for it. */
+  /** Told of levels and textures that could not be loaded. Where a smooth LOD cannot, or rules are wrong, levels stand in. */
   readonly problem: (error: unknown) => void;
 }
 
 /** What one can ask of models. */
 export interface ModelNotes extends Stock {
-  /** Why a model is drawn by levels although it has a smooth LOD. */
+  /** Why a model is drawn by levels although it has a smooth LOD or could be grown. */
   noteOf(model: number): string | undefined;
   /** All of these reasons. */
   readonly notes: readonly string[];
@@ -79,14 +72,14 @@ export class ModelLoads implements ModelNotes {
   private readonly reasons = new Map<number, string>();
   /** Memory of the impostors that are here. */
   private readonly impostors_bytes = new Map<number, number>();
-  private readonly lostTextures = new Set<string>();
-  /** The texts of glTF documents with nothing but materials; small, and shared by many models. */
-  private readonly materials = new Map<string, string>();
+  private readonly files: ModelFiles;
   private readonly footprint = new Footprint();
   private closed = false;
   private shortOfMemory = false;
 
-  constructor(private readonly parts: ModelLoadsParts) {}
+  constructor(private readonly parts: ModelLoadsParts) {
+    this.files = new ModelFiles(parts, (model) => this.of(model).held);
+  }
 
   /** Whether something visible of which nothing is held had to be left out for want of memory. */
   get short(): boolean {
@@ -102,7 +95,7 @@ export class ModelLoads implements ModelNotes {
     return { held, failed: this.failed.get(model) ?? NONE, hasImpostor: this.impostors_bytes.has(model) };
   }
 
-  readonly costOf: CostOf = (file) => (this.isHere(file.url) ? 0 : this.parts.queue.cost_bytes(file));
+  readonly costOf: CostOf = (file) => (this.files.isHere(file.url) ? 0 : this.parts.queue.cost_bytes(file));
 
   noteOf(model: number): string | undefined {
     return this.reasons.get(model);
@@ -116,7 +109,7 @@ export class ModelLoads implements ModelNotes {
   forgive(): void {
     this.failed.clear();
     this.reasons.clear();
-    this.lostTextures.clear();
+    this.files.forgive();
   }
 
   /** Cancels everything; nothing that is still under way reaches the renderer. */
@@ -124,6 +117,7 @@ export class ModelLoads implements ModelNotes {
     this.closed = true;
     for (const load of [...this.loads.values()]) this.cancel(load);
     this.parts.smooth.end();
+    this.parts.growing.end();
   }
 
   /** Makes what is under way equal to the plan. */
@@ -167,11 +161,6 @@ export class ModelLoads implements ModelNotes {
       this.shortOfMemory ||= first;
       return false;
     });
-  }
-
-  /** Whether a file need not be fetched any more, or cannot be. */
-  private isHere(url: string): boolean {
-    return this.materials.has(url) || this.lostTextures.has(url) || !this.parts.host.needsTexture(url);
   }
 
   private drop(model: number): void {
@@ -218,13 +207,14 @@ export class ModelLoads implements ModelNotes {
   private fail({ model: { model, smooth }, grade }: Load, error: unknown): void {
     const failed = this.failed.get(model) ?? new Set();
     this.failed.set(model, failed);
-    if (grade.kind !== "rung") {
-      failed.add(nameOf(grade));
+    failed.add(grade.kind === "rung" ? ALL_RUNGS : nameOf(grade));
+    if (grade.kind !== "rung" && grade.kind !== "grown") {
       this.parts.problem(error);
       return;
     }
-    failed.add(ALL_RUNGS);
+    // Levels stand in.
     this.reasons.set(model, error instanceof Error ? error.message : String(error));
+    if (grade.kind === "grown") return;
     this.parts.smooth.close(model);
     // Any of them may be the damaged one.
     for (const { url } of smooth ? [smooth, ...smooth.rungs] : []) this.parts.queue.shelf?.forget(url);
@@ -234,19 +224,16 @@ export class ModelLoads implements ModelNotes {
     const { host, residency, budget, smooth } = this.parts;
     const { model, grade } = load;
     const textures = new Map<string, ArrayBuffer>();
-    const [decode] = await Promise.all([
-      grade.kind === "level" ? this.fetchLevel(load, packs) : this.fetchRungs(load),
-      this.fetchTextures(load, textures),
-    ]);
-    const { glb, state_bytes } = await decode();
+    const [make] = await Promise.all([this.files.fetchGrade(load, packs), this.files.fetchTextures(load, textures)]);
+    const { glb, state_bytes } = await make();
     await budget.run(async () => {
       // A texture that was held a moment ago may have gone with the last model that used it.
-      await this.fetchTextures(load, textures);
+      await this.files.fetchTextures(load, textures);
       if (load.state === "cancelled") return;
       load.state = "uploading";
       const bytes = state_bytes + (await host.upload(model.model, glb, textures));
       if (this.closed) return;
-      if (grade.kind === "level") smooth.close(model.model);
+      if (grade.kind !== "rung") smooth.close(model.model);
       this.footprint.learn(model, grade, bytes);
       residency.hold(model.model, { grade, bytes: bytes + (this.impostors_bytes.get(model.model) ?? 0) });
       for (const idle of residency.evict()) this.drop(idle);
@@ -261,7 +248,7 @@ export class ModelLoads implements ModelNotes {
     if (!impostor) throw new Error(`m${model.model} has no impostor`);
     const pictures = new Map<string, ArrayBuffer>();
     const fetchMissing = async ({ url, bytes }: FileRef) => {
-      if (!pictures.has(url) && host.needsTexture(url)) pictures.set(url, await this.fetch(load, { url, bytes }));
+      if (!pictures.has(url) && host.needsTexture(url)) pictures.set(url, await this.files.fetch(load, { url, bytes }));
     };
     const files = [impostor.colour, impostor.shape];
     await Promise.all(files.map(fetchMissing));
@@ -277,76 +264,5 @@ export class ModelLoads implements ModelNotes {
       residency.hold(model.model, { grade: held.grade, bytes: held.bytes + bytes });
       for (const idle of residency.evict()) this.drop(idle);
     });
-  }
-
-  /** Answers what makes something to draw of what was fetched. */
-  private async fetchLevel(load: Load, packs: ReadonlySet<string>): Promise<() => Promise<Refined>> {
-    const level = levelOf(load.model, load.grade);
-    if (!level) throw new Error(`m${load.model.model} has no ${nameOf(load.grade)}`);
-    const glb = await this.fetchGlb(load, level, packs);
-    return async () => ({ glb, state_bytes: 0 });
-  }
-
-  /** The same for the rungs after those that are held. From when they are decoded on, the load is not cancelled. */
-  private async fetchRungs(load: Load): Promise<() => Promise<Refined>> {
-    const { model, grade } = load;
-    const { smooth } = model;
-    if (!smooth) throw new Error(`m${model.model} has no smooth LOD`);
-    const next = slicesOf(smooth, grade, this.of(model.model).held);
-    const [materials, ...rungs] = await Promise.all([
-      this.fetchMaterials(load, smooth.materials),
-      ...next.map((file) => this.fetch(load, file)),
-    ]);
-    return () => {
-      load.state = "uploading";
-      return this.parts.smooth.refine(model.model, smooth, grade.number, rungs, materials);
-    };
-  }
-
-  private async fetchMaterials(load: Load, file: FileRef): Promise<string> {
-    const known = this.materials.get(file.url);
-    if (known !== undefined) return known;
-    const text = new TextDecoder().decode(await this.fetch(load, file));
-    this.materials.set(file.url, text);
-    return text;
-  }
-
-  /** A level's GLB, out of its pack where that is worth it. One that cannot be had so is fetched alone. */
-  private async fetchGlb(load: Load, level: Level, packs: ReadonlySet<string>): Promise<ArrayBuffer> {
-    const { pack } = level;
-    if (pack && packs.has(pack.url)) {
-      try {
-        const glb = outOf(await this.fetch(load, pack), pack, level);
-        if (glb) return glb;
-      } catch (error) {
-        if (load.state === "cancelled") throw error;
-      }
-    }
-    return this.fetch(load, level);
-  }
-
-  /** Adds textures that the renderer does not hold. One that cannot be fetched stays out: plain beats a hole. */
-  private async fetchTextures(load: Load, textures: Map<string, ArrayBuffer>): Promise<void> {
-    const { host, problem } = this.parts;
-    const missing = texturesOf(load.model, load.grade).filter(
-      ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && host.needsTexture(url),
-    );
-    await Promise.all(
-      missing.map(async (file) => {
-        try {
-          textures.set(file.url, await this.fetch(load, file));
-        } catch (error) {
-          if (load.state === "cancelled") throw error;
-          this.lostTextures.add(file.url);
-          problem(error);
-        }
-      }),
-    );
-  }
-
-  private fetch(load: Load, { url, bytes }: FileRef): Promise<ArrayBuffer> {
-    const address = this.parts.tree.resolve(url);
-    load.urls.add(address);
-    return this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
   }
 }

@@ -18,14 +18,22 @@ export function geometricError_m(object: PlacedObject, grade: { readonly geometr
   return grade.geometricError * object.entry.scale;
 }
 
+/** What is used besides levels; so unless this says no. */
+export interface Uses {
+  /** Smooth LODs, where they cost less than levels. */
+  readonly smooth?: boolean;
+  readonly impostors?: boolean;
+  /** Rules: models are grown here where that costs less than levels. */
+  readonly rules?: boolean;
+}
+
 export class ObjectDirectory {
   private readonly objects = new Map<number, PlacedObject>();
   private readonly models = new Map<number, Model>();
 
-  /** Says whether smooth LODs and impostors are used; else models have levels only. */
   constructor(
     private readonly scene: PublishedScene,
-    private readonly uses: { readonly smooth?: boolean; readonly impostors?: boolean } = {},
+    private readonly uses: Uses = {},
   ) {
     if (scene.manifest.whole) this.add(scene.manifest.whole);
   }
@@ -72,10 +80,14 @@ export class ObjectDirectory {
   }
 
   private add(chunk: ObjectChunk): void {
-    const { smooth = true, impostors = true } = this.uses;
+    const { smooth = true, impostors = true, rules = true } = this.uses;
     for (const [id, model] of chunk.models) {
       if (this.models.has(id)) continue;
-      const used = { smooth: smooth ? model.smooth : undefined, impostor: impostors ? model.impostor : undefined };
+      const used = {
+        smooth: smooth ? model.smooth : undefined,
+        impostor: impostors ? model.impostor : undefined,
+        rules: rules ? model.rules : undefined,
+      };
       this.models.set(id, { ...model, ...used });
     }
     for (const entry of chunk.objects) {

@@ -40,7 +40,7 @@ export class MemoryShortError extends Error {
   }
 }
 
-const LETTERS = { level: "", impostor: "i", rung: "r" };
+const LETTERS = { level: "", impostor: "i", rung: "r", grown: "g" };
 
 const NOWHERE_NEAR: StepsTo = () => Number.POSITIVE_INFINITY;
 
@@ -141,7 +141,7 @@ export class ResidencySet {
     return idle.sort(([a, { lastNeeded }], [b, other]) => further(a, b) || lastNeeded - other.lastNeeded);
   }
 
-  /** How many models are held at each level, and at each rung, as `r0`, `r1` …, and as an impostor alone, as `i0`. */
+  /** How many models are held at each level, and at each rung, as `r0`, `r1` …, as an impostor alone, as `i0`, and grown here, as `g0`. */
   grades(): Record<string, number> {
     const counts: Record<string, number> = {};
     for (const { grade } of this.residents.values()) {

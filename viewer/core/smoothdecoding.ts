@@ -3,6 +3,7 @@
  * origin that embeds a world, on the page's own thread in slices of a few milliseconds.
  */
 import { type Refined, SmoothStream } from "./smoothstream.ts";
+import { WorkerOrders, type WorkerPort } from "./workerorders.ts";
 
 /** Decodes streams, each by a number. */
 export interface SmoothDecoding {
@@ -45,57 +46,34 @@ export class SlicedDecoding implements SmoothDecoding {
   }
 }
 
-/** What the page tells the worker. */
+/** What the page tells the worker: decode these, or forget a stream. */
 export type Order =
-  | { readonly id: number; readonly stream: number; readonly rungs: readonly ArrayBuffer[]; readonly materials: string }
+  | { readonly stream: number; readonly rungs: readonly ArrayBuffer[]; readonly materials: string }
   | { readonly close: number };
 
-/** What the worker answers to an order with an id. */
-export type Answer =
-  | { readonly id: number; readonly refined: Refined }
-  | { readonly id: number; readonly error: string };
-
-/** What of a `Worker` is needed. */
-export interface WorkerPort {
-  postMessage(order: Order): void;
-  onmessage: ((event: { readonly data: Answer }) => void) | null;
-  onerror: ((event: { readonly message: string }) => void) | null;
-  terminate(): void;
-}
+export type Port = WorkerPort<Order & { readonly id: number }, Refined | undefined>;
 
 /** Has a worker decode. */
 export class WorkerDecoding implements SmoothDecoding {
-  private readonly waiting = new Map<number, { resolve: (refined: Refined) => void; reject: (error: Error) => void }>();
-  private orders = 0;
+  private readonly orders: WorkerOrders<Order, Refined | undefined>;
 
-  constructor(private readonly worker: WorkerPort) {
-    worker.onmessage = ({ data }) => {
-      const order = this.waiting.get(data.id);
-      this.waiting.delete(data.id);
-      if ("refined" in data) order?.resolve(data.refined);
-      else order?.reject(new Error(data.error));
-    };
-    worker.onerror = ({ message }) => this.failAll(`the worker that decodes smooth LODs has failed: ${message}`);
+  constructor(worker: Port) {
+    this.orders = new WorkerOrders(worker, "decodes smooth LODs");
   }
 
-  refine(stream: number, rungs: readonly ArrayBuffer[], materials: string): Promise<Refined> {
-    const id = this.orders++;
-    this.worker.postMessage({ id, stream, rungs, materials });
-    return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
+  async refine(stream: number, rungs: readonly ArrayBuffer[], materials: string): Promise<Refined> {
+    const refined = await this.orders.ask({ stream, rungs, materials });
+    if (!refined) throw new Error("the worker that decodes smooth LODs answered nothing");
+    return refined;
   }
 
   close(stream: number): void {
-    this.worker.postMessage({ close: stream });
+    // Where the worker is gone, so is the stream.
+    this.orders.ask({ close: stream }).catch(() => {});
   }
 
   end(): void {
-    this.worker.terminate();
-    this.failAll("nothing is decoded any more");
-  }
-
-  private failAll(why: string): void {
-    for (const { reject } of this.waiting.values()) reject(new Error(why));
-    this.waiting.clear();
+    this.orders.end();
   }
 }
 
@@ -103,7 +81,7 @@ export class WorkerDecoding implements SmoothDecoding {
 export function smoothDecoding(): SmoothDecoding {
   try {
     const worker = new Worker(new URL("./smoothworker.ts", import.meta.url), { type: "module" });
-    return new WorkerDecoding(worker as unknown as WorkerPort);
+    return new WorkerDecoding(worker as unknown as Port);
   } catch {
     return new SlicedDecoding();
   }

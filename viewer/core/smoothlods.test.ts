@@ -8,7 +8,7 @@ import { type Files, GOLDEN } from "../test/fixture.ts";
 import type { Smooth } from "./documents.ts";
 import type { Vec3 } from "./geometry.ts";
 import { readHeader } from "./smooth/header.ts";
-import { type Answer, type Order, SlicedDecoding, WorkerDecoding } from "./smoothdecoding.ts";
+import { type Port, SlicedDecoding, WorkerDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import { SmoothStream } from "./smoothstream.ts";
 import { join } from "./transfer.ts";
@@ -107,19 +107,19 @@ describe("a stream", () => {
 
   it("is decoded alike in a worker and in slices", async () => {
     const streams = new Map<number, SmoothStream>();
-    const worker = {
-      onmessage: null as ((event: { data: Answer }) => void) | null,
+    const worker: Port = {
+      onmessage: null,
       onerror: null,
       terminate: () => streams.clear(),
-      postMessage(order: Order) {
+      postMessage(order) {
         if ("close" in order) return;
         const stream = streams.get(order.stream) ?? new SmoothStream(order.materials);
         streams.set(order.stream, stream);
         const taking = stream.take(order.rungs);
         let step = taking.next();
         while (!step.done) step = taking.next();
-        const refined = step.value;
-        queueMicrotask(() => this.onmessage?.({ data: { id: order.id, refined } }));
+        const result = step.value;
+        queueMicrotask(() => this.onmessage?.({ data: { id: order.id, result } }));
       },
     };
     const [there, here] = [new WorkerDecoding(worker), new SlicedDecoding(0)];

@@ -2,7 +2,7 @@
  * How is one smooth LOD decoded while its rungs arrive? Bytes in, GLBs out, on whichever thread this runs.
  */
 import { SmoothDecoder, snapshotOf } from "./smooth/index.ts";
-import { glbOf } from "./smoothglb.ts";
+import { smoothGlb } from "./smoothglb.ts";
 
 /** A stream that may take more memory than this is refused, and its model drawn by levels. */
 const MOST_MEMORY_BYTES = 2 ** 29;
@@ -33,7 +33,7 @@ export class SmoothStream {
         yield;
       }
     }
-    const glb = glbOf(snapshotOf(decoder), this.materials);
+    const glb = smoothGlb(snapshotOf(decoder), this.materials);
     if (decoder.isComplete) this.decoder = undefined;
     return { glb, state_bytes: this.decoder?.stateBytes ?? 0 };
   }

@@ -1,30 +1,21 @@
 /** What does the worker do that decodes smooth LODs? What the page orders, one order after the other. */
-import type { Answer, Order } from "./smoothdecoding.ts";
-import { SmoothStream } from "./smoothstream.ts";
+import type { Order } from "./smoothdecoding.ts";
+import { type Refined, SmoothStream } from "./smoothstream.ts";
+import { obey } from "./workerorders.ts";
 
-/** What of a worker's global scope is needed. */
-interface Scope {
-  onmessage: ((event: { readonly data: Order }) => void) | null;
-  postMessage(answer: Answer, transfer: ArrayBuffer[]): void;
-}
-
-const scope = globalThis as unknown as Scope;
 const streams = new Map<number, SmoothStream>();
 
-scope.onmessage = ({ data }) => {
-  if ("close" in data) {
-    streams.delete(data.close);
-    return;
+function work(order: Order & { readonly id: number }): Refined | undefined {
+  if ("close" in order) {
+    streams.delete(order.close);
+    return undefined;
   }
-  const { id, stream, rungs, materials } = data;
-  try {
-    const known = streams.get(stream) ?? new SmoothStream(materials);
-    streams.set(stream, known);
-    const taking = known.take(rungs);
-    let step = taking.next();
-    while (!step.done) step = taking.next();
-    scope.postMessage({ id, refined: step.value }, [step.value.glb]);
-  } catch (error) {
-    scope.postMessage({ id, error: error instanceof Error ? error.message : String(error) }, []);
-  }
-};
+  const stream = streams.get(order.stream) ?? new SmoothStream(order.materials);
+  streams.set(order.stream, stream);
+  const taking = stream.take(order.rungs);
+  let step = taking.next();
+  while (!step.done) step = taking.next();
+  return step.value;
+}
+
+obey(work, (refined) => (refined ? [refined.glb] : []));

@@ -8,7 +8,7 @@ const LONGEST_FILE_LINES = 600;
 
 /** Which other rooms and packages each room may import. Tests may import more. */
 const ALLOWED: Record<string, RegExp> = {
-  core: /^\.\/(smooth\/)?[a-z]+\.ts$/,
+  core: /^\.\/((smooth|procedural)\/)?[a-z]+\.ts$/,
   "core/live": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts)$/,
   "core/select": /^(\.\/[a-z]+\.ts|\.\.\/smooth\/[a-z]+\.ts)$/,
   "core/smooth": /^\.\/[a-z]+\.ts$/,

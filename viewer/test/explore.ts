@@ -7,10 +7,13 @@ import { Explorer } from "../core/explorer.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import type { Vec3 } from "../core/geometry.ts";
+import type { Growing, Seedling } from "../core/growing.ts";
+import { grownGlb } from "../core/grownglb.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import { HEADER_BYTES } from "../core/linemeter.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
+import { growModel } from "../core/procedural/index.ts";
 import { PublishedScene } from "../core/published.ts";
 import type { Shelf } from "../core/shelf.ts";
 import { Tree } from "../core/tree.ts";
@@ -61,6 +64,14 @@ export class RecordingHost implements ModelHost {
   }
 }
 
+/** Grows on this thread. */
+class HereGrowing implements Growing {
+  async grow({ seed, ...recipe }: Seedling): Promise<ArrayBuffer> {
+    return grownGlb(growModel(recipe, { seed }));
+  }
+  end(): void {}
+}
+
 export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
   readonly memory_limit_bytes?: number;
   readonly spoil?: (files: Files) => void;
@@ -91,7 +102,7 @@ export async function explore({
     scene,
     host,
     budget,
-    { memory_limit_bytes, target_px: 1.5 },
+    { memory_limit_bytes, target_px: 1.5, growing: new HereGrowing() },
     { changed: () => {}, problem: (error) => problems.push(error) },
   );
   host.missing = () => explorer.missing;

@@ -38,6 +38,8 @@ export interface FixtureOptions {
   readonly packed?: boolean;
   /** Balls have a smooth LOD too. */
   readonly smooth?: boolean;
+  /** Balls can be grown too, out of rules that import others. */
+  readonly grown?: boolean;
   /** Balls have an impostor too, smaller than any level. */
   readonly impostor?: boolean;
   /** Lintels are doors: each hides the room behind it when it is closed. */
@@ -64,7 +66,7 @@ class Publisher {
   readonly files: Files = new Map();
   private readonly models: Record<
     string,
-    { levels: { url: string; pack?: PackRef }[]; smooth?: object; impostor?: object }
+    { levels: { url: string; pack?: PackRef }[]; smooth?: object; impostor?: object; procedural?: object }
   > = {};
   private readonly placed: Placed[] = [];
   private readonly sizes = new Map<number, { finest: number; coarsest: number }>();
@@ -75,6 +77,7 @@ class Publisher {
     this.makeModels();
     if (options.smooth) this.addSmooth(3);
     if (options.impostor) this.addImpostor(3);
+    if (options.grown) this.addRules(3);
     if (options.packed) this.pack();
     for (let room = 0; room < options.rooms; room += 1) this.furnish(room);
     const objects = this.placed.map((placed, i) => this.objectEntry(placed, i));
@@ -171,6 +174,18 @@ class Publisher {
     const materials_bytes = this.files.get(materials)?.length;
     const entry = this.models[`m${model}`];
     if (entry) entry.smooth = { url, bytes: bytes.length, materials, materials_bytes, rungs };
+  }
+
+  private addRules(model: number): void {
+    const [glaze, ball] = [
+      "material glaze { colour = #335588 }",
+      'import "glaze.dcg" as glaze\npart ball(radius) { paint glaze.glaze sphere(radius, 24) }',
+    ].map((source) => new TextEncoder().encode(source)) as [Uint8Array, Uint8Array];
+    const entry = this.models[`m${model}`];
+    const imports = { "glaze.dcg": { url: this.blob(glaze, "dcg"), bytes: glaze.length } };
+    const url = this.blob(ball, "dcg");
+    if (entry)
+      entry.procedural = { rules: url, rules_bytes: ball.length, imports, part: "ball", parameters: { radius: 1 } };
   }
 
   private addImpostor(model: number): void {

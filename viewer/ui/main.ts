@@ -106,8 +106,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     scene,
     stage,
     display: hud,
-    smooth: isUsed("smooth"),
-    impostors: isUsed("impostors"),
+    uses: { smooth: isUsed("smooth"), impostors: isUsed("impostors"), rules: isUsed("rules") },
     posed: (pose) => history.replaceState(null, "", writePose(pose, scene.pointer.revision)),
     problem: (error) => {
       problems.push(String(error));

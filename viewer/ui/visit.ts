@@ -8,7 +8,7 @@ import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { FrameTimes } from "../core/frametimes.ts";
 import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
-import type { PlacedObject } from "../core/objects.ts";
+import type { PlacedObject, Uses } from "../core/objects.ts";
 import type { PublishedScene } from "../core/published.ts";
 import { QualityHistory } from "../core/quality.ts";
 import { IDLE, Walker } from "../core/walker.ts";
@@ -42,10 +42,7 @@ export interface VisitParts {
   readonly scene: PublishedScene;
   readonly stage: Stage;
   readonly display: Display;
-  /** Whether smooth LODs are used; so unless this says no. */
-  readonly smooth?: boolean;
-  /** Whether impostors are used; so unless this says no. */
-  readonly impostors?: boolean;
+  readonly uses?: Uses;
   /** Told of the pose every now and then while it changes, for the address of a page. */
   readonly posed?: (pose: Pose) => void;
   readonly problem: (error: unknown) => void;
@@ -112,12 +109,12 @@ export class Visit {
     | undefined;
 
   constructor(private readonly parts: VisitParts) {
-    const { scene, stage, problem, smooth = true, impostors = true } = parts;
+    const { scene, stage, problem, uses = {} } = parts;
     this.explorer = new Explorer(
       scene,
       this.host,
       this.budget,
-      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, smooth, impostors },
+      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, uses },
       {
         changed: () => {
           this.hudStale = true;

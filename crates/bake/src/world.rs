@@ -33,8 +33,8 @@ mod tests;
 use cast::Facet;
 pub use cast::Hit;
 
-/// The largest number of triangles, all instances counted.
-pub const MAX_TRIANGLES: usize = 16 << 20;
+/// The largest number of triangles, all instances counted: at about 200 bytes each, what a large machine holds.
+pub const MAX_TRIANGLES: usize = 64 << 20;
 /// The largest distance of a vertex from the middle of the scene. Beyond it `f32` could not tell walls apart.
 pub const MAX_REACH_M: f64 = 1e9;
 /// At most this many points stand for an object that has no triangles.
@@ -48,7 +48,7 @@ const BACK_HIDES: u8 = 2;
 /// Why a scene cannot be asked for visibility.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WorldError {
-    /// Memory would not suffice.
+    /// No usual memory would suffice.
     #[error(
         "the scene has {count} triangles with all its instances, at most {MAX_TRIANGLES} are possible: bake it in parts"
     )]

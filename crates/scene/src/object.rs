@@ -90,9 +90,11 @@ pub struct Model {
 pub struct Procedural {
     /// The rules (`.dcg`), the same object for every model that is made of them.
     pub rules: BlobName,
+    /// Their size as stored.
+    pub rules_bytes: u64,
     /// What they import, by the names that they give it.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub imports: BTreeMap<String, BlobName>,
+    pub imports: BTreeMap<String, Import>,
     /// The part of them; absent for the file as a whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part: Option<String>,
@@ -101,6 +103,15 @@ pub struct Procedural {
     /// Where random numbers come from.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub seed: u32,
+}
+
+/// A file that rules import.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Import {
+    /// Its text (`.dcg`).
+    pub url: BlobName,
+    /// Its size as stored.
+    pub bytes: u64,
 }
 
 fn is_zero(seed: &u32) -> bool {

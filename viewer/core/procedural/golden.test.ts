@@ -9,7 +9,7 @@ import { grow } from "./evaluator/index.ts";
 import { type Grown, instancesOf } from "./grown.ts";
 import { LIMITS } from "./limits.ts";
 import { readProgram } from "./link.ts";
-import { growModel } from "./recipe.ts";
+import { growModel, Rulebook } from "./recipe.ts";
 import { type Value, valueFromJson } from "./value.ts";
 
 /** Rules, how they are grown and what they give, as the tests in Rust wrote it. */
@@ -104,9 +104,9 @@ it("grows a part alone as it is in the whole", () => {
   const imports = new Map([["fence.dcg", text("fence.dcg")]]);
   const stone = whole.parts.find((part) => part.name === "stone");
   const upright = whole.parts.filter((part) => part.name === "upright").at(-1);
+  const rulebook = new Rulebook({ rules: text("modules.dcg"), imports });
   for (const size of [0.25, 0.5, 0.75]) {
-    const recipe = { rules: text("modules.dcg"), imports, part: "stone", parameters: { size } };
-    const { meshes } = growModel(recipe, { seed: 5 });
+    const { meshes } = rulebook.grow({ part: "stone", parameters: { size } }, { seed: 5 });
     expect(meshes.length).toBe(1);
     const same = whole.parts.some((part) => part.meshes[0]?.positions.join() === meshes[0]?.positions.join());
     expect(same || stone === undefined).toBe(true);
@@ -115,6 +115,8 @@ it("grows a part alone as it is in the whole", () => {
   const { meshes, materials } = growModel(recipe, { seed: 5 });
   expect(meshes[0]?.positions).toEqual(upright?.meshes[0]?.positions);
   expect(materials[meshes[0]?.material ?? 0]?.name).toBe("wood");
+  expect(() => rulebook.grow({ part: "stome", parameters: {} })).toThrow(/`stome`.*`stone`/s);
+  expect(() => rulebook.grow({ part: 'stone(size = 1) import "b.dcg" as b b.x', parameters: {} })).toThrow(DcgError);
 });
 
 it("writes nothing without a radius, and of a wire in a profile only its ends", () => {

@@ -6,6 +6,6 @@ export { grow, type Settings } from "./evaluator/index.ts";
 export { type Grown, type Instance, instancesOf, type Part, type Surface } from "./grown.ts";
 export { type Amounts, FINEST, LIMITS } from "./limits.ts";
 export { type Load, type Program, readProgram } from "./link.ts";
-export { type GrownModel, growModel, type Recipe } from "./recipe.ts";
+export { type GrownModel, growModel, type Recipe, Rulebook } from "./recipe.ts";
 export type { Mesh } from "./solid/writer.ts";
 export { type Value, valueFromJson } from "./value.ts";

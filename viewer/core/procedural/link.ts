@@ -29,16 +29,31 @@ export function readProgram(file: string, text: string, load: Load): Program {
     }
   }
   refuseCycles(modules);
-  for (const module of modules) {
-    for (const call of module.calls) {
-      try {
-        link(modules, module, call);
-      } catch (error) {
-        throw error instanceof Fault ? errorAt(module, error.at, error.problem) : error;
-      }
+  for (const module of modules) linkCalls(modules, module);
+  return { modules };
+}
+
+/** The same program with another first file, which imports only what the one before did. Throws a {@link DcgError}. */
+export function withFirst({ modules: [, ...others] }: Program, file: string, text: string): Program {
+  const first = parse(file, text);
+  const modules = [first, ...others];
+  for (const item of first.imports) {
+    item.module = modules.findIndex((module) => module.file === item.path);
+    if (item.module < 1) throw errorAt(first, item.at, `"${item.path}" is not here`);
+  }
+  linkCalls(modules, first);
+  return { modules };
+}
+
+/** Finds what each call of a module leads to. */
+function linkCalls(modules: readonly Module[], module: Module): void {
+  for (const call of module.calls) {
+    try {
+      link(modules, module, call);
+    } catch (error) {
+      throw error instanceof Fault ? errorAt(module, error.at, error.problem) : error;
     }
   }
-  return { modules };
 }
 
 /** An error at a place of a module. */

@@ -1,7 +1,7 @@
 /** How is a published model grown instead of being downloaded? `docs/FORMAT.md`, "Objects": its rules and parameters. */
 import { grow, type Settings } from "./evaluator/index.ts";
 import type { Surface } from "./grown.ts";
-import { readProgram } from "./link.ts";
+import { type Program, readProgram, withFirst } from "./link.ts";
 import type { Mesh } from "./solid/writer.ts";
 import type { JsonValue } from "./value.ts";
 
@@ -24,17 +24,36 @@ export interface GrownModel {
 
 /** The name under which the rules are imported; none of theirs can be called so, because it is no file name. */
 const RULES = "";
+const IMPORT = `import "${RULES}" as rules`;
+
+/** Rules that were read once, for many models. */
+export class Rulebook {
+  private readonly program: Program;
+
+  /** Reads rules and what they import. Throws a `DcgError`. */
+  constructor({ rules, imports }: Pick<Recipe, "rules" | "imports">) {
+    const load = (path: string): string => {
+      const text = path === RULES ? rules : imports.get(path);
+      if (text === undefined) throw new Error("it is not among the imports");
+      return text;
+    };
+    this.program = readProgram("model", IMPORT, load);
+  }
+
+  /** Grows one model. Throws a `DcgError`. */
+  grow(
+    { part, parameters }: Omit<Recipe, "rules" | "imports">,
+    settings: Omit<Settings, "parameters"> = {},
+  ): GrownModel {
+    const args = Object.entries(parameters).map(([name, value]) => `${name} = ${JSON.stringify(value)}`);
+    const callee = part === undefined ? "rules" : `rules.${part}`;
+    const program = withFirst(this.program, "model", `${IMPORT} ${callee}(${args.join(", ")})`);
+    const grown = grow(program, settings);
+    return { meshes: grown.parts[1]?.meshes ?? [], materials: grown.materials };
+  }
+}
 
 /** Grows one model. Throws a `DcgError`. */
 export function growModel(recipe: Recipe, settings: Omit<Settings, "parameters"> = {}): GrownModel {
-  const load = (path: string): string => {
-    const text = path === RULES ? recipe.rules : recipe.imports.get(path);
-    if (text === undefined) throw new Error("it is not among the imports");
-    return text;
-  };
-  const args = Object.entries(recipe.parameters).map(([name, value]) => `${name} = ${JSON.stringify(value)}`);
-  const callee = recipe.part === undefined ? "rules" : `rules.${recipe.part}`;
-  const text = `import "${RULES}" as rules ${callee}(${args.join(", ")})`;
-  const grown = grow(readProgram("model", text, load), settings);
-  return { meshes: grown.parts[1]?.meshes ?? [], materials: grown.materials };
+  return new Rulebook(recipe).grow(recipe, settings);
 }

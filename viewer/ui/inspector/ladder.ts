@@ -72,7 +72,7 @@ export class Ladder implements Section {
     this.grades.replaceChildren(make("tr", {}, ...head), ...rows);
     const trouble = explorer.models.noteOf(model.model);
     const usual = model.smooth ? RUNGS_NOTE : "It has no smooth LOD.";
-    write(this.note, trouble ? `Its smooth LOD is of no use, so levels are drawn: ${trouble}` : usual);
+    write(this.note, trouble ? `Drawn by its levels, because what costs less is of no use: ${trouble}` : usual);
   }
 }
 
@@ -87,10 +87,12 @@ function isPartOf(grade: Grade, held: Grade | undefined): boolean {
   );
 }
 
-/** Of a level or an impostor, or of a rung alone. */
-function bytesOf({ levels, smooth, impostor }: Model, { kind, number }: Grade): number {
+/** Of a level, an impostor or rules, or of a rung alone. */
+function bytesOf({ levels, smooth, impostor, rules }: Model, { kind, number }: Grade): number {
   if (kind === "level") return levels[number]?.bytes ?? 0;
   if (kind === "impostor") return (impostor?.colour.bytes ?? 0) + (impostor?.shape.bytes ?? 0);
+  if (kind === "grown")
+    return [rules?.file, ...(rules?.imports.values() ?? [])].reduce((sum, file) => sum + (file?.bytes ?? 0), 0);
   const { from = 0, to = 0 } = smooth?.rungs[number] ?? {};
   return to - from;
 }

@@ -99,6 +99,12 @@ pub enum ImportError {
         /// The first byte that is none.
         byte: usize,
     },
+    /// A seed or parameters for something that does not grow.
+    #[error("a seed and parameters are for rules (.dcg), and {file} is none: leave them out")]
+    NoRules {
+        /// The file.
+        file: String,
+    },
     /// A glTF file that rules place.
     #[error("`model \"{model}\"`: {reason}")]
     ModelOfRules {

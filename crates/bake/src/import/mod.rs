@@ -59,7 +59,7 @@ use archive::Archive;
 use container::{Format, detect, glb_chunks, without_byte_order_mark};
 use document::{Item, parsed_bytes};
 use limits::Budget;
-use procedural::Ground;
+use procedural::{Ground, Sowing};
 use reader::{Bytes, Reader};
 
 /// A source that was read.
@@ -133,20 +133,44 @@ pub fn import(
         limits,
         progress,
     };
-    import_on(ground, file_name, bytes, true)
+    import_sown(file_name, bytes, &Sowing::default(), ground)
 }
 
-/// As [`import`]; `nodes_grow` says whether nodes may grow rules. In a file that rules place they may not, or the two could
-/// place each other for ever.
-fn import_on(ground: Ground, file_name: &str, bytes: Vec<u8>, nodes_grow: bool) -> Result<Imported, ImportError> {
+/// The same, with a seed and parameters for rules.
+///
+/// # Errors
+/// As [`import`], and when the file is no rules but something is given for them.
+pub fn import_sown(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Ground) -> Result<Imported, ImportError> {
+    if *sowing != Sowing::default() && !file_name.ends_with(".dcg") {
+        return Err(ImportError::NoRules {
+            file: file_name.to_owned(),
+        });
+    }
+    import_on(ground, file_name, bytes, Asked::Source(sowing))
+}
+
+/// Who asks for a file.
+#[derive(Clone, Copy)]
+enum Asked<'a> {
+    /// Whoever bakes it; rules get this.
+    Source(&'a Sowing),
+    /// Rules that place it. Its nodes may grow no rules, or the two could place each other for ever.
+    Placed,
+}
+
+fn import_on(ground: Ground, file_name: &str, bytes: Vec<u8>, asked: Asked) -> Result<Imported, ImportError> {
     let mut budget = Budget::new(ground.limits);
     budget.claim(bytes.len(), 1, || file_name.to_owned())?;
     if file_name.ends_with(".plan") {
         return read_plan(&bytes, ground.progress);
     }
-    if file_name.ends_with(".dcg") {
-        return procedural::read(file_name, bytes, ground);
-    }
+    let nodes_grow = match asked {
+        Asked::Source(sowing) if file_name.ends_with(".dcg") => {
+            return procedural::read(file_name, bytes, sowing, ground);
+        }
+        Asked::Source(_) => true,
+        Asked::Placed => false,
+    };
     if detect(file_name, &bytes) != Format::Zip {
         return Document::open(file_name, bytes, &mut budget)?.read(ground, budget, nodes_grow);
     }

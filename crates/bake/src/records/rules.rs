@@ -2,7 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use belvedere_scene::{BlobName, object::Procedural};
+use belvedere_scene::{
+    BlobName,
+    object::{Import, Procedural},
+};
 
 use super::sink::{Ledger, SinkError};
 use crate::source::{SourceModel, SourceRecipe};
@@ -15,20 +18,23 @@ pub(super) fn write(model: &SourceModel, ledger: &Ledger<'_>) -> Result<Option<P
     let Some(SourceRecipe { texts, recipe, seed }) = &model.recipe else {
         return Ok(None);
     };
-    let put = |name: &str| -> Result<BlobName, SinkError> {
+    let put = |name: &str| -> Result<(BlobName, u64), SinkError> {
         let text = texts.get(name).map(String::as_str).unwrap_or_default();
-        Ok(ledger.put(DCG, text.as_bytes().to_vec())?.0)
+        ledger.put(DCG, text.as_bytes().to_vec())
     };
+    let (rules, rules_bytes) = put(&recipe.file)?;
     let mut imports = BTreeMap::new();
     for name in imported(texts, &recipe.file) {
-        imports.insert(name.to_owned(), put(name)?);
+        let (url, bytes) = put(name)?;
+        imports.insert(name.to_owned(), Import { url, bytes });
     }
     let parameters = recipe
         .parameters
         .iter()
         .map(|(name, value)| (name.clone(), value.to_json()));
     Ok(Some(Procedural {
-        rules: put(&recipe.file)?,
+        rules,
+        rules_bytes,
         imports,
         part: recipe.part.clone(),
         parameters: parameters.collect(),

@@ -110,11 +110,11 @@ fn what_cannot_be_held_is_refused_with_its_place() {
         [0, 1, 2].repeat(70_000),
     );
     let object = builder.scene.objects[0].clone();
-    builder.scene.objects = vec![object; 300];
+    builder.scene.objects = vec![object; 1000];
     let Err(refused) = World::new(&builder.scene) else {
-        panic!("accepted 21 million triangles");
+        panic!("accepted 70 million triangles");
     };
-    assert_eq!(refused, WorldError::TooManyTriangles { count: 21_000_000 });
+    assert_eq!(refused, WorldError::TooManyTriangles { count: 70_000_000 });
 }
 
 #[test]

@@ -10,13 +10,14 @@ mod scene;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
-use belvedere_scene::procedural::{Grown, Limits as GrowthLimits, Loader, Program, Settings, grow};
+use belvedere_scene::procedural::{Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow};
 
 use super::uri::relative_path;
-use super::{FileError, ImportError, Imported, Limits, SourceFiles};
+use super::{Asked, FileError, ImportError, Imported, Limits, SourceFiles};
 use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::SourceScene;
@@ -33,6 +34,15 @@ pub struct Growth {
     pub scene: SourceScene,
     /// What was wrong with those.
     pub defects: Defects,
+}
+
+/// What rules are given besides their text.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sowing {
+    /// Where random numbers come from.
+    pub seed: u32,
+    /// Values for parameters of the file.
+    pub parameters: BTreeMap<String, Value>,
 }
 
 /// Where the rules' other files are, and what may be taken.
@@ -80,10 +90,12 @@ pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) ->
     })
 }
 
-/// Reads a `.dcg` source with the parameters that it has by itself.
-pub(super) fn read(file_name: &str, bytes: Vec<u8>, ground: Ground) -> Result<Imported, ImportError> {
+/// Reads a `.dcg` source.
+pub(super) fn read(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Ground) -> Result<Imported, ImportError> {
     ground.progress.start(Stage::Import, 1);
     let settings = Settings {
+        seed: sowing.seed,
+        parameters: sowing.parameters.clone(),
         limits: growth_limits(ground.limits),
         ..Settings::default()
     };
@@ -154,7 +166,7 @@ impl Beside<'_> {
             },
             &path,
             bytes,
-            false,
+            Asked::Placed,
         )
     }
 }

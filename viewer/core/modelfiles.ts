@@ -1,0 +1,142 @@
+/**
+ * How do the files of a grade become something to draw? Fetches a level, the next rungs of a smooth LOD, or rules, with the
+ * textures that nobody holds yet, and answers a GLB.
+ */
+import type { FileRef, Level, Model } from "./documents.ts";
+import type { FetchQueue } from "./fetchqueue.ts";
+import { type Grade, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
+import type { Growing } from "./growing.ts";
+import { outOf } from "./packs.ts";
+import type { SmoothLods } from "./smoothlods.ts";
+import type { Refined } from "./smoothstream.ts";
+import type { Tree } from "./tree.ts";
+
+/** A grade that is on its way. */
+export interface Load {
+  readonly model: Model;
+  readonly grade: Grade;
+  readonly priority: number;
+  readonly urls: Set<string>;
+  readonly reason: string;
+  state: "cancelled" | "fetching" | "uploading";
+}
+
+/** Makes something to draw of what was fetched. */
+export type Make = () => Promise<Refined>;
+
+export interface ModelFilesParts {
+  readonly queue: FetchQueue;
+  readonly tree: Tree;
+  readonly host: { needsTexture(url: string): boolean };
+  readonly smooth: SmoothLods;
+  readonly growing: Growing;
+  /** Told of textures that could not be loaded. */
+  readonly problem: (error: unknown) => void;
+}
+
+export class ModelFiles {
+  /** Rules, and glTF documents with nothing but materials; small, and shared by many models. */
+  private readonly texts = new Map<string, string>();
+  private readonly lostTextures = new Set<string>();
+
+  /** `heldOf` answers what is drawn of a model. */
+  constructor(
+    private readonly parts: ModelFilesParts,
+    private readonly heldOf: (model: number) => Grade | undefined,
+  ) {}
+
+  /** Whether a file need not be fetched any more, or cannot be. */
+  isHere(url: string): boolean {
+    return this.texts.has(url) || this.lostTextures.has(url) || !this.parts.host.needsTexture(url);
+  }
+
+  /** Forgets which textures could not be had. */
+  forgive(): void {
+    this.lostTextures.clear();
+  }
+
+  fetchGrade(load: Load, packs: ReadonlySet<string>): Promise<Make> {
+    if (load.grade.kind === "rung") return this.fetchRungs(load);
+    return load.grade.kind === "grown" ? this.fetchRules(load) : this.fetchLevel(load, packs);
+  }
+
+  private async fetchLevel(load: Load, packs: ReadonlySet<string>): Promise<Make> {
+    const level = levelOf(load.model, load.grade);
+    if (!level) throw new Error(`m${load.model.model} has no ${nameOf(load.grade)}`);
+    const glb = await this.fetchGlb(load, level, packs);
+    return async () => ({ glb, state_bytes: 0 });
+  }
+
+  /** The rungs after those that are held. From when they are decoded on, the load is not cancelled. */
+  private async fetchRungs(load: Load): Promise<Make> {
+    const { model, grade } = load;
+    const { smooth } = model;
+    if (!smooth) throw new Error(`m${model.model} has no smooth LOD`);
+    const next = slicesOf(smooth, grade, this.heldOf(model.model));
+    const [materials, ...rungs] = await Promise.all([
+      this.fetchText(load, smooth.materials),
+      ...next.map((file) => this.fetch(load, file)),
+    ]);
+    return () => {
+      load.state = "uploading";
+      return this.parts.smooth.refine(model.model, smooth, grade.number, rungs, materials);
+    };
+  }
+
+  private async fetchRules(load: Load): Promise<Make> {
+    const { rules } = load.model;
+    if (!rules) throw new Error(`m${load.model.model} has no rules`);
+    const { part, parameters, seed } = rules;
+    const imports = [...rules.imports].map(async ([name, file]) => [name, await this.fetchText(load, file)] as const);
+    const [text, texts] = await Promise.all([this.fetchText(load, rules.file), Promise.all(imports)]);
+    const seedling = { rules: text, imports: new Map(texts), part, parameters, seed };
+    return async () => ({ glb: await this.parts.growing.grow(seedling), state_bytes: 0 });
+  }
+
+  private async fetchText(load: Load, file: FileRef): Promise<string> {
+    const known = this.texts.get(file.url);
+    if (known !== undefined) return known;
+    const text = new TextDecoder().decode(await this.fetch(load, file));
+    this.texts.set(file.url, text);
+    return text;
+  }
+
+  /** A level's GLB, out of its pack where that is worth it. One that cannot be had so is fetched alone. */
+  private async fetchGlb(load: Load, level: Level, packs: ReadonlySet<string>): Promise<ArrayBuffer> {
+    const { pack } = level;
+    if (pack && packs.has(pack.url)) {
+      try {
+        const glb = outOf(await this.fetch(load, pack), pack, level);
+        if (glb) return glb;
+      } catch (error) {
+        if (load.state === "cancelled") throw error;
+      }
+    }
+    return this.fetch(load, level);
+  }
+
+  /** Adds textures that the renderer does not hold. One that cannot be fetched stays out: plain beats a hole. */
+  async fetchTextures(load: Load, textures: Map<string, ArrayBuffer>): Promise<void> {
+    const { host, problem } = this.parts;
+    const missing = texturesOf(load.model, load.grade).filter(
+      ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && host.needsTexture(url),
+    );
+    await Promise.all(
+      missing.map(async (file) => {
+        try {
+          textures.set(file.url, await this.fetch(load, file));
+        } catch (error) {
+          if (load.state === "cancelled") throw error;
+          this.lostTextures.add(file.url);
+          problem(error);
+        }
+      }),
+    );
+  }
+
+  fetch(load: Load, { url, bytes }: FileRef): Promise<ArrayBuffer> {
+    const address = this.parts.tree.resolve(url);
+    load.urls.add(address);
+    return this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
+  }
+}
