@@ -18,6 +18,7 @@ pub(crate) fn kind(name: &str) -> &'static str {
         "steps" => "application/vnd.belvedere.steps",
         "slod" => "application/vnd.belvedere.slod",
         "pack" => "application/vnd.belvedere.pack",
+        "pop" => "application/vnd.belvedere.population",
         "dcg" | "txt" => "text/plain; charset=utf-8",
         "png" => "image/png",
         "jpg" | "jpeg" => "image/jpeg",

@@ -1,7 +1,8 @@
 //! What grows out of rules: as a file, as a scene, and on a client that knows the language.
 
 use belvedere_scene::{
-    BlobName,
+    BlobName, ObjectId,
+    population::Population,
     procedural::{Loader, Program, Settings, grow},
 };
 use serde_json::Value;
@@ -72,10 +73,7 @@ async fn a_client_grows_what_others_download() {
         .expect("a scene");
     let mut rules = std::collections::BTreeSet::<BlobName>::new();
     for number in 0..6 {
-        let info = scene
-            .object(belvedere_scene::ObjectId(number))
-            .await
-            .expect("an object");
+        let info = scene.object(ObjectId(number)).await.expect("an object");
         let procedural = info.procedural.expect("it has grown from rules");
         rules.insert(procedural.rules.clone());
         let mut texts = vec![("rules".to_owned(), procedural.rules)];
@@ -103,4 +101,77 @@ async fn a_client_grows_what_others_download() {
         assert_eq!(triangles as u64, info.levels[0].triangles, "{}", info.source_node);
     }
     assert_eq!(rules.len(), 2, "one object of rules for each file");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn populations_say_in_few_bytes_what_stands_where() {
+    let data = Data::new();
+    files(&data);
+    let report = data.bake(&data.folder("huts.dcg"), "huts");
+    let server = data.serve();
+    let scene = server
+        .client()
+        .open(&"huts".parse().expect("a name"))
+        .await
+        .expect("a scene");
+    let root = scene.manifest().populations.as_ref().expect("huts can be grown");
+    let [entry] = &root.entries[..] else {
+        panic!("six objects are one population");
+    };
+    let bytes = scene.blob(&entry.url).await.expect("the population is there");
+    assert_eq!(report["bytes"]["populations"], bytes.len());
+    assert_eq!(report["bytes"]["rules"], HUT.len() + POST.len());
+    let population = Population::decode(&bytes, ObjectId(entry.first)).expect("a population");
+    assert_eq!((population.rules.len(), population.recipes.len()), (2, 3));
+    assert_eq!(population.members.len(), 6);
+    for member in &population.members {
+        let info = scene.object(member.object).await.expect("an object");
+        assert_eq!(population.procedural(member.recipe), info.procedural);
+        let recipe = &population.recipes[member.recipe];
+        assert_eq!(
+            (Some(recipe.model), recipe.triangles),
+            (info.model, info.levels[0].triangles)
+        );
+        let pairs = member.transform().into_iter().zip(info.transform);
+        assert!(
+            pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-4),
+            "{}",
+            info.source_node
+        );
+    }
+}
+
+#[test]
+fn a_world_is_baked_with_the_parameters_that_it_is_given() {
+    let data = Data::new();
+    let file = files(&data);
+    let usual = data.bake(&data.folder("huts.dcg"), "huts");
+    let bake = |arguments: &[&str]| -> Value {
+        let all = [&["bake", &file, "--scene", "huts", "--json"], arguments].concat();
+        serde_json::from_str(&data.ok(&all)).expect("JSON")
+    };
+    let large = bake(&["--set", "size=5"]);
+    assert_eq!(large["unchanged"], false);
+    assert_ne!(large["revision"], usual["revision"]);
+    assert_eq!(
+        large["bytes"]["rules"], usual["bytes"]["rules"],
+        "what was given stands in the rules"
+    );
+    assert_eq!(bake(&["--set", "size=5"])["unchanged"], true);
+    assert_eq!(
+        bake(&["--set", "size=4"])["revision"],
+        usual["revision"],
+        "4 is what the rules say"
+    );
+    for (argument, wanted) in [
+        ("size=99", "`size` is 99; it must be from 2 to 9"),
+        ("sise=3", "did you mean `size`?"),
+    ] {
+        let error = data.fails(&["bake", &file, "--scene", "huts", "--set", argument]);
+        assert!(error.contains(wanted), "{error}");
+    }
+    let plan = data.write("room.plan", "");
+    let plan = plan.to_str().expect("UTF-8");
+    let error = data.fails(&["bake", plan, "--scene", "room", "--seed", "3"]);
+    assert!(error.contains("room.plan is none: leave them out"), "{error}");
 }

@@ -265,6 +265,7 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
         records: RecordSizes::default(),
         cells,
         objects,
+        populations: None,
         whole: None,
     };
     let bytes = serde_json::to_vec(&manifest).unwrap();

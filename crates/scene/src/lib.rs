@@ -15,6 +15,7 @@
 //! * [`walk`]: from a known cell to the cell at a point nearby.
 //! * [`procedural`]: models written as rules, and what grows out of them.
 //! * [`object`]: object infos: where an object stands and which levels of detail it has.
+//! * [`population`]: where grown models stand, in few bytes, for clients that grow rules themselves.
 //! * [`impostor`]: pictures that stand for a model from far away, and which of them an eye needs.
 //! * [`rung`]: the slices in which a smooth LOD is fetched, and what an object info says of them.
 //! * [`foliage`]: where leaves hide a share of what is behind them.
@@ -31,6 +32,7 @@ pub mod index;
 pub mod manifest;
 pub mod object;
 pub mod pointer;
+pub mod population;
 pub mod procedural;
 pub mod record;
 pub mod rung;

@@ -45,6 +45,9 @@ pub struct Manifest {
     pub cells: Page,
     /// Root of the tree that finds objects by id; leads to [`ObjectChunk`]s.
     pub objects: Page,
+    /// Root of the tree that finds [populations](crate::population) by id of their members; none when nothing can be grown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub populations: Option<Page>,
     /// A small world loses with cells: below a size that the bake decides, every object is listed here and clients
     /// load them all.
     pub whole: Option<ObjectChunk>,

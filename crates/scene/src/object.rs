@@ -106,7 +106,7 @@ pub struct Procedural {
 }
 
 /// A file that rules import.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Import {
     /// Its text (`.dcg`).
     pub url: BlobName,

@@ -23,10 +23,9 @@ use crate::{
 
 /// Planes of more faces than this make the same wall for all.
 const SHARED_FACES: usize = 512;
-/// Walls that were made for a part of the world are kept for the next that asks, up to so many squares and objects …
-const MOST_KEPT: usize = 16 << 20;
-/// … where each takes as much as so many, however small it is.
-const ENTRY: usize = 64;
+/// Walls that were made for a part of the world are kept for the next that asks, up to so many bytes. Then all are
+/// forgotten: neighbours ask one after the other, and who asks next is elsewhere.
+const MOST_KEPT_BYTES: usize = 256 << 20;
 
 /// Everything that hides in a world.
 pub struct Hiders<'a> {
@@ -58,7 +57,7 @@ struct Known {
 #[derive(Default)]
 struct Made {
     walls: BTreeMap<(u32, Vec<u32>), Option<Known>>,
-    size: usize,
+    bytes: usize,
 }
 
 impl Known {
@@ -214,13 +213,13 @@ impl<'a> Hiders<'a> {
             });
             let large = part.filter(|part| part.area_m2 >= planes::min_area_m2(self.world));
             let wall = large.map(|part| Known::new(part.wall(triangles, self.tolerance)));
-            let squares = wall
-                .as_ref()
-                .map_or(0, |known| known.wall.lines[0].len() * known.wall.lines[1].len());
-            let size = ENTRY + key.1.len() + squares;
+            let bytes = size_of_val(&key.1[..]) + wall.as_ref().map_or(0, |known| known.wall.bytes());
             let mut made = self.made.lock().expect("nobody panics while holding this lock");
-            if made.size + size <= MOST_KEPT && made.walls.insert(key, wall.clone()).is_none() {
-                made.size += size;
+            if made.bytes + bytes > MOST_KEPT_BYTES {
+                *made = Made::default();
+            }
+            if made.walls.insert(key, wall.clone()).is_none() {
+                made.bytes += bytes;
             }
             wall
         })

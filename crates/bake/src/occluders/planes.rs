@@ -216,7 +216,9 @@ fn covered<'a>(faces: impl Iterator<Item = &'a [Vec2; 3]>, lines: &[Vec<f32>; 2]
     let grow_m = 0.5 * tolerance.hole_m;
     let mut left: Vec<Option<Vec<Vec<Vec2>>>> = vec![None; width * height];
     for face in faces {
-        let face = counter_clockwise(*face);
+        let Some(knife) = Knife::of(face, grow_m) else {
+            continue;
+        };
         let min = face[0].min(face[1]).min(face[2]);
         let max = face[0].max(face[1]).max(face[2]);
         let range = |axis: usize| {
@@ -233,7 +235,11 @@ fn covered<'a>(faces: impl Iterator<Item = &'a [Vec2; 3]>, lines: &[Vec<f32>; 2]
                     let corner = |a: usize, b: usize| Vec2::new(u[a], v[b]);
                     vec![vec![corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)]]
                 });
-                *rest = rest.iter().flat_map(|piece| without(piece, &face, grow_m)).collect();
+                if !rest.is_empty() {
+                    let mut pieces = Vec::new();
+                    rest.drain(..).for_each(|piece| knife.cut(piece, &mut pieces));
+                    *rest = pieces;
+                }
             }
         }
     }
@@ -242,34 +248,67 @@ fn covered<'a>(faces: impl Iterator<Item = &'a [Vec2; 3]>, lines: &[Vec<f32>; 2]
         .collect()
 }
 
-fn counter_clockwise(mut face: [Vec2; 3]) -> [Vec2; 3] {
-    if (face[1] - face[0]).perp_dot(face[2] - face[0]) < 0.0 {
-        face.swap(1, 2);
-    }
-    face
+/// Takes a triangle, grown by a little, away from polygons.
+struct Knife {
+    /// Where each edge begins, and which way it leads around, counter-clockwise.
+    edges: [[Vec2; 2]; 3],
+    grow_m: f32,
 }
 
-/// What is left of a convex polygon when a triangle, grown by a little, is taken away: convex polygons again.
-fn without(polygon: &[Vec2], face: &[Vec2; 3], grow_m: f32) -> Vec<Vec<Vec2>> {
-    let mut pieces = Vec::new();
-    let mut rest = polygon.to_vec();
-    for i in 0..3 {
-        let (from, to) = (face[i], face[(i + 1) % 3]);
-        let Some(along) = (to - from).try_normalize() else {
-            return vec![polygon.to_vec()];
-        };
-        // Positive inside, also for what is within the growth.
-        let inside = |p: Vec2| along.perp_dot(p - from) + grow_m;
-        let outer = clipped(&rest, |p| -inside(p));
-        if outer.len() > 2 {
-            pieces.push(outer);
+impl Knife {
+    /// `None` where an edge has no length.
+    fn of(face: &[Vec2; 3], grow_m: f32) -> Option<Self> {
+        let mut face = *face;
+        if (face[1] - face[0]).perp_dot(face[2] - face[0]) < 0.0 {
+            face.swap(1, 2);
         }
-        rest = clipped(&rest, inside);
-        if rest.len() < 3 {
-            return vec![polygon.to_vec()];
+        let along = |i: usize| (face[(i + 1) % 3] - face[i]).try_normalize();
+        Some(Self {
+            edges: [[face[0], along(0)?], [face[1], along(1)?], [face[2], along(2)?]],
+            grow_m,
+        })
+    }
+
+    /// Positive inside of an edge, also for what is within the growth.
+    fn inside(&self, [from, along]: &[Vec2; 2], p: Vec2) -> f32 {
+        along.perp_dot(p - *from) + self.grow_m
+    }
+
+    /// Adds to `pieces` what is left of a convex polygon: convex polygons again.
+    fn cut(&self, polygon: Vec<Vec2>, pieces: &mut Vec<Vec<Vec2>>) {
+        // Most polygons lie beside the triangle or in it.
+        let mut is_in = true;
+        for edge in &self.edges {
+            let (mut some_in, mut some_out) = (false, false);
+            for p in &polygon {
+                let height = self.inside(edge, *p);
+                some_in |= height > 0.0;
+                some_out |= height < 0.0;
+            }
+            if !some_in {
+                pieces.push(polygon);
+                return;
+            }
+            is_in &= !some_out;
+        }
+        if is_in {
+            return;
+        }
+        let before = pieces.len();
+        let mut rest = polygon.clone();
+        for edge in &self.edges {
+            let outer = clipped(&rest, |p| -self.inside(edge, p));
+            if outer.len() > 2 {
+                pieces.push(outer);
+            }
+            rest = clipped(&rest, |p| self.inside(edge, p));
+            if rest.len() < 3 {
+                pieces.truncate(before);
+                pieces.push(polygon);
+                return;
+            }
         }
     }
-    pieces
 }
 
 /// The part of a convex polygon where a linear function is not negative.

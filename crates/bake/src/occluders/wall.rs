@@ -123,6 +123,14 @@ impl Wall {
         }
     }
 
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        let of = |axis: usize| {
+            size_of_val(&self.lines[axis][..]) + size_of_val(&self.opaque[axis][..]) + size_of_val(&self.bits[axis][..])
+        };
+        size_of::<Self>() + of(0) + of(1) + size_of_val(&self.pieces[..])
+    }
+
     /// A digest of all that it is.
     pub(super) fn digest(&self) -> Digest {
         let mut digester = Digester::default();

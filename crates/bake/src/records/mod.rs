@@ -9,6 +9,7 @@ mod impostors;
 mod models;
 mod packs;
 mod pages;
+mod populations;
 mod rules;
 mod settle;
 mod sink;
@@ -20,6 +21,7 @@ use std::collections::BTreeMap;
 use belvedere_scene::{
     BlobName, Bounds, ModelId, ObjectId, Revision, SceneName,
     foliage::Foliage,
+    index::{CHUNK_ENTRIES, CellChunk, CellEntry},
     manifest::{Counts, FORMAT, FoliageRef, Manifest, OccludersRef, RecordSizes, VisibilitySummary},
     object::{Model, ObjectChunk, ObjectEntry},
     pointer::Pointer,
@@ -138,14 +140,12 @@ pub fn write(
     let entries = object_entries(input);
     let (models, packs) = packs::write(models, &models_seen(input), &input.graph.cells, &ledger)?;
     let models = &models[..];
-    let objects = pages::write_tree(&entries, |entry| entry.bounds, |row| chunk(row, models), &ledger)?;
+    let put_objects = |row: &[ObjectEntry]| ledger.put_json(&chunk(row, models));
+    let objects = pages::write_tree(&entries, CHUNK_ENTRIES, |entry| entry.bounds, put_objects, &ledger)?;
+    let populations = populations::write(&entries, models, &ledger)?;
     let written = cells::write_records(input, &entries, models, &ledger, progress)?;
-    let cells = pages::write_tree(
-        &written.rows,
-        |row| row.bounds,
-        |row| belvedere_scene::index::CellChunk { cells: row.to_vec() },
-        &ledger,
-    )?;
+    let put_cells = |row: &[CellEntry]| ledger.put_json(&CellChunk { cells: row.to_vec() });
+    let cells = pages::write_tree(&written.rows, CHUNK_ENTRIES, |row| row.bounds, put_cells, &ledger)?;
 
     let (url, occluders_bytes) = ledger.put("occ", input.scenery.encode(&input.frame, input.world.origin()))?;
     let occluders = OccludersRef {
@@ -156,7 +156,7 @@ pub fn write(
     let foliage = (!input.foliage.is_empty()).then(|| ledger.put_json(input.foliage));
     let foliage = foliage.transpose()?.map(|(url, bytes)| FoliageRef { url, bytes });
 
-    let bytes = sizes(input, models, &written.sizes, ledger.total_bytes());
+    let bytes = sizes(input, models, &written.sizes, &ledger);
     let small = bytes["level0"] <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
     let manifest = Manifest {
         format: FORMAT,
@@ -181,6 +181,7 @@ pub fn write(
         packs,
         cells,
         objects,
+        populations,
         whole: small.then(|| chunk(&entries, models)),
     };
     let (manifest_name, _) = ledger.put_json(&manifest)?;
@@ -239,7 +240,7 @@ fn counts(input: Input<'_>, entries: &[ObjectEntry], models: &[Model]) -> Counts
     }
 }
 
-fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, published: u64) -> BTreeMap<String, u64> {
+fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, ledger: &Ledger<'_>) -> BTreeMap<String, u64> {
     let (mut level0, mut lowest) = (UniqueBytes::default(), UniqueBytes::default());
     for model in models {
         level0.add(&model.levels[0]);
@@ -263,11 +264,13 @@ fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, published: u
     let textures: BTreeMap<_, _> = textures.collect();
     [
         ("source", input.source_bytes),
-        ("published", published),
+        ("published", ledger.total_bytes()),
         ("level0", level0.total()),
         ("coarsest", lowest.total()),
         ("smooth", smooth.values().sum()),
         ("impostors", drawn.values().sum()),
+        ("rules", ledger.bytes_of(rules::DCG)),
+        ("populations", ledger.bytes_of(populations::POP)),
         ("textures", textures.values().sum()),
         ("records", records.record_bytes),
         ("steps", records.step_bytes),

@@ -1,27 +1,27 @@
-//! How do cells and objects become findable? Builds the two index trees of `belvedere_scene::index`.
+//! How do cells, objects and populations become findable? Builds the index trees of `belvedere_scene::index`.
 
 use belvedere_scene::{
     BlobName, Bounds,
-    index::{CHUNK_ENTRIES, PAGE_ENTRIES, Page, PageEntry, PageKind},
+    index::{PAGE_ENTRIES, Page, PageEntry, PageKind},
 };
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::sink::{Ledger, SinkError};
 
-/// Writes rows of neighbours as chunks and pages above them until one page holds all; gives that root, which stands
-/// in the manifest. `chunk` makes the document of a row, `bounds` the box of one entry; ids are positions in `rows`.
-pub(super) fn write_tree<T: Sync, C: Serialize>(
+/// Writes rows of neighbours as chunks of so many and pages above them until one page holds all; gives that root, which stands
+/// in the manifest. `put` stores a row, `bounds` is the box of one entry; ids are positions in `rows`.
+pub(super) fn write_tree<T: Sync>(
     rows: &[T],
+    chunk_entries: usize,
     bounds: impl Fn(&T) -> Bounds + Sync,
-    chunk: impl Fn(&[T]) -> C + Sync,
+    put: impl Fn(&[T]) -> Result<(BlobName, u64), SinkError> + Sync,
     ledger: &Ledger<'_>,
 ) -> Result<Page, SinkError> {
-    let chunks = rows.par_chunks(CHUNK_ENTRIES).enumerate().map(|(i, row)| {
+    let chunks = rows.par_chunks(chunk_entries).enumerate().map(|(i, row)| {
         let around = row.iter().fold(Bounds::EMPTY, |all, entry| all.union(&bounds(entry)));
-        let first = (i * CHUNK_ENTRIES) as u32;
+        let first = (i * chunk_entries) as u32;
         let ids = first..first + row.len() as u32;
-        Ok(entry(PageKind::Chunk, ledger.put_json(&chunk(row))?, ids, around))
+        Ok(entry(PageKind::Chunk, put(row)?, ids, around))
     });
     let mut entries = chunks.collect::<Result<Vec<_>, SinkError>>()?;
     while entries.len() > PAGE_ENTRIES {

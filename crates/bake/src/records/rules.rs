@@ -11,7 +11,7 @@ use super::sink::{Ledger, SinkError};
 use crate::source::{SourceModel, SourceRecipe};
 
 /// The extension of rules.
-const DCG: &str = "dcg";
+pub(super) const DCG: &str = "dcg";
 
 /// What a client that knows the language needs, when the model has grown from rules and can be grown alone.
 pub(super) fn write(model: &SourceModel, ledger: &Ledger<'_>) -> Result<Option<Procedural>, SinkError> {

@@ -67,6 +67,13 @@ impl<'a> Ledger<'a> {
             .collect()
     }
 
+    /// Bytes of every object so far with this extension.
+    pub(super) fn bytes_of(&self, ext: &str) -> u64 {
+        let sizes = self.sizes.lock().expect("no thread panics while it holds this lock");
+        let of_kind = sizes.iter().filter(|(name, _)| name.ext() == ext);
+        of_kind.map(|(_, bytes)| bytes).sum()
+    }
+
     /// Bytes of every object so far.
     pub(super) fn total_bytes(&self) -> u64 {
         self.sizes

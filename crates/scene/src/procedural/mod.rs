@@ -19,6 +19,7 @@ pub mod affine;
 pub mod arithmetic;
 mod error;
 mod evaluator;
+mod given;
 mod grown;
 mod lexer;
 pub mod limits;

@@ -4,6 +4,7 @@
 //! lie in a table beside the nodes; [`link`](super::link) fills in what they lead to.
 
 use super::solid::SolidKind;
+use std::ops::Range;
 
 /// Byte in the text of a module.
 pub(super) type At = u32;
@@ -49,6 +50,8 @@ pub(super) struct Import {
 pub(super) struct Parameter {
     pub(super) formal: Formal,
     pub(super) range: Option<(Expr, Expr)>,
+    /// Where its own value stands in the text, with the blanks behind it.
+    pub(super) default: Range<usize>,
 }
 
 /// What a rule, function or material can be given.

@@ -296,3 +296,54 @@ fn bombs_end_at_their_limits() {
     let deep = format!("let a = {}1{}", "(".repeat(5000), ")".repeat(5000));
     assert!(complaint(&deep).contains("nesting"));
 }
+
+#[test]
+fn a_text_that_says_what_it_was_given_grows_the_same_alone() {
+    let text = "parameter height = 2 // metres
+        from 1 to 9
+        parameter lean = 0.5 + random(0, 1) // (of a metre)
+        parameter outline = [[0, 0], [1, 0],
+          [0, 1]] parameter far = 3
+        function bent(x) = x + lean
+        prism(outline, height) move(far, bent(random(0, 5)), 0) box(random(1, 2), 1, 1)";
+    let program = read(text).unwrap();
+    let list = serde_json::json!([[0, 0], [3, 0], [0, -2.5]]);
+    let given = [
+        ("height", Value::from_json(&4.25.into()).unwrap()),
+        ("lean", Value::from_json(&(-1e-3).into()).unwrap()),
+        ("outline", Value::from_json(&list).unwrap()),
+    ];
+    for some in 0..8 {
+        let chosen = given.iter().enumerate().filter(|(i, _)| some >> i & 1 == 1);
+        let parameters: std::collections::BTreeMap<String, Value> = chosen
+            .map(|(_, (name, value))| ((*name).to_owned(), value.clone()))
+            .collect();
+        let alone = program.text_given(&parameters).unwrap();
+        assert_eq!(alone.lines().count(), text.lines().count());
+        assert_eq!(alone == text, parameters.is_empty());
+        let settings = Settings {
+            seed: 3,
+            parameters,
+            ..Settings::default()
+        };
+        let alone = grow(
+            &read(&alone).unwrap(),
+            &Settings {
+                seed: 3,
+                ..Settings::default()
+            },
+        )
+        .unwrap();
+        assert_eq!(corners(&alone), corners(&grow(&program, &settings).unwrap()));
+    }
+    let unknown = std::collections::BTreeMap::from([("hight".to_owned(), given[0].1.clone())]);
+    let error = program.text_given(&unknown).unwrap_err().to_string();
+    assert!(error.contains("did you mean `height`?"), "{error}");
+    let much = std::collections::BTreeMap::from([("height".to_owned(), Value::from_json(&10.into()).unwrap())]);
+    let error = grow(
+        &read(&program.text_given(&much).unwrap()).unwrap(),
+        &Settings::default(),
+    )
+    .unwrap_err();
+    assert!(error.to_string().contains("it must be from 1 to 9"), "{error}");
+}

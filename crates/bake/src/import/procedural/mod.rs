@@ -61,18 +61,8 @@ pub struct Ground<'a> {
 /// # Errors
 /// When the text is none, is wrong, or needs a file that is not there.
 pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) -> Result<Growth, ImportError> {
-    let text = String::from_utf8(bytes).map_err(|cause| ImportError::RulesNotText {
-        file: path.to_owned(),
-        byte: cause.utf8_error().valid_up_to(),
-    })?;
-    let (folder, file) = path
-        .rsplit_once('/')
-        .map_or(("", path), |(folder, file)| (folder, file));
-    let beside = Beside {
-        folder,
-        files: ground.files,
-    };
-    let program = Program::read(file, text, &beside)?;
+    let program = program(path, bytes, ground)?;
+    let beside = Beside::of(path, ground);
     let grown = grow(&program, settings)?;
     let mut defects = Defects::default();
     let texts = program.files().map(|(name, text)| (name.to_owned(), text.to_owned()));
@@ -90,16 +80,25 @@ pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) ->
     })
 }
 
+/// Reads rules and what they import.
+fn program(path: &str, bytes: Vec<u8>, ground: Ground) -> Result<Program, ImportError> {
+    let text = String::from_utf8(bytes).map_err(|cause| ImportError::RulesNotText {
+        file: path.to_owned(),
+        byte: cause.utf8_error().valid_up_to(),
+    })?;
+    let file = path.rsplit_once('/').map_or(path, |(_, file)| file);
+    Ok(Program::read(file, text, &Beside::of(path, ground))?)
+}
+
 /// Reads a `.dcg` source.
 pub(super) fn read(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Ground) -> Result<Imported, ImportError> {
     ground.progress.start(Stage::Import, 1);
     let settings = Settings {
         seed: sowing.seed,
-        parameters: sowing.parameters.clone(),
         limits: growth_limits(ground.limits),
         ..Settings::default()
     };
-    let growth = plant(file_name, bytes, &settings, ground)?;
+    let growth = plant(file_name, given(file_name, bytes, sowing, ground)?, &settings, ground)?;
     if growth.scene.objects.is_empty() {
         return Err(ImportError::NothingToDraw {
             reasons: "the rules draw nothing".to_owned(),
@@ -110,6 +109,15 @@ pub(super) fn read(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Gro
         scene: growth.scene,
         defects: growth.defects,
     })
+}
+
+/// Rules that have the parameters they are given as their own, so that what is published of them grows the same by itself.
+fn given(path: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Ground) -> Result<Vec<u8>, ImportError> {
+    if sowing.parameters.is_empty() {
+        return Ok(bytes);
+    }
+    let program = program(path, bytes, ground)?;
+    Ok(program.text_given(&sowing.parameters)?.into_bytes())
 }
 
 /// What rules may take of what a source may.
@@ -130,7 +138,14 @@ struct Beside<'a> {
     files: &'a dyn SourceFiles,
 }
 
-impl Beside<'_> {
+impl<'a> Beside<'a> {
+    fn of(path: &'a str, ground: Ground<'a>) -> Self {
+        Self {
+            folder: path.rsplit_once('/').map_or("", |(folder, _)| folder),
+            files: ground.files,
+        }
+    }
+
     fn path(&self, relative: &str) -> Option<String> {
         let path = relative_path(relative)?;
         Some(if self.folder.is_empty() {

@@ -108,7 +108,9 @@ impl<'t> Parser<'t> {
     fn parameter(&mut self) -> Parsed<()> {
         let (name, at) = self.declared_value("a name for the parameter")?;
         self.expect("=")?;
+        let from = self.peek().at as usize;
         let default = Some(self.expression()?);
+        let to = self.peek().at as usize;
         let range = if self.takes_word("from") {
             let least = self.expression()?;
             self.expect_word("to")?;
@@ -118,7 +120,11 @@ impl<'t> Parser<'t> {
         };
         let name = name.to_owned();
         let formal = Formal { name, at, default };
-        self.module.parameters.push(Parameter { formal, range });
+        self.module.parameters.push(Parameter {
+            formal,
+            range,
+            default: from..to,
+        });
         Ok(())
     }
 

@@ -1,0 +1,46 @@
+//! How does a text say what it was given? Rules that are published speak for themselves: what was chosen when a world was
+//! grown stands in them, as if its author had written it.
+
+use std::collections::BTreeMap;
+
+use super::error::{DcgError, Problem, nearest};
+use super::link::Program;
+use super::value::Value;
+
+impl Program {
+    /// The text of the first file with these values as its parameters' own: alone it grows what this program grows with them.
+    ///
+    /// # Errors
+    /// When it has no parameter of a name.
+    pub fn text_given(&self, values: &BTreeMap<String, Value>) -> Result<String, Box<DcgError>> {
+        let module = &self.modules[0];
+        let names = || self.parameters();
+        for name in values.keys().filter(|name| !names().any(|known| known == *name)) {
+            let problem = Problem::Unknown {
+                kind: "parameter",
+                name: name.clone(),
+                suggestion: nearest(name, names()),
+            };
+            return Err(module.error(0, problem));
+        }
+        let mut text = String::with_capacity(module.text.len());
+        let mut copied = 0;
+        for parameter in &module.parameters {
+            let Some(value) = values.get(&parameter.formal.name) else {
+                continue;
+            };
+            let own = &module.text[parameter.default.clone()];
+            text += &module.text[copied..parameter.default.start];
+            let value = value.to_json();
+            // Which random numbers come depends on how many calls stand before them, so calls stay; and lines stay where they are.
+            if own.contains('(') {
+                text += &format!("if 1 then {value} else {own}");
+            } else {
+                text += &format!("{value} ");
+                text.extend(own.chars().filter(|c| *c == '\n'));
+            }
+            copied = parameter.default.end;
+        }
+        Ok(text + &module.text[copied..])
+    }
+}
