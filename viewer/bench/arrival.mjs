@@ -1,6 +1,6 @@
-// What does who arrives on a slow line get to see, and when: with levels alone, with smooth LODs, and with nothing bundled?
-// `npm run bench:arrival -- http://127.0.0.1:8080 museum [128k]` stands at the first viewpoint until all is sharp, three
-// times at once, on a line each. Bodies are counted as they travel, compressed, with 400 bytes of headers for each request;
+// What does who arrives on a slow line get to see, and when: with levels alone, with smooth LODs, with what grows here, and with
+// nothing bundled? `npm run bench:arrival -- http://127.0.0.1:8080 museum [128k]` stands at the first viewpoint until all is
+// sharp, each way at once, on a line each. Bodies are counted as they travel, compressed, with 400 bytes of headers for each request;
 // nothing is drawn, so drawing takes no time.
 import { Agent, get } from "node:http";
 import { Readable } from "node:stream";
@@ -16,8 +16,9 @@ const EYE = { viewAngle_rad: (62 * Math.PI) / 180, height_px: 720 };
 const TARGET_PX = 1.5;
 const SHARES = [0.5, 0.9, 1];
 
+const strategy = await bundled("the strategy", "strategy.ts");
 const { Explorer, FETCH_DEFAULTS, FetchQueue, FrameBudget, LINES, PublishedScene, Throttle, Tree, webCryptoDigest } =
-  await bundled("the strategy", "strategy.ts");
+  strategy;
 
 /** Draws nothing. */
 class NoHost {
@@ -30,11 +31,27 @@ class NoHost {
   needsTexture(url) {
     return !this.textures.has(url);
   }
+  async uploadImpostor(_model, { colour, shape }) {
+    for (const { url } of [colour, shape]) this.textures.add(url);
+    return colour.bytes + shape.bytes;
+  }
   evict() {}
+  drawFar() {}
   show() {}
   draws() {
     return true;
   }
+}
+
+/** Grows on this thread. */
+class HereGrowing {
+  books = new Map();
+  async grow({ seed, ...recipe }) {
+    const book = this.books.get(recipe.rules) ?? new strategy.Rulebook(recipe);
+    this.books.set(recipe.rules, book);
+    return strategy.grownGlb(book.grow(recipe, { seed }));
+  }
+  end() {}
 }
 
 const agent = new Agent({ keepAlive: true });
@@ -74,7 +91,7 @@ async function unpacked(response) {
 }
 
 /** `bundles` says whether what the server offers is heard. */
-async function arrive({ smooth, bundles }) {
+async function arrive({ bundles, ...uses }) {
   let carried_bytes = 0;
   const throttle = new Throttle(async (url, init) => {
     const response = await travelling(url, init);
@@ -98,7 +115,7 @@ async function arrive({ smooth, bundles }) {
     scene,
     new NoHost(),
     budget,
-    { memory_limit_bytes: 1.2e9, target_px: TARGET_PX, smooth },
+    { memory_limit_bytes: 1.2e9, target_px: TARGET_PX, uses, growing: new HereGrowing() },
     { changed: () => {}, problem: (error) => problems.push(error) },
   );
   explorer.follow({ ...EYE, position: scene.manifest.viewpoints[0].position }, [0, 0, 0]);
@@ -125,9 +142,10 @@ async function arrive({ smooth, bundles }) {
 }
 
 const RUNS = {
-  "levels alone": { smooth: false, bundles: true },
-  "with smooth LODs": { smooth: true, bundles: true },
-  "… without bundles": { smooth: true, bundles: false },
+  "levels alone": { smooth: false, impostors: false, rules: false, bundles: true },
+  "with smooth LODs": { impostors: false, rules: false, bundles: true },
+  "… and what grows": { impostors: false, bundles: true },
+  "… without bundles": { impostors: false, bundles: false },
 };
 const runs = await Promise.all(Object.values(RUNS).map(arrive));
 const row = (cells) => console.log(`| ${cells.join(" | ")} |`);
