@@ -7,7 +7,7 @@ use belvedere_scene::{
     BlobHash, BlobName, CellId, ObjectId, SceneName,
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
     manifest::{FORMAT, Manifest},
-    object::{ObjectChunk, ObjectInfo},
+    object::{ModelChunk, ObjectChunk, ObjectInfo},
     pointer::{Pointer, SceneList},
     record::{CellRecord, Steps},
     walk::CellWalk,
@@ -86,6 +86,7 @@ enum IndexDocument {
     Page(Arc<Page>),
     Cells(Arc<CellChunk>),
     Objects(Arc<ObjectChunk>),
+    Models(Arc<ModelChunk>),
 }
 
 impl<S: ByteSource> Scene<S> {
@@ -202,7 +203,11 @@ impl<S: ByteSource> Scene<S> {
                 chunk
             }
         };
-        chunk.info(object).ok_or_else(missing)
+        let entry = chunk.entry(object).ok_or_else(missing)?;
+        let leaf = self.leaf(&self.manifest.models, entry.model.0).await?;
+        let models = self.model_chunk(&leaf.ok_or_else(missing)?.url).await?;
+        let model = models.models.get(&entry.model).ok_or_else(missing)?;
+        Ok(ObjectInfo::join(entry, model))
     }
 
     /// An immutable object, verified against the hash in its name.
@@ -237,6 +242,15 @@ impl<S: ByteSource> Scene<S> {
         }
         let chunk = Arc::new(self.fetch_document(name).await?);
         self.keep(name, IndexDocument::Cells(Arc::clone(&chunk))).await;
+        Ok(chunk)
+    }
+
+    async fn model_chunk(&self, name: &BlobName) -> Result<Arc<ModelChunk>, Error> {
+        if let Some(IndexDocument::Models(chunk)) = self.index.lock().await.get(name) {
+            return Ok(Arc::clone(chunk));
+        }
+        let chunk = Arc::new(self.fetch_document(name).await?);
+        self.keep(name, IndexDocument::Models(Arc::clone(&chunk))).await;
         Ok(chunk)
     }
 

@@ -6,7 +6,7 @@ use belvedere_scene::{
     BlobHash, BlobName, CellId, ModelId, ObjectId, Revision, SceneName,
     index::{CellChunk, CellSearch, Page},
     manifest::Manifest,
-    object::ObjectChunk,
+    object::{ModelChunk, ObjectChunk},
     pointer::{Pointer, SceneList},
     procedural::{Limits, Loader, Program, Settings, bounds, grow},
     record::{CellJson, CellRecord, DecodeError, Steps},
@@ -105,12 +105,16 @@ pub(crate) const DOCUMENTS: Target = Target {
             }
             assert!(asked <= page.entries.len() && search.finish().is_none());
         }
-        let chunk = document::<ObjectChunk>(bytes);
-        if let Ok(chunk) = &chunk {
+        let objects = document::<ObjectChunk>(bytes);
+        if let Ok(chunk) = &objects {
             for entry in &chunk.objects {
-                let info = chunk.info(entry.object);
-                let smooth = info.and_then(|info| info.smooth);
-                assert!(smooth.is_none_or(|lod| lod.rungs.iter().all(|rung| rung.url.whole().ext() == "slod")));
+                assert!(chunk.entry(entry.object).is_none_or(|found| found.object == entry.object));
+            }
+        }
+        let models = document::<ModelChunk>(bytes);
+        if let Ok(chunk) = &models {
+            for lod in chunk.models.values().filter_map(|model| model.smooth.as_ref()) {
+                assert!(lod.rungs.iter().all(|rung| rung.url.whole().ext() == "slod"));
             }
         }
         let cells = document::<CellChunk>(bytes);
@@ -122,7 +126,8 @@ pub(crate) const DOCUMENTS: Target = Target {
         }
         let messages = [
             page.err(),
-            chunk.err(),
+            objects.err(),
+            models.err(),
             cells.err(),
             document::<Manifest>(bytes).err(),
             document::<Pointer>(bytes).err(),

@@ -13,7 +13,7 @@ use belvedere_scene::{
     foliage::Foliage,
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
     manifest::Manifest,
-    object::{ObjectChunk, ObjectInfo},
+    object::{ModelChunk, ObjectChunk, ObjectEntry, ObjectInfo},
     record::{CellJson, CellRecord, Steps},
 };
 use quick_cache::{Weighter, sync::Cache};
@@ -250,8 +250,13 @@ impl SceneReader {
     /// When the index cannot be read.
     pub async fn object_info(&self, object: ObjectId) -> Result<Option<ObjectInfo>, ReadError> {
         let manifest = self.manifest().await?;
-        let chunk = self.chunk_of::<ObjectChunk>(&manifest.objects, object.0).await?;
-        Ok(chunk.and_then(|chunk| chunk.info(object)))
+        let Some(chunk) = self.chunk_of::<ObjectChunk>(&manifest.objects, object.0).await? else {
+            return Ok(None);
+        };
+        match chunk.entry(object) {
+            Some(entry) => self.joined(entry).await.map(Some),
+            None => Ok(None),
+        }
     }
 
     /// At most `limit` objects whose boxes meet `bounds`, with ids after `after`.
@@ -296,7 +301,7 @@ impl SceneReader {
                     page.more_after = page.objects.last().map(|last| last.object);
                     return Ok(page);
                 }
-                page.objects.push(self.joined(&chunk, object.object, &entry.url)?);
+                page.objects.push(self.joined(object).await?);
             }
         }
         Ok(page)
@@ -328,16 +333,9 @@ impl SceneReader {
             },
         };
         let end = seen.len().min(start.saturating_add(limit));
-        let manifest = self.manifest().await?;
         let mut objects = Vec::with_capacity(end - start);
         for visible in &seen[start..end] {
-            let info = match self
-                .chunk_of::<ObjectChunk>(&manifest.objects, visible.object.0)
-                .await?
-            {
-                Some(chunk) => chunk.info(visible.object),
-                None => None,
-            };
+            let info = self.object_info(visible.object).await?;
             objects.push(VisibleObject {
                 info: info.ok_or_else(|| self.dangling(&self.manifest, visible.object))?,
                 fraction: visible.fraction,
@@ -348,8 +346,13 @@ impl SceneReader {
         Ok(Some(VisiblePage { objects, more_after }))
     }
 
-    fn joined(&self, chunk: &ObjectChunk, object: ObjectId, name: &BlobName) -> Result<ObjectInfo, ReadError> {
-        chunk.info(object).ok_or_else(|| self.dangling(name, object))
+    /// An entry with its model.
+    async fn joined(&self, entry: &ObjectEntry) -> Result<ObjectInfo, ReadError> {
+        let manifest = self.manifest().await?;
+        let chunk = self.chunk_of::<ModelChunk>(&manifest.models, entry.model.0).await?;
+        let model = chunk.as_ref().and_then(|chunk| chunk.models.get(&entry.model));
+        let model = model.ok_or_else(|| self.dangling(&self.manifest, entry.object))?;
+        Ok(ObjectInfo::join(entry, model))
     }
 
     fn dangling(&self, name: &BlobName, object: ObjectId) -> ReadError {

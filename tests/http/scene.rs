@@ -15,7 +15,7 @@ use belvedere_scene::{
     BlobHash, BlobName, Bounds, CellId, ModelId, ObjectId, Revision,
     index::{CellChunk, Page, PageEntry, PageKind},
     manifest::{Counts, FORMAT, Manifest, PackSummary, RecordSizes, VisibilitySummary},
-    object::{Level, Model, ObjectChunk, ObjectEntry},
+    object::{Level, Model, ModelChunk, ObjectChunk, ObjectEntry},
     pointer::{Pointer, Viewpoint},
     record::{self, CellJson, CellRecord, Guarantee, Hull, Steps, Visible},
 };
@@ -200,6 +200,8 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
             procedural: None,
         },
     )]);
+    let written = blobs.json(&ModelChunk { models }).await;
+    let models = entry(written, 0, [unit_box(0, 0.25)].into_iter());
     let (mut cells, mut objects) = (Page::default(), Page::default());
     let ids: Vec<u32> = (0..CELLS).collect();
     for ids in ids.chunks(A_CHUNK) {
@@ -220,7 +222,6 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
             .push(entry(written, ids[0], ids.iter().map(|i| unit_box(*i, 0.0))));
         let chunk = ObjectChunk {
             objects: ids.iter().map(|i| object(*i)).collect(),
-            models: models.clone(),
         };
         let written = blobs.json(&chunk).await;
         objects
@@ -265,6 +266,9 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
         records: RecordSizes::default(),
         cells,
         objects,
+        models: Page {
+            entries: vec![models],
+        },
         populations: None,
         whole: None,
     };

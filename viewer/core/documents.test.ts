@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { publish } from "../test/fixture.ts";
-import { readManifest, readObjectChunk, readPage, readPointer } from "./documents.ts";
+import { readManifest, readModelChunk, readPage, readPointer } from "./documents.ts";
 import { DocumentError, denseId, Json } from "./json.ts";
 
 const files = publish({ rooms: 3, whole: true });
@@ -21,13 +21,13 @@ describe("published documents", () => {
     const broken = structuredClone(manifest);
     (broken.whole as { objects: { transform: unknown[] }[] }).objects[1]?.transform.pop();
     expect(() => read(broken)).toThrow("manifest.whole.objects[1].transform should be a list of 16 numbers");
-    expect(() => read({ ...manifest, format: 2 })).toThrow(/manifest.format should be 3/);
+    expect(() => read({ ...manifest, format: 3 })).toThrow(/manifest.format should be 4/);
     expect(() => read({ ...manifest, viewpoints: [] })).toThrow(/at least one viewpoint/);
     expect(() => Json.parse("{", "the pointer")).toThrow("the pointer should be JSON");
   });
 
   it("refuse every member that is missing or of another kind", () => {
-    for (const key of ["format", "title", "bounds", "counts", "viewpoints", "cells", "objects"]) {
+    for (const key of ["format", "title", "bounds", "counts", "viewpoints", "cells", "objects", "models"]) {
       for (const value of [undefined, null, 7.5, "x", [1], { a: 1 }]) {
         if (key === "title" && value === "x") continue;
         expect(() => read({ ...manifest, [key]: value }), `${key} = ${JSON.stringify(value)}`).toThrow(DocumentError);
@@ -43,9 +43,9 @@ describe("published documents", () => {
   });
 
   it("refuse an object whose model is not there", () => {
-    const chunk = structuredClone(manifest.whole) as { models: Record<string, unknown> };
-    delete chunk.models.m3;
-    expect(() => readObjectChunk(new Json(chunk, "chunk"))).toThrow(/also holds m3/);
+    const whole = structuredClone(manifest.whole) as { models: Record<string, unknown> };
+    delete whole.models.m3;
+    expect(() => read({ ...manifest, whole })).toThrow(/also holds m3/);
   });
 
   it("tell of impostors, and leave those alone that are of a kind not known here", () => {
@@ -64,7 +64,7 @@ describe("published documents", () => {
     const readWith = (changed: object) => {
       const chunk = structuredClone(manifest.whole) as { models: Record<string, object> };
       chunk.models.m3 = { ...chunk.models.m3, impostor: { ...impostor, ...changed } };
-      return readObjectChunk(new Json(chunk, "chunk")).models.get(3)?.impostor;
+      return readModelChunk(new Json(chunk, "chunk")).get(3)?.impostor;
     };
     expect(readWith({})).toMatchObject({ views: 8, centre: [0, 1, 0], geometricError: 0.1, colour: picture("a") });
     expect(readWith({ mapping: "spherical", views: undefined })).toBeUndefined();

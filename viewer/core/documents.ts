@@ -8,7 +8,7 @@ import { denseId, type Json } from "./json.ts";
 import { type Rules, readRules } from "./rulesdocument.ts";
 
 /** The version of the published format that this build reads. */
-export const FORMAT = 3;
+export const FORMAT = 4;
 
 export interface SceneSummary {
   readonly scene: string;
@@ -57,8 +57,9 @@ export interface Manifest {
   readonly viewpoints: readonly Viewpoint[];
   readonly cells: Page;
   readonly objects: Page;
+  readonly models: Page;
   /** A small world: every object at once, and all of them count as visible. */
-  readonly whole: ObjectChunk | undefined;
+  readonly whole: Whole | undefined;
 }
 
 /** What the index knows of a cell. */
@@ -147,7 +148,8 @@ export interface ObjectEntry {
   readonly door?: boolean;
 }
 
-export interface ObjectChunk {
+/** All objects of a small world, and their models. */
+export interface Whole {
   readonly objects: readonly ObjectEntry[];
   readonly models: ReadonlyMap<number, Model>;
 }
@@ -197,7 +199,8 @@ export function readManifest(json: Json): Manifest {
     viewpoints,
     cells: readPage(json.field("cells")),
     objects: readPage(json.field("objects")),
-    whole: json.field("whole").optional(readObjectChunk),
+    models: readPage(json.field("models")),
+    whole: json.field("whole").optional(readWhole),
   };
 }
 
@@ -235,17 +238,26 @@ function readPlane(json: Json): Plane {
   return { normal: [x, y, z], offset };
 }
 
-export function readObjectChunk(json: Json): ObjectChunk {
+function readWhole(json: Json): Whole {
+  const models = readModelChunk(json);
+  const objects = readObjectChunk(json);
+  for (const entry of objects) {
+    if (!models.has(entry.model)) json.field("models").fail(`a table that also holds m${entry.model}`);
+  }
+  return { objects, models };
+}
+
+export function readObjectChunk(json: Json): ObjectEntry[] {
+  return json.field("objects").list(readObjectEntry);
+}
+
+export function readModelChunk(json: Json): Map<number, Model> {
   const models = new Map<number, Model>();
   json.field("models").entries((model, key) => {
     const id = denseId("m", key) ?? json.field("models").fail("an object whose keys are model ids");
     models.set(id, readModel(model, id));
   });
-  const objects = json.field("objects").list(readObjectEntry);
-  for (const entry of objects) {
-    if (!models.has(entry.model)) json.field("models").fail(`a table that also holds m${entry.model}`);
-  }
-  return { objects, models };
+  return models;
 }
 
 function readModel(json: Json, model: number): Model {

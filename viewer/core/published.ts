@@ -7,11 +7,13 @@ import {
   type CellEntry,
   type FileRef,
   type Manifest,
-  type ObjectChunk,
+  type Model,
+  type ObjectEntry,
   type Page,
   type Pointer,
   readCellChunk,
   readManifest,
+  readModelChunk,
   readObjectChunk,
   readPage,
   readPointer,
@@ -65,9 +67,15 @@ export class PublishedScene {
     );
   }
 
-  objectChunk(file: FileRef, priority: number): Promise<ObjectChunk> {
-    return this.document(file, priority, "what objects are", (bytes) =>
+  objectChunk(file: FileRef, priority: number): Promise<ObjectEntry[]> {
+    return this.document(file, priority, "where objects are", (bytes) =>
       readObjectChunk(jsonOf(bytes, `the object chunk ${file.url}`)),
+    );
+  }
+
+  modelChunk(file: FileRef, priority: number): Promise<ReadonlyMap<number, Model>> {
+    return this.document(file, priority, "what objects are", (bytes) =>
+      readModelChunk(jsonOf(bytes, `the model chunk ${file.url}`)),
     );
   }
 

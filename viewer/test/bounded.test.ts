@@ -5,6 +5,7 @@ import { CellRecordError, decodeCellRecord, decodeSteps, followStep } from "../c
 import {
   readCellChunk,
   readManifest,
+  readModelChunk,
   readObjectChunk,
   readPage,
   readPointer,
@@ -168,7 +169,7 @@ it("cell records and steps", () => {
 });
 
 it("documents", () => {
-  const readers = [readPointer, readManifest, readPage, readCellChunk, readObjectChunk, readSceneList];
+  const readers = [readPointer, readManifest, readPage, readCellChunk, readModelChunk, readObjectChunk, readSceneList];
   run(starting("{"), 3000, [DocumentError], (bytes) => {
     const json = Json.parse(textOf(bytes), "it");
     const found = readers.map((read) => {

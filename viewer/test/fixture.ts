@@ -103,7 +103,8 @@ class Publisher {
       visibility: { method: "sampled", guarantee: "sampled", mean_visible: 1 },
       cells: this.tree(cells, "cells", ({ bounds }) => bounds),
       objects: this.tree(objects, "objects", ({ bounds }) => bounds),
-      whole: options.whole ? this.objectChunk(objects) : null,
+      models: this.tree(Object.entries(this.models), "models", () => everywhere),
+      whole: options.whole ? { objects, models: this.models } : null,
     });
     const { cells: cellCount, ...others } = counts;
     const revision = manifest.slice(3, 19);
@@ -245,11 +246,6 @@ class Publisher {
     };
   }
 
-  private objectChunk(objects: readonly { model: string }[]) {
-    const used = [...new Set(objects.map(({ model }) => model))].sort();
-    return { objects, models: Object.fromEntries(used.map((id) => [id, this.models[id]])) };
-  }
-
   private adjacent(cell: number): number[] {
     return [cell - 1, cell + 1].filter((id) => id >= 0 && id < this.options.rooms * 2 - 1);
   }
@@ -314,13 +310,9 @@ class Publisher {
   }
 
   /** Builds an index tree, chunks first, and answers its root page. */
-  private tree<T extends { bounds: Bounds }>(
-    items: readonly T[],
-    kind: "cells" | "objects",
-    boundsOf: (item: T) => Bounds,
-  ) {
+  private tree<T>(items: readonly T[], kind: "cells" | "models" | "objects", boundsOf: (item: T) => Bounds) {
     let row = chunksOf(items, this.perChunk).map(({ first, slice }) => {
-      const body = kind === "cells" ? { cells: slice } : this.objectChunk(slice as unknown as { model: string }[]);
+      const body = { [kind]: kind === "models" ? Object.fromEntries(slice as unknown as [string, object][]) : slice };
       const bounds = slice.map(boundsOf).reduce(union);
       return { kind: "chunk", url: this.json(body), bytes: text(body).length, first, count: slice.length, bounds };
     });

@@ -15,7 +15,7 @@ use belvedere_bake::{
     records::{BlobSink, SinkError, Written},
     visibility::{Method, SampledSettings, VisibilitySettings},
 };
-use belvedere_scene::{BlobHash, BlobName, index::CellChunk, object::ObjectChunk, record::CellRecord};
+use belvedere_scene::{BlobHash, BlobName, index::CellChunk, object::{ModelChunk, ObjectChunk, ObjectInfo}, record::CellRecord};
 
 /// Keeps blobs in memory.
 #[derive(Default)]
@@ -113,12 +113,13 @@ impl Baked {
             "{name}: the list of blobs is what was stored"
         );
         let mut objects = 0;
+        let models = self.documents::<ModelChunk>(r#"{"models":"#);
+        let models: BTreeMap<_, _> = models.into_iter().flat_map(|chunk| chunk.models).collect();
+        assert_eq!(models.len(), manifest.counts.models as usize, "{name}");
         for chunk in self.documents::<ObjectChunk>(r#"{"objects":"#) {
             objects += chunk.objects.len();
             for entry in &chunk.objects {
-                let info = chunk
-                    .info(entry.object)
-                    .expect("a chunk holds the models of its objects");
+                let info = ObjectInfo::join(entry, &models[&entry.model]);
                 let errors: Vec<_> = info.levels.iter().map(|l| l.geometric_error_m).collect();
                 // Half a step of the lattice along each axis.
                 let rounding_m = 0.5 * 3f64.sqrt() * LONGEST_STEP_M;

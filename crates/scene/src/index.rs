@@ -1,7 +1,7 @@
 //! How does a client find a cell or an object without reading the whole world?
 //!
-//! Through a tree of small immutable pages. Leaves are chunks: [`CellChunk`] (found by place) or
-//! [`crate::object::ObjectChunk`] (found by id). Both trees are built in an order that keeps neighbours together, so
+//! Through a tree of small immutable pages. Leaves are chunks: [`CellChunk`] (found by place),
+//! [`crate::object::ObjectChunk`], [`crate::object::ModelChunk`] or a [population](crate::population) (found by id). Trees are built in an order that keeps neighbours together, so
 //! boxes of entries are tight, and ids are dense and rising from left to right.
 
 use std::collections::VecDeque;
@@ -17,6 +17,8 @@ use crate::{
 pub const PAGE_ENTRIES: usize = 64;
 /// The largest number of cells or objects of one chunk.
 pub const CHUNK_ENTRIES: usize = 64;
+/// The largest number of models of one chunk: one takes ten times what an object does.
+pub const CHUNK_MODELS: usize = 16;
 
 /// One page of an index tree. The root stands in the manifest; the others are immutable objects (`.json`).
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -38,7 +40,7 @@ pub struct PageEntry {
     pub first: u32,
     /// How many ids lie below it.
     pub count: u32,
-    /// The box around everything below it.
+    /// The box around everything below it; around all objects of models.
     pub bounds: Bounds,
 }
 
@@ -48,7 +50,8 @@ pub struct PageEntry {
 pub enum PageKind {
     /// Another [`Page`].
     Page,
-    /// A [`CellChunk`] or an [`crate::object::ObjectChunk`].
+    /// A [`CellChunk`], an [`ObjectChunk`](crate::object::ObjectChunk), a [`ModelChunk`](crate::object::ModelChunk) or a
+    /// [population](crate::population).
     Chunk,
 }
 

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BlobName, Bounds, index::Page, object::ObjectChunk, pointer::Viewpoint};
+use crate::{BlobName, Bounds, index::Page, object::Whole, pointer::Viewpoint};
 
 /// The version of the published format that this build writes and reads.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 /// The immutable entry of a revision (`/o/{hash}.json`). It stays small however large the world is: the two roots
 /// hold at most [`crate::index::PAGE_ENTRIES`] entries each.
@@ -43,14 +43,16 @@ pub struct Manifest {
     pub packs: PackSummary,
     /// Root of the tree that finds cells by place; leads to [`crate::index::CellChunk`]s.
     pub cells: Page,
-    /// Root of the tree that finds objects by id; leads to [`ObjectChunk`]s.
+    /// Root of the tree that finds objects by id; leads to [`ObjectChunk`](crate::object::ObjectChunk)s.
     pub objects: Page,
+    /// Root of the tree that finds models by id; leads to [`ModelChunk`](crate::object::ModelChunk)s.
+    pub models: Page,
     /// Root of the tree that finds [populations](crate::population) by id of their members; none when nothing can be grown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub populations: Option<Page>,
     /// A small world loses with cells: below a size that the bake decides, every object is listed here and clients
     /// load them all.
-    pub whole: Option<ObjectChunk>,
+    pub whole: Option<Whole>,
 }
 
 /// Where the occluders of a revision are.

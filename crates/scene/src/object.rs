@@ -1,7 +1,7 @@
 //! What does a client know of an object before it has any geometry?
 //!
-//! Objects travel in chunks ([`ObjectChunk`]): entries in a row of ids, and each model that they use once. Joining an
-//! entry with its model gives an [`ObjectInfo`], the self-contained form that the query routes answer with.
+//! Objects and models travel in chunks of their own ([`ObjectChunk`], [`ModelChunk`]), so that what many objects share travels
+//! once. Joining an entry with its model gives an [`ObjectInfo`], the self-contained form that the query routes answer with.
 
 use std::collections::BTreeMap;
 
@@ -142,10 +142,24 @@ pub struct ObjectEntry {
     pub door: bool,
 }
 
-/// A run of objects with the models that they use: an immutable object (`.json`).
+/// A run of objects: an immutable object (`.json`).
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObjectChunk {
-    /// Objects with rising ids, without gaps.
+    /// With rising ids, without gaps.
+    pub objects: Vec<ObjectEntry>,
+}
+
+/// A run of models: an immutable object (`.json`).
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ModelChunk {
+    /// Ids without gaps.
+    pub models: BTreeMap<ModelId, Model>,
+}
+
+/// All objects of a small world, with all models.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Whole {
+    /// With rising ids, without gaps.
     pub objects: Vec<ObjectEntry>,
     /// Every model that they use.
     pub models: BTreeMap<ModelId, Model>,
@@ -159,13 +173,6 @@ impl ObjectChunk {
         self.objects
             .get(object.0.checked_sub(first)? as usize)
             .filter(|entry| entry.object == object)
-    }
-
-    /// The self-contained info of an object: its entry joined with its model. `None` when either is not here.
-    #[must_use]
-    pub fn info(&self, object: ObjectId) -> Option<ObjectInfo> {
-        let entry = self.entry(object)?;
-        Some(ObjectInfo::join(entry, self.models.get(&entry.model)?))
     }
 }
 

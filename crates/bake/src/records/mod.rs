@@ -21,9 +21,9 @@ use std::collections::BTreeMap;
 use belvedere_scene::{
     BlobName, Bounds, ModelId, ObjectId, Revision, SceneName,
     foliage::Foliage,
-    index::{CHUNK_ENTRIES, CellChunk, CellEntry},
+    index::{CHUNK_ENTRIES, CHUNK_MODELS, CellChunk, CellEntry},
     manifest::{Counts, FORMAT, FoliageRef, Manifest, OccludersRef, RecordSizes, VisibilitySummary},
-    object::{Model, ObjectChunk, ObjectEntry},
+    object::{Model, ModelChunk, ObjectChunk, ObjectEntry, Whole},
     pointer::Pointer,
 };
 
@@ -140,8 +140,14 @@ pub fn write(
     let entries = object_entries(input);
     let (models, packs) = packs::write(models, &models_seen(input), &input.graph.cells, &ledger)?;
     let models = &models[..];
-    let put_objects = |row: &[ObjectEntry]| ledger.put_json(&chunk(row, models));
+    let put_objects = |row: &[ObjectEntry]| ledger.put_json(&ObjectChunk { objects: row.to_vec() });
     let objects = pages::write_tree(&entries, CHUNK_ENTRIES, |entry| entry.bounds, put_objects, &ledger)?;
+    let used = used_models(&entries, models);
+    let put_models = |row: &[UsedModel<'_>]| {
+        let models = row.iter().map(|used| (used.id, used.model.clone())).collect();
+        ledger.put_json(&ModelChunk { models })
+    };
+    let model_pages = pages::write_tree(&used, CHUNK_MODELS, |used| used.bounds, put_models, &ledger)?;
     let populations = populations::write(&entries, models, &ledger)?;
     let written = cells::write_records(input, &entries, models, &ledger, progress)?;
     let put_cells = |row: &[CellEntry]| ledger.put_json(&CellChunk { cells: row.to_vec() });
@@ -181,8 +187,12 @@ pub fn write(
         packs,
         cells,
         objects,
+        models: model_pages,
         populations,
-        whole: small.then(|| chunk(&entries, models)),
+        whole: small.then(|| Whole {
+            models: used.iter().map(|used| (used.id, used.model.clone())).collect(),
+            objects: entries,
+        }),
     };
     let (manifest_name, _) = ledger.put_json(&manifest)?;
     Ok(Written {
@@ -217,15 +227,28 @@ fn object_entries(input: Input<'_>) -> Vec<ObjectEntry> {
     input.scene.objects.iter().enumerate().map(entry).collect()
 }
 
-fn chunk(row: &[ObjectEntry], models: &[Model]) -> ObjectChunk {
-    let used = row
-        .iter()
-        .map(|entry| (entry.model, models[entry.model.index()].clone()))
+/// A model, and where the objects are that use it.
+struct UsedModel<'m> {
+    id: ModelId,
+    model: &'m Model,
+    bounds: Bounds,
+}
+
+fn used_models<'m>(entries: &[ObjectEntry], models: &'m [Model]) -> Vec<UsedModel<'m>> {
+    let mut used: Vec<_> = (0..)
+        .map(ModelId)
+        .zip(models)
+        .map(|(id, model)| UsedModel {
+            id,
+            model,
+            bounds: Bounds::EMPTY,
+        })
         .collect();
-    ObjectChunk {
-        objects: row.to_vec(),
-        models: used,
+    for entry in entries {
+        let bounds = &mut used[entry.model.index()].bounds;
+        *bounds = bounds.union(&entry.bounds);
     }
+    used
 }
 
 fn counts(input: Input<'_>, entries: &[ObjectEntry], models: &[Model]) -> Counts {

@@ -15,7 +15,7 @@ impl Program {
     pub fn text_given(&self, values: &BTreeMap<String, Value>) -> Result<String, Box<DcgError>> {
         let module = &self.modules[0];
         let names = || self.parameters();
-        for name in values.keys().filter(|name| !names().any(|known| known == *name)) {
+        if let Some(name) = values.keys().find(|name| !names().any(|known| known == *name)) {
             let problem = Problem::Unknown {
                 kind: "parameter",
                 name: name.clone(),
