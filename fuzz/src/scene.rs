@@ -108,7 +108,11 @@ pub(crate) const DOCUMENTS: Target = Target {
         let objects = document::<ObjectChunk>(bytes);
         if let Ok(chunk) = &objects {
             for entry in &chunk.objects {
-                assert!(chunk.entry(entry.object).is_none_or(|found| found.object == entry.object));
+                assert!(
+                    chunk
+                        .entry(entry.object)
+                        .is_none_or(|found| found.object == entry.object)
+                );
             }
         }
         let models = document::<ModelChunk>(bytes);

@@ -266,9 +266,7 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
         records: RecordSizes::default(),
         cells,
         objects,
-        models: Page {
-            entries: vec![models],
-        },
+        models: Page { entries: vec![models] },
         populations: None,
         whole: None,
     };

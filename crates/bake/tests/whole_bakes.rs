@@ -15,7 +15,12 @@ use belvedere_bake::{
     records::{BlobSink, SinkError, Written},
     visibility::{Method, SampledSettings, VisibilitySettings},
 };
-use belvedere_scene::{BlobHash, BlobName, index::CellChunk, object::{ModelChunk, ObjectChunk, ObjectInfo}, record::CellRecord};
+use belvedere_scene::{
+    BlobHash, BlobName,
+    index::CellChunk,
+    object::{ModelChunk, ObjectChunk, ObjectInfo},
+    record::CellRecord,
+};
 
 /// Keeps blobs in memory.
 #[derive(Default)]
