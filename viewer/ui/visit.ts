@@ -11,6 +11,7 @@ import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import type { PublishedScene } from "../core/published.ts";
 import { QualityHistory } from "../core/quality.ts";
+import type { Eye } from "../core/scheduler.ts";
 import { IDLE, Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
@@ -215,6 +216,22 @@ export class Visit {
   /** Adds something to the picture. */
   add(object: Object3D): void {
     this.parts.stage.add(object);
+  }
+
+  /** Lets something draw pictures of its own. */
+  paint(work: Parameters<Stage["paint"]>[0]): void {
+    this.parts.stage.paint(work);
+  }
+
+  /** What the last picture took. */
+  get drawn(): { drawCalls: number; triangles: number } {
+    const { drawCalls, triangles } = this.parts.stage;
+    return { drawCalls, triangles };
+  }
+
+  /** The eye that the picture is drawn for. */
+  get eye(): Eye {
+    return this.parts.stage.eye(this.walker.position);
   }
 
   /** Moves an object from where it was published. */

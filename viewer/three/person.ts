@@ -1,0 +1,130 @@
+/**
+ * What do people look like who wear no model? `content/person.dcg`, grown here at each moment of a round of two steps, and
+ * once standing: two kilobytes of rules are what the page carries of it.
+ */
+import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
+import rules from "../../content/person.dcg?raw";
+import type { Vec3 } from "../core/geometry.ts";
+import type { Round } from "../core/live/crowd.ts";
+import { type GrownModel, growModel } from "../core/procedural/index.ts";
+
+/** Moments that are grown; between two of them corners go straight. */
+const FRAMES = 8;
+/** Feet are at 0. */
+export const EYE_HEIGHT_M = 1.62;
+/** The way of two steps, as the rules take them. */
+const STRIDE_M = 1.25;
+
+/** A body whose corners are elsewhere at each moment, the last of which shows it standing. */
+export interface Person extends Round {
+  readonly vertices: number;
+  readonly indices: Uint32Array;
+  /** Linear light, three for each vertex. */
+  readonly colours: Float32Array;
+  /** For each vertex 0 where people choose the colour themselves, else 1. */
+  readonly own: Float32Array;
+  /** A row for each moment, in it a pixel for each vertex. */
+  readonly positions: DataTexture;
+  readonly normals: DataTexture;
+  /** A ball that holds all of it. */
+  readonly centre: Vec3;
+  readonly radius: number;
+}
+
+/** Grows one. */
+export function growPerson(): Person {
+  const walking = Array.from({ length: FRAMES }, (_, frame) => grown(frame / FRAMES, 1));
+  const moments = [...walking, grown(0, 0)];
+  const first = moments[0] as GrownModel;
+  const vertices = first.meshes.reduce((sum, mesh) => sum + mesh.vertices, 0);
+  const positions = rows(moments, "positions", vertices);
+  return {
+    frames: FRAMES,
+    stride_m: STRIDE_M,
+    standing: FRAMES,
+    vertices,
+    indices: indicesOf(first),
+    ...paintOf(first, vertices),
+    positions: texture(positions, vertices),
+    normals: texture(rows(moments, "normals", vertices), vertices),
+    ...ballOf(positions),
+  };
+}
+
+function grown(phase: number, walking: number): GrownModel {
+  return growModel({ rules, imports: new Map(), part: undefined, parameters: { phase, walking } });
+}
+
+/** The numbers of all moments, four for each vertex. */
+function rows(
+  moments: readonly GrownModel[],
+  of: "positions" | "normals",
+  vertices: number,
+): Float32Array<ArrayBuffer> {
+  const all = new Float32Array(4 * vertices * moments.length);
+  let at = 0;
+  for (const { meshes } of moments) {
+    for (const mesh of meshes) {
+      const numbers = mesh[of];
+      for (let i = 0; i < numbers.length; i += 3) {
+        all.set(numbers.subarray(i, i + 3), at);
+        at += 4;
+      }
+    }
+  }
+  if (at !== all.length) throw new Error("a person has other corners at another moment");
+  return all;
+}
+
+function indicesOf({ meshes }: GrownModel): Uint32Array {
+  let first = 0;
+  const lists = meshes.map(({ indices, vertices }) => {
+    const list = [...indices].map((index) => first + index);
+    first += vertices;
+    return list;
+  });
+  return Uint32Array.from(lists.flat());
+}
+
+function paintOf({ meshes, materials }: GrownModel, vertices: number): Pick<Person, "colours" | "own"> {
+  const [colours, own] = [new Float32Array(3 * vertices), new Float32Array(vertices)];
+  let at = 0;
+  for (const mesh of meshes) {
+    const surface = materials[mesh.material];
+    for (let i = 0; i < mesh.vertices; i += 1) {
+      colours.set(surface?.colour ?? [], 3 * at);
+      own[at] = surface?.recolour ? 0 : 1;
+      at += 1;
+    }
+  }
+  return { colours, own };
+}
+
+function texture(numbers: Float32Array<ArrayBuffer>, vertices: number): DataTexture {
+  const made = new DataTexture(numbers, vertices, numbers.length / (4 * vertices), RGBAFormat, FloatType);
+  made.minFilter = NearestFilter;
+  made.magFilter = NearestFilter;
+  made.needsUpdate = true;
+  return made;
+}
+
+/** Around the middle of the box of all moments. */
+function ballOf(positions: Float32Array): { centre: Vec3; radius: number } {
+  const low = [Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY];
+  const high = low.map((x) => -x);
+  const corner = (i: number, axis: number) => positions[4 * i + axis] ?? 0;
+  const count = positions.length / 4;
+  for (let i = 0; i < count; i += 1) {
+    for (const axis of [0, 1, 2]) {
+      low[axis] = Math.min(low[axis] ?? 0, corner(i, axis));
+      high[axis] = Math.max(high[axis] ?? 0, corner(i, axis));
+    }
+  }
+  const centre = low.map((x, axis) => (x + (high[axis] ?? 0)) / 2) as unknown as Vec3;
+  let radius = 0;
+  for (let i = 0; i < count; i += 1) {
+    const away = [0, 1, 2].map((axis) => corner(i, axis) - (centre[axis as 0 | 1 | 2] ?? 0));
+    radius = Math.max(radius, Math.hypot(...away));
+  }
+  return { centre, radius };
+}
