@@ -1,16 +1,19 @@
 /**
  * What do other people look like? Somebody in clothes of a colour of their own, who takes steps as they walk: all near people
- * are one draw call, all far ones another, by pictures. A disc under their feet tells in the inspector how often they are
- * heard of.
+ * are one draw call, all far ones another, by pictures; all who wear the same model are one too. A disc under their feet tells
+ * in the inspector how often they are heard of.
  */
 import { Color, Group, Matrix4, Quaternion, Vector3, type WebGLRenderer } from "three";
+import type { FileRef } from "../core/documents.ts";
 import { length, subtract, type Vec3 } from "../core/geometry.ts";
 import type { Mover } from "../core/live/company.ts";
-import { colourOf, Gait, isFar, type Pose } from "../core/live/crowd.ts";
+import { colourOf, Gait, isFar, type Pose, type Round } from "../core/live/crowd.ts";
+import type { Worn } from "../core/live/events.ts";
 import type { Eye } from "../core/scheduler.ts";
 import { Discs, FarCrowd, NearCrowd, type Somebody } from "./crowds.ts";
 import { EYE_HEIGHT_M, growPerson, type Person } from "./person.ts";
 import { capturePerson, pixelOf_m } from "./personcapture.ts";
+import { Wardrobe } from "./wardrobe.ts";
 
 /** A smaller step is not worth a new picture. */
 const STEP_M = 1e-3;
@@ -25,8 +28,13 @@ export interface Look {
   readonly rates: boolean;
 }
 
-/** Lets something draw pictures of its own. */
-export type Paint = (work: (renderer: WebGLRenderer) => void) => void;
+/** What drawing people takes. */
+export interface Studio {
+  /** Lets something draw pictures of its own. */
+  paint(work: (renderer: WebGLRenderer) => void): void;
+  /** Brings a published file. */
+  fetch(file: FileRef): Promise<ArrayBuffer>;
+}
 
 /** One of the people, as they were drawn last. */
 interface Figure {
@@ -34,6 +42,8 @@ interface Figure {
   readonly colour: Color;
   readonly world: Matrix4;
   far: boolean;
+  /** Whether what it wears is drawn. */
+  dressed: boolean;
   drawn: { readonly mover: Mover; readonly pose: Pose } | undefined;
 }
 
@@ -41,12 +51,18 @@ export class Avatars {
   readonly root = new Group();
   private readonly figures = new Map<number, Figure>();
   private readonly discs = new Discs(this.root);
+  private readonly wardrobe: Wardrobe;
   private crowd: { readonly person: Person; readonly near: NearCrowd } | undefined;
   private far: FarCrowd | undefined;
   private lookedFrom: Vec3 | undefined;
   private rates = false;
+  private stale = false;
 
-  constructor(private readonly paint: Paint) {}
+  constructor(private readonly studio: Studio) {
+    this.wardrobe = new Wardrobe(this.root, studio.fetch, () => {
+      this.stale = true;
+    });
+  }
 
   /** Draws these people and no others; answers whether the picture has changed. */
   show(movers: readonly Mover[], look: Look): boolean {
@@ -56,15 +72,18 @@ export class Avatars {
     const present = new Set(movers.map(({ object }) => object));
     const gone = [...this.figures.keys()].filter((object) => !present.has(object));
     for (const object of gone) this.figures.delete(object);
-    let changed = gone.length > 0 || look.rates !== this.rates;
+    let changed = gone.length > 0 || look.rates !== this.rates || this.stale;
+    this.stale = false;
     for (const mover of movers) {
       const figure = this.figures.get(mover.object) ?? this.add(mover, person);
       const pose = figure.gait.step(mover.position, mover.orientation, look.now_ms);
       const distance_m = length(subtract(mover.position, look.eye.position));
       const far = isFar(distance_m, pixelOf_m(person), look.eye, TARGET_PX, figure.far);
-      if (far === figure.far && isAsDrawn(figure, mover, pose)) continue;
-      place(figure, mover);
+      const dressed = mover.worn !== undefined && this.wardrobe.has(mover.worn.impostor);
+      if (far === figure.far && dressed === figure.dressed && isAsDrawn(figure, mover, pose)) continue;
+      place(figure, mover, dressed);
       figure.far = far;
+      figure.dressed = dressed;
       figure.drawn = { mover, pose };
       changed = true;
     }
@@ -79,31 +98,38 @@ export class Avatars {
     return { person, near: new NearCrowd(person, this.root) };
   }
 
-  private add({ object }: Mover, person: Person): Figure {
+  private add({ object, worn }: Mover, person: Person): Figure {
     const { hue, saturation, lightness } = colourOf(object);
     const colour = new Color().setHSL(hue, saturation, lightness);
-    const figure = { gait: new Gait(person), colour, world: new Matrix4(), far: false, drawn: undefined };
+    const gait = new Gait(worn ? roundOf(worn) : person);
+    const figure = { gait, colour, world: new Matrix4(), far: false, dressed: false, drawn: undefined };
     this.figures.set(object, figure);
     return figure;
   }
 
   private draw({ person, near }: { person: Person; near: NearCrowd }): void {
     const people: [Somebody[], Somebody[]] = [[], []];
+    const wearers = new Map<string, Somebody[]>();
+    const standing: Pose = { from: person.standing, to: person.standing, share: 0 };
     const discs: { world: Matrix4; colour: Color }[] = [];
-    for (const { colour, world, far, drawn } of this.figures.values()) {
+    for (const { colour, world, far, dressed, drawn } of this.figures.values()) {
       if (!drawn) continue;
-      people[far ? 1 : 0].push({ world, colour, pose: drawn.pose });
+      const { worn } = drawn.mover;
+      const somebody = { world, colour, pose: drawn.pose };
+      if (worn && dressed) listed(wearers, worn.impostor.colour.url).push(somebody);
+      else people[far ? 1 : 0].push(worn ? { ...somebody, pose: standing } : somebody);
       if (this.rates) discs.push({ world, colour: new Color(rateColour(drawn.mover.period_ms)) });
     }
     near.draw(people[0]);
     if (people[1].length > 0) this.far ??= this.capture(person);
     this.far?.draw(people[1]);
+    this.wardrobe.draw(wearers);
     this.discs.draw(discs);
   }
 
   private capture(person: Person): FarCrowd | undefined {
     let crowd: FarCrowd | undefined;
-    this.paint((renderer) => {
+    this.studio.paint((renderer) => {
       const { impostor, colour, shape } = capturePerson(person, renderer);
       crowd = new FarCrowd(impostor, [colour, shape], this.root);
     });
@@ -116,6 +142,7 @@ export class Avatars {
     if (!moved && !changed) return;
     this.lookedFrom = eye;
     this.far?.look(eye);
+    this.wardrobe.look(eye);
   }
 }
 
@@ -125,9 +152,25 @@ export function rateColour(period_ms: number): string {
   return `hsl(${Math.round(120 * (1 - share))} 65% 55%)`;
 }
 
-/** A mover's position is that of its eyes. */
-function place({ world }: Figure, { position, orientation }: Mover): void {
+/** A model that is worn shows frames of its own; who stands shows the first. */
+function roundOf({ impostor, scale }: Worn): Round {
+  const stride_m = impostor.stride * Math.max(...scale) || 1;
+  return { frames: impostor.frames, stride_m, standing: 0 };
+}
+
+function listed<T>(lists: Map<string, T[]>, key: string): T[] {
+  const list = lists.get(key) ?? [];
+  lists.set(key, list);
+  return list;
+}
+
+/** A mover's position is that of its eyes, or of the origin of the model that it wears. */
+function place({ world }: Figure, { position, orientation, worn }: Mover, dressed: boolean): void {
   const turn = new Quaternion(...orientation);
+  if (worn && dressed) {
+    world.compose(new Vector3(...position), turn, new Vector3(...worn.scale));
+    return;
+  }
   const feet = new Vector3(0, -EYE_HEIGHT_M, 0).applyQuaternion(turn).add(new Vector3(...position));
   world.compose(feet, turn, new Vector3(1, 1, 1));
 }

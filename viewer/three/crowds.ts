@@ -134,8 +134,10 @@ export class Discs {
 
 function bodyGeometry({ vertices, indices, colours, own }: Person, capacity: number): BufferGeometry {
   const geometry = new BufferGeometry();
-  // Where corners are and how they face, the material finds itself.
-  geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * vertices), 3));
+  // Where corners are and how they face, the material finds itself; without normals faces would be drawn flat.
+  const nothing = new BufferAttribute(new Float32Array(3 * vertices), 3);
+  geometry.setAttribute("position", nothing);
+  geometry.setAttribute("normal", nothing);
   geometry.setAttribute("color", new BufferAttribute(colours, 3));
   geometry.setAttribute("own", new BufferAttribute(own, 1));
   geometry.setIndex(new BufferAttribute(indices, 1));

@@ -23,6 +23,36 @@ import { impostorMaterial } from "./impostormaterial.ts";
 import { Squares } from "./squares.ts";
 import type { TextureCache } from "./textures.ts";
 
+/** The decoded pictures of an impostor. */
+export interface Pictures {
+  /** Colour, and shape. */
+  readonly textures: readonly [Texture, Texture];
+  /** What they newly take. */
+  readonly bytes: number;
+  close(): void;
+}
+
+/** Decodes what is not decoded yet. */
+export async function openPictures(
+  { colour, shape }: Impostor,
+  pictures: ReadonlyMap<string, ArrayBuffer>,
+  cache: TextureCache,
+): Promise<Pictures> {
+  let bytes = await cache.acquire(colour.url, pictures.get(colour.url));
+  try {
+    bytes += await cache.acquire(shape.url, pictures.get(shape.url));
+  } catch (error) {
+    cache.release(colour.url);
+    throw error;
+  }
+  const textures = [atlas(cache, colour.url, SRGBColorSpace), atlas(cache, shape.url, NoColorSpace)] as const;
+  const close = () => {
+    for (const texture of textures) texture.dispose();
+    for (const { url } of [colour, shape]) cache.release(url);
+  };
+  return { textures, bytes, close };
+}
+
 /** An object, and where it stands now. */
 export interface Standing {
   readonly placed: PlacedObject;
@@ -33,16 +63,12 @@ export interface Standing {
 export class ImpostorCrowd {
   private mesh: ObjectSquares | undefined;
   private readonly material: Material;
-  private readonly textures: readonly Texture[];
 
   private constructor(
     private readonly impostor: Impostor,
-    private readonly cache: TextureCache,
-    readonly bytes: number,
+    private readonly pictures: Pictures,
   ) {
-    const { colour, shape } = impostor;
-    this.textures = [atlas(cache, colour.url, SRGBColorSpace), atlas(cache, shape.url, NoColorSpace)];
-    this.material = impostorMaterial(impostor, this.textures[0] as Texture, this.textures[1] as Texture);
+    this.material = impostorMaterial(impostor, ...pictures.textures);
   }
 
   /** Decodes what is not decoded yet. */
@@ -51,15 +77,11 @@ export class ImpostorCrowd {
     pictures: ReadonlyMap<string, ArrayBuffer>,
     cache: TextureCache,
   ): Promise<ImpostorCrowd> {
-    const { colour, shape } = impostor;
-    let bytes = await cache.acquire(colour.url, pictures.get(colour.url));
-    try {
-      bytes += await cache.acquire(shape.url, pictures.get(shape.url));
-    } catch (error) {
-      cache.release(colour.url);
-      throw error;
-    }
-    return new ImpostorCrowd(impostor, cache, bytes);
+    return new ImpostorCrowd(impostor, await openPictures(impostor, pictures, cache));
+  }
+
+  get bytes(): number {
+    return this.pictures.bytes;
   }
 
   /** Draws these objects and no others; answers what is to be added to the picture when that has changed. */
@@ -86,9 +108,7 @@ export class ImpostorCrowd {
   close(): void {
     this.mesh?.release();
     this.material.dispose();
-    for (const texture of this.textures) texture.dispose();
-    this.cache.release(this.impostor.colour.url);
-    this.cache.release(this.impostor.shape.url);
+    this.pictures.close();
   }
 }
 

@@ -38,7 +38,10 @@ export class LiveCompany {
   private people: readonly Mover[] = [];
 
   constructor(private readonly parts: LivePartsOfPage) {
-    this.avatars = new Avatars((work) => parts.visit.paint(work));
+    this.avatars = new Avatars({
+      paint: (work) => parts.visit.paint(work),
+      fetch: (file) => parts.visit.fetch(file),
+    });
     parts.visit.add(this.avatars.root);
     parts.visit.onFrame((now_ms, seconds) => this.frame(now_ms, seconds));
     addEventListener("pagehide", () => this.session?.close());

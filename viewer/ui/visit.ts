@@ -3,12 +3,13 @@
  * when something has changed and keeps the HUD and the page's address up to date.
  */
 import { anglesOf, type Pose } from "../core/address.ts";
-import type { Viewpoint } from "../core/documents.ts";
+import type { FileRef, Viewpoint } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { FrameTimes } from "../core/frametimes.ts";
 import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
 import type { PlacedObject } from "../core/objects.ts";
+import { PRIORITY } from "../core/priority.ts";
 import type { PublishedScene } from "../core/published.ts";
 import { QualityHistory } from "../core/quality.ts";
 import type { Eye } from "../core/scheduler.ts";
@@ -227,6 +228,12 @@ export class Visit {
   get drawn(): { drawCalls: number; triangles: number } {
     const { drawCalls, triangles } = this.parts.stage;
     return { drawCalls, triangles };
+  }
+
+  /** Brings a published file, after all that can be seen stands there. */
+  fetch({ url, bytes }: FileRef): Promise<ArrayBuffer> {
+    const { queue, tree } = this.parts.scene;
+    return queue.request(tree.resolve(url), PRIORITY.finer, { bytes, reason: "worn by somebody in sight" });
   }
 
   /** The eye that the picture is drawn for. */

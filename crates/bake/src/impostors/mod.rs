@@ -16,6 +16,8 @@
 //! together at most 4,096.
 
 pub mod atlas;
+#[cfg(test)]
+mod frames_tests;
 pub mod measure;
 pub mod raster;
 pub mod show;
