@@ -6,17 +6,20 @@ import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
 import rules from "../../content/person.dcg?raw";
 import type { Vec3 } from "../core/geometry.ts";
 import type { Round } from "../core/live/crowd.ts";
-import { type GrownModel, growModel } from "../core/procedural/index.ts";
+import { type Grown, grow, readProgram } from "../core/procedural/index.ts";
 
-/** Moments that are grown; between two of them corners go straight. */
-const FRAMES = 8;
 /** Feet are at 0. */
 export const EYE_HEIGHT_M = 1.62;
-/** The way of two steps, as the rules take them. */
-const STRIDE_M = 1.25;
+
+/** The body at a moment. */
+type Moment = Pick<Grown["parts"][number], "meshes"> &
+  Pick<Grown, "materials"> & { readonly impostor: Grown["parts"][number]["impostor"] | undefined };
 
 /** A body whose corners are elsewhere at each moment, the last of which shows it standing. */
 export interface Person extends Round {
+  /** Of its pictures. */
+  readonly views: number;
+  readonly size_px: number;
   readonly vertices: number;
   readonly indices: Uint32Array;
   /** Linear light, three for each vertex. */
@@ -33,34 +36,45 @@ export interface Person extends Round {
 
 /** Grows one. */
 export function growPerson(): Person {
-  const walking = Array.from({ length: FRAMES }, (_, frame) => grown(frame / FRAMES, 1));
-  const moments = [...walking, grown(0, 0)];
-  const first = moments[0] as GrownModel;
-  const vertices = first.meshes.reduce((sum, mesh) => sum + mesh.vertices, 0);
+  const standing = grown(0, 0);
+  const wish = standing.impostor;
+  if (!wish) throw new Error("person.dcg asks for no pictures");
+  const walking = Array.from({ length: wish.frames }, (_, frame) => grown(frame / wish.frames, 1));
+  const moments = [...walking, standing];
+  const vertices = standing.meshes.reduce((sum, mesh) => sum + mesh.vertices, 0);
   const positions = rows(moments, "positions", vertices);
   return {
-    frames: FRAMES,
-    stride_m: STRIDE_M,
-    standing: FRAMES,
+    frames: wish.frames,
+    stride_m: wish.stride,
+    standing: wish.frames,
+    views: wish.views,
+    size_px: wish.size_px,
     vertices,
-    indices: indicesOf(first),
-    ...paintOf(first, vertices),
+    indices: indicesOf(standing),
+    ...paintOf(standing, vertices),
     positions: texture(positions, vertices),
     normals: texture(rows(moments, "normals", vertices), vertices),
     ...ballOf(positions),
   };
 }
 
-function grown(phase: number, walking: number): GrownModel {
-  return growModel({ rules, imports: new Map(), part: undefined, parameters: { phase, walking } });
+/** The whole of the rules is one part. */
+function grown(phase: number, walking: number): Moment {
+  const parameters = new Map([
+    ["phase", phase],
+    ["walking", walking],
+  ]);
+  const program = readProgram("person.dcg", rules, (path) => {
+    throw new Error(`${path} is not here`);
+  });
+  const { parts, materials } = grow(program, { parameters });
+  const [part] = parts;
+  if (!part || parts.length > 1) throw new Error("person.dcg is more than one part");
+  return { meshes: part.meshes, impostor: part.impostor, materials };
 }
 
 /** The numbers of all moments, four for each vertex. */
-function rows(
-  moments: readonly GrownModel[],
-  of: "positions" | "normals",
-  vertices: number,
-): Float32Array<ArrayBuffer> {
+function rows(moments: readonly Moment[], of: "positions" | "normals", vertices: number): Float32Array<ArrayBuffer> {
   const all = new Float32Array(4 * vertices * moments.length);
   let at = 0;
   for (const { meshes } of moments) {
@@ -76,7 +90,7 @@ function rows(
   return all;
 }
 
-function indicesOf({ meshes }: GrownModel): Uint32Array {
+function indicesOf({ meshes }: Moment): Uint32Array {
   let first = 0;
   const lists = meshes.map(({ indices, vertices }) => {
     const list = [...indices].map((index) => first + index);
@@ -86,7 +100,7 @@ function indicesOf({ meshes }: GrownModel): Uint32Array {
   return Uint32Array.from(lists.flat());
 }
 
-function paintOf({ meshes, materials }: GrownModel, vertices: number): Pick<Person, "colours" | "own"> {
+function paintOf({ meshes, materials }: Moment, vertices: number): Pick<Person, "colours" | "own"> {
   const [colours, own] = [new Float32Array(3 * vertices), new Float32Array(vertices)];
   let at = 0;
   for (const mesh of meshes) {

@@ -27,8 +27,6 @@ import { BODY } from "./bodymaterial.ts";
 import type { Drawable } from "./impostormaterial.ts";
 import type { Person } from "./person.ts";
 
-/** As people's impostors are baked when nothing else is asked for. */
-const [VIEWS, SIZE_PX] = [6, 64];
 /** Samples along a side of a pixel. */
 const SAMPLES = 4;
 /** How far colours reach beyond an outline, in pixels. */
@@ -56,6 +54,7 @@ in float own;
 uniform vec3 centre;
 uniform float radius;
 uniform float moment;
+uniform float views;
 out vec3 vNormal;
 out float vDepth;
 out vec3 vColour;
@@ -69,7 +68,7 @@ void main() {
   vDepth = place.z;
   vColour = color;
   vOwn = own;
-  vec2 inAtlas = (tile + vec2(place.x + 1.0, 1.0 - place.y) / 2.0) / ${VIEWS}.0;
+  vec2 inAtlas = (tile + vec2(place.x + 1.0, 1.0 - place.y) / 2.0) / views;
   gl_Position = vec4(2.0 * inAtlas - 1.0, -place.z, 1.0);
 }`;
 
@@ -98,6 +97,7 @@ const FILL_FRAGMENT = /* glsl */ `${HEAD}
 uniform sampler2D drawnColour;
 uniform sampler2D drawnShape;
 uniform int firstRow;
+uniform int viewSize;
 layout(location = 0) out vec4 colour;
 layout(location = 1) out vec4 shape;
 vec3 sumColour = vec3(0.0);
@@ -119,12 +119,12 @@ void main() {
   }
   float coverage = count / ${SAMPLES * SAMPLES}.0;
   // What shows nothing takes over what lies beside it in the same view, or is grey.
-  ivec2 least = pixel / ${SIZE_PX} * ${SIZE_PX};
+  ivec2 least = pixel / viewSize * viewSize;
   for (int far = 1; far <= ${FRINGE_PX} && count == 0.0; far += 1) {
     for (int i = 0; i < 8; i += 1) {
       float angle = 0.785398 * float(i);
       ivec2 beside = pixel + ivec2(round(float(far) * vec2(cos(angle), sin(angle))));
-      ivec2 within = clamp(beside, least, least + ${SIZE_PX - 1});
+      ivec2 within = clamp(beside, least, least + viewSize - 1);
       take(within * ${SAMPLES} + ${SAMPLES / 2});
     }
   }
@@ -135,7 +135,8 @@ void main() {
 /** Draws them. */
 export function capturePerson(person: Person, renderer: WebGLRenderer): Capture {
   const moments = person.frames + 1;
-  const side = VIEWS * SIZE_PX;
+  const { views, size_px } = person;
+  const side = views * size_px;
   const filters = { magFilter: NearestFilter, minFilter: NearestFilter };
   const drawn = new WebGLRenderTarget(side * SAMPLES, side * SAMPLES, { count: 2, ...filters });
   const atlas = new WebGLRenderTarget(side, side * moments, {
@@ -148,7 +149,7 @@ export function capturePerson(person: Person, renderer: WebGLRenderer): Capture 
   const [colour, shape] = atlas.textures as [Texture, Texture];
   colour.colorSpace = SRGBColorSpace;
   const body = new Mesh(viewsOf(person), drawMaterial(person));
-  const whole = new Mesh(square(), fillMaterial(drawn.textures as [Texture, Texture]));
+  const whole = new Mesh(square(), fillMaterial(drawn.textures as [Texture, Texture], size_px));
   body.frustumCulled = false;
   whole.frustumCulled = false;
   const before = { target: renderer.getRenderTarget(), colour: renderer.getClearColor(new Color()) };
@@ -170,34 +171,27 @@ export function capturePerson(person: Person, renderer: WebGLRenderer): Capture 
   renderer.setClearColor(before.colour, alpha);
   for (const one of [body.geometry, body.material, whole.geometry, whole.material, drawn]) one.dispose();
   const { centre, radius } = person;
-  const impostor = {
-    mapping: "hemi-octahedral",
-    views: VIEWS,
-    size_px: SIZE_PX,
-    frames: moments,
-    centre,
-    radius,
-  } as const;
+  const impostor = { mapping: "hemi-octahedral", views, size_px, frames: moments, centre, radius } as const;
   return { impostor, colour, shape, close: () => atlas.dispose() };
 }
 
 /** How large a pixel of its pictures is. */
-export function pixelOf_m({ radius }: Person): number {
-  return (2 * radius) / SIZE_PX;
+export function pixelOf_m({ radius, size_px }: Person): number {
+  return (2 * radius) / size_px;
 }
 
 /** The body once for each view. */
-function viewsOf({ colours, own, indices, vertices }: Person): InstancedBufferGeometry {
+function viewsOf({ colours, own, indices, vertices, views }: Person): InstancedBufferGeometry {
   const geometry = new InstancedBufferGeometry();
-  geometry.instanceCount = VIEWS * VIEWS;
+  geometry.instanceCount = views * views;
   geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * vertices), 3));
   geometry.setAttribute("color", new BufferAttribute(colours, 3));
   geometry.setAttribute("own", new BufferAttribute(own, 1));
   geometry.setIndex(new BufferAttribute(indices, 1));
   const [towards, right, tiles]: [number[], number[], number[]] = [[], [], []];
-  for (let row = 0; row < VIEWS; row += 1) {
-    for (let column = 0; column < VIEWS; column += 1) {
-      const axes = axesOf(directionOf("hemi-octahedral", column / (VIEWS - 1), row / (VIEWS - 1)));
+  for (let row = 0; row < views; row += 1) {
+    for (let column = 0; column < views; column += 1) {
+      const axes = axesOf(directionOf("hemi-octahedral", column / (views - 1), row / (views - 1)));
       towards.push(...axes.towards);
       right.push(...axes.right);
       tiles.push(column, row);
@@ -215,7 +209,7 @@ function square(): BufferGeometry {
   return geometry;
 }
 
-function drawMaterial({ positions, normals, centre, radius }: Person): RawShaderMaterial {
+function drawMaterial({ positions, normals, centre, radius, views }: Person): RawShaderMaterial {
   return new RawShaderMaterial({
     glslVersion: GLSL3,
     vertexShader: DRAW_VERTEX,
@@ -228,17 +222,23 @@ function drawMaterial({ positions, normals, centre, radius }: Person): RawShader
       centre: { value: centre },
       radius: { value: radius },
       moment: { value: 0 },
+      views: { value: views },
     },
   });
 }
 
-function fillMaterial([colour, shape]: [Texture, Texture]): RawShaderMaterial {
+function fillMaterial([colour, shape]: [Texture, Texture], size_px: number): RawShaderMaterial {
   return new RawShaderMaterial({
     glslVersion: GLSL3,
     vertexShader: FILL_VERTEX,
     fragmentShader: FILL_FRAGMENT,
     depthTest: false,
     depthWrite: false,
-    uniforms: { drawnColour: { value: colour }, drawnShape: { value: shape }, firstRow: { value: 0 } },
+    uniforms: {
+      drawnColour: { value: colour },
+      drawnShape: { value: shape },
+      firstRow: { value: 0 },
+      viewSize: { value: size_px },
+    },
   });
 }
