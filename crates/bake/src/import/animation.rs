@@ -12,7 +12,8 @@ use glam::{DMat4, DQuat, DVec4};
 use super::accessors::Accessor;
 use super::document::Item;
 use super::error::{Read, flaw};
-use super::nodes::{Hierarchy, Local, unit};
+use super::local::{Local, unit};
+use super::nodes::Hierarchy;
 use super::reader::Reader;
 
 /// How the scene stands at equidistant moments of an animation.

@@ -12,12 +12,10 @@ use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::procedural::{self, Ground, Nursery, Planting};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
-use super::{ImportError, Limits, impostor, materials};
+use super::{ImportError, Limits, finish, impostor, materials};
 use crate::progress::Stage;
 use crate::source::{AuthoredShape, Role, SourceModel, SourceObject, SourceScene};
 
-/// How many defects a refusal lists.
-const REASONS: usize = 5;
 /// What moving a vertex by its own matrix takes: the matrix, its position in f64, and every attribute once more.
 const MOVED_VERTEX_BYTES: usize = 400;
 
@@ -81,7 +79,7 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         progress.advance(1);
     }
     let Assembly { mut scene, .. } = assembly;
-    leave_out_unused_models(&mut scene);
+    finish::leave_out_unused_models(&mut scene);
     materials::read_used(reader, &mut scene)?;
     let mut nursery = Nursery::default();
     for planting in &plantings {
@@ -93,10 +91,10 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         nursery.plant(&mut scene, planting, (&mut reader.defects, ground))?;
     }
     if scene.objects.is_empty() {
-        return Err(nothing_to_draw(reader));
+        return Err(finish::nothing_to_draw(reader));
     }
     scene.viewpoints = hierarchy.viewpoints;
-    scene.title = title(reader);
+    scene.title = finish::title(reader);
     Ok(scene)
 }
 
@@ -371,41 +369,4 @@ impl<'a> Assembly<'_, 'a> {
 fn morph_weights(item: &Item) -> Vec<f64> {
     let elements = item.elements("weights").unwrap_or_default();
     elements.iter().map(|w| w.value.as_f64().unwrap_or(0.0)).collect()
-}
-
-/// Removes models whose objects were all dropped.
-fn leave_out_unused_models(scene: &mut SourceScene) {
-    let mut new_of_old = vec![None; scene.models.len()];
-    for object in &scene.objects {
-        new_of_old[object.model] = Some(0);
-    }
-    for (count, new) in new_of_old.iter_mut().flatten().enumerate() {
-        *new = count;
-    }
-    let mut used = new_of_old.iter().map(Option::is_some);
-    scene.models.retain(|_| used.next().unwrap_or(false));
-    for object in &mut scene.objects {
-        object.model = new_of_old[object.model].unwrap_or(0);
-    }
-}
-
-/// The name of the scene that is shown.
-fn title(reader: &Reader) -> Option<String> {
-    let scene = reader.root.index("scene").ok().flatten().unwrap_or(0);
-    reader.root.listed("scenes", scene).ok()?.name().map(str::to_owned)
-}
-
-fn nothing_to_draw(reader: &Reader) -> ImportError {
-    let reasons: Vec<String> = reader
-        .defects
-        .iter()
-        .take(REASONS)
-        .map(|d| format!("{} ({} times, first at {})", d.kind, d.count, d.first))
-        .collect();
-    let reasons = if reasons.is_empty() {
-        "the scene has no node with a mesh".to_owned()
-    } else {
-        reasons.join("; ")
-    };
-    ImportError::NothingToDraw { reasons }
 }
