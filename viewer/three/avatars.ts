@@ -11,10 +11,12 @@ import { colourOf, Gait, isFar, type Pose, type Round } from "../core/live/crowd
 import type { Worn } from "../core/live/events.ts";
 import type { Eye } from "../core/scheduler.ts";
 import { Discs, FarCrowd, NearCrowd, type Somebody } from "./crowds.ts";
-import { EYE_HEIGHT_M, growPerson, type Person } from "./person.ts";
+import type { Person } from "./person.ts";
 import { capturePerson, pixelOf_m } from "./personcapture.ts";
 import { Wardrobe } from "./wardrobe.ts";
 
+/** A mover's position is that of its eyes. */
+export const EYE_HEIGHT_M = 1.62;
 /** A smaller step is not worth a new picture. */
 const STEP_M = 1e-3;
 /** As for objects that stand still. */
@@ -53,6 +55,7 @@ export class Avatars {
   private readonly discs = new Discs(this.root);
   private readonly wardrobe: Wardrobe;
   private crowd: { readonly person: Person; readonly near: NearCrowd } | undefined;
+  private asked = false;
   private far: FarCrowd | undefined;
   private lookedFrom: Vec3 | undefined;
   private rates = false;
@@ -67,7 +70,10 @@ export class Avatars {
   /** Draws these people and no others; answers whether the picture has changed. */
   show(movers: readonly Mover[], look: Look): boolean {
     if (movers.length === 0 && this.figures.size === 0) return false;
-    this.crowd ??= this.grow();
+    if (!this.crowd) {
+      this.grow();
+      return false;
+    }
     const { person } = this.crowd;
     const present = new Set(movers.map(({ object }) => object));
     const gone = [...this.figures.keys()].filter((object) => !present.has(object));
@@ -93,9 +99,15 @@ export class Avatars {
     return changed;
   }
 
-  private grow(): { person: Person; near: NearCrowd } {
-    const person = growPerson();
-    return { person, near: new NearCrowd(person, this.root) };
+  /** Brings rules and what grows them, which who is alone does without; until then nobody is drawn. */
+  private grow(): void {
+    if (this.asked) return;
+    this.asked = true;
+    const grown = import("./person.ts").then(({ growPerson }) => {
+      const person = growPerson();
+      this.crowd = { person, near: new NearCrowd(person, this.root) };
+    });
+    grown.catch((error: unknown) => console.warn("people cannot be drawn", error));
   }
 
   private add({ object, worn }: Mover, person: Person): Figure {

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
-import { EYE_HEIGHT_M, growPerson } from "./person.ts";
+import { EYE_HEIGHT_M } from "./avatars.ts";
+import { growPerson } from "./person.ts";
 
 const person = growPerson();
 const numbers = person.positions.image.data as Float32Array;

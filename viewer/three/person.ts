@@ -8,9 +8,6 @@ import type { Vec3 } from "../core/geometry.ts";
 import type { Round } from "../core/live/crowd.ts";
 import { type Grown, grow, readProgram } from "../core/procedural/index.ts";
 
-/** Feet are at 0. */
-export const EYE_HEIGHT_M = 1.62;
-
 /** The body at a moment. */
 type Moment = Pick<Grown["parts"][number], "meshes"> &
   Pick<Grown, "materials"> & { readonly impostor: Grown["parts"][number]["impostor"] | undefined };
