@@ -10,6 +10,7 @@ WORKDIR /src/viewer
 COPY viewer/package.json viewer/package-lock.json viewer/.npmrc ./
 RUN npm ci --no-audit --no-fund
 COPY viewer .
+COPY content/person.dcg /src/content/
 RUN npm run build
 
 FROM rust:1.94-bookworm AS program

@@ -72,7 +72,7 @@ evaluation: viewer
 ## The page that the binary serves.
 viewer: viewer/dist/index.html
 
-viewer/dist/index.html: viewer/node_modules/.package-lock.json $(shell find viewer -path viewer/node_modules -prune -o -path viewer/dist -prune -o -type f -print 2>/dev/null)
+viewer/dist/index.html: viewer/node_modules/.package-lock.json content/person.dcg $(shell find viewer -path viewer/node_modules -prune -o -path viewer/dist -prune -o -type f -print 2>/dev/null)
 	cd viewer && $(NPM) run build
 	@touch $@
 

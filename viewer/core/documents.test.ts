@@ -67,6 +67,8 @@ describe("published documents", () => {
       return readModelChunk(new Json(chunk, "chunk")).get(3)?.impostor;
     };
     expect(readWith({})).toMatchObject({ views: 8, centre: [0, 1, 0], geometricError: 0.1, colour: picture("a") });
+    expect(readWith({})).toMatchObject({ frames: 1, stride: 0 });
+    expect(readWith({ frames: 8, stride_m: 1.4 })).toMatchObject({ frames: 8, stride: 1.4 });
     expect(readWith({ mapping: "spherical", views: undefined })).toBeUndefined();
     for (const wrong of [
       { views: 1 },
@@ -74,6 +76,9 @@ describe("published documents", () => {
       { size_px: 48 },
       { size_px: 256 },
       { radius: 0 },
+      { frames: 0 },
+      { frames: 9 },
+      { frames: 8, stride_m: "far" },
       { shape: {} },
     ]) {
       expect(() => readWith(wrong), JSON.stringify(wrong)).toThrow(DocumentError);

@@ -32,6 +32,8 @@ const TREE: Model = {
     centre: [0, 5, 0],
     radius: 6,
     geometricError: 0.1,
+    frames: 1,
+    stride: 0,
   },
 };
 const [FINEST, COARSEST] = TREE.levels.map(levelGrade) as [Grade, Grade];

@@ -7,6 +7,7 @@ import type { Json } from "./json.ts";
 /** What a graphics card must be able to hold of an impostor: more is not published today. */
 const MOST_VIEWS = 32;
 const MOST_SIZE_PX = 128;
+const MOST_HEIGHT_PX = 4096;
 
 /** Views of a model from all around, in one atlas. */
 export interface Impostor {
@@ -22,6 +23,10 @@ export interface Impostor {
   readonly centre: Vec3;
   readonly radius: number;
   readonly geometricError: number;
+  /** Moments of a round of its movement, each an atlas of its own below the one before; 1 for what keeps still. */
+  readonly frames: number;
+  /** How far it walks in a round, in the model's space; 0 for what keeps still. */
+  readonly stride: number;
 }
 
 /** An impostor whose mapping is not known here is left alone: there are levels. */
@@ -32,6 +37,10 @@ export function readImpostor(json: Json): Impostor | undefined {
   if (views < 2 || views > MOST_VIEWS) json.field("views").fail(`from 2 to ${MOST_VIEWS}`);
   if (size_px < 2 || size_px > MOST_SIZE_PX || !Number.isInteger(Math.log2(size_px))) {
     json.field("size_px").fail(`a power of two up to ${MOST_SIZE_PX}`);
+  }
+  const frames = json.field("frames").optional((count) => count.count()) ?? 1;
+  if (frames < 1 || views * size_px * frames > Math.max(MOST_HEIGHT_PX, views * size_px)) {
+    json.field("frames").fail(`from 1 on, at most ${MOST_HEIGHT_PX} pixels high together`);
   }
   const radius = json.field("radius").number();
   if (radius <= 0) json.field("radius").fail("above 0");
@@ -44,6 +53,8 @@ export function readImpostor(json: Json): Impostor | undefined {
     centre: json.field("centre").vec3(),
     radius,
     geometricError: json.field("error_m").number(),
+    frames,
+    stride: json.field("stride_m").optional((stride) => stride.number()) ?? 0,
   };
 }
 

@@ -12,7 +12,8 @@ const ALLOWED: Record<string, RegExp> = {
   "core/live": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts)$/,
   "core/select": /^(\.\/[a-z]+\.ts|\.\.\/smooth\/[a-z]+\.ts)$/,
   "core/smooth": /^\.\/[a-z]+\.ts$/,
-  three: /^(\.\/[a-z]+\.ts|\.\.\/core\/(live\/)?[a-z]+\.ts|three|three\/addons\/.+)$/,
+  three:
+    /^(\.\/[a-z]+\.ts|\.\.\/core\/((live\/)?[a-z]+|procedural\/index)\.ts|\.\.\/\.\.\/content\/[a-z]+\.dcg\?raw|three|three\/addons\/.+)$/,
   "ui/inspector": /^(\.\/[a-z]+\.ts|\.\.\/[a-z]+\.ts|\.\.\/\.\.\/(core|core\/live|three)\/[a-z]+\.ts)$/,
   embed: /^(\.\/[a-z]+\.ts|\.\.\/(core|three|ui)\/[a-z]+\.ts)$/,
   ui: /^(\.\/(inspector\/)?[a-z]+\.ts|\.\.\/(core|core\/live|three)\/[a-z]+\.ts)$/,

@@ -1,96 +1,160 @@
 /**
- * What do other people look like? A calm figure of two parts in a colour of its own, as tall as an eye is high above the
- * floor; a disc under its feet tells in the inspector how often it is heard of.
+ * What do other people look like? Somebody in clothes of a colour of their own, who takes steps as they walk: all near people
+ * are one draw call, all far ones another, by pictures; all who wear the same model are one too. A disc under their feet tells
+ * in the inspector how often they are heard of.
  */
-import {
-  CapsuleGeometry,
-  CircleGeometry,
-  Color,
-  Group,
-  Mesh,
-  MeshBasicMaterial,
-  MeshStandardMaterial,
-  type Object3D,
-  SphereGeometry,
-} from "three";
+import { Color, Group, Matrix4, Quaternion, Vector3, type WebGLRenderer } from "three";
+import type { FileRef } from "../core/documents.ts";
+import { length, subtract, type Vec3 } from "../core/geometry.ts";
 import type { Mover } from "../core/live/company.ts";
+import { colourOf, Gait, isFar, type Pose, type Round } from "../core/live/crowd.ts";
+import type { Worn } from "../core/live/events.ts";
+import type { Eye } from "../core/scheduler.ts";
+import { Discs, FarCrowd, NearCrowd, type Somebody } from "./crowds.ts";
+import type { Person } from "./person.ts";
+import { capturePerson, pixelOf_m } from "./personcapture.ts";
+import { Wardrobe } from "./wardrobe.ts";
 
 /** A mover's position is that of its eyes. */
-const EYE_HEIGHT_M = 1.62;
-const [BODY_RADIUS_M, BODY_M, HEAD_RADIUS_M] = [0.2, 1.04, 0.145];
+export const EYE_HEIGHT_M = 1.62;
 /** A smaller step is not worth a new picture. */
 const STEP_M = 1e-3;
-/** Golden angle, so that ids next to each other have unlike colours. */
-const HUE_STEP = 0.381966;
+/** As for objects that stand still. */
+const TARGET_PX = 1.5;
 
-const BODY = new CapsuleGeometry(BODY_RADIUS_M, BODY_M, 6, 16);
-const HEAD = new SphereGeometry(HEAD_RADIUS_M, 20, 14);
-const NOSE = new SphereGeometry(0.035, 10, 8);
-const DISC = new CircleGeometry(0.5, 32);
+/** How people are looked at. */
+export interface Look {
+  readonly eye: Eye;
+  readonly now_ms: number;
+  /** Whether discs tell how often one hears of them. */
+  readonly rates: boolean;
+}
 
+/** What drawing people takes. */
+export interface Studio {
+  /** Lets something draw pictures of its own. */
+  paint(work: (renderer: WebGLRenderer) => void): void;
+  /** Brings a published file. */
+  fetch(file: FileRef): Promise<ArrayBuffer>;
+}
+
+/** One of the people, as they were drawn last. */
 interface Figure {
-  readonly root: Group;
-  readonly cloth: MeshStandardMaterial;
-  readonly skin: MeshStandardMaterial;
-  readonly disc: Mesh<CircleGeometry, MeshBasicMaterial>;
+  readonly gait: Gait;
+  readonly colour: Color;
+  readonly world: Matrix4;
+  far: boolean;
+  /** Whether what it wears is drawn. */
+  dressed: boolean;
+  drawn: { readonly mover: Mover; readonly pose: Pose } | undefined;
 }
 
 export class Avatars {
   readonly root = new Group();
   private readonly figures = new Map<number, Figure>();
+  private readonly discs = new Discs(this.root);
+  private readonly wardrobe: Wardrobe;
+  private crowd: { readonly person: Person; readonly near: NearCrowd } | undefined;
+  private asked = false;
+  private far: FarCrowd | undefined;
+  private lookedFrom: Vec3 | undefined;
+  private rates = false;
+  private stale = false;
 
-  /** Draws these people and no others, with discs when `rates` says so; answers whether the picture has changed. */
-  show(movers: readonly Mover[], rates: boolean): boolean {
+  constructor(private readonly studio: Studio) {
+    this.wardrobe = new Wardrobe(this.root, studio.fetch, () => {
+      this.stale = true;
+    });
+  }
+
+  /** Draws these people and no others; answers whether the picture has changed. */
+  show(movers: readonly Mover[], look: Look): boolean {
+    if (movers.length === 0 && this.figures.size === 0) return false;
+    if (!this.crowd) {
+      this.grow();
+      return false;
+    }
+    const { person } = this.crowd;
     const present = new Set(movers.map(({ object }) => object));
     const gone = [...this.figures.keys()].filter((object) => !present.has(object));
-    for (const object of gone) this.remove(object);
-    let changed = gone.length > 0;
+    for (const object of gone) this.figures.delete(object);
+    let changed = gone.length > 0 || look.rates !== this.rates || this.stale;
+    this.stale = false;
     for (const mover of movers) {
-      const figure = this.figures.get(mover.object) ?? this.add(mover);
-      if (stands(figure, mover, rates)) continue;
-      this.place(figure, mover, rates);
+      const figure = this.figures.get(mover.object) ?? this.add(mover, person);
+      const pose = figure.gait.step(mover.position, mover.orientation, look.now_ms);
+      const distance_m = length(subtract(mover.position, look.eye.position));
+      const far = isFar(distance_m, pixelOf_m(person), look.eye, TARGET_PX, figure.far);
+      const dressed = mover.worn !== undefined && this.wardrobe.has(mover.worn.impostor);
+      if (far === figure.far && dressed === figure.dressed && isAsDrawn(figure, mover, pose)) continue;
+      place(figure, mover, dressed);
+      figure.far = far;
+      figure.dressed = dressed;
+      figure.drawn = { mover, pose };
       changed = true;
     }
+    this.rates = look.rates;
+    if (changed) this.draw(this.crowd);
+    this.turn(look.eye.position, changed);
     return changed;
   }
 
-  private add({ object, name }: Mover): Figure {
-    const cloth = new MeshStandardMaterial({
-      color: new Color().setHSL((object * HUE_STEP) % 1, 0.42, 0.5),
-      roughness: 0.75,
+  /** Brings rules and what grows them, which who is alone does without; until then nobody is drawn. */
+  private grow(): void {
+    if (this.asked) return;
+    this.asked = true;
+    const grown = import("./person.ts").then(({ growPerson }) => {
+      const person = growPerson();
+      this.crowd = { person, near: new NearCrowd(person, this.root) };
     });
-    const skin = new MeshStandardMaterial({ color: 0xe4cdb5, roughness: 0.8 });
-    const disc = new Mesh(DISC, new MeshBasicMaterial({ transparent: true, opacity: 0.7, toneMapped: false }));
-    const root = new Group();
-    root.name = name || `o${object}`;
-    root.add(
-      at(new Mesh(BODY, cloth), -EYE_HEIGHT_M + BODY_RADIUS_M + BODY_M / 2, 0),
-      at(new Mesh(HEAD, skin), 0, 0),
-      at(new Mesh(NOSE, cloth), 0, -HEAD_RADIUS_M),
-      at(disc, -EYE_HEIGHT_M + 0.03, 0),
-    );
-    root.position.set(Number.NaN, 0, 0);
-    disc.rotation.x = -Math.PI / 2;
-    const figure = { root, cloth, skin, disc };
+    grown.catch((error: unknown) => console.warn("people cannot be drawn", error));
+  }
+
+  private add({ object, worn }: Mover, person: Person): Figure {
+    const { hue, saturation, lightness } = colourOf(object);
+    const colour = new Color().setHSL(hue, saturation, lightness);
+    const gait = new Gait(worn ? roundOf(worn) : person);
+    const figure = { gait, colour, world: new Matrix4(), far: false, dressed: false, drawn: undefined };
     this.figures.set(object, figure);
-    this.root.add(root);
     return figure;
   }
 
-  private place({ root, disc }: Figure, { position, orientation, period_ms }: Mover, rates: boolean): void {
-    root.position.set(...position);
-    root.quaternion.set(...orientation);
-    disc.visible = rates;
-    disc.userData = { period_ms };
-    if (rates) disc.material.color.set(rateColour(period_ms));
+  private draw({ person, near }: { person: Person; near: NearCrowd }): void {
+    const people: [Somebody[], Somebody[]] = [[], []];
+    const wearers = new Map<string, Somebody[]>();
+    const standing: Pose = { from: person.standing, to: person.standing, share: 0 };
+    const discs: { world: Matrix4; colour: Color }[] = [];
+    for (const { colour, world, far, dressed, drawn } of this.figures.values()) {
+      if (!drawn) continue;
+      const { worn } = drawn.mover;
+      const somebody = { world, colour, pose: drawn.pose };
+      if (worn && dressed) listed(wearers, worn.impostor.colour.url).push(somebody);
+      else people[far ? 1 : 0].push(worn ? { ...somebody, pose: standing } : somebody);
+      if (this.rates) discs.push({ world, colour: new Color(rateColour(drawn.mover.period_ms)) });
+    }
+    near.draw(people[0]);
+    if (people[1].length > 0) this.far ??= this.capture(person);
+    this.far?.draw(people[1]);
+    this.wardrobe.draw(wearers);
+    this.discs.draw(discs);
   }
 
-  private remove(object: number): void {
-    const figure = this.figures.get(object);
-    if (!figure) return;
-    figure.root.removeFromParent();
-    for (const material of [figure.cloth, figure.skin, figure.disc.material]) material.dispose();
-    this.figures.delete(object);
+  private capture(person: Person): FarCrowd | undefined {
+    let crowd: FarCrowd | undefined;
+    this.studio.paint((renderer) => {
+      const { impostor, colour, shape } = capturePerson(person, renderer);
+      crowd = new FarCrowd(impostor, [colour, shape], this.root);
+    });
+    return crowd;
+  }
+
+  /** Turns pictures to the eye. */
+  private turn(eye: Vec3, changed: boolean): void {
+    const moved = !this.lookedFrom || length(subtract(eye, this.lookedFrom)) > STEP_M;
+    if (!moved && !changed) return;
+    this.lookedFrom = eye;
+    this.far?.look(eye);
+    this.wardrobe.look(eye);
   }
 }
 
@@ -100,15 +164,34 @@ export function rateColour(period_ms: number): string {
   return `hsl(${Math.round(120 * (1 - share))} 65% 55%)`;
 }
 
-/** Whether a figure stands where its mover is; a new one stands nowhere. */
-function stands({ root, disc }: Figure, { position, orientation, period_ms }: Mover, rates: boolean): boolean {
-  const near = Math.hypot(...position.map((x, i) => x - root.position.getComponent(i))) < STEP_M;
-  const turned = orientation.some((q, i) => Math.abs(q - (root.quaternion.toArray()[i] ?? 0)) > STEP_M);
-  const hue = disc.userData.period_ms === period_ms;
-  return near && !turned && disc.visible === rates && (!rates || hue);
+/** A model that is worn shows frames of its own; who stands shows the first. */
+function roundOf({ impostor, scale }: Worn): Round {
+  const stride_m = impostor.stride * Math.max(...scale) || 1;
+  return { frames: impostor.frames, stride_m, standing: 0 };
 }
 
-function at<T extends Object3D>(object: T, y: number, z: number): T {
-  object.position.set(0, y, z);
-  return object;
+function listed<T>(lists: Map<string, T[]>, key: string): T[] {
+  const list = lists.get(key) ?? [];
+  lists.set(key, list);
+  return list;
+}
+
+/** A mover's position is that of its eyes, or of the origin of the model that it wears. */
+function place({ world }: Figure, { position, orientation, worn }: Mover, dressed: boolean): void {
+  const turn = new Quaternion(...orientation);
+  if (worn && dressed) {
+    world.compose(new Vector3(...position), turn, new Vector3(...worn.scale));
+    return;
+  }
+  const feet = new Vector3(0, -EYE_HEIGHT_M, 0).applyQuaternion(turn).add(new Vector3(...position));
+  world.compose(feet, turn, new Vector3(1, 1, 1));
+}
+
+function isAsDrawn({ drawn }: Figure, { position, orientation, period_ms }: Mover, pose: Pose): boolean {
+  if (!drawn) return false;
+  const { mover } = drawn;
+  const near = length(subtract(position, mover.position)) < STEP_M;
+  const turned = orientation.some((q, i) => Math.abs(q - (mover.orientation[i] ?? 0)) > STEP_M);
+  const steps = pose.from !== drawn.pose.from || pose.to !== drawn.pose.to || pose.share !== drawn.pose.share;
+  return near && !turned && !steps && mover.period_ms === period_ms;
 }

@@ -1,7 +1,8 @@
 /**
  * How is a model drawn by its impostor? A square that faces the eye, on which each pixel looks for the surface in the three
  * views around the eye's direction and mixes what it finds, as `crates/bake/src/impostors/show.rs` does. What is found has
- * a normal and a depth, so that light, fog and what stands half in the ground are as for the mesh.
+ * a normal and a depth, so that light, fog and what stands half in the ground are as for the mesh. What each who wears the
+ * model colours for itself takes its tint. Frames of a movement lie below each other: they count on as views do.
  *
  * Space: the *ball* is the model's space, moved and scaled so that the ball around the model has radius 1.
  */
@@ -25,6 +26,7 @@ flat varying vec4 vViewA;
 flat varying vec4 vViewB;
 flat varying vec4 vViewC;
 flat varying vec3 vViewWeights;
+flat varying vec3 vTint;
 flat varying mat3 vNormalFromBall;
 `;
 
@@ -34,6 +36,7 @@ attribute vec4 viewA;
 attribute vec4 viewB;
 attribute vec4 viewC;
 attribute vec3 viewWeights;
+attribute vec3 tint;
 uniform vec3 ballCentre;
 uniform float ballRadius;
 ${VARYINGS}`;
@@ -55,6 +58,7 @@ vViewA = viewA;
 vViewB = viewB;
 vViewC = viewC;
 vViewWeights = viewWeights;
+vTint = tint;
 `;
 
 const PLACE_DEPTH = /* glsl */ `
@@ -69,6 +73,7 @@ const FRAGMENT = /* glsl */ `
 uniform sampler2D colourAtlas;
 uniform sampler2D shapeAtlas;
 uniform float atlasViews;
+uniform float atlasFrames;
 uniform float viewSize;
 ${VARYINGS}${AXES}
 // Sums over the views: colour and coverage, normal in the ball, and how far along the ray.
@@ -79,7 +84,7 @@ float seenWay = 0.0;
 vec2 inAtlas(vec2 place, vec2 tile, float lod) {
   float border = 0.5 * exp2(ceil(lod)) / viewSize;
   vec2 inView = clamp(vec2(place.x + 1.0, 1.0 - place.y) / 2.0, border, 1.0 - border);
-  return (tile + inView) / atlasViews;
+  return (tile + inView) / vec2(atlasViews, atlasViews * atlasFrames);
 }
 
 void addView(vec4 view, float weight, vec3 onSquare, float lod) {
@@ -99,7 +104,9 @@ void addView(vec4 view, float weight, vec3 onSquare, float lod) {
   if (max(abs(place.x), abs(place.y)) > 1.0) return;
   vec2 at = inAtlas(place, tile, lod);
   vec4 colour = textureLod(colourAtlas, at, lod);
-  vec2 slope = textureLod(shapeAtlas, at, lod).rg * 2.0 - 1.0;
+  vec4 shape = textureLod(shapeAtlas, at, lod);
+  colour.rgb *= mix(vTint, vec3(1.0), shape.a);
+  vec2 slope = shape.rg * 2.0 - 1.0;
   vec3 normal = vec3(slope, sqrt(max(0.0, 1.0 - dot(slope, slope))));
   float share = weight * colour.a;
   seenColour += vec4(share * colour.rgb, share);
@@ -127,13 +134,17 @@ vec3 normal = normalize(vNormalFromBall * seenNormal);
 vec3 nonPerturbedNormal = normal;
 `;
 
+/** What of an impostor is asked for to draw it. */
+export type Drawable = Pick<Impostor, "mapping" | "views" | "size_px" | "frames" | "centre" | "radius">;
+
 /** A material that draws unit squares so. Dispose of the textures with it. */
-export function impostorMaterial(impostor: Impostor, colour: Texture, shape: Texture): MeshStandardMaterial {
+export function impostorMaterial(impostor: Drawable, colour: Texture, shape: Texture): MeshStandardMaterial {
   const material = new MeshStandardMaterial({ roughness: ROUGHNESS, metalness: 0, side: DoubleSide });
   const uniforms = {
     colourAtlas: { value: colour },
     shapeAtlas: { value: shape },
     atlasViews: { value: impostor.views },
+    atlasFrames: { value: impostor.frames },
     viewSize: { value: impostor.size_px },
     ballCentre: { value: impostor.centre },
     ballRadius: { value: impostor.radius },

@@ -162,6 +162,16 @@ export class Stage {
     return this.renderer.info.render.triangles;
   }
 
+  /** Draw calls of the last picture. */
+  get drawCalls(): number {
+    return this.renderer.info.render.calls;
+  }
+
+  /** Lets something draw pictures of its own before the next one. */
+  paint(work: (renderer: WebGLRenderer) => void): void {
+    work(this.renderer);
+  }
+
   private light(reflections: boolean): void {
     this.scene.background = sky();
     const skyLight = new HemisphereLight(new Color(0xe3ebf5), new Color(0x7d6f5f), reflections ? 0.9 : 1.6);

@@ -27,7 +27,7 @@ export class LiveCompany {
   /** Discs under people's feet tell how often they are heard of. */
   showRates = false;
   private readonly company = new Company();
-  private readonly avatars = new Avatars();
+  private readonly avatars: Avatars;
   private readonly doors = new Map<number, DoorSwing>();
   private readonly closedHere = new Set<number>();
   private readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -38,6 +38,10 @@ export class LiveCompany {
   private people: readonly Mover[] = [];
 
   constructor(private readonly parts: LivePartsOfPage) {
+    this.avatars = new Avatars({
+      paint: (work) => parts.visit.paint(work),
+      fetch: (file) => parts.visit.fetch(file),
+    });
     parts.visit.add(this.avatars.root);
     parts.visit.onFrame((now_ms, seconds) => this.frame(now_ms, seconds));
     addEventListener("pagehide", () => this.session?.close());
@@ -118,7 +122,7 @@ export class LiveCompany {
     }
     const eye = this.parts.visit.walker.position;
     const outside = this.people.filter(({ position }) => length(subtract(position, eye)) > NEAREST_M);
-    const walked = this.avatars.show(outside, this.showRates);
+    const walked = this.avatars.show(outside, { eye: this.parts.visit.eye, now_ms, rates: this.showRates });
     return this.swing(seconds) || walked;
   }
 

@@ -40,6 +40,9 @@ export interface State {
   readonly bytesKept: number;
   /** Writes under way that keep what was fetched for the next visit. */
   readonly keeping: number;
+  /** What the last picture took. */
+  readonly drawCalls: number;
+  readonly triangles: number;
   /** What 95 of 100 frames do not exceed besides drawing and decoding, milliseconds. */
   readonly workP95_ms: number;
   /** Downloads and decodings under way. */
@@ -110,6 +113,7 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
       bundled: queue.tally.bundled,
       bytesKept: queue.tally.kept_bytes,
       keeping: queue.shelf?.pending ?? 0,
+      ...visit.drawn,
       workP95_ms: visit.work.quantile_ms(0.95),
       pending: explorer.pending,
       settled: explorer.settled,

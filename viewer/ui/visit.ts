@@ -3,14 +3,16 @@
  * when something has changed and keeps the HUD and the page's address up to date.
  */
 import { anglesOf, type Pose } from "../core/address.ts";
-import type { Viewpoint } from "../core/documents.ts";
+import type { FileRef, Viewpoint } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { FrameTimes } from "../core/frametimes.ts";
 import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
+import { PRIORITY } from "../core/priority.ts";
 import type { PublishedScene } from "../core/published.ts";
 import { QualityHistory } from "../core/quality.ts";
+import type { Eye } from "../core/scheduler.ts";
 import { IDLE, Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
@@ -212,6 +214,28 @@ export class Visit {
   /** Adds something to the picture. */
   add(object: Object3D): void {
     this.parts.stage.add(object);
+  }
+
+  /** Lets something draw pictures of its own. */
+  paint(work: Parameters<Stage["paint"]>[0]): void {
+    this.parts.stage.paint(work);
+  }
+
+  /** What the last picture took. */
+  get drawn(): { drawCalls: number; triangles: number } {
+    const { drawCalls, triangles } = this.parts.stage;
+    return { drawCalls, triangles };
+  }
+
+  /** Brings a published file, after all that can be seen stands there. */
+  fetch({ url, bytes }: FileRef): Promise<ArrayBuffer> {
+    const { queue, tree } = this.parts.scene;
+    return queue.request(tree.resolve(url), PRIORITY.finer, { bytes, reason: "worn by somebody in sight" });
+  }
+
+  /** The eye that the picture is drawn for. */
+  get eye(): Eye {
+    return this.parts.stage.eye(this.walker.position);
   }
 
   /** Moves an object from where it was published. */

@@ -65,7 +65,7 @@ fn share_materials(scene: &mut SourceScene) {
         *known.entry(key).or_insert(number)
     });
     let first: Vec<usize> = first.collect();
-    for primitive in scene.models.iter_mut().flat_map(|model| &mut model.primitives) {
+    for primitive in scene.models.iter_mut().flat_map(SourceModel::all_primitives_mut) {
         primitive.material = primitive.material.map(|material| first[material]);
     }
 }
@@ -105,8 +105,9 @@ fn digest_of(model: &SourceModel) -> Digest {
 
 /// How the first of two models with one digest has to be moved to be the second.
 fn translation(first: &SourceModel, second: &SourceModel) -> Option<DVec3> {
-    // Cuts lie where they lie, and equal rules share a model already.
-    if !first.cut_positions.is_empty() || first.recipe.is_some() || second.recipe.is_some() {
+    // Cuts lie where they lie, equal rules share a model already, and what rests alike may move unlike.
+    let is_own = |model: &SourceModel| model.recipe.is_some() || !model.poses.is_empty();
+    if !first.cut_positions.is_empty() || is_own(first) || is_own(second) {
         return None;
     }
     let pairs = || first.primitives.iter().zip(&second.primitives);

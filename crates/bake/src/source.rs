@@ -62,6 +62,8 @@ pub struct SourceModel {
     pub cut_positions: Vec<[f32; 3]>,
     /// What pictures it asks for, to be drawn with from far away.
     pub impostor: Option<Wish>,
+    /// The frames of a round of its movement, each with its own geometry in the model's space; empty for what keeps still.
+    pub poses: Vec<Vec<Primitive>>,
     /// How it grows, when it is whole and has grown from rules.
     pub recipe: Option<SourceRecipe>,
 }
@@ -227,6 +229,11 @@ impl Primitive {
 }
 
 impl SourceModel {
+    /// Its geometry and that of its poses.
+    pub(crate) fn all_primitives_mut(&mut self) -> impl Iterator<Item = &mut Primitive> {
+        self.primitives.iter_mut().chain(self.poses.iter_mut().flatten())
+    }
+
     /// Triangles of all primitives.
     #[must_use]
     pub fn triangle_count(&self) -> usize {

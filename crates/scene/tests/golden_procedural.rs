@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
 /// Wrong in one way each.
-const MISTAKES: [&str; 51] = [
+const MISTAKES: [&str; 55] = [
     "rule branch() {}\n  brnach()",
     "box(1, 1, dpth = 1)",
     "box(1, 1)",
@@ -66,6 +66,10 @@ const MISTAKES: [&str; 51] = [
     "box(1, 1, 1) impostor(views = 99)",
     "part a() { box(1, 1, 1)\n  impostor(8, 50) } a()",
     "rule impostor() {}",
+    "part a(turn) {\n  box(1, 1, 1) impostor(frames = 8) } a(0)",
+    "parameter phase = 0\nbox(1, 1, 1) called \"b\" impostor(frames = 2)",
+    "part a(phase) { box(1, 1, 1)\n  impostor(size = 128, frames = 16) } a(0)",
+    "part a(phase) { impostor(frames = 17) } a(0)",
 ];
 
 fn folder() -> PathBuf {
@@ -130,6 +134,10 @@ fn hash(grown: &Grown) -> String {
         let asked = part.impostor.iter();
         let asked = asked.flat_map(|wish| [wish.views, wish.size_px, u32::from(wish.below)]);
         asked.for_each(|number| count(&mut sum, number as usize));
+        for wish in part.impostor.iter().filter(|wish| wish.frames > 1) {
+            count(&mut sum, wish.frames as usize);
+            sum.update(wish.stride.to_le_bytes());
+        }
         for (name, place) in part.viewpoints.iter().chain(&part.models) {
             sum.update(name.as_bytes());
             frame(&mut sum, place);
@@ -149,6 +157,9 @@ fn hash(grown: &Grown) -> String {
         ];
         let numbers = surface.colour.iter().chain(&surface.emissive).chain(&shares);
         numbers.for_each(|v| sum.update(v.to_le_bytes()));
+        if surface.recolour {
+            sum.update(b"recolour");
+        }
     }
     sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -3,7 +3,7 @@
  * of this client's clock.
  */
 import type { Vec3 } from "../geometry.ts";
-import type { LiveEvent } from "./events.ts";
+import type { LiveEvent, Worn } from "./events.ts";
 import { type MoverPose, type Quaternion, SmoothMotion } from "./motion.ts";
 
 export interface Mover {
@@ -12,6 +12,8 @@ export interface Mover {
   readonly radius_m: number;
   /** Shortest time between what is told of it. */
   readonly period_ms: number;
+  /** The model that it wears, if that has pictures. */
+  readonly worn: Worn | undefined;
   readonly position: Vec3;
   readonly orientation: Quaternion;
 }
@@ -20,6 +22,7 @@ interface Known {
   readonly object: number;
   readonly name: string;
   readonly radius_m: number;
+  readonly worn: Worn | undefined;
   period_ms: number;
   motion: SmoothMotion | undefined;
 }

@@ -1,4 +1,6 @@
 /** What does a live session tell? The events of docs/LIVE.md as values; what they hold beyond that is ignored. */
+import type { Vec3 } from "../geometry.ts";
+import { type Impostor, readImpostor } from "../impostordocument.ts";
 import { Json } from "../json.ts";
 import type { MoverPose } from "./motion.ts";
 
@@ -11,6 +13,7 @@ export type LiveEvent =
       readonly pose: MoverPose;
       readonly radius_m: number;
       readonly period_ms: number;
+      readonly worn: Worn | undefined;
     }
   | { readonly kind: "move"; readonly poses: readonly { readonly object: number; readonly pose: MoverPose }[] }
   | { readonly kind: "vanish"; readonly objects: readonly number[] }
@@ -20,6 +23,13 @@ export type LiveEvent =
   | { readonly kind: "door"; readonly object: number; readonly open: boolean }
   | { readonly kind: "revision"; readonly revision: string }
   | { readonly kind: "resync" };
+
+/** Pictures of the model that a mover wears. */
+export interface Worn {
+  readonly impostor: Impostor;
+  /** How large the model is, along its axes. */
+  readonly scale: Vec3;
+}
 
 /** Nobody may see one's own mover: it need not speak while it keeps to this ball, until then by its own clock. */
 export interface Hush {
@@ -63,6 +73,7 @@ export function readEvent(name: (typeof EVENT_NAMES)[number], data: string): Liv
         pose,
         radius_m: json.field("radius_m").number(),
         period_ms: json.field("period_ms").number(),
+        worn: readWorn(json),
       };
     }
     case "object-pos":
@@ -99,6 +110,15 @@ export function readHush(json: Json): Hush {
     radius_m: tbv.field("radius_m").number(),
     until_ms: json.field("until_ms").number(),
   };
+}
+
+/** A model without pictures is not drawn for a mover. */
+function readWorn(json: Json): Worn | undefined {
+  const impostor = json.field("impostor").optional(readImpostor);
+  if (!impostor) return undefined;
+  const matrix = json.field("transform").numbers(16);
+  const axis = (i: number) => Math.hypot(...matrix.slice(4 * i, 4 * i + 3));
+  return { impostor, scale: [axis(0), axis(1), axis(2)] };
 }
 
 function readPose(json: Json): MoverPose {

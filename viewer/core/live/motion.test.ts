@@ -73,6 +73,37 @@ it("a company is what the events add up to, in one's own time", () => {
   expect(company.movers(2500)).toEqual([]);
 });
 
+it("whoever wears a model is told of with its pictures, and how large it is", () => {
+  const picture = (letter: string) => ({ url: `/o/${letter.repeat(64)}.png`, bytes: 9 });
+  const info = {
+    object: "o100000001",
+    transform: [2, 0, 0, 0, 0, 0, 3, 0, 0, -4, 0, 0, 5, 6, 7, 1],
+    pose: { t_ms: 0, position: [5, 6, 7], orientation: UPRIGHT, velocity: [0, 0, 0] },
+    radius_m: 0.5,
+    period_ms: 100,
+  };
+  const impostor = {
+    colour: picture("a"),
+    shape: picture("b"),
+    mapping: "octahedral",
+    views: 6,
+    size_px: 32,
+    centre: [0, 1, 0],
+    radius: 1,
+    error_m: 0.1,
+    switch_distance_m: 90,
+    frames: 4,
+    stride_m: 1.5,
+  };
+  const worn = (told: object) => {
+    const event = readEvent("object-info", JSON.stringify({ ...info, ...told }));
+    return event?.kind === "appear" ? event.worn : undefined;
+  };
+  expect(worn({ impostor })).toMatchObject({ scale: [2, 3, 4], impostor: { frames: 4, stride: 1.5 } });
+  expect(worn({})).toBeUndefined();
+  expect(worn({ impostor: { ...impostor, mapping: "spherical" } })).toBeUndefined();
+});
+
 it("one speaks only when others would be wrong, and not while nobody looks", () => {
   const speaker = new Speaker();
   const speak = (t_ms: number, x: number, speed: number) => speaker.speak(t_ms, [x, 0, 0], UPRIGHT, [speed, 0, 0]);

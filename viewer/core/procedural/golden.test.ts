@@ -51,6 +51,10 @@ function hash(model: Grown): string {
       frame(placement.frame);
     }
     if (part.impostor) counts(part.impostor.views, part.impostor.size_px, part.impostor.below ? 1 : 0);
+    if (part.impostor && part.impostor.frames > 1) {
+      counts(part.impostor.frames);
+      sum.update(Float64Array.of(part.impostor.stride));
+    }
     for (const viewpoint of part.viewpoints) {
       sum.update(viewpoint.name);
       frame(viewpoint.frame);
@@ -64,9 +68,10 @@ function hash(model: Grown): string {
     sum.update(instance.name);
     frame(instance.worldFromPart);
   }
-  for (const { name, colour, emissive, roughness, metallic, opacity, doubleSided } of model.materials) {
+  for (const { name, colour, emissive, roughness, metallic, opacity, doubleSided, recolour } of model.materials) {
     sum.update(name);
     sum.update(Float64Array.of(...colour, ...emissive, roughness, metallic, opacity, doubleSided ? 1 : 0));
+    if (recolour) sum.update("recolour");
   }
   return sum.digest("hex");
 }

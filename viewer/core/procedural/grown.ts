@@ -29,11 +29,15 @@ export interface Part {
   bounds: Bounds;
 }
 
-/** Views along a side of the atlas, pixels along a side of a view, and whether it is seen from below too. */
+/** Views along a side of the atlas, pixels along a side of a view, whether it is seen from below too, and how it moves. */
 export interface Wish {
   readonly views: number;
   readonly size_px: number;
   readonly below: boolean;
+  /** Moments of a round of its movement, 1 for what keeps still. */
+  readonly frames: number;
+  /** How far it walks in a round. */
+  readonly stride: number;
 }
 
 export type Channels = readonly [number, number, number];
@@ -47,6 +51,8 @@ export interface Surface {
   readonly emissive: Channels;
   readonly opacity: number;
   readonly doubleSided: boolean;
+  /** Whether each who wears the model chooses its colour. */
+  readonly recolour: boolean;
 }
 
 /** What is not painted. */
@@ -58,6 +64,7 @@ export const PLAIN: Surface = {
   emissive: [0, 0, 0],
   opacity: 1,
   doubleSided: false,
+  recolour: false,
 };
 
 /** A part in the world. */

@@ -78,7 +78,15 @@ export interface MaterialRule extends Declared {
   readonly properties: readonly (readonly [Property, Expr])[];
 }
 
-export const PROPERTIES = ["colour", "roughness", "metallic", "emissive", "opacity", "double_sided"] as const;
+export const PROPERTIES = [
+  "colour",
+  "roughness",
+  "metallic",
+  "emissive",
+  "opacity",
+  "double_sided",
+  "recolour",
+] as const;
 export type Property = (typeof PROPERTIES)[number];
 
 export type Wanted = "rule" | "function" | "material";

@@ -6,17 +6,16 @@ use glam::{DMat3, DMat4};
 
 use super::document::Item;
 use super::instances::Instances;
-use super::nodes::{AuthoredKind, Mark, PlacedNode, walk};
+use super::nodes::{AuthoredKind, Hierarchy, Mark, PlacedNode, walk};
+use super::poses::{Movements, Skinned, moving};
 use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::procedural::{self, Ground, Nursery, Planting};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
-use super::{ImportError, Limits, impostor, materials};
+use super::{ImportError, Limits, finish, impostor, materials};
 use crate::progress::Stage;
 use crate::source::{AuthoredShape, Role, SourceModel, SourceObject, SourceScene};
 
-/// How many defects a refusal lists.
-const REASONS: usize = 5;
 /// What moving a vertex by its own matrix takes: the matrix, its position in f64, and every attribute once more.
 const MOVED_VERTEX_BYTES: usize = 400;
 
@@ -26,6 +25,8 @@ type MeshKey = (usize, Option<Vec<u64>>);
 /// The scene under construction.
 struct Assembly<'r, 'a> {
     reader: &'r mut Reader<'a>,
+    hierarchy: &'r Hierarchy,
+    movements: Movements,
     limits: &'r Limits,
     scene: SourceScene,
     /// Shared models by mesh; `None` when nothing of the mesh can be drawn.
@@ -45,6 +46,8 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
     progress.start(Stage::Import, hierarchy.nodes.len() as u64);
     let mut assembly = Assembly {
         reader,
+        hierarchy: &hierarchy,
+        movements: Movements::default(),
         limits,
         scene: SourceScene::default(),
         models: BTreeMap::new(),
@@ -60,13 +63,7 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
             (Mark::Authored(kind), Some(item)) => assembly.keep_for_the_bake(node, &item, kind)?,
             (Mark::Drawn(role), Some(item)) => {
                 let skin = assembly.reader.settle(item.index("skin"))?.flatten();
-                let skin = match skin {
-                    Some(index) if item.member("mesh").is_some() => {
-                        let opened = Skin::open(assembly.reader, &hierarchy, index);
-                        assembly.reader.settle(opened)?
-                    }
-                    _ => None,
-                };
+                let skin = skin.filter(|_| item.member("mesh").is_some());
                 if let Some(wanted) = procedural::wanted(item.value) {
                     plantings.push(Planting {
                         node: node.name.clone(),
@@ -82,7 +79,7 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         progress.advance(1);
     }
     let Assembly { mut scene, .. } = assembly;
-    leave_out_unused_models(&mut scene);
+    finish::leave_out_unused_models(&mut scene);
     materials::read_used(reader, &mut scene)?;
     let mut nursery = Nursery::default();
     for planting in &plantings {
@@ -94,10 +91,10 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         nursery.plant(&mut scene, planting, (&mut reader.defects, ground))?;
     }
     if scene.objects.is_empty() {
-        return Err(nothing_to_draw(reader));
+        return Err(finish::nothing_to_draw(reader));
     }
     scene.viewpoints = hierarchy.viewpoints;
-    scene.title = title(reader);
+    scene.title = finish::title(reader);
     Ok(scene)
 }
 
@@ -107,7 +104,7 @@ impl<'a> Assembly<'_, 'a> {
         &mut self,
         node: &PlacedNode,
         item: &Item<'a>,
-        (role, skin): (Role, Option<Skin>),
+        (role, skin): (Role, Option<usize>),
     ) -> Result<(), ImportError> {
         let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
             return Ok(());
@@ -119,13 +116,21 @@ impl<'a> Assembly<'_, 'a> {
         // What its mesh asks for, every node of it does.
         let of_mesh = impostor::wished(self.reader, &mesh_item);
         let node = &PlacedNode {
-            impostor: impostor::joined(node.impostor, of_mesh),
+            impostor: impostor::both(node.impostor.clone(), of_mesh),
             ..node.clone()
         };
         let name = || mesh_item.name().map_or_else(|| format!("mesh[{mesh}]"), str::to_owned);
         let own_weights = item.member("weights").is_some() && self.has_targets(mesh, &mesh_item);
         let weighted = if own_weights { item } else { &mesh_item };
-        if let Some(skin) = skin {
+        let rest = |position: usize| self.hierarchy.nodes[position].world_from_node;
+        let skin = match skin {
+            Some(index) => {
+                let opened = Skin::open(self.reader, (self.hierarchy, &rest), index);
+                self.reader.settle(opened)?.map(|skin| (index, skin))
+            }
+            None => None,
+        };
+        if let Some((index, skin)) = skin {
             if item.value.pointer("/extensions/EXT_mesh_gpu_instancing").is_some() {
                 let kind = "instances of a skinned mesh: only one is published";
                 self.reader.defects.note(kind, 1, || item.place.clone());
@@ -135,13 +140,29 @@ impl<'a> Assembly<'_, 'a> {
             self.reader
                 .budget
                 .claim(vertices, MOVED_VERTEX_BYTES, || node.name.clone())?;
-            let posed = skin.pose(&read, (&mut self.reader.defects, &item.place));
+            // What moves is made to be worn, so its origin is that of its node.
+            let origin = moving(node).map(|_| node.world_from_node.w_axis.truncate());
+            let posed = skin.pose(&read, origin, (&mut self.reader.defects, &item.place));
             if let Some(placed) = self.reader.settle(posed)? {
                 self.reader
                     .defects
                     .note("skinned mesh: published in its rest pose", 1, || item.place.clone());
-                return self.add_own(node, (name(), placed), role);
+                let own = self.scene.models.len();
+                self.add_own(node, (name(), placed), role)?;
+                if let (Some(origin), Some(model)) = (origin, self.scene.models.get_mut(own)) {
+                    let skinned = Skinned {
+                        node,
+                        skin: index,
+                        read: &read,
+                        origin,
+                    };
+                    self.movements.give(model, &skinned, (self.reader, self.hierarchy))?;
+                }
+                return Ok(());
             }
+        } else if moving(node).is_some() {
+            let kind = "`frames` for a mesh without a skin: one pose drawn";
+            self.reader.defects.note(kind, 1, || item.place.clone());
         }
         let bits = |weights: Vec<f64>| weights.iter().map(|w| w.to_bits()).collect();
         let key = (mesh, own_weights.then(|| bits(morph_weights(item))));
@@ -300,7 +321,7 @@ impl<'a> Assembly<'_, 'a> {
             .budget
             .claim(size_of::<SourceObject>() + node.name.len(), 1, || node.name.clone())?;
         let asked = &mut self.scene.models[model].impostor;
-        *asked = impostor::joined(*asked, node.impostor);
+        *asked = impostor::joined(*asked, node.impostor.as_ref().map(|asked| asked.wish));
         self.scene.objects.push(SourceObject {
             source_node: node.name.clone(),
             part: 0,
@@ -348,41 +369,4 @@ impl<'a> Assembly<'_, 'a> {
 fn morph_weights(item: &Item) -> Vec<f64> {
     let elements = item.elements("weights").unwrap_or_default();
     elements.iter().map(|w| w.value.as_f64().unwrap_or(0.0)).collect()
-}
-
-/// Removes models whose objects were all dropped.
-fn leave_out_unused_models(scene: &mut SourceScene) {
-    let mut new_of_old = vec![None; scene.models.len()];
-    for object in &scene.objects {
-        new_of_old[object.model] = Some(0);
-    }
-    for (count, new) in new_of_old.iter_mut().flatten().enumerate() {
-        *new = count;
-    }
-    let mut used = new_of_old.iter().map(Option::is_some);
-    scene.models.retain(|_| used.next().unwrap_or(false));
-    for object in &mut scene.objects {
-        object.model = new_of_old[object.model].unwrap_or(0);
-    }
-}
-
-/// The name of the scene that is shown.
-fn title(reader: &Reader) -> Option<String> {
-    let scene = reader.root.index("scene").ok().flatten().unwrap_or(0);
-    reader.root.listed("scenes", scene).ok()?.name().map(str::to_owned)
-}
-
-fn nothing_to_draw(reader: &Reader) -> ImportError {
-    let reasons: Vec<String> = reader
-        .defects
-        .iter()
-        .take(REASONS)
-        .map(|d| format!("{} ({} times, first at {})", d.kind, d.count, d.first))
-        .collect();
-    let reasons = if reasons.is_empty() {
-        "the scene has no node with a mesh".to_owned()
-    } else {
-        reasons.join("; ")
-    };
-    ImportError::NothingToDraw { reasons }
 }

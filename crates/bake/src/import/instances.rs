@@ -5,7 +5,7 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use super::accessors::Accessor;
 use super::document::Item;
 use super::error::{Read, flaw};
-use super::nodes::unit;
+use super::local::unit;
 use super::reader::Reader;
 
 /// The transforms of a node's instances, each relative to the node; `None` when the node is not instanced.

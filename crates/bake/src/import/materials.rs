@@ -54,7 +54,7 @@ pub(super) fn read_used(reader: &mut Reader, scene: &mut SourceScene) -> Result<
             gltf,
         });
     }
-    for primitive in scene.models.iter_mut().flat_map(|m| &mut m.primitives) {
+    for primitive in scene.models.iter_mut().flat_map(SourceModel::all_primitives_mut) {
         primitive.material = primitive.material.and_then(|m| material_of.get(&m).copied().flatten());
     }
     scene.textures = pictures.textures;

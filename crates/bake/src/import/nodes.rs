@@ -5,13 +5,13 @@
 
 use std::collections::BTreeMap;
 
-use belvedere_scene::impostor::Wish;
-use glam::{DMat3, DMat4, DQuat, DVec3};
+use glam::{DMat3, DMat4};
 
+use super::ImportError;
 use super::document::Item;
-use super::error::{Read, flaw};
+use super::impostor::{self, Asked};
+use super::local::Local;
 use super::reader::Reader;
-use super::{ImportError, impostor};
 use crate::source::{Role, SourceViewpoint};
 
 /// What an author marked a node as.
@@ -45,10 +45,12 @@ pub(super) struct PlacedNode {
     pub(super) name: String,
     /// Places it in the world; may be singular, is finite.
     pub(super) world_from_node: DMat4,
+    /// Position of its parent among those that the scene reaches.
+    pub(super) parent: Option<usize>,
     /// What it is marked as, by itself or by an ancestor.
     pub(super) mark: Mark,
     /// What pictures it asks for.
-    pub(super) impostor: Option<Wish>,
+    pub(super) impostor: Option<Asked>,
 }
 
 /// Everything that the scene reaches, parents before children.
@@ -61,16 +63,16 @@ pub(super) struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Where a node of the document stands, when the scene reaches it.
-    pub(super) fn world_from_node(&self, index: usize) -> Option<DMat4> {
-        self.by_index.get(&index).map(|at| self.nodes[*at].world_from_node)
+    /// The position in `nodes` of a node of the document, when the scene reaches it.
+    pub(super) fn position(&self, index: usize) -> Option<usize> {
+        self.by_index.get(&index).copied()
     }
 }
 
 enum Step {
     Enter {
         index: usize,
-        world_from_parent: DMat4,
+        parent: Option<usize>,
         mark: Mark,
         place: String,
     },
@@ -86,23 +88,23 @@ pub(super) fn walk(reader: &mut Reader) -> Result<Hierarchy, ImportError> {
     let mut on_path: BTreeMap<usize, bool> = BTreeMap::new();
     let enter = |(index, place): (usize, String)| Step::Enter {
         index,
-        world_from_parent: DMat4::IDENTITY,
+        parent: None,
         mark: Mark::Drawn(Role::Ordinary),
         place,
     };
     let mut stack: Vec<Step> = roots(reader)?.into_iter().rev().map(enter).collect();
     while let Some(step) = stack.pop() {
-        let (index, world_from_parent, mark, place) = match step {
+        let (index, parent, mark, place) = match step {
             Step::Leave { index } => {
                 on_path.insert(index, false);
                 continue;
             }
             Step::Enter {
                 index,
-                world_from_parent,
+                parent,
                 mark,
                 place,
-            } => (index, world_from_parent, mark, place),
+            } => (index, parent, mark, place),
         };
         match on_path.get(&index) {
             Some(true) => reader.defects.note("node below itself: not followed", 1, || place),
@@ -123,10 +125,11 @@ pub(super) fn walk(reader: &mut Reader) -> Result<Hierarchy, ImportError> {
             reader.defects.note(kind, 1, || node.place.clone());
             continue;
         }
-        let Some(parent_from_node) = reader.settle(local_transform(&node))? else {
+        let Some(local) = reader.settle(Local::of(&node))? else {
             continue;
         };
-        let world_from_node = world_from_parent * parent_from_node;
+        let world_from_parent = parent.map_or(DMat4::IDENTITY, |at: usize| hierarchy.nodes[at].world_from_node);
+        let world_from_node = world_from_parent * local.parent_from_node();
         if !world_from_node.is_finite() {
             reader.defects.note(
                 "node whose transform is not finite: left out with all below it",
@@ -138,19 +141,21 @@ pub(super) fn walk(reader: &mut Reader) -> Result<Hierarchy, ImportError> {
         let mark = author_mark(reader, &node).unwrap_or(mark);
         note_viewpoint(reader, &mut hierarchy, &node, world_from_node)?;
         let name = node.name().map_or_else(|| format!("node[{index}]"), str::to_owned);
-        hierarchy.by_index.insert(index, hierarchy.nodes.len());
+        let position = hierarchy.nodes.len();
+        hierarchy.by_index.insert(index, position);
         let impostor = impostor::wished(reader, &node);
         hierarchy.nodes.push(PlacedNode {
             index,
             impostor,
             name,
             world_from_node,
+            parent,
             mark,
         });
         for (index, place) in references(reader, &node, "children")?.into_iter().rev() {
             stack.push(Step::Enter {
                 index,
-                world_from_parent: world_from_node,
+                parent: Some(position),
                 mark,
                 place,
             });
@@ -218,46 +223,6 @@ fn references(reader: &mut Reader, item: &Item, key: &str) -> Result<Vec<(usize,
         }
     }
     Ok(found)
-}
-
-/// The transform that a node states, as a matrix or as translation, rotation and scale.
-fn local_transform(node: &Item) -> Read<DMat4> {
-    if let Some(matrix) = node.numbers::<16>("matrix")? {
-        let matrix = DMat4::from_cols_array(&matrix);
-        let bottom = matrix.row(3);
-        // Exporters that multiply matrices in single precision leave a little in the bottom row.
-        if (bottom - glam::DVec4::W).abs().max_element() > 1e-3 {
-            return flaw(
-                "node whose matrix is not affine: left out with all below it",
-                format!("{}/matrix", node.place),
-            );
-        }
-        let affine = |c: glam::DVec4, w: f64| c.truncate().extend(w);
-        return Ok(DMat4::from_cols(
-            affine(matrix.x_axis, 0.0),
-            affine(matrix.y_axis, 0.0),
-            affine(matrix.z_axis, 0.0),
-            affine(matrix.w_axis, 1.0),
-        ));
-    }
-    let translation = node.numbers("translation")?.map_or(DVec3::ZERO, DVec3::from_array);
-    let scale = node.numbers("scale")?.map_or(DVec3::ONE, DVec3::from_array);
-    let rotation = node.numbers("rotation")?.map_or(DQuat::IDENTITY, DQuat::from_array);
-    Ok(DMat4::from_scale_rotation_translation(
-        scale,
-        unit(rotation),
-        translation,
-    ))
-}
-
-/// A rotation of length one; one without a direction turns nothing.
-pub(super) fn unit(rotation: DQuat) -> DQuat {
-    let length = rotation.length();
-    if length > 0.0 && length.is_finite() {
-        DQuat::from_vec4(glam::DVec4::from(rotation) / length)
-    } else {
-        DQuat::IDENTITY
-    }
 }
 
 /// What the author says a node is: `extras.belvedere.kind`, or else the start of its name.

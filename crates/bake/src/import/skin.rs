@@ -14,7 +14,7 @@ use super::reader::Reader;
 use crate::defect::Defects;
 use crate::source::{Primitive, Topology};
 
-/// A skin's joints, in the pose in which the file shows them.
+/// A skin's joints in one pose.
 #[derive(Debug)]
 pub(super) struct Skin {
     /// For each joint: places bound geometry in the world.
@@ -30,8 +30,12 @@ pub(super) struct Placed {
 }
 
 impl Skin {
-    /// Opens a skin of the document.
-    pub(super) fn open(reader: &mut Reader, hierarchy: &Hierarchy, index: usize) -> Read<Self> {
+    /// Opens a skin of the document. `world_from_node` says where a node stands, by its position in the hierarchy.
+    pub(super) fn open(
+        reader: &mut Reader,
+        (hierarchy, world_from_node): (&Hierarchy, &dyn Fn(usize) -> DMat4),
+        index: usize,
+    ) -> Read<Self> {
         let skin = reader.root.listed("skins", index)?;
         let inverse_bind = match skin.index("inverseBindMatrices")? {
             Some(accessor) => Some(reader.accessor(accessor)?),
@@ -51,7 +55,7 @@ impl Skin {
             .claim(joints.len(), size_of::<DMat4>(), || skin.place.clone())?;
         let mut world_from_bind = Vec::with_capacity(joints.len());
         for (i, joint) in joints.iter().enumerate() {
-            let Some(world_from_joint) = hierarchy.world_from_node(joint.as_index()?) else {
+            let Some(position) = hierarchy.position(joint.as_index()?) else {
                 return flaw(
                     "skin with a joint outside of the scene: drawn unskinned",
                     joint.place.clone(),
@@ -60,7 +64,7 @@ impl Skin {
             let joint_from_bind = inverse_bind.as_ref().map_or(DMat4::IDENTITY, |m| {
                 DMat4::from_cols_array(&m.floats::<16>(i).map(f64::from))
             });
-            let matrix = world_from_joint * joint_from_bind;
+            let matrix = world_from_node(position) * joint_from_bind;
             if !matrix.is_finite() {
                 return flaw(
                     "skin with a transform that is not finite: drawn unskinned",
@@ -72,8 +76,13 @@ impl Skin {
         Ok(Self { world_from_bind })
     }
 
-    /// Poses primitives. `place` names the node.
-    pub(super) fn pose(&self, read: &[ReadPrimitive], (defects, place): (&mut Defects, &str)) -> Read<Placed> {
+    /// Poses primitives, relative to `origin` or else to their first vertex. `place` names the node.
+    pub(super) fn pose(
+        &self,
+        read: &[ReadPrimitive],
+        origin: Option<DVec3>,
+        (defects, place): (&mut Defects, &str),
+    ) -> Read<Placed> {
         let mut posed = Vec::new();
         for ReadPrimitive { primitive, influences } in read {
             let matrices = (0..primitive.positions.len()).map(|vertex| self.blend(influences, vertex));
@@ -85,7 +94,7 @@ impl Skin {
             };
             posed.push((primitive, matrices));
         }
-        place_vertices(&posed, (defects, place)).map_or_else(
+        place_vertices(&posed, origin, (defects, place)).map_or_else(
             || flaw("skin with a transform that is not finite: drawn unskinned", place),
             Ok,
         )
@@ -121,17 +130,22 @@ pub(super) fn flatten(
         .iter()
         .map(|p| (p, vec![world_from_object; p.positions.len()]))
         .collect();
-    place_vertices(&placed, report)
+    place_vertices(&placed, None, report)
 }
 
 /// Moves every vertex by its own matrix; `None` when a position does not stay finite.
-fn place_vertices(primitives: &[(&Primitive, Vec<DMat4>)], (defects, place): (&mut Defects, &str)) -> Option<Placed> {
+fn place_vertices(
+    primitives: &[(&Primitive, Vec<DMat4>)],
+    origin: Option<DVec3>,
+    (defects, place): (&mut Defects, &str),
+) -> Option<Placed> {
     let moved = |p: &Primitive, m: &[DMat4]| -> Vec<DVec3> {
         let position = |(p, m): (&[f32; 3], &DMat4)| m.transform_point3(DVec3::from_array(p.map(f64::from)));
         p.positions.iter().zip(m).map(position).collect()
     };
     let worlds: Vec<Vec<DVec3>> = primitives.iter().map(|(p, m)| moved(p, m)).collect();
-    let anchor = worlds.iter().flatten().next().copied().unwrap_or(DVec3::ZERO);
+    let first = worlds.iter().flatten().next().copied();
+    let anchor = origin.or(first).unwrap_or(DVec3::ZERO);
     let mut result = Vec::new();
     for ((primitive, matrices), world) in primitives.iter().zip(worlds) {
         let positions: Vec<[f32; 3]> = world.iter().map(|p| (*p - anchor).as_vec3().to_array()).collect();

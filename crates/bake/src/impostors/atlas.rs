@@ -4,7 +4,9 @@
 //! | picture | red, green, blue | alpha |
 //! |---|---|---|
 //! | colour | base colour, sRGB | coverage |
-//! | shape | x and y of the normal in the view's axes, −1 to 1; depth in radii before the middle, −1 to 1 | |
+//! | shape | x and y of the normal in the view's axes, −1 to 1; depth in radii before the middle, −1 to 1 | where some of the colour is for each who wears the model to choose: the share that is not |
+//!
+//! Frames of a movement stand below each other, each with all views.
 //!
 //! Pixels that show nothing take over what lies next to them ([`FRINGE`] pixels around), and the view's mean further out,
 //! so that filters and smaller sizes of a picture do not mix in what is no colour of the model.
@@ -41,16 +43,17 @@ pub struct Atlas {
     pub wish: Wish,
     /// Rows of pixels, from above.
     pub(super) colour: Vec<[u8; 4]>,
-    pub(super) shape: Vec<[u8; 3]>,
+    pub(super) shape: Vec<[u8; 4]>,
 }
 
 impl Atlas {
-    /// Joins views, which come row by row.
+    /// Joins views, which come row by row, frame by frame.
     pub(super) fn of_views(views: &[Vec<Pixel>], wish: Wish) -> Self {
         let (count, size) = (wish.views as usize, wish.size_px as usize);
         let side = count * size;
-        let mut colour = vec![[0; 4]; side * side];
-        let mut shape = vec![[0; 3]; side * side];
+        let pixels = side * side * wish.frames as usize;
+        let mut colour = vec![[0; 4]; pixels];
+        let mut shape = vec![[0; 4]; pixels];
         for (number, view) in views.iter().enumerate() {
             let filled = filled(view, size);
             let first = number / count * size * side + number % count * size;
@@ -58,42 +61,58 @@ impl Atlas {
                 let at = first + index / size * side + index % size;
                 let [r, g, b] = pixel.colour.to_array().map(|x| byte(pictures::srgb(x), STEPS.colour));
                 colour[at] = [r, g, b, byte(seen.coverage, STEPS.coverage)];
-                let Pixel { normal, depth, .. } = pixel;
+                let Pixel {
+                    normal,
+                    depth,
+                    recolour,
+                    ..
+                } = pixel;
                 let numbers = [
                     (normal.x, STEPS.normal),
                     (normal.y, STEPS.normal),
                     (*depth, STEPS.depth),
                 ];
-                shape[at] = numbers.map(|(x, steps)| byte((x + 1.0) / 2.0, steps));
+                let [x, y, depth] = numbers.map(|(x, steps)| byte((x + 1.0) / 2.0, steps));
+                shape[at] = [x, y, depth, byte(1.0 - recolour, STEPS.coverage)];
             }
         }
         Self { wish, colour, shape }
     }
 
-    /// Pixels along its side.
+    /// Pixels along a side of a frame.
     #[must_use]
     pub fn side_px(&self) -> u32 {
         self.wish.views * self.wish.size_px
+    }
+
+    /// Width and height of its pictures.
+    fn size_px(&self) -> [u32; 2] {
+        [self.side_px(), self.side_px() * self.wish.frames]
     }
 
     /// Base colour and coverage.
     #[must_use]
     pub fn colour_png(&self) -> Vec<u8> {
         pictures::png(
-            self.side_px(),
+            self.size_px(),
             self.colour.as_flattened(),
             image::ExtendedColorType::Rgba8,
         )
     }
 
-    /// Normals and depth.
+    /// Normals and depth, and whose colours are not its own.
     #[must_use]
     pub fn shape_png(&self) -> Vec<u8> {
-        pictures::png(
-            self.side_px(),
-            self.shape.as_flattened(),
-            image::ExtendedColorType::Rgb8,
-        )
+        if self.shape.iter().any(|[.., own]| *own < 255) {
+            let pixels = self.shape.as_flattened();
+            return pictures::png(self.size_px(), pixels, image::ExtendedColorType::Rgba8);
+        }
+        let pixels: Vec<u8> = self
+            .shape
+            .iter()
+            .flat_map(|[x, y, depth, _]| [*x, *y, *depth])
+            .collect();
+        pictures::png(self.size_px(), &pixels, image::ExtendedColorType::Rgb8)
     }
 }
 
@@ -145,6 +164,7 @@ fn mean(pixels: &[Pixel]) -> Pixel {
         coverage: 0.0,
         normal: sum(|pixel| pixel.normal).normalize_or(Vec3::Z),
         depth: pixels.iter().map(|pixel| pixel.depth).sum::<f32>() / count,
+        recolour: pixels.iter().map(|pixel| pixel.recolour).sum::<f32>() / count,
     }
 }
 

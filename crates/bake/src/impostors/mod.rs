@@ -8,9 +8,16 @@
 //! A tour, in the order in which data flows: [`surface`] says which colour a point has, [`raster`] draws a view,
 //! [`atlas`] joins views, [`show`] draws the model from any direction by them, [`measure`] says how far off that is.
 //!
-//! The same model gives the same bytes for any number of threads. An atlas has at most 1,536 pixels along a side.
+//! What moves is drawn in several poses, and what of its colour each who wears the model chooses is noted: so crowds of
+//! virtual humans are drawn by images for angles around one, for each frame of its animation, and colours that are blended
+//! in at run time (Tecchia et al.).
+//!
+//! The same model gives the same bytes for any number of threads. An atlas has at most 1,536 pixels along a side, all frames
+//! together at most 4,096.
 
 pub mod atlas;
+#[cfg(test)]
+mod frames_tests;
 pub mod measure;
 pub mod raster;
 pub mod show;
@@ -21,7 +28,7 @@ mod tests;
 use belvedere_scene::impostor::Wish;
 use rayon::prelude::*;
 
-use crate::source::SourceModel;
+use crate::source::{Primitive, SourceModel};
 use atlas::Atlas;
 use raster::Body;
 use surface::Surfaces;
@@ -40,8 +47,10 @@ pub fn is_worthwhile(model: &SourceModel) -> bool {
 pub struct Baked {
     /// Base colour and coverage, PNG.
     pub colour: Vec<u8>,
-    /// Normals and depth, PNG.
+    /// Normals and depth, and whose colours are not its own, PNG.
     pub shape: Vec<u8>,
+    /// How many poses are shown.
+    pub frames: u32,
     /// Middle of the ball that views show, in the model's space.
     pub centre: [f64; 3],
     /// Its radius.
@@ -50,30 +59,45 @@ pub struct Baked {
     pub error: f64,
 }
 
-/// Draws all views of a model; `None` when it has no triangle with an extent.
+/// Draws all views of a model in all of its poses; `None` when it has no triangle with an extent. How far off pictures are
+/// is measured by the first pose.
 ///
 /// Costs a pass over its triangles for each view.
 #[must_use]
 pub fn bake(model: &SourceModel, surfaces: &Surfaces<'_>, wish: Wish) -> Option<Baked> {
-    let body = Body::new(&model.primitives, surfaces)?;
-    let atlas = draw(&body, wish);
-    let pixel = 2.0 * body.radius / f64::from(wish.size_px);
-    let off_px = measure::outline_px(&body, &atlas);
+    let poses: Vec<&[Primitive]> = if model.poses.is_empty() {
+        vec![&model.primitives]
+    } else {
+        model.poses.iter().map(Vec::as_slice).collect()
+    };
+    let wish = Wish {
+        frames: poses.len() as u32,
+        ..wish
+    };
+    let (centre, radius) = raster::ball(&poses)?;
+    let bodies = poses.iter().map(|pose| Body::within(pose, surfaces, (centre, radius)));
+    let bodies: Vec<Body<'_>> = bodies.collect();
+    let atlas = draw(&bodies, wish);
+    let pixel = 2.0 * radius / f64::from(wish.size_px);
+    let off_px = measure::outline_px(&bodies[0], &atlas);
     Some(Baked {
         colour: atlas.colour_png(),
         shape: atlas.shape_png(),
-        centre: body.centre.to_array(),
-        radius: body.radius,
+        frames: wish.frames,
+        centre: centre.to_array(),
+        radius,
         error: pixel * off_px.max(1.0),
     })
 }
 
-/// All views of a body.
-fn draw(body: &Body<'_>, wish: Wish) -> Atlas {
+/// All views of the poses of a body.
+fn draw(poses: &[Body<'_>], wish: Wish) -> Atlas {
     let mapping = wish.mapping();
-    let views: Vec<_> = (0..wish.views * wish.views)
+    let of_pose = wish.views * wish.views;
+    let views: Vec<_> = (0..of_pose * wish.frames)
         .into_par_iter()
         .map(|number| {
+            let (body, number) = (&poses[(number / of_pose) as usize], number % of_pose);
             let direction = mapping.of_view([number % wish.views, number / wish.views], wish.views);
             body.picture(direction, wish.size_px)
         })

@@ -28,6 +28,8 @@ pub struct Pixel {
     pub normal: Vec3,
     /// How far it lies before the middle of the ball, in its radii.
     pub depth: f32,
+    /// Share of it whose colour each who wears the model chooses, 0 to 1.
+    pub recolour: f32,
 }
 
 /// A model in its ball.
@@ -58,35 +60,20 @@ impl<'a> Body<'a> {
     /// Puts a model's triangles into their ball; `None` when they have no extent.
     #[must_use]
     pub fn new(primitives: &'a [Primitive], surfaces: &'a Surfaces<'_>) -> Option<Self> {
-        Self::within(primitives, surfaces, None)
+        Some(Self::within(primitives, surfaces, ball(&[primitives])?))
     }
 
-    /// The same in a given ball (middle, radius), to compare pictures of two bodies.
+    /// The same in a given ball (middle, radius), which other bodies share.
     #[must_use]
-    pub fn within(primitives: &'a [Primitive], surfaces: &'a Surfaces<'_>, ball: Option<(DVec3, f64)>) -> Option<Self> {
-        let drawn = || primitives.iter().filter(|p| p.topology == Topology::Triangles);
-        let corners = || {
-            let corner = |p: &[f32; 3]| Vec3::from_array(*p).as_dvec3();
-            drawn().flat_map(move |p| p.indices.iter().map(move |i| corner(&p.positions[*i as usize])))
-        };
-        let (centre, radius) = ball.unwrap_or_else(|| {
-            let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-                (low.min(p), high.max(p))
-            });
-            let centre = (low + high) / 2.0;
-            (centre, corners().map(|p| p.distance(centre)).fold(0.0, f64::max))
-        });
-        if !(radius > 0.0 && radius.is_finite()) {
-            return None;
-        }
+    pub fn within(primitives: &'a [Primitive], surfaces: &'a Surfaces<'_>, (centre, radius): (DVec3, f64)) -> Self {
         let place = |p: &[f32; 3]| ((Vec3::from_array(*p).as_dvec3() - centre) / radius).as_vec3();
-        let parts = drawn().map(|primitive| Part {
+        let parts = drawn(primitives).map(|primitive| Part {
             primitive,
             surface: surfaces.of(primitive),
             positions: primitive.positions.iter().map(place).collect(),
         });
         let parts = parts.collect();
-        Some(Self { centre, radius, parts })
+        Self { centre, radius, parts }
     }
 
     /// Draws it as an eye in this direction sees it: `size_px` rows of as many pixels, from above.
@@ -112,6 +99,26 @@ impl<'a> Body<'a> {
         };
         (0..size_px * size_px).map(pixel).collect()
     }
+}
+
+/// The ball around bodies (middle, radius); `None` when they have no extent.
+#[must_use]
+pub fn ball(bodies: &[&[Primitive]]) -> Option<(DVec3, f64)> {
+    let corners = || {
+        let corner = |p: &[f32; 3]| Vec3::from_array(*p).as_dvec3();
+        let all = bodies.iter().copied().flat_map(drawn);
+        all.flat_map(move |p| p.indices.iter().map(move |i| corner(&p.positions[*i as usize])))
+    };
+    let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    });
+    let centre = (low + high) / 2.0;
+    let radius = corners().map(|p| p.distance(centre)).fold(0.0, f64::max);
+    (radius > 0.0 && radius.is_finite()).then_some((centre, radius))
+}
+
+fn drawn(primitives: &[Primitive]) -> impl Iterator<Item = &Primitive> {
+    primitives.iter().filter(|p| p.topology == Topology::Triangles)
 }
 
 impl Part<'_> {
@@ -172,6 +179,7 @@ impl Part<'_> {
             coverage: 1.0,
             normal: normal.normalize(),
             depth: found.depth,
+            recolour: f32::from(u8::from(self.surface.recolour)),
         })
     }
 }
@@ -233,6 +241,7 @@ fn mean(samples: impl Iterator<Item = Pixel>, of: usize) -> Pixel {
         coverage: sum.coverage + 1.0,
         normal: sum.normal + one.normal,
         depth: sum.depth + one.depth,
+        recolour: sum.recolour + one.recolour,
     });
     if sum.coverage == 0.0 {
         return sum;
@@ -242,5 +251,6 @@ fn mean(samples: impl Iterator<Item = Pixel>, of: usize) -> Pixel {
         coverage: sum.coverage / of as f32,
         normal: sum.normal.normalize_or(Vec3::Z),
         depth: sum.depth / sum.coverage,
+        recolour: sum.recolour / sum.coverage,
     }
 }

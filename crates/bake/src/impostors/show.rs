@@ -14,7 +14,7 @@ use crate::pictures;
 /// Looks at depths.
 const STEPS: usize = 2;
 
-/// Draws it as an eye in this direction sees it: as many rows of pixels as a view has.
+/// Draws its first frame as an eye in this direction sees it: as many rows of pixels as a view has.
 #[must_use]
 pub fn picture(atlas: &Atlas, direction: [f64; 3]) -> Vec<Pixel> {
     let size = atlas.wish.size_px as usize;
@@ -42,11 +42,13 @@ pub fn picture(atlas: &Atlas, direction: [f64; 3]) -> Vec<Pixel> {
             sum.colour += share * seen.colour;
             sum.normal += share * normal;
             sum.depth += share * seen.depth;
+            sum.recolour += share * seen.recolour;
             sum.coverage += share;
         }
         if sum.coverage > 0.0 {
             sum.colour /= sum.coverage;
             sum.depth /= sum.coverage;
+            sum.recolour /= sum.coverage;
             sum.normal = Vec3::from_array(eye.map(|axis| axis.dot(sum.normal))).normalize_or(Vec3::Z);
         }
         sum
@@ -77,6 +79,7 @@ impl Atlas {
             coverage: self.mixed(view, place, |at| f32::from(self.colour[at][3]) / 255.0),
             normal: Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt()),
             depth: shape(2),
+            recolour: (1.0 - shape(3)) / 2.0,
         }
     }
 

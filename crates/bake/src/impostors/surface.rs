@@ -33,6 +33,8 @@ pub struct Surface<'s> {
     threshold: Option<f32>,
     /// Whether it is drawn from behind too.
     pub double_sided: bool,
+    /// Whether each who wears the model chooses its colour: `extras.belvedere.recolour` of its material.
+    pub recolour: bool,
 }
 
 /// A picture, and how it lies on a surface.
@@ -91,6 +93,7 @@ impl<'a> Surfaces<'a> {
             picture: material.and_then(|material| self.placed(material)),
             threshold,
             double_sided: material.is_some_and(|material| material.double_sided),
+            recolour: gltf.pointer("/extras/belvedere/recolour") == Some(&Value::Bool(true)),
         }
     }
 

@@ -18,6 +18,7 @@ fn wish(below: bool) -> Wish {
         views: 8,
         size_px: SIZE_PX,
         below,
+        ..Wish::DEFAULT
     }
 }
 
@@ -105,8 +106,8 @@ fn compare(truth: &[Pixel], shown: &[Pixel]) -> (f64, f64) {
 fn off(scene: &SourceScene, below: bool, other: &[Primitive]) -> [(f64, f64); 2] {
     let surfaces = Surfaces::new(scene);
     let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
-    let other = Body::within(other, &surfaces, Some((body.centre, body.radius))).unwrap();
-    let atlas = draw(&body, wish(below));
+    let other = Body::within(other, &surfaces, (body.centre, body.radius));
+    let atlas = draw(std::slice::from_ref(&body), wish(below));
     let from = directions(23, below);
     let mut sums = [(0.0, 0.0); 2];
     for direction in &from {
@@ -150,7 +151,7 @@ fn from_its_own_views_it_is_the_model_but_for_rounding() {
     let surfaces = Surfaces::new(&scene);
     let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
     for below in [false, true] {
-        let atlas = draw(&body, wish(below));
+        let atlas = draw(std::slice::from_ref(&body), wish(below));
         for view in [[2, 3], [4, 4], [5, 1]] {
             let direction = atlas.wish.mapping().of_view(view, 8);
             let (truth, shown) = (body.picture(direction, SIZE_PX), show::picture(&atlas, direction));
@@ -188,7 +189,7 @@ fn one_that_is_seen_from_below_shows_what_is_there() {
     let surfaces = Surfaces::new(&scene);
     let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
     let middle = |below: bool, y: f64| {
-        let shown = show::picture(&draw(&body, wish(below)), [0.05, y, 0.02]);
+        let shown = show::picture(&draw(std::slice::from_ref(&body), wish(below)), [0.05, y, 0.02]);
         shown[(SIZE_PX * SIZE_PX / 2 + SIZE_PX / 2) as usize]
     };
     for below in [false, true] {
@@ -224,7 +225,10 @@ fn the_same_model_gives_the_same_bytes_for_any_number_of_threads() {
 fn what_shows_nothing_takes_over_what_lies_beside_it() {
     let scene = scene(tree(200));
     let surfaces = Surfaces::new(&scene);
-    let atlas = draw(&Body::new(&scene.models[0].primitives, &surfaces).unwrap(), wish(false));
+    let atlas = draw(
+        &[Body::new(&scene.models[0].primitives, &surfaces).unwrap()],
+        wish(false),
+    );
     let is_of_the_tree = |[r, g, b, _]: &[u8; 4]| *r > 20 && *g > 20 && *b > 20;
     assert!(atlas.colour.iter().all(is_of_the_tree));
     assert!(atlas.colour.iter().any(|[.., alpha]| *alpha == 0));

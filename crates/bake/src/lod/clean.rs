@@ -20,6 +20,7 @@ pub fn clean(model: &SourceModel, settings: &LodSettings) -> SourceModel {
         primitives: shapes.collapse(&octree.clusters(0)).primitives,
         cut_positions: model.cut_positions.clone(),
         impostor: model.impostor,
+        poses: model.poses.clone(),
         recipe: model.recipe.clone(),
     }
 }

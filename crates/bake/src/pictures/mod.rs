@@ -115,11 +115,11 @@ pub(crate) fn small(picture: &Image, most_px: u32) -> Option<Rgba32FImage> {
 }
 
 /// A square of pixels as PNG, as small as its writer makes it.
-pub(crate) fn png(side_px: u32, pixels: &[u8], kind: ExtendedColorType) -> Vec<u8> {
+pub(crate) fn png([width_px, height_px]: [u32; 2], pixels: &[u8], kind: ExtendedColorType) -> Vec<u8> {
     let mut encoded = Vec::new();
     PngEncoder::new_with_quality(&mut encoded, CompressionType::Best, FilterType::Adaptive)
-        .write_image(pixels, side_px, side_px, kind)
-        .expect("a square of pixels can be written into memory");
+        .write_image(pixels, width_px, height_px, kind)
+        .expect("rows of pixels can be written into memory");
     encoded
 }
 

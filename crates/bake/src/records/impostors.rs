@@ -21,7 +21,12 @@ pub(super) fn write(
 ) -> Result<Vec<Option<Impostor>>, BakeError> {
     let wishes = scene.models.iter().map(|model| {
         let wish = model.impostor.filter(|_| impostors::is_worthwhile(model));
-        wish.map(|wish| (wish, u64::from(wish.views * wish.views) * model.triangle_count() as u64))
+        wish.map(|wish| {
+            (
+                wish,
+                u64::from(wish.views * wish.views * wish.frames) * model.triangle_count() as u64,
+            )
+        })
     });
     let wishes: Vec<_> = wishes.collect();
     progress.start(Stage::Impostors, wishes.iter().flatten().map(|(_, cost)| cost).sum());
@@ -45,6 +50,8 @@ pub(super) fn write(
             radius: baked.radius,
             error_m: baked.error,
             switch_distance_m: switch_distance_m(baked.error),
+            frames: baked.frames,
+            stride_m: (baked.frames > 1).then_some(wish.stride),
         }))
     });
     written.collect()

@@ -99,7 +99,7 @@ impl Mover {
             door: false,
             levels: model.as_deref().map_or_else(Vec::new, |model| model.levels.clone()),
             smooth: None,
-            impostor: None,
+            impostor: model.as_deref().and_then(|model| model.impostor.clone()),
         };
         let moving = Moving {
             pose: self.pose,

@@ -10,7 +10,7 @@ use crate::object::TextureRef;
 use octahedral::Mapping;
 
 /// What an author asks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wish {
     /// Views along each side of the atlas.
     pub views: u32,
@@ -18,6 +18,10 @@ pub struct Wish {
     pub size_px: u32,
     /// Whether it is also seen from below its horizon.
     pub below: bool,
+    /// Moments of a round of its movement that are shown, 1 for what keeps still.
+    pub frames: u32,
+    /// How far it walks in a round, in the model's units; 0 for who has not said so.
+    pub stride: f64,
 }
 
 impl Wish {
@@ -27,20 +31,39 @@ impl Wish {
     pub const MOST_VIEWS: u32 = 12;
     /// Powers of two, so that a view stays by itself in the smaller sizes that graphics cards make of a picture.
     pub const SIZES_PX: [u32; 4] = [16, 32, 64, 128];
+    /// More would not be told apart from far away.
+    pub const MOST_FRAMES: u32 = 16;
+    /// What any graphics card can hold: frames stand below each other in one picture.
+    pub const MOST_HEIGHT_PX: u32 = 4096;
     /// When nothing is said.
     pub const DEFAULT: Self = Self {
         views: 8,
         size_px: 64,
         below: false,
+        frames: 1,
+        stride: 0.0,
     };
+    /// Views of what moves, when nothing is said: there are as many of them as frames.
+    pub const VIEWS_OF_FRAMES: u32 = 6;
 
-    /// What suffices for both.
+    /// Whether a picture can hold it.
+    #[must_use]
+    pub fn fits(self) -> bool {
+        self.views * self.size_px * self.frames <= Self::MOST_HEIGHT_PX
+    }
+
+    /// What suffices for both, but for views that a picture has no room for.
     #[must_use]
     pub fn join(self, other: Self) -> Self {
+        let size_px = self.size_px.max(other.size_px);
+        let frames = self.frames.max(other.frames);
+        let room = Self::MOST_HEIGHT_PX / (size_px * frames);
         Self {
-            views: self.views.max(other.views),
-            size_px: self.size_px.max(other.size_px),
+            views: self.views.max(other.views).min(room),
+            size_px,
             below: self.below || other.below,
+            frames,
+            stride: self.stride.max(other.stride),
         }
     }
 
@@ -60,7 +83,8 @@ impl Wish {
 pub struct Impostor {
     /// Base colour, and in alpha how much of a pixel is covered (PNG, sRGB, alpha not multiplied in).
     pub colour: TextureRef,
-    /// For each pixel of `colour` the normal and the depth (PNG, no colours).
+    /// For each pixel of `colour` the normal and the depth; in alpha, where there is one, which share of the colour is its
+    /// own, and not for each who wears the model to choose (PNG, no colours).
     pub shape: TextureRef,
     /// How views surround the model.
     pub mapping: Mapping,
@@ -77,6 +101,21 @@ pub struct Impostor {
     pub error_m: f64,
     /// From this distance (eye to bounding box) on, that error covers at most one pixel. Space as for `error_m`.
     pub switch_distance_m: f64,
+    /// Moments of a round of its movement, each an atlas of its own below the one before; 1 for what keeps still.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub frames: u32,
+    /// How far it walks in a round; absent for what keeps still. Space as for `error_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stride_m: Option<f64>,
+}
+
+fn one() -> u32 {
+    1
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_one(frames: &u32) -> bool {
+    *frames == 1
 }
 
 impl Impostor {
@@ -86,6 +125,7 @@ impl Impostor {
         Self {
             error_m: self.error_m * scale,
             switch_distance_m: self.switch_distance_m * scale,
+            stride_m: self.stride_m.map(|stride| stride * scale),
             ..self.clone()
         }
     }

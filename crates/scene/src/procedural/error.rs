@@ -196,6 +196,11 @@ pub enum Problem {
     /// A polygon that cannot be filled.
     #[error("this polygon crosses itself or has no area; list its corners in order around it")]
     Polygon,
+    /// Frames of what does not move.
+    #[error(
+        "`frames` needs a parameter `phase` of this part or file, by which it moves; give it one, such as `phase = 0`"
+    )]
+    NoPhase,
     /// Geometry outside of what was declared.
     #[error("part `{0}` reaches beyond what it declares with `within`; widen that")]
     BeyondDeclared(String),

@@ -66,6 +66,8 @@ pub struct Surface {
     pub opacity: f64,
     /// Whether it is drawn from behind too.
     pub double_sided: bool,
+    /// Whether each who wears the model chooses its colour.
+    pub recolour: bool,
 }
 
 impl Default for Surface {
@@ -79,6 +81,7 @@ impl Default for Surface {
             emissive: [0.0; 3],
             opacity: 1.0,
             double_sided: false,
+            recolour: false,
         }
     }
 }

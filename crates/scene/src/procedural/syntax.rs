@@ -104,16 +104,18 @@ pub(super) enum Property {
     Emissive,
     Opacity,
     DoubleSided,
+    Recolour,
 }
 
 impl Property {
-    pub(super) const ALL: [(&'static str, Self); 6] = [
+    pub(super) const ALL: [(&'static str, Self); 7] = [
         ("colour", Self::Colour),
         ("roughness", Self::Roughness),
         ("metallic", Self::Metallic),
         ("emissive", Self::Emissive),
         ("opacity", Self::Opacity),
         ("double_sided", Self::DoubleSided),
+        ("recolour", Self::Recolour),
     ];
 }
 

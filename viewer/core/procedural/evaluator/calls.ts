@@ -11,7 +11,7 @@ import { reached } from "../limits.ts";
 import { step, stepName } from "../random.ts";
 import type { At, Call, Expr, Formal, MaterialRule, Rule, Statement } from "../syntax.ts";
 import { keyOf, stepValue, type Value } from "../value.ts";
-import type { Scope, Turtle } from "./state.ts";
+import { PHASE, type Scope, type Turtle } from "./state.ts";
 import { Terminals } from "./terminals.ts";
 
 /** What is known of a part besides its geometry. */
@@ -145,6 +145,7 @@ export abstract class Calls extends Terminals {
       const path = args.reduce(stepValue, stepName(this.seed, rule.name));
       part = this.begin(caller, call.at, rule.name, false);
       this.known.set(key, part);
+      this.notePhase(part, rule.formals);
       const scope = { ...inner, path };
       const declared = rule.within?.map((corner) => this.point3(scope, rule.at, this.value(scope, rule.at, corner)));
       this.inside(part, turtle.material, true, (within) => this.visit(scope, within, rule.body));
@@ -182,9 +183,13 @@ export abstract class Calls extends Terminals {
 
   /** The part that a file is as a whole. */
   private growFile(material: number, module: number, { instance, path }: Grown, depth: number): number {
-    const { file, body, bodySlots } = this.module(module);
+    const { file, body, bodySlots, parameters } = this.module(module);
     const name = (file.split("/").at(-1) ?? "").replace(/\.dcg$/, "");
     const part = this.push(name, false);
+    this.notePhase(
+      part,
+      parameters.map(({ formal }) => formal),
+    );
     const base = this.open(bodySlots);
     const scope = { module, instance, base, path, depth, level: 0 };
     this.inside(part, material, true, (turtle) => {
@@ -256,6 +261,10 @@ export abstract class Calls extends Terminals {
     return this.parts.length - 1;
   }
 
+  private notePhase(part: number, formals: readonly { readonly name: string }[]): void {
+    if (formals.some(({ name }) => name === PHASE)) this.phased.add(part);
+  }
+
   /** Visits what is inside of a part, in its own space; a part that is shared does not see which rules are open. */
   private inside(part: number, material: number, isShared: boolean, visit: (turtle: Turtle) => void): void {
     const outer = this.part;
@@ -309,6 +318,7 @@ export abstract class Calls extends Terminals {
       }
       const share = this.ranged(scope, rule.at, value, property, 0, 1);
       if (property === "double_sided") surface.doubleSided = share !== 0;
+      else if (property === "recolour") surface.recolour = share !== 0;
       else surface[property] = share;
     }
     return surface;

@@ -25,6 +25,9 @@ export function withPath({ module, instance, base, depth, level }: Scope, path: 
   return { module, instance, base, path, depth, level };
 }
 
+/** The parameter by which a part or a file moves: the share of a round of its movement that is over. */
+export const PHASE = "phase";
+
 /** What is handed down besides names. */
 export interface Turtle {
   readonly frame: Affine;
@@ -41,6 +44,8 @@ export class State {
   protected readonly materials: Surface[] = [PLAIN];
   /** The part that is being made. */
   protected part = 0;
+  /** Parts with a parameter {@link PHASE}. */
+  protected readonly phased = new Set<number>();
 
   constructor(
     protected readonly program: Program,

@@ -16,6 +16,14 @@ import type { Scope, Turtle } from "./state.ts";
 /** Largest length of a solid, metres. */
 const MAX_LENGTH = 1e6;
 
+/** Shortest way of a round of steps. */
+const LEAST_STRIDE = 1e-3;
+/** As `Wish` in Rust. */
+const [MOST_FRAMES, MOST_HEIGHT_PX] = [16, 4096];
+
+const NO_PHASE =
+  "`frames` needs a parameter `phase` of this part or file, by which it moves; give it one, such as `phase = 0`";
+
 type Given = readonly (Expr | undefined)[];
 
 export abstract class Terminals extends Expressions {
@@ -91,8 +99,14 @@ export abstract class Terminals extends Expressions {
     const views = Math.floor(number(0, 2, 12));
     const size_px = number(1, 0, MAX_LENGTH);
     const below = number(2, 0, 1) !== 0;
+    const frames = Math.floor(number(3, 1, MOST_FRAMES));
+    const stride = number(4, LEAST_STRIDE, MAX_LENGTH);
     if (![16, 32, 64, 128].includes(size_px)) throw this.shape(scope, at, "size", "16, 32, 64 or 128");
-    return { views, size_px, below };
+    if (views * size_px * frames > MOST_HEIGHT_PX) {
+      throw this.shape(scope, at, "views * size * frames", `at most ${MOST_HEIGHT_PX}`);
+    }
+    if (frames > 1 && !this.phased.has(this.part)) throw this.error(scope.module, at, NO_PHASE);
+    return { views, size_px, below, frames, stride };
   }
 
   /** An argument, or what it is when it is not given. */

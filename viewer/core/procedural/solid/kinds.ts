@@ -46,6 +46,8 @@ export const IMPOSTOR: Formals = [
   ["views", 8],
   ["size", 64],
   ["below", 0],
+  ["frames", 1],
+  ["stride", 1.4],
 ];
 
 export type SolidKind = keyof typeof SOLIDS;

@@ -19,12 +19,8 @@ pub(super) fn absorb(outer: &mut SourceScene, inner: SourceScene) -> Vec<SourceO
         material
     }));
     outer.models.extend(inner.models.into_iter().map(|mut model| {
-        for material in model
-            .primitives
-            .iter_mut()
-            .filter_map(|primitive| primitive.material.as_mut())
-        {
-            *material += materials;
+        for primitive in model.all_primitives_mut() {
+            primitive.material = primitive.material.map(|material| material + materials);
         }
         model
     }));

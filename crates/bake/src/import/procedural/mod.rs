@@ -6,6 +6,7 @@
 
 mod absorb;
 mod node;
+mod poses;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -32,7 +33,7 @@ pub struct Growth {
     pub grown: Grown,
     /// The same as a source scene, with the glTF files that it places.
     pub scene: SourceScene,
-    /// What was wrong with those.
+    /// What was wrong with those, and with the rules.
     pub defects: Defects,
 }
 
@@ -67,11 +68,18 @@ pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) ->
     let mut defects = Defects::default();
     let texts = program.files().map(|(name, text)| (name.to_owned(), text.to_owned()));
     let rules = (Arc::new(texts.collect()), settings.seed);
-    let scene = scene::scene_of(&grown, &rules, ground.limits, &mut |model| {
+    let mut of_models = Defects::default();
+    let growing = scene::Growing {
+        rules: &rules,
+        settings,
+        defects: &mut defects,
+    };
+    let scene = scene::scene_of(&grown, growing, ground.limits, &mut |model| {
         let imported = beside.import(model, ground)?;
-        defects.absorb(imported.defects);
+        of_models.absorb(imported.defects);
         Ok(imported.scene)
     })?;
+    defects.absorb(of_models);
     Ok(Growth {
         program,
         grown,

@@ -60,6 +60,11 @@ impl Nursery {
                     Vec::new()
                 }
             };
+            let asked = asked.map(|asked| asked.wish);
+            if asked.is_some_and(|wish| wish.frames > 1) {
+                let kind = "`frames` at a node of rules: ask for them in the rules; one pose drawn";
+                defects.note(kind, 1, || planting.node.clone());
+            }
             for object in &objects {
                 let wish = &mut scene.models[object.model].impostor;
                 *wish = impostor::joined(*wish, asked);

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Recipe, Surface};
+use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Recipe, Settings, Surface};
 use glam::{DMat4, DVec3, Vec3};
 use serde_json::json;
 
 use super::absorb::absorb;
+use super::poses::{Palette, poses};
+use crate::defect::Defects;
 use crate::import::limits::Budget;
 use crate::import::topology::compact;
 use crate::import::{ImportError, Limits};
@@ -20,12 +22,19 @@ use crate::source::{
 type Import<'i> = &'i mut dyn FnMut(&str) -> Result<SourceScene, ImportError>;
 
 /// The texts of all files, and the seed.
-type Rules = (Arc<BTreeMap<String, String>>, u32);
+pub(super) type Rules = (Arc<BTreeMap<String, String>>, u32);
+
+/// With what the model was grown, and where to count what is wrong.
+pub(super) struct Growing<'a> {
+    pub(super) rules: &'a Rules,
+    pub(super) settings: &'a Settings,
+    pub(super) defects: &'a mut Defects,
+}
 
 /// The scene that a model makes, within the limits: objects are counted, triangles of authored shapes take memory.
 pub(super) fn scene_of(
     grown: &Grown,
-    rules: &Rules,
+    growing: Growing<'_>,
     limits: &Limits,
     import: Import,
 ) -> Result<SourceScene, ImportError> {
@@ -35,8 +44,23 @@ pub(super) fn scene_of(
         ..SourceScene::default()
     };
     let material_of = add_materials(grown, &mut scene);
-    let models = grown.parts.iter().map(|part| model(part, &material_of, rules));
-    let models: Vec<Option<SourceModel>> = models.collect();
+    let Growing {
+        rules,
+        settings,
+        defects,
+    } = growing;
+    let palette = Palette {
+        surfaces: &grown.materials,
+        material_of: &material_of,
+    };
+    let mut models: Vec<Option<SourceModel>> = Vec::with_capacity(grown.parts.len());
+    for part in &grown.parts {
+        let mut made = model(part, &material_of, rules);
+        if let Some(model) = &mut made {
+            model.poses = poses(&mut scene, part, &palette, (rules, settings, defects))?;
+        }
+        models.push(made);
+    }
     let mut model_of = vec![None; models.len()];
     let mut imported: BTreeMap<&str, Vec<SourceObject>> = BTreeMap::new();
     let mut names = Names::default();
@@ -147,7 +171,7 @@ fn add_materials(grown: &Grown, scene: &mut SourceScene) -> BTreeMap<usize, usiz
     material_of
 }
 
-fn material(surface: &Surface) -> Material {
+pub(super) fn material(surface: &Surface) -> Material {
     let [r, g, b] = surface.colour;
     let mut gltf = json!({
         "name": surface.name,
@@ -165,6 +189,9 @@ fn material(surface: &Surface) -> Material {
     }
     if surface.double_sided {
         gltf["doubleSided"] = json!(true);
+    }
+    if surface.recolour {
+        gltf["extras"] = json!({"belvedere": {"recolour": true}});
     }
     Material {
         gltf,
@@ -192,7 +219,7 @@ fn model(part: &Part, material_of: &BTreeMap<usize, usize>, (texts, seed): &Rule
     })
 }
 
-fn primitive(mesh: &Mesh, material: Option<usize>) -> Primitive {
+pub(super) fn primitive(mesh: &Mesh, material: Option<usize>) -> Primitive {
     let corner = |i: u32| Vec3::from_array(mesh.positions[i as usize]);
     let has_area = |t: &&[u32; 3]| {
         let [a, b, c] = t.map(corner);

@@ -8,7 +8,7 @@ use crate::glb::write_whole;
 use crate::import::testing::Gltf;
 use crate::import::{FileError, ImportError, Imported, Limits, SourceFiles, import};
 use crate::progress::Silent;
-use crate::source::Role;
+use crate::source::{Primitive, Role};
 
 const GATE: &str = "
 parameter height = 2 from 1 to 9
@@ -174,4 +174,49 @@ fn a_gltf_file_and_rules_that_place_each_other_end_whatever_the_rules_are_called
         let left_out = "rules in a file that rules place: not grown";
         assert_eq!(imported.defects.count(left_out), 1, "{name}");
     }
+}
+
+#[test]
+fn a_part_with_a_phase_is_grown_for_each_of_its_frames() {
+    let walker = "material coat(phase) { colour = mix(#fff, #000, phase), recolour = 1 }
+        part walker(phase, width = 1) {
+          impostor(frames = 4, stride = 0.8)
+          move(phase, 0, 0) paint coat(phase) box(width, 1, 1)
+        }
+        walker(0.25, 2)";
+    let scene = rules(walker, &[]).unwrap().scene;
+    let model = &scene.models[0];
+    let least = |primitives: &[Primitive]| {
+        let along = primitives[0].positions.iter().map(|[x, ..]| *x);
+        along.fold(f32::INFINITY, f32::min)
+    };
+    assert_eq!(least(&model.primitives), -0.75);
+    let poses: Vec<f32> = model.poses.iter().map(|pose| least(pose)).collect();
+    assert_eq!(poses, [-1.0, -0.75, -0.5, -0.25]);
+    let wish = model.impostor.unwrap();
+    assert_eq!((wish.frames, wish.stride), (4, 0.8));
+    let colour = |pose: &Vec<Primitive>| &scene.materials[pose[0].material.unwrap()].gltf;
+    assert_eq!(colour(&model.poses[1]), colour(&model.primitives));
+    assert_ne!(colour(&model.poses[2]), colour(&model.poses[3]));
+    assert_eq!(colour(&model.poses[3])["extras"]["belvedere"]["recolour"], true);
+}
+
+#[test]
+fn a_part_that_cannot_be_grown_alone_has_one_pose_and_one_without_a_phase_none() {
+    let painted =
+        "material red { colour = #f00 } part walker(phase) { impostor(frames = 4) box(1, 1, 1) } paint red walker(0)";
+    let imported = rules(painted, &[]).unwrap();
+    assert!(imported.scene.models[0].poses.is_empty());
+    let defect = imported.defects.iter().next().unwrap();
+    assert!(defect.kind.contains("cannot be grown alone"), "{}", defect.kind);
+    assert_eq!(defect.first, "walker");
+    let refused = rules(
+        "part walker(turn) {\n  impostor(frames = 4) box(1, 1, 1) } walker(0)",
+        &[],
+    );
+    let said = refused.map(|_| ()).unwrap_err().to_string();
+    assert!(
+        said.contains("line 2, column 3: `frames` needs a parameter `phase`"),
+        "{said}"
+    );
 }

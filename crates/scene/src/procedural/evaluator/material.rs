@@ -59,6 +59,7 @@ impl<'p> Evaluator<'p> {
                 Property::Metallic => surface.metallic = share("metallic")?,
                 Property::Opacity => surface.opacity = share("opacity")?,
                 Property::DoubleSided => surface.double_sided = share("double_sided")? != 0.0,
+                Property::Recolour => surface.recolour = share("recolour")? != 0.0,
                 Property::Colour => surface.colour = self.colour(scope, rule.at, value)?,
                 Property::Emissive => surface.emissive = self.colour(scope, rule.at, value)?,
             }

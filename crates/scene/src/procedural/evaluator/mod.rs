@@ -105,6 +105,8 @@ struct ModuleInstance {
 #[derive(Debug, Clone, Copy, Default)]
 struct Account {
     finished: bool,
+    /// Whether it has a parameter by which it moves.
+    has_phase: bool,
     /// Parts, glTF files and viewpoints placed in it, with all that they contain.
     placements: u64,
 }

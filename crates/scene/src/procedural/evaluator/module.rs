@@ -1,5 +1,6 @@
 //! What is a file with values for its parameters? An instance, whose globals its rules see, and a part when it is called.
 
+use super::part::PHASE;
 use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle};
 use crate::procedural::affine::Affine;
 use crate::procedural::error::{Problem, nearest};
@@ -90,7 +91,10 @@ impl<'p> Evaluator<'p> {
         let part = self.parts.len();
         self.parts
             .push(Part::new(name.strip_suffix(".dcg").unwrap_or(name), false));
-        self.accounts.push(Account::default());
+        self.accounts.push(Account {
+            has_phase: body.parameters.iter().any(|parameter| parameter.formal.name == PHASE),
+            ..Account::default()
+        });
         let base = self.stack.len();
         self.stack.resize(base + body.body_slots as usize, Value::NONE);
         let scope = Scope {

@@ -13,6 +13,9 @@ use crate::procedural::recipe::Recipe;
 use crate::procedural::syntax::{At, Expr, Rule, Statement};
 use crate::procedural::value::Value;
 
+/// The parameter by which a part or a file moves: the share of a round of its movement that is over.
+pub(super) const PHASE: &str = "phase";
+
 /// By how much geometry may go beyond what a part declares: rounding to single precision, relative and in metres.
 const SLACK: f64 = 1e-6;
 
@@ -42,6 +45,7 @@ impl<'p> Evaluator<'p> {
             None => {
                 let part = self.begin((caller, at), &rule.name, false)?;
                 self.known.insert(key, part);
+                self.accounts[part].has_phase = rule.formals.iter().any(|formal| formal.name == PHASE);
                 let scope = Scope { path, ..inner };
                 let declared = self.declared_bounds(&scope, rule)?;
                 match declared {

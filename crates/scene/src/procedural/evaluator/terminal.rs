@@ -11,6 +11,8 @@ use crate::procedural::value::Value;
 
 /// Largest length of a solid, metres.
 const MAX_LENGTH: f64 = 1e6;
+/// Shortest way of a round of steps.
+const LEAST_STRIDE: f64 = 1e-3;
 /// Most vertices of a mesh, so that indices and their differences stay within 32 bits.
 const MAX_VERTICES: usize = 1 << 30;
 
@@ -119,10 +121,26 @@ impl<'p> Evaluator<'p> {
         let views = number(0, (least, most))?.floor() as u32;
         let size_px = number(1, (0.0, MAX_LENGTH))?;
         let below = number(2, (0.0, 1.0))? != 0.0;
-        match Wish::SIZES_PX.into_iter().find(|size| f64::from(*size) == size_px) {
-            Some(size_px) => Ok(Wish { views, size_px, below }),
-            None => self.error(place.0.module, place.1, shape("size", "16, 32, 64 or 128")),
+        let frames = number(3, (1.0, f64::from(Wish::MOST_FRAMES)))?.floor() as u32;
+        let stride = number(4, (LEAST_STRIDE, MAX_LENGTH))?;
+        let (module, at) = (place.0.module, place.1);
+        let Some(size_px) = Wish::SIZES_PX.into_iter().find(|size| f64::from(*size) == size_px) else {
+            return self.error(module, at, shape("size", "16, 32, 64 or 128"));
+        };
+        let wish = Wish {
+            views,
+            size_px,
+            below,
+            frames,
+            stride,
+        };
+        if !wish.fits() {
+            return self.error(module, at, shape("views * size * frames", "at most 4096"));
         }
+        if frames > 1 && !self.accounts[self.part].has_phase {
+            return self.error(module, at, Problem::NoPhase);
+        }
+        Ok(wish)
     }
 
     /// An argument, or what it is when it is not given.

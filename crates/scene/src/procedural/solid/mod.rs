@@ -38,6 +38,8 @@ pub(super) const IMPOSTOR: Formals = &[
     ("views", Some(Wish::DEFAULT.views as f64)),
     ("size", Some(Wish::DEFAULT.size_px as f64)),
     ("below", Some(0.0)),
+    ("frames", Some(1.0)),
+    ("stride", Some(1.4)),
 ];
 
 impl SolidKind {

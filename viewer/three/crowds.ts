@@ -1,0 +1,149 @@
+/** How are many people drawn at once? Each of these is one draw call, with room for more than there were before. */
+import {
+  BufferAttribute,
+  BufferGeometry,
+  CircleGeometry,
+  type Color,
+  DynamicDrawUsage,
+  InstancedBufferAttribute,
+  InstancedMesh,
+  type Material,
+  type Matrix4,
+  MeshBasicMaterial,
+  type Object3D,
+  type Texture,
+} from "three";
+import type { Vec3 } from "../core/geometry.ts";
+import { nearestFrame, type Pose } from "../core/live/crowd.ts";
+import { bodyMaterial } from "./bodymaterial.ts";
+import { type Drawable, impostorMaterial } from "./impostormaterial.ts";
+import type { Person } from "./person.ts";
+import { Squares } from "./squares.ts";
+
+/** Somebody, as they are to be drawn. */
+export interface Somebody {
+  /** From a space with the ground at 0, in which they look along −z. */
+  readonly world: Matrix4;
+  readonly pose: Pose;
+  readonly colour: Color;
+}
+
+/** Room for so many more than there are. */
+const ROOM = 2;
+const DISC_RADIUS_M = 0.5;
+const ABOVE_GROUND_M = 0.03;
+
+/** People who are drawn by their bodies. */
+export class NearCrowd {
+  private mesh: InstancedMesh | undefined;
+  private readonly material: Material;
+
+  constructor(
+    private readonly person: Person,
+    private readonly root: Object3D,
+  ) {
+    this.material = bodyMaterial(person);
+  }
+
+  draw(people: readonly Somebody[]): void {
+    const mesh = this.room(people.length);
+    if (!mesh) return;
+    const { pose, tint } = mesh.geometry.attributes as Record<"pose" | "tint", InstancedBufferAttribute>;
+    mesh.count = people.length;
+    people.forEach((somebody, i) => {
+      mesh.setMatrixAt(i, somebody.world);
+      pose.setXYZ(i, somebody.pose.from, somebody.pose.to, somebody.pose.share);
+      tint.setXYZ(i, somebody.colour.r, somebody.colour.g, somebody.colour.b);
+    });
+    for (const attribute of [mesh.instanceMatrix, pose, tint]) attribute.needsUpdate = true;
+  }
+
+  private room(count: number): InstancedMesh | undefined {
+    if (count <= (this.mesh?.instanceMatrix.count ?? 0)) return this.mesh;
+    this.mesh?.removeFromParent();
+    this.mesh?.geometry.dispose();
+    this.mesh?.dispose();
+    const capacity = ROOM * count;
+    this.mesh = new InstancedMesh(bodyGeometry(this.person, capacity), this.material, capacity);
+    this.mesh.frustumCulled = false;
+    this.root.add(this.mesh);
+    return this.mesh;
+  }
+}
+
+/** People who are drawn by pictures of one model. */
+export class FarCrowd {
+  private squares: Squares | undefined;
+  private readonly material: Material;
+
+  constructor(
+    private readonly impostor: Drawable,
+    [colour, shape]: readonly [Texture, Texture],
+    private readonly root: Object3D,
+  ) {
+    this.material = impostorMaterial(impostor, colour, shape);
+  }
+
+  draw(people: readonly Somebody[]): void {
+    if (people.length > (this.squares?.capacity ?? 0)) {
+      this.squares?.release();
+      this.squares = new Squares(this.material, this.impostor, ROOM * people.length);
+      this.root.add(this.squares);
+    }
+    const { squares } = this;
+    if (!squares) return;
+    squares.count = people.length;
+    people.forEach(({ world, pose, colour }, i) => {
+      squares.stand(i, world, { frame: nearestFrame(pose), tint: [colour.r, colour.g, colour.b] });
+    });
+  }
+
+  look(eye: Vec3): void {
+    this.squares?.look(eye);
+  }
+}
+
+/** Discs on the ground. */
+export class Discs {
+  private mesh: InstancedMesh | undefined;
+  private readonly material = new MeshBasicMaterial({ transparent: true, opacity: 0.7, toneMapped: false });
+
+  constructor(private readonly root: Object3D) {}
+
+  draw(discs: readonly { readonly world: Matrix4; readonly colour: Color }[]): void {
+    if (discs.length > (this.mesh?.instanceMatrix.count ?? 0)) {
+      this.mesh?.removeFromParent();
+      this.mesh?.geometry.dispose();
+      this.mesh?.dispose();
+      const disc = new CircleGeometry(DISC_RADIUS_M, 32).rotateX(-Math.PI / 2).translate(0, ABOVE_GROUND_M, 0);
+      this.mesh = new InstancedMesh(disc, this.material, ROOM * discs.length);
+      this.mesh.frustumCulled = false;
+      this.root.add(this.mesh);
+    }
+    const { mesh } = this;
+    if (!mesh) return;
+    mesh.count = discs.length;
+    discs.forEach(({ world, colour }, i) => {
+      mesh.setMatrixAt(i, world);
+      mesh.setColorAt(i, colour);
+    });
+    mesh.instanceMatrix.needsUpdate = true;
+    if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+  }
+}
+
+function bodyGeometry({ vertices, indices, colours, own }: Person, capacity: number): BufferGeometry {
+  const geometry = new BufferGeometry();
+  // Where corners are and how they face, the material finds itself; without normals faces would be drawn flat.
+  const nothing = new BufferAttribute(new Float32Array(3 * vertices), 3);
+  geometry.setAttribute("position", nothing);
+  geometry.setAttribute("normal", nothing);
+  geometry.setAttribute("color", new BufferAttribute(colours, 3));
+  geometry.setAttribute("own", new BufferAttribute(own, 1));
+  geometry.setIndex(new BufferAttribute(indices, 1));
+  for (const name of ["pose", "tint"]) {
+    const numbers = new InstancedBufferAttribute(new Float32Array(3 * capacity), 3).setUsage(DynamicDrawUsage);
+    geometry.setAttribute(name, numbers);
+  }
+  return geometry;
+}
