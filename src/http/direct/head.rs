@@ -1,0 +1,148 @@
+//! Is a head simple? One that every reader of HTTP/1.1 must read alike: each line ends with CR LF, there are no other
+//! control characters and nothing beyond ASCII, the method is GET or HEAD, the target a path, there is one host, and no field says
+//! that a body follows or asks anything of the connection but to be kept.
+
+use std::mem::MaybeUninit;
+
+use axum::{
+    body::Body,
+    http::{HeaderName, HeaderValue, Method, Request, Uri, Version, header},
+};
+
+use crate::http::fields::Listed;
+
+/// Longer heads are hyper's.
+pub(super) const MAX_HEAD_BYTES: usize = 8 << 10;
+/// Heads with more fields, too.
+const MAX_FIELDS: usize = 48;
+/// Fields that make a head not simple, whatever they say.
+const NOT_SIMPLE: [HeaderName; 9] = [
+    header::CONTENT_LENGTH,
+    header::TRANSFER_ENCODING,
+    header::EXPECT,
+    header::UPGRADE,
+    header::TE,
+    header::TRAILER,
+    HeaderName::from_static("http2-settings"),
+    HeaderName::from_static("keep-alive"),
+    HeaderName::from_static("proxy-connection"),
+];
+
+/// What has been said so far.
+#[derive(Debug, PartialEq)]
+pub(super) enum Head<A> {
+    /// A simple head, what was made of it, and its length.
+    Simple(A, usize),
+    /// It may become one.
+    Partial,
+    NotSimple,
+}
+
+/// A simple head.
+#[derive(Debug)]
+pub(in crate::http) struct Simple<'a> {
+    pub(in crate::http) method: Method,
+    pub(in crate::http) target: &'a str,
+    pub(in crate::http) fields: Listed<'a>,
+}
+
+/// Reads the first head; what nothing can be made of is not simple.
+pub(super) fn read<A>(said: &[u8], make: impl FnOnce(&Simple) -> Option<A>) -> Head<A> {
+    if !begins_simply(said) {
+        return Head::NotSimple;
+    }
+    let mut room = [const { MaybeUninit::uninit() }; MAX_FIELDS];
+    let mut request = httparse::Request::new(&mut []);
+    match request.parse_with_uninit_headers(said, &mut room) {
+        Ok(httparse::Status::Complete(length)) => {
+            let simple = is_plain(&said[..length]).then(|| simple(&request)).flatten();
+            match simple.and_then(|simple| make(&simple)) {
+                Some(made) => Head::Simple(made, length),
+                None => Head::NotSimple,
+            }
+        }
+        Ok(httparse::Status::Partial) if is_plain(said) => Head::Partial,
+        Ok(httparse::Status::Partial) | Err(_) => Head::NotSimple,
+    }
+}
+
+/// Whether it begins with, or may become, a method that is simple and a path.
+fn begins_simply(said: &[u8]) -> bool {
+    let as_far = |start: &[u8]| said.iter().zip(start).all(|(a, b)| a == b);
+    as_far(b"GET /") || as_far(b"HEAD /")
+}
+
+/// Whether there is nothing but visible ASCII, spaces, tabs and whole line ends, of which the last may be half here.
+fn is_plain(said: &[u8]) -> bool {
+    let count = |is: fn(u8) -> bool| said.iter().filter(|byte| is(**byte)).count();
+    let odd = count(|byte| !matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n'));
+    let (returns, feeds) = (count(|byte| byte == b'\r'), count(|byte| byte == b'\n'));
+    let pairs = said
+        .iter()
+        .zip(said.iter().skip(1))
+        .filter(|pair| *pair == (&b'\r', &b'\n'))
+        .count();
+    let half = usize::from(said.last() == Some(&b'\r'));
+    odd == 0 && feeds == pairs && returns == pairs + half
+}
+
+fn simple<'a>(request: &'a httparse::Request<'a, 'a>) -> Option<Simple<'a>> {
+    let method = match request.method? {
+        "GET" => Method::GET,
+        "HEAD" => Method::HEAD,
+        _ => return None,
+    };
+    let target = request.path.filter(|target| target.starts_with('/'))?;
+    if request.version != Some(1) {
+        return None;
+    }
+    let (mut hosts, mut connections) = (0, 0);
+    for field in &*request.headers {
+        let is = |name: &HeaderName| field.name.eq_ignore_ascii_case(name.as_str());
+        match field.name.len() {
+            4 if is(&header::HOST) => {
+                hosts += 1;
+                if !is_host(field.value) {
+                    return None;
+                }
+            }
+            10 if is(&header::CONNECTION) => {
+                connections += 1;
+                if !field.value.eq_ignore_ascii_case(b"keep-alive") {
+                    return None;
+                }
+            }
+            length if NOT_SIMPLE.iter().any(|name| name.as_str().len() == length && is(name)) => return None,
+            _ => {}
+        }
+    }
+    (hosts == 1 && connections <= 1).then_some(Simple {
+        method,
+        target,
+        fields: Listed(request.headers),
+    })
+}
+
+/// A name or an address, perhaps with a port.
+fn is_host(value: &[u8]) -> bool {
+    let taken = |byte: &u8| byte.is_ascii_alphanumeric() || b".-_:[]".contains(byte);
+    !value.is_empty() && value.iter().all(taken)
+}
+
+impl Simple<'_> {
+    /// The same for whoever takes requests; none when it cannot be said so.
+    pub(super) fn request(&self) -> Option<Request<Body>> {
+        let mut request = Request::new(Body::empty());
+        *request.method_mut() = self.method.clone();
+        *request.uri_mut() = Uri::try_from(self.target).ok()?;
+        *request.version_mut() = Version::HTTP_11;
+        request.headers_mut().reserve(self.fields.0.len());
+        for field in self.fields.0 {
+            let name = HeaderName::from_bytes(field.name.as_bytes()).ok()?;
+            request
+                .headers_mut()
+                .append(name, HeaderValue::from_bytes(field.value).ok()?);
+        }
+        Some(request)
+    }
+}
