@@ -146,3 +146,94 @@ impl Simple<'_> {
         Some(request)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kind(said: &[u8]) -> Head<String> {
+        read(said, |simple| Some(format!("{} {}", simple.method, simple.target)))
+    }
+
+    const PLAIN: &[u8] = b"GET /o/x HTTP/1.1\r\nHost: a.b:80\r\nAccept: */*\r\nConnection: Keep-Alive\r\n\r\n";
+
+    #[test]
+    fn a_plain_head_is_simple_once_it_is_whole() {
+        let whole = || Head::Simple("GET /o/x".to_owned(), PLAIN.len());
+        for length in 1..PLAIN.len() {
+            assert_eq!(kind(&PLAIN[..length]), Head::Partial, "{length}");
+        }
+        assert_eq!(kind(PLAIN), whole());
+        // What comes after it may be anything.
+        assert_eq!(kind(&[PLAIN, b"\n\xff"].concat()), whole());
+        let head = b"HEAD /?x=1 HTTP/1.1\r\nhost: [::1]\r\n\r\n";
+        assert_eq!(kind(head), Head::Simple("HEAD /?x=1".to_owned(), head.len()));
+    }
+
+    #[test]
+    fn what_could_be_read_in_two_ways_is_not_simple() {
+        let with = |field: &str| format!("GET / HTTP/1.1\r\nHost: t\r\n{field}\r\n\r\n");
+        let fields = [
+            "Content-Length: 0",
+            "content-length:5",
+            "Transfer-Encoding: chunked",
+            "TRANSFER-ENCODING: identity",
+            "Expect: 100-continue",
+            "Upgrade: h2c",
+            "HTTP2-Settings: AA",
+            "TE: trailers",
+            "Trailer: x",
+            "Keep-Alive: 5",
+            "Proxy-Connection: keep-alive",
+            "Connection: close",
+            "Connection: keep-alive, te",
+            "Connection: keep-alive\r\nConnection: keep-alive",
+            "Host: t",
+            "X: \u{e9}",
+            "X: \x7f",
+            "X: \x0b",
+            "X: y\n Z: x",
+            "X: y\nZ: x",
+            "X: y\rZ: x",
+            "X: y\r\r",
+            "X: y\r\n z",
+            "X : y",
+            "X",
+        ];
+        for head in fields.map(with) {
+            assert_eq!(kind(head.as_bytes()), Head::NotSimple, "{head:?}");
+        }
+        for head in [
+            "GET / HTTP/1.1\nHost: t\n\n",
+            "GET / HTTP/1.1\r\nHost: t\n\r\n",
+            "GET / HTTP/1.1\r\n\r\n",
+            "GET / HTTP/1.1\r\nHost:\r\n\r\n",
+            "GET / HTTP/1.1\r\nHost: a b\r\n\r\n",
+            "GET / HTTP/1.1\r\nHost: a,b\r\n\r\n",
+            "GET / HTTP/1.0\r\nHost: t\r\n\r\n",
+            "GET http://t/ HTTP/1.1\r\nHost: t\r\n\r\n",
+            "GET * HTTP/1.1\r\nHost: t\r\n\r\n",
+            "GET  / HTTP/1.1\r\nHost: t\r\n\r\n",
+            "\r\nGET / HTTP/1.1\r\nHost: t\r\n\r\n",
+            "POST / HTTP/1.1\r\nHost: t\r\n\r\n",
+            "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+            "P",
+            "get",
+            "GET x",
+            "HEADS",
+            // Half a head that can become none.
+            "GET / HTTP/1.1\nHo",
+            "GET / HTTP/1.1\r\nHost: t\rx",
+            "GET / HTTP/1.1\r\nHost: t\r\nX: \u{e9}",
+        ] {
+            assert_eq!(kind(head.as_bytes()), Head::NotSimple, "{head:?}");
+        }
+    }
+
+    #[test]
+    fn more_fields_than_there_is_room_for_are_not_simple() {
+        let with = |count: usize| format!("GET / HTTP/1.1\r\nHost: t\r\n{}\r\n", "X: y\r\n".repeat(count));
+        assert!(matches!(kind(with(MAX_FIELDS - 1).as_bytes()), Head::Simple(..)));
+        assert_eq!(kind(with(MAX_FIELDS).as_bytes()), Head::NotSimple);
+    }
+}
