@@ -174,10 +174,13 @@ impl Connection {
         // Without it small answers wait for the peer's delayed acknowledgements.
         let _ = stream.set_nodelay(true);
         if self.tls.is_some() {
-            Box::pin(self.shake_hands(stream, address))
-        } else {
-            Box::pin(self.talk_plainly(stream, address))
+            return Box::pin(self.shake_hands(stream, address));
         }
+        let uploads = Uploads::default();
+        let peer = Peer::new(address, uploads.clone());
+        let io = Quiet::new(stream, self.patience, uploads);
+        let direct = Direct::new(io, self.front.clone(), peer, self.stopping.again());
+        Box::pin(self.talk_plainly(Box::new(direct)))
     }
 
     async fn shake_hands(mut self, stream: TcpStream, address: SocketAddr) {
@@ -200,14 +203,13 @@ impl Connection {
         }
     }
 
-    async fn talk_plainly(self, stream: TcpStream, address: SocketAddr) {
-        let uploads = Uploads::default();
-        let peer = Peer::new(address, uploads.clone());
-        let io = Quiet::new(stream, self.patience, uploads);
-        let direct = Direct::new(io, self.front.clone(), peer.clone(), self.stopping.again());
+    async fn talk_plainly(self, mut direct: Box<Direct<Quiet<TcpStream>>>) {
         match direct.talk().await {
             Ok(Outcome::Ended) => {}
-            Ok(Outcome::NotSimple { io, first }) => Box::pin(self.ask_hyper(io, peer, first)).await,
+            Ok(Outcome::NotSimple { first }) => {
+                let (io, peer) = direct.leave();
+                Box::pin(self.ask_hyper(io, peer, first)).await;
+            }
             Err(error) => tracing::debug!(%error, "a connection ended early"),
         }
     }

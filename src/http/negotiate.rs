@@ -133,7 +133,7 @@ mod tests {
     }
 
     fn choice(accept: Option<&str>, variants: bool) -> &'static str {
-        let headers = accept
+        let headers: HeaderMap = accept
             .map(|a| (header::ACCEPT_ENCODING, a.parse().unwrap()))
             .into_iter()
             .collect();

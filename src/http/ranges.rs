@@ -98,7 +98,8 @@ mod tests {
     use super::*;
 
     fn asked(text: &str, len: u64) -> Asked {
-        read(&[(header::RANGE, text.parse().unwrap())].into_iter().collect(), len)
+        let headers: HeaderMap = [(header::RANGE, text.parse().unwrap())].into_iter().collect();
+        read(&headers, len)
     }
 
     #[test]

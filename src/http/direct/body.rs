@@ -35,12 +35,20 @@ enum Framing {
     Chunks,
 }
 
+/// What comes next of a body.
+enum Part {
+    Data(Bytes),
+    /// Nothing at once, and the head waits to be sent.
+    Later,
+    End,
+}
+
 impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
     /// Asks the router and writes its answer. Says whether the connection goes on.
     pub(super) async fn ask(&mut self, request: Box<Request<Body>>) -> io::Result<bool> {
-        let (head, framing, last, body) = self.answered(request).await?;
-        // Small, for as long as the stream is: everything else is over by now.
-        Box::pin(self.write_body(head, framing, body)).await?;
+        // Boxed: what it takes to get an answer is over when the answer is there.
+        let (head, framing, last, body) = Box::pin(self.answered(request)).await?;
+        self.write_body(head, framing, body).await?;
         Ok(!last)
     }
 
@@ -68,54 +76,53 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
 
     async fn write_body(&mut self, mut head: Vec<u8>, framing: Framing, mut body: AnyBody) -> io::Result<()> {
         let mut left = match framing {
-            Framing::None => return wire::write_all(&mut self.io, &mut [IoSlice::new(&head)]).await,
             Framing::Length(left) => left,
-            Framing::Chunks => u64::MAX,
+            Framing::Chunks | Framing::None => 0,
         };
         loop {
             // What is there at once goes with the head.
-            let next = match poll_fn(|cx| Poll::Ready(poll_data(&mut body, cx))).await {
-                Poll::Ready(next) => next,
-                Poll::Pending => {
-                    wire::write_all(&mut self.io, &mut [IoSlice::new(&head)]).await?;
-                    head = Vec::new();
-                    poll_fn(|cx| match poll_data(&mut body, cx) {
-                        Poll::Ready(next) => Poll::Ready(next),
-                        Poll::Pending => self.poll_gone(cx).map(|gone| Some(Err(gone))),
-                    })
-                    .await
-                }
+            let next = match framing {
+                Framing::None => Part::End,
+                _ => poll_fn(|cx| self.poll_part(&mut body, !head.is_empty(), cx)).await?,
             };
-            let Some(data) = next.transpose()? else { break };
-            left = left.checked_sub(data.len() as u64).ok_or(io::ErrorKind::InvalidData)?;
-            self.write_data(&head, framing, &data).await?;
-            head = Vec::new();
-        }
-        match framing {
-            Framing::Chunks => {
-                let end = IoSlice::new(b"0\r\n\r\n");
-                wire::write_all(&mut self.io, &mut [IoSlice::new(&head), end]).await
+            let ends = matches!(next, Part::End);
+            let (data, line_end) = match (next, framing) {
+                // An empty chunk would be the end.
+                (Part::Data(data), _) if data.is_empty() => continue,
+                (Part::Data(data), Framing::Chunks) => {
+                    write!(head, "{:x}\r\n", data.len())?;
+                    (data, "\r\n")
+                }
+                (Part::Data(data), _) => {
+                    left = left.checked_sub(data.len() as u64).ok_or(io::ErrorKind::InvalidData)?;
+                    (data, "")
+                }
+                (Part::End, Framing::Chunks) => (Bytes::from_static(b"0\r\n\r\n"), ""),
+                (Part::End | Part::Later, _) => (Bytes::new(), ""),
+            };
+            wire::write_all(
+                &mut self.io,
+                &mut [&head[..], &data, line_end.as_bytes()].map(IoSlice::new),
+            )
+            .await?;
+            if ends {
+                return if left == 0 {
+                    Ok(())
+                } else {
+                    Err(io::ErrorKind::UnexpectedEof.into())
+                };
             }
-            _ if left > 0 => Err(io::ErrorKind::UnexpectedEof.into()),
-            _ => wire::write_all(&mut self.io, &mut [IoSlice::new(&head)]).await,
+            head = Vec::new();
         }
     }
 
-    async fn write_data(&mut self, head: &[u8], framing: Framing, data: &[u8]) -> io::Result<()> {
-        if framing != Framing::Chunks {
-            return wire::write_all(&mut self.io, &mut [IoSlice::new(head), IoSlice::new(data)]).await;
+    fn poll_part(&mut self, body: &mut AnyBody, head_waits: bool, cx: &mut Context<'_>) -> Poll<io::Result<Part>> {
+        match poll_data(body, cx) {
+            Poll::Ready(None) => Poll::Ready(Ok(Part::End)),
+            Poll::Ready(Some(data)) => Poll::Ready(data.map(Part::Data)),
+            Poll::Pending if head_waits => Poll::Ready(Ok(Part::Later)),
+            Poll::Pending => self.poll_gone(cx).map(Err),
         }
-        if data.is_empty() {
-            // An empty chunk would be the end.
-            return wire::write_all(&mut self.io, &mut [IoSlice::new(head)]).await;
-        }
-        let mut size = [0; 18];
-        let mut rest = &mut size[..];
-        write!(rest, "{:x}\r\n", data.len())?;
-        let unused = rest.len();
-        let size = &size[..size.len() - unused];
-        let chunk = [head, size, data, b"\r\n"];
-        wire::write_all(&mut self.io, &mut chunk.map(IoSlice::new)).await
     }
 
     /// Ready when the peer has gone; what it says is kept.

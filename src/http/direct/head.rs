@@ -6,7 +6,7 @@ use std::mem::MaybeUninit;
 
 use axum::{
     body::Body,
-    http::{HeaderName, HeaderValue, Method, Request, Uri, Version, header},
+    http::{HeaderName, HeaderValue, Method, Request, Uri, Version},
 };
 
 use crate::http::fields::Listed;
@@ -16,16 +16,16 @@ pub(super) const MAX_HEAD_BYTES: usize = 8 << 10;
 /// Heads with more fields, too.
 const MAX_FIELDS: usize = 48;
 /// Fields that make a head not simple, whatever they say.
-const NOT_SIMPLE: [HeaderName; 9] = [
-    header::CONTENT_LENGTH,
-    header::TRANSFER_ENCODING,
-    header::EXPECT,
-    header::UPGRADE,
-    header::TE,
-    header::TRAILER,
-    HeaderName::from_static("http2-settings"),
-    HeaderName::from_static("keep-alive"),
-    HeaderName::from_static("proxy-connection"),
+const NOT_SIMPLE: [&str; 9] = [
+    "content-length",
+    "transfer-encoding",
+    "expect",
+    "upgrade",
+    "te",
+    "trailer",
+    "http2-settings",
+    "keep-alive",
+    "proxy-connection",
 ];
 
 /// What has been said so far.
@@ -74,16 +74,23 @@ fn begins_simply(said: &[u8]) -> bool {
 
 /// Whether there is nothing but visible ASCII, spaces, tabs and whole line ends, of which the last may be half here.
 fn is_plain(said: &[u8]) -> bool {
-    let count = |is: fn(u8) -> bool| said.iter().filter(|byte| is(**byte)).count();
-    let odd = count(|byte| !matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n'));
-    let (returns, feeds) = (count(|byte| byte == b'\r'), count(|byte| byte == b'\n'));
-    let pairs = said
-        .iter()
-        .zip(said.iter().skip(1))
-        .filter(|pair| *pair == (&b'\r', &b'\n'))
-        .count();
+    // In blocks whose counts fit into a byte, without branches: that takes a few nanoseconds.
+    const BLOCK: usize = 128;
+    let count = |byte: u8| -> usize {
+        let blocks = said.chunks(BLOCK);
+        let in_block = |block: &[u8]| block.iter().map(|other| u8::from(*other == byte)).sum::<u8>();
+        blocks.map(|block| usize::from(in_block(block))).sum()
+    };
+    let is_odd = |byte: u8| (byte < b' ') & (byte != b'\t') & (byte != b'\r') & (byte != b'\n') | (byte > b'~');
+    let odd = said.iter().fold(0, |odd, byte| odd | u8::from(is_odd(*byte)));
+    let blocks = said.chunks(BLOCK).zip(said.get(1..).unwrap_or_default().chunks(BLOCK));
+    let line_ends = blocks.map(|(block, next)| {
+        let pairs = block.iter().zip(next);
+        usize::from(pairs.map(|(a, b)| u8::from((*a == b'\r') & (*b == b'\n'))).sum::<u8>())
+    });
+    let line_ends: usize = line_ends.sum();
     let half = usize::from(said.last() == Some(&b'\r'));
-    odd == 0 && feeds == pairs && returns == pairs + half
+    odd == 0 && count(b'\n') == line_ends && count(b'\r') == line_ends + half
 }
 
 fn simple<'a>(request: &'a httparse::Request<'a, 'a>) -> Option<Simple<'a>> {
@@ -98,21 +105,21 @@ fn simple<'a>(request: &'a httparse::Request<'a, 'a>) -> Option<Simple<'a>> {
     }
     let (mut hosts, mut connections) = (0, 0);
     for field in &*request.headers {
-        let is = |name: &HeaderName| field.name.eq_ignore_ascii_case(name.as_str());
+        let is = |name: &str| field.name.eq_ignore_ascii_case(name);
         match field.name.len() {
-            4 if is(&header::HOST) => {
+            4 if is("host") => {
                 hosts += 1;
                 if !is_host(field.value) {
                     return None;
                 }
             }
-            10 if is(&header::CONNECTION) => {
+            10 if is("connection") => {
                 connections += 1;
                 if !field.value.eq_ignore_ascii_case(b"keep-alive") {
                     return None;
                 }
             }
-            length if NOT_SIMPLE.iter().any(|name| name.as_str().len() == length && is(name)) => return None,
+            length if NOT_SIMPLE.iter().any(|name| name.len() == length && is(name)) => return None,
             _ => {}
         }
     }

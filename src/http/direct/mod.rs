@@ -37,11 +37,12 @@ use super::{ending::Heard, front::Front, peer::Peer};
 const MOST_PIECES: u32 = 8;
 
 /// How it went on.
-pub(super) enum Outcome<T> {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Outcome {
     /// It is over.
     Ended,
     /// Something that is not simple has come; whether it is the first thing that the peer says.
-    NotSimple { io: Rewind<T>, first: bool },
+    NotSimple { first: bool },
 }
 
 /// A connection that is answered without hyper.
@@ -83,7 +84,7 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
     }
 
     /// Answers until the connection ends or something is not simple.
-    pub(super) async fn talk(mut self) -> io::Result<Outcome<T>> {
+    pub(super) async fn talk(&mut self) -> io::Result<Outcome> {
         loop {
             match poll_fn(|cx| self.poll_next(cx)).await? {
                 Next::Write(ready) => ready.write(&mut self.io).await?,
@@ -92,14 +93,16 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
                         return Ok(Outcome::Ended);
                     }
                 }
-                Next::Leave => {
-                    let (io, first) = (Rewind::new(self.io, self.said), self.first);
-                    return Ok(Outcome::NotSimple { io, first });
-                }
+                Next::Leave => return Ok(Outcome::NotSimple { first: self.first }),
                 Next::End => return Ok(Outcome::Ended),
             }
             self.first = false;
         }
+    }
+
+    /// The connection for whoever goes on with it, and who is at its other end.
+    pub(super) fn leave(self) -> (Rewind<T>, Peer) {
+        (Rewind::new(self.io, self.said), self.peer)
     }
 
     /// The next request. Nothing is kept meanwhile: bytes are read into the stack, and moved only when they are more or less
