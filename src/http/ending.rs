@@ -98,7 +98,8 @@ mod tests {
         assert!(waiting.iter().all(|task| !task.is_finished()));
         ending.give();
         for task in waiting {
-            task.await.unwrap();
+            let heard = tokio::time::timeout(Duration::from_secs(20), task).await;
+            heard.expect("nobody woke it").unwrap();
         }
         let mut late = ending.heard();
         assert!(late.given());

@@ -22,8 +22,8 @@ const PATIENCE: Duration = Duration::from_secs(20);
 const SILENCE: Duration = Duration::from_millis(500);
 /// After a simple request a connection is still in front of hyper …
 const SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n";
-/// … and after this one it is hyper's for good.
-const NOT_SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nContent-Length: 0\r\n\r\n";
+/// … and after this one, which is odd in several ways, it is hyper's for good.
+const NOT_SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nHost: t\r\nContent-Length: 0\r\nX: é\r\n\r\n";
 const LAST: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n";
 
 fn glb_url() -> String {
