@@ -4,9 +4,16 @@
 //! with TLS or without. A peer counts as a connection from its first packet on, before it has shaken hands. Beyond the limit of connections, new ones wait in the kernel's queue. At the end no new connection is taken,
 //! open ones finish the request that they are in, and what is left after the drain time is cut.
 
-use std::{net::SocketAddr, sync::Arc, time::Duration};
+use std::{
+    future::poll_fn,
+    net::SocketAddr,
+    pin::{Pin, pin},
+    sync::Arc,
+    task::Poll,
+    time::Duration,
+};
 
-use hyper::service::service_fn;
+use hyper::{Request, body::Incoming, service::service_fn};
 use hyper_util::{
     rt::{TokioExecutor, TokioIo, TokioTimer},
     server::conn::auto::Builder,
@@ -19,6 +26,8 @@ use tokio::{
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
+    direct::{Direct, Outcome},
+    ending::{Ending, Heard},
     front::Front,
     peer::{Peer, Uploads},
     quiet::{Patience, Quiet},
@@ -64,8 +73,8 @@ pub async fn serve_connections(
     stopping: CancellationToken,
 ) {
     let permits = Arc::new(Semaphore::new(limits.connections));
-    let builder = Arc::new(builder());
-    let (tasks, cutting) = (TaskTracker::new(), CancellationToken::new());
+    let builders = Arc::new(Builders::new());
+    let (tasks, ending, cutting) = (TaskTracker::new(), Ending::default(), Ending::default());
     let accepting = async {
         loop {
             let permit = permits
@@ -81,28 +90,35 @@ pub async fn serve_connections(
                 }
             };
             let connection = Connection {
-                builder: builder.clone(),
+                builders: builders.clone(),
                 front: front.clone(),
                 tls: tls.clone(),
                 patience: Patience {
                     quiet: limits.quiet,
                     answer: limits.answer,
                 },
-                stopping: stopping.clone(),
+                stopping: ending.heard(),
             };
-            let (open, cut) = (front.state().metrics.connection(), cutting.clone());
+            let (open, mut cut) = (front.state().metrics.connection(), cutting.heard());
+            // Boxed: what is there until a connection is known to be of one kind takes no room after that.
+            let mut running = connection.run(stream, address);
             tasks.spawn(async move {
-                cut.run_until_cancelled(connection.run(stream, address)).await;
+                poll_fn(|cx| match running.as_mut().poll(cx) {
+                    Poll::Ready(()) => Poll::Ready(()),
+                    Poll::Pending => cut.poll(cx),
+                })
+                .await;
                 drop((permit, open));
             });
         }
     };
     let _: Option<()> = stopping.run_until_cancelled(accepting).await;
     drop(listener);
+    ending.give();
     tasks.close();
     if tokio::time::timeout(limits.drain, tasks.wait()).await.is_err() {
         tracing::warn!(open = tasks.len(), "cutting connections that did not finish in time");
-        cutting.cancel();
+        cutting.give();
         tasks.wait().await;
     }
 }
@@ -130,47 +146,99 @@ async fn pause_after(error: &std::io::Error) {
     }
 }
 
+/// hyper, for connections of which nothing has been read, and for those that have spoken HTTP/1.1 and can speak nothing else.
+struct Builders {
+    any: Builder<TokioExecutor>,
+    http1: Builder<TokioExecutor>,
+}
+
+impl Builders {
+    fn new() -> Self {
+        Self {
+            any: builder(),
+            http1: builder().http1_only(),
+        }
+    }
+}
+
 struct Connection {
-    builder: Arc<Builder<TokioExecutor>>,
+    builders: Arc<Builders>,
     front: Front,
     tls: Option<Tls>,
     patience: Patience,
-    stopping: CancellationToken,
+    stopping: Heard,
 }
 
 impl Connection {
-    async fn run(self, stream: TcpStream, address: SocketAddr) {
+    fn run(self, stream: TcpStream, address: SocketAddr) -> Pin<Box<dyn Future<Output = ()> + Send>> {
         // Without it small answers wait for the peer's delayed acknowledgements.
         let _ = stream.set_nodelay(true);
-        // Boxed, so that whoever only listens to a stream takes no room for a handshake and for both kinds of connections.
-        let Some(tls) = &self.tls else {
-            return Box::pin(self.talk(stream, address)).await;
-        };
-        match self.stopping.run_until_cancelled(tls.shake_hands(stream)).await {
-            Some(Ok(stream)) => Box::pin(self.talk(stream, address)).await,
+        if self.tls.is_some() {
+            return Box::pin(self.shake_hands(stream, address));
+        }
+        let uploads = Uploads::default();
+        let peer = Peer::new(address, uploads.clone());
+        let io = Quiet::new(stream, self.patience, uploads);
+        let direct = Direct::new(io, self.front.clone(), peer, self.stopping.again());
+        Box::pin(self.talk_plainly(Box::new(direct)))
+    }
+
+    async fn shake_hands(mut self, stream: TcpStream, address: SocketAddr) {
+        let Some(tls) = self.tls.take() else { return };
+        let mut shaking = Box::pin(tls.shake_hands(stream));
+        let shaken = poll_fn(|cx| match shaking.as_mut().poll(cx) {
+            Poll::Ready(shaken) => Poll::Ready(Some(shaken)),
+            Poll::Pending => self.stopping.poll(cx).map(|()| None),
+        });
+        match shaken.await {
+            Some(Ok(stream)) => {
+                drop(shaking);
+                let uploads = Uploads::default();
+                let peer = Peer::new(address, uploads.clone());
+                let io = Quiet::new(stream, self.patience, uploads);
+                Box::pin(self.ask_hyper(io, peer, true)).await;
+            }
             Some(Err(error)) => tracing::debug!(%error, "a peer did not shake hands"),
             None => {}
         }
     }
 
-    async fn talk<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(self, stream: S, address: SocketAddr) {
-        let uploads = Uploads::default();
-        let peer = Peer::new(address, uploads.clone());
-        let io = TokioIo::new(Quiet::new(stream, self.patience, uploads));
-        let answer = service_fn(move |request| {
+    async fn talk_plainly(self, mut direct: Box<Direct<Quiet<TcpStream>>>) {
+        match direct.talk().await {
+            Ok(Outcome::Ended) => {}
+            Ok(Outcome::NotSimple { first }) => {
+                let (io, peer) = direct.leave();
+                Box::pin(self.ask_hyper(io, peer, first)).await;
+            }
+            Err(error) => tracing::debug!(%error, "a connection ended early"),
+        }
+    }
+
+    async fn ask_hyper<S>(mut self, stream: S, peer: Peer, first: bool)
+    where
+        S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    {
+        let builders = self.builders.clone();
+        let builder = if first { &builders.any } else { &builders.http1 };
+        let answer = service_fn(move |request: Request<Incoming>| {
             let (front, peer) = (self.front.clone(), peer.clone());
             async move { front.answer(request, &peer).await }
         });
-        let serving = self.builder.serve_connection(io, answer);
-        tokio::pin!(serving);
-        let ended = tokio::select! {
-            ended = serving.as_mut() => ended,
-            () = self.stopping.cancelled() => {
+        let mut serving = pin!(builder.serve_connection(TokioIo::new(stream), answer));
+        let mut stopped = false;
+        let ended = poll_fn(|cx| {
+            loop {
+                if let Poll::Ready(ended) = serving.as_mut().poll(cx) {
+                    return Poll::Ready(ended);
+                }
+                if stopped || self.stopping.poll(cx).is_pending() {
+                    return Poll::Pending;
+                }
+                stopped = true;
                 serving.as_mut().graceful_shutdown();
-                serving.await
             }
-        };
-        if let Err(error) = ended {
+        });
+        if let Err(error) = ended.await {
             tracing::debug!(%error, "a connection ended early");
         }
     }

@@ -16,10 +16,11 @@ use belvedere_scene::{BlobHash, BlobName, rung::RungName};
 use bytes::Bytes;
 
 use super::{
+    blob_body::BlobBody,
     conditional::{self, Verdict},
     error::ApiError,
     extract::Path,
-    immutable::{BlobBody, IMMUTABLE},
+    immutable::IMMUTABLE,
     rungs,
     visitor::Visitor,
 };

@@ -1,6 +1,8 @@
 //! Does the client have it already? RFC 9110 §13 for strong entity tags; dates are never used.
 
-use axum::http::{HeaderMap, HeaderName, header};
+use axum::http::{HeaderName, header};
+
+use super::fields::Fields;
 
 /// What the preconditions say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,8 +16,8 @@ pub(super) enum Verdict {
 }
 
 /// Evaluates `If-Match`, then `If-None-Match`, against the tag of the selected representation.
-pub(super) fn evaluate(headers: &HeaderMap, etag: &[u8]) -> Verdict {
-    if headers.contains_key(header::IF_MATCH) && !any_matches(headers, &header::IF_MATCH, etag, Compare::Strong) {
+pub(super) fn evaluate(headers: &impl Fields, etag: &[u8]) -> Verdict {
+    if headers.has(&header::IF_MATCH) && !any_matches(headers, &header::IF_MATCH, etag, Compare::Strong) {
         return Verdict::Failed;
     }
     if any_matches(headers, &header::IF_NONE_MATCH, etag, Compare::Weak) {
@@ -25,11 +27,11 @@ pub(super) fn evaluate(headers: &HeaderMap, etag: &[u8]) -> Verdict {
 }
 
 /// Whether a `Range` still means these bytes: there is no `If-Range`, or it is this very strong tag. A date never is.
-pub(super) fn range_applies(headers: &HeaderMap, etag: &[u8]) -> bool {
-    let mut values = headers.get_all(header::IF_RANGE).iter();
+pub(super) fn range_applies(headers: &impl Fields, etag: &[u8]) -> bool {
+    let mut values = headers.all(&header::IF_RANGE);
     match (values.next(), values.next()) {
         (None, _) => true,
-        (Some(value), None) => value.as_bytes().trim_ascii() == etag,
+        (Some(value), None) => value.trim_ascii() == etag,
         (Some(_), Some(_)) => false,
     }
 }
@@ -40,9 +42,9 @@ enum Compare {
     Weak,
 }
 
-fn any_matches(headers: &HeaderMap, name: &HeaderName, etag: &[u8], compare: Compare) -> bool {
-    headers.get_all(name).iter().any(|value| {
-        let value = value.as_bytes().trim_ascii();
+fn any_matches(headers: &impl Fields, name: &HeaderName, etag: &[u8], compare: Compare) -> bool {
+    headers.all(name).any(|value| {
+        let value = value.trim_ascii();
         value == b"*" || tags(value).any(|(weak, tag)| tag == etag && (compare == Compare::Weak || !weak))
     })
 }
@@ -67,6 +69,8 @@ fn tags(mut rest: &[u8]) -> impl Iterator<Item = (bool, &[u8])> {
 
 #[cfg(test)]
 mod tests {
+    use axum::http::HeaderMap;
+
     use super::*;
 
     const TAG: &[u8] = b"\"abc\"";

@@ -6,15 +6,22 @@
 
 use std::{convert::Infallible, sync::Arc, time::Instant};
 
-use axum::{Router, body::Body, http::Request, response::Response};
+use axum::{
+    BoxError, Router,
+    body::{Body, HttpBody},
+    http::Request,
+    response::Response,
+};
+use bytes::Bytes;
 use http_body_util::Either;
-use hyper::body::Incoming;
 use tower::ServiceExt;
 
 use super::{
     AppState, around,
-    immutable::{self, BlobBody},
-    links,
+    blob_body::BlobBody,
+    direct::{Ready, Simple},
+    fields::Fields,
+    immutable, links,
     peer::Peer,
     routes,
 };
@@ -42,11 +49,14 @@ impl Front {
         &self.0.state
     }
 
-    pub(super) async fn answer(
+    pub(super) async fn answer<B>(
         self,
-        mut request: Request<Incoming>,
+        mut request: Request<B>,
         peer: &Peer,
-    ) -> Result<Response<Either<BlobBody, Body>>, Infallible> {
+    ) -> Result<Response<Either<BlobBody, Body>>, Infallible>
+    where
+        B: HttpBody<Data = Bytes, Error: Into<BoxError>> + Send + 'static,
+    {
         // Without the path, which may be that of a link.
         let span = self.0.state.traces.request(request.method(), request.headers());
         if let Some(span) = span {
@@ -60,15 +70,37 @@ impl Front {
         Ok(response.map(Either::Right))
     }
 
-    fn at_once(&self, request: &Request<Incoming>) -> Option<Response<BlobBody>> {
-        let traced = request.headers().contains_key(around::X_REQUEST_ID) || tracing::enabled!(tracing::Level::DEBUG);
-        if traced || around::refused(request).is_some() {
+    fn at_once<B>(&self, request: &Request<B>) -> Option<Response<BlobBody>> {
+        let (method, fields) = (request.method(), request.headers());
+        if told_of(fields) || around::refused(request).is_some() {
             return None;
         }
         let started = Instant::now();
-        let response = immutable::object_in_memory(&self.0.state, request)?;
+        let asked = (method, request.uri().path());
+        let response = immutable::object_in_memory(&self.0.state, asked, |object| object.answer(method, fields))?;
         let metrics = &self.0.state.metrics;
         metrics.immutable(response.status(), response.body().len(), started.elapsed());
         Some(response)
     }
+
+    /// The same for a request whose head is simple, and hence neither long nor followed by a body, where none is traced.
+    pub(super) fn ready(&self, simple: &Simple) -> Option<Ready> {
+        if self.0.state.traces.are_sent() || told_of(&simple.fields) {
+            return None;
+        }
+        let started = Instant::now();
+        let asked = (&simple.method, simple.target);
+        let ready = immutable::object_in_memory(&self.0.state, asked, |object| {
+            let chosen = object.choose(&simple.method, &simple.fields)?;
+            Ok(Ready::new(&simple.method, object, &chosen))
+        })?;
+        let metrics = &self.0.state.metrics;
+        metrics.immutable(ready.status, ready.body.len(), started.elapsed());
+        Some(ready)
+    }
+}
+
+/// Whether somebody wants to hear of this request.
+fn told_of(fields: &impl Fields) -> bool {
+    fields.has(&around::X_REQUEST_ID) || tracing::enabled!(tracing::Level::DEBUG)
 }

@@ -4,29 +4,24 @@
 //! identity; everything else is negotiated. One [`BlobResponse`] serves `/o/{name}` and, with a shorter life and a
 //! `Content-Location`, routes whose answer is such an object.
 
-use std::{
-    collections::VecDeque,
-    convert::Infallible,
-    mem,
-    ops::Range,
-    pin::Pin,
-    task::{Context, Poll},
-};
+use std::{collections::VecDeque, ops::Range};
 
 use axum::{
-    body::{Body, HttpBody},
-    http::{HeaderMap, HeaderName, HeaderValue, Method, Request, StatusCode, header},
+    body::Body,
+    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
     response::{IntoResponse, Response},
 };
 use belvedere_scene::{BlobName, rung::RungName};
 use bytes::Bytes;
-use hyper::body::{Frame, SizeHint};
 
 use super::{
-    AppState, around,
+    AppState,
+    blob_body::BlobBody,
     conditional::{self, Verdict},
     error::ApiError,
     extract::Path,
+    fields::Fields,
+    heads::Heads,
     negotiate::{self, Choice},
     ranges::{self, Asked},
     rungs,
@@ -34,7 +29,7 @@ use super::{
 };
 use crate::{
     media,
-    store::{Coding, Representation, Representations},
+    store::{Representation, Representations},
 };
 
 /// `GET /o/{name}`: an immutable object, or a rung of one.
@@ -51,15 +46,20 @@ pub(super) async fn object(
         None => name.parse().map_err(|_| unknown())?,
     };
     let forms = visitor.blob(&blob).await?.ok_or_else(unknown)?;
-    answer_immutable(&blob, rung, &forms, &method, &headers).map(|response| response.map(Body::new))
+    let answered = with_object(&blob, rung, &forms, |object| object.answer(&method, &headers));
+    answered.map(|response| response.map(Body::new))
 }
 
 /// The same without waiting, when the object is public and in memory and nothing about the request needs an explanation.
-pub(super) fn object_in_memory<B>(state: &AppState, request: &Request<B>) -> Option<Response<BlobBody>> {
-    if !matches!(*request.method(), Method::GET | Method::HEAD) {
+pub(super) fn object_in_memory<A>(
+    state: &AppState,
+    (method, path): (&Method, &str),
+    answer: impl FnOnce(&BlobResponse) -> Result<A, ApiError>,
+) -> Option<A> {
+    if !matches!(*method, Method::GET | Method::HEAD) {
         return None;
     }
-    let name = request.uri().path().strip_prefix("/o/")?;
+    let name = path.strip_prefix("/o/")?;
     let rung = RungName::from_file_name(name);
     let blob = match rung {
         Some(rung) => rung.whole(),
@@ -69,24 +69,22 @@ pub(super) fn object_in_memory<B>(state: &AppState, request: &Request<B>) -> Opt
     if !state.publications.is_public(&blob) {
         return None;
     }
-    answer_immutable(&blob, rung, &forms, request.method(), request.headers()).ok()
+    with_object(&blob, rung, &forms, answer).ok()
 }
 
 /// Answers with a stored object, or with just a rung of it.
-fn answer_immutable(
+fn with_object<A>(
     name: &BlobName,
     rung: Option<RungName>,
     forms: &Representations,
-    method: &Method,
-    headers: &HeaderMap,
-) -> Result<Response<BlobBody>, ApiError> {
+    answer: impl FnOnce(&BlobResponse) -> Result<A, ApiError>,
+) -> Result<A, ApiError> {
     let cut = rung.map(|rung| rungs::cut(rung, forms)).transpose()?;
-    let response = BlobResponse {
+    answer(&BlobResponse {
         name,
         forms: cut.as_ref().unwrap_or(forms),
         life: Life::Immutable,
-    };
-    response.answer(method, headers)
+    })
 }
 
 /// How long an answer may be kept.
@@ -102,37 +100,6 @@ pub(super) enum Life {
 pub(super) const CURRENT: HeaderValue = HeaderValue::from_static(media::CURRENT);
 pub(super) const IMMUTABLE: HeaderValue = HeaderValue::from_static(media::FOR_EVER);
 
-/// The header fields of one form as an immutable object, complete: made once, cloned for each answer.
-#[derive(Debug)]
-struct Heads {
-    whole: HeaderMap,
-    /// Of a 304.
-    unchanged: HeaderMap,
-}
-
-impl Heads {
-    fn of(name: &BlobName, forms: &Representations, coding: Option<Coding>) -> Self {
-        let form = forms.of(coding).expect("heads are made of stored forms");
-        // With room for what a slice adds.
-        let mut unchanged = HeaderMap::with_capacity(16);
-        let etag = HeaderValue::from_maybe_shared(form.etag.clone()).expect("a tag is quoted hex digits");
-        unchanged.insert(header::ETAG, etag);
-        unchanged.insert(header::CACHE_CONTROL, IMMUTABLE);
-        if forms.has_variants() {
-            insert(&mut unchanged, header::VARY, "Accept-Encoding");
-        }
-        around::for_everybody(&mut unchanged);
-        let mut whole = unchanged.clone();
-        insert(&mut whole, header::CONTENT_TYPE, media::kind(name.ext()));
-        insert(&mut whole, header::ACCEPT_RANGES, "bytes");
-        if let Some(coding) = coding {
-            insert(&mut whole, header::CONTENT_ENCODING, coding.token());
-        }
-        whole.insert(header::CONTENT_LENGTH, form.bytes.len().into());
-        Self { whole, unchanged }
-    }
-}
-
 /// A blob and how it is to be sent.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BlobResponse<'a> {
@@ -141,23 +108,41 @@ pub(super) struct BlobResponse<'a> {
     pub(super) life: Life,
 }
 
+/// What of a blob is sent.
+#[derive(Debug)]
+pub(super) struct Chosen<'a> {
+    pub(super) form: &'a Representation,
+    pub(super) heads: &'a Heads,
+    pub(super) part: Part,
+}
+
+/// Which part of a form.
+#[derive(Debug)]
+pub(super) enum Part {
+    Whole,
+    One(Range<u64>),
+    Many(Vec<Range<u64>>),
+    /// None: the client has it.
+    Unchanged,
+}
+
 impl BlobResponse<'_> {
-    /// Answers a GET or HEAD.
-    pub(super) fn answer(&self, method: &Method, headers: &HeaderMap) -> Result<Response<BlobBody>, ApiError> {
+    /// What a GET or HEAD gets.
+    pub(super) fn choose(&self, method: &Method, fields: &impl Fields) -> Result<Chosen<'_>, ApiError> {
         let identity = &self.forms.identity;
         let len = identity.bytes.len() as u64;
         // A range means the identity, and HEAD has none (RFC 9110 §14.2).
         let asked = if method == Method::GET
-            && headers.contains_key(header::RANGE)
-            && negotiate::takes_identity(headers)
-            && conditional::range_applies(headers, &identity.etag)
+            && fields.has(&header::RANGE)
+            && negotiate::takes_identity(fields)
+            && conditional::range_applies(fields, &identity.etag)
         {
-            ranges::read(headers, len)
+            ranges::read(fields, len)
         } else {
             Asked::Whole
         };
         let coding = match asked {
-            Asked::Whole => match negotiate::choose(headers, self.forms) {
+            Asked::Whole => match negotiate::choose(fields, self.forms) {
                 Choice::Form(coding) => coding,
                 Choice::NotAcceptable => return Err(ApiError::NotAcceptable),
             },
@@ -165,18 +150,33 @@ impl BlobResponse<'_> {
         };
         let form = self.forms.of(coding).expect("only stored forms are chosen");
         let heads = form.derived.get_or_make(|| Heads::of(self.name, self.forms, coding));
-        let mut response = match (conditional::evaluate(headers, &form.etag), asked) {
+        let part = match (conditional::evaluate(fields, &form.etag), asked) {
             (Verdict::Failed, _) => return Err(ApiError::PreconditionFailed),
-            (Verdict::NotModified, _) => {
-                respond(StatusCode::NOT_MODIFIED, heads.unchanged.clone(), BlobBody::default())
-            }
-            (Verdict::Proceed, Asked::Whole) => self.whole(heads, form),
-            (Verdict::Proceed, Asked::One(slice)) => self.slice(heads, slice),
-            (Verdict::Proceed, Asked::Many(slices)) => self.slices(heads, &slices),
+            (Verdict::NotModified, _) => Part::Unchanged,
+            (Verdict::Proceed, Asked::Whole) => Part::Whole,
+            (Verdict::Proceed, Asked::One(slice)) => Part::One(slice),
+            (Verdict::Proceed, Asked::Many(slices)) => Part::Many(slices),
             (Verdict::Proceed, Asked::Nothing) => {
                 let varies = self.forms.has_variants();
                 return Err(ApiError::RangeNotSatisfiable { len, varies });
             }
+        };
+        Ok(Chosen { form, heads, part })
+    }
+
+    /// Answers a GET or HEAD.
+    pub(super) fn answer(&self, method: &Method, fields: &impl Fields) -> Result<Response<BlobBody>, ApiError> {
+        Ok(self.respond(method, &self.choose(method, fields)?))
+    }
+
+    /// The answer with what was chosen.
+    pub(super) fn respond(&self, method: &Method, chosen: &Chosen) -> Response<BlobBody> {
+        let Chosen { form, heads, part } = chosen;
+        let mut response = match part {
+            Part::Unchanged => respond(StatusCode::NOT_MODIFIED, heads.unchanged.clone(), BlobBody::default()),
+            Part::Whole => respond(StatusCode::OK, heads.whole.clone(), BlobBody::One(form.bytes.clone())),
+            Part::One(slice) => self.slice(heads, slice),
+            Part::Many(slices) => self.slices(heads, slices),
         };
         if self.life == Life::Current {
             let headers = response.headers_mut();
@@ -187,17 +187,13 @@ impl BlobResponse<'_> {
         if *method == Method::HEAD {
             *response.body_mut() = BlobBody::default();
         }
-        Ok(response)
+        response
     }
 
-    fn whole(&self, heads: &Heads, form: &Representation) -> Response<BlobBody> {
-        respond(StatusCode::OK, heads.whole.clone(), BlobBody::One(form.bytes.clone()))
-    }
-
-    fn slice(&self, heads: &Heads, slice: Range<u64>) -> Response<BlobBody> {
+    fn slice(&self, heads: &Heads, slice: &Range<u64>) -> Response<BlobBody> {
         let form = &self.forms.identity;
         let mut headers = heads.whole.clone();
-        let content_range = content_range(&slice, form.bytes.len());
+        let content_range = content_range(slice, form.bytes.len());
         let content_range = HeaderValue::try_from(content_range).expect("digits and punctuation");
         headers.insert(header::CONTENT_RANGE, content_range);
         headers.insert(header::CONTENT_LENGTH, (slice.end - slice.start).into());
@@ -259,7 +255,7 @@ pub(super) fn current_answer(
     }
 }
 
-fn content_range(slice: &Range<u64>, len: usize) -> String {
+pub(super) fn content_range(slice: &Range<u64>, len: usize) -> String {
     format!("bytes {}-{}/{len}", slice.start, slice.end - 1)
 }
 
@@ -272,48 +268,4 @@ fn respond(status: StatusCode, headers: HeaderMap, body: BlobBody) -> Response<B
     *response.status_mut() = status;
     *response.headers_mut() = headers;
     response
-}
-
-/// A body of slices that are sent without being copied together.
-#[derive(Debug, Default)]
-pub(super) enum BlobBody {
-    #[default]
-    Empty,
-    One(Bytes),
-    Many(VecDeque<Bytes>),
-}
-
-impl BlobBody {
-    /// How many bytes are still to be sent.
-    pub(super) fn len(&self) -> u64 {
-        match self {
-            Self::Empty => 0,
-            Self::One(bytes) => bytes.len() as u64,
-            Self::Many(parts) => parts.iter().map(|part| part.len() as u64).sum(),
-        }
-    }
-}
-
-impl HttpBody for BlobBody {
-    type Data = Bytes;
-    type Error = Infallible;
-
-    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
-        let next = match &mut *self {
-            Self::Many(parts) => parts.pop_front(),
-            one => match mem::take(one) {
-                Self::One(bytes) => Some(bytes),
-                _ => None,
-            },
-        };
-        Poll::Ready(next.map(|part| Ok(Frame::data(part))))
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.len() == 0
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        SizeHint::with_exact(self.len())
-    }
 }

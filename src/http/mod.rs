@@ -5,27 +5,34 @@
 //!
 //! * [`routes`]: the table of routes. `openapi`: the same for machines.
 //! * `extract`, `body`, `error`, `causes`: how requests are read, and the one shape of every error.
-//! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes. `rungs`: slices of smooth
-//!   LODs that are objects of their own. `bundle`: many of all these in one answer.
+//! * `immutable`, `negotiate`, `conditional`, `ranges`: RFC 9110 for content-addressed bytes, whoever has read the `fields`.
+//!   `heads`, `blob_body`: what is sent of them. `rungs`: slices of smooth LODs that are objects of their own. `bundle`:
+//!   many of all these in one answer.
 //! * `queries`: cells, objects and what is visible. `visible`: the same for any place, computed on line.
 //! * `live`: sessions with their event streams, movers and doors.
 //! * `uploads`, `rollback`: how what is published changes. `owner`: by whom. `pace`, `peer`: how often, and from where.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
 //! * `visitor`: for whom what is there. `links`: who comes through a link into a private scene.
 //! * `momentary`: answers that no cache keeps.
-//! * [`accept`]: the accept loop with its limits and its end. [`tls`]: certificates.
+//! * [`accept`]: the accept loop with its limits and its `ending`. [`tls`]: certificates. `direct`: simple requests without TLS,
+//!   answered in front of hyper. `quiet`: how long a peer is waited for.
 
 pub mod accept;
 mod around;
+mod blob_body;
 mod body;
 mod bundle;
 mod causes;
 mod conditional;
 mod cors;
+mod direct;
 mod documents;
+mod ending;
 mod error;
 mod extract;
+mod fields;
 pub mod front;
+mod heads;
 mod health;
 mod immutable;
 mod links;

@@ -3,8 +3,9 @@
 //! The highest quality wins; at equal quality zstd, then gzip, then the identity. The identity is acceptable unless it
 //! is excluded by name or by `*;q=0`, but when it is not named, anything acceptable goes before it.
 
-use axum::http::{HeaderMap, header};
+use axum::http::header;
 
+use super::fields::{Fields, text};
 use crate::store::{Coding, Representations};
 
 /// What the client gets.
@@ -17,7 +18,7 @@ pub(super) enum Choice {
 }
 
 /// Chooses among the stored forms.
-pub(super) fn choose(headers: &HeaderMap, forms: &Representations) -> Choice {
+pub(super) fn choose(headers: &impl Fields, forms: &Representations) -> Choice {
     let accept = Accept::read(headers);
     let mut best: Option<(u16, Option<Coding>)> = None;
     for coding in [Some(Coding::Zstd), Some(Coding::Gzip), None] {
@@ -32,7 +33,7 @@ pub(super) fn choose(headers: &HeaderMap, forms: &Representations) -> Choice {
 }
 
 /// Whether the client would take the identity.
-pub(super) fn takes_identity(headers: &HeaderMap) -> bool {
+pub(super) fn takes_identity(headers: &impl Fields) -> bool {
     Accept::read(headers).quality(None).is_some()
 }
 
@@ -46,12 +47,12 @@ struct Accept {
 }
 
 impl Accept {
-    fn read(headers: &HeaderMap) -> Self {
+    fn read(headers: &impl Fields) -> Self {
         let mut accept = Self::default();
-        for value in headers.get_all(header::ACCEPT_ENCODING) {
+        for value in headers.all(&header::ACCEPT_ENCODING) {
             // A field that is not text says nothing that we understand.
-            let Ok(text) = value.to_str() else { continue };
-            for element in text.split(',') {
+            let Some(value) = text(value) else { continue };
+            for element in value.split(',') {
                 accept.add(element);
             }
         }
@@ -116,6 +117,7 @@ fn thousandths(text: &str) -> Option<u16> {
 
 #[cfg(test)]
 mod tests {
+    use axum::http::HeaderMap;
     use bytes::Bytes;
 
     use super::*;
@@ -131,7 +133,7 @@ mod tests {
     }
 
     fn choice(accept: Option<&str>, variants: bool) -> &'static str {
-        let headers = accept
+        let headers: HeaderMap = accept
             .map(|a| (header::ACCEPT_ENCODING, a.parse().unwrap()))
             .into_iter()
             .collect();

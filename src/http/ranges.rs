@@ -5,7 +5,9 @@
 
 use std::ops::Range;
 
-use axum::http::{HeaderMap, header};
+use axum::http::header;
+
+use super::fields::{Fields, text};
 
 /// More ranges than this get the whole: they cost more in part headers than they save.
 pub(super) const MAX_RANGES: usize = 64;
@@ -24,16 +26,12 @@ pub(super) enum Asked {
 }
 
 /// Reads the `Range` header for `len` bytes.
-pub(super) fn read(headers: &HeaderMap, len: u64) -> Asked {
-    let mut values = headers.get_all(header::RANGE).iter();
+pub(super) fn read(headers: &impl Fields, len: u64) -> Asked {
+    let mut values = headers.all(&header::RANGE);
     let (Some(value), None) = (values.next(), values.next()) else {
         return Asked::Whole;
     };
-    value
-        .to_str()
-        .ok()
-        .and_then(|text| parse(text, len))
-        .unwrap_or(Asked::Whole)
+    text(value).and_then(|text| parse(text, len)).unwrap_or(Asked::Whole)
 }
 
 /// `None` when it is malformed.
@@ -95,10 +93,13 @@ fn overlap(slices: &[Range<u64>]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use axum::http::HeaderMap;
+
     use super::*;
 
     fn asked(text: &str, len: u64) -> Asked {
-        read(&[(header::RANGE, text.parse().unwrap())].into_iter().collect(), len)
+        let headers: HeaderMap = [(header::RANGE, text.parse().unwrap())].into_iter().collect();
+        read(&headers, len)
     }
 
     #[test]

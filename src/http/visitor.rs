@@ -2,19 +2,22 @@
 //! too, is there for those alone who come through its link or show an API key that may read it. For all others it is not
 //! there: they are answered word for word as if there were no such scene or object.
 
-use std::{convert::Infallible, sync::Arc, time::Duration};
+use std::{convert::Infallible, pin::Pin, sync::Arc, time::Duration};
 
 use axum::{
     extract::{FromRef, FromRequestParts},
     http::{HeaderMap, HeaderValue, header, request::Parts},
 };
 use belvedere_scene::{BlobName, SceneName};
-use tokio::{sync::OnceCell, time::timeout};
+use tokio::{
+    sync::{OnceCell, watch},
+    time::timeout,
+};
 
 use super::{AppState, error::ApiError, links::Link, owner, peer::Peer};
 use crate::{
     keys::{Grant, Scope},
-    published::{Document, Published},
+    published::{Document, Published, Snapshot},
     secret::Secret,
     store::Representations,
 };
@@ -87,8 +90,17 @@ impl Visitor {
     }
 
     /// Ends when a scene is no longer there for this visitor: its link has expired or got another key, its API key was
-    /// revoked, or the scene has become private. For whoever is answered for longer than a moment.
-    pub(super) async fn refused(self, scene: SceneName) {
+    /// revoked, or the scene has become private. For whoever is answered for longer than a moment; of most of these, who show
+    /// nothing, next to nothing is kept.
+    pub(super) fn refused(self, scene: SceneName) -> Pin<Box<dyn Future<Output = ()> + Send>> {
+        if self.link.is_none() && self.key.is_none() {
+            Box::pin(hidden(self.state.publications.changes(), scene))
+        } else {
+            Box::pin(self.not_admitted(scene))
+        }
+    }
+
+    async fn not_admitted(self, scene: SceneName) {
         let mut changes = self.state.publications.changes();
         loop {
             let at_most = match (&self.link, &self.key) {
@@ -150,6 +162,18 @@ impl Visitor {
         let ask = || owner::grant(&self.state, self.peer.as_ref(), Some(key.reveal()));
         self.granted.get_or_try_init(ask).await.map(Some)
     }
+}
+
+/// Ends when a scene is no longer there for everybody.
+async fn hidden(mut changes: watch::Receiver<Arc<Snapshot>>, scene: SceneName) {
+    while changes.changed().await.is_ok() {
+        let current = changes.borrow();
+        if !current.scenes.contains_key(&scene) || current.privacy.is_private(&scene) {
+            return;
+        }
+    }
+    // The server stops, and ends all streams in its own way.
+    std::future::pending().await
 }
 
 /// What was answered to whoever showed a key is for nobody else.

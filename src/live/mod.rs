@@ -8,7 +8,8 @@
 //! * [`Live`]: the front door: finds the scene of a session or a mover, and checks tokens. [`SessionHandle`]: what its holder
 //!   may ask.
 //! * `stage`: the task that owns a scene; `message`: how it is asked. `terrain`: what it reads of the published scene.
-//! * `outbox`: what a session has not heard yet, bounded however slow its reader. `reader`: the stream that it hears.
+//! * `outbox`: what a session has not heard yet, bounded however slow its reader; `poses`: written once for all of them.
+//!   `reader`: the stream that a session hears.
 //! * `screens`: what closed doors hide from a cell, proved beside that task.
 //! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
@@ -23,6 +24,7 @@ mod keeping;
 mod message;
 pub mod nodes;
 mod outbox;
+mod poses;
 mod quality;
 mod reader;
 mod record;

@@ -17,11 +17,12 @@ use std::{
 
 use belvedere_live::{
     Ms,
-    event::{Event, ObjectPose, Void},
-    motion::Pose,
+    event::{Event, Void},
 };
 use belvedere_scene::ObjectId;
 use bytes::Bytes;
+
+use super::poses::{self, Poses};
 
 /// So many bytes may wait for a reader.
 const QUEUE_BYTES: usize = 256 << 10;
@@ -39,7 +40,8 @@ struct State {
     /// Names and data of events to be read.
     queue: VecDeque<(&'static str, String)>,
     queue_bytes: usize,
-    poses: BTreeMap<ObjectId, Pose>,
+    /// The newest of each mover, as they are written.
+    poses: BTreeMap<ObjectId, Bytes>,
     poses_at_ms: Ms,
     /// What was read, or is to be read again, by number.
     ring: VecDeque<(u64, Bytes)>,
@@ -88,12 +90,18 @@ impl Outbox {
 
     /// Puts an event in.
     pub(super) fn push(&self, event: &Event) {
+        self.push_with(event, &mut Poses::default());
+    }
+
+    /// The same for one of many that are told of the same poses.
+    pub(super) fn push_with(&self, event: &Event, poses: &mut Poses) {
         let mut state = self.state();
         match event {
             Event::Resync { .. } => state.clear(),
             _ if state.missed.is_some() => return,
             Event::ObjectPos { t_ms, objects } => {
-                state.poses.extend(objects.iter().map(|told| (told.object, told.pose)));
+                let written = objects.iter().map(|told| (told.object, poses.written(told)));
+                state.poses.extend(written);
                 state.poses_at_ms = *t_ms;
                 return state.wake();
             }
@@ -209,40 +217,38 @@ impl State {
 
     /// Takes out what is to be read next.
     fn piece(&mut self) -> Option<Bytes> {
-        let mut piece = Vec::new();
-        while self.again < self.next && piece.len() < PIECE_BYTES {
+        let mut piece = Piece::default();
+        while self.again < self.next && piece.has_room() {
             let oldest = self.ring.front().map_or(self.next, |(number, _)| *number);
             if let Some((_, bytes)) = self.ring.get((self.again - oldest) as usize) {
-                piece.extend_from_slice(bytes);
+                piece.add(bytes.clone());
             }
             self.again += 1;
         }
-        while piece.len() < PIECE_BYTES
+        while piece.has_room()
             && let Some((name, data)) = self.queue.pop_front()
         {
             self.queue_bytes -= data.len();
-            piece.extend_from_slice(&self.numbered(name, &data));
+            piece.add(self.numbered(name, &data));
         }
-        if piece.len() < PIECE_BYTES && !self.poses.is_empty() {
+        if self.queue.is_empty() {
+            // Most sessions have nothing to wait for most of the time.
+            self.queue = VecDeque::new();
+        }
+        if piece.has_room() && !self.poses.is_empty() {
             let poses = std::mem::take(&mut self.poses);
-            let event = Event::ObjectPos {
-                t_ms: self.poses_at_ms,
-                objects: poses
-                    .into_iter()
-                    .map(|(object, pose)| ObjectPose { object, pose })
-                    .collect(),
-            };
-            let data = serde_json::to_string(&event).expect("an event holds nothing that JSON cannot say");
-            piece.extend_from_slice(&self.numbered(event.name(), &data));
+            let data = poses::data(self.poses_at_ms, poses.into_values().collect::<Vec<_>>().into_iter());
+            piece.add(self.numbered("object-pos", &data));
         }
-        (!piece.is_empty()).then(|| piece.into())
+        piece.whole()
     }
 
     /// An event as it is sent, kept for readers that come back.
     fn numbered(&mut self, name: &str, data: &str) -> Bytes {
         let mut text = String::with_capacity(data.len() + name.len() + 40);
         _ = write!(text, "id: {}\nevent: {name}\ndata: {data}\n\n", self.next);
-        let bytes = Bytes::from(text);
+        // Without the room that was not needed: it is kept.
+        let bytes = Bytes::from(text.into_boxed_str().into_boxed_bytes());
         self.ring.push_back((self.next, bytes.clone()));
         self.ring_bytes += bytes.len();
         self.next += 1;
@@ -256,9 +262,45 @@ impl State {
     }
 }
 
+/// Events that are sent together. One alone is not copied.
+#[derive(Default)]
+struct Piece {
+    first: Bytes,
+    all: Vec<u8>,
+}
+
+impl Piece {
+    fn has_room(&self) -> bool {
+        self.first.len().max(self.all.len()) < PIECE_BYTES
+    }
+
+    fn add(&mut self, event: Bytes) {
+        if self.first.is_empty() {
+            self.first = event;
+            return;
+        }
+        if self.all.is_empty() {
+            self.all.extend_from_slice(&self.first);
+        }
+        self.all.extend_from_slice(&event);
+    }
+
+    fn whole(self) -> Option<Bytes> {
+        let whole = if self.all.is_empty() {
+            self.first
+        } else {
+            self.all.into()
+        };
+        (!whole.is_empty()).then_some(whole)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use belvedere_live::event::Gone;
+    use belvedere_live::{
+        event::{Gone, ObjectPose},
+        motion::Pose,
+    };
 
     use super::*;
 

@@ -96,6 +96,12 @@ impl Traces {
         }))))
     }
 
+    /// Whether some are sent at all.
+    #[must_use]
+    pub fn are_sent(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// The span of a request that begins now, if it is to be recorded. Whoever sent it may say so, and of which trace it is
     /// a part (W3C Trace Context).
     #[must_use]

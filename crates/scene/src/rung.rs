@@ -99,8 +99,8 @@ impl RungName {
     /// Reads a name written by [`RungName::file_name`].
     #[must_use]
     pub fn from_file_name(name: &str) -> Option<Self> {
-        let (hash, rest) = name.split_once(".r")?;
-        let number = rest.strip_suffix(SLOD)?.strip_suffix('.')?;
+        // The end first: it is what most names of other objects lack.
+        let (hash, number) = name.strip_suffix(SLOD)?.strip_suffix('.')?.rsplit_once(".r")?;
         let plain = number.bytes().all(|b| b.is_ascii_digit()) && (number == "0" || !number.starts_with('0'));
         Some(Self {
             hash: hash.parse().ok()?,

@@ -235,7 +235,7 @@ pub(in crate::http) async fn events(
         Body::empty()
     } else {
         let told = session.events(last_seen).map(Ok::<_, Infallible>);
-        Body::from_stream(told.take_until(Box::pin(visitor.refused(session.scene().clone()))))
+        Body::from_stream(told.take_until(visitor.refused(session.scene().clone())))
     };
     let kept_apart = [
         (header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream")),

@@ -34,6 +34,7 @@ use super::{
     keeping::{DoorToKeep, Keeping},
     message::{Message, StageHandle},
     outbox::Outbox,
+    poses::Poses,
     statics::{self, View},
     terrain::Terrain,
 };
@@ -312,9 +313,10 @@ impl Stage {
             .tally
             .events
             .fetch_add(events.len() as u64, Ordering::Relaxed);
+        let mut poses = Poses::default();
         for (session, event) in events {
             if let Some(person) = self.people.get(&session) {
-                person.outbox.push(&event);
+                person.outbox.push_with(&event, &mut poses);
             }
         }
     }
