@@ -225,6 +225,8 @@ export class ModelLoads implements ModelNotes {
     const { model, grade } = load;
     const textures = new Map<string, ArrayBuffer>();
     const [make] = await Promise.all([this.files.fetchGrade(load, packs), this.files.fetchTextures(load, textures)]);
+    // Once rungs are decoded the load is not cancelled any more, and another one may have taken its place.
+    if (load.state === "cancelled") return;
     const { glb, state_bytes } = await make();
     await budget.run(async () => {
       // A texture that was held a moment ago may have gone with the last model that used it.
