@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 use super::wall::{Tolerance, Wall};
 use crate::world::{Triangle, World};
@@ -17,6 +18,8 @@ const MIN_AREA: f32 = 1e-6;
 const MAX_LINES: usize = 256;
 /// At most this many squares in all walls together.
 const MAX_SQUARES: usize = 24 << 20;
+/// So many walls are made at once, so that little is made that memory does not suffice for.
+const AT_ONCE: usize = 64;
 /// Normals are told apart to one part in this many.
 const NORMAL_STEPS: f32 = 1024.0;
 
@@ -48,13 +51,21 @@ pub(super) fn groups_by_area(world: &World, tolerance: Tolerance) -> Vec<Group> 
 /// The walls that groups make; none for those after which memory would not suffice.
 pub(super) fn walls(groups: &[Group], world: &World, tolerance: Tolerance) -> Vec<Wall> {
     let mut squares = 0;
-    let walls = groups.iter().map(|group| group.wall(world.triangles(), tolerance));
-    walls
-        .take_while(|wall| {
+    let mut walls = Vec::with_capacity(groups.len());
+    for some in groups.chunks(AT_ONCE) {
+        let made: Vec<Wall> = some
+            .par_iter()
+            .map(|group| group.wall(world.triangles(), tolerance))
+            .collect();
+        for wall in made {
             squares += wall.lines[0].len() * wall.lines[1].len();
-            squares <= MAX_SQUARES
-        })
-        .collect()
+            if squares > MAX_SQUARES {
+                return walls;
+            }
+            walls.push(wall);
+        }
+    }
+    walls
 }
 
 fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
