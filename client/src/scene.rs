@@ -1,7 +1,7 @@
 //! How does a client find its way inside one revision? Pointer → manifest → one chunk of the cell index → record →
 //! the object chunks that it names. Index documents are kept; nothing else is.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{any::Any, collections::HashMap, sync::Arc};
 
 use belvedere_scene::{
     BlobHash, BlobName, CellId, ObjectId, SceneName,
@@ -78,15 +78,8 @@ pub struct Scene<S> {
     source: Arc<S>,
     pointer: Pointer,
     manifest: Manifest,
-    index: Mutex<HashMap<BlobName, IndexDocument>>,
-}
-
-#[derive(Debug, Clone)]
-enum IndexDocument {
-    Page(Arc<Page>),
-    Cells(Arc<CellChunk>),
-    Objects(Arc<ObjectChunk>),
-    Models(Arc<ModelChunk>),
+    /// Pages and chunks that were read.
+    index: Mutex<HashMap<BlobName, Arc<dyn Any + Send + Sync>>>,
 }
 
 impl<S: ByteSource> Scene<S> {
@@ -114,8 +107,8 @@ impl<S: ByteSource> Scene<S> {
         let mut search = CellSearch::new(&self.manifest.cells, point);
         while let Some(entry) = search.wants() {
             match entry.kind {
-                PageKind::Page => search.give_page(&*self.page(&entry.url).await?),
-                PageKind::Chunk => search.give_chunk(&*self.cell_chunk(&entry.url).await?),
+                PageKind::Page => search.give_page(self.indexed::<Page>(&entry.url).await?.as_ref()),
+                PageKind::Chunk => search.give_chunk(self.indexed::<CellChunk>(&entry.url).await?.as_ref()),
             }
         }
         search.finish().ok_or(Error::NoCells)
@@ -149,7 +142,7 @@ impl<S: ByteSource> Scene<S> {
         let Some(entry) = self.leaf(&self.manifest.cells, cell.0).await? else {
             return Ok(None);
         };
-        let chunk = self.cell_chunk(&entry.url).await?;
+        let chunk: Arc<CellChunk> = self.indexed(&entry.url).await?;
         Ok(chunk.cells.iter().find(|c| c.cell == cell).cloned())
     }
 
@@ -194,18 +187,10 @@ impl<S: ByteSource> Scene<S> {
     pub async fn object(&self, object: ObjectId) -> Result<ObjectInfo, Error> {
         let missing = || Error::NotIndexed(object);
         let entry = self.leaf(&self.manifest.objects, object.0).await?.ok_or_else(missing)?;
-        let known = self.index.lock().await.get(&entry.url).cloned();
-        let chunk = match known {
-            Some(IndexDocument::Objects(chunk)) => chunk,
-            _ => {
-                let chunk = Arc::new(self.fetch_document(&entry.url).await?);
-                self.keep(&entry.url, IndexDocument::Objects(Arc::clone(&chunk))).await;
-                chunk
-            }
-        };
+        let chunk: Arc<ObjectChunk> = self.indexed(&entry.url).await?;
         let entry = chunk.entry(object).ok_or_else(missing)?;
         let leaf = self.leaf(&self.manifest.models, entry.model.0).await?;
-        let models = self.model_chunk(&leaf.ok_or_else(missing)?.url).await?;
+        let models: Arc<ModelChunk> = self.indexed(&leaf.ok_or_else(missing)?.url).await?;
         let model = models.models.get(&entry.model).ok_or_else(missing)?;
         Ok(ObjectInfo::join(entry, model))
     }
@@ -222,44 +207,20 @@ impl<S: ByteSource> Scene<S> {
     async fn leaf(&self, root: &Page, id: u32) -> Result<Option<PageEntry>, Error> {
         let mut entry = root.entry_of(id).cloned();
         while let Some(page) = entry.as_ref().filter(|e| e.kind == PageKind::Page) {
-            entry = self.page(&page.url).await?.entry_of(id).cloned();
+            entry = self.indexed::<Page>(&page.url).await?.entry_of(id).cloned();
         }
         Ok(entry)
     }
 
-    async fn page(&self, name: &BlobName) -> Result<Arc<Page>, Error> {
-        if let Some(IndexDocument::Page(page)) = self.index.lock().await.get(name) {
-            return Ok(Arc::clone(page));
+    /// A document of an index, fetched once.
+    async fn indexed<T: DeserializeOwned + Send + Sync + 'static>(&self, name: &BlobName) -> Result<Arc<T>, Error> {
+        let known = self.index.lock().await.get(name).cloned();
+        if let Some(Ok(document)) = known.map(Arc::downcast) {
+            return Ok(document);
         }
-        let page = Arc::new(self.fetch_document(name).await?);
-        self.keep(name, IndexDocument::Page(Arc::clone(&page))).await;
-        Ok(page)
-    }
-
-    async fn cell_chunk(&self, name: &BlobName) -> Result<Arc<CellChunk>, Error> {
-        if let Some(IndexDocument::Cells(chunk)) = self.index.lock().await.get(name) {
-            return Ok(Arc::clone(chunk));
-        }
-        let chunk = Arc::new(self.fetch_document(name).await?);
-        self.keep(name, IndexDocument::Cells(Arc::clone(&chunk))).await;
-        Ok(chunk)
-    }
-
-    async fn model_chunk(&self, name: &BlobName) -> Result<Arc<ModelChunk>, Error> {
-        if let Some(IndexDocument::Models(chunk)) = self.index.lock().await.get(name) {
-            return Ok(Arc::clone(chunk));
-        }
-        let chunk = Arc::new(self.fetch_document(name).await?);
-        self.keep(name, IndexDocument::Models(Arc::clone(&chunk))).await;
-        Ok(chunk)
-    }
-
-    async fn keep(&self, name: &BlobName, document: IndexDocument) {
-        self.index.lock().await.insert(name.clone(), document);
-    }
-
-    async fn fetch_document<T: DeserializeOwned>(&self, name: &BlobName) -> Result<T, Error> {
-        document(&name.url(), &self.blob(name).await?)
+        let read: Arc<T> = Arc::new(document(&name.url(), &self.blob(name).await?)?);
+        self.index.lock().await.insert(name.clone(), read.clone());
+        Ok(read)
     }
 }
 

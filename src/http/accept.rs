@@ -176,11 +176,16 @@ impl Connection {
         if self.tls.is_some() {
             return Box::pin(self.shake_hands(stream, address));
         }
-        let uploads = Uploads::default();
-        let peer = Peer::new(address, uploads.clone());
-        let io = Quiet::new(stream, self.patience, uploads);
+        let (io, peer) = self.watched(stream, address);
         let direct = Direct::new(io, self.front.clone(), peer, self.stopping.again());
         Box::pin(self.talk_plainly(Box::new(direct)))
+    }
+
+    /// A connection whose patience is counted, and who is at its other end.
+    fn watched<S>(&self, stream: S, address: SocketAddr) -> (Quiet<S>, Peer) {
+        let uploads = Uploads::default();
+        let peer = Peer::new(address, uploads.clone());
+        (Quiet::new(stream, self.patience, uploads), peer)
     }
 
     async fn shake_hands(mut self, stream: TcpStream, address: SocketAddr) {
@@ -193,9 +198,7 @@ impl Connection {
         match shaken.await {
             Some(Ok(stream)) => {
                 drop(shaking);
-                let uploads = Uploads::default();
-                let peer = Peer::new(address, uploads.clone());
-                let io = Quiet::new(stream, self.patience, uploads);
+                let (io, peer) = self.watched(stream, address);
                 Box::pin(self.ask_hyper(io, peer, true)).await;
             }
             Some(Err(error)) => tracing::debug!(%error, "a peer did not shake hands"),

@@ -18,6 +18,7 @@ import { nearestFrame, type Pose } from "../core/live/crowd.ts";
 import { bodyMaterial } from "./bodymaterial.ts";
 import { type Drawable, impostorMaterial } from "./impostormaterial.ts";
 import type { Person } from "./person.ts";
+import { withRoom } from "./room.ts";
 import { Squares } from "./squares.ts";
 
 /** Somebody, as they are to be drawn. */
@@ -28,8 +29,6 @@ export interface Somebody {
   readonly colour: Color;
 }
 
-/** Room for so many more than there are. */
-const ROOM = 2;
 const DISC_RADIUS_M = 0.5;
 const ABOVE_GROUND_M = 0.03;
 
@@ -46,7 +45,12 @@ export class NearCrowd {
   }
 
   draw(people: readonly Somebody[]): void {
-    const mesh = this.room(people.length);
+    this.mesh = withRoom(this.mesh, people.length, (capacity) => {
+      const made = new InstancedMesh(bodyGeometry(this.person, capacity), this.material, capacity);
+      this.root.add(made);
+      return made;
+    });
+    const { mesh } = this;
     if (!mesh) return;
     const { pose, tint } = mesh.geometry.attributes as Record<"pose" | "tint", InstancedBufferAttribute>;
     mesh.count = people.length;
@@ -56,18 +60,6 @@ export class NearCrowd {
       tint.setXYZ(i, somebody.colour.r, somebody.colour.g, somebody.colour.b);
     });
     for (const attribute of [mesh.instanceMatrix, pose, tint]) attribute.needsUpdate = true;
-  }
-
-  private room(count: number): InstancedMesh | undefined {
-    if (count <= (this.mesh?.instanceMatrix.count ?? 0)) return this.mesh;
-    this.mesh?.removeFromParent();
-    this.mesh?.geometry.dispose();
-    this.mesh?.dispose();
-    const capacity = ROOM * count;
-    this.mesh = new InstancedMesh(bodyGeometry(this.person, capacity), this.material, capacity);
-    this.mesh.frustumCulled = false;
-    this.root.add(this.mesh);
-    return this.mesh;
   }
 }
 
@@ -85,11 +77,11 @@ export class FarCrowd {
   }
 
   draw(people: readonly Somebody[]): void {
-    if (people.length > (this.squares?.capacity ?? 0)) {
-      this.squares?.release();
-      this.squares = new Squares(this.material, this.impostor, ROOM * people.length);
-      this.root.add(this.squares);
-    }
+    this.squares = withRoom(this.squares, people.length, (capacity) => {
+      const made = new Squares(this.material, this.impostor, capacity);
+      this.root.add(made);
+      return made;
+    });
     const { squares } = this;
     if (!squares) return;
     squares.count = people.length;
@@ -111,15 +103,12 @@ export class Discs {
   constructor(private readonly root: Object3D) {}
 
   draw(discs: readonly { readonly world: Matrix4; readonly colour: Color }[]): void {
-    if (discs.length > (this.mesh?.instanceMatrix.count ?? 0)) {
-      this.mesh?.removeFromParent();
-      this.mesh?.geometry.dispose();
-      this.mesh?.dispose();
+    this.mesh = withRoom(this.mesh, discs.length, (capacity) => {
       const disc = new CircleGeometry(DISC_RADIUS_M, 32).rotateX(-Math.PI / 2).translate(0, ABOVE_GROUND_M, 0);
-      this.mesh = new InstancedMesh(disc, this.material, ROOM * discs.length);
-      this.mesh.frustumCulled = false;
-      this.root.add(this.mesh);
-    }
+      const made = new InstancedMesh(disc, this.material, capacity);
+      this.root.add(made);
+      return made;
+    });
     const { mesh } = this;
     if (!mesh) return;
     mesh.count = discs.length;

@@ -20,6 +20,7 @@ import type { Vec3 } from "../core/geometry.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import { impostorMaterial } from "./impostormaterial.ts";
+import { release, withRoom } from "./room.ts";
 import { Squares } from "./squares.ts";
 import type { TextureCache } from "./textures.ts";
 
@@ -86,10 +87,11 @@ export class ImpostorCrowd {
 
   /** Draws these objects and no others; answers what is to be added to the picture when that has changed. */
   draw(crowd: readonly Standing[]): InstancedMesh | undefined {
-    if (crowd.length > (this.mesh?.capacity ?? 0)) {
-      this.mesh?.release();
-      this.mesh = new ObjectSquares(this.material, this.impostor, 2 * crowd.length);
-    }
+    this.mesh = withRoom(
+      this.mesh,
+      crowd.length,
+      (capacity) => new ObjectSquares(this.material, this.impostor, capacity),
+    );
     const { mesh } = this;
     if (!mesh) return undefined;
     mesh.standing = crowd;
@@ -106,7 +108,7 @@ export class ImpostorCrowd {
   }
 
   close(): void {
-    this.mesh?.release();
+    if (this.mesh) release(this.mesh);
     this.material.dispose();
     this.pictures.close();
   }

@@ -6,7 +6,7 @@ import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
 import rules from "../../content/person.dcg?raw";
 import type { Vec3 } from "../core/geometry.ts";
 import type { Round } from "../core/live/crowd.ts";
-import { type Grown, grow, readProgram } from "../core/procedural/index.ts";
+import { type Grown, grow, type Program, readProgram } from "../core/procedural/index.ts";
 
 /** The body at a moment. */
 type Moment = Pick<Grown["parts"][number], "meshes"> &
@@ -33,10 +33,13 @@ export interface Person extends Round {
 
 /** Grows one. */
 export function growPerson(): Person {
-  const standing = grown(0, 0);
+  const program = readProgram("person.dcg", rules, (path) => {
+    throw new Error(`${path} is not here`);
+  });
+  const standing = grown(program, 0, 0);
   const wish = standing.impostor;
   if (!wish) throw new Error("person.dcg asks for no pictures");
-  const walking = Array.from({ length: wish.frames }, (_, frame) => grown(frame / wish.frames, 1));
+  const walking = Array.from({ length: wish.frames }, (_, frame) => grown(program, frame / wish.frames, 1));
   const moments = [...walking, standing];
   const vertices = standing.meshes.reduce((sum, mesh) => sum + mesh.vertices, 0);
   const positions = rows(moments, "positions", vertices);
@@ -56,14 +59,11 @@ export function growPerson(): Person {
 }
 
 /** The whole of the rules is one part. */
-function grown(phase: number, walking: number): Moment {
+function grown(program: Program, phase: number, walking: number): Moment {
   const parameters = new Map([
     ["phase", phase],
     ["walking", walking],
   ]);
-  const program = readProgram("person.dcg", rules, (path) => {
-    throw new Error(`${path} is not here`);
-  });
   const { parts, materials } = grow(program, { parameters });
   const [part] = parts;
   if (!part || parts.length > 1) throw new Error("person.dcg is more than one part");

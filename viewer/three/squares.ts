@@ -40,11 +40,10 @@ export class Squares extends InstancedMesh {
   constructor(
     material: Material,
     private readonly impostor: Drawable,
-    readonly capacity: number,
+    capacity: number,
   ) {
     const geometry = new PlaneGeometry(2, 2);
     super(geometry, material, capacity);
-    this.frustumCulled = false;
     this.matrixAutoUpdate = false;
     const attribute = (size: number) =>
       new InstancedBufferAttribute(new Float32Array(size * capacity), size).setUsage(DynamicDrawUsage);
@@ -96,12 +95,5 @@ export class Squares extends InstancedMesh {
       viewWeights.setXYZ(i, around[0].weight, around[1].weight, around[2].weight);
     }
     for (const attribute of Object.values(this.numbers)) attribute.needsUpdate = true;
-  }
-
-  /** Frees what it takes, but not its material. */
-  release(): void {
-    this.removeFromParent();
-    this.geometry.dispose();
-    this.dispose();
   }
 }

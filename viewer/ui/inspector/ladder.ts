@@ -1,7 +1,7 @@
 /** Which levels and rungs has the object that was clicked, and which of them is drawn? */
 import type { Model } from "../../core/documents.ts";
 import { distanceToBounds } from "../../core/geometry.ts";
-import { type Grade, goalOf, gradesOf, isHereWellEnough } from "../../core/grades.ts";
+import { filesOf, type Grade, goalOf, gradesOf, isHereWellEnough } from "../../core/grades.ts";
 import { geometricError_m, type PlacedObject } from "../../core/objects.ts";
 import { errorOf_px, errorThatDoes } from "../../core/scheduler.ts";
 import { boxes } from "../../three/overlay.ts";
@@ -87,12 +87,10 @@ function isPartOf(grade: Grade, held: Grade | undefined): boolean {
   );
 }
 
-/** Of a level, an impostor or rules, or of a rung alone. */
-function bytesOf({ levels, smooth, impostor, rules }: Model, { kind, number }: Grade): number {
-  if (kind === "level") return levels[number]?.bytes ?? 0;
-  if (kind === "impostor") return (impostor?.colour.bytes ?? 0) + (impostor?.shape.bytes ?? 0);
-  if (kind === "grown")
-    return [rules?.file, ...(rules?.imports.values() ?? [])].reduce((sum, file) => sum + (file?.bytes ?? 0), 0);
-  const { from = 0, to = 0 } = smooth?.rungs[number] ?? {};
+/** Of a level without its pictures, of a rung alone, and of all files of an impostor or of rules. */
+function bytesOf(model: Model, grade: Grade): number {
+  if (grade.kind === "level") return model.levels[grade.number]?.bytes ?? 0;
+  if (grade.kind !== "rung") return filesOf(model, grade).reduce((sum, { bytes }) => sum + bytes, 0);
+  const { from = 0, to = 0 } = model.smooth?.rungs[grade.number] ?? {};
   return to - from;
 }

@@ -150,30 +150,30 @@ pub fn import_sown(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Gro
             file: file_name.to_owned(),
         });
     }
-    import_on(ground, file_name, bytes, Asked::Source(sowing))
+    import_on(ground, file_name, bytes, Asker::Source(sowing))
 }
 
 /// Who asks for a file.
 #[derive(Clone, Copy)]
-enum Asked<'a> {
+enum Asker<'a> {
     /// Whoever bakes it; rules get this.
     Source(&'a Sowing),
     /// Rules that place it. Its nodes may grow no rules, or the two could place each other for ever.
     Placed,
 }
 
-fn import_on(ground: Ground, file_name: &str, bytes: Vec<u8>, asked: Asked) -> Result<Imported, ImportError> {
+fn import_on(ground: Ground, file_name: &str, bytes: Vec<u8>, asker: Asker) -> Result<Imported, ImportError> {
     let mut budget = Budget::new(ground.limits);
     budget.claim(bytes.len(), 1, || file_name.to_owned())?;
     if file_name.ends_with(".plan") {
         return read_plan(&bytes, ground.progress);
     }
-    let nodes_grow = match asked {
-        Asked::Source(sowing) if file_name.ends_with(".dcg") => {
+    let nodes_grow = match asker {
+        Asker::Source(sowing) if file_name.ends_with(".dcg") => {
             return procedural::read(file_name, bytes, sowing, ground);
         }
-        Asked::Source(_) => true,
-        Asked::Placed => false,
+        Asker::Source(_) => true,
+        Asker::Placed => false,
     };
     if detect(file_name, &bytes) != Format::Zip {
         return Document::open(file_name, bytes, &mut budget)?.read(ground, budget, nodes_grow);

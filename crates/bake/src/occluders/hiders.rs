@@ -27,6 +27,9 @@ const SHARED_FACES: usize = 512;
 /// forgotten: neighbours ask one after the other, and who asks next is elsewhere.
 const MOST_KEPT_BYTES: usize = 256 << 20;
 
+/// What each takes besides, also where there is no wall.
+const ENTRY_BYTES: usize = 128;
+
 /// Everything that hides in a world.
 pub struct Hiders<'a> {
     world: &'a World,
@@ -213,7 +216,8 @@ impl<'a> Hiders<'a> {
             });
             let large = part.filter(|part| part.area_m2 >= planes::min_area_m2(self.world));
             let wall = large.map(|part| Known::new(part.wall(triangles, self.tolerance)));
-            let bytes = size_of_val(&key.1[..]) + wall.as_ref().map_or(0, |known| known.wall.bytes());
+            let held = wall.as_ref().map_or(0, |known| known.wall.bytes());
+            let bytes = ENTRY_BYTES + size_of_val(&key.1[..]) + held;
             let mut made = self.made.lock().expect("nobody panics while holding this lock");
             if made.bytes + bytes > MOST_KEPT_BYTES {
                 *made = Made::default();

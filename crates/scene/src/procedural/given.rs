@@ -14,15 +14,7 @@ impl Program {
     /// When it has no parameter of a name.
     pub fn text_given(&self, values: &BTreeMap<String, Value>) -> Result<String, Box<DcgError>> {
         let module = &self.modules[0];
-        let names = || self.parameters();
-        if let Some(name) = values.keys().find(|name| !names().any(|known| known == *name)) {
-            let problem = Problem::Unknown {
-                kind: "parameter",
-                name: name.clone(),
-                suggestion: nearest(name, names()),
-            };
-            return Err(module.error(0, problem));
-        }
+        self.refuse_unknown(values.keys())?;
         let mut text = String::with_capacity(module.text.len());
         let mut copied = 0;
         for parameter in &module.parameters {
@@ -42,5 +34,18 @@ impl Program {
             copied = parameter.default.end;
         }
         Ok(text + &module.text[copied..])
+    }
+
+    /// Refuses the first name that no parameter of the first file has.
+    pub(super) fn refuse_unknown<'n>(&self, mut given: impl Iterator<Item = &'n String>) -> Result<(), Box<DcgError>> {
+        let Some(name) = given.find(|name| !self.parameters().any(|known| known == *name)) else {
+            return Ok(());
+        };
+        let problem = Problem::Unknown {
+            kind: "parameter",
+            name: name.clone(),
+            suggestion: nearest(name, self.parameters()),
+        };
+        Err(self.modules[0].error(0, problem))
     }
 }

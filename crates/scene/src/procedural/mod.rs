@@ -34,7 +34,7 @@ mod tests;
 mod value;
 
 pub use error::{DcgError, Problem};
-pub use evaluator::{Settings, bounds, grow};
+pub use evaluator::{PHASE, Settings, bounds, grow};
 pub use grown::{Grown, Instance, Part, Placement, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};

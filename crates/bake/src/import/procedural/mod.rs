@@ -18,7 +18,7 @@ use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
 use belvedere_scene::procedural::{Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow};
 
 use super::uri::relative_path;
-use super::{Asked, FileError, ImportError, Imported, Limits, SourceFiles};
+use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles};
 use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::SourceScene;
@@ -189,7 +189,7 @@ impl<'a> Beside<'a> {
             },
             &path,
             bytes,
-            Asked::Placed,
+            Asker::Placed,
         )
     }
 }

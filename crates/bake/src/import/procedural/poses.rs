@@ -2,15 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use belvedere_scene::procedural::{Loader, Part, Program, Recipe, Settings, Surface, Value, grow};
+use belvedere_scene::procedural::{Loader, PHASE, Part, Program, Recipe, Settings, Surface, Value, grow};
 
 use super::scene::{Rules, material, primitive};
 use crate::defect::Defects;
 use crate::import::ImportError;
 use crate::source::{Primitive, SourceScene};
-
-/// The parameter that says how much of a round of a movement is over; 1 would be 0 again.
-const PHASE: &str = "phase";
 
 /// The materials of the whole model, and where the scene has them.
 pub(super) struct Palette<'g> {

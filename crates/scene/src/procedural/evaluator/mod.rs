@@ -17,6 +17,8 @@ mod part;
 mod statement;
 mod terminal;
 
+pub use part::PHASE;
+
 use std::collections::{BTreeMap, HashMap};
 
 use super::affine::Affine;

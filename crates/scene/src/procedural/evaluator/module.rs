@@ -3,7 +3,7 @@
 use super::part::PHASE;
 use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle};
 use crate::procedural::affine::Affine;
-use crate::procedural::error::{Problem, nearest};
+use crate::procedural::error::Problem;
 use crate::procedural::grown::Part;
 use crate::procedural::syntax::{At, Call};
 use crate::procedural::value::Value;
@@ -11,22 +11,8 @@ use crate::procedural::value::Value;
 impl<'p> Evaluator<'p> {
     /// Grows the first file with the parameters from outside.
     pub(super) fn grow_model(&mut self) -> Outcome<()> {
+        self.program.refuse_unknown(self.settings.parameters.keys())?;
         let module = &self.program.modules[0];
-        let names = module.parameters.iter().map(|parameter| parameter.formal.name.as_str());
-        for name in self.settings.parameters.keys() {
-            if !names.clone().any(|known| known == name) {
-                let (kind, suggestion) = ("parameter", nearest(name, names));
-                return self.error(
-                    0,
-                    0,
-                    Problem::Unknown {
-                        kind,
-                        name: name.clone(),
-                        suggestion,
-                    },
-                );
-            }
-        }
         let given = module
             .parameters
             .iter()

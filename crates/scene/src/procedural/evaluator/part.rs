@@ -14,7 +14,7 @@ use crate::procedural::syntax::{At, Expr, Rule, Statement};
 use crate::procedural::value::Value;
 
 /// The parameter by which a part or a file moves: the share of a round of its movement that is over.
-pub(super) const PHASE: &str = "phase";
+pub const PHASE: &str = "phase";
 
 /// By how much geometry may go beyond what a part declares: rounding to single precision, relative and in metres.
 const SLACK: f64 = 1e-6;
