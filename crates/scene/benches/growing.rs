@@ -1,8 +1,9 @@
-//! How fast do rules become triangles? One core, CPU time of this thread; prints Markdown. `cargo bench -p belvedere-scene`.
+//! How fast do rules become triangles? One core, CPU time of this thread; prints Markdown. `cargo bench -p belvedere-scene`, for
+//! one model alone with its name: `cargo bench -p belvedere-scene --bench growing -- tree.dcg`.
 
 #![allow(clippy::print_stdout, reason = "that is what a bench is for")]
 
-use std::{fs, path::Path};
+use std::{env, fs, path::Path};
 
 use belvedere_scene::procedural::{Loader, Program, Settings, grow};
 
@@ -41,7 +42,9 @@ fn main() {
     let own = texts.map(|(name, text)| (name.to_owned(), text.to_owned()));
     let content = ["tree.dcg", "conifer.dcg", "terrain.dcg"];
     let content = content.map(|file| (file.to_owned(), Content.load(file).expect("the content is there")));
-    for (name, text) in own.into_iter().chain(content) {
+    let wanted = env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    let models = own.into_iter().chain(content);
+    for (name, text) in models.filter(|(name, _)| wanted.as_ref().is_none_or(|wanted| wanted == name)) {
         let program = Program::read(&name, text, &Content).expect("the rules are sound");
         let (mut triangles, mut times) = (0, 0);
         let start = cpu_s();

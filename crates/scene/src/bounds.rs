@@ -35,11 +35,12 @@ impl Bounds {
     /// The smallest box around both.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
-        let pick = |f: fn(f64, f64) -> f64, a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| f(a[i], b[i]));
-        Self {
-            min: pick(f64::min, self.min, other.min),
-            max: pick(f64::max, self.max, other.max),
+        let (mut min, mut max) = (self.min, self.max);
+        for i in 0..3 {
+            min[i] = min[i].min(other.min[i]);
+            max[i] = max[i].max(other.max[i]);
         }
+        Self { min, max }
     }
 
     /// Whether the point lies inside or on the surface.

@@ -1,6 +1,7 @@
 //! Where is the turtle? A frame in space: three axes and an origin.
 
 use super::arithmetic::sin_cos;
+use crate::Bounds;
 
 /// An affine map: columns x, y, z and the origin. Applied as one product and two sums for each coordinate, in this order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,24 +20,53 @@ impl Affine {
     };
 
     /// Where a direction leads.
+    #[inline]
     #[must_use]
     pub fn direction(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [a, b, c] = &self.axes;
-        std::array::from_fn(|i| a[i] * x + b[i] * y + c[i] * z)
+        let along = |i: usize| a[i] * x + b[i] * y + c[i] * z;
+        [along(0), along(1), along(2)]
     }
 
     /// Where a point comes to lie.
+    #[inline]
     #[must_use]
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
-        let d = self.direction(p);
-        std::array::from_fn(|i| d[i] + self.origin[i])
+        let ([x, y, z], [dx, dy, dz]) = (self.direction(p), self.origin);
+        [x + dx, y + dy, z + dz]
+    }
+
+    /// The box around the eight corners of a box. Each coordinate is a sum of one term for each axis, and rounding keeps
+    /// order: so the least and the most of each term give the least and the most of all corners, to the bit.
+    #[must_use]
+    pub fn bounds(&self, of: &Bounds) -> Bounds {
+        if of.is_empty() {
+            return Bounds::EMPTY;
+        }
+        let mut bounds = Bounds::EMPTY;
+        for i in 0..3 {
+            let end = |least: bool| {
+                let term = |axis: usize| {
+                    let factor = self.axes[axis][i];
+                    let from_min = (factor >= 0.0) == least;
+                    factor * if from_min { of.min[axis] } else { of.max[axis] }
+                };
+                term(0) + term(1) + term(2) + self.origin[i]
+            };
+            (bounds.min[i], bounds.max[i]) = (end(true), end(false));
+        }
+        bounds
     }
 
     /// First `inner`, then this.
     #[must_use]
     pub fn after(&self, inner: &Self) -> Self {
         Self {
-            axes: inner.axes.map(|axis| self.direction(axis)),
+            axes: [
+                self.direction(inner.axes[0]),
+                self.direction(inner.axes[1]),
+                self.direction(inner.axes[2]),
+            ],
             origin: self.point(inner.origin),
         }
     }
@@ -66,8 +96,10 @@ impl Affine {
         let (from, to) = ((axis + 1) % 3, (axis + 2) % 3);
         let (u, v) = (self.axes[from], self.axes[to]);
         let mut axes = self.axes;
-        axes[from] = std::array::from_fn(|i| u[i] * cos + v[i] * sin);
-        axes[to] = std::array::from_fn(|i| v[i] * cos - u[i] * sin);
+        for i in 0..3 {
+            axes[from][i] = u[i] * cos + v[i] * sin;
+            axes[to][i] = v[i] * cos - u[i] * sin;
+        }
         Self {
             axes,
             origin: self.origin,
@@ -84,10 +116,10 @@ impl Affine {
     #[must_use]
     pub fn normals(&self) -> Self {
         let [x, y, z] = self.axes;
-        let axes = [cross(y, z), cross(z, x), cross(x, y)];
         let sign = if self.mirrors() { -1.0 } else { 1.0 };
+        let signed = |[x, y, z]: [f64; 3]| [x * sign, y * sign, z * sign];
         Self {
-            axes: axes.map(|axis| axis.map(|v| v * sign)),
+            axes: [signed(cross(y, z)), signed(cross(z, x)), signed(cross(x, y))],
             origin: [0.0; 3],
         }
     }
@@ -115,6 +147,7 @@ pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// Of length one; upright when it has no direction.
+#[inline]
 pub(super) fn unit(v: [f64; 3]) -> [f64; 3] {
     let length = dot(v, v).sqrt();
     if length > 0.0 {

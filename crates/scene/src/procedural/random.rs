@@ -47,25 +47,29 @@ pub fn fraction(path: u32) -> f64 {
 /// Smooth noise over the plane, between −1 and 1, about one hill for each unit (Perlin 1985, with his later fade).
 #[must_use]
 pub fn noise(seed: u32, x: f64, z: f64) -> f64 {
-    let (column, row) = (x.floor(), z.floor());
-    let (u, v) = (x - column, z - row);
-    let slope = |i: f64, j: f64| {
-        // Whole numbers below 2^53; what is above 32 bits wraps around.
-        let (i, j) = (i as i64 as u32, j as i64 as u32);
-        let hash = mixed(step(step(seed, i), j));
+    let (column, row) = (floor(x), floor(z));
+    let (u, v) = (x - column as f64, z - row as f64);
+    // What is above 32 bits wraps around.
+    let left = step(seed, column as u32);
+    let right = step(seed, (column + 1) as u32);
+    let dot = |side: u32, along: i64, u: f64, v: f64| {
+        let hash = mixed(step(side, along as u32));
         let component = |bits: u32| f64::from(bits) / 32_767.5 - 1.0;
-        (component(hash & 0xffff), component(hash >> 16))
-    };
-    let dot = |di: f64, dj: f64| {
-        let (gx, gz) = slope(column + di, row + dj);
-        gx * (u - di) + gz * (v - dj)
+        component(hash & 0xffff) * u + component(hash >> 16) * v
     };
     let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let (s, t) = (fade(u), fade(v));
-    let (a, b, c, d) = (dot(0.0, 0.0), dot(1.0, 0.0), dot(0.0, 1.0), dot(1.0, 1.0));
+    let (a, b) = (dot(left, row, u, v), dot(right, row, u - 1.0, v));
+    let (c, d) = (dot(left, row + 1, u, v - 1.0), dot(right, row + 1, u - 1.0, v - 1.0));
     let near = a + (b - a) * s;
     let far = c + (d - c) * s;
     near + (far - near) * t
+}
+
+/// Rounded down; without a call into the machine's library, which has one where processors of all ages must do.
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from((whole as f64) > x)
 }
 
 #[cfg(test)]

@@ -281,6 +281,22 @@ pub(super) enum Expr {
         arguments: Vec<Expr>,
     },
     Call(usize),
+    Plain(Box<Plain>),
+}
+
+/// An expression of numbers alone, every node of which is visited whenever it is: so what that takes is known beforehand.
+#[derive(Debug, Clone)]
+pub(super) struct Plain {
+    pub(super) of: Expr,
+    pub(super) cost: Cost,
+}
+
+/// What the visit of an expression takes.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cost {
+    pub(super) steps: u32,
+    /// Nodes inside each other.
+    pub(super) nesting: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

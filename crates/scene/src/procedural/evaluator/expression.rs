@@ -1,20 +1,20 @@
 //! What is the value of an expression?
 
+use super::operation::{MAX_NOISE, MAX_OCTAVES, MAX_POWER, fractal, random, truth};
 use super::{Evaluator, Outcome, Scope};
-use crate::procedural::arithmetic::{atan2, power, sin_cos};
 use crate::procedural::error::Problem;
 use crate::procedural::limits::{MAX_LIST, MAX_LIST_DEPTH, reached};
-use crate::procedural::random::{fraction, noise, step};
 use crate::procedural::syntax::{At, BuiltIn, Expr, Operator};
 use crate::procedural::value::Value;
 
-/// Beyond this a whole number is no longer told from the next in every operation.
-const MAX_NOISE: f64 = 1e9;
-/// Most terms of fractal noise.
-const MAX_OCTAVES: f64 = 16.0;
-
 impl<'p> Evaluator<'p> {
     pub(super) fn value(&mut self, scope: &Scope, at: At, expr: &'p Expr) -> Outcome<Value> {
+        if let Expr::Plain(plain) = expr {
+            return match plain.of {
+                Expr::List(..) => self.value(scope, at, &plain.of),
+                _ => Ok(Value::Number(self.plain(scope, at, plain, "this result")?)),
+            };
+        }
         self.descend(scope, at)?;
         let value = match expr {
             Expr::Local(slot) => self.local(scope, *slot).clone(),
@@ -51,6 +51,7 @@ impl<'p> Evaluator<'p> {
     pub(super) fn number(&mut self, scope: &Scope, at: At, expr: &'p Expr, what: &'static str) -> Outcome<f64> {
         match expr {
             Expr::Number(number) => Ok(*number),
+            Expr::Plain(plain) => self.plain(scope, at, plain, what),
             Expr::Binary { .. } | Expr::Minus(_) | Expr::Detail | Expr::Level => {
                 self.descend(scope, at)?;
                 let number = self.computed(scope, at, expr)?;
@@ -183,27 +184,16 @@ impl<'p> Evaluator<'p> {
             | Expr::If(_)
             | Expr::List(..)
             | Expr::Item { .. }
-            | Expr::Call(_) => {
-                unreachable!("their values may be lists")
-            }
+            | Expr::Call(_)
+            | Expr::Plain(_) => unreachable!("they were visited before"),
         }
     }
 
     fn binary(&self, scope: &Scope, at: At, operator: Operator, a: f64, b: f64) -> Outcome<f64> {
-        let result = match operator {
-            Operator::Add => a + b,
-            Operator::Subtract => a - b,
-            Operator::Multiply => a * b,
-            Operator::Divide if b == 0.0 => return self.error(scope.module, at, Problem::DivisionByZero),
-            Operator::Divide => a / b,
-            Operator::Equal => truth(a == b),
-            Operator::Unequal => truth(a != b),
-            Operator::Less => truth(a < b),
-            Operator::AtMost => truth(a <= b),
-            Operator::More => truth(a > b),
-            Operator::AtLeast => truth(a >= b),
-        };
-        self.finite(scope, at, result, "this result")
+        if operator == Operator::Divide && b == 0.0 {
+            return self.error(scope.module, at, Problem::DivisionByZero);
+        }
+        self.finite(scope, at, operator.of(a, b), "this result")
     }
 
     fn finite(&self, scope: &Scope, at: At, number: f64, what: &'static str) -> Outcome<f64> {
@@ -229,72 +219,31 @@ impl<'p> Evaluator<'p> {
         }
         let [a, b, c] = numbers;
         let result = match name {
-            BuiltIn::Abs => a.abs(),
-            BuiltIn::Atan2 => atan2(a, b),
-            BuiltIn::Ceil => -(-a).floor(),
-            BuiltIn::Clamp => {
-                if a < b {
-                    b
-                } else if a > c {
-                    c
-                } else {
-                    a
-                }
-            }
-            BuiltIn::Cos => sin_cos(a).1,
-            BuiltIn::Floor => a.floor(),
-            BuiltIn::Max => {
-                if a > b {
-                    a
-                } else {
-                    b
-                }
-            }
-            BuiltIn::Min => {
-                if a < b {
-                    a
-                } else {
-                    b
-                }
-            }
             BuiltIn::Mod if b == 0.0 => return self.error(scope.module, at, Problem::DivisionByZero),
-            BuiltIn::Mod => a - b * (a / b).floor(),
-            BuiltIn::Noise => self.fractal((scope, at), (a, b), 1.0)?,
-            BuiltIn::Fractal => self.fractal((scope, at), (a, b), c)?,
+            BuiltIn::Noise => self.fractal((scope, at), [a, b], 1.0)?,
+            BuiltIn::Fractal => self.fractal((scope, at), [a, b], c)?,
             BuiltIn::Power => {
-                let whole = self.within((scope, at), b, "a power", (-64.0, 64.0))?;
-                power(a, whole.floor() as i32)
+                self.within((scope, at), b, "a power", (-MAX_POWER, MAX_POWER))?;
+                name.of(a, b, c)
             }
-            BuiltIn::Random => {
-                let part = fraction(step(scope.path, site));
-                if arguments.is_empty() { part } else { a + (b - a) * part }
-            }
-            BuiltIn::Round => (a + 0.5).floor(),
-            BuiltIn::Sin => sin_cos(a).0,
+            BuiltIn::Random if arguments.is_empty() => random(scope, site),
+            BuiltIn::Random => a + (b - a) * random(scope, site),
             BuiltIn::Sqrt if a < 0.0 => {
                 let (what, wanted) = ("what a root is taken of", "0 or more");
                 return self.error(scope.module, at, Problem::Shape { what, wanted });
             }
-            BuiltIn::Sqrt => a.sqrt(),
-            BuiltIn::Count | BuiltIn::Mix => unreachable!("they take lists"),
+            _ => name.of(a, b, c),
         };
         self.finite(scope, at, result, "this result")
     }
 
-    /// Octaves of noise, each half as high and half as wide as the one before.
-    fn fractal(&mut self, (scope, at): (&Scope, At), (x, z): (f64, f64), octaves: f64) -> Outcome<f64> {
+    fn fractal(&mut self, (scope, at): (&Scope, At), place: [f64; 2], octaves: f64) -> Outcome<f64> {
         let octaves = self
             .within((scope, at), octaves, "octaves", (1.0, MAX_OCTAVES))?
             .floor() as u32;
         self.count(scope, at, octaves.into())?;
-        let (mut x, mut z, mut weight, mut sum) = (x, z, 1.0, 0.0);
-        for octave in 0..octaves {
-            self.within((scope, at), x.abs(), "a coordinate of noise", (0.0, MAX_NOISE))?;
-            self.within((scope, at), z.abs(), "a coordinate of noise", (0.0, MAX_NOISE))?;
-            sum += weight * noise(self.settings.seed.wrapping_add(octave), x, z);
-            (x, z, weight) = (2.0 * x, 2.0 * z, 0.5 * weight);
-        }
-        Ok(sum)
+        fractal(self.settings.seed, place, octaves)
+            .or_else(|far| self.within((scope, at), far, "a coordinate of noise", (0.0, MAX_NOISE)))
     }
 
     /// Between two numbers, or item by item between two lists.
@@ -324,8 +273,4 @@ impl<'p> Evaluator<'p> {
             }
         }
     }
-}
-
-fn truth(holds: bool) -> f64 {
-    if holds { 1.0 } else { 0.0 }
 }

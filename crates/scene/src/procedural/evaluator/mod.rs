@@ -6,14 +6,16 @@
 //!
 //! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times.
 //! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values.
-//! * [`expression`] computes values, [`terminal`] makes solids and [`material`] surfaces of them.
+//! * [`expression`] computes values, [`plain`] most of them at one go by [`operation`], [`terminal`] makes solids and [`material`] surfaces of them.
 
 mod call;
 mod enumerate;
 mod expression;
 mod material;
 mod module;
+mod operation;
 mod part;
+mod plain;
 mod statement;
 mod terminal;
 
@@ -26,6 +28,7 @@ use super::error::{DcgError, Problem};
 use super::grown::{Grown, Part, Surface};
 use super::limits::{FINEST, Limits, Usage, reached};
 use super::link::Program;
+use super::solid::Circles;
 use super::syntax::{At, Rule};
 use super::value::Value;
 use crate::Bounds;
@@ -136,6 +139,7 @@ struct Evaluator<'p> {
     /// The part that is being made.
     part: usize,
     materials: Vec<Surface>,
+    circles: Circles,
 }
 
 impl<'p> Evaluator<'p> {
@@ -163,6 +167,7 @@ impl<'p> Evaluator<'p> {
             accounts: Vec::new(),
             part: 0,
             materials: vec![Surface::default()],
+            circles: Circles::default(),
         }
     }
 
@@ -184,23 +189,43 @@ impl<'p> Evaluator<'p> {
 
     /// Counts visits; `at` is where to say that there are too many.
     fn count(&mut self, scope: &Scope, at: At, steps: u64) -> Outcome<()> {
-        self.usage.steps = self.usage.steps.saturating_add(steps);
-        let limit = self.settings.limits.steps;
-        if self.usage.steps > limit {
-            return self.error(scope.module, at, reached("steps", limit));
+        if self.takes(steps) {
+            return Ok(());
         }
-        Ok(())
+        self.error(scope.module, at, reached("steps", self.settings.limits.steps))
     }
 
     /// Goes one deeper; whoever calls it comes back with [`Evaluator::ascend`], unless there was an error.
     fn descend(&mut self, scope: &Scope, at: At) -> Outcome<()> {
+        if self.enters() {
+            return Ok(());
+        }
+        self.refused(scope, at)
+    }
+
+    /// Counts visits; whether there are not too many.
+    fn takes(&mut self, steps: u64) -> bool {
+        self.usage.steps = self.usage.steps.saturating_add(steps);
+        self.usage.steps <= self.settings.limits.steps
+    }
+
+    /// Goes one deeper; whether that is allowed.
+    fn enters(&mut self) -> bool {
         self.nesting += 1;
         self.usage.nesting = self.usage.nesting.max(self.nesting);
-        let limit = self.settings.limits.nesting;
-        if self.nesting > limit {
-            return self.error(scope.module, at, reached("nesting", limit.into()));
-        }
-        self.count(scope, at, 1)
+        self.nesting <= self.settings.limits.nesting && self.takes(1)
+    }
+
+    /// Why [`Evaluator::enters`] said no.
+    #[cold]
+    fn refused(&self, scope: &Scope, at: At) -> Outcome<()> {
+        let Limits { nesting, steps, .. } = self.settings.limits;
+        let reached = if self.nesting > nesting {
+            reached("nesting", nesting.into())
+        } else {
+            reached("steps", steps)
+        };
+        self.error(scope.module, at, reached)
     }
 
     fn ascend(&mut self) {

@@ -177,17 +177,9 @@ impl<'p> Evaluator<'p> {
             part,
             frame: turtle.frame,
         });
-        outer.bounds = outer.bounds.union(&placed(&inner, &turtle.frame));
+        outer.bounds = outer.bounds.union(&turtle.frame.bounds(&inner));
         Ok(())
     }
-}
-
-/// A box around a box in a frame.
-pub(super) fn placed(bounds: &Bounds, frame: &Affine) -> Bounds {
-    if bounds.is_empty() {
-        return Bounds::EMPTY;
-    }
-    Bounds::around(bounds.corners().map(|corner| frame.point(corner)))
 }
 
 fn exceeds(inner: &Bounds, outer: &Bounds) -> bool {

@@ -12,7 +12,9 @@ const MIN_SCALE: f64 = 1e-6;
 
 impl<'p> Evaluator<'p> {
     pub(super) fn visit(&mut self, scope: &Scope, turtle: &Turtle, statement: &'p Statement) -> Outcome<()> {
-        self.descend(scope, self.place(scope, statement))?;
+        if !self.enters() {
+            return self.refused(scope, self.place(scope, statement));
+        }
         self.act(scope, turtle, statement)?;
         self.ascend();
         Ok(())

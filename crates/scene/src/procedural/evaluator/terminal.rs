@@ -1,16 +1,17 @@
 //! Which solid do these values make? Values are checked here; a [`Solid`] is sound.
 
-use super::part::placed;
+use std::sync::Arc;
+
 use super::{Evaluator, Outcome, Scope, Turtle};
 use crate::impostor::Wish;
 use crate::procedural::error::Problem;
 use crate::procedural::limits::{FINEST, MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached};
-use crate::procedural::solid::{Heights, IMPOSTOR, Mesh, SIDES, Solid, SolidKind, Writer};
+use crate::procedural::solid::{Faces, Heights, IMPOSTOR, Mesh, SIDES, Solid, SolidKind, Writer};
 use crate::procedural::syntax::{At, Expr};
 use crate::procedural::value::Value;
 
 /// Largest length of a solid, metres.
-const MAX_LENGTH: f64 = 1e6;
+pub(super) const MAX_LENGTH: f64 = 1e6;
 /// Shortest way of a round of steps.
 const LEAST_STRIDE: f64 = 1e-3;
 /// Most vertices of a mesh, so that indices and their differences stay within 32 bits.
@@ -24,7 +25,7 @@ impl<'p> Evaluator<'p> {
     /// Adds a solid to the part that is being made.
     pub(super) fn add(&mut self, (scope, at): Place, turtle: &Turtle, solid: &Solid) -> Outcome<()> {
         let part = &mut self.parts[self.part];
-        part.bounds = part.bounds.union(&placed(&solid.extent(), &turtle.frame));
+        part.bounds = part.bounds.union(&turtle.frame.bounds(&solid.extent()));
         if self.measuring {
             return Ok(());
         }
@@ -49,7 +50,7 @@ impl<'p> Evaluator<'p> {
         };
         let mesh = &mut part.meshes[index];
         let before = mesh.indices.len();
-        let written = solid.write(&mut Writer::new(mesh, &turtle.frame));
+        let written = solid.write(&mut Writer::new(mesh, &turtle.frame, &mut self.circles));
         self.usage.triangles += (mesh.indices.len() - before) as u64 / 3;
         if mesh.positions.len() > MAX_VERTICES {
             return self.error(scope.module, at, reached("triangles", limit));
@@ -103,8 +104,8 @@ impl<'p> Evaluator<'p> {
             }
             SolidKind::Polygon => {
                 let points = self.points(place, arguments[0].as_ref())?;
-                let face = (0..points.len() as u32).collect();
-                self.mesh(place, points, vec![face])?
+                let faces = Faces::one(points.len() as u32);
+                self.mesh(place, points, faces)?
             }
             SolidKind::Mesh => {
                 let points = self.points(place, arguments[0].as_ref())?;
@@ -177,8 +178,8 @@ impl<'p> Evaluator<'p> {
         })
     }
 
-    fn mesh(&mut self, place: Place, points: Vec<[f64; 3]>, faces: Vec<Vec<u32>>) -> Outcome<Solid> {
-        for face in &faces {
+    fn mesh(&mut self, place: Place, points: Vec<[f64; 3]>, faces: Faces) -> Outcome<Solid> {
+        for face in faces.iter() {
             if face.len() < 3 || face.len() > MAX_CORNERS {
                 return self.error(
                     place.0.module,
@@ -238,6 +239,11 @@ impl<'p> Evaluator<'p> {
     }
 
     fn points(&mut self, place: Place, expr: Option<&'p Expr>) -> Outcome<Vec<[f64; 3]>> {
+        if let Some(Expr::Plain(plain)) = expr
+            && let Some(points) = self.plain_rows(place.0, plain)
+        {
+            return Ok(points);
+        }
         let list = self.listed(place, expr)?;
         let Value::List(items, _) = list else {
             return Ok(Vec::new());
@@ -245,20 +251,14 @@ impl<'p> Evaluator<'p> {
         items.iter().map(|item| self.point3(place.0, place.1, item)).collect()
     }
 
-    fn faces(&mut self, (scope, at): Place, expr: Option<&'p Expr>, points: usize) -> Outcome<Vec<Vec<u32>>> {
+    fn faces(&mut self, (scope, at): Place, expr: Option<&'p Expr>, points: usize) -> Outcome<Faces> {
+        if let Some(Expr::Plain(plain)) = expr
+            && let Some(faces) = self.plain_faces(scope, plain, points)
+        {
+            return Ok(faces);
+        }
         let list = self.listed((scope, at), expr)?;
-        let Value::List(faces, _) = list else {
-            return Ok(Vec::new());
-        };
-        let face = |face: &Value| -> Option<Vec<u32>> {
-            let Value::List(corners, _) = face else { return None };
-            let corner = |corner: &Value| match corner {
-                Value::Number(i) if *i >= 0.0 && *i < points as f64 => Some(*i as u32),
-                _ => None,
-            };
-            corners.iter().map(corner).collect()
-        };
-        match faces.iter().map(face).collect() {
+        match faces_of(&list, points) {
             Some(faces) => Ok(faces),
             None => self.error(
                 scope.module,
@@ -279,6 +279,12 @@ impl<'p> Evaluator<'p> {
     }
 
     fn corners(&mut self, place: Place, expr: Option<&'p Expr>, least: usize) -> Outcome<Vec<[f64; 2]>> {
+        if let Some(Expr::Plain(plain)) = expr
+            && let Some(corners) = self.plain_rows(place.0, plain)
+            && (least..=MAX_CORNERS).contains(&corners.len())
+        {
+            return Ok(corners);
+        }
         let list = self.listed(place, expr)?;
         self.corners_of(place, &list, least)
     }
@@ -303,6 +309,22 @@ impl<'p> Evaluator<'p> {
         let numbers: Option<Vec<f64>> = items.iter().map(number).collect();
         numbers?.try_into().ok()
     }
+}
+
+fn faces_of(list: &Value, points: usize) -> Option<Faces> {
+    let items = |value: &Value| match value {
+        Value::List(items, _) => Some(Arc::clone(items)),
+        Value::Number(_) => None,
+    };
+    let mut faces = Faces::default();
+    for face in items(list)?.iter() {
+        for corner in items(face)?.iter() {
+            let Value::Number(corner) = corner else { return None };
+            faces.corner(*corner, points)?;
+        }
+        faces.end();
+    }
+    Some(faces)
 }
 
 fn shape(what: &'static str, wanted: &'static str) -> Problem {

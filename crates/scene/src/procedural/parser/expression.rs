@@ -21,7 +21,7 @@ impl Parser<'_> {
     pub(super) fn expression(&mut self) -> Parsed<Expr> {
         self.nested(|parser| {
             if !parser.takes_word("if") {
-                return parser.disjunction();
+                return Ok(parser.disjunction()?.made_plain());
             }
             let condition = parser.expression()?;
             parser.expect_word("then")?;

@@ -1,8 +1,8 @@
 //! Which triangles do boxes, prisms, sets of polygons and height fields have?
 
-use super::Heights;
 use super::mesh::Writer;
-use super::polygon::{newell, outline, triangulated};
+use super::polygon::{Ears, newell, outline};
+use super::{Faces, Heights};
 use crate::procedural::error::Problem;
 
 /// Six faces, each with corners of its own.
@@ -23,29 +23,35 @@ pub(super) fn write_box(writer: &mut Writer, [width, height, depth]: [f64; 3]) {
         ([4, 5, 7, 6], [0.0, 0.0, 1.0]),
         ([0, 2, 3, 1], [0.0, 0.0, -1.0]),
     ];
-    for (corners, normal) in faces {
-        writer.quad(corners.map(at), normal);
+    let mut positions = [[0.0; 3]; 8];
+    for (i, position) in positions.iter_mut().enumerate() {
+        *position = writer.position(at(i));
+    }
+    writer.reserve(24, 12);
+    for ([a, b, c, d], normal) in faces {
+        writer.quad([positions[a], positions[b], positions[c], positions[d]], normal);
     }
 }
 
 /// A wall for each edge, a lid and a floor.
 pub(super) fn write_prism(writer: &mut Writer, footprint: &[[f64; 2]], height: f64) -> Result<(), Problem> {
     let corners = outline(footprint);
-    let triangles = triangulated(&corners)?;
+    let mut ears = Ears::default();
+    let triangles = ears.cut_off(&corners)?;
     for (i, &[x, z]) in corners.iter().enumerate() {
         let [to_x, to_z] = corners[(i + 1) % corners.len()];
         let wall = [[x, 0.0, z], [to_x, 0.0, to_z], [to_x, height, to_z], [x, height, z]];
-        writer.quad(wall, [z - to_z, 0.0, to_x - x]);
+        writer.quad(wall.map(|corner| writer.position(corner)), [z - to_z, 0.0, to_x - x]);
     }
     for (y, up) in [(height, 1.0), (0.0, -1.0)] {
         let normal = writer.normal([0.0, up, 0.0]);
-        let vertices: Vec<u32> = corners.iter().map(|&[x, z]| writer.vertex([x, y, z], normal)).collect();
-        for &[a, b, c] in &triangles {
-            let [a, b, c] = [a, b, c].map(|corner| vertices[corner]);
+        let first = writer.next();
+        corners.iter().for_each(|&[x, z]| writer.vertex([x, y, z], normal));
+        for &[a, b, c] in triangles {
             if up > 0.0 {
-                writer.triangle(a, b, c);
+                writer.triangle(first + a, first + b, first + c);
             } else {
-                writer.triangle(a, c, b);
+                writer.triangle(first + a, first + c, first + b);
             }
         }
     }
@@ -53,20 +59,25 @@ pub(super) fn write_prism(writer: &mut Writer, footprint: &[[f64; 2]], height: f
 }
 
 /// Flat polygons; each has corners of its own.
-pub(super) fn write_mesh(writer: &mut Writer, points: &[[f64; 3]], faces: &[Vec<u32>]) -> Result<(), Problem> {
-    for face in faces {
-        let corners: Vec<[f64; 3]> = face.iter().map(|&i| points[i as usize]).collect();
+pub(super) fn write_mesh(writer: &mut Writer, points: &[[f64; 3]], faces: &Faces) -> Result<(), Problem> {
+    let (mut corners, mut flattened, mut ears) = (Vec::new(), Vec::new(), Ears::default());
+    for face in faces.iter() {
+        corners.clear();
+        corners.extend(face.iter().map(|&i| points[i as usize]));
         let normal = newell(&corners);
         // Looked at along the axis on which it has most area, with that side's order kept.
         let steep = (0..3).fold(0, |best, a| if normal[a].abs() > normal[best].abs() { a } else { best });
         let (u, v) = ((steep + 1) % 3, (steep + 2) % 3);
         let flipped = normal[steep] < 0.0;
         let flat = |p: &[f64; 3]| if flipped { [p[u], p[v]] } else { [p[v], p[u]] };
-        let triangles = triangulated(&corners.iter().map(flat).collect::<Vec<_>>())?;
+        flattened.clear();
+        flattened.extend(corners.iter().map(flat));
+        let triangles = ears.cut_off(&flattened)?;
         let normal = writer.normal(normal);
-        let vertices: Vec<u32> = corners.iter().map(|&corner| writer.vertex(corner, normal)).collect();
-        for [a, b, c] in triangles {
-            writer.triangle(vertices[a], vertices[b], vertices[c]);
+        let first = writer.next();
+        corners.iter().for_each(|&corner| writer.vertex(corner, normal));
+        for &[a, b, c] in triangles {
+            writer.triangle(first + a, first + b, first + c);
         }
     }
     Ok(())
@@ -79,7 +90,8 @@ pub(super) fn write_heights(writer: &mut Writer, field: &Heights) {
     let (dx, dz) = (width / columns as f64, depth / rows as f64);
     let row = columns + 3;
     let height = |i: usize, j: usize| field.heights[j * row + i];
-    let mut first = 0;
+    let first = writer.next();
+    writer.reserve((columns + 1) * (rows + 1), 2 * columns * rows);
     for j in 0..=rows {
         for i in 0..=columns {
             // Samples begin one step before the rectangle.
@@ -88,10 +100,7 @@ pub(super) fn write_heights(writer: &mut Writer, field: &Heights) {
             let normal = writer.normal([-slope_x, 1.0, -slope_z]);
             let x = width * (i as f64 / columns as f64 - 0.5);
             let z = depth * (j as f64 / rows as f64 - 0.5);
-            let vertex = writer.vertex([x, height(i + 1, j + 1), z], normal);
-            if (i, j) == (0, 0) {
-                first = vertex;
-            }
+            writer.vertex([x, height(i + 1, j + 1), z], normal);
         }
     }
     let at = |i: usize, j: usize| first + (j * (columns + 1) + i) as u32;

@@ -1,5 +1,8 @@
 //! Where do triangles go? Into one mesh for each material of a part, placed by the turtle's frame.
 
+use std::rc::Rc;
+
+use super::round::Circles;
 use crate::procedural::affine::{Affine, unit};
 
 /// Triangles of one material, in the space of their part.
@@ -15,6 +18,10 @@ pub struct Mesh {
     pub indices: Vec<u32>,
 }
 
+fn single([x, y, z]: [f64; 3]) -> [f32; 3] {
+    [x as f32, y as f32, z as f32]
+}
+
 /// Adds vertices and triangles to a mesh as they lie in a frame. Numbers are rounded to single precision here, last.
 #[derive(Debug)]
 pub(crate) struct Writer<'m> {
@@ -22,41 +29,70 @@ pub(crate) struct Writer<'m> {
     frame: Affine,
     normals: Affine,
     mirrored: bool,
+    circles: &'m mut Circles,
 }
 
 impl<'m> Writer<'m> {
-    pub(crate) fn new(mesh: &'m mut Mesh, frame: &Affine) -> Self {
+    pub(crate) fn new(mesh: &'m mut Mesh, frame: &Affine, circles: &'m mut Circles) -> Self {
         Self {
             mesh,
             frame: *frame,
             normals: frame.normals(),
             mirrored: frame.mirrors(),
+            circles,
         }
     }
 
-    /// A normal as it is written.
-    pub(super) fn normal(&self, normal: [f64; 3]) -> [f32; 3] {
-        unit(self.normals.direction(normal)).map(|v| v as f32)
+    /// Directions of the corners of a regular polygon.
+    pub(super) fn circle(&mut self, sides: u32) -> Rc<[[f64; 2]]> {
+        self.circles.of(sides)
     }
 
-    /// Adds a vertex; its index.
-    pub(super) fn vertex(&mut self, position: [f64; 3], normal: [f32; 3]) -> u32 {
-        self.mesh.positions.push(self.frame.point(position).map(|v| v as f32));
+    /// Makes room.
+    pub(super) fn reserve(&mut self, vertices: usize, triangles: usize) {
+        self.mesh.positions.reserve(vertices);
+        self.mesh.normals.reserve(vertices);
+        self.mesh.indices.reserve(3 * triangles);
+    }
+
+    /// A position as it is written.
+    #[inline]
+    pub(super) fn position(&self, position: [f64; 3]) -> [f32; 3] {
+        single(self.frame.point(position))
+    }
+
+    /// A normal as it is written.
+    #[inline]
+    pub(super) fn normal(&self, normal: [f64; 3]) -> [f32; 3] {
+        single(unit(self.normals.direction(normal)))
+    }
+
+    /// The index of the next vertex.
+    pub(super) fn next(&self) -> u32 {
+        self.mesh.positions.len() as u32
+    }
+
+    /// Adds a vertex.
+    #[inline]
+    pub(super) fn vertex(&mut self, position: [f64; 3], normal: [f32; 3]) {
+        self.mesh.positions.push(self.position(position));
         self.mesh.normals.push(normal);
-        self.mesh.positions.len() as u32 - 1
     }
 
     /// Adds a triangle that is counter-clockwise before the frame.
+    #[inline]
     pub(super) fn triangle(&mut self, a: u32, b: u32, c: u32) {
         let corners = if self.mirrored { [a, c, b] } else { [a, b, c] };
         self.mesh.indices.extend(corners);
     }
 
-    /// Adds a flat quadrangle with corners in order.
-    pub(super) fn quad(&mut self, corners: [[f64; 3]; 4], normal: [f64; 3]) {
-        let normal = self.normal(normal);
-        let [a, b, c, d] = corners.map(|corner| self.vertex(corner, normal));
-        self.triangle(a, b, c);
-        self.triangle(a, c, d);
+    /// Adds a flat quadrangle with corners in order, as positions are written.
+    #[inline]
+    pub(super) fn quad(&mut self, corners: [[f32; 3]; 4], normal: [f64; 3]) {
+        let a = self.next();
+        self.mesh.positions.extend_from_slice(&corners);
+        self.mesh.normals.extend_from_slice(&[self.normal(normal); 4]);
+        self.triangle(a, a + 1, a + 2);
+        self.triangle(a, a + 2, a + 3);
     }
 }

@@ -11,6 +11,7 @@ mod round;
 pub use mesh::Mesh;
 pub(super) use mesh::Writer;
 pub(super) use polygon::outline;
+pub(super) use round::Circles;
 
 use super::error::Problem;
 use super::limits::FINEST;
@@ -125,9 +126,46 @@ pub(super) enum Solid {
     },
     Mesh {
         points: Vec<[f64; 3]>,
-        faces: Vec<Vec<u32>>,
+        faces: Faces,
     },
     Heights(Heights),
+}
+
+/// Polygons by the numbers of their corners, one after the other.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Faces {
+    corners: Vec<u32>,
+    /// Where each ends in `corners`.
+    ends: Vec<u32>,
+}
+
+impl Faces {
+    /// One, around `corners` points in their order.
+    pub(super) fn one(corners: u32) -> Self {
+        Self {
+            corners: (0..corners).collect(),
+            ends: vec![corners],
+        }
+    }
+
+    /// Adds a corner to the face that is not ended; `None` when it is none of so many points.
+    pub(super) fn corner(&mut self, corner: f64, points: usize) -> Option<()> {
+        let is_one = corner >= 0.0 && corner < points as f64;
+        is_one.then(|| self.corners.push(corner as u32))
+    }
+
+    pub(super) fn end(&mut self) {
+        self.ends.push(self.corners.len() as u32);
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let mut first = 0;
+        self.ends.iter().map(move |&end| {
+            let face = &self.corners[first..end as usize];
+            first = end as usize;
+            face
+        })
+    }
 }
 
 /// A surface over a rectangle around the origin.
@@ -174,7 +212,7 @@ impl Solid {
             Self::Sphere { sides, .. } => u64::from(*sides) * u64::from(*sides),
             Self::Lathe { profile, sides, .. } => 2 * profile.len() as u64 * u64::from(*sides),
             Self::Prism { footprint, .. } => 4 * footprint.len() as u64,
-            Self::Mesh { faces, .. } => faces.iter().map(|face| face.len() as u64).sum(),
+            Self::Mesh { faces, .. } => faces.corners.len() as u64,
             Self::Heights(heights) => 2 * u64::from(heights.steps[0]) * u64::from(heights.steps[1]),
         }
     }

@@ -28,53 +28,64 @@ fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1])
 }
 
-/// Triangles that fill a polygon whose corners are counter-clockwise.
-///
-/// # Errors
-/// When it crosses itself or has no area.
-pub(super) fn triangulated(corners: &[[f64; 2]]) -> Result<Vec<[usize; 3]>, Problem> {
-    let mut left: Vec<usize> = (0..corners.len()).collect();
-    let mut triangles = Vec::new();
-    while left.len() > 2 {
-        let count = left.len();
-        let around = |i: usize| [left[(i + count - 1) % count], left[i], left[(i + 1) % count]];
-        let is_ear = |i: usize| {
-            let [before, corner, after] = around(i);
-            let [a, b, c] = [corners[before], corners[corner], corners[after]];
-            let is_inside = |p: [f64; 2]| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
-            let others = left.iter().filter(|other| ![before, corner, after].contains(other));
-            let mut others = others.map(|&other| corners[other]).filter(|p| ![a, b, c].contains(p));
-            turn(a, b, c) > 0.0 && !others.any(is_inside)
-        };
-        match (0..count).find(|&i| is_ear(i)) {
-            Some(ear) => {
-                triangles.push(around(ear));
-                left.remove(ear);
-            }
+/// Finds triangles that fill polygons, one after the other.
+#[derive(Debug, Default)]
+pub(super) struct Ears {
+    /// Corners that are not cut off.
+    left: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Ears {
+    /// Triangles that fill a polygon whose corners are counter-clockwise.
+    ///
+    /// # Errors
+    /// When it crosses itself or has no area.
+    pub(super) fn cut_off(&mut self, corners: &[[f64; 2]]) -> Result<&[[u32; 3]], Problem> {
+        let Self { left, triangles } = self;
+        left.clear();
+        left.extend(0..corners.len() as u32);
+        triangles.clear();
+        while left.len() > 2 {
+            let count = left.len();
+            let around = |i: usize| [left[(i + count - 1) % count], left[i], left[(i + 1) % count]];
+            let turns = |i: usize| {
+                let [a, b, c] = around(i).map(|corner| corners[corner as usize]);
+                turn(a, b, c)
+            };
             // What is left may lie in a line; a corner in a line bounds nothing.
-            None => match (0..count).find(|&i| {
-                let [a, b, c] = around(i).map(|corner| corners[corner]);
-                turn(a, b, c) == 0.0
-            }) {
-                Some(straight) => {
-                    left.remove(straight);
-                }
+            let ear = (0..count).find(|&i| turns(i) > 0.0 && is_empty(around(i), left, corners));
+            if let Some(ear) = ear {
+                triangles.push(around(ear));
+            }
+            match ear.or_else(|| (0..count).find(|&i| turns(i) == 0.0)) {
+                Some(cut) => left.remove(cut),
                 None => return Err(Problem::Polygon),
-            },
+            };
+        }
+        if triangles.is_empty() {
+            Err(Problem::Polygon)
+        } else {
+            Ok(triangles)
         }
     }
-    if triangles.is_empty() {
-        Err(Problem::Polygon)
-    } else {
-        Ok(triangles)
-    }
+}
+
+/// Whether no other corner lies in a triangle, its border included, but for those that lie on one of its corners.
+fn is_empty(triangle: [u32; 3], left: &[u32], corners: &[[f64; 2]]) -> bool {
+    let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
+    let is_inside = |p: [f64; 2]| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
+    let others = left.iter().filter(|other| !triangle.contains(other));
+    let mut others = others
+        .map(|&other| corners[other as usize])
+        .filter(|p| ![a, b, c].contains(p));
+    !others.any(is_inside)
 }
 
 /// The normal of a polygon in space, as long as twice its area (Newell).
 pub(super) fn newell(corners: &[[f64; 3]]) -> [f64; 3] {
     let mut normal = [0.0; 3];
-    for (i, a) in corners.iter().enumerate() {
-        let b = corners[(i + 1) % corners.len()];
+    for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
         for (axis, sum) in normal.iter_mut().enumerate() {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             *sum += (a[u] - b[u]) * (a[v] + b[v]);

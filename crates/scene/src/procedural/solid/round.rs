@@ -1,5 +1,7 @@
 //! Which triangles do cones, spheres and turned profiles have? Rings around the y axis, joined by strips.
 
+use std::rc::Rc;
+
 use super::mesh::Writer;
 use crate::procedural::arithmetic::sin_cos;
 
@@ -15,7 +17,7 @@ struct Ring {
 /// A mantle, and a disc at each end that has a radius when it is closed.
 pub(super) fn write_cone(writer: &mut Writer, radii: [f64; 2], height: f64, (sides, closed): (u32, bool)) {
     let [low, high] = radii;
-    let circle = circle(sides);
+    let circle = writer.circle(sides);
     let ring = |radius, y| Ring {
         radius,
         y,
@@ -39,12 +41,13 @@ pub(super) fn write_sphere(writer: &mut Writer, radius: f64, sides: u32) {
             normal: [sin, -cos],
         }
     };
-    strip(writer, &circle(sides), &(0..=rows).map(ring).collect::<Vec<_>>());
+    let circle = writer.circle(sides);
+    strip(writer, &circle, &(0..=rows).map(ring).collect::<Vec<_>>());
 }
 
 /// A strip for each part of the profile, or one for all of it when it is smooth.
 pub(super) fn write_lathe(writer: &mut Writer, profile: &[[f64; 2]], (sides, smooth): (u32, bool)) {
-    let circle = circle(sides);
+    let circle = writer.circle(sides);
     let outward = |i: usize| {
         let ([r, y], [to_r, to_y]) = (profile[i], profile[i + 1]);
         let (dr, dy) = (to_r - r, to_y - y);
@@ -75,13 +78,23 @@ pub(super) fn write_lathe(writer: &mut Writer, profile: &[[f64; 2]], (sides, smo
     }
 }
 
-/// Directions x, z of the corners, the first along x, then towards −z: counter-clockwise from above.
-fn circle(sides: u32) -> Vec<[f64; 2]> {
-    let direction = |side: u32| {
-        let (sin, cos) = sin_cos(360.0 * f64::from(side) / f64::from(sides));
-        [cos, -sin]
-    };
-    (0..sides).map(direction).collect()
+/// Circles that were asked for, by their sides.
+#[derive(Debug, Default)]
+pub(crate) struct Circles(Vec<Option<Rc<[[f64; 2]]>>>);
+
+impl Circles {
+    /// Directions x, z of the corners, the first along x, then towards −z: counter-clockwise from above.
+    pub(super) fn of(&mut self, sides: u32) -> Rc<[[f64; 2]]> {
+        let at = sides as usize;
+        if self.0.len() <= at {
+            self.0.resize(at + 1, None);
+        }
+        let direction = |side: u32| {
+            let (sin, cos) = sin_cos(360.0 * f64::from(side) / f64::from(sides));
+            [cos, -sin]
+        };
+        Rc::clone(self.0[at].get_or_insert_with(|| (0..sides).map(direction).collect()))
+    }
 }
 
 /// Joins each ring to the next; where one has no radius, with triangles. A ring without triangles is not written, so that
@@ -95,17 +108,14 @@ fn strip(writer: &mut Writer, circle: &[[f64; 2]], rings: &[Ring]) {
             below = None;
             continue;
         }
-        let mut first = 0;
-        for (side, &[x, z]) in circle.iter().enumerate() {
+        let first = writer.next();
+        for &[x, z] in circle {
             let normal = writer.normal([ring.normal[0] * x, ring.normal[1], ring.normal[0] * z]);
-            let vertex = writer.vertex([ring.radius * x, ring.y, ring.radius * z], normal);
-            if side == 0 {
-                first = vertex;
-            }
+            writer.vertex([ring.radius * x, ring.y, ring.radius * z], normal);
         }
         if let Some((under, lower)) = below {
             for side in 0..sides {
-                let next = (side + 1) % sides;
+                let next = if side + 1 == sides { 0 } else { side + 1 };
                 if lower.radius > 0.0 {
                     writer.triangle(under + side, under + next, first + next);
                 }
@@ -124,15 +134,15 @@ fn disc(writer: &mut Writer, circle: &[[f64; 2]], (radius, y): (f64, f64), looks
         return;
     }
     let normal = writer.normal([0.0, if looks_up { 1.0 } else { -1.0 }, 0.0]);
-    let vertices: Vec<u32> = circle
-        .iter()
-        .map(|&[x, z]| writer.vertex([radius * x, y, radius * z], normal))
-        .collect();
-    for pair in vertices[1..].windows(2) {
+    let first = writer.next();
+    for &[x, z] in circle {
+        writer.vertex([radius * x, y, radius * z], normal);
+    }
+    for next in first + 2..first + circle.len() as u32 {
         if looks_up {
-            writer.triangle(vertices[0], pair[0], pair[1]);
+            writer.triangle(first, next - 1, next);
         } else {
-            writer.triangle(vertices[0], pair[1], pair[0]);
+            writer.triangle(first, next, next - 1);
         }
     }
 }

@@ -1,0 +1,94 @@
+//! What do operators and functions of numbers give? What is asked of them is checked where they are visited, for the place.
+
+use super::Scope;
+use crate::procedural::arithmetic::{atan2, power, sin_cos};
+use crate::procedural::random::{fraction, noise, step};
+use crate::procedural::syntax::{BuiltIn, Operator};
+
+/// Beyond this a whole number is no longer told from the next in every operation.
+pub(super) const MAX_NOISE: f64 = 1e9;
+/// Most terms of fractal noise.
+pub(super) const MAX_OCTAVES: f64 = 16.0;
+/// Largest power, either way.
+pub(super) const MAX_POWER: f64 = 64.0;
+
+/// The random number of a place, from 0 up to 1.
+pub(super) fn random(scope: &Scope, site: u32) -> f64 {
+    fraction(step(scope.path, site))
+}
+
+/// Octaves of noise, each half as high and half as wide as the one before.
+///
+/// # Errors
+/// The first coordinate, without its sign, that is too large.
+pub(super) fn fractal(seed: u32, [mut x, mut z]: [f64; 2], octaves: u32) -> Result<f64, f64> {
+    let (mut weight, mut sum) = (1.0, 0.0);
+    for octave in 0..octaves {
+        if let Some(far) = [x.abs(), z.abs()].into_iter().find(|far| *far > MAX_NOISE) {
+            return Err(far);
+        }
+        sum += weight * noise(seed.wrapping_add(octave), x, z);
+        (x, z, weight) = (2.0 * x, 2.0 * z, 0.5 * weight);
+    }
+    Ok(sum)
+}
+
+pub(super) fn truth(holds: bool) -> f64 {
+    if holds { 1.0 } else { 0.0 }
+}
+
+impl Operator {
+    /// Of two numbers; not finite when they have no such result.
+    pub(super) fn of(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+            Self::Equal => truth(a == b),
+            Self::Unequal => truth(a != b),
+            Self::Less => truth(a < b),
+            Self::AtMost => truth(a <= b),
+            Self::More => truth(a > b),
+            Self::AtLeast => truth(a >= b),
+        }
+    }
+}
+
+impl BuiltIn {
+    /// Of those that need nothing but numbers; not finite when they have no such result.
+    pub(super) fn of(self, a: f64, b: f64, c: f64) -> f64 {
+        match self {
+            Self::Abs => a.abs(),
+            Self::Atan2 => atan2(a, b),
+            Self::Ceil => -(-a).floor(),
+            Self::Clamp if a < b => b,
+            Self::Clamp if a > c => c,
+            Self::Clamp => a,
+            Self::Cos => sin_cos(a).1,
+            Self::Floor => a.floor(),
+            Self::Max => {
+                if a > b {
+                    a
+                } else {
+                    b
+                }
+            }
+            Self::Min => {
+                if a < b {
+                    a
+                } else {
+                    b
+                }
+            }
+            Self::Mod => a - b * (a / b).floor(),
+            Self::Power => power(a, b.floor() as i32),
+            Self::Round => (a + 0.5).floor(),
+            Self::Sin => sin_cos(a).0,
+            Self::Sqrt => a.sqrt(),
+            Self::Count | Self::Fractal | Self::Mix | Self::Noise | Self::Random => {
+                unreachable!("they need more than numbers")
+            }
+        }
+    }
+}
