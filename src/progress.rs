@@ -1,5 +1,5 @@
 //! How does whoever started a bake see that it goes on? A person at a terminal sees one bar a stage, with an estimate; a
-//! program that asked for it reads lines; in a pipe there is nothing.
+//! log gets a line now and then; a program that asked for it reads lines of JSON.
 
 use std::{
     collections::BTreeMap,
@@ -12,16 +12,18 @@ use std::{
 };
 
 use belvedere_bake::progress::{Progress, Stage};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 
-/// Between two lines of one stage.
+/// Between two lines of JSON of one stage.
 const LINE_INTERVAL: Duration = Duration::from_millis(200);
+/// Between two lines of a log, of any stage: what takes less says nothing.
+const LOG_INTERVAL: Duration = Duration::from_secs(10);
 
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Show {
-    /// Bars on standard error when that is a terminal.
+    /// On standard error: bars when that is a terminal, else a line now and then.
     Bars,
     /// One JSON object a line on standard output.
     Lines,
@@ -35,6 +37,8 @@ pub(crate) struct BakeProgress {
     show: Show,
     current: Mutex<Option<Current>>,
     seconds: Mutex<BTreeMap<&'static str, f64>>,
+    /// When the log last had a line.
+    logged: Mutex<Instant>,
     cancelled: AtomicBool,
 }
 
@@ -52,6 +56,7 @@ impl BakeProgress {
             show,
             current: Mutex::default(),
             seconds: Mutex::default(),
+            logged: Mutex::new(Instant::now()),
             cancelled: AtomicBool::new(false),
         }
     }
@@ -78,6 +83,18 @@ impl BakeProgress {
             let mut seconds = self.seconds.lock().unwrap_or_else(PoisonError::into_inner);
             *seconds.entry(stage.name()).or_default() += started.elapsed().as_secs_f64();
         }
+    }
+
+    /// What a log is told now, if anything.
+    fn line(&self, Current { stage, bar, .. }: &Current) -> Option<String> {
+        let mut logged = self.logged.lock().unwrap_or_else(PoisonError::into_inner);
+        if logged.elapsed() < LOG_INTERVAL {
+            return None;
+        }
+        *logged = Instant::now();
+        let share = 100 * bar.position() / bar.length().unwrap_or(0).max(1);
+        let (elapsed, of) = (HumanDuration(bar.elapsed()), HumanDuration(bar.duration()));
+        Some(format!("{}: {share} %, {elapsed} of about {of}", stage.name()))
     }
 
     fn current(&self) -> MutexGuard<'_, Option<Current>> {
@@ -119,6 +136,13 @@ impl Progress for BakeProgress {
                 tell(current.stage, &current.bar);
                 current.told = Instant::now();
             }
+            if self.show == Show::Bars
+                && current.bar.is_hidden()
+                && let Some(line) = self.line(current)
+            {
+                // Whoever has closed the pipe does not want to know.
+                _ = writeln!(std::io::stderr().lock(), "{line}");
+            }
         }
     }
 
@@ -132,4 +156,23 @@ fn tell(stage: Stage, bar: &ProgressBar) {
     let line = json!({"progress": {"stage": stage.name(), "done": done.min(of), "of": of}});
     // Whoever has closed the pipe does not want to know.
     _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_gets_a_line_now_and_then() {
+        let progress = BakeProgress::new(Show::Bars);
+        progress.start(Stage::Visibility, 40);
+        progress.advance(10);
+        let current = progress.current();
+        let current = current.as_ref().unwrap();
+        assert_eq!(progress.line(current), None);
+        *progress.logged.lock().unwrap() -= LOG_INTERVAL;
+        let line = progress.line(current).unwrap();
+        assert!(line.starts_with("visibility: 25 %, "), "{line}");
+        assert_eq!(progress.line(current), None);
+    }
 }
