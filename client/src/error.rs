@@ -1,5 +1,7 @@
 //! What can go wrong between a client and a published scene?
 
+use std::path::PathBuf;
+
 use belvedere_scene::{BlobName, CellId, ObjectId, record::DecodeError};
 
 /// Why a client cannot go on. [`Error::is_transient`] says whether trying again may help.
@@ -11,6 +13,14 @@ pub enum Error {
     /// There is nothing at this path.
     #[error("there is nothing at {0}")]
     Missing(String),
+    /// The server answers, but not this request: it must not, or knows none like it.
+    #[error("the server refuses {path} with status {status}")]
+    Refused {
+        /// Path below the base address.
+        path: String,
+        /// The status of HTTP, from 400 on.
+        status: u16,
+    },
     /// The server did not answer, or not with success.
     #[error("cannot fetch {path}: {cause}")]
     Fetch {
@@ -18,6 +28,14 @@ pub enum Error {
         path: String,
         /// What happened.
         cause: String,
+    },
+    /// A folder for what was fetched cannot be used.
+    #[error("cannot keep what is fetched in {}: {cause}", folder.display())]
+    Cache {
+        /// The folder.
+        folder: PathBuf,
+        /// Why not.
+        cause: std::io::Error,
     },
     /// The bytes are not those that the name promises.
     #[error("{0} arrived damaged: its bytes do not have the hash in its name")]

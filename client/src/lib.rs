@@ -19,7 +19,7 @@
 //! ```
 //!
 //! The client reads the published tree and nothing else, so a plain folder behind a web server is as good as a
-//! Belvedere server. Every immutable object is verified against the hash in its name. Three things hand to each
+//! Belvedere server. A source may keep what it fetched on disk ([`DiskCache`]) and ask again ([`Retrying`]). Every immutable object is verified against the hash in its name. Three things hand to each
 //! other: a [`Client`] follows pointers and opens a [`Scene`], which is one revision and never changes under its reader; a
 //! [`Walk`] goes through it from cell to cell and fetches what changes. [`tour`] measures what visitors get to see.
 
@@ -32,5 +32,5 @@ mod walk;
 
 pub use error::Error;
 pub use scene::{Client, Scene};
-pub use source::{ByteSource, FolderSource, HttpSource};
+pub use source::{ByteSource, DiskCache, FolderSource, HttpSource, Retrying};
 pub use walk::Walk;

@@ -1,10 +1,21 @@
-//! Where do bytes come from? A server, a CDN, or a folder.
+//! Where do bytes come from? A server, a CDN, or a folder; through a cache on disk, and asked for again when that may help.
+//! Sources go into each other: `DiskCache::open(folder, bytes, Retrying::new(HttpSource::new(address)?))`.
 
 use std::{future::Future, io::Read, path::PathBuf, time::Duration};
 
+mod disk_cache;
+mod retrying;
+
+pub use disk_cache::DiskCache;
+pub use retrying::Retrying;
+
+use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
 use flate2::read::GzDecoder;
-use reqwest::header::{ACCEPT_ENCODING, CONTENT_ENCODING};
+use reqwest::{
+    StatusCode,
+    header::{ACCEPT_ENCODING, CONTENT_ENCODING},
+};
 
 use crate::Error;
 
@@ -23,8 +34,21 @@ pub trait ByteSource: Send + Sync {
     }
 }
 
+/// Whether bytes are those that an immutable object's path promises; `None` for other paths, which promise nothing.
+fn is_sound(path: &str, bytes: &[u8]) -> Option<bool> {
+    let name = BlobName::from_url(path).ok()?;
+    Some(BlobHash::of(bytes) == name.hash())
+}
+
 /// No document is larger than this once it is unpacked.
 const MOST_DOCUMENT_BYTES: u64 = 256 << 20;
+
+/// Answers that say that the request is wrong now, and not for ever.
+const MAY_CHANGE: [StatusCode; 3] = [
+    StatusCode::REQUEST_TIMEOUT,
+    StatusCode::TOO_EARLY,
+    StatusCode::TOO_MANY_REQUESTS,
+];
 
 /// A server or CDN.
 #[derive(Debug, Clone)]
@@ -73,8 +97,15 @@ impl ByteSource for HttpSource {
             .send()
             .await
             .map_err(failed)?;
-        if answer.status() == reqwest::StatusCode::NOT_FOUND {
+        let status = answer.status();
+        if status == StatusCode::NOT_FOUND {
             return Err(Error::Missing(path.to_owned()));
+        }
+        if status.is_client_error() && !MAY_CHANGE.contains(&status) {
+            return Err(Error::Refused {
+                path: path.to_owned(),
+                status: status.as_u16(),
+            });
         }
         let answer = answer.error_for_status().map_err(failed)?;
         let packed = answer
