@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
 /// Wrong in one way each.
-const MISTAKES: [&str; 55] = [
+const MISTAKES: [&str; 66] = [
     "rule branch() {}\n  brnach()",
     "box(1, 1, dpth = 1)",
     "box(1, 1)",
@@ -70,6 +70,17 @@ const MISTAKES: [&str; 55] = [
     "parameter phase = 0\nbox(1, 1, 1) called \"b\" impostor(frames = 2)",
     "part a(phase) { box(1, 1, 1)\n  impostor(size = 128, frames = 16) } a(0)",
     "part a(phase) { impostor(frames = 17) } a(0)",
+    "rule post()\n  within [-1, 0, -1] to [1, 1, 1] { box(1, 1, 1) }",
+    "part p() within [-1, 0, -1] to [1, 1, 1] {\n  heights x, z in 2 by 2 steps 4 by 4 = 2 * x }\np()",
+    "let a = 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1 + 1",
+    "let a = ((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1",
+    "function f(l, n) = if n < 1 then l else f([l, l], n - 1)\nlet big = f([0], 14)\npart p(l, i) { box(1, 1, 1) }\nfor i in 1000 p(big, i)",
+    "function f(l, n) = if n < 1 then l else f([l, l], n - 1)\nlet big = f([0], 14)\nmaterial m(l, i) { roughness = 1 }\nfor i in 1000 paint m(big, i) box(1, 1, 1)",
+    "parameter a = 5\nparameter b = 3 from 10 to 1",
+    "box(power(10, 0.5), 1, 1)",
+    "box(1 + noise(-2e9, 0), 1, 1)",
+    "import \"no.dcg\" as no\nno()",
+    "// a comment of an old machine\rbox(0 - 1, 1, 1)",
 ];
 
 fn folder() -> PathBuf {

@@ -23,6 +23,18 @@ export function around(points: Iterable<Vector>): Bounds {
   return bounds;
 }
 
+/** The smallest box around points, three numbers each. */
+export function aroundPositions(positions: Float32Array): Bounds {
+  const min: [number, number, number] = [Infinity, Infinity, Infinity];
+  const max: [number, number, number] = [-Infinity, -Infinity, -Infinity];
+  positions.forEach((v, i) => {
+    const axis = (i % 3) as 0 | 1 | 2;
+    if (v < min[axis]) min[axis] = v;
+    if (v > max[axis]) max[axis] = v;
+  });
+  return { min, max };
+}
+
 /** The smallest box around both. */
 export function union(a: Bounds, b: Bounds): Bounds {
   const low = (i: 0 | 1 | 2) => Math.min(a.min[i], b.min[i]);
@@ -81,9 +93,14 @@ export function extentOf(solid: Solid): Bounds {
     case "heights": {
       const [w, d] = solid.over;
       let [low, high] = [Infinity, -Infinity];
-      for (const y of solid.heights) {
-        low = Math.min(low, y);
-        high = Math.max(high, y);
+      const [columns, rows] = solid.steps;
+      // Without the samples around the rectangle.
+      for (let j = 1; j <= rows + 1; j += 1) {
+        for (let i = 1; i <= columns + 1; i += 1) {
+          const y = solid.heights[j * (columns + 3) + i] as number;
+          low = Math.min(low, y);
+          high = Math.max(high, y);
+        }
       }
       return around([
         [-w / 2, low, -d / 2],

@@ -31,7 +31,7 @@ export class DcgError extends Error {
 
   static at(file: string, source: string, at: number, problem: string): DcgError {
     const before = source.slice(0, at);
-    const start = before.lastIndexOf("\n") + 1;
+    const start = Math.max(before.lastIndexOf("\n"), before.lastIndexOf("\r")) + 1;
     const line = /^[^\r\n]*/.exec(source.slice(start))?.[0] ?? "";
     const shown = [...line.trim()].slice(0, MOST_SHOWN).join("");
     const column = [...before.slice(start)].length + 1;
@@ -39,9 +39,9 @@ export class DcgError extends Error {
   }
 }
 
-/** The line in which a place lies, counted from 1. */
+/** The line in which a place lies, counted from 1. Lines end as on any machine, old ones too. */
 export function lineOf(text: string, at: number): number {
-  return text.slice(0, at).split("\n").length;
+  return text.slice(0, at).split(/\r\n|\r|\n/).length;
 }
 
 export function unknown(kind: string, name: string, known: Iterable<string>): string {

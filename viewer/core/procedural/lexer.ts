@@ -26,13 +26,13 @@ export function described(word: Word): string {
   }
 }
 
-const BLANK = /(?:[ \t\r\n\ufeff]|\/\/[^\n]*)*/y;
+const BLANK = /(?:[ \t\r\n\ufeff]|\/\/[^\r\n]*)*/y;
 const NAME = /[A-Za-z_][A-Za-z0-9_]*/y;
 /** Whatever begins like a number; checked as a whole. */
 const NUMBER = /[0-9](?:[A-Za-z0-9._]*[eE][-+][A-Za-z0-9]*|[A-Za-z0-9._]*)/y;
 const SOUND_NUMBER = /^[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?$/;
 const COLOUR = /#([A-Za-z0-9]*)/y;
-const TEXT = /"([^"\n]*)"/y;
+const TEXT = /"([^"\r\n]*)"/y;
 const SYMBOL = /<=|>=|==|!=|[()[\]{},=<>+\-*/.]/y;
 
 /** The words of a text, with an end behind the last. */

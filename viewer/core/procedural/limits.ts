@@ -3,7 +3,10 @@
 export const MAX_TEXT_BYTES = 2 ** 20;
 export const MAX_MODULES = 256;
 export const MAX_NESTING = 96;
+/** Most operators in a row. */
 export const MAX_CHAIN = 64;
+/** Most numbers that are kept: what parts, materials and files were given, and 8 letters of a name or path for each number. */
+export const MAX_KEPT = 2 ** 22;
 export const MAX_LIST = 2 ** 16;
 /** Most lists inside each other in a value. */
 export const MAX_LIST_DEPTH = 64;
@@ -40,12 +43,15 @@ export const LIMITS: Readonly<Amounts> = {
 };
 
 const WAYS_OUT: Readonly<Record<string, string>> = {
+  "brackets and blocks inside each other": "give a part of it a name, with `let`, `rule` or `function`",
+  "operators in a row": "compute a part of it before, with `let`",
+  "numbers kept": "give parts, materials and files fewer different lists, and use shorter names",
   levels: "stop the recursion earlier, with `if` or `levels`",
   nesting: "stop the recursion earlier, with `if` or `levels`",
   steps: "repeat less, or grow it with less detail",
   triangles: "use fewer sides or steps, or a `part` for what is repeated",
   placements: "place fewer, or split the world into several files",
-  parts: "give parts parameters that take fewer different values",
+  parts: "give parts parameters that take fewer different values, and call less by names of its own",
   materials: "let their parameters take fewer different values",
 };
 

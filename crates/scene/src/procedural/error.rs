@@ -45,16 +45,24 @@ impl DcgError {
     #[must_use]
     pub(super) fn at(file: &str, source: &str, at: u32, problem: Problem) -> Box<Self> {
         let before = &source[..source.floor_char_boundary(at as usize)];
-        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        let line = source[start..].lines().next().unwrap_or_default();
+        let start = before.rfind(LINE_ENDS).map_or(0, |end| end + 1);
+        let line = source[start..].split(LINE_ENDS).next().unwrap_or_default();
         Box::new(Self {
             file: file.to_owned(),
-            line: before.matches('\n').count() + 1,
+            line: line_of(source, at),
             column: before[start..].chars().count() + 1,
             text: line.trim().chars().take(MOST_SHOWN).collect(),
             problem,
         })
     }
+}
+
+const LINE_ENDS: [char; 2] = ['\n', '\r'];
+
+/// The line in which a byte lies, counted from 1. Lines end as on any machine, old ones too.
+pub(super) fn line_of(text: &str, at: u32) -> usize {
+    let before = &text[..text.floor_char_boundary(at as usize)];
+    1 + before.matches(LINE_ENDS).count() - before.matches("\r\n").count()
 }
 
 /// What is wrong at one place.
@@ -126,6 +134,9 @@ pub enum Problem {
     /// `levels` on a part.
     #[error("a part cannot have `levels`; write a rule with `levels` and call it in the part")]
     LevelsOfPart,
+    /// `within` on a rule.
+    #[error("only a part can say `within`; write `part` in place of `rule`, or leave it out")]
+    WithinOfRule,
     /// A file that imports itself.
     #[error("\"{0}\" imports itself, directly or through others; move what both need to a third file")]
     ImportCycle(String),

@@ -71,7 +71,7 @@ impl<'t> Lexer<'t> {
             let rest = self.rest();
             let blank = rest.len() - rest.trim_start_matches([' ', '\t', '\r', '\n', '\u{feff}']).len();
             let comment = if rest[blank..].starts_with("//") {
-                rest[blank..].find('\n').unwrap_or(rest.len() - blank)
+                rest[blank..].find(['\n', '\r']).unwrap_or(rest.len() - blank)
             } else {
                 0
             };
@@ -99,7 +99,7 @@ impl<'t> Lexer<'t> {
             '#' => self.colour(),
             '"' => {
                 self.at += 1;
-                let text = self.take_while(|c| c != '"' && c != '\n');
+                let text = self.take_while(|c| c != '"' && c != '\n' && c != '\r');
                 if !self.rest().starts_with('"') {
                     return Err(Problem::OpenText);
                 }

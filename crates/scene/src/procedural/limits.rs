@@ -12,6 +12,10 @@ pub const MAX_NESTING: u32 = 96;
 pub const MAX_LIST: usize = 1 << 16;
 /// Most lists inside each other in a value.
 pub const MAX_LIST_DEPTH: u32 = 64;
+/// Most numbers that are kept: what parts, materials and files were given, and 8 letters of a name or path for each number.
+pub const MAX_KEPT: u64 = 1 << 22;
+/// Most operators in a row.
+pub const MAX_CHAIN: u32 = 64;
 /// Most corners of a polygon.
 pub const MAX_CORNERS: usize = 256;
 /// Most sides of a round solid.
@@ -92,11 +96,14 @@ impl Usage {
 /// The error of a limit that was reached.
 pub(super) fn reached(what: &'static str, limit: u64) -> Problem {
     let way_out = match what {
+        "brackets and blocks inside each other" => "give a part of it a name, with `let`, `rule` or `function`",
+        "operators in a row" => "compute a part of it before, with `let`",
+        "numbers kept" => "give parts, materials and files fewer different lists, and use shorter names",
         "levels" | "nesting" => "stop the recursion earlier, with `if` or `levels`",
         "steps" => "repeat less, or grow it with less detail",
         "triangles" => "use fewer sides or steps, or a `part` for what is repeated",
         "placements" => "place fewer, or split the world into several files",
-        "parts" => "give parts parameters that take fewer different values",
+        "parts" => "give parts parameters that take fewer different values, and call less by names of its own",
         "materials" => "let their parameters take fewer different values",
         _ => "make it smaller",
     };

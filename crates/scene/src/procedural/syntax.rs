@@ -39,6 +39,7 @@ pub(super) struct Named<T> {
 #[derive(Debug, Clone)]
 pub(super) struct Import {
     pub(super) alias: String,
+    /// Where the path stands.
     pub(super) at: At,
     pub(super) path: String,
     /// Index of the module, once linked.

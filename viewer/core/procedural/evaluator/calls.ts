@@ -4,13 +4,13 @@
  */
 import { IDENTITY } from "../affine.ts";
 import { linearLight } from "../arithmetic.ts";
-import { around, EMPTY, exceeds, placedBounds, union } from "../bounds.ts";
+import { around, aroundPositions, type Bounds, EMPTY, exceeds, placedBounds, union } from "../bounds.ts";
 import { outOfRange, unknown } from "../error.ts";
 import { type Channels, type Part, PLAIN, type Surface } from "../grown.ts";
 import { reached } from "../limits.ts";
 import { step, stepName } from "../random.ts";
 import type { At, Call, Expr, Formal, MaterialRule, Rule, Statement } from "../syntax.ts";
-import { keyOf, stepValue, type Value } from "../value.ts";
+import { keyOf, sizeOf, stepValue, type Value } from "../value.ts";
 import { PHASE, type Scope, type Turtle } from "./state.ts";
 import { Terminals } from "./terminals.ts";
 
@@ -33,6 +33,15 @@ interface Grown {
   readonly path: number;
 }
 
+/** Where something is called. */
+interface Caller {
+  readonly module: number;
+  readonly at: At;
+}
+
+/** What tells a material apart besides its arguments: file, rule and instance. */
+const KEY_NUMBERS = 3;
+
 export abstract class Calls extends Terminals {
   private readonly accounts: Account[] = [];
   /** Instances and parts by what they were made with. */
@@ -52,7 +61,7 @@ export abstract class Calls extends Terminals {
       if (!names.includes(name)) throw this.error(0, 0, unknown("parameter", name, names));
     }
     const given = names.map((name) => parameters.get(name));
-    this.growFile(0, 0, this.instance(0, given, 0, 0), 0);
+    this.growFile(0, 0, this.instance(0, given), 0);
     this.usage.parts = this.parts.length;
     this.usage.materials = this.materials.length;
     this.usage.placements = this.account(0).placements;
@@ -105,7 +114,7 @@ export abstract class Calls extends Terminals {
     const known = this.defaultInstances.get(call.module);
     if (known !== undefined) return known;
     const given = this.module(call.module).parameters.map(() => undefined);
-    const { instance } = this.instance(call.module, given, scope.module, call.at);
+    const { instance } = this.instance(call.module, given, { module: scope.module, at: call.at });
     this.defaultInstances.set(call.module, instance);
     return instance;
   }
@@ -138,18 +147,20 @@ export abstract class Calls extends Terminals {
 
   private placePart(caller: Scope, call: Call, turtle: Turtle, rule: Rule, inner: Scope): void {
     const args = this.stack.slice(inner.base, inner.base + rule.formals.length);
+    this.countLists(caller, call.at, this.stack.slice(inner.base));
     const what = [1, inner.module, call.index, inner.instance, turtle.material, ...args.map(keyOf)];
     const key = what.join();
     let part = this.known.get(key);
     if (part === undefined) {
       const path = args.reduce(stepValue, stepName(this.seed, rule.name));
       part = this.begin(caller, call.at, rule.name, false);
+      this.keep(caller.module, call.at, sizesOf(args));
       this.known.set(key, part);
       this.notePhase(part, rule.formals);
       const scope = { ...inner, path };
       const declared = rule.within?.map((corner) => this.point3(scope, rule.at, this.value(scope, rule.at, corner)));
       this.inside(part, turtle.material, true, (within) => this.visit(scope, within, rule.body));
-      if (declared && exceeds((this.parts[part] as Part).bounds, around(declared))) {
+      if (declared && exceeds(this.reachOf(part), around(declared))) {
         const problem = `part \`${rule.name}\` reaches beyond what it declares with \`within\`; widen that`;
         throw this.error(inner.module, rule.at, problem);
       }
@@ -165,12 +176,23 @@ export abstract class Calls extends Terminals {
     this.placeKnown(caller, call.at, turtle, part);
   }
 
+  /** A box around what is in a part: tight around its own triangles, not so around what it places. */
+  private reachOf(part: number): Bounds {
+    const { meshes, placements } = this.parts[part] as Part;
+    let reach = EMPTY;
+    for (const { positions } of meshes) reach = union(reach, aroundPositions(positions));
+    for (const { part, frame } of placements) {
+      reach = union(reach, placedBounds((this.parts[part] as Part).bounds, frame));
+    }
+    return reach;
+  }
+
   private placeFile(scope: Scope, turtle: Turtle, call: Call, depth: number): void {
     const given = call.given.map((index) => {
       const argument = call.args[index];
       return argument && this.value(scope, argument.at, argument.value);
     });
-    const made = this.instance(call.module, given, scope.module, call.at);
+    const made = this.instance(call.module, given, { module: scope.module, at: call.at });
     const key = [2, made.instance, turtle.material].join();
     let part = this.known.get(key);
     if (part === undefined) {
@@ -201,7 +223,7 @@ export abstract class Calls extends Terminals {
   }
 
   /** A file with values for its parameters. Equal values, same instance. */
-  private instance(module: number, given: readonly (Value | undefined)[], caller: number, at: At): Grown {
+  private instance(module: number, given: readonly (Value | undefined)[], caller?: Caller): Grown {
     const { parameters, globals } = this.module(module);
     const instance = this.instances.length;
     const values: (Value | undefined)[] = [...parameters, ...globals].map(() => undefined);
@@ -212,12 +234,15 @@ export abstract class Calls extends Terminals {
       if (range) {
         const min = this.number(scope, formal.at, range[0], "the least value");
         const max = this.number(scope, formal.at, range[1], "the most value");
+        if (min > max) throw this.error(module, formal.at, "this range must be from the least value to the most");
         if (typeof value !== "number") {
           throw this.error(module, formal.at, "a parameter with a range must be a number, and this is a list");
         }
         if (value < min || value > max) {
-          const [where, place] = given[slot] === undefined ? [module, formal.at] : [caller, at];
-          throw this.error(where, place, outOfRange(`\`${formal.name}\``, value, min, max));
+          // What is given from outside has no place but the parameter's own.
+          const own = { module, at: formal.at };
+          const where = (given[slot] === undefined ? own : caller) ?? own;
+          throw this.error(where.module, where.at, outOfRange(`\`${formal.name}\``, value, min, max));
         }
       }
       scope = { ...scope, path: stepValue(scope.path, value) };
@@ -225,6 +250,9 @@ export abstract class Calls extends Terminals {
     });
     const { path } = scope;
     const key = [3, module, ...values.slice(0, parameters.length).map((value) => keyOf(value ?? 0))].join();
+    const own = values.slice(0, parameters.length).map((value) => value ?? 0);
+    const place = caller ?? { module, at: 0 };
+    this.countLists({ ...scope, module: place.module }, place.at, own);
     const known = this.known.get(key);
     if (known !== undefined) {
       this.instances.length = instance;
@@ -233,6 +261,7 @@ export abstract class Calls extends Terminals {
     globals.forEach((global, i) => {
       values[parameters.length + i] = this.value(scope, global.at, global.value);
     });
+    this.keep(place.module, place.at, 2 + sizesOf(own));
     this.known.set(key, instance);
     return { instance, path };
   }
@@ -240,6 +269,7 @@ export abstract class Calls extends Terminals {
   /** Statements whose geometry is named: a part of its own that is not shared. */
   protected visitCalled(scope: Scope, turtle: Turtle, name: string, body: Statement): void {
     const part = this.begin(scope, 0, name, true);
+    this.keepName(scope.module, name);
     this.inside(part, turtle.material, false, (within) => this.visit(scope, within, body));
     this.account(part).finished = true;
     this.placeKnown(scope, 0, turtle, part);
@@ -297,11 +327,13 @@ export abstract class Calls extends Terminals {
     const rule = this.module(call.module).materials[call.index] as MaterialRule;
     const inner = this.bound(scope, call, rule, scope.depth, stepName(this.seed, rule.name));
     const args = this.stack.slice(inner.base);
+    this.countLists(scope, call.at, args);
     const key = [call.module, call.index, inner.instance, ...args.map(keyOf)].join();
     let material = this.knownMaterials.get(key);
     if (material === undefined) {
       const limit = this.limits.materials;
       if (this.materials.length >= limit) throw this.error(scope.module, call.at, reached("materials", limit));
+      this.keep(scope.module, call.at, KEY_NUMBERS + sizesOf(args));
       material = this.materials.push(this.computedSurface(inner, rule)) - 1;
       this.knownMaterials.set(key, material);
     }
@@ -334,4 +366,8 @@ export abstract class Calls extends Terminals {
     }
     return (channels as number[]).map(linearLight) as unknown as Channels;
   }
+}
+
+function sizesOf(values: readonly Value[]): number {
+  return values.reduce((sum: number, value) => sum + sizeOf(value), 0);
 }

@@ -223,7 +223,9 @@ export abstract class Expressions extends State {
       case "fractal":
         return this.fractal(scope, at, a, b, c);
       case "power":
-        return power(a, Math.floor(this.within(scope, at, b, "a power", -64, 64)));
+        this.within(scope, at, b, "a power", -64, 64);
+        if (b === Math.floor(b)) return power(a, b);
+        throw this.error(scope.module, at, "a power must be a whole number; roots are taken by `sqrt`");
       case "round":
         return Math.floor(a + 0.5);
       case "sin":
@@ -244,8 +246,8 @@ export abstract class Expressions extends State {
     this.count(scope, at, count);
     let [u, v, weight, sum] = [x, z, 1, 0];
     for (let octave = 0; octave < count; octave += 1) {
-      this.within(scope, at, Math.abs(u), "a coordinate of noise", 0, MAX_NOISE);
-      this.within(scope, at, Math.abs(v), "a coordinate of noise", 0, MAX_NOISE);
+      this.within(scope, at, Math.abs(u), "a coordinate of noise, without its sign,", 0, MAX_NOISE);
+      this.within(scope, at, Math.abs(v), "a coordinate of noise, without its sign,", 0, MAX_NOISE);
       sum += weight * noise((this.seed + octave) | 0, u, v);
       u *= 2;
       v *= 2;

@@ -96,6 +96,7 @@ class Evaluator extends Calls {
         return;
       case "viewpoint":
         this.countPlacements(scope, 0, 1);
+        this.keepName(scope.module, statement.name);
         (this.parts[this.part] as Part).viewpoints.push({ name: statement.name, frame: turtle.frame });
         return;
       case "impostor":
@@ -103,6 +104,7 @@ class Evaluator extends Calls {
         return;
       case "model":
         this.countPlacements(scope, 0, 1);
+        this.keepName(scope.module, statement.path);
         (this.parts[this.part] as Part).models.push({ path: statement.path, frame: turtle.frame });
         return;
       case "for":
@@ -142,7 +144,7 @@ class Evaluator extends Calls {
       case "scale": {
         const factors: Vector = by.length === 1 ? [x, x, x] : [x, y, z];
         if (factors.some((factor) => Math.abs(factor) < MIN_SCALE)) {
-          throw this.error(scope.module, at, "a scale must be other than 0");
+          throw this.error(scope.module, at, "a scale must be 0.000001 or more, or as much below 0");
         }
         return scaled(frame, factors);
       }

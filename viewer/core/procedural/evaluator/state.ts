@@ -2,10 +2,10 @@
 import type { Affine } from "../affine.ts";
 import type { DcgError } from "../error.ts";
 import { type Part, PLAIN, type Surface } from "../grown.ts";
-import { type Amounts, reached } from "../limits.ts";
+import { type Amounts, MAX_KEPT, reached } from "../limits.ts";
 import { errorAt, type Program } from "../link.ts";
 import type { At, Module } from "../syntax.ts";
-import type { Value } from "../value.ts";
+import { sizeOf, type Value } from "../value.ts";
 
 /** Where names are looked up, and which random numbers belong here. */
 export interface Scope {
@@ -34,9 +34,18 @@ export interface Turtle {
   readonly material: number;
 }
 
+/** As many letters are kept like a number. */
+const LETTERS = 8;
+
+function utf8Length(text: string): number {
+  return new TextEncoder().encode(text).byteLength;
+}
+
 export class State {
   readonly usage: Amounts = { levels: 0, nesting: 0, steps: 0, triangles: 0, parts: 0, placements: 0, materials: 0 };
   private nesting = 0;
+  /** See {@link MAX_KEPT}. */
+  private kept = 0;
   protected stack: Value[] = [];
   /** Values of files with their parameters; `undefined` until they are computed. */
   protected readonly instances: (Value | undefined)[][] = [];
@@ -68,6 +77,26 @@ export class State {
     if (this.usage.steps > this.limits.steps) {
       throw this.error(scope.module, at, reached("steps", this.limits.steps));
     }
+  }
+
+  /** Counts what is kept until the end. */
+  protected keep(module: number, at: At, numbers: number): void {
+    this.kept += numbers;
+    if (this.kept > MAX_KEPT) throw this.error(module, at, reached("numbers kept", MAX_KEPT));
+  }
+
+  /** The same of a name. */
+  protected keepName(module: number, name: string): void {
+    this.keep(module, 0, Math.floor(utf8Length(name) / LETTERS));
+  }
+
+  /** Counts what lists take to be compared; `at` is where they are given. */
+  protected countLists(scope: Scope, at: At, values: readonly Value[]): void {
+    this.count(
+      scope,
+      at,
+      values.reduce((sum: number, value) => sum + sizeOf(value) - 1, 0),
+    );
   }
 
   /** Goes one deeper; whoever calls it comes back with {@link ascend}, unless there was an error. */

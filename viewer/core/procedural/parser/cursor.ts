@@ -86,7 +86,9 @@ export class Cursor {
 
   /** Runs `read` one level deeper. */
   nested<T>(read: () => T): T {
-    if (this.nesting === MAX_NESTING) throw new Fault(this.next.at, reached("nesting", MAX_NESTING));
+    if (this.nesting === MAX_NESTING) {
+      throw new Fault(this.next.at, reached("brackets and blocks inside each other", MAX_NESTING));
+    }
     this.nesting += 1;
     const result = read();
     this.nesting -= 1;
@@ -95,7 +97,7 @@ export class Cursor {
 
   /** A long chain of operators is as deep a tree as brackets make. */
   chained(count: number): number {
-    if (count >= MAX_CHAIN) throw new Fault(this.next.at, reached("nesting", MAX_CHAIN));
+    if (count >= MAX_CHAIN) throw new Fault(this.next.at, reached("operators in a row", MAX_CHAIN));
     return count + 1;
   }
 

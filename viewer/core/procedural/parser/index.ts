@@ -88,9 +88,10 @@ class Parser extends StatementParser {
   }
 
   private import(): void {
+    const { at } = this.next;
     const path = this.text("the file to import, in quotes");
     this.expectWord("as");
-    const { name: alias, at } = this.declared("a name for the file");
+    const { name: alias } = this.declared("a name for the file");
     this.module.imports.push({ alias, at, path, module: 0 });
   }
 
@@ -161,7 +162,11 @@ class Parser extends StatementParser {
         const wayOut = "write a rule with `levels` and call it in the part";
         throw new Fault(levelsAt, `a part cannot have \`levels\`; ${wayOut}`);
       }
+      const withinAt = this.next.at;
       const within = this.takesWord("within") ? this.corners() : undefined;
+      if (within && !isPart) {
+        throw new Fault(withinAt, "only a part can say `within`; write `part` in place of `rule`, or leave it out");
+      }
       const body = this.block();
       const afterwards = this.takesWord("then") ? this.statement() : undefined;
       return { formals, levels, within, body, afterwards };

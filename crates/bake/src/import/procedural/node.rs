@@ -56,7 +56,9 @@ impl Nursery {
                     absorb(scene, inner)
                 }
                 Err(kind) => {
-                    defects.note(kind, 1, || planting.node.clone());
+                    defects.note(kind, 1, || {
+                        format!("{}: {}", planting.node, planting.wanted["procedural"])
+                    });
                     Vec::new()
                 }
             };
@@ -100,6 +102,11 @@ fn grow_wanted(
     let Some(path) = wanted["procedural"].as_str().and_then(relative_path) else {
         return Ok(Err("`procedural` that names no file beside the source: not grown"));
     };
+    if wanted.get("parameters").is_some_and(|given| !given.is_object()) {
+        return Ok(Err(
+            "`parameters` that are not an object of names and values: not grown",
+        ));
+    }
     let mut parameters = BTreeMap::new();
     for (name, value) in wanted["parameters"].as_object().into_iter().flatten() {
         let Some(value) = Value::from_json(value) else {
@@ -107,10 +114,20 @@ fn grow_wanted(
         };
         parameters.insert(name.clone(), value);
     }
+    let seed = match wanted.get("seed").map(Json::as_u64) {
+        None => 0,
+        Some(seed) => match seed.and_then(|seed| u32::try_from(seed).ok()) {
+            Some(seed) => seed,
+            None => {
+                return Ok(Err(
+                    "a `seed` that is not a whole number from 0 to 4294967295: not grown",
+                ));
+            }
+        },
+    };
     let Ok(bytes) = ground.files.read(&path, MAX_TEXT_BYTES as u64) else {
         return Ok(Err("rules that cannot be read: not grown"));
     };
-    let seed = wanted["seed"].as_u64().unwrap_or(0) as u32;
     let limits = growth_limits(ground.limits);
     let settings = Settings {
         seed,

@@ -140,6 +140,8 @@ fn a_gltf_node_grows_what_it_names() {
     assert_eq!(imported.scene.objects[6].world_from_object.w_axis.x, 22.0);
     assert_eq!(imported.scene.objects[4].role, Role::Door);
     assert_eq!(imported.defects.count("rules that cannot be read: not grown"), 1);
+    let places: Vec<_> = imported.defects.iter().map(|defect| defect.first.clone()).collect();
+    assert_eq!(places, ["none: \"none.dcg\""]);
 
     gltf.json["nodes"][1]["extras"]["belvedere"]["parameters"]["height"] = json!(99);
     let error = read("scene.glb", gltf.glb(), &files).unwrap_err().to_string();
@@ -147,6 +149,34 @@ fn a_gltf_node_grows_what_it_names() {
         error.contains("node \"north\"") && error.contains("from 1 to 9"),
         "{error}"
     );
+}
+
+#[test]
+fn a_node_that_asks_for_rules_wrongly_is_told() {
+    let told = |extras: serde_json::Value| {
+        let mut gltf = Gltf::triangle();
+        gltf.push("nodes", json!({"name": "wrong", "extras": {"belvedere": extras}}));
+        gltf.json["scenes"][0]["nodes"] = json!([0, 1]);
+        let imported = read("scene.glb", gltf.glb(), &[("gate.dcg", GATE.into())]).unwrap();
+        imported
+            .defects
+            .iter()
+            .map(|defect| defect.kind.to_owned())
+            .collect::<Vec<_>>()
+    };
+    for seed in [json!(-1), json!(1.5), json!("abc"), json!(4_294_967_296_u64)] {
+        let kinds = told(json!({"procedural": "gate.dcg", "seed": seed}));
+        assert_eq!(
+            kinds,
+            ["a `seed` that is not a whole number from 0 to 4294967295: not grown"]
+        );
+    }
+    let kinds = told(json!({"procedural": "gate.dcg", "parameters": [1]}));
+    assert_eq!(
+        kinds,
+        ["`parameters` that are not an object of names and values: not grown"]
+    );
+    assert!(told(json!({"procedural": "gate.dcg", "seed": 4_294_967_295_u64})).is_empty());
 }
 
 #[test]

@@ -224,6 +224,10 @@ impl<'p> Evaluator<'p> {
             BuiltIn::Fractal => self.fractal((scope, at), [a, b], c)?,
             BuiltIn::Power => {
                 self.within((scope, at), b, "a power", (-MAX_POWER, MAX_POWER))?;
+                if b != b.floor() {
+                    let (what, wanted) = ("a power", "a whole number; roots are taken by `sqrt`");
+                    return self.error(scope.module, at, Problem::Shape { what, wanted });
+                }
                 name.of(a, b, c)
             }
             BuiltIn::Random if arguments.is_empty() => random(scope, site),
@@ -242,8 +246,14 @@ impl<'p> Evaluator<'p> {
             .within((scope, at), octaves, "octaves", (1.0, MAX_OCTAVES))?
             .floor() as u32;
         self.count(scope, at, octaves.into())?;
-        fractal(self.settings.seed, place, octaves)
-            .or_else(|far| self.within((scope, at), far, "a coordinate of noise", (0.0, MAX_NOISE)))
+        fractal(self.settings.seed, place, octaves).or_else(|far| {
+            self.within(
+                (scope, at),
+                far,
+                "a coordinate of noise, without its sign,",
+                (0.0, MAX_NOISE),
+            )
+        })
     }
 
     /// Between two numbers, or item by item between two lists.

@@ -26,6 +26,7 @@ impl<'p> Evaluator<'p> {
             level: 0,
         };
         self.bind((scope, call), &inner, (&rule.formals, rule.slots))?;
+        self.count_lists(scope, call.at, inner.base)?;
         let mut key = vec![module as u64, index as u64, instance as u64];
         self.stack[inner.base..]
             .iter()
@@ -37,6 +38,7 @@ impl<'p> Evaluator<'p> {
                 if self.materials.len() as u64 >= limit {
                     return self.error(scope.module, call.at, reached("materials", limit));
                 }
+                self.keep((scope.module, call.at), key.len())?;
                 let surface = self.computed_surface(&inner, rule)?;
                 self.materials.push(surface);
                 self.known_materials.insert(key, self.materials.len() - 1);

@@ -26,7 +26,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::affine::Affine;
 use super::error::{DcgError, Problem};
 use super::grown::{Grown, Part, Surface};
-use super::limits::{FINEST, Limits, Usage, reached};
+use super::limits::{FINEST, Limits, MAX_KEPT, Usage, reached};
 use super::link::Program;
 use super::solid::Circles;
 use super::syntax::{At, Rule};
@@ -72,6 +72,9 @@ pub fn grow(program: &Program, settings: &Settings) -> Result<Grown, Box<DcgErro
 pub fn bounds(program: &Program, settings: &Settings) -> Result<Bounds, Box<DcgError>> {
     Ok(Evaluator::new(program, settings, true).finish()?.parts[0].bounds)
 }
+
+/// As many letters are kept like a number.
+const LETTERS: usize = 8;
 
 type Outcome<T> = Result<T, Box<DcgError>>;
 
@@ -123,6 +126,8 @@ struct Evaluator<'p> {
     measuring: bool,
     usage: Usage,
     nesting: u32,
+    /// See [`MAX_KEPT`].
+    kept: u64,
     stack: Vec<Value>,
     instances: Vec<ModuleInstance>,
     /// Files with their own defaults.
@@ -156,6 +161,7 @@ impl<'p> Evaluator<'p> {
             measuring,
             usage: Usage::default(),
             nesting: 0,
+            kept: 0,
             stack: Vec::new(),
             instances: Vec::new(),
             default_instances: vec![None; program.modules.len()],
@@ -193,6 +199,27 @@ impl<'p> Evaluator<'p> {
             return Ok(());
         }
         self.error(scope.module, at, reached("steps", self.settings.limits.steps))
+    }
+
+    /// Counts what is kept until the end.
+    fn keep(&mut self, (module, at): (usize, At), numbers: usize) -> Outcome<()> {
+        self.kept = self.kept.saturating_add(numbers as u64);
+        if self.kept > MAX_KEPT {
+            return self.error(module, at, reached("numbers kept", MAX_KEPT));
+        }
+        Ok(())
+    }
+
+    /// The same of a name.
+    fn keep_name(&mut self, (module, at): (usize, At), name: &str) -> Outcome<()> {
+        self.keep((module, at), name.len() / LETTERS)
+    }
+
+    /// Counts what lists take to be compared; `at` is where they are given.
+    fn count_lists(&mut self, scope: &Scope, at: At, from: usize) -> Outcome<()> {
+        let sizes = self.stack[from..].iter().map(|value| value.size() as u64 - 1);
+        let steps = sizes.sum();
+        self.count(scope, at, steps)
     }
 
     /// Goes one deeper; whoever calls it comes back with [`Evaluator::ascend`], unless there was an error.

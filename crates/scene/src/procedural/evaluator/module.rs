@@ -21,7 +21,7 @@ impl<'p> Evaluator<'p> {
             frame: Affine::IDENTITY,
             material: 0,
         };
-        let (instance, path) = self.instance(0, given.collect(), (0, 0))?;
+        let (instance, path) = self.instance(0, given.collect(), None)?;
         self.grow_file(&turtle, 0, (instance, path), 0)?;
         Ok(())
     }
@@ -36,7 +36,7 @@ impl<'p> Evaluator<'p> {
             return Ok(instance);
         }
         let given = vec![None; self.program.modules[module].parameters.len()];
-        let (instance, _) = self.instance(module, given, (scope.module, call.at))?;
+        let (instance, _) = self.instance(module, given, Some((scope.module, call.at)))?;
         self.default_instances[module] = Some(instance);
         Ok(instance)
     }
@@ -50,7 +50,7 @@ impl<'p> Evaluator<'p> {
             });
         }
         let module = call.target.module;
-        let (instance, path) = self.instance(module, given, (scope.module, call.at))?;
+        let (instance, path) = self.instance(module, given, Some((scope.module, call.at)))?;
         let key = vec![2, instance as u64, turtle.material as u64];
         let part = match self.known.get(&key) {
             Some(&part) => part,
@@ -110,7 +110,7 @@ impl<'p> Evaluator<'p> {
         &mut self,
         module: usize,
         given: Vec<Option<Value>>,
-        (caller, at): (usize, At),
+        caller: Option<(usize, At)>,
     ) -> Outcome<(usize, u32)> {
         let file = &self.program.modules[module];
         let count = file.parameters.len() + file.globals.len();
@@ -138,6 +138,10 @@ impl<'p> Evaluator<'p> {
             if let Some((least, most)) = &parameter.range {
                 let min = self.number(&scope, parameter.formal.at, least, "the least value")?;
                 let max = self.number(&scope, parameter.formal.at, most, "the most value")?;
+                if min > max {
+                    let (what, wanted) = ("this range", "from the least value to the most");
+                    return self.error(module, parameter.formal.at, Problem::Shape { what, wanted });
+                }
                 let Value::Number(number) = value else {
                     return self.error(
                         module,
@@ -147,11 +151,9 @@ impl<'p> Evaluator<'p> {
                 };
                 if number < min || number > max {
                     let what = format!("`{}`", parameter.formal.name);
-                    let (module, at) = if is_given {
-                        (caller, at)
-                    } else {
-                        (module, parameter.formal.at)
-                    };
+                    // What is given from outside has no place but the parameter's own.
+                    let own = (module, parameter.formal.at);
+                    let (module, at) = caller.filter(|_| is_given).unwrap_or(own);
                     return self.error(
                         module,
                         at,
@@ -170,6 +172,13 @@ impl<'p> Evaluator<'p> {
         let parameters = &self.instances[instance].values[..file.parameters.len()];
         let mut key = vec![3, module as u64];
         parameters.iter().flatten().for_each(|value| value.key(&mut key));
+        let place = caller.unwrap_or((module, 0));
+        let lists = parameters.iter().flatten().map(|value| value.size() as u64 - 1).sum();
+        let called = Scope {
+            module: place.0,
+            ..scope
+        };
+        self.count(&called, place.1, lists)?;
         if let Some(&known) = self.known.get(&key) {
             self.instances.truncate(instance);
             return Ok((known, scope.path));
@@ -178,6 +187,7 @@ impl<'p> Evaluator<'p> {
             let value = self.value(&scope, global.at, &global.value)?;
             self.instances[instance].values[file.parameters.len() + i] = Some(value);
         }
+        self.keep(place, key.len())?;
         self.known.insert(key, instance);
         Ok((instance, scope.path))
     }

@@ -28,7 +28,9 @@ impl<'p> Evaluator<'p> {
         index: usize,
         inner: Scope,
     ) -> Outcome<()> {
+        self.count_lists(caller, at, inner.base)?;
         let arguments = &self.stack[inner.base..inner.base + rule.formals.len()];
+        let kept = arguments.iter().map(Value::size).sum();
         let mut key = vec![
             1,
             inner.module as u64,
@@ -44,6 +46,7 @@ impl<'p> Evaluator<'p> {
             Some(_) => return self.error(caller.module, at, Problem::PartInItself(rule.name.clone())),
             None => {
                 let part = self.begin((caller, at), &rule.name, false)?;
+                self.keep((caller.module, at), kept)?;
                 self.known.insert(key, part);
                 self.accounts[part].has_phase = rule.formals.iter().any(|formal| formal.name == PHASE);
                 let scope = Scope { path, ..inner };
@@ -54,7 +57,7 @@ impl<'p> Evaluator<'p> {
                         e.visit(&scope, turtle, &rule.body)
                     })?,
                 }
-                if declared.is_some_and(|bounds| exceeds(&self.parts[part].bounds, &bounds)) {
+                if declared.is_some_and(|bounds| exceeds(&self.reach_of(part), &bounds)) {
                     return self.error(inner.module, rule.at, Problem::BeyondDeclared(rule.name.clone()));
                 }
                 self.accounts[part].finished = true;
@@ -73,6 +76,24 @@ impl<'p> Evaluator<'p> {
             }
         };
         self.place_known((caller, at), turtle, part)
+    }
+
+    /// A box around what is in a part: tight around its own triangles, not so around what it places.
+    fn reach_of(&self, part: usize) -> Bounds {
+        let Part {
+            meshes,
+            placements,
+            bounds,
+            ..
+        } = &self.parts[part];
+        if self.measuring {
+            return *bounds;
+        }
+        let vertices = meshes.iter().flat_map(|mesh| &mesh.positions);
+        let own = Bounds::around(vertices.map(|position| position.map(f64::from)));
+        placements.iter().fold(own, |all, Placement { part, frame }| {
+            all.union(&frame.bounds(&self.parts[*part].bounds))
+        })
     }
 
     fn declared_bounds(&mut self, scope: &Scope, rule: &'p Rule) -> Outcome<Option<Bounds>> {
@@ -112,6 +133,7 @@ impl<'p> Evaluator<'p> {
         body: &'p Statement,
     ) -> Outcome<()> {
         let part = self.begin((scope, 0), name, true)?;
+        self.keep_name((scope.module, 0), name)?;
         self.inside(part, turtle.material, false, |e, turtle| e.visit(scope, turtle, body))?;
         self.accounts[part].finished = true;
         self.place_known((scope, 0), turtle, part)

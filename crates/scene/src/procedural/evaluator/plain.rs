@@ -179,7 +179,7 @@ impl<'p> Evaluator<'p> {
                     BuiltIn::Fractal => fractal(self.settings.seed, [a, b], c as u32).ok()?,
                     BuiltIn::Random if arguments.is_empty() => random(scope, *site),
                     BuiltIn::Random => a + (b - a) * random(scope, *site),
-                    BuiltIn::Power if b.abs() > MAX_POWER => return None,
+                    BuiltIn::Power if b.abs() > MAX_POWER || b != b.floor() => return None,
                     _ => name.of(a, b, c),
                 }
             }

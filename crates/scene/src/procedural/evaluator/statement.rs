@@ -67,6 +67,7 @@ impl<'p> Evaluator<'p> {
             }
             Statement::Viewpoint(name) => {
                 self.count_placements((scope, 0), 1)?;
+                self.keep_name((scope.module, 0), name)?;
                 self.parts[self.part].viewpoints.push((name.clone(), turtle.frame));
                 Ok(())
             }
@@ -77,6 +78,7 @@ impl<'p> Evaluator<'p> {
             }
             Statement::Model(path) => {
                 self.count_placements((scope, 0), 1)?;
+                self.keep_name((scope.module, 0), path)?;
                 self.parts[self.part].models.push((path.clone(), turtle.frame));
                 Ok(())
             }
@@ -135,7 +137,7 @@ impl<'p> Evaluator<'p> {
             Transform::Scale => {
                 let factors = if by.len() == 1 { [x; 3] } else { [x, y, z] };
                 if factors.iter().any(|factor| factor.abs() < MIN_SCALE) {
-                    let (what, wanted) = ("a scale", "other than 0");
+                    let (what, wanted) = ("a scale", "0.000001 or more, or as much below 0");
                     return self.error(scope.module, at, Problem::Shape { what, wanted });
                 }
                 turtle.frame.scaled(factors)

@@ -1,7 +1,7 @@
 //! What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body.
 
 use super::{Parsed, Parser, unknown};
-use crate::procedural::error::Problem;
+use crate::procedural::error::{Problem, line_of};
 use crate::procedural::lexer::Kind;
 use crate::procedural::solid::SolidKind;
 use crate::procedural::syntax::{
@@ -83,7 +83,7 @@ impl<'t> Parser<'t> {
     fn declared_value(&mut self, what: &str) -> Parsed<(&'t str, At)> {
         let (name, at) = self.name(what)?;
         if let Some((_, first)) = self.declared.iter().find(|(known, _)| *known == name) {
-            let first_line = self.line(*first);
+            let first_line = line_of(self.text, *first);
             let name = name.to_owned();
             return Err((at, Problem::Twice { name, first_line }));
         }
@@ -92,13 +92,14 @@ impl<'t> Parser<'t> {
     }
 
     fn import(&mut self) -> Parsed<()> {
+        let path_at = self.peek().at;
         let path = self.text("the file to import, in quotes")?.to_owned();
         self.expect_word("as")?;
-        let (alias, at) = self.declared("a name for the file")?;
+        let (alias, _) = self.declared("a name for the file")?;
         let alias = alias.to_owned();
         self.module.imports.push(Import {
             alias,
-            at,
+            at: path_at,
             path,
             module: 0,
         });
@@ -134,7 +135,7 @@ impl<'t> Parser<'t> {
         while !self.takes(")") {
             let (name, at) = self.name("a name for a parameter")?;
             if let Some(first) = formals.iter().find(|formal| formal.name == name) {
-                let first_line = self.line(first.at);
+                let first_line = line_of(self.text, first.at);
                 let name = name.to_owned();
                 return Err((at, Problem::Twice { name, first_line }));
             }
@@ -218,7 +219,11 @@ impl<'t> Parser<'t> {
             if is_part && levels.is_some() {
                 return Err((levels_at, Problem::LevelsOfPart));
             }
+            let within_at = parser.peek().at;
             let within = if parser.takes_word("within") {
+                if !is_part {
+                    return Err((within_at, Problem::WithinOfRule));
+                }
                 let least = parser.expression()?;
                 parser.expect_word("to")?;
                 Some((least, parser.expression()?))

@@ -3,6 +3,7 @@
 use super::{Parsed, Parser, unknown};
 use crate::procedural::error::Problem;
 use crate::procedural::lexer::Kind;
+use crate::procedural::limits::{MAX_CHAIN, reached};
 use crate::procedural::syntax::{At, BuiltIn, Call, Expr, Operator, Target, Use, Wanted};
 
 /// Operators that may stand between two sides, by their symbols.
@@ -223,14 +224,8 @@ impl Parser<'_> {
     /// A long chain of operators is as deep a tree as brackets make.
     fn chained(&mut self, count: u32) -> Parsed<u32> {
         if count >= MAX_CHAIN {
-            return Err((
-                self.peek().at,
-                crate::procedural::limits::reached("nesting", MAX_CHAIN.into()),
-            ));
+            return Err((self.peek().at, reached("operators in a row", MAX_CHAIN.into())));
         }
         Ok(count + 1)
     }
 }
-
-/// Most operators in a row.
-const MAX_CHAIN: u32 = 64;

@@ -145,7 +145,10 @@ impl<'t> Parser<'t> {
     /// Runs `read` one level deeper.
     fn nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.nesting == MAX_NESTING {
-            return Err((self.peek().at, reached("nesting", MAX_NESTING.into())));
+            return Err((
+                self.peek().at,
+                reached("brackets and blocks inside each other", MAX_NESTING.into()),
+            ));
         }
         self.nesting += 1;
         let result = read(self);
@@ -200,11 +203,6 @@ impl<'t> Parser<'t> {
             }
         }
         Ok(arguments)
-    }
-
-    /// The line in which a byte lies, counted from 1.
-    fn line(&self, at: At) -> usize {
-        1 + self.text[..at as usize].matches('\n').count()
     }
 }
 

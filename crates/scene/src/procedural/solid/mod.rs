@@ -179,6 +179,15 @@ pub(super) struct Heights {
     pub(super) heights: Vec<f64>,
 }
 
+impl Heights {
+    /// Those on the rectangle, without the samples around it.
+    fn inside(&self) -> impl Iterator<Item = &f64> {
+        let [columns, rows] = self.steps.map(|steps| steps as usize);
+        let all = self.heights.chunks(columns + 3).skip(1).take(rows + 1);
+        all.flat_map(move |row| &row[1..columns + 2])
+    }
+}
+
 /// Sides of a round solid whose author does not say how many, by level of detail.
 pub(super) const SIDES: [u32; FINEST as usize + 1] = [4, 6, 8, 12, 16];
 
@@ -238,7 +247,7 @@ impl Solid {
             Self::Heights(heights) => {
                 let [w, d] = heights.over;
                 let corner = |y: &f64| [[-w / 2.0, *y, -d / 2.0], [w / 2.0, *y, d / 2.0]];
-                Bounds::around(heights.heights.iter().flat_map(corner))
+                Bounds::around(heights.inside().flat_map(corner))
             }
         }
     }
