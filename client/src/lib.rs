@@ -19,9 +19,10 @@
 //! ```
 //!
 //! The client reads the published tree and nothing else, so a plain folder behind a web server is as good as a
-//! Belvedere server. A source may keep what it fetched on disk ([`DiskCache`]) and ask again ([`Retrying`]). Every immutable object is verified against the hash in its name. Three things hand to each
-//! other: a [`Client`] follows pointers and opens a [`Scene`], which is one revision and never changes under its reader; a
-//! [`Walk`] goes through it from cell to cell and fetches what changes. [`tour`] measures what visitors get to see.
+//! Belvedere server. A source may keep what it fetched on disk ([`DiskCache`]) and ask again ([`Retrying`]). Every
+//! immutable object is verified against the hash in its name. Three things hand to each other: a [`Client`] follows
+//! pointers and opens a [`Scene`], which is one revision and never changes under its reader; a [`Walk`] goes through it from
+//! cell to cell and fetches what changes. [`tour`] measures what visitors get to see.
 
 mod error;
 mod packs;
