@@ -188,7 +188,7 @@ fn read_shelf(folder: &Path) -> io::Result<Shelf> {
             fs::remove_file(entry.path())?;
         }
     }
-    found.sort_by(|a, b| (a.0, a.1.to_string()).cmp(&(b.0, b.1.to_string())));
+    found.sort_by_key(|(used, name, _)| (*used, name.to_string()));
     let mut shelf = Shelf::default();
     found.into_iter().for_each(|(_, name, bytes)| shelf.put(name, bytes));
     Ok(shelf)
