@@ -5,7 +5,7 @@ use std::{
     collections::BTreeMap,
     io::{IsTerminal, Write},
     sync::{
-        Mutex, MutexGuard, PoisonError,
+        Arc, Mutex, MutexGuard, PoisonError, Weak,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, Instant},
@@ -17,7 +17,7 @@ use serde_json::json;
 
 /// Between two lines of JSON of one stage.
 const LINE_INTERVAL: Duration = Duration::from_millis(200);
-/// Between two lines of a log, of any stage: what takes less says nothing.
+/// Between two lines of a log: stages that take less say nothing.
 const LOG_INTERVAL: Duration = Duration::from_secs(10);
 
 /// How progress is shown.
@@ -35,10 +35,8 @@ pub(crate) enum Show {
 #[derive(Debug)]
 pub(crate) struct BakeProgress {
     show: Show,
-    current: Mutex<Option<Current>>,
+    current: Arc<Mutex<Option<Current>>>,
     seconds: Mutex<BTreeMap<&'static str, f64>>,
-    /// When the log last had a line.
-    logged: Mutex<Instant>,
     cancelled: AtomicBool,
 }
 
@@ -52,11 +50,15 @@ struct Current {
 
 impl BakeProgress {
     pub(crate) fn new(show: Show) -> Self {
+        let current = Arc::default();
+        if show == Show::Bars && !std::io::stderr().is_terminal() {
+            let watched = Arc::downgrade(&current);
+            std::thread::spawn(move || log(&watched));
+        }
         Self {
             show,
-            current: Mutex::default(),
+            current,
             seconds: Mutex::default(),
-            logged: Mutex::new(Instant::now()),
             cancelled: AtomicBool::new(false),
         }
     }
@@ -85,20 +87,8 @@ impl BakeProgress {
         }
     }
 
-    /// What a log is told now, if anything.
-    fn line(&self, Current { stage, bar, .. }: &Current) -> Option<String> {
-        let mut logged = self.logged.lock().unwrap_or_else(PoisonError::into_inner);
-        if logged.elapsed() < LOG_INTERVAL {
-            return None;
-        }
-        *logged = Instant::now();
-        let share = 100 * bar.position() / bar.length().unwrap_or(0).max(1);
-        let (elapsed, of) = (HumanDuration(bar.elapsed()), HumanDuration(bar.duration()));
-        Some(format!("{}: {share} %, {elapsed} of about {of}", stage.name()))
-    }
-
     fn current(&self) -> MutexGuard<'_, Option<Current>> {
-        self.current.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.current)
     }
 }
 
@@ -136,19 +126,43 @@ impl Progress for BakeProgress {
                 tell(current.stage, &current.bar);
                 current.told = Instant::now();
             }
-            if self.show == Show::Bars
-                && current.bar.is_hidden()
-                && let Some(line) = self.line(current)
-            {
-                // Whoever has closed the pipe does not want to know.
-                _ = writeln!(std::io::stderr().lock(), "{line}");
-            }
         }
     }
 
     fn cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
+}
+
+/// Writes a line now and then, as long as there is somebody whose bakes it can be about.
+fn log(current: &Weak<Mutex<Option<Current>>>) {
+    loop {
+        std::thread::sleep(LOG_INTERVAL);
+        let Some(current) = current.upgrade() else { return };
+        let line = locked(&current).as_ref().map(Current::line);
+        if let Some(line) = line {
+            // Whoever has closed the pipe does not want to know.
+            _ = writeln!(std::io::stderr().lock(), "{line}");
+        }
+    }
+}
+
+impl Current {
+    fn line(&self) -> String {
+        let Self { stage, bar, .. } = self;
+        let (stage, elapsed) = (stage.name(), HumanDuration(bar.elapsed()));
+        match (100 * bar.position()).checked_div(bar.length().unwrap_or(0)) {
+            None | Some(0) => format!("{stage}: for {elapsed}"),
+            Some(share) => format!(
+                "{stage}: {share} %, {elapsed} of about {}",
+                HumanDuration(bar.duration())
+            ),
+        }
+    }
+}
+
+fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn tell(stage: Stage, bar: &ProgressBar) {
@@ -163,16 +177,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_log_gets_a_line_now_and_then() {
-        let progress = BakeProgress::new(Show::Bars);
+    fn a_line_says_how_far_a_stage_is() {
+        let progress = BakeProgress::new(Show::Nothing);
+        let line = || progress.current().as_ref().map(Current::line);
+        assert_eq!(line(), None);
         progress.start(Stage::Visibility, 40);
+        assert_eq!(line().unwrap(), "visibility: for 0 seconds");
         progress.advance(10);
-        let current = progress.current();
-        let current = current.as_ref().unwrap();
-        assert_eq!(progress.line(current), None);
-        *progress.logged.lock().unwrap() -= LOG_INTERVAL;
-        let line = progress.line(current).unwrap();
-        assert!(line.starts_with("visibility: 25 %, "), "{line}");
-        assert_eq!(progress.line(current), None);
+        let line = line().unwrap();
+        assert!(line.starts_with("visibility: 25 %, 0 seconds of about "), "{line}");
     }
 }

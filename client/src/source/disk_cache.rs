@@ -1,44 +1,19 @@
-//! What need not be fetched again, also by the next visit? Immutable objects that are on disk. Those that were used longest
-//! ago make room for new ones.
-//!
-//! What a file says is believed only when it has the hash in its name, so a crash, a full disk or another program in the
-//! folder cost a request and nothing else. The time of a file's last change is when it was last used: so the order
-//! outlives the program. Two programs may share a folder; each keeps to its own count of it.
+//! What need not be fetched again, also by the next visit? Immutable objects that are on disk, within a limit.
 
-use std::{
-    collections::{BTreeMap, HashMap},
-    fs::{self, File},
-    io,
-    path::{Path, PathBuf},
-    sync::{Mutex, MutexGuard, PoisonError},
-    time::SystemTime,
-};
+use std::{path::PathBuf, sync::Arc};
 
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use super::{ByteSource, is_sound};
+use super::{ByteSource, shelf::Shelf};
 use crate::Error;
 
-/// A source in front of which what was fetched is kept in a folder.
+/// A source in front of which what was fetched is kept in a folder. Those objects that were used longest ago make room for
+/// new ones; what has not the hash in its name is neither kept nor believed.
 #[derive(Debug)]
 pub struct DiskCache<S> {
-    folder: PathBuf,
-    most_bytes: u64,
+    shelf: Arc<Shelf>,
     source: S,
-    shelf: Mutex<Shelf>,
-}
-
-/// What is in the folder.
-#[derive(Debug, Default)]
-struct Shelf {
-    bytes: u64,
-    /// Sizes, and when each was used.
-    files: HashMap<BlobName, (u64, u64)>,
-    /// The same by use, longest ago first.
-    order: BTreeMap<u64, BlobName>,
-    /// Uses so far.
-    uses: u64,
 }
 
 impl<S> DiskCache<S> {
@@ -49,76 +24,25 @@ impl<S> DiskCache<S> {
     /// When there can be no such folder, or it cannot be read.
     pub fn open(folder: impl Into<PathBuf>, most_bytes: u64, source: S) -> Result<Self, Error> {
         let folder = folder.into();
-        let shelf = match read_shelf(&folder) {
-            Ok(shelf) => shelf,
-            Err(cause) => return Err(Error::Cache { folder, cause }),
-        };
-        let cache = Self {
-            folder,
-            most_bytes,
-            source,
-            shelf: Mutex::new(shelf),
-        };
-        cache.remove(cache.shelf().make_room(most_bytes));
-        Ok(cache)
+        match Shelf::open(folder.clone(), most_bytes) {
+            Ok(shelf) => Ok(Self {
+                shelf: Arc::new(shelf),
+                source,
+            }),
+            Err(cause) => Err(Error::Cache { folder, cause }),
+        }
     }
 
     /// How many bytes are kept.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.shelf().bytes
+        self.shelf.bytes()
     }
 
-    fn shelf(&self) -> MutexGuard<'_, Shelf> {
-        self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn remove(&self, names: Vec<BlobName>) {
-        for name in names {
-            // Somebody may have been faster.
-            _ = fs::remove_file(self.folder.join(name.to_string()));
-        }
-    }
-
-    /// The bytes of a kept object; one that is damaged or gone is forgotten.
-    fn kept(&self, name: &BlobName) -> Option<Bytes> {
-        if !self.shelf().files.contains_key(name) {
-            return None;
-        }
-        let path = self.folder.join(name.to_string());
-        let bytes = fs::read(&path)
-            .ok()
-            .filter(|bytes| is_sound(&name.url(), bytes) == Some(true));
-        let Some(bytes) = bytes else {
-            self.shelf().take(name);
-            self.remove(vec![name.clone()]);
-            return None;
-        };
-        self.shelf().put(name.clone(), bytes.len() as u64);
-        // Only the order after a restart suffers.
-        _ = File::options()
-            .append(true)
-            .open(path)
-            .and_then(|file| file.set_modified(SystemTime::now()));
-        Some(bytes.into())
-    }
-
-    /// Keeps an object if it can; a folder that takes nothing more is no reason to fail.
-    fn keep(&self, name: &BlobName, bytes: &Bytes) {
-        let size = bytes.len() as u64;
-        if size > self.most_bytes || is_sound(&name.url(), bytes) != Some(true) {
-            return;
-        }
-        let room = self.shelf().make_room(self.most_bytes - size);
-        self.remove(room);
-        // Whoever reads meanwhile finds all of it or nothing.
-        let unfinished = self.folder.join(format!("{name}.{}", std::process::id()));
-        let written =
-            fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, self.folder.join(name.to_string())));
-        match written {
-            Ok(()) => self.shelf().put(name.clone(), size),
-            Err(_) => _ = fs::remove_file(unfinished),
-        }
+    /// Asks the folder where it may block.
+    async fn with_shelf<T: Send + 'static>(&self, ask: impl FnOnce(&Shelf) -> T + Send + 'static) -> Option<T> {
+        let shelf = Arc::clone(&self.shelf);
+        tokio::task::spawn_blocking(move || ask(&shelf)).await.ok()
     }
 }
 
@@ -131,73 +55,24 @@ impl<S: ByteSource> ByteSource for DiskCache<S> {
         let Ok(name) = BlobName::from_url(path) else {
             return self.source.get_carried(path).await;
         };
-        if let Some(bytes) = self.kept(&name) {
+        let asked = name.clone();
+        if let Some(bytes) = self.with_shelf(move |shelf| shelf.take(&asked)).await.flatten() {
             return Ok((bytes, 0));
         }
         let (bytes, carried) = self.source.get_carried(path).await?;
-        self.keep(&name, &bytes);
+        let kept = bytes.clone();
+        self.with_shelf(move |shelf| shelf.put(&name, &kept)).await;
         Ok((bytes, carried))
     }
 }
 
-impl Shelf {
-    fn put(&mut self, name: BlobName, bytes: u64) {
-        self.take(&name);
-        self.uses += 1;
-        self.bytes += bytes;
-        self.files.insert(name.clone(), (bytes, self.uses));
-        self.order.insert(self.uses, name);
-    }
-
-    fn take(&mut self, name: &BlobName) {
-        if let Some((bytes, used)) = self.files.remove(name) {
-            self.bytes -= bytes;
-            self.order.remove(&used);
-        }
-    }
-
-    /// Forgets what was used longest ago until no more than so many bytes are left.
-    fn make_room(&mut self, most_bytes: u64) -> Vec<BlobName> {
-        let mut gone = Vec::new();
-        while self.bytes > most_bytes
-            && let Some((_, name)) = self.order.first_key_value()
-        {
-            let name = name.clone();
-            self.take(&name);
-            gone.push(name);
-        }
-        gone
-    }
-}
-
-/// What is in a folder, longest unused first; what was left unfinished is removed, and what is not ours is left alone.
-fn read_shelf(folder: &Path) -> io::Result<Shelf> {
-    fs::create_dir_all(folder)?;
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let file_name = entry.file_name();
-        let text = file_name.to_string_lossy();
-        if let Ok(name) = text.parse::<BlobName>() {
-            let about = entry.metadata()?;
-            found.push((about.modified()?, name, about.len()));
-        } else if text
-            .rsplit_once('.')
-            .is_some_and(|(name, _)| name.parse::<BlobName>().is_ok())
-        {
-            fs::remove_file(entry.path())?;
-        }
-    }
-    found.sort_by_key(|(used, name, _)| (*used, name.to_string()));
-    let mut shelf = Shelf::default();
-    found.into_iter().for_each(|(_, name, bytes)| shelf.put(name, bytes));
-    Ok(shelf)
-}
-
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicU64, Ordering};
-    use std::time::Duration;
+    use std::{
+        fs::{self, File},
+        sync::atomic::{AtomicU64, Ordering},
+        time::{Duration, SystemTime},
+    };
 
     use super::*;
 
@@ -276,14 +151,27 @@ mod tests {
     #[test]
     fn a_folder_keeps_what_is_not_ours() {
         let folder = tempfile::tempdir().unwrap();
-        let unfinished = format!("{}.77", path(1).strip_prefix("/o/").unwrap());
-        fs::write(folder.path().join("notes.txt"), b"mine").unwrap();
-        fs::write(folder.path().join(&unfinished), b"half").unwrap();
+        let file = |name: &str, minutes: u64| {
+            let path = folder.path().join(name);
+            fs::write(&path, b"half").unwrap();
+            let used = SystemTime::now() - Duration::from_mins(minutes);
+            File::options()
+                .append(true)
+                .open(&path)
+                .unwrap()
+                .set_modified(used)
+                .unwrap();
+            path
+        };
+        let name = path(1).strip_prefix("/o/").unwrap().to_owned();
+        let left = file(&format!("{name}.77"), 90);
+        let others = [file("notes.txt", 90), file(&format!("{name}.78"), 30)];
         let cache = DiskCache::open(folder.path(), 1, Origin::default()).unwrap();
         assert_eq!(cache.bytes(), 0);
-        assert!(folder.path().join("notes.txt").exists() && !folder.path().join(unfinished).exists());
-        let file = folder.path().join("notes.txt");
-        let error = DiskCache::open(&file, 1, Origin::default()).unwrap_err().to_string();
+        assert!(!left.exists() && others.iter().all(|other| other.exists()));
+        let error = DiskCache::open(&others[0], 1, Origin::default())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("notes.txt"), "{error}");
     }
 }

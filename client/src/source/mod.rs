@@ -5,6 +5,7 @@ use std::{future::Future, io::Read, path::PathBuf, time::Duration};
 
 mod disk_cache;
 mod retrying;
+mod shelf;
 
 pub use disk_cache::DiskCache;
 pub use retrying::Retrying;
@@ -125,15 +126,18 @@ fn unpacked(path: &str, packed: &[u8]) -> Result<Bytes, Error> {
         .take(MOST_DOCUMENT_BYTES + 1)
         .read_to_end(&mut bytes);
     let too_large = bytes.len() as u64 > MOST_DOCUMENT_BYTES;
+    let path = path.to_owned();
     match read {
         Ok(_) if !too_large => Ok(bytes.into()),
-        Ok(_) => Err(format!("it has more than {MOST_DOCUMENT_BYTES} bytes")),
-        Err(cause) => Err(format!("its gzip is damaged: {cause}")),
+        Ok(_) => Err(Error::Document {
+            path,
+            cause: format!("it has more than {MOST_DOCUMENT_BYTES} bytes"),
+        }),
+        Err(cause) => Err(Error::Fetch {
+            path,
+            cause: format!("its gzip is damaged: {cause}"),
+        }),
     }
-    .map_err(|cause| Error::Fetch {
-        path: path.to_owned(),
-        cause,
-    })
 }
 
 /// A folder that `belvedere publish` wrote.

@@ -2,7 +2,7 @@
 //! twice as long as the one before, more or less, so that clients that failed together do not come back together.
 
 use std::{
-    hash::{DefaultHasher, Hash, Hasher},
+    hash::{BuildHasher, RandomState},
     time::Duration,
 };
 
@@ -56,9 +56,8 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
 
 /// How long to wait after so many tries: between half and one and a half of what they have on average.
 fn wait(path: &str, tried: u32) -> Duration {
-    let mut spread = DefaultHasher::new();
-    (path, tried, std::process::id()).hash(&mut spread);
-    let share = spread.finish() as f64 / u64::MAX as f64;
+    // Keys of this map are as random as anything in the standard library.
+    let share = RandomState::new().hash_one((path, tried)) as f64 / u64::MAX as f64;
     FIRST_WAIT.mul_f64(f64::from(1 << (tried - 1)) * (0.5 + share))
 }
 

@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 
 /// Wrong in one way each.
-const MISTAKES: [&str; 66] = [
+const MISTAKES: [&str; 68] = [
     "rule branch() {}\n  brnach()",
     "box(1, 1, dpth = 1)",
     "box(1, 1)",
@@ -79,6 +79,8 @@ const MISTAKES: [&str; 66] = [
     "parameter a = 5\nparameter b = 3 from 10 to 1",
     "box(power(10, 0.5), 1, 1)",
     "box(1 + noise(-2e9, 0), 1, 1)",
+    "rule post() within 1 { box(1, 1, 1) }",
+    "prism([[0, 0], [1, 0]], 1)",
     "import \"no.dcg\" as no\nno()",
     "// a comment of an old machine\rbox(0 - 1, 1, 1)",
 ];

@@ -1,5 +1,6 @@
 /** Which words does a text consist of? As `crates/scene/src/procedural/lexer.rs`. */
 import { Fault } from "./error.ts";
+import { MAX_NAME, reached } from "./limits.ts";
 
 export type Word =
   | { readonly kind: "name"; readonly text: string; readonly at: number }
@@ -59,7 +60,10 @@ export function words(text: string): Word[] {
 }
 
 function wordOf(first: string, taken: string, inner: string, at: number): Word {
-  if (/[A-Za-z_]/.test(first)) return { kind: "name", text: taken, at };
+  if (/[A-Za-z_]/.test(first)) {
+    if (taken.length > MAX_NAME) throw new Fault(at, reached("letters in a name", MAX_NAME));
+    return { kind: "name", text: taken, at };
+  }
   if (/[0-9]/.test(first)) {
     const value = Number(taken);
     if (!SOUND_NUMBER.test(taken) || !Number.isFinite(value)) {

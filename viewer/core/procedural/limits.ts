@@ -2,6 +2,8 @@
 
 export const MAX_TEXT_BYTES = 2 ** 20;
 export const MAX_MODULES = 256;
+/** Most letters of a name. */
+export const MAX_NAME = 255;
 export const MAX_NESTING = 96;
 /** Most operators in a row. */
 export const MAX_CHAIN = 64;
@@ -45,6 +47,7 @@ export const LIMITS: Readonly<Amounts> = {
 const WAYS_OUT: Readonly<Record<string, string>> = {
   "brackets and blocks inside each other": "give a part of it a name, with `let`, `rule` or `function`",
   "operators in a row": "compute a part of it before, with `let`",
+  "letters in a name": "choose a shorter one",
   "numbers kept": "give parts, materials and files fewer different lists, and use shorter names",
   levels: "stop the recursion earlier, with `if` or `levels`",
   nesting: "stop the recursion earlier, with `if` or `levels`",

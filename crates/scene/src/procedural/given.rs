@@ -29,7 +29,7 @@ impl Program {
                 text += &format!("if 1 then {value} else {own}");
             } else {
                 text += &format!("{value} ");
-                text.extend(own.chars().filter(|c| *c == '\n'));
+                text.extend(own.chars().filter(|c| ['\n', '\r'].contains(c)));
             }
             copied = parameter.default.end;
         }

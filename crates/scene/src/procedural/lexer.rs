@@ -1,6 +1,7 @@
 //! Which words does a text consist of?
 
 use super::error::Problem;
+use super::limits::{MAX_NAME, reached};
 
 /// A word and where it begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,7 +95,13 @@ impl<'t> Lexer<'t> {
             return Ok(Kind::End);
         };
         match first {
-            'a'..='z' | 'A'..='Z' | '_' => Ok(Kind::Name(self.take_while(|c| c.is_ascii_alphanumeric() || c == '_'))),
+            'a'..='z' | 'A'..='Z' | '_' => {
+                let name = self.take_while(|c| c.is_ascii_alphanumeric() || c == '_');
+                if name.len() > MAX_NAME {
+                    return Err(reached("letters in a name", MAX_NAME as u64));
+                }
+                Ok(Kind::Name(name))
+            }
             '0'..='9' => self.number(),
             '#' => self.colour(),
             '"' => {

@@ -6,6 +6,8 @@ use super::error::Problem;
 pub const MAX_TEXT_BYTES: usize = 1 << 20;
 /// Most files of one model.
 pub const MAX_MODULES: usize = 256;
+/// Most letters of a name.
+pub const MAX_NAME: usize = 255;
 /// Most blocks, brackets and operators inside each other in a text.
 pub const MAX_NESTING: u32 = 96;
 /// Most numbers in one list, those of lists inside of it included.
@@ -98,6 +100,7 @@ pub(super) fn reached(what: &'static str, limit: u64) -> Problem {
     let way_out = match what {
         "brackets and blocks inside each other" => "give a part of it a name, with `let`, `rule` or `function`",
         "operators in a row" => "compute a part of it before, with `let`",
+        "letters in a name" => "choose a shorter one",
         "numbers kept" => "give parts, materials and files fewer different lists, and use shorter names",
         "levels" | "nesting" => "stop the recursion earlier, with `if` or `levels`",
         "steps" => "repeat less, or grow it with less detail",

@@ -259,7 +259,9 @@ export abstract class Calls extends Terminals {
       return { instance: known, path };
     }
     globals.forEach((global, i) => {
-      values[parameters.length + i] = this.value(scope, global.at, global.value);
+      const value = this.value(scope, global.at, global.value);
+      this.keep(module, global.at, sizeOf(value));
+      values[parameters.length + i] = value;
     });
     this.keep(place.module, place.at, 2 + sizesOf(own));
     this.known.set(key, instance);

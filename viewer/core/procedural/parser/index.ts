@@ -163,10 +163,11 @@ class Parser extends StatementParser {
         throw new Fault(levelsAt, `a part cannot have \`levels\`; ${wayOut}`);
       }
       const withinAt = this.next.at;
-      const within = this.takesWord("within") ? this.corners() : undefined;
-      if (within && !isPart) {
+      const saysWithin = this.takesWord("within");
+      if (saysWithin && !isPart) {
         throw new Fault(withinAt, "only a part can say `within`; write `part` in place of `rule`, or leave it out");
       }
+      const within = saysWithin ? this.corners() : undefined;
       const body = this.block();
       const afterwards = this.takesWord("then") ? this.statement() : undefined;
       return { formals, levels, within, body, afterwards };

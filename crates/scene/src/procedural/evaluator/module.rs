@@ -185,6 +185,7 @@ impl<'p> Evaluator<'p> {
         }
         for (i, global) in file.globals.iter().enumerate() {
             let value = self.value(&scope, global.at, &global.value)?;
+            self.keep((module, global.at), value.size())?;
             self.instances[instance].values[file.parameters.len() + i] = Some(value);
         }
         self.keep(place, key.len())?;

@@ -2,6 +2,8 @@
 //! known beforehand what that takes, so limits are asked once for all of it. Where anything is amiss the nodes are visited
 //! one by one, and that says what and where.
 
+use std::ops::RangeInclusive;
+
 use super::operation::{MAX_OCTAVES, MAX_POWER, fractal, random, truth};
 use super::terminal::MAX_LENGTH;
 use super::{Evaluator, Outcome, Scope};
@@ -101,10 +103,15 @@ impl<'p> Evaluator<'p> {
         }
     }
 
-    /// A list of rows of `N` numbers that a solid is made of; `None` when it is not, or not to be computed at one go.
-    pub(super) fn plain_rows<const N: usize>(&mut self, scope: &Scope, plain: &'p Plain) -> Option<Vec<[f64; N]>> {
+    /// A list of so many rows of `N` numbers that a solid is made of; `None` when it is not, or not to be computed at one go.
+    pub(super) fn plain_rows<const N: usize>(
+        &mut self,
+        scope: &Scope,
+        plain: &'p Plain,
+        lengths: RangeInclusive<usize>,
+    ) -> Option<Vec<[f64; N]>> {
         self.charged(plain.cost, |known| {
-            let rows = plain.of.items()?;
+            let rows = plain.of.items().filter(|rows| lengths.contains(&rows.len()))?;
             let mut found = Vec::with_capacity(rows.len());
             for row in rows {
                 let mut numbers = [0.0; N];

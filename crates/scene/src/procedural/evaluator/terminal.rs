@@ -240,7 +240,7 @@ impl<'p> Evaluator<'p> {
 
     fn points(&mut self, place: Place, expr: Option<&'p Expr>) -> Outcome<Vec<[f64; 3]>> {
         if let Some(Expr::Plain(plain)) = expr
-            && let Some(points) = self.plain_rows(place.0, plain)
+            && let Some(points) = self.plain_rows(place.0, plain, 0..=usize::MAX)
         {
             return Ok(points);
         }
@@ -280,8 +280,7 @@ impl<'p> Evaluator<'p> {
 
     fn corners(&mut self, place: Place, expr: Option<&'p Expr>, least: usize) -> Outcome<Vec<[f64; 2]>> {
         if let Some(Expr::Plain(plain)) = expr
-            && let Some(corners) = self.plain_rows(place.0, plain)
-            && (least..=MAX_CORNERS).contains(&corners.len())
+            && let Some(corners) = self.plain_rows(place.0, plain, least..=MAX_CORNERS)
         {
             return Ok(corners);
         }
