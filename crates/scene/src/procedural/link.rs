@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::error::{DcgError, Problem, nearest};
 use super::limits::{MAX_MODULES, reached};
+use super::operation::BuiltIn;
 use super::parser::parse;
 use super::solid::SolidKind;
-use super::syntax::{At, BuiltIn, Call, Formal, Module, Target, Wanted};
+use super::syntax::{At, Call, Formal, Module, Target, Wanted};
 
 /// Gives the texts of files. Whoever implements it decides what a path may lead to.
 pub trait Loader {

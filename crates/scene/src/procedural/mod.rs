@@ -24,6 +24,7 @@ mod grown;
 mod lexer;
 pub mod limits;
 mod link;
+mod operation;
 mod parser;
 pub mod random;
 mod recipe;

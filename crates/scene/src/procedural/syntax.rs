@@ -3,6 +3,7 @@
 //! Names of variables are already slots: where a value lies in the frame of a rule, or among the values of a file. Calls
 //! lie in a table beside the nodes; [`link`](super::link) fills in what they lead to.
 
+use super::operation::{BuiltIn, Operator};
 use super::solid::SolidKind;
 use std::ops::Range;
 
@@ -298,65 +299,4 @@ pub(super) struct Cost {
     pub(super) steps: u32,
     /// Nodes inside each other.
     pub(super) nesting: u32,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Operator {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Equal,
-    Unequal,
-    Less,
-    AtMost,
-    More,
-    AtLeast,
-}
-
-/// Functions of the language.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum BuiltIn {
-    Abs,
-    Atan2,
-    Ceil,
-    Clamp,
-    Cos,
-    Count,
-    Floor,
-    Fractal,
-    Max,
-    Min,
-    Mix,
-    Mod,
-    Noise,
-    Power,
-    Random,
-    Round,
-    Sin,
-    Sqrt,
-}
-
-impl BuiltIn {
-    /// Name, least and most arguments of each.
-    pub(super) const ALL: [(&'static str, Self, usize, usize); 18] = [
-        ("abs", Self::Abs, 1, 1),
-        ("atan2", Self::Atan2, 2, 2),
-        ("ceil", Self::Ceil, 1, 1),
-        ("clamp", Self::Clamp, 3, 3),
-        ("cos", Self::Cos, 1, 1),
-        ("count", Self::Count, 1, 1),
-        ("floor", Self::Floor, 1, 1),
-        ("fractal", Self::Fractal, 3, 3),
-        ("max", Self::Max, 2, 2),
-        ("min", Self::Min, 2, 2),
-        ("mix", Self::Mix, 3, 3),
-        ("mod", Self::Mod, 2, 2),
-        ("noise", Self::Noise, 2, 2),
-        ("power", Self::Power, 2, 2),
-        ("random", Self::Random, 0, 2),
-        ("round", Self::Round, 1, 1),
-        ("sin", Self::Sin, 1, 1),
-        ("sqrt", Self::Sqrt, 1, 1),
-    ];
 }

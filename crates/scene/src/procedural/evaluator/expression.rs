@@ -1,10 +1,10 @@
 //! What is the value of an expression?
 
-use super::operation::{MAX_NOISE, MAX_OCTAVES, MAX_POWER, fractal, random, truth};
 use super::{Evaluator, Outcome, Scope};
 use crate::procedural::error::Problem;
 use crate::procedural::limits::{MAX_LIST, MAX_LIST_DEPTH, reached};
-use crate::procedural::syntax::{At, BuiltIn, Expr, Operator};
+use crate::procedural::operation::{BuiltIn, MAX_NOISE, MAX_OCTAVES, MAX_POWER, Operator, fractal, random, truth};
+use crate::procedural::syntax::{At, Expr};
 use crate::procedural::value::Value;
 
 impl<'p> Evaluator<'p> {
@@ -230,8 +230,8 @@ impl<'p> Evaluator<'p> {
                 }
                 name.of(a, b, c)
             }
-            BuiltIn::Random if arguments.is_empty() => random(scope, site),
-            BuiltIn::Random => a + (b - a) * random(scope, site),
+            BuiltIn::Random if arguments.is_empty() => random(scope.path, site),
+            BuiltIn::Random => a + (b - a) * random(scope.path, site),
             BuiltIn::Sqrt if a < 0.0 => {
                 let (what, wanted) = ("what a root is taken of", "0 or more");
                 return self.error(scope.module, at, Problem::Shape { what, wanted });

@@ -6,14 +6,13 @@
 //!
 //! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times.
 //! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values.
-//! * [`expression`] computes values, [`plain`] most of them at one go by [`operation`], [`terminal`] makes solids and [`material`] surfaces of them.
+//! * [`expression`] computes values, [`plain`] most of them at one go, [`terminal`] makes solids and [`material`] surfaces of them.
 
 mod call;
 mod enumerate;
 mod expression;
 mod material;
 mod module;
-mod operation;
 mod part;
 mod plain;
 mod statement;

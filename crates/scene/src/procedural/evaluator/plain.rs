@@ -4,12 +4,12 @@
 
 use std::ops::RangeInclusive;
 
-use super::operation::{MAX_OCTAVES, MAX_POWER, fractal, random, truth};
 use super::terminal::MAX_LENGTH;
 use super::{Evaluator, Outcome, Scope};
 use crate::procedural::limits::MAX_LIST;
+use crate::procedural::operation::{BuiltIn, MAX_OCTAVES, MAX_POWER, fractal, random, truth};
 use crate::procedural::solid::Faces;
-use crate::procedural::syntax::{At, BuiltIn, Cost, Expr, Plain};
+use crate::procedural::syntax::{At, Cost, Expr, Plain};
 use crate::procedural::value::Value;
 
 impl Expr {
@@ -184,8 +184,8 @@ impl<'p> Evaluator<'p> {
                 match name {
                     BuiltIn::Noise => fractal(self.settings.seed, [a, b], 1).ok()?,
                     BuiltIn::Fractal => fractal(self.settings.seed, [a, b], c as u32).ok()?,
-                    BuiltIn::Random if arguments.is_empty() => random(scope, *site),
-                    BuiltIn::Random => a + (b - a) * random(scope, *site),
+                    BuiltIn::Random if arguments.is_empty() => random(scope.path, *site),
+                    BuiltIn::Random => a + (b - a) * random(scope.path, *site),
                     BuiltIn::Power if b.abs() > MAX_POWER || b != b.floor() => return None,
                     _ => name.of(a, b, c),
                 }

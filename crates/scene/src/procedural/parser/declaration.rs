@@ -3,10 +3,9 @@
 use super::{Parsed, Parser, unknown};
 use crate::procedural::error::{Problem, line_of};
 use crate::procedural::lexer::Kind;
+use crate::procedural::operation::BuiltIn;
 use crate::procedural::solid::SolidKind;
-use crate::procedural::syntax::{
-    At, BuiltIn, Formal, Function, Import, MaterialRule, Named, Parameter, Property, Rule,
-};
+use crate::procedural::syntax::{At, Formal, Function, Import, MaterialRule, Named, Parameter, Property, Rule};
 
 /// Words with which a statement begins.
 const STATEMENTS: [&str; 18] = [

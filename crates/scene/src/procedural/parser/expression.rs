@@ -4,7 +4,8 @@ use super::{Parsed, Parser, unknown};
 use crate::procedural::error::Problem;
 use crate::procedural::lexer::Kind;
 use crate::procedural::limits::{MAX_CHAIN, reached};
-use crate::procedural::syntax::{At, BuiltIn, Call, Expr, Operator, Target, Use, Wanted};
+use crate::procedural::operation::{BuiltIn, Operator};
+use crate::procedural::syntax::{At, Call, Expr, Target, Use, Wanted};
 
 /// Operators that may stand between two sides, by their symbols.
 const COMPARISONS: [(&str, Operator); 6] = [

@@ -56,9 +56,7 @@ fn what_is_kept_is_limited() {
         assert!(error.contains("numbers kept"), "{error}");
     }
     let list = "function f(l, n) = if n < 1 then l else f([l, l], n - 1)\nlet big = f([0], 14)";
-    let lines = (0..200)
-        .map(|i| format!("\nlet a{i} = [big]"))
-        .collect::<String>();
+    let lines = (0..200).map(|i| format!("\nlet a{i} = [big]")).collect::<String>();
     assert!(complaint(&format!("{list}{lines}")).contains("numbers kept"));
     assert!(complaint(&format!("rule {name}() {{}}")).contains("more than 255 letters in a name"));
 }

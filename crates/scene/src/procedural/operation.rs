@@ -1,9 +1,7 @@
 //! What do operators and functions of numbers give? What is asked of them is checked where they are visited, for the place.
 
-use super::Scope;
-use crate::procedural::arithmetic::{atan2, power, sin_cos};
-use crate::procedural::random::{fraction, noise, step};
-use crate::procedural::syntax::{BuiltIn, Operator};
+use super::arithmetic::{atan2, power, sin_cos};
+use super::random::{fraction, noise, step};
 
 /// Beyond this a whole number is no longer told from the next in every operation.
 pub(super) const MAX_NOISE: f64 = 1e9;
@@ -12,9 +10,70 @@ pub(super) const MAX_OCTAVES: f64 = 16.0;
 /// Largest power, either way.
 pub(super) const MAX_POWER: f64 = 64.0;
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Operator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Equal,
+    Unequal,
+    Less,
+    AtMost,
+    More,
+    AtLeast,
+}
+
+/// Functions of the language.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BuiltIn {
+    Abs,
+    Atan2,
+    Ceil,
+    Clamp,
+    Cos,
+    Count,
+    Floor,
+    Fractal,
+    Max,
+    Min,
+    Mix,
+    Mod,
+    Noise,
+    Power,
+    Random,
+    Round,
+    Sin,
+    Sqrt,
+}
+
+impl BuiltIn {
+    /// Name, least and most arguments of each.
+    pub(super) const ALL: [(&'static str, Self, usize, usize); 18] = [
+        ("abs", Self::Abs, 1, 1),
+        ("atan2", Self::Atan2, 2, 2),
+        ("ceil", Self::Ceil, 1, 1),
+        ("clamp", Self::Clamp, 3, 3),
+        ("cos", Self::Cos, 1, 1),
+        ("count", Self::Count, 1, 1),
+        ("floor", Self::Floor, 1, 1),
+        ("fractal", Self::Fractal, 3, 3),
+        ("max", Self::Max, 2, 2),
+        ("min", Self::Min, 2, 2),
+        ("mix", Self::Mix, 3, 3),
+        ("mod", Self::Mod, 2, 2),
+        ("noise", Self::Noise, 2, 2),
+        ("power", Self::Power, 2, 2),
+        ("random", Self::Random, 0, 2),
+        ("round", Self::Round, 1, 1),
+        ("sin", Self::Sin, 1, 1),
+        ("sqrt", Self::Sqrt, 1, 1),
+    ];
+}
+
 /// The random number of a place, from 0 up to 1.
-pub(super) fn random(scope: &Scope, site: u32) -> f64 {
-    fraction(step(scope.path, site))
+pub(super) fn random(path: u32, site: u32) -> f64 {
+    fraction(step(path, site))
 }
 
 /// Octaves of noise, each half as high and half as wide as the one before.
