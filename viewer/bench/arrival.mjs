@@ -15,6 +15,7 @@ const LONGEST_MS = 900_000;
 const EYE = { viewAngle_rad: (62 * Math.PI) / 180, height_px: 720 };
 const TARGET_PX = 1.5;
 const SHARES = [0.5, 0.9, 1];
+const DOCUMENTS = /\.(json|cell|steps|pop)$/;
 
 const strategy = await bundled("the strategy", "strategy.ts");
 const { Explorer, FETCH_DEFAULTS, FetchQueue, FrameBudget, LINES, PublishedScene, Throttle, Tree, webCryptoDigest } =
@@ -92,12 +93,13 @@ async function unpacked(response) {
 
 /** `bundles` says whether what the server offers is heard. */
 async function arrive({ bundles, ...uses }) {
-  let carried_bytes = 0;
+  let [carried_bytes, documents_bytes] = [0, 0];
   const throttle = new Throttle(async (url, init) => {
     const response = await travelling(url, init);
     const count = new TransformStream({
       transform(piece, controller) {
         carried_bytes += piece.byteLength;
+        if (DOCUMENTS.test(url)) documents_bytes += piece.byteLength;
         controller.enqueue(piece);
       },
     });
@@ -131,7 +133,7 @@ async function arrive({ bundles, ...uses }) {
     for (const [what, share] of Object.entries(quality)) {
       for (const level of SHARES) {
         const key = `${what} ${100 * level} %`;
-        if (share >= level && !reached.has(key)) reached.set(key, { s: t_ms / 1000, bytes, requests });
+        if (share >= level && !reached.has(key)) reached.set(key, { s: t_ms / 1000, bytes, documents_bytes, requests });
       }
     }
     if (reached.has("sharp 100 %") || t_ms > LONGEST_MS) break;
@@ -149,8 +151,11 @@ const RUNS = {
 };
 const runs = await Promise.all(Object.values(RUNS).map(arrive));
 const row = (cells) => console.log(`| ${cells.join(" | ")} |`);
+const megabytes = (bytes) => (bytes / 1e6).toFixed(2);
 const cell = (at) =>
-  at ? `${at.s.toFixed(0)} s, ${(at.bytes / 1e6).toFixed(2)} MB, ${at.requests} requests` : "never";
+  at
+    ? `${at.s.toFixed(0)} s, ${megabytes(at.bytes)} MB (${megabytes(at.documents_bytes)} of documents), ${at.requests} requests`
+    : "never";
 console.log();
 row([`${name}, ${line}`, ...Object.keys(RUNS)]);
 row(["---", ...runs.map(() => "---")]);
