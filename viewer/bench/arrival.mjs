@@ -4,8 +4,9 @@
 // nothing is drawn, so drawing takes no time.
 import { Agent, get } from "node:http";
 import { Readable } from "node:stream";
+import { Worker } from "node:worker_threads";
 import { gunzipSync } from "node:zlib";
-import { bundled } from "./bundle.mjs";
+import { bundled, bundledUrl } from "./bundle.mjs";
 
 const [base, name, line = "128k"] = process.argv.slice(2);
 if (!name) throw new Error("usage: arrival.mjs URL SCENE [LINE]");
@@ -18,8 +19,19 @@ const SHARES = [0.5, 0.9, 1];
 const DOCUMENTS = /\.(json|cell|steps|pop)$/;
 
 const strategy = await bundled("the strategy", "strategy.ts");
-const { Explorer, FETCH_DEFAULTS, FetchQueue, FrameBudget, LINES, PublishedScene, Throttle, Tree, webCryptoDigest } =
-  strategy;
+const {
+  Explorer,
+  FETCH_DEFAULTS,
+  FetchQueue,
+  FrameBudget,
+  LINES,
+  PublishedScene,
+  Throttle,
+  Tree,
+  webCryptoDigest,
+  WorkerGrowing,
+} = strategy;
+const growing = await bundledUrl("what grows", "../core/growworker.ts");
 
 /** Draws nothing. */
 class NoHost {
@@ -44,15 +56,19 @@ class NoHost {
   }
 }
 
-/** Grows on this thread. */
-class HereGrowing {
-  books = new Map();
-  async grow({ seed, ...recipe }) {
-    const book = this.books.get(recipe.rules) ?? new strategy.Rulebook(recipe);
-    this.books.set(recipe.rules, book);
-    return strategy.grownGlb(book.grow(recipe, { seed }));
-  }
-  end() {}
+/** Begins a worker that grows, as a page does. */
+function growworker() {
+  const worker = new Worker(
+    `const { parentPort } = require("node:worker_threads");
+    globalThis.postMessage = (answer, moved) => parentPort.postMessage(answer, moved);
+    const ready = import(${JSON.stringify(growing)});
+    parentPort.on("message", (data) => ready.then(() => globalThis.onmessage({ data })));`,
+    { eval: true },
+  );
+  const port = { postMessage: (order) => worker.postMessage(order), terminate: () => worker.terminate() };
+  worker.on("message", (data) => port.onmessage({ data }));
+  worker.on("error", (error) => port.onerror(error));
+  return port;
 }
 
 const agent = new Agent({ keepAlive: true });
@@ -117,7 +133,7 @@ async function arrive({ bundles, ...uses }) {
     scene,
     new NoHost(),
     budget,
-    { memory_limit_bytes: 1.2e9, target_px: TARGET_PX, uses, growing: new HereGrowing() },
+    { memory_limit_bytes: 1.2e9, target_px: TARGET_PX, uses, growing: new WorkerGrowing(growworker) },
     { changed: () => {}, problem: (error) => problems.push(error) },
   );
   explorer.follow({ ...EYE, position: scene.manifest.viewpoints[0].position }, [0, 0, 0]);

@@ -83,17 +83,15 @@ export class ObjectDirectory {
    */
   async behold(ids: readonly number[], came: (some: PlacedObject[]) => void): Promise<PlacedObject[]> {
     const missing = ids.filter((id) => !this.beheld(id));
-    const priorityOf = inOrder(missing, PRIORITY.document);
-    const holders = await this.holders(missing, priorityOf);
+    const beforeAll = inOrder(missing, PRIORITY.document);
+    const holders = await this.holders(missing, beforeAll);
     const tell = () => came(ids.flatMap((id) => this.beheld(id) ?? []));
-    await this.standIns?.read(holders, priorityOf, tell);
+    // What more important objects grow from is as urgent.
+    const amongModels = inOrder(ids, PRIORITY.coarsest);
+    await this.standIns?.read(holders, amongModels, tell);
     const bare = missing.filter((id) => !this.beheld(id));
-    if (bare.length === missing.length) await this.read(holders, priorityOf);
-    else {
-      // Others can grow already, and are as urgent.
-      const amongOthers = inOrder(ids, PRIORITY.coarsest);
-      await this.read(await this.holders(bare, amongOthers), amongOthers, tell);
-    }
+    if (bare.length === missing.length) await this.read(holders, beforeAll);
+    else await this.read(await this.holders(bare, amongModels), amongModels, tell);
     return ids.map((id) => this.beheld(id) ?? this.lacks(id));
   }
 
