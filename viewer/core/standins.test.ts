@@ -1,7 +1,8 @@
 import { describe, expect, it } from "vitest";
-import { explore, type SetUp } from "../test/explore.ts";
+import { explore, HereGrowing, type SetUp } from "../test/explore.ts";
 import { type Files, PITCH_M } from "../test/fixture.ts";
 import type { Vec3 } from "./geometry.ts";
+import type { Seedling } from "./growing.ts";
 
 const NEAR: Vec3 = [1.5, 0.5, 2.4];
 const BALL = 3;
@@ -54,8 +55,32 @@ describe("what stands for an object", () => {
     }
   });
 
-  it("comes before the entries, and these before anything finer", async () => {
-    const { explorer, requests, files, problems, go, quiet } = await explore(POPULATED);
+  it("goes on growing when its entry comes meanwhile", async () => {
+    let grow: () => void = () => {};
+    const entriesAreHere = new Promise<void>((resolve) => {
+      grow = resolve;
+    });
+    let grown = 0;
+    class SlowGrowing extends HereGrowing {
+      override async grow(seedling: Seedling): Promise<ArrayBuffer> {
+        grown += 1;
+        await entriesAreHere;
+        return super.grow(seedling);
+      }
+    }
+    const { explorer, go, quiet } = await explore({ ...POPULATED, growing: new SlowGrowing() });
+    go(NEAR);
+    const ball = () => explorer.visible.find(({ model }) => model.model === BALL);
+    await expect.poll(() => ball()?.model.levels.length).toBe(3);
+    grow();
+    await quiet();
+    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+    expect(explorer.residency.grades()).toHaveProperty("g0", 1);
+    expect(grown).toBe(1);
+  });
+
+  it("comes before the entries, of which those come last that something stands for", async () => {
+    const { explorer, requests, files, problems, go, quiet } = await explore({ ...POPULATED, perChunk: 2 });
     go(NEAR);
     await quiet();
     expect(problems).toEqual([]);
@@ -66,6 +91,11 @@ describe("what stands for an object", () => {
     expect(population).toBeGreaterThan(0);
     expect(chunks.filter((i) => i >= 0).length).toBeGreaterThan(3);
     expect(chunks.every((i) => i < 0 || i > population)).toBe(true);
+    expect(explorer.visible.every(({ entry, model }) => entry.sourceNode !== "" && model.levels.length > 0)).toBe(true);
+    const entries = starting(files, '{"objects"').filter(([path]) => at(path) >= 0);
+    const last = entries.sort(([a], [b]) => at(a) - at(b)).at(-1)?.[1];
+    const { objects } = JSON.parse(Buffer.from(last ?? []).toString()) as { objects: { model: string }[] };
+    expect(objects.map(({ model }) => model)).toEqual([`m${BALL}`, `m${BALL}`]);
     expect(new Set(requests).size).toBe(requests.length);
   });
 
@@ -105,7 +135,12 @@ describe("what stands for an object", () => {
   });
 
   it("is not asked for without rules, nor where it costs more than it saves", async () => {
-    for (const set of [{ uses: { rules: false } }, { perChunk: 64, request_bytes: 4096 }, { whole: true }, { populated: false }]) {
+    for (const set of [
+      { uses: { rules: false } },
+      { perChunk: 64, request_bytes: 4096 },
+      { whole: true },
+      { populated: false },
+    ]) {
       const { explorer, requests, problems, go, quiet } = await explore({ ...POPULATED, ...set });
       go(NEAR);
       await quiet();

@@ -65,7 +65,7 @@ export class RecordingHost implements ModelHost {
 }
 
 /** Grows on this thread. */
-class HereGrowing implements Growing {
+export class HereGrowing implements Growing {
   async grow({ seed, ...recipe }: Seedling): Promise<ArrayBuffer> {
     return grownGlb(growModel(recipe, { seed }));
   }
@@ -76,6 +76,7 @@ export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
   readonly memory_limit_bytes?: number;
   readonly spoil?: (files: Files) => void;
   readonly uses?: Uses;
+  readonly growing?: Growing;
   readonly shelf?: Shelf;
   /** What a request costs; low, so that choices do not depend on how fast this machine is. */
   readonly request_bytes?: number;
@@ -86,6 +87,7 @@ export async function explore({
   memory_limit_bytes = 1e9,
   spoil,
   uses = {},
+  growing = new HereGrowing(),
   shelf,
   request_bytes = HEADER_BYTES,
   bundles = false,
@@ -104,7 +106,7 @@ export async function explore({
     scene,
     host,
     budget,
-    { memory_limit_bytes, target_px: 1.5, uses, growing: new HereGrowing() },
+    { memory_limit_bytes, target_px: 1.5, uses, growing },
     { changed: () => {}, problem: (error) => problems.push(error) },
   );
   host.missing = () => explorer.missing;
