@@ -88,7 +88,7 @@ tools:
 ## After a meant change of what is written: golden files anew, to be looked at and committed.
 bless:
 	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-bake --test golden_smooth
-	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-scene --test golden_impostors --test golden_procedural --test golden_views
+	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-scene --test golden_impostors --test golden_population --test golden_procedural --test golden_views
 
 clean:
 	$(CARGO) clean

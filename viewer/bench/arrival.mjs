@@ -4,8 +4,9 @@
 // nothing is drawn, so drawing takes no time.
 import { Agent, get } from "node:http";
 import { Readable } from "node:stream";
+import { Worker } from "node:worker_threads";
 import { gunzipSync } from "node:zlib";
-import { bundled } from "./bundle.mjs";
+import { bundled, bundledUrl } from "./bundle.mjs";
 
 const [base, name, line = "128k"] = process.argv.slice(2);
 if (!name) throw new Error("usage: arrival.mjs URL SCENE [LINE]");
@@ -15,10 +16,22 @@ const LONGEST_MS = 900_000;
 const EYE = { viewAngle_rad: (62 * Math.PI) / 180, height_px: 720 };
 const TARGET_PX = 1.5;
 const SHARES = [0.5, 0.9, 1];
+const DOCUMENTS = /\.(json|cell|steps|pop)$/;
 
 const strategy = await bundled("the strategy", "strategy.ts");
-const { Explorer, FETCH_DEFAULTS, FetchQueue, FrameBudget, LINES, PublishedScene, Throttle, Tree, webCryptoDigest } =
-  strategy;
+const {
+  Explorer,
+  FETCH_DEFAULTS,
+  FetchQueue,
+  FrameBudget,
+  LINES,
+  PublishedScene,
+  Throttle,
+  Tree,
+  webCryptoDigest,
+  WorkerGrowing,
+} = strategy;
+const growing = await bundledUrl("what grows", "../core/growworker.ts");
 
 /** Draws nothing. */
 class NoHost {
@@ -43,15 +56,19 @@ class NoHost {
   }
 }
 
-/** Grows on this thread. */
-class HereGrowing {
-  books = new Map();
-  async grow({ seed, ...recipe }) {
-    const book = this.books.get(recipe.rules) ?? new strategy.Rulebook(recipe);
-    this.books.set(recipe.rules, book);
-    return strategy.grownGlb(book.grow(recipe, { seed }));
-  }
-  end() {}
+/** Begins a worker that grows, as a page does. */
+function growworker() {
+  const worker = new Worker(
+    `const { parentPort } = require("node:worker_threads");
+    globalThis.postMessage = (answer, moved) => parentPort.postMessage(answer, moved);
+    const ready = import(${JSON.stringify(growing)});
+    parentPort.on("message", (data) => ready.then(() => globalThis.onmessage({ data })));`,
+    { eval: true },
+  );
+  const port = { postMessage: (order) => worker.postMessage(order), terminate: () => worker.terminate() };
+  worker.on("message", (data) => port.onmessage({ data }));
+  worker.on("error", (error) => port.onerror(error));
+  return port;
 }
 
 const agent = new Agent({ keepAlive: true });
@@ -92,12 +109,13 @@ async function unpacked(response) {
 
 /** `bundles` says whether what the server offers is heard. */
 async function arrive({ bundles, ...uses }) {
-  let carried_bytes = 0;
+  let [carried_bytes, documents_bytes] = [0, 0];
   const throttle = new Throttle(async (url, init) => {
     const response = await travelling(url, init);
     const count = new TransformStream({
       transform(piece, controller) {
         carried_bytes += piece.byteLength;
+        if (DOCUMENTS.test(url)) documents_bytes += piece.byteLength;
         controller.enqueue(piece);
       },
     });
@@ -115,7 +133,7 @@ async function arrive({ bundles, ...uses }) {
     scene,
     new NoHost(),
     budget,
-    { memory_limit_bytes: 1.2e9, target_px: TARGET_PX, uses, growing: new HereGrowing() },
+    { memory_limit_bytes: 1.2e9, target_px: TARGET_PX, uses, growing: new WorkerGrowing(growworker) },
     { changed: () => {}, problem: (error) => problems.push(error) },
   );
   explorer.follow({ ...EYE, position: scene.manifest.viewpoints[0].position }, [0, 0, 0]);
@@ -131,7 +149,7 @@ async function arrive({ bundles, ...uses }) {
     for (const [what, share] of Object.entries(quality)) {
       for (const level of SHARES) {
         const key = `${what} ${100 * level} %`;
-        if (share >= level && !reached.has(key)) reached.set(key, { s: t_ms / 1000, bytes, requests });
+        if (share >= level && !reached.has(key)) reached.set(key, { s: t_ms / 1000, bytes, documents_bytes, requests });
       }
     }
     if (reached.has("sharp 100 %") || t_ms > LONGEST_MS) break;
@@ -149,8 +167,11 @@ const RUNS = {
 };
 const runs = await Promise.all(Object.values(RUNS).map(arrive));
 const row = (cells) => console.log(`| ${cells.join(" | ")} |`);
+const megabytes = (bytes) => (bytes / 1e6).toFixed(2);
 const cell = (at) =>
-  at ? `${at.s.toFixed(0)} s, ${(at.bytes / 1e6).toFixed(2)} MB, ${at.requests} requests` : "never";
+  at
+    ? `${at.s.toFixed(0)} s, ${megabytes(at.bytes)} MB (${megabytes(at.documents_bytes)} of documents), ${at.requests} requests`
+    : "never";
 console.log();
 row([`${name}, ${line}`, ...Object.keys(RUNS)]);
 row(["---", ...runs.map(() => "---")]);

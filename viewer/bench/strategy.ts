@@ -2,8 +2,7 @@
 export { Explorer } from "../core/explorer.ts";
 export { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 export { FrameBudget } from "../core/framebudget.ts";
-export { grownGlb } from "../core/grownglb.ts";
-export { Rulebook } from "../core/procedural/index.ts";
+export { WorkerGrowing } from "../core/growing.ts";
 export { PublishedScene } from "../core/published.ts";
 export { LINES, Throttle } from "../core/throttle.ts";
 export { Tree } from "../core/tree.ts";

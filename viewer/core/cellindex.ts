@@ -7,6 +7,7 @@ import { walkTo } from "./cellwalk.ts";
 import { distanceToCell } from "./convex.ts";
 import type { CellEntry, Page, PageEntry } from "./documents.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
+import { entryOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
 
@@ -67,11 +68,6 @@ export class CellSearch {
     for (const entry of page.entries) this.open.push({ distance_m: distanceToBounds(entry.bounds, this.point), entry });
     this.open.sort((a, b) => a.distance_m - b.distance_m || a.entry.first - b.entry.first);
   }
-}
-
-/** The entry below which an id lies. */
-export function entryOf(page: Page, id: number): PageEntry | undefined {
-  return page.entries.find((entry) => entry.first <= id && id - entry.first < entry.count);
 }
 
 /** Finds cells by place or by id, and remembers the entries that it has met. */

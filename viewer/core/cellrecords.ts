@@ -1,9 +1,9 @@
 /**
- * What is visible from which cell, as far as it was learnt? Records come alone, or as steps from the cell next door where
- * that costs less.
+ * What is visible from which cell, as far as it was learnt, and with which doors closed? Records come alone, or as steps from the
+ * cell next door where that costs less.
  */
 import type { CellIndex } from "./cellindex.ts";
-import { type CellRecord, type DecodedRecord, followStep } from "./cellrecord.ts";
+import { type CellRecord, type DecodedRecord, followStep, visibleObjects } from "./cellrecord.ts";
 import type { CellEntry } from "./documents.ts";
 import { HEADER_BYTES } from "./linemeter.ts";
 import { PRIORITY } from "./priority.ts";
@@ -12,6 +12,7 @@ import type { PublishedScene } from "./published.ts";
 export class CellRecords {
   private readonly records = new Map<number, DecodedRecord>();
   private readonly doorways = new Set<number>();
+  private shut: ReadonlySet<number> = new Set();
   /** The cell whose neighbours are learnt from its steps. */
   private stepping: { readonly entry: CellEntry; readonly decoded: DecodedRecord } | undefined;
 
@@ -23,6 +24,23 @@ export class CellRecords {
   /** Doors that close an opening of a cell that was read. */
   get doors(): ReadonlySet<number> {
     return this.doorways;
+  }
+
+  isShut(door: number): boolean {
+    return this.shut.has(door);
+  }
+
+  /** Says which doors are closed; answers whether others were before. */
+  shutExactly(doors: ReadonlySet<number>): boolean {
+    if (doors.size === this.shut.size && [...doors].every((door) => this.shut.has(door))) return false;
+    this.shut = new Set(doors);
+    return true;
+  }
+
+  /** Objects that no closed door hides, the most important first. */
+  seenFrom(record: CellRecord): number[] {
+    const seen = visibleObjects(record).filter(({ doors }) => !doors.some((door) => this.shut.has(door)));
+    return seen.map(({ object }) => object);
   }
 
   known(cell: number): CellRecord | undefined {

@@ -58,6 +58,8 @@ export interface Manifest {
   readonly cells: Page;
   readonly objects: Page;
   readonly models: Page;
+  /** Where grown models stand, by id of object; `undefined` when none does. */
+  readonly populations: Page | undefined;
   /** A small world: every object at once, and all of them count as visible. */
   readonly whole: Whole | undefined;
 }
@@ -102,9 +104,10 @@ export interface PackRef {
   readonly from: number;
 }
 
-/** Unique geometry; `levels` is finest first and never empty. */
+/** Unique geometry. */
 export interface Model {
   readonly model: number;
+  /** Finest first; none only while nothing but its rules is known. */
   readonly levels: readonly Level[];
   /** The same as one progressive stream, where there is one. */
   readonly smooth?: Smooth | undefined;
@@ -200,6 +203,7 @@ export function readManifest(json: Json): Manifest {
     cells: readPage(json.field("cells")),
     objects: readPage(json.field("objects")),
     models: readPage(json.field("models")),
+    populations: json.field("populations").optional(readPage),
     whole: json.field("whole").optional(readWhole),
   };
 }
@@ -270,7 +274,8 @@ function readModel(json: Json, model: number): Model {
     textures: level.field("textures").optional(readTextures) ?? [],
     pack: level.field("pack").optional(readPack),
   }));
-  if (levels.length === 0) json.field("levels").fail("a list with at least one level");
+  const [finest] = levels;
+  if (!finest) return json.field("levels").fail("a list with at least one level");
   levels.forEach((level, i) => {
     if (level.level !== i) json.field("levels").fail("numbered from 0, finest first");
   });
@@ -279,7 +284,7 @@ function readModel(json: Json, model: number): Model {
     levels,
     smooth: json.field("smooth").optional(readSmooth),
     impostor: json.field("impostor").optional(readImpostor),
-    rules: json.field("procedural").optional(readRules),
+    rules: json.field("procedural").optional((rules) => readRules(rules, finest)),
   };
 }
 

@@ -90,14 +90,14 @@ describe("the grade of a model", () => {
   });
 
   it("is grown where rules and a byte for each triangle cost less than levels", () => {
-    const rules = { file: { url: "/o/a.dcg", bytes: 5000 }, imports: new Map(), part: "a", parameters: {}, seed: 0 };
-    const grows = { ...model([900, 200], []), rules };
+    const file = { url: "/o/a.dcg", bytes: 5000 };
+    const what = { imports: new Map(), part: "a", parameters: {}, seed: 0, geometricError: 0 };
+    const grows = { ...model([900, 200], []), rules: { file, ...what, triangles: 100 } };
     expect(cost_bytes(grows, grade(grows, "grown 0"), undefined, costAlone_bytes)).toBe(1450 + HEADER_BYTES + 100);
     expect(chosen(grows, 0)).toBe("level 0");
     const known: CostOf = (file) => (file.url.endsWith(".dcg") ? 0 : costAlone_bytes(file));
     const goal = (most_error: number, triangles: number) => {
-      const [finest, coarse] = grows.levels.map((level) => ({ ...level, triangles }));
-      const model = { ...grows, levels: [finest, coarse] as Level[] };
+      const model = { ...grows, rules: { ...grows.rules, triangles } };
       return nameOf(goalOf(model, most_error, { held: undefined, failed: NOTHING_FAILED }, known) as Grade);
     };
     expect(goal(0, 100)).toBe("grown 0");

@@ -12,6 +12,7 @@
  */
 import type { FileRef, Level, Model, Rung, Smooth } from "./documents.ts";
 import type { Impostor } from "./impostordocument.ts";
+import type { Rules } from "./rulesdocument.ts";
 import { type CostOf, compressed_bytes } from "./travel.ts";
 
 /** One way to draw a model. */
@@ -61,9 +62,8 @@ export function impostorGrade({ geometricError }: Impostor): Grade {
   return { kind: "impostor", number: 0, triangles: 2, geometricError };
 }
 
-/** As level 0, from which it differs only by how that was rounded. */
-function grownGrade(finest: Level): Grade {
-  return { ...levelGrade(finest), kind: "grown" };
+function grownGrade({ triangles, geometricError }: Rules): Grade {
+  return { kind: "grown", number: 0, triangles, geometricError };
 }
 
 /** The coarsest level: what a first picture is at least as good as. */
@@ -76,7 +76,7 @@ const known = new WeakMap<Model, readonly Grade[]>();
 /** All ways to draw a model: what grows here, levels, finest first, then its impostor, then rungs, coarsest first. */
 export function gradesOf(model: Model): readonly Grade[] {
   const grades = known.get(model) ?? [
-    ...(model.rules ? model.levels.slice(0, 1).map(grownGrade) : []),
+    ...(model.rules ? [grownGrade(model.rules)] : []),
     ...model.levels.map(levelGrade),
     ...(model.impostor ? [impostorGrade(model.impostor)] : []),
     ...(model.smooth?.rungs ?? []).map(rungGrade),

@@ -6,6 +6,7 @@ import type { FileRef, Level, Model } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { type Grade, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
+import { GrowthQueue } from "./growthqueue.ts";
 import { outOf } from "./packs.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
@@ -38,12 +39,15 @@ export class ModelFiles {
   /** Rules, and glTF documents with nothing but materials; small, and shared by many models. */
   private readonly texts = new Map<string, string>();
   private readonly lostTextures = new Set<string>();
+  private readonly growths: GrowthQueue;
 
   /** `heldOf` answers what is drawn of a model. */
   constructor(
     private readonly parts: ModelFilesParts,
     private readonly heldOf: (model: number) => Grade | undefined,
-  ) {}
+  ) {
+    this.growths = new GrowthQueue(parts.growing);
+  }
 
   /** Whether a file need not be fetched any more, or cannot be. */
   isHere(url: string): boolean {
@@ -83,6 +87,7 @@ export class ModelFiles {
     };
   }
 
+  /** From when it grows on, the load is not cancelled, so that nothing grows twice. */
   private async fetchRules(load: Load): Promise<Make> {
     const { rules } = load.model;
     if (!rules) throw new Error(`m${load.model.model} has no rules`);
@@ -90,7 +95,16 @@ export class ModelFiles {
     const imports = [...rules.imports].map(async ([name, file]) => [name, await this.fetchText(load, file)] as const);
     const [text, texts] = await Promise.all([this.fetchText(load, rules.file), Promise.all(imports)]);
     const seedling = { rules: text, imports: new Map(texts), part, parameters, seed };
-    return async () => ({ glb: await this.parts.growing.grow(seedling), state_bytes: 0 });
+    const begin = () => {
+      if (load.state === "cancelled") return false;
+      load.state = "uploading";
+      return true;
+    };
+    return async () => {
+      const glb = await this.growths.grow(seedling, { priority: load.priority, begin });
+      if (!glb) throw new Error(`m${load.model.model} is not wanted any more`);
+      return { glb, state_bytes: 0 };
+    };
   }
 
   private async fetchText(load: Load, file: FileRef): Promise<string> {

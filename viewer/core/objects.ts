@@ -1,11 +1,12 @@
 /**
  * What is known of an object before it has any geometry? Finds objects and their models by id through the page trees, a chunk of
- * neighbours at a time, and joins each with its model.
+ * neighbours at a time, and joins each with its model. Where that takes long, something stands in (`standins.ts`).
  */
-import { entryOf } from "./cellindex.ts";
-import type { Model, ObjectEntry, PageEntry } from "./documents.ts";
+import type { Model, ObjectEntry, Page, PageEntry } from "./documents.ts";
+import { type Holder, holdersOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
+import { type PriorityOf, StandIns } from "./standins.ts";
 
 /** A placed object and the geometry that it shares. */
 export interface PlacedObject {
@@ -32,12 +33,14 @@ export class ObjectDirectory {
   private readonly models = new Map<number, Model>();
   /** Entries of objects whose models nobody has asked for yet. */
   private readonly entries = new Map<number, ObjectEntry>();
+  private readonly standIns: StandIns | undefined;
 
   constructor(
     private readonly scene: PublishedScene,
     private readonly uses: Uses = {},
   ) {
-    const { whole } = scene.manifest;
+    const { whole, populations } = scene.manifest;
+    if (populations && uses.rules !== false) this.standIns = new StandIns(scene, populations);
     if (!whole) return;
     this.learn(whole.models);
     for (const entry of whole.objects) {
@@ -46,7 +49,7 @@ export class ObjectDirectory {
     }
   }
 
-  /** Objects that have been read so far. */
+  /** Objects whose entries and models have been read so far. */
   known(object: number): PlacedObject | undefined {
     return this.objects.get(object);
   }
@@ -56,20 +59,40 @@ export class ObjectDirectory {
     return this.scene.manifest.whole && [...this.objects.values()];
   }
 
-  /** The objects with these ids, in the order in which they were asked for. */
-  async resolve(ids: readonly number[], priority: number = PRIORITY.document): Promise<PlacedObject[]> {
-    const { objects, models } = this.scene.manifest;
-    const missing = ids.filter((id) => !this.objects.has(id));
-    await this.read(missing, objects.entries, priority, async (entry) => {
-      const entries = await this.scene.objectChunk(entry, priority);
-      for (const object of entries) if (!this.objects.has(object.object)) this.entries.set(object.object, object);
-    });
-    const used = missing.flatMap((id) => this.entries.get(id)?.model ?? []);
-    const unknown = [...new Set(used)].filter((id) => !this.models.has(id));
-    await this.read(unknown, models.entries, priority, async (entry) => {
-      this.learn(await this.scene.modelChunk(entry, priority));
-    });
+  /** Why some objects had to wait for their entries. */
+  get notes(): readonly string[] {
+    return this.standIns?.notes ?? [];
+  }
+
+  /** Forgets failures, so that they are tried again. */
+  forgive(): void {
+    this.standIns?.forgive();
+  }
+
+  /** The objects with these ids, in the order in which they were asked for, which is that in which they come. */
+  async resolve(ids: readonly number[], priority: number): Promise<PlacedObject[]> {
+    const missing = ids.filter((id) => !this.placed(id));
+    const priorityOf = inOrder(missing, priority);
+    await this.read(await this.holders(missing, priorityOf), priorityOf);
     return ids.map((id) => this.placed(id) ?? this.lacks(id));
+  }
+
+  /**
+   * The same as soon as can be: what stands for an object will do. `came` is told what there is while only some of them can
+   * be drawn.
+   */
+  async behold(ids: readonly number[], came: (some: PlacedObject[]) => void): Promise<PlacedObject[]> {
+    const missing = ids.filter((id) => !this.beheld(id));
+    const beforeAll = inOrder(missing, PRIORITY.document);
+    const holders = await this.holders(missing, beforeAll);
+    const tell = () => came(ids.flatMap((id) => this.beheld(id) ?? []));
+    // What more important objects grow from is as urgent.
+    const amongModels = inOrder(ids, PRIORITY.coarsest);
+    await this.standIns?.read(holders, amongModels, tell);
+    const bare = missing.filter((id) => !this.beheld(id));
+    if (bare.length === missing.length) await this.read(holders, beforeAll);
+    else await this.read(await this.holders(bare, amongModels), amongModels, tell);
+    return ids.map((id) => this.beheld(id) ?? this.lacks(id));
   }
 
   /** Every object of the scene, however large it is. */
@@ -80,21 +103,34 @@ export class ObjectDirectory {
     return this.resolve(ids, priority);
   }
 
-  /** Reads every chunk below `entries` that holds one of the ids; chunks travel side by side. */
-  private async read(
-    ids: readonly number[],
-    entries: readonly PageEntry[],
-    priority: number,
-    chunk: (entry: PageEntry) => Promise<void>,
-  ): Promise<void> {
+  /** Reads the chunks of some objects and of their models; they travel side by side. `came` is called when more objects are placed. */
+  private async read(holders: readonly Holder[], priorityOf: PriorityOf, came: () => void = () => {}): Promise<void> {
     await Promise.all(
-      entries.map(async (entry) => {
-        const below = ids.filter((id) => entryOf({ entries: [entry] }, id));
-        if (below.length === 0) return;
-        if (entry.kind === "chunk") await chunk(entry);
-        else await this.read(below, (await this.scene.page(entry, priority)).entries, priority, chunk);
+      holders.map(async ({ chunk, ids: [first = 0, ...others] }) => {
+        const priority = priorityOf(first);
+        for (const entry of await this.scene.objectChunk(chunk, priority)) {
+          if (!this.objects.has(entry.object)) this.entries.set(entry.object, entry);
+        }
+        await this.readModels([first, ...others], priority);
+        came();
       }),
     );
+  }
+
+  private async readModels(objects: readonly number[], priority: number): Promise<void> {
+    const used = new Set(objects.flatMap((id) => this.entries.get(id)?.model ?? []));
+    const unknown = [...used].filter((id) => !this.models.has(id));
+    const holders = await holdersOf(this.scene.manifest.models, unknown, (entry) => this.scene.page(entry, priority));
+    await Promise.all(
+      holders.map(async ({ chunk }) => {
+        this.learn(await this.scene.modelChunk(chunk, priority));
+      }),
+    );
+  }
+
+  private holders(objects: readonly number[], priorityOf: PriorityOf): Promise<Holder[]> {
+    const page = (entry: PageEntry, first: number): Promise<Page> => this.scene.page(entry, priorityOf(first));
+    return holdersOf(this.scene.manifest.objects, objects, page);
   }
 
   private learn(models: ReadonlyMap<number, Model>): void {
@@ -122,7 +158,18 @@ export class ObjectDirectory {
     return object;
   }
 
+  /** An object, or what stands for it. */
+  private beheld(id: number): PlacedObject | undefined {
+    return this.placed(id) ?? this.standIns?.known(id);
+  }
+
   private lacks(id: number): never {
     throw new Error(`the index does not hold o${id} and its model`);
   }
+}
+
+/** What comes first is the most urgent. */
+function inOrder(ids: readonly number[], priority: number): PriorityOf {
+  const ranks = new Map(ids.map((id, rank) => [id, rank]));
+  return (id) => priority + (ranks.get(id) ?? 0);
 }

@@ -6,6 +6,7 @@ import type { Grade, Holding } from "./grades.ts";
 import { filesOf, goalOf, isHereWellEnough } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import { type Eye, errorThatDoes, firstGoal } from "./scheduler.ts";
+import type { Sight } from "./sight.ts";
 import { costAlone_bytes } from "./travel.ts";
 
 export interface Progress {
@@ -46,16 +47,15 @@ export interface Shares {
   readonly sharp: number;
 }
 
-export function shares(visible: readonly PlacedObject[], holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
+export function shares({ objects, count }: Sight, holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
   let [here, sharp] = [0, 0];
-  for (const object of visible) {
+  for (const object of objects) {
     const holding = holdingOf(object.model.model);
     if (!holding.held) continue;
     here += 1;
     if (isHereWellEnough(object.model, holding, errorThatDoes(object, eye, target_px))) sharp += 1;
   }
-  const all = visible.length;
-  return all === 0 ? { here: 1, sharp: 1 } : { here: here / all, sharp: sharp / all };
+  return count === 0 ? { here: 1, sharp: 1 } : { here: here / count, sharp: sharp / count };
 }
 
 /** The grade that is wanted of an object, and whether what is held, if anything, does. */
@@ -67,8 +67,10 @@ function progressTowards(visible: readonly PlacedObject[], holdingOf: HoldingOf,
     const { model } = object.model;
     const holding = holdingOf(model);
     const { held, failed } = holding;
-    // What it takes from the beginning, so that the total does not depend on what is here.
-    const { grade, does } = wantedOf(object, { held: undefined, failed }, holding);
+    // What it takes from the beginning, so that the total does not depend on what is here; but nothing else is fetched for
+    // what has grown.
+    const asked = { held: undefined, failed };
+    const { grade, does } = held?.kind === "grown" ? { grade: held, does: true } : wantedOf(object, asked, holding);
     const other = wanted.get(model);
     if (grade && (!other || grade.geometricError < other.grade.geometricError)) {
       wanted.set(model, { object, grade, held, does: held !== undefined && does });

@@ -10,6 +10,7 @@ import {
   type Model,
   type ObjectEntry,
   type Page,
+  type PageEntry,
   type Pointer,
   readCellChunk,
   readManifest,
@@ -22,6 +23,7 @@ import {
 } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { Json } from "./json.ts";
+import { decodePopulation, type Member } from "./population.ts";
 import { PRIORITY } from "./priority.ts";
 import type { Tree } from "./tree.ts";
 
@@ -76,6 +78,12 @@ export class PublishedScene {
   modelChunk(file: FileRef, priority: number): Promise<ReadonlyMap<number, Model>> {
     return this.document(file, priority, "what objects are", (bytes) =>
       readModelChunk(jsonOf(bytes, `the model chunk ${file.url}`)),
+    );
+  }
+
+  population(entry: PageEntry, priority: number): Promise<readonly Member[]> {
+    return this.document(entry, priority, "which grown models stand where", (bytes) =>
+      decodePopulation(bytes, entry, `the population ${entry.url}`),
     );
   }
 

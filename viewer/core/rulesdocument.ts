@@ -4,21 +4,41 @@ import { readFile } from "./impostordocument.ts";
 import type { Json } from "./json.ts";
 import type { JsonValue } from "./procedural/value.ts";
 
-/** Texts, and what to make of them (`docs/FORMAT.md`, "Objects"). */
-export interface Rules {
-  readonly file: FileRef;
-  /** What it imports, by the names that it gives it. */
-  readonly imports: ReadonlyMap<string, FileRef>;
-  /** The part of it; `undefined` for the file as a whole. */
+/** What to make of texts (`docs/FORMAT.md`, "Objects"). */
+interface Making {
+  /** The part of them; `undefined` for the file as a whole. */
   readonly part: string | undefined;
   readonly parameters: Readonly<Record<string, JsonValue>>;
   readonly seed: number;
 }
 
-export function readRules(json: Json): Rules {
+/** Texts, and what grows out of them. */
+export interface Rules extends Making {
+  readonly file: FileRef;
+  /** What it imports, by the names that it gives it. */
+  readonly imports: ReadonlyMap<string, FileRef>;
+  readonly triangles: number;
+  /** In model space; as level 0, from which it differs only by how that was rounded. */
+  readonly geometricError: number;
+}
+
+/** What a model says of itself; `finest` is its level 0. */
+export function readRules(json: Json, finest: Pick<Rules, "geometricError" | "triangles">): Rules {
   return {
     file: { url: json.field("rules").blob(), bytes: json.field("rules_bytes").count() },
-    imports: new Map(json.field("imports").optional((imports) => imports.entries(readFile))),
+    imports: readImports(json),
+    ...readMaking(json),
+    triangles: finest.triangles,
+    geometricError: finest.geometricError,
+  };
+}
+
+export function readImports(json: Json): ReadonlyMap<string, FileRef> {
+  return new Map(json.field("imports").optional((imports) => imports.entries(readFile)));
+}
+
+export function readMaking(json: Json): Making {
+  return {
     part: json.field("part").optional((part) => part.text()),
     parameters: Object.fromEntries(json.field("parameters").entries(readValue)),
     seed: json.field("seed").optional((seed) => seed.count()) ?? 0,

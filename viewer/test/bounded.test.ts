@@ -12,6 +12,7 @@ import {
   readSceneList,
 } from "../core/documents.ts";
 import { DocumentError, Json } from "../core/json.ts";
+import { decodePopulation } from "../core/population.ts";
 import { DcgError, grow, LIMITS, readProgram } from "../core/procedural/index.ts";
 import { ClusterTree, Selection } from "../core/select/index.ts";
 import { readHeader } from "../core/smooth/header.ts";
@@ -182,6 +183,18 @@ it("documents", () => {
       }
     });
     return found.join();
+  });
+});
+
+it("populations", () => {
+  run(golden("population", ".pop"), 3000, [DocumentError], (bytes) => {
+    const members = decodePopulation(bytes.slice().buffer, { first: 512, count: 256 }, "it");
+    expect(members.length * 28).toBeLessThanOrEqual(bytes.length);
+    for (const { object, scale, worldFromObject, recipe } of members) {
+      expect(object >= 512 && object < 768 && scale > 0 && recipe.rules.file.bytes >= 0).toBe(true);
+      expect(worldFromObject.every(Number.isFinite)).toBe(true);
+    }
+    return size(members.length);
   });
 });
 

@@ -229,6 +229,41 @@ export function encodeGlb(shape: Shape, color: Vec3, texture?: string): Uint8Arr
   ]);
 }
 
+/** A population as it is written; members rise by object. */
+export interface WrittenPopulation {
+  readonly rules: readonly object[];
+  readonly recipes: readonly object[];
+  readonly members: readonly {
+    readonly object: number;
+    readonly recipe: number;
+    readonly position: readonly number[];
+    /** A quaternion of length 1. */
+    readonly rotation: readonly number[];
+    readonly scale: number;
+  }[];
+}
+
+/** Of objects with ids from `first` on. */
+export function encodePopulation({ rules, recipes, members }: WrittenPopulation, first: number): Uint8Array {
+  const origin = members[0]?.position ?? [0, 0, 0];
+  const json = JSON.stringify({ origin, count: members.length, rules, recipes });
+  const head = new TextEncoder().encode(json.padEnd(Math.ceil(json.length / 4) * 4));
+  const fromOrigin = members.flatMap(({ position }) => position.map((x, axis) => x - (origin[axis] ?? 0)));
+  const turned = members.flatMap(({ rotation }) => rotation.map((x) => Math.round(32767 * x)));
+  const last = members.flatMap(({ recipe }) => recipe).concat(members.map(({ object }) => object - first));
+  return concat([
+    new TextEncoder().encode("BVPO"),
+    new Uint8Array(Uint16Array.of(1, 0, head.length, 0).buffer),
+    head,
+    ...[Float32Array.from(fromOrigin), Float32Array.from(members, ({ scale }) => scale)].map(bytesOf),
+    ...[Int16Array.from(turned), Uint16Array.from(last)].map(bytesOf),
+  ]);
+}
+
+function bytesOf({ buffer }: { readonly buffer: ArrayBuffer }): Uint8Array {
+  return new Uint8Array(buffer);
+}
+
 /** A square RGB picture as PNG. */
 export function encodePng(size: number, colorAt: (x: number, y: number) => Vec3): Uint8Array {
   const rows = new Uint8Array(size * (1 + size * 3));

@@ -12,7 +12,7 @@ import { grownGlb } from "../core/grownglb.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import { HEADER_BYTES } from "../core/linemeter.ts";
 import type { ModelHost } from "../core/modelloads.ts";
-import type { PlacedObject } from "../core/objects.ts";
+import type { PlacedObject, Uses } from "../core/objects.ts";
 import { growModel } from "../core/procedural/index.ts";
 import { PublishedScene } from "../core/published.ts";
 import type { Shelf } from "../core/shelf.ts";
@@ -65,7 +65,7 @@ export class RecordingHost implements ModelHost {
 }
 
 /** Grows on this thread. */
-class HereGrowing implements Growing {
+export class HereGrowing implements Growing {
   async grow({ seed, ...recipe }: Seedling): Promise<ArrayBuffer> {
     return grownGlb(growModel(recipe, { seed }));
   }
@@ -75,6 +75,8 @@ class HereGrowing implements Growing {
 export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
   readonly memory_limit_bytes?: number;
   readonly spoil?: (files: Files) => void;
+  readonly uses?: Uses;
+  readonly growing?: Growing;
   readonly shelf?: Shelf;
   /** What a request costs; low, so that choices do not depend on how fast this machine is. */
   readonly request_bytes?: number;
@@ -84,6 +86,8 @@ export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
 export async function explore({
   memory_limit_bytes = 1e9,
   spoil,
+  uses = {},
+  growing = new HereGrowing(),
   shelf,
   request_bytes = HEADER_BYTES,
   bundles = false,
@@ -102,7 +106,7 @@ export async function explore({
     scene,
     host,
     budget,
-    { memory_limit_bytes, target_px: 1.5, growing: new HereGrowing() },
+    { memory_limit_bytes, target_px: 1.5, uses, growing },
     { changed: () => {}, problem: (error) => problems.push(error) },
   );
   host.missing = () => explorer.missing;

@@ -15,7 +15,17 @@ import type { CellRecord, Portal, Visible } from "../core/cellrecord.ts";
 import { FORMAT, type PackRef } from "../core/documents.ts";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { readHeader } from "../core/smooth/header.ts";
-import { ball, box, encodeCellRecord, encodeGlb, encodePng, encodeSteps, type Shape } from "./encode.ts";
+import {
+  ball,
+  box,
+  encodeCellRecord,
+  encodeGlb,
+  encodePng,
+  encodePopulation,
+  encodeSteps,
+  type Shape,
+  type WrittenPopulation,
+} from "./encode.ts";
 
 /** Smooth LODs as the encoder wrote them. */
 export const GOLDEN = join(import.meta.dirname, "../../tests/golden/smooth");
@@ -40,6 +50,8 @@ export interface FixtureOptions {
   readonly smooth?: boolean;
   /** Balls can be grown too, out of rules that import others. */
   readonly grown?: boolean;
+  /** Populations say where those balls stand. */
+  readonly populated?: boolean;
   /** Balls have an impostor too, smaller than any level. */
   readonly impostor?: boolean;
   /** Lintels are doors: each hides the room behind it when it is closed. */
@@ -57,6 +69,11 @@ interface Placed {
   readonly scale: number;
 }
 
+type Kind = "cells" | "models" | "objects" | "populations";
+type Entry = ReturnType<Publisher["objectEntry"]>;
+/** What a model says of the rules that it has grown from. */
+type Procedural = { rules: string; rules_bytes: number; imports: object; part: string; parameters: object };
+
 /** The published tree of a scene called `rooms`. */
 export function publish(options: FixtureOptions): Files {
   return new Publisher(options).files;
@@ -66,7 +83,7 @@ class Publisher {
   readonly files: Files = new Map();
   private readonly models: Record<
     string,
-    { levels: { url: string; pack?: PackRef }[]; smooth?: object; impostor?: object; procedural?: object }
+    { levels: { url: string; pack?: PackRef }[]; smooth?: object; impostor?: object; procedural?: Procedural }
   > = {};
   private readonly placed: Placed[] = [];
   private readonly sizes = new Map<number, { finest: number; coarsest: number }>();
@@ -104,6 +121,7 @@ class Publisher {
       cells: this.tree(cells, "cells", ({ bounds }) => bounds),
       objects: this.tree(objects, "objects", ({ bounds }) => bounds),
       models: this.tree(Object.entries(this.models), "models", () => everywhere),
+      ...(options.populated && { populations: this.tree(objects, "populations", ({ bounds }) => bounds) }),
       whole: options.whole ? { objects, models: this.models } : null,
     });
     const { cells: cellCount, ...others } = counts;
@@ -309,12 +327,38 @@ class Publisher {
     };
   }
 
+  /** A chunk of an index. */
+  private leaf(kind: Kind, items: readonly unknown[], first: number): { url: string; bytes: number } {
+    if (kind === "populations") {
+      const bytes = encodePopulation(this.populationOf(items as readonly Entry[]), first);
+      return { url: this.blob(bytes, "pop"), bytes: bytes.length };
+    }
+    const body = { [kind]: kind === "models" ? Object.fromEntries(items as [string, object][]) : items };
+    return { url: this.json(body), bytes: text(body).length };
+  }
+
+  private populationOf(objects: readonly Entry[]): WrittenPopulation {
+    const grows = (model: string) => this.models[model]?.procedural;
+    const [procedural] = objects.flatMap(({ model }) => grows(model) ?? []);
+    const { rules: url, rules_bytes: bytes, imports, ...making } = procedural ?? {};
+    const recipes = [{ rules: 0, ...making, model: "m3", triangles: 1104 }];
+    const members = objects
+      .filter(({ model }) => grows(model))
+      .map(({ object, transform, scale }) => ({
+        object: Number(object.slice(1)),
+        recipe: 0,
+        position: transform.slice(12, 15),
+        rotation: [0, 0, 0, 1],
+        scale,
+      }));
+    return { rules: procedural ? [{ url, bytes, imports }] : [], recipes: procedural ? recipes : [], members };
+  }
+
   /** Builds an index tree, chunks first, and answers its root page. */
-  private tree<T>(items: readonly T[], kind: "cells" | "models" | "objects", boundsOf: (item: T) => Bounds) {
-    let row = chunksOf(items, this.perChunk).map(({ first, slice }) => {
-      const body = { [kind]: kind === "models" ? Object.fromEntries(slice as unknown as [string, object][]) : slice };
+  private tree<T>(items: readonly T[], kind: Kind, boundsOf: (item: T) => Bounds) {
+    let row = chunksOf(items, kind === "populations" ? 4 * this.perChunk : this.perChunk).map(({ first, slice }) => {
       const bounds = slice.map(boundsOf).reduce(union);
-      return { kind: "chunk", url: this.json(body), bytes: text(body).length, first, count: slice.length, bounds };
+      return { kind: "chunk", ...this.leaf(kind, slice, first), first, count: slice.length, bounds };
     });
     while (row.length > this.perChunk) {
       row = chunksOf(row, this.perChunk).map(({ slice }) => {

@@ -140,6 +140,7 @@ export class ThreeModelHost implements ModelHost {
   }
 
   show(objects: readonly PlacedObject[]): void {
+    const before = this.shown;
     this.shown = new Map(objects.map((object) => [object.entry.object, object]));
     this.byModel = new Map();
     for (const object of objects) {
@@ -148,7 +149,12 @@ export class ThreeModelHost implements ModelHost {
       else this.byModel.set(object.model.model, [object]);
     }
     for (const id of [...this.nodes.keys()]) if (!this.shown.has(id)) this.remove(id);
-    for (const object of objects) if (!this.nodes.has(object.entry.object)) this.refresh(object);
+    for (const object of objects) {
+      const node = this.nodes.get(object.entry.object);
+      if (!node) this.refresh(object);
+      // What stood for it stood roughly there.
+      else if (before.get(object.entry.object) !== object) this.stand(node, object);
+    }
     for (const model of this.crowds.keys()) this.gather(model);
     this.changed();
   }
@@ -207,7 +213,6 @@ export class ThreeModelHost implements ModelHost {
   private draw(object: PlacedObject, template: Object3D): void {
     this.remove(object.entry.object);
     const node = new Group();
-    node.name = object.entry.sourceNode;
     node.userData = { object: object.entry.object };
     node.matrixAutoUpdate = false;
     node.add(template.clone(true));
@@ -217,6 +222,7 @@ export class ThreeModelHost implements ModelHost {
   }
 
   private stand(node: Object3D, placed: PlacedObject): void {
+    node.name = placed.entry.sourceNode;
     node.matrix.copy(this.worldFromObject(placed));
     node.updateMatrixWorld(true);
   }

@@ -371,7 +371,7 @@ export class Visit {
     display.show({
       cell: explorer.cellId,
       inside: explorer.inside,
-      visible: explorer.visible.length,
+      visible: explorer.visibleCount,
       objects: scene.manifest.counts.objects,
       fetched_bytes: scene.queue.tally.bytes,
       whole_bytes: bytes.get("published") ?? bytes.get("level0"),

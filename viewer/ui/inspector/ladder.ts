@@ -34,8 +34,10 @@ export class Ladder implements Section {
   }
 
   update(): void {
-    const { picked } = this;
     const { explorer } = this.visit;
+    const known = this.picked && explorer.placed(this.picked.entry.object);
+    if (known && known !== this.picked) this.pick(known);
+    const { picked } = this;
     const eye = explorer.eyeNow;
     if (!picked || !eye) {
       this.grades.replaceChildren();
@@ -45,7 +47,8 @@ export class Ladder implements Section {
     }
     const { entry, model } = picked;
     const distance_m = distanceToBounds(entry.bounds, eye.position);
-    write(this.name, `o${entry.object} “${entry.sourceNode}”, model m${model.model}, ${distance_m.toFixed(1)} m away`);
+    const name = known ? `“${entry.sourceNode}”` : "whose name is still to come";
+    write(this.name, `o${entry.object} ${name}, model m${model.model}, ${distance_m.toFixed(1)} m away`);
     const holding = explorer.models.of(model.model);
     const { held } = holding;
     const most_error = errorThatDoes(picked, eye, TARGET_PX);

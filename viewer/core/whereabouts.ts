@@ -1,0 +1,85 @@
+/** In which cell is the eye? Steps next door cost nothing; after a jump the index is asked, and the eye may move on meanwhile. */
+import type { CellIndex } from "./cellindex.ts";
+import type { CellEntry } from "./documents.ts";
+import { length, subtract, type Vec3 } from "./geometry.ts";
+
+/** Who has moved further while the index was asked asks again. */
+const FURTHEST_M = 0.5;
+
+export interface WhereaboutsEvents {
+  /** The eye is in another cell than before. */
+  readonly entered: (entry: CellEntry) => void;
+  readonly problem: (error: unknown) => void;
+}
+
+export class Whereabouts {
+  private position: Vec3 | undefined;
+  private current: CellEntry | undefined;
+  private isInside = false;
+  private asking = false;
+  private closed = false;
+
+  constructor(
+    private readonly index: CellIndex,
+    private readonly events: WhereaboutsEvents,
+  ) {}
+
+  /** The cell that holds the eye, or the nearest one. */
+  get cell(): CellEntry | undefined {
+    return this.current;
+  }
+
+  /** Whether the eye is inside that cell. */
+  get inside(): boolean {
+    return this.isInside;
+  }
+
+  /** Whether the index is being asked. */
+  get locating(): boolean {
+    return this.asking;
+  }
+
+  follow(position: Vec3): void {
+    this.position = position;
+    const next = this.current && this.index.nextDoor(this.current, position);
+    if (next) this.enter(next, true);
+    else void this.locate();
+  }
+
+  /** Enters the same cell once more, or looks for one. */
+  again(): void {
+    const { current } = this;
+    this.current = undefined;
+    if (current) this.enter(current, this.isInside);
+    else void this.locate();
+  }
+
+  close(): void {
+    this.closed = true;
+  }
+
+  private async locate(): Promise<void> {
+    if (this.asking || !this.position || this.closed) return;
+    this.asking = true;
+    try {
+      let position: Vec3;
+      do {
+        position = this.position;
+        const located = await this.index.locate(position);
+        if (this.closed) return;
+        if (located) this.enter(located.entry, located.distance_m === 0);
+      } while (length(subtract(this.position, position)) > FURTHEST_M);
+    } catch (error) {
+      this.events.problem(error);
+    } finally {
+      this.asking = false;
+    }
+  }
+
+  private enter(entry: CellEntry, inside: boolean): void {
+    this.isInside = inside;
+    if (this.current?.cell === entry.cell) return;
+    this.current = entry;
+    this.events.entered(entry);
+  }
+}
