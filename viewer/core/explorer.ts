@@ -2,7 +2,7 @@
  * Which part of the world does this eye need? Ties the pieces together for one scene: eye → cell → record → visible
  * objects → levels and rungs to fetch. Draws nothing itself; what draws is a {@link ModelHost}.
  *
- * While a new cell's record and object infos are on their way, the set of the cell before stays in the picture.
+ * While a new cell's record and the first of what it names are on their way, the set of the cell before stays in the picture.
  */
 import { CellIndex } from "./cellindex.ts";
 import type { CellRecord } from "./cellrecord.ts";
@@ -280,13 +280,13 @@ export class Explorer implements NavigationSpace, Surveyed {
         if (!whole && !hasLeft()) this.show({ cell, objects, count: ids.length });
       };
       see(await this.directory.behold(ids, see));
+      const resolved = this.directory.resolve(ids, PRIORITY.finer).then(see);
+      // Should a neighbour fail first, that is what is told.
+      resolved.catch(() => {});
       const known = await neighbours;
       if (hasLeft()) return;
       this.events.changed();
-      await Promise.all([
-        this.records.learnNeighbours(entry, known),
-        this.directory.resolve(ids, PRIORITY.finer).then(see),
-      ]);
+      await Promise.all([this.records.learnNeighbours(entry, known), resolved]);
     } catch (error) {
       if (!hasLeft()) this.events.problem(error);
     }

@@ -19,7 +19,7 @@ it("what grows next is the most urgent, two at a time, and nothing that is not w
     await new Promise((resolve) => setTimeout(resolve));
   };
   const grow = (part: string, priority: number, isWanted = true) =>
-    queue.grow(seedling(part), { priority, begin: () => isWanted });
+    queue.grow(seedling(part), { load: { priority }, begin: () => isWanted });
   const first = grow("first", 9);
   const others = [grow("second", 8), grow("late", 7), grow("left", 1, false), grow("soon", 3), grow("then", 3)];
   expect(ordered).toEqual(["first", "second"]);
@@ -37,4 +37,11 @@ it("what grows next is the most urgent, two at a time, and nothing that is not w
   await expect(grow("wrong", 1)).rejects.toThrow("wrong rules");
   void grow("again", 1);
   expect(ordered.at(-1)).toBe("again");
+  void grow("one more", 1);
+  const load = { priority: 5 };
+  void queue.grow(seedling("urgent by now"), { load, begin: () => true });
+  void grow("less urgent", 4);
+  load.priority = 3;
+  await finishOne();
+  expect(ordered.at(-1)).toBe("urgent by now");
 });

@@ -9,14 +9,14 @@ const MOST_AT_ONCE = 2;
 
 /** Who wants something grown. */
 export interface Grower {
-  /** Lower is more urgent. */
-  readonly priority: number;
+  /** Lower is more urgent; it may change while it waits. */
+  readonly load: { readonly priority: number };
   /** Its turn has come; answers whether it is still wanted. */
   begin(): boolean;
 }
 
 interface Waiting {
-  readonly priority: number;
+  readonly grower: Grower;
   readonly go: () => void;
 }
 
@@ -29,7 +29,7 @@ export class GrowthQueue {
   /** A GLB; `undefined` when it was not wanted any more. */
   async grow(seedling: Seedling, grower: Grower): Promise<ArrayBuffer | undefined> {
     if (this.growing_count >= MOST_AT_ONCE) {
-      await new Promise<void>((go) => this.waiting.push({ priority: grower.priority, go }));
+      await new Promise<void>((go) => this.waiting.push({ grower, go }));
     } else this.growing_count += 1;
     try {
       return grower.begin() ? await this.growing.grow(seedling) : undefined;
@@ -41,7 +41,7 @@ export class GrowthQueue {
   /** Gives the turn of one that is done to the most urgent that waits. */
   private next(): void {
     const most = this.waiting.reduce<Waiting | undefined>(
-      (best, one) => (best && best.priority <= one.priority ? best : one),
+      (best, one) => (best && best.grower.load.priority <= one.grower.load.priority ? best : one),
       undefined,
     );
     if (!most) {

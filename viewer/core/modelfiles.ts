@@ -16,7 +16,8 @@ import type { Tree } from "./tree.ts";
 export interface Load {
   readonly model: Model;
   readonly grade: Grade;
-  readonly priority: number;
+  /** As it is wanted now; lower is more urgent. */
+  priority: number;
   readonly urls: Set<string>;
   readonly reason: string;
   state: "cancelled" | "fetching" | "uploading";
@@ -101,7 +102,7 @@ export class ModelFiles {
       return true;
     };
     return async () => {
-      const glb = await this.growths.grow(seedling, { priority: load.priority, begin });
+      const glb = await this.growths.grow(seedling, { load, begin });
       if (!glb) throw new Error(`m${load.model.model} is not wanted any more`);
       return { glb, state_bytes: 0 };
     };

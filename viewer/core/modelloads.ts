@@ -131,8 +131,10 @@ export class ModelLoads implements ModelNotes {
     }
     // What several loads share is as urgent as the most urgent of them, which comes first.
     for (const want of [...wants].reverse()) {
-      const urls = this.loads.get(want.object.model.model)?.urls ?? [];
-      for (const url of urls) this.parts.queue.reprioritise(url, want.priority);
+      const load = this.loads.get(want.object.model.model);
+      if (!load) continue;
+      load.priority = want.priority;
+      for (const url of load.urls) this.parts.queue.reprioritise(url, want.priority);
     }
     const starting = this.affordable(wants.filter((want) => !this.loads.has(want.object.model.model)));
     const worth = packsWorth(
