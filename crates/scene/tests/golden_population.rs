@@ -54,7 +54,13 @@ fn village() -> Population {
         rules: vec![rules("houses", &["timber.dcg", "roofs.dcg"]), rules("trees", &[])],
         recipes: vec![
             recipe(0, Some("townhouse"), json!({"width": 11.6, "floors": 4}), 0, 1204),
-            recipe(0, Some("barn"), json!({"footprint": [[0, 0], [8.5, 0], [8.5, 6]]}), 7, 96),
+            recipe(
+                0,
+                Some("barn"),
+                json!({"footprint": [[0, 0], [8.5, 0], [8.5, 6]]}),
+                7,
+                96,
+            ),
             recipe(1, None, json!({}), 3, 20),
         ],
         members: vec![
@@ -78,7 +84,10 @@ fn a_population_is_written_as_it_was_and_says_what_it_said() {
             "transform": member.transform(), "procedural": procedural,
         })
     });
-    let told = format!("{:#}\n", json!({"first": FIRST.0, "members": members.collect::<Value>()}));
+    let told = format!(
+        "{:#}\n",
+        json!({"first": FIRST.0, "members": members.collect::<Value>()})
+    );
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/population");
     let (population, says) = (folder.join("village.pop"), folder.join("village.json"));
     if env::var_os("BELVEDERE_BLESS").is_some() {
