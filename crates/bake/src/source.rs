@@ -64,6 +64,8 @@ pub struct SourceModel {
     pub impostor: Option<Wish>,
     /// The frames of a round of its movement, each with its own geometry in the model's space; empty for what keeps still.
     pub poses: Vec<Vec<Primitive>>,
+    /// How its author wants it to look from ever farther away, in the model's space; empty where that is left to the bake.
+    pub coarser: Vec<Vec<Primitive>>,
     /// How it grows, when it is whole and has grown from rules.
     pub recipe: Option<SourceRecipe>,
 }
@@ -229,9 +231,10 @@ impl Primitive {
 }
 
 impl SourceModel {
-    /// Its geometry and that of its poses.
+    /// Its geometry, that of its poses and what its author made coarser.
     pub(crate) fn all_primitives_mut(&mut self) -> impl Iterator<Item = &mut Primitive> {
-        self.primitives.iter_mut().chain(self.poses.iter_mut().flatten())
+        let others = self.poses.iter_mut().chain(&mut self.coarser);
+        self.primitives.iter_mut().chain(others.flatten())
     }
 
     /// Triangles of all primitives.

@@ -115,6 +115,13 @@ pub(crate) fn hausdorff_bound(
     (search.lower < of_interest && bound < of_interest).then_some(bound)
 }
 
+/// The same of a level of which nobody knows what became of which shape.
+pub(crate) fn hausdorff_bound_of(source: &ShapeTree, level: &ShapeTree, limits: HausdorffLimits) -> f64 {
+    let near = |[a, b, c]: &Corners| source.nearest_to_all(&[(a + b + c) / 3.0], None, 0.0).shape;
+    let origins: Vec<u32> = level.shapes.par_iter().map(near).collect();
+    hausdorff_bound(source, level, &origins, limits, f64::INFINITY).unwrap_or(f64::INFINITY)
+}
+
 struct Search {
     /// Some point is at least so far.
     lower: f64,

@@ -4,7 +4,7 @@
 //! either, and it is what clients switch levels by: so the smaller one wins.
 
 use crate::lod::collapse::{Collapsed, SourceShapes};
-use crate::lod::error::hausdorff_bound;
+use crate::lod::error::{hausdorff_bound, hausdorff_bound_of};
 use crate::lod::octree::{Locked, Octree};
 use crate::lod::proximity::ShapeTree;
 use crate::lod::quadric::QuadricSource;
@@ -58,6 +58,18 @@ impl<'a> Generator<'a> {
         by_octree
             .and_then(|mesh| self.measured(mesh, of_interest))
             .or(by_quadric)
+    }
+
+    /// How far off is what the model's author made coarser?
+    pub(super) fn authors(&mut self) -> Vec<LodLevel> {
+        let source = self.source.get_or_insert_with(|| ShapeTree::of(&self.model.primitives));
+        let limits = self.settings.error_limits;
+        let made = self.model.coarser.iter();
+        let measured = made.map(|primitives| {
+            let error = hausdorff_bound_of(source, &ShapeTree::of(primitives), limits);
+            LodLevel::new(primitives.clone(), error)
+        });
+        measured.filter(|level| level.geometric_error.is_finite()).collect()
     }
 
     /// What the octree makes of it, not measured.

@@ -59,6 +59,28 @@ fn the_best_of_both_is_never_worse_than_either() {
 }
 
 #[test]
+fn what_the_author_made_coarser_is_taken_where_nothing_smaller_is_nearer() {
+    let at_height = |primitive: Primitive, height: f32| Primitive {
+        positions: primitive.positions.iter().map(|p| [p[0], height, p[2]]).collect(),
+        ..primitive
+    };
+    let (flat, quad) = (at_height(terrain(40), 0.0), at_height(terrain(1), 0.0));
+    let with = |coarser: &[&Primitive]| SourceModel {
+        coarser: coarser.iter().map(|primitive| vec![(*primitive).clone()]).collect(),
+        ..model([flat.clone()])
+    };
+    let settings = by(Method::Best);
+    let authored = with(&[&quad]);
+    let levels = chain(&authored, &settings).levels;
+    assert_eq!(levels.last().unwrap().primitives, [quad.clone()]);
+    assert!(levels.last().unwrap().geometric_error < 0.05);
+    // Far off and larger than that, so nobody would choose it.
+    let far = at_height(terrain(8), 1e3);
+    assert_eq!(chain(&with(&[&far, &quad]), &settings).levels, levels);
+    check_chain("authored", &authored, &LodChain { levels });
+}
+
+#[test]
 fn parts_of_a_mesh_stay_together_along_their_cuts() {
     let whole = terrain(40);
     let half = whole.indices.len() / 2;

@@ -9,7 +9,8 @@
 //!   vertices fall together. Robust on anything: soup, doublets, non-manifold edges, points and lines.
 //! * `collapse`: from clusters to a mesh; what becomes of triangles, lines, points and of the corners' attributes.
 //! * `quadric`: edge collapses along the surface, finer where surfaces are whole.
-//! * `generate`: a mesh for each number of shapes, by one of the two or by whichever is nearer to the source.
+//! * `generate`: a mesh for each number of shapes, by one of the two or by whichever is nearer to the source. What an
+//!   author made coarser is measured like these, and taken where nothing that takes fewer bytes is as near.
 //! * `error` over `proximity`: how far the result is from the source.
 //! * `join` and `clean`: what to do before (thesis, §6.4) and instead (§6.5).
 
@@ -28,6 +29,7 @@ mod representative;
 #[cfg(test)]
 mod tests;
 
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::str::FromStr;
@@ -160,10 +162,32 @@ pub fn chain(model: &SourceModel, settings: &LodSettings) -> LodChain {
                 levels.push(level);
             }
         }
+        levels = joined(levels, generator.authors(), settings);
     }
     LodChain {
         levels: without_dominated(levels, settings.dominated),
     }
+}
+
+/// Levels of the bake and of the author: those that have a smaller error than any that takes fewer bytes.
+fn joined(made: Vec<LodLevel>, authors: Vec<LodLevel>, settings: &LodSettings) -> Vec<LodLevel> {
+    if authors.is_empty() {
+        return made;
+    }
+    let mut levels = made;
+    levels.extend(authors);
+    // The source stays the first.
+    levels[1..].sort_by_key(|level| Reverse(geometry_bytes(&level.primitives)));
+    let mut last_bytes = f64::INFINITY;
+    let mut is_worthwhile = |level: &LodLevel| {
+        let bytes = geometry_bytes(&level.primitives) as f64;
+        let is_so = bytes <= settings.worthwhile_share * last_bytes;
+        last_bytes = if is_so { bytes } else { last_bytes };
+        is_so
+    };
+    let mut levels = without_dominated(levels, settings.dominated);
+    levels.retain(|level| is_worthwhile(level));
+    levels
 }
 
 /// How many shapes the coarser levels have, finest first: each about the same share of the one before, and the last as

@@ -11,10 +11,9 @@
 
 use belvedere_scene::smooth::{Decoder, Header, SmoothError, Snapshot};
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::quantise::{MOST_UV_SETS, Precision, QuantisedMesh, materials};
-use crate::lod::error::{HausdorffLimits, hausdorff_bound};
+use crate::lod::error::{HausdorffLimits, hausdorff_bound_of};
 use crate::lod::proximity::{Corners, ShapeTree};
 use crate::source::{Primitive, SourceModel, Topology};
 
@@ -124,8 +123,5 @@ fn distance(source: &ShapeTree, drawn: Snapshot, limits: HausdorffLimits) -> f64
     let corner = |i: u32| DVec3::from_array(drawn.positions[i as usize].map(f64::from));
     let triangles = drawn.indices.iter().flat_map(|corners| corners.as_chunks::<3>().0);
     let shapes: Vec<Corners> = triangles.map(|t| t.map(corner)).collect();
-    let near = |[a, b, c]: &Corners| source.nearest_to_all(&[(a + b + c) / 3.0], None, 0.0).shape;
-    let origins: Vec<u32> = shapes.par_iter().map(near).collect();
-    let level = ShapeTree::new(shapes);
-    hausdorff_bound(source, &level, &origins, limits, f64::INFINITY).unwrap_or(f64::INFINITY)
+    hausdorff_bound_of(source, &ShapeTree::new(shapes), limits)
 }

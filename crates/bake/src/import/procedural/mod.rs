@@ -5,6 +5,8 @@
 //! `occluder:`. A glTF file that rules place is imported once and placed as often as they say.
 
 mod absorb;
+mod alone;
+mod details;
 mod node;
 mod poses;
 mod scene;
@@ -62,6 +64,16 @@ pub struct Ground<'a> {
 /// # Errors
 /// When the text is none, is wrong, or needs a file that is not there.
 pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) -> Result<Growth, ImportError> {
+    planted(path, bytes, (settings, false), ground)
+}
+
+/// The same, with what the author made coarser where that is wanted.
+fn planted(
+    path: &str,
+    bytes: Vec<u8>,
+    (settings, with_levels): (&Settings, bool),
+    ground: Ground,
+) -> Result<Growth, ImportError> {
     let program = program(path, bytes, ground)?;
     let beside = Beside::of(path, ground);
     let grown = grow(&program, settings)?;
@@ -72,6 +84,7 @@ pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) ->
     let growing = scene::Growing {
         rules: &rules,
         settings,
+        with_levels,
         defects: &mut defects,
     };
     let scene = scene::scene_of(&grown, growing, ground.limits, &mut |model| {
@@ -106,7 +119,8 @@ pub(super) fn read(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Gro
         limits: growth_limits(ground.limits),
         ..Settings::default()
     };
-    let growth = plant(file_name, given(file_name, bytes, sowing, ground)?, &settings, ground)?;
+    let text = given(file_name, bytes, sowing, ground)?;
+    let growth = planted(file_name, text, (&settings, true), ground)?;
     if growth.scene.objects.is_empty() {
         return Err(ImportError::NothingToDraw {
             reasons: "the rules draw nothing".to_owned(),

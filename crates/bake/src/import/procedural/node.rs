@@ -8,7 +8,7 @@ use glam::DMat4;
 use serde_json::Value as Json;
 
 use super::absorb::absorb;
-use super::{Ground, growth_limits, plant};
+use super::{Ground, growth_limits, planted};
 use crate::defect::Defects;
 use crate::import::uri::relative_path;
 use crate::import::{ImportError, impostor};
@@ -135,7 +135,7 @@ fn grow_wanted(
         limits,
         ..Settings::default()
     };
-    let growth = plant(&path, bytes, &settings, ground).map_err(|cause| match cause {
+    let growth = planted(&path, bytes, (&settings, true), ground).map_err(|cause| match cause {
         ImportError::Rules(error) => ImportError::RulesOfNode {
             node: node.to_owned(),
             error,

@@ -8,7 +8,9 @@ use glam::{DMat4, DVec3, Vec3};
 use serde_json::json;
 
 use super::absorb::absorb;
-use super::poses::{Palette, poses};
+use super::alone::Alone;
+use super::details::coarser;
+use super::poses::poses;
 use crate::defect::Defects;
 use crate::import::limits::Budget;
 use crate::import::topology::compact;
@@ -28,6 +30,8 @@ pub(super) type Rules = (Arc<BTreeMap<String, String>>, u32);
 pub(super) struct Growing<'a> {
     pub(super) rules: &'a Rules,
     pub(super) settings: &'a Settings,
+    /// Whether what the author made coarser is wanted too.
+    pub(super) with_levels: bool,
     pub(super) defects: &'a mut Defects,
 }
 
@@ -47,17 +51,24 @@ pub(super) fn scene_of(
     let Growing {
         rules,
         settings,
+        with_levels,
         defects,
     } = growing;
-    let palette = Palette {
+    let mut alone = Alone {
+        rules,
+        settings,
         surfaces: &grown.materials,
         material_of: &material_of,
+        added: Vec::new(),
     };
     let mut models: Vec<Option<SourceModel>> = Vec::with_capacity(grown.parts.len());
     for part in &grown.parts {
         let mut made = model(part, &material_of, rules);
         if let Some(model) = &mut made {
-            model.poses = poses(&mut scene, part, &palette, (rules, settings, defects))?;
+            model.poses = poses(part, &mut alone, &mut scene, defects)?;
+            if with_levels {
+                model.coarser = coarser(part, &mut alone, &mut scene, defects)?;
+            }
         }
         models.push(made);
     }

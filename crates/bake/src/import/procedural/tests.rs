@@ -232,6 +232,32 @@ fn a_part_with_a_phase_is_grown_for_each_of_its_frames() {
 }
 
 #[test]
+fn what_grows_with_less_detail_is_the_authors_coarser_look() {
+    let text = "material leaf(shade) { colour = mix(#fff, #000, shade) }
+        part bush(size) { for i in 1 + 2 * detail paint leaf(detail / 4) move(i, 0, 0) box(size, 1, 1) }
+        part post() { box(1, 3, 1) }
+        part thorn() { box(1 / (detail - 2), 1, 1) box(1, if detail > 2 then detail else 9, 1) }
+        bush(2) move(0, 0, 5) post() move(0, 0, 9) thorn()";
+    let imported = rules(text, &[]).unwrap();
+    let [bush, post, thorn] = &imported.scene.models[..] else {
+        panic!("three models")
+    };
+    let boxes = |looks: &[Primitive]| looks.iter().map(|look| look.indices.len() / 36).sum::<usize>();
+    let coarser: Vec<_> = bush.coarser.iter().map(|look| boxes(look)).collect();
+    assert_eq!((boxes(&bush.primitives), coarser), (9, vec![7, 5, 3, 1]));
+    assert_eq!(bush.coarser[0][0].positions[0], bush.primitives[0].positions[0]);
+    let colour = |look: &[Primitive]| &imported.scene.materials[look[0].material.unwrap()].gltf;
+    assert_ne!(colour(&bush.coarser[3]), colour(&bush.primitives));
+    assert!(post.coarser.is_empty() && thorn.coarser.is_empty());
+    let told: Vec<_> = imported
+        .defects
+        .iter()
+        .map(|defect| (defect.count, defect.first))
+        .collect();
+    assert_eq!(told, [(1 + 2, "thorn, detail 2".to_owned())]);
+}
+
+#[test]
 fn a_part_that_cannot_be_grown_alone_has_one_pose_and_one_without_a_phase_none() {
     let painted =
         "material red { colour = #f00 } part walker(phase) { impostor(frames = 4) box(1, 1, 1) } paint red walker(0)";
