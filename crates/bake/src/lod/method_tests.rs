@@ -72,7 +72,7 @@ fn what_the_author_made_coarser_is_taken_where_nothing_smaller_is_nearer() {
     let settings = by(Method::Best);
     let authored = with(&[&quad]);
     let levels = chain(&authored, &settings).levels;
-    assert_eq!(levels.last().unwrap().primitives, [quad.clone()]);
+    assert_eq!(levels.last().unwrap().primitives, std::slice::from_ref(&quad));
     assert!(levels.last().unwrap().geometric_error < 0.05);
     // Far off and larger than that, so nobody would choose it.
     let far = at_height(terrain(8), 1e3);
