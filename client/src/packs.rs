@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use belvedere_scene::{
-    BlobHash, BlobName,
+    BlobName,
     object::{Level, PackRef},
 };
 use bytes::Bytes;
@@ -59,5 +59,5 @@ fn out_of(whole: &Bytes, pack: &PackRef, level: &Level) -> Option<Bytes> {
     let from = usize::try_from(pack.from).ok()?;
     let to = from.checked_add(usize::try_from(level.bytes).ok()?)?;
     let glb = (to <= whole.len()).then(|| whole.slice(from..to))?;
-    (BlobHash::of(&glb) == level.url.hash()).then_some(glb)
+    level.url.is_of(&glb).then_some(glb)
 }

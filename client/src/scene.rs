@@ -4,7 +4,7 @@
 use std::{any::Any, collections::HashMap, sync::Arc};
 
 use belvedere_scene::{
-    BlobHash, BlobName, CellId, ObjectId, SceneName,
+    BlobName, CellId, ObjectId, SceneName,
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
     manifest::{FORMAT, Manifest},
     object::{ModelChunk, ObjectChunk, ObjectInfo},
@@ -226,7 +226,7 @@ impl<S: ByteSource> Scene<S> {
 
 async fn verified(source: &impl ByteSource, name: &BlobName) -> Result<Bytes, Error> {
     let bytes = source.get(&name.url()).await?;
-    if BlobHash::of(&bytes) == name.hash() {
+    if name.is_of(&bytes) {
         Ok(bytes)
     } else {
         Err(Error::Corrupt(name.clone()))

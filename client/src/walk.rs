@@ -2,7 +2,6 @@
 //! record, and for nothing when they are here already: they lead to every neighbour.
 
 use belvedere_scene::{
-    BlobHash,
     index::CellEntry,
     record::{CellRecord, Steps},
 };
@@ -73,7 +72,7 @@ impl<'a, S: ByteSource> Walk<'a, S> {
                     .record
                     .follow(step)
                     .map_err(|cause| Error::Record { cell: next.cell, cause })?;
-                if BlobHash::of(&record.encode()) != next.record.hash() {
+                if !next.record.is_of(&record.encode()) {
                     return Err(Error::Corrupt(next.record));
                 }
                 record

@@ -10,7 +10,6 @@ mod shelf;
 pub use disk_cache::DiskCache;
 pub use retrying::Retrying;
 
-use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
 use flate2::read::GzDecoder;
 use reqwest::{
@@ -33,12 +32,6 @@ pub trait ByteSource: Send + Sync {
             Ok((bytes, carried))
         }
     }
-}
-
-/// Whether bytes are those that an immutable object's path promises; `None` for other paths, which promise nothing.
-fn is_sound(path: &str, bytes: &[u8]) -> Option<bool> {
-    let name = BlobName::from_url(path).ok()?;
-    Some(BlobHash::of(bytes) == name.hash())
 }
 
 /// No document is larger than this once it is unpacked.

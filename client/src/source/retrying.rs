@@ -9,7 +9,7 @@ use std::{
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use super::{ByteSource, is_sound};
+use super::ByteSource;
 use crate::Error;
 
 /// Tries of one request, the first included.
@@ -37,14 +37,15 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
     }
 
     async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        // Other paths than those of immutable objects promise nothing.
+        let promised = BlobName::from_url(path);
         let mut tried = 0;
         loop {
-            let answer = match self.source.get_carried(path).await {
-                Ok((bytes, _)) if is_sound(path, &bytes) == Some(false) => Err(Error::Corrupt(
-                    BlobName::from_url(path).expect("only these are unsound"),
-                )),
-                answer => answer,
-            };
+            let answer = self.source.get_carried(path).await;
+            let answer = answer.and_then(|(bytes, carried)| match &promised {
+                Ok(name) if !name.is_of(&bytes) => Err(Error::Corrupt(name.clone())),
+                _ => Ok((bytes, carried)),
+            });
             tried += 1;
             match answer {
                 Err(cause) if cause.is_transient() && tried < TRIES => tokio::time::sleep(wait(path, tried)).await,

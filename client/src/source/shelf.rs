@@ -17,8 +17,6 @@ use std::{
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use super::is_sound;
-
 /// A file that was not finished for so long will not be.
 const UNFINISHED_FOR: Duration = Duration::from_hours(1);
 
@@ -66,7 +64,7 @@ impl Shelf {
         }
         let path = self.path(name);
         let bytes = fs::read(&path).ok();
-        let Some(bytes) = bytes.filter(|bytes| is_sound(&name.url(), bytes) == Some(true)) else {
+        let Some(bytes) = bytes.filter(|bytes| name.is_of(bytes)) else {
             self.books().forget(name);
             self.remove(std::slice::from_ref(name));
             return None;
@@ -83,7 +81,7 @@ impl Shelf {
     /// Keeps an object if it can; a folder that takes nothing more is no reason to fail.
     pub(super) fn put(&self, name: &BlobName, bytes: &Bytes) {
         let size = bytes.len() as u64;
-        if size > self.most_bytes || is_sound(&name.url(), bytes) != Some(true) {
+        if size > self.most_bytes || !name.is_of(bytes) {
             return;
         }
         // Whoever reads meanwhile finds all of it or nothing.

@@ -197,6 +197,12 @@ impl BlobName {
         self.hash
     }
 
+    /// Whether it names these bytes.
+    #[must_use]
+    pub fn is_of(&self, bytes: &[u8]) -> bool {
+        BlobHash::of(bytes) == self.hash
+    }
+
     /// The extension, without the dot.
     #[must_use]
     pub fn ext(&self) -> &str {

@@ -16,7 +16,7 @@ export type Value = number | List;
 export type JsonValue = number | readonly JsonValue[];
 
 export function listOf(items: readonly Value[]): List {
-  const size = items.reduce((sum: number, item) => sum + sizeOf(item), 0);
+  const size = sizesOf(items);
   const depth = 1 + items.reduce((most: number, item) => Math.max(most, depthOf(item)), 0);
   return { items, size, depth };
 }
@@ -24,6 +24,11 @@ export function listOf(items: readonly Value[]): List {
 /** Numbers and lists in it, itself included. */
 export function sizeOf(value: Value): number {
   return typeof value === "number" ? 1 : value.size + 1;
+}
+
+/** The same of all of these. */
+export function sizesOf(values: readonly Value[]): number {
+  return values.reduce((sum: number, value) => sum + sizeOf(value), 0);
 }
 
 /** Lists inside each other. */

@@ -162,32 +162,13 @@ pub fn chain(model: &SourceModel, settings: &LodSettings) -> LodChain {
                 levels.push(level);
             }
         }
-        levels = joined(levels, generator.authors(), settings);
+        levels.extend(generator.authors());
+        // The source stays the first.
+        levels[1..].sort_by_key(|level| Reverse(geometry_bytes(&level.primitives)));
     }
     LodChain {
-        levels: without_dominated(levels, settings.dominated),
+        levels: worthwhile(without_dominated(levels, settings.dominated), settings.worthwhile_share),
     }
-}
-
-/// Levels of the bake and of the author: those that have a smaller error than any that takes fewer bytes.
-fn joined(made: Vec<LodLevel>, authors: Vec<LodLevel>, settings: &LodSettings) -> Vec<LodLevel> {
-    if authors.is_empty() {
-        return made;
-    }
-    let mut levels = made;
-    levels.extend(authors);
-    // The source stays the first.
-    levels[1..].sort_by_key(|level| Reverse(geometry_bytes(&level.primitives)));
-    let mut last_bytes = f64::INFINITY;
-    let mut is_worthwhile = |level: &LodLevel| {
-        let bytes = geometry_bytes(&level.primitives) as f64;
-        let is_so = bytes <= settings.worthwhile_share * last_bytes;
-        last_bytes = if is_so { bytes } else { last_bytes };
-        is_so
-    };
-    let mut levels = without_dominated(levels, settings.dominated);
-    levels.retain(|level| is_worthwhile(level));
-    levels
 }
 
 /// How many shapes the coarser levels have, finest first: each about the same share of the one before, and the last as
@@ -214,6 +195,20 @@ fn without_dominated(levels: Vec<LodLevel>, dominated: f64) -> Vec<LodLevel> {
         kept.push(level);
     }
     kept
+}
+
+/// Leaves out levels that save too little beside the one before.
+fn worthwhile(mut levels: Vec<LodLevel>, share: f64) -> Vec<LodLevel> {
+    let mut last_bytes = f64::INFINITY;
+    levels.retain(|level| {
+        let bytes = geometry_bytes(&level.primitives) as f64;
+        let saves = bytes <= share * last_bytes;
+        if saves {
+            last_bytes = bytes;
+        }
+        saves
+    });
+    levels
 }
 
 impl LodLevel {

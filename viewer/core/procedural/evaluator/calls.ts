@@ -10,7 +10,7 @@ import { type Channels, type Part, PLAIN, type Surface } from "../grown.ts";
 import { reached } from "../limits.ts";
 import { step, stepName } from "../random.ts";
 import type { At, Call, Expr, Formal, MaterialRule, Rule, Statement } from "../syntax.ts";
-import { keyOf, sizeOf, stepValue, type Value } from "../value.ts";
+import { keyOf, sizeOf, sizesOf, stepValue, type Value } from "../value.ts";
 import { PHASE, type Scope, type Turtle } from "./state.ts";
 import { Terminals } from "./terminals.ts";
 
@@ -147,7 +147,7 @@ export abstract class Calls extends Terminals {
 
   private placePart(caller: Scope, call: Call, turtle: Turtle, rule: Rule, inner: Scope): void {
     const args = this.stack.slice(inner.base, inner.base + rule.formals.length);
-    this.countLists(caller, call.at, this.stack.slice(inner.base));
+    this.countLists(caller, call.at, args);
     const what = [1, inner.module, call.index, inner.instance, turtle.material, ...args.map(keyOf)];
     const key = what.join();
     let part = this.known.get(key);
@@ -368,8 +368,4 @@ export abstract class Calls extends Terminals {
     }
     return (channels as number[]).map(linearLight) as unknown as Channels;
   }
-}
-
-function sizesOf(values: readonly Value[]): number {
-  return values.reduce((sum: number, value) => sum + sizeOf(value), 0);
 }

@@ -5,7 +5,7 @@ import { type Part, PLAIN, type Surface } from "../grown.ts";
 import { type Amounts, MAX_KEPT, reached } from "../limits.ts";
 import { errorAt, type Program } from "../link.ts";
 import type { At, Module } from "../syntax.ts";
-import { sizeOf, type Value } from "../value.ts";
+import { sizesOf, type Value } from "../value.ts";
 
 /** Where names are looked up, and which random numbers belong here. */
 export interface Scope {
@@ -92,11 +92,7 @@ export class State {
 
   /** Counts what lists take to be compared; `at` is where they are given. */
   protected countLists(scope: Scope, at: At, values: readonly Value[]): void {
-    this.count(
-      scope,
-      at,
-      values.reduce((sum: number, value) => sum + sizeOf(value) - 1, 0),
-    );
+    this.count(scope, at, sizesOf(values) - values.length);
   }
 
   /** Goes one deeper; whoever calls it comes back with {@link ascend}, unless there was an error. */

@@ -1,6 +1,6 @@
 //! What does a surface look like? Materials are computed once for each set of arguments.
 
-use super::{Evaluator, Outcome, Scope};
+use super::{Evaluator, Outcome, Scope, listed};
 use crate::procedural::arithmetic::linear_light;
 use crate::procedural::error::Problem;
 use crate::procedural::grown::Surface;
@@ -26,7 +26,7 @@ impl<'p> Evaluator<'p> {
             level: 0,
         };
         self.bind((scope, call), &inner, (&rule.formals, rule.slots))?;
-        self.count_lists(scope, call.at, inner.base)?;
+        self.count(scope, call.at, listed(&self.stack[inner.base..]))?;
         let mut key = vec![module as u64, index as u64, instance as u64];
         self.stack[inner.base..]
             .iter()

@@ -118,6 +118,11 @@ struct Account {
     placements: u64,
 }
 
+/// What lists among some values hold: the steps that it takes to tell them from others, besides those of the values.
+fn listed<'v>(values: impl IntoIterator<Item = &'v Value>) -> u64 {
+    values.into_iter().map(|value| value.size() as u64 - 1).sum()
+}
+
 struct Evaluator<'p> {
     program: &'p Program,
     settings: &'p Settings,
@@ -212,13 +217,6 @@ impl<'p> Evaluator<'p> {
     /// The same of a name.
     fn keep_name(&mut self, (module, at): (usize, At), name: &str) -> Outcome<()> {
         self.keep((module, at), name.len() / LETTERS)
-    }
-
-    /// Counts what lists take to be compared; `at` is where they are given.
-    fn count_lists(&mut self, scope: &Scope, at: At, from: usize) -> Outcome<()> {
-        let sizes = self.stack[from..].iter().map(|value| value.size() as u64 - 1);
-        let steps = sizes.sum();
-        self.count(scope, at, steps)
     }
 
     /// Goes one deeper; whoever calls it comes back with [`Evaluator::ascend`], unless there was an error.

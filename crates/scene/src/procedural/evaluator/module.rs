@@ -1,7 +1,7 @@
 //! What is a file with values for its parameters? An instance, whose globals its rules see, and a part when it is called.
 
 use super::part::PHASE;
-use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle};
+use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle, listed};
 use crate::procedural::affine::Affine;
 use crate::procedural::error::Problem;
 use crate::procedural::grown::Part;
@@ -173,7 +173,7 @@ impl<'p> Evaluator<'p> {
         let mut key = vec![3, module as u64];
         parameters.iter().flatten().for_each(|value| value.key(&mut key));
         let place = caller.unwrap_or((module, 0));
-        let lists = parameters.iter().flatten().map(|value| value.size() as u64 - 1).sum();
+        let lists = listed(parameters.iter().flatten());
         let called = Scope {
             module: place.0,
             ..scope

@@ -2,7 +2,7 @@
 //! from the seed, its name and its parameters. So equal calls share one part, and a population costs no more than its
 //! placements (Schmalstieg 1997, §8.3: the enumerator node).
 
-use super::{Account, Evaluator, Outcome, Scope, Turtle};
+use super::{Account, Evaluator, Outcome, Scope, Turtle, listed};
 use crate::Bounds;
 use crate::procedural::affine::Affine;
 use crate::procedural::error::Problem;
@@ -28,7 +28,7 @@ impl<'p> Evaluator<'p> {
         index: usize,
         inner: Scope,
     ) -> Outcome<()> {
-        self.count_lists(caller, at, inner.base)?;
+        self.count(caller, at, listed(&self.stack[inner.base..]))?;
         let arguments = &self.stack[inner.base..inner.base + rule.formals.len()];
         let kept = arguments.iter().map(Value::size).sum();
         let mut key = vec![
