@@ -3,7 +3,7 @@
 
 use std::{
     collections::BTreeMap,
-    io::{IsTerminal, Write},
+    io::{IsTerminal, Write as _},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError, Weak,
         atomic::{AtomicBool, Ordering},
@@ -12,7 +12,7 @@ use std::{
 };
 
 use belvedere_bake::progress::{Progress, Stage};
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::json;
 
 /// Between two lines of JSON of one stage.
@@ -101,10 +101,14 @@ impl Progress for BakeProgress {
             ProgressDrawTarget::hidden()
         };
         let bar = ProgressBar::with_draw_target(Some(steps), target).with_message(stage.name());
-        let template = "{msg:>11} {bar:40.cyan/dim} {percent:>3} %  {elapsed} of about {duration}";
+        let template = "{msg:>11} {bar:40.cyan/dim} {percent:>3} %  {elapsed} of about {whole}";
         bar.set_style(
             ProgressStyle::with_template(template)
                 .expect("the template is a constant")
+                .with_key("whole", |state: &ProgressState, to: &mut dyn std::fmt::Write| {
+                    let whole = whole(state.elapsed(), state.pos(), state.len());
+                    _ = write!(to, "{}", HumanDuration(whole.unwrap_or_default()));
+                })
                 .progress_chars("━╸─"),
         );
         if self.show == Show::Lines {
@@ -150,15 +154,23 @@ fn log(current: &Weak<Mutex<Option<Current>>>) {
 impl Current {
     fn line(&self) -> String {
         let Self { stage, bar, .. } = self;
-        let (stage, elapsed) = (stage.name(), HumanDuration(bar.elapsed()));
-        match (100 * bar.position()).checked_div(bar.length().unwrap_or(0)) {
-            None | Some(0) => format!("{stage}: for {elapsed}"),
-            Some(share) => format!(
-                "{stage}: {share} %, {elapsed} of about {}",
-                HumanDuration(bar.duration())
+        let (stage, elapsed) = (stage.name(), bar.elapsed());
+        let share = (100 * bar.position()).checked_div(bar.length().unwrap_or(0));
+        match share.zip(whole(elapsed, bar.position(), bar.length())) {
+            None | Some((0, _)) => format!("{stage}: for {}", HumanDuration(elapsed)),
+            Some((share, whole)) => format!(
+                "{stage}: {share} %, {} of about {}",
+                HumanDuration(elapsed),
+                HumanDuration(whole)
             ),
         }
     }
+}
+
+/// How long all of a stage takes if the rest goes on as it did so far; its steps come in no order that says more.
+fn whole(elapsed: Duration, done: u64, of: Option<u64>) -> Option<Duration> {
+    let share = done as f64 / of? as f64;
+    Duration::try_from_secs_f64(elapsed.as_secs_f64() / share).ok()
 }
 
 fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -186,5 +198,14 @@ mod tests {
         progress.advance(10);
         let line = line().unwrap();
         assert!(line.starts_with("visibility: 25 %, 0 seconds of about "), "{line}");
+    }
+
+    #[test]
+    fn the_rest_of_a_stage_takes_as_long_as_what_is_done() {
+        let minute = Duration::from_secs(60);
+        assert_eq!(whole(minute, 20, Some(100)), Some(5 * minute));
+        assert_eq!(whole(minute, 100, Some(100)), Some(minute));
+        assert_eq!(whole(minute, 0, Some(100)), None);
+        assert_eq!(whole(minute, 3, None), None);
     }
 }

@@ -15,6 +15,7 @@ use belvedere_bake::{
         procedural::{Ground, Growth, Sowing, plant},
     },
     progress::Silent,
+    world::MAX_PLACED_TRIANGLES,
 };
 use belvedere_scene::{
     Bounds,
@@ -109,6 +110,7 @@ impl Report {
             program, grown, scene, ..
         } = growth;
         let usage = grown.usage.of(&settings.limits);
+        let placed = ("placed triangles", grown.triangles(), MAX_PLACED_TRIANGLES as u64);
         Self {
             rule_bytes: program.files().map(|(_, text)| text.len()).sum(),
             explicit_bytes: grown.explicit_bytes(),
@@ -118,7 +120,11 @@ impl Report {
             own_triangles: grown.usage.triangles,
             bounds: grown.parts[0].bounds,
             parameters: program.parameters().map(str::to_owned).collect(),
-            limits: usage.map(|(name, used, limit)| (name, [used, limit])).into(),
+            limits: usage
+                .into_iter()
+                .chain([placed])
+                .map(|(name, used, limit)| (name, [used, limit]))
+                .collect(),
             seconds: time.as_secs_f64(),
             bytes: None,
         }

@@ -13,7 +13,7 @@ use crate::{
     memory::{Forgetful, Memory},
     morton,
     occluders::Hiders,
-    progress::{Cancelled, Progress, Silent},
+    progress::{Cancelled, Progress, Silent, Stage},
     records::{self, BlobSink, Models, SinkError, Written},
     share::share,
     source::{Material, SourceScene, SourceViewpoint},
@@ -99,6 +99,8 @@ pub fn bake(
     host: &Host<'_>,
 ) -> Result<Written, BakeError> {
     let progress = host.progress;
+    const STEPS: u64 = 3;
+    progress.start(Stage::Occluders, STEPS);
     let mut scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
     // Who draws cells has looked which way they should stand.
     let frame = if scene.authored.cells.is_empty() {
@@ -107,7 +109,9 @@ pub fn bake(
         Frame::SOURCE
     };
     let unturned = frame.turn(&mut scene);
+    progress.advance(1);
     let world = World::new(&scene)?;
+    progress.advance(1);
     let viewpoints: Vec<[f64; 3]> = scene
         .viewpoints
         .iter()
@@ -115,6 +119,7 @@ pub fn bake(
         .collect();
     let hiders = Hiders::of(&world, cells::author::occluders(&world, &scene.authored, defects));
     let scenery = Scenery::with(&world, hiders.occluders());
+    progress.advance(1);
     let graph = if scene.authored.cells.is_empty() {
         let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, progress);
         cells::build_refined(&world, &viewpoints, &settings.cells, &estimate, progress)?

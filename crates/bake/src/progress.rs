@@ -7,8 +7,12 @@ use std::fmt;
 pub enum Stage {
     /// Reading the source.
     Import,
+    /// Finding what hides.
+    Occluders,
     /// Cutting free space into view cells.
     Cells,
+    /// Looking from each of them, to see which are worth having.
+    Glance,
     /// Making levels of detail.
     Lod,
     /// A first look at what each cell sees.
@@ -29,12 +33,14 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Self::Import => "import",
+            Self::Occluders => "occluders",
             Self::Cells => "cells",
-            Self::Visibility => "visibility",
+            Self::Glance => "glance",
             Self::Lod => "lod",
-            Self::Impostors => "impostors",
-            Self::Smooth => "smooth",
             Self::Preview => "preview",
+            Self::Smooth => "smooth",
+            Self::Impostors => "impostors",
+            Self::Visibility => "visibility",
             Self::Publish => "publish",
         }
     }

@@ -11,48 +11,60 @@
 //!
 //! Cost: one traversal of a bounding volume hierarchy (crate `obvhs`) for each ray; about 200 bytes per triangle.
 
-use std::{ops::Range, time::Duration};
+use std::{borrow::Cow, ops::Range};
 
 use belvedere_scene::Bounds;
-use glam::{DMat4, DVec3, Vec3, Vec3A};
-use obvhs::{
-    Boundable, BvhBuildParams,
-    aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2},
-};
+use glam::{DVec3, Vec3};
+use obvhs::aabb::Aabb;
+use rayon::prelude::*;
 
 use crate::{
     digest::{Digest, Digester},
-    source::{Material, Primitive, Role, SourceObject, SourceScene, Topology},
+    source::{Role, SourceScene},
 };
 
 mod cast;
+mod copies;
+mod flatten;
+mod mesh;
 #[cfg(test)]
 mod tests;
+mod triangle;
 
-use cast::Facet;
 pub use cast::Hit;
+use copies::{Copies, Placed};
+pub(crate) use flatten::bounds_of;
+use flatten::{Placing, sample_points};
+use mesh::Mesh;
+pub use triangle::Triangle;
 
-/// The largest number of triangles, all instances counted: at about 200 bytes each, what a large machine holds.
+/// The largest number of triangles in memory: at about 200 bytes each, what a large machine holds.
 pub const MAX_TRIANGLES: usize = 64 << 20;
+/// The largest number of triangles with all copies of models that are held once: what numbers of 32 bits name.
+pub const MAX_PLACED_TRIANGLES: usize = u32::MAX as usize;
+/// Beyond so many triangles models that stand in many places are held once.
+const MAX_FLAT_TRIANGLES: usize = 12 << 20;
 /// The largest distance of a vertex from the middle of the scene. Beyond it `f32` could not tell walls apart.
 pub const MAX_REACH_M: f64 = 1e9;
-/// At most this many points stand for an object that has no triangles.
-const MAX_SAMPLE_POINTS: usize = 256;
 /// Faces are this share of their size larger than they are, so that no ray slips through a shared edge.
 const SEAM: f32 = 1e-6;
-
-const FRONT_HIDES: u8 = 1;
-const BACK_HIDES: u8 = 2;
 
 /// Why a scene cannot be asked for visibility.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WorldError {
     /// No usual memory would suffice.
     #[error(
-        "the scene has {count} triangles with all its instances, at most {MAX_TRIANGLES} are possible: bake it in parts"
+        "the scene has {count} triangles, those of models that stand in many places counted once; at most {MAX_TRIANGLES} are possible: bake it in parts"
     )]
     TooManyTriangles {
+        /// How many there are.
+        count: usize,
+    },
+    /// They could not be numbered.
+    #[error(
+        "the scene has {count} triangles with all its instances, at most {MAX_PLACED_TRIANGLES} are possible: bake it in parts"
+    )]
+    TooManyCopies {
         /// How many there are.
         count: usize,
     },
@@ -79,168 +91,83 @@ pub struct World {
     /// Objects that are doors, rising.
     doors: Vec<u32>,
     shapes: Vec<Shape>,
-    /// Grouped by object, in source order.
-    triangles: Vec<Triangle>,
-    /// Sum of the areas of the object's triangles up to and including this one, m².
-    area_sums: Vec<f32>,
-    /// The triangles again, in the order of the hierarchy.
-    facets: Vec<Facet>,
-    hierarchy: Bvh2,
+    /// What is flattened, grouped by object, in source order.
+    flat: Mesh,
+    /// What stands in many places and is held once.
+    copies: Copies,
 }
 
-/// A triangle in space relative to [`World::origin`], counter-clockwise seen from its front.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Triangle {
-    /// Its corners.
-    pub corners: [Vec3; 3],
-    /// The object it belongs to.
-    pub object: u32,
-    hides: u8,
-}
-
+/// What an object is made of.
 struct Shape {
+    /// The numbers of its triangles, in source order.
     triangles: Range<u32>,
+    held: Held,
     points: Vec<Vec3>,
 }
 
-struct PaddedBox(Aabb);
-
-impl Boundable for PaddedBox {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
-impl Triangle {
-    /// One that hides from its front.
-    #[cfg(test)]
-    pub(crate) fn opaque(corners: [Vec3; 3], object: u32) -> Self {
-        Self {
-            corners,
-            object,
-            hides: FRONT_HIDES,
-        }
-    }
-
-    /// Whether it hides anything from at least one side.
-    #[must_use]
-    pub fn hides(&self) -> bool {
-        self.hides != 0
-    }
-
-    /// Whether its side that faces a point hides what is behind it.
-    #[must_use]
-    pub fn hides_from(&self, eye: Vec3) -> bool {
-        let [a, b, c] = self.corners;
-        let side = if (b - a).cross(c - a).dot(eye - a) > 0.0 {
-            FRONT_HIDES
-        } else {
-            BACK_HIDES
-        };
-        self.hides & side != 0
-    }
-
-    /// Whether it hides what is behind it when seen from its front.
-    #[must_use]
-    pub fn hides_from_front(&self) -> bool {
-        self.hides & FRONT_HIDES != 0
-    }
-
-    /// Whether it hides what is before it when seen from its back.
-    #[must_use]
-    pub fn hides_from_back(&self) -> bool {
-        self.hides & BACK_HIDES != 0
-    }
-
-    /// Its area in m².
-    #[must_use]
-    pub fn area_m2(&self) -> f32 {
-        let [a, b, c] = self.corners;
-        0.5 * (b - a).cross(c - a).length()
-    }
-
-    fn facet(&self, triangle: u32) -> Facet {
-        let [a, b, c] = self.corners;
-        Facet {
-            corner: a,
-            edges: [b - a, c - a],
-            triangle,
-            object: self.object,
-            hides: self.hides,
-        }
-    }
-
-    fn padded_box(&self) -> PaddedBox {
-        let mut bounds = Aabb::from_points(&self.corners.map(Vec3A::from));
-        let pad = Vec3A::splat(2.0 * SEAM * bounds.diagonal().max_element() + f32::MIN_POSITIVE);
-        let rounding = bounds.min.abs().max(bounds.max.abs()) * f32::EPSILON;
-        bounds.min -= pad + rounding;
-        bounds.max += pad + rounding;
-        PaddedBox(bounds)
-    }
+/// Where the triangles of an object are.
+#[derive(Clone, Copy)]
+enum Held {
+    /// Among the flattened ones, from this place on.
+    Flat(u32),
+    /// In the space of its model, of which it is this copy.
+    Once(u32),
 }
 
 impl World {
-    /// Flattens a scene.
+    /// Flattens a scene, as far as memory allows.
     ///
     /// # Errors
     /// When it has too many triangles or is too large.
     pub fn new(scene: &SourceScene) -> Result<Self, WorldError> {
-        let count = scene
-            .objects
-            .iter()
-            .map(|o| scene.models[o.model].triangle_count())
-            .sum();
-        if count > MAX_TRIANGLES {
-            return Err(WorldError::TooManyTriangles { count });
-        }
-        let object_bounds: Vec<_> = scene.objects.iter().map(|o| bounds_of(scene, o)).collect();
+        Self::flattening(scene, MAX_FLAT_TRIANGLES)
+    }
+
+    /// The same with no more flattened triangles than this where models stand in many places.
+    fn flattening(scene: &SourceScene, most_flat: usize) -> Result<Self, WorldError> {
+        let held_once = copies::held_once(scene, most_flat);
+        check_size(scene, &held_once)?;
+        let object_bounds: Vec<_> = scene.objects.par_iter().map(|o| bounds_of(scene, o)).collect();
         let bounds = object_bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
         let (origin, scale_m) = frame(&bounds);
-        for (object, b) in object_bounds.iter().enumerate().filter(|(_, b)| !b.is_empty()) {
-            let reach_m = b
-                .corners()
-                .map(|c| (DVec3::from(c) - origin).length())
-                .into_iter()
-                .fold(0.0, f64::max);
-            if !reach_m.is_finite() || reach_m > MAX_REACH_M {
-                return Err(WorldError::TooLarge {
-                    object,
-                    node: scene.objects[object].source_node.clone(),
-                    reach_m,
+        check_reach(scene, &object_bounds, origin)?;
+        let mut mesh_of = vec![None; scene.models.len()];
+        let mut meshes = Vec::new();
+        let mut placed = Vec::new();
+        let mut flat: Vec<Triangle> = Vec::new();
+        let mut shapes: Vec<Shape> = Vec::with_capacity(scene.objects.len());
+        let mut numbered = 0u32;
+        for (number, object) in (0u32..).zip(&scene.objects) {
+            let placing = Placing::of(object, number, origin);
+            let held = if held_once[object.model] && copies::is_placed_well(object) {
+                let mesh = *mesh_of[object.model].get_or_insert_with(|| {
+                    meshes.push(copies::mesh_of(scene, object.model));
+                    meshes.len() - 1
                 });
-            }
-        }
-        let mut triangles = Vec::with_capacity(count);
-        let mut area_sums = Vec::with_capacity(count);
-        let mut shapes = Vec::with_capacity(scene.objects.len());
-        for (index, object) in scene.objects.iter().enumerate() {
-            let first = triangles.len();
-            flatten(scene, object, index as u32, origin, &mut triangles);
-            let mut sum = 0.0;
-            area_sums.extend(triangles[first..].iter().map(|t| {
-                sum += t.area_m2();
-                sum
-            }));
-            let points = if first == triangles.len() {
+                let bounds = &object_bounds[number as usize];
+                let [min, max] = [bounds.min, bounds.max].map(|p| (DVec3::from(p) - origin).as_vec3a());
+                placed.push((Placed::new(mesh, placing), Aabb::new(min, max)));
+                Held::Once(placed.len() as u32 - 1)
+            } else {
+                let first = flat.len() as u32;
+                flat.extend(flatten::triangles(scene, &scene.models[object.model]).map(|own| placing.place(&own)));
+                Held::Flat(first)
+            };
+            let end = numbered + scene.models[object.model].triangle_count() as u32;
+            let points = if numbered == end {
                 sample_points(scene, object, origin)
             } else {
                 Vec::new()
             };
             shapes.push(Shape {
-                triangles: first as u32..triangles.len() as u32,
+                triangles: std::mem::replace(&mut numbered, end)..end,
+                held,
                 points,
             });
         }
         let is_door = |object: &u32| scene.objects[*object as usize].role == Role::Door;
         let doors = (0..scene.objects.len() as u32)
             .filter(|o| is_door(o) && !object_bounds[*o as usize].is_empty())
-            .collect();
-        let hierarchy = hierarchy_over(triangles.iter().map(Triangle::padded_box).collect());
-        let facets = hierarchy
-            .primitive_indices
-            .iter()
-            .map(|i| triangles[*i as usize].facet(*i))
             .collect();
         Ok(Self {
             origin,
@@ -249,10 +176,8 @@ impl World {
             object_bounds,
             doors,
             shapes,
-            triangles,
-            area_sums,
-            facets,
-            hierarchy,
+            flat: Mesh::of(flat),
+            copies: Copies::new(meshes, placed),
         })
     }
 
@@ -298,17 +223,82 @@ impl World {
         &self.doors
     }
 
-    /// All triangles, grouped by object.
+    /// How many triangles there are, all copies counted.
     #[must_use]
-    pub fn triangles(&self) -> &[Triangle] {
-        &self.triangles
+    pub fn triangle_count(&self) -> usize {
+        self.shapes.last().map_or(0, |shape| shape.triangles.end as usize)
+    }
+
+    /// A triangle by its number.
+    ///
+    /// # Panics
+    /// When there is none.
+    #[must_use]
+    pub fn triangle(&self, number: u32) -> Triangle {
+        if self.is_flat() {
+            return self.flat.triangles[number as usize];
+        }
+        let object = self.shapes.partition_point(|shape| shape.triangles.end <= number);
+        self.shape_triangle(&self.shapes[object], number - self.shapes[object].triangles.start)
+    }
+
+    /// All triangles by their numbers, grouped by object.
+    pub fn triangles(&self) -> impl Iterator<Item = Triangle> + Clone + '_ {
+        self.shapes.iter().flat_map(move |shape| {
+            (0..shape.triangles.len() as u32).map(move |index| self.shape_triangle(shape, index))
+        })
     }
 
     /// The triangles of one object.
     #[must_use]
-    pub fn triangles_of(&self, object: u32) -> &[Triangle] {
-        let Range { start, end } = self.shapes[object as usize].triangles;
-        &self.triangles[start as usize..end as usize]
+    pub fn triangles_of(&self, object: u32) -> Cow<'_, [Triangle]> {
+        let shape = &self.shapes[object as usize];
+        match shape.held {
+            Held::Flat(first) => Cow::Borrowed(&self.flat.triangles[first as usize..][..shape.triangles.len()]),
+            Held::Once(copy) => {
+                let Placed { mesh, placing, .. } = self.copies.placed(copy as usize);
+                let own = &self.copies.meshes[*mesh].triangles;
+                own.iter().map(|own| placing.place(own)).collect()
+            }
+        }
+    }
+
+    /// How many triangles an object has.
+    #[must_use]
+    pub fn triangle_count_of(&self, object: u32) -> usize {
+        self.shapes[object as usize].triangles.len()
+    }
+
+    /// One of the triangles of an object.
+    ///
+    /// # Panics
+    /// When there is none.
+    #[must_use]
+    pub fn triangle_of(&self, object: u32, index: usize) -> Triangle {
+        self.shape_triangle(&self.shapes[object as usize], index as u32)
+    }
+
+    fn shape_triangle(&self, shape: &Shape, index: u32) -> Triangle {
+        match shape.held {
+            Held::Flat(first) => self.flat.triangles[(first + index) as usize],
+            Held::Once(copy) => {
+                let Placed { mesh, placing, .. } = self.copies.placed(copy as usize);
+                placing.place(&self.copies.meshes[*mesh].triangles[index as usize])
+            }
+        }
+    }
+
+    fn is_flat(&self) -> bool {
+        self.flat.triangles.len() == self.triangle_count()
+    }
+
+    /// The number of a triangle of an object, of which its place in the mesh that holds it is known.
+    fn number_of(&self, object: u32, index: u32) -> u32 {
+        let shape = &self.shapes[object as usize];
+        match shape.held {
+            Held::Flat(first) => shape.triangles.start + (index - first),
+            Held::Once(_) => shape.triangles.start + index,
+        }
     }
 
     /// A digest of all that is known of one object but its number, relative to the origin.
@@ -319,7 +309,7 @@ impl World {
         digester.flag(self.doors.binary_search(&object).is_ok());
         let triangles = self.triangles_of(object);
         digester.count(triangles.len());
-        for triangle in triangles {
+        for triangle in &*triangles {
             triangle.corners.iter().for_each(|corner| _ = digester.point(*corner));
             digester.count(usize::from(triangle.hides));
         }
@@ -335,34 +325,64 @@ impl World {
         &self.shapes[object as usize].points
     }
 
-    /// A triangle of the object, picked by area: `share` from 0 to 1 runs over its surface. `None` without triangles.
+    /// A triangle of the object, picked by area in its model: `share` from 0 to 1 runs over its surface. `None` without
+    /// triangles.
     #[must_use]
-    pub fn triangle_at_share(&self, object: u32, share: f32) -> Option<&Triangle> {
-        let Range { start, end } = self.shapes[object as usize].triangles;
-        let sums = &self.area_sums[start as usize..end as usize];
+    pub fn triangle_at_share(&self, object: u32, share: f32) -> Option<Triangle> {
+        let shape = &self.shapes[object as usize];
+        let sums = match shape.held {
+            Held::Flat(first) => &self.flat.area_sums[first as usize..][..shape.triangles.len()],
+            Held::Once(copy) => &self.copies.meshes[self.copies.placed(copy as usize).mesh].area_sums[..],
+        };
         let wanted = share * sums.last()?;
         let index = sums.partition_point(|sum| *sum < wanted).min(sums.len() - 1);
-        self.triangles.get(start as usize + index)
+        Some(self.shape_triangle(shape, index as u32))
     }
 
     /// Calls with every triangle whose box meets a box.
     pub fn near(&self, min: Vec3, max: Vec3, visit: &mut dyn FnMut(&Triangle)) {
-        if self.facets.is_empty() {
-            return;
-        }
         let around = Aabb::new(min.into(), max.into());
-        self.hierarchy.aabb_traverse(around, |hierarchy, leaf| {
-            let leaf = &hierarchy.nodes[leaf as usize];
-            let first = leaf.first_index as usize;
-            for index in &hierarchy.primitive_indices[first..first + leaf.prim_count as usize] {
-                let triangle = &self.triangles[*index as usize];
-                if triangle.padded_box().0.intersect_aabb(&around) {
-                    visit(triangle);
-                }
+        self.flat.near(around, &mut |index| visit(&self.flat.triangles[index]));
+        self.copies.near(around, &mut |placed, index| {
+            let triangle = placed.placing.place(&self.copies.meshes[placed.mesh].triangles[index]);
+            if mesh::padded_box(&triangle).intersect_aabb(&around) {
+                visit(&triangle);
             }
-            true
         });
     }
+}
+
+/// Whether a scene is small enough when these models are held once.
+fn check_size(scene: &SourceScene, held_once: &[bool]) -> Result<(), WorldError> {
+    let objects = scene.objects.iter();
+    let flat = objects.filter(|object| !held_once[object.model] || !copies::is_placed_well(object));
+    let triangles = |model: usize| scene.models[model].triangle_count();
+    let once = (0..scene.models.len()).filter(|model| held_once[*model]).map(triangles);
+    let count = flat.map(|object| triangles(object.model)).sum::<usize>() + once.sum::<usize>();
+    let placed: usize = scene.objects.iter().map(|object| triangles(object.model)).sum();
+    if count > MAX_TRIANGLES {
+        return Err(WorldError::TooManyTriangles { count });
+    }
+    if placed > MAX_PLACED_TRIANGLES {
+        return Err(WorldError::TooManyCopies { count: placed });
+    }
+    Ok(())
+}
+
+/// Whether nothing of a scene is too far from its middle.
+fn check_reach(scene: &SourceScene, object_bounds: &[Bounds], origin: DVec3) -> Result<(), WorldError> {
+    for (object, b) in object_bounds.iter().enumerate().filter(|(_, b)| !b.is_empty()) {
+        let corners = b.corners().map(|c| (DVec3::from(c) - origin).length());
+        let reach_m = corners.into_iter().fold(0.0, f64::max);
+        if !reach_m.is_finite() || reach_m > MAX_REACH_M {
+            return Err(WorldError::TooLarge {
+                object,
+                node: scene.objects[object].source_node.clone(),
+                reach_m,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// What positions are relative to, and what tolerances are shares of: both rounded, so that a house that moves at the
@@ -381,77 +401,4 @@ fn frame(bounds: &Bounds) -> (DVec3, f32) {
         // All in one point, or nearly.
         (center, diagonal_m as f32)
     }
-}
-
-/// A hierarchy over boxes; empty for none.
-fn hierarchy_over(boxes: Vec<PaddedBox>) -> Bvh2 {
-    if boxes.is_empty() {
-        Bvh2::default()
-    } else {
-        build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Duration::default())
-    }
-}
-
-fn transformed(matrix: &DMat4, point: [f32; 3]) -> DVec3 {
-    matrix.transform_point3(Vec3::from(point).as_dvec3())
-}
-
-/// Indices of a primitive name vertices; vertices that no shape uses do not count.
-fn used_points(primitive: &Primitive) -> impl Iterator<Item = [f32; 3]> {
-    primitive.indices.iter().map(|i| primitive.positions[*i as usize])
-}
-
-/// The box around an object where its scene places it, empty without geometry.
-pub(crate) fn bounds_of(scene: &SourceScene, object: &SourceObject) -> Bounds {
-    let points = scene.models[object.model].primitives.iter().flat_map(used_points);
-    Bounds::around(points.map(|p| transformed(&object.world_from_object, p).to_array()))
-}
-
-fn flatten(scene: &SourceScene, object: &SourceObject, index: u32, origin: DVec3, out: &mut Vec<Triangle>) {
-    let matrix = &object.world_from_object;
-    let mirrored = matrix.determinant() < 0.0;
-    for primitive in &scene.models[object.model].primitives {
-        // Sets are computed with all doors open; what a closed one hides is noted with the entries.
-        let hides = match object.role {
-            Role::Door => 0,
-            Role::Ordinary => hides(primitive.material.map(|m| &scene.materials[m])),
-        };
-        out.extend(primitive.triangles().map(|corners| {
-            let mut corners = corners.map(|p| (transformed(matrix, p) - origin).as_vec3());
-            if mirrored {
-                corners.swap(1, 2);
-            }
-            Triangle {
-                corners,
-                object: index,
-                hides,
-            }
-        }));
-    }
-}
-
-/// From which sides a face of this material hides; glTF's default material is opaque and has a front only.
-fn hides(material: Option<&Material>) -> u8 {
-    match material {
-        Some(m) if m.see_through => 0,
-        Some(m) if m.double_sided => FRONT_HIDES | BACK_HIDES,
-        _ => FRONT_HIDES,
-    }
-}
-
-fn sample_points(scene: &SourceScene, object: &SourceObject, origin: DVec3) -> Vec<Vec3> {
-    let place = |p: [f32; 3]| (transformed(&object.world_from_object, p) - origin).as_vec3();
-    let mut points = Vec::new();
-    for primitive in &scene.models[object.model].primitives {
-        points.extend(used_points(primitive).map(place));
-        if primitive.topology == Topology::Lines {
-            let ends = primitive.indices.as_chunks::<2>().0;
-            points.extend(ends.iter().map(|ends| {
-                let [a, b] = ends.map(|i| place(primitive.positions[i as usize]));
-                0.5 * (a + b)
-            }));
-        }
-    }
-    let step = points.len().div_ceil(MAX_SAMPLE_POINTS).max(1);
-    points.into_iter().step_by(step).collect()
 }

@@ -68,7 +68,7 @@ impl Grid {
         let metre = if scene_m > 0.0 { (scene_m / 4.0).min(1.0) } else { 1.0 };
         let built = built(world, [min, max]);
         let built_m = (built[1] - built[0]).max_element();
-        let planes = [0, 1, 2].map(|axis| Planes::of(world.triangles(), axis, scene_m));
+        let planes = [0, 1, 2].map(|axis| Planes::of(world, axis, scene_m));
         let beyond = |axis: usize| {
             let reach = |p: &Vec3| (min[axis] - p[axis]).max(p[axis] - max[axis]);
             let near = |reach: &f32| *reach <= VIEWPOINT_REACH * scene_m;
@@ -190,10 +190,10 @@ struct Plane {
 
 impl Planes {
     /// Largest first.
-    fn of(triangles: &[Triangle], axis: usize, scene_m: f32) -> Self {
+    fn of(world: &World, axis: usize, scene_m: f32) -> Self {
         let flat = 1e-6 * scene_m;
-        let mut faces: Vec<_> = triangles
-            .iter()
+        let mut faces: Vec<_> = world
+            .triangles()
             .filter(|triangle| triangle.hides())
             .filter_map(|triangle| {
                 let [a, b, c] = triangle.corners.map(|p| p[axis]);
@@ -231,18 +231,18 @@ impl Planes {
 /// The box that holds nearly all of what stands upright and hides, with some room around it, rounded so that a house that
 /// moves hardly ever changes it; all of the scene where that is no smaller, and in height.
 fn built(world: &World, [min, max]: [Vec3; 2]) -> [Vec3; 2] {
-    let upright = |triangle: &&Triangle| {
+    let upright = |triangle: &Triangle| {
         let [a, b, c] = triangle.corners;
         let doubled = (b - a).cross(c - a);
         triangle.hides() && doubled.y.abs() <= UPRIGHT * doubled.length()
     };
-    let faces = || world.triangles().iter().filter(upright);
+    let faces = || world.triangles().filter(upright);
     let [mut low, mut high] = [min, max];
     for axis in [0, 2] {
         let mut places: Vec<(f32, f64)> = faces()
             .map(|t| {
                 let middle = (t.corners[0][axis] + t.corners[1][axis] + t.corners[2][axis]) / 3.0;
-                (middle, breadth_m2(t))
+                (middle, breadth_m2(&t))
             })
             .collect();
         places.sort_by(|a, b| a.0.total_cmp(&b.0));

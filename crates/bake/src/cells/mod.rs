@@ -135,7 +135,7 @@ fn cut(
     estimate: Option<&Estimate>,
     progress: &dyn Progress,
 ) -> Result<CellGraph, Cancelled> {
-    const STEPS: u64 = 5;
+    const STEPS: u64 = 4;
     progress.start(Stage::Cells, STEPS);
     let step = || {
         progress.advance(1);
@@ -153,7 +153,7 @@ fn cut(
     let most = settings.max_cells.min(world.object_bounds().len().max(FEW_CELLS));
     let Some(estimate) = estimate else {
         let tree = Tree::cut(&voxels, settings, most);
-        progress.advance(2);
+        step()?;
         return Ok(graph_of(world, &tree));
     };
     let finer = CellSettings {
@@ -170,7 +170,6 @@ fn cut(
         let seen = estimate(&graph_of(world, &tree))?;
         merge::merge(&mut tree, &seen, most);
     }
-    step()?;
     Ok(graph_of(world, &tree))
 }
 

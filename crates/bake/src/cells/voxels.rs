@@ -90,7 +90,7 @@ impl<'a> Voxels<'a> {
 
     /// Blocks what the faces of the world block. Faces that hide nothing, like glass, do not.
     pub(super) fn block(&mut self, world: &World, progress: &dyn Progress) -> Result<(), Cancelled> {
-        for (count, triangle) in world.triangles().iter().enumerate() {
+        for (count, triangle) in world.triangles().enumerate() {
             if count % CANCEL_EVERY == 0 && progress.cancelled() {
                 return Err(Cancelled);
             }
@@ -249,7 +249,7 @@ impl<'a> Voxels<'a> {
                     let end = world.cast(eye, direction, f32::INFINITY, &mut passed);
                     let nearest = passed.iter().chain(&end).min_by(|a, b| a.t.total_cmp(&b.t));
                     if let Some(hit) = nearest {
-                        let face = &world.triangles()[hit.triangle as usize];
+                        let face = world.triangle(hit.triangle);
                         looks += 1;
                         backs += u32::from(face.hides() && !face.hides_from(eye));
                     }

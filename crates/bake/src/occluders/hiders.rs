@@ -86,9 +86,7 @@ impl<'a> Hiders<'a> {
             .iter()
             .map(|group| {
                 let faces = group.faces.iter();
-                let mut objects: Vec<u32> = faces
-                    .map(|(face, _)| world.triangles()[*face as usize].object)
-                    .collect();
+                let mut objects: Vec<u32> = faces.map(|(face, _)| world.triangle(*face).object).collect();
                 objects.dedup();
                 objects
             })
@@ -192,7 +190,6 @@ impl<'a> Hiders<'a> {
         if group.faces.len() > SHARED_FACES {
             return whole();
         }
-        let triangles = self.world.triangles();
         let all = &self.objects_of[index as usize];
         let here: Vec<u32> = all
             .iter()
@@ -211,11 +208,11 @@ impl<'a> Hiders<'a> {
             .get(&key)
             .cloned();
         known.unwrap_or_else(|| {
-            let part = group.among(triangles, self.tolerance, |face| {
-                key.1.binary_search(&triangles[face as usize].object).is_ok()
+            let part = group.among(self.world, self.tolerance, |face| {
+                key.1.binary_search(&self.world.triangle(face).object).is_ok()
             });
             let large = part.filter(|part| part.area_m2 >= planes::min_area_m2(self.world));
-            let wall = large.map(|part| Known::new(part.wall(triangles, self.tolerance)));
+            let wall = large.map(|part| Known::new(part.wall(self.world, self.tolerance)));
             let held = wall.as_ref().map_or(0, |known| known.wall.bytes());
             let bytes = ENTRY_BYTES + size_of_val(&key.1[..]) + held;
             let mut made = self.made.lock().expect("nobody panics while holding this lock");

@@ -12,6 +12,7 @@ mod planes;
 mod region;
 mod rest;
 mod solids;
+mod squares;
 mod stored;
 mod wall;
 

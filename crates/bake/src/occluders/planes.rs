@@ -7,15 +7,16 @@ use std::collections::BTreeMap;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::wall::{Tolerance, Wall};
+use super::{
+    squares::{covered, lines},
+    wall::{Tolerance, Wall},
+};
 use crate::world::{Triangle, World};
 
 /// At most this many walls.
 const MAX_WALLS: usize = 8192;
 /// A wall is at least this share of the scene's diagonal squared.
 const MIN_AREA: f32 = 1e-6;
-/// At most this many lines along an axis of a wall.
-const MAX_LINES: usize = 256;
 /// At most this many squares in all walls together.
 const MAX_SQUARES: usize = 24 << 20;
 /// So many walls are made at once, so that little is made that memory does not suffice for.
@@ -41,7 +42,7 @@ pub(super) fn min_area_m2(world: &World) -> f32 {
 
 /// Groups of faces that may be walls, largest first.
 pub(super) fn groups_by_area(world: &World, tolerance: Tolerance) -> Vec<Group> {
-    let mut groups = groups(world.triangles(), tolerance);
+    let mut groups = groups(world, tolerance, min_area_m2(world));
     groups.retain(|group| group.area_m2 >= min_area_m2(world));
     groups.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.faces[0].0.cmp(&b.faces[0].0)));
     groups.truncate(MAX_WALLS);
@@ -53,10 +54,7 @@ pub(super) fn walls(groups: &[Group], world: &World, tolerance: Tolerance) -> Ve
     let mut squares = 0;
     let mut walls = Vec::with_capacity(groups.len());
     for some in groups.chunks(AT_ONCE) {
-        let made: Vec<Wall> = some
-            .par_iter()
-            .map(|group| group.wall(world.triangles(), tolerance))
-            .collect();
+        let made: Vec<Wall> = some.par_iter().map(|group| group.wall(world, tolerance)).collect();
         for wall in made {
             squares += wall.lines[0].len() * wall.lines[1].len();
             if squares > MAX_SQUARES {
@@ -68,21 +66,26 @@ pub(super) fn walls(groups: &[Group], world: &World, tolerance: Tolerance) -> Ve
     walls
 }
 
-fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
+/// Groups of faces; those that have less than this area need not be among them.
+fn groups(world: &World, tolerance: Tolerance, least_m2: f32) -> Vec<Group> {
     let step_m = 8.0 * tolerance.plane_m;
+    let areas = Areas::of(world, step_m);
     let mut groups: Vec<Group> = Vec::new();
     let mut by_key: BTreeMap<([i32; 3], i64), Vec<u32>> = BTreeMap::new();
-    for (index, triangle) in triangles.iter().enumerate() {
-        let Some(Plane { normal, offset, hides }) = plane_of(triangle).filter(|plane| plane.hides != [false; 2]) else {
+    for (index, triangle) in world.triangles().enumerate() {
+        let Some(Plane { normal, offset, hides }) = plane_of(&triangle).filter(|plane| plane.hides != [false; 2])
+        else {
             continue;
         };
-        let steps = normal.to_array().map(|x| (x * NORMAL_STEPS).round() as i32);
-        let step = f64::from(offset / step_m).floor() as i64;
+        let (steps, step) = key(normal, offset, step_m);
+        if areas.around(steps, step) < f64::from(least_m2) {
+            continue;
+        }
         let near = [step, step - 1, step + 1].into_iter().find_map(|step| {
             let found = by_key.get(&(steps, step))?;
             found.iter().copied().find(|group| {
                 let group = &groups[*group as usize];
-                lies_in(triangle, group.normal, group.offset, tolerance)
+                lies_in(&triangle, group.normal, group.offset, tolerance)
             })
         });
         let index_of = near.unwrap_or_else(|| {
@@ -100,6 +103,47 @@ fn groups(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Group> {
         group.faces.push((index as u32, hides));
     }
     groups
+}
+
+/// Planes with one key, or with offsets that differ by a step, may be one.
+type Key = ([i32; 3], i64);
+
+fn key(normal: Vec3, offset: f32, step_m: f32) -> Key {
+    let steps = normal.to_array().map(|x| (x * NORMAL_STEPS).round() as i32);
+    (steps, f64::from(offset / step_m).floor() as i64)
+}
+
+/// How large the faces with each key are together, or larger: keys share places. A wood has millions of leaves, and none of
+/// them lies in a plane that is worth a look.
+struct Areas(Vec<f64>);
+
+impl Areas {
+    const PLACES: usize = 1 << 20;
+    /// A group may hold faces that are a step away from its first one, to either side.
+    const REACH: i64 = 2;
+
+    fn of(world: &World, step_m: f32) -> Self {
+        let mut areas = vec![0.0; Self::PLACES];
+        for triangle in world.triangles() {
+            if let Some(Plane { normal, offset, .. }) = plane_of(&triangle) {
+                let (steps, step) = key(normal, offset, step_m);
+                areas[Self::place(steps, step)] += f64::from(triangle.area_m2());
+            }
+        }
+        Self(areas)
+    }
+
+    fn place(steps: [i32; 3], step: i64) -> usize {
+        let mix = |hash: u64, part: u64| (hash ^ part).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29);
+        let hash = steps.iter().fold(step as u64, |hash, part| mix(hash, *part as u64));
+        (mix(hash, 0) >> 32) as usize % Self::PLACES
+    }
+
+    /// At least the area of any group that a face with this key may come into.
+    fn around(&self, steps: [i32; 3], step: i64) -> f64 {
+        let near = step - Self::REACH..=step + Self::REACH;
+        near.map(|step| self.0[Self::place(steps, step)]).sum()
+    }
 }
 
 /// The plane of a triangle, and whether it hides what is on the side away from the normal, or on the normal's.
@@ -136,18 +180,18 @@ impl Group {
     /// off that plane, because a small face told its direction only roughly, is left out.
     pub(super) fn among(
         &self,
-        triangles: &[Triangle],
+        world: &World,
         tolerance: Tolerance,
         mut among: impl FnMut(u32) -> bool,
     ) -> Option<Self> {
-        let triangle = |face: &(u32, [bool; 2])| &triangles[face.0 as usize];
+        let triangle = |face: &(u32, [bool; 2])| world.triangle(face.0);
         let mut faces: Vec<_> = self.faces.iter().copied().filter(|(index, _)| among(*index)).collect();
         let smaller = |a: &&(u32, [bool; 2]), b: &&(u32, [bool; 2])| {
             let by_area = triangle(a).area_m2().total_cmp(&triangle(b).area_m2());
             by_area.then(b.0.cmp(&a.0))
         };
-        let Plane { normal, offset, .. } = plane_of(triangle(faces.iter().max_by(smaller)?))?;
-        faces.retain(|face| lies_in(triangle(face), normal, offset, tolerance));
+        let Plane { normal, offset, .. } = plane_of(&triangle(faces.iter().max_by(smaller)?))?;
+        faces.retain(|face| lies_in(&triangle(face), normal, offset, tolerance));
         Some(Self {
             normal,
             offset,
@@ -167,14 +211,14 @@ impl Group {
         [first, self.normal.cross(first)]
     }
 
-    pub(super) fn wall(&self, triangles: &[Triangle], tolerance: Tolerance) -> Wall {
+    pub(super) fn wall(&self, world: &World, tolerance: Tolerance) -> Wall {
         let axes = self.axes();
         let flat: Vec<([Vec2; 3], [bool; 2])> = self
             .faces
             .iter()
             .map(|(index, hides)| {
                 let place = |p: Vec3| Vec2::new(axes[0].dot(p), axes[1].dot(p));
-                (triangles[*index as usize].corners.map(place), *hides)
+                (world.triangle(*index).corners.map(place), *hides)
             })
             .collect();
         let lines = [0, 1].map(|axis| lines(&flat, axis, tolerance));
@@ -186,213 +230,39 @@ impl Group {
     }
 }
 
-/// Where corners lie along an axis; where there are too many, those on the longest edges across it.
-fn lines(faces: &[([Vec2; 3], [bool; 2])], axis: usize, tolerance: Tolerance) -> Vec<f32> {
-    let mut corners: Vec<(f32, f32)> = Vec::with_capacity(3 * faces.len());
-    for (face, _) in faces {
-        for i in 0..3 {
-            let (from, to) = (face[i], face[(i + 1) % 3]);
-            let straight = (from[axis] - to[axis]).abs() <= tolerance.plane_m;
-            let length = if straight { (from - to).length() } else { 0.0 };
-            corners.push((from[axis], length));
-            corners.push((to[axis], length));
-        }
-    }
-    corners.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut lines: Vec<(f32, f32)> = Vec::new();
-    for (at, length) in corners {
-        match lines.last_mut() {
-            Some(last) if at - last.0 <= tolerance.plane_m => last.1 += length,
-            _ => lines.push((at, length)),
-        }
-    }
-    let ends = [lines[0].0, lines[lines.len() - 1].0];
-    if lines.len() > MAX_LINES {
-        lines.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.total_cmp(&b.0)));
-        lines.truncate(MAX_LINES - 2);
-    }
-    let mut lines: Vec<f32> = lines.into_iter().map(|(at, _)| at).chain(ends).collect();
-    lines.sort_by(f32::total_cmp);
-    lines.dedup();
-    if lines.len() == 1 {
-        lines.push(lines[0] + tolerance.plane_m);
-    }
-    lines
-}
-
-/// For each square whether the faces cover all of it, but for gaps narrower than a hole.
-fn covered<'a>(faces: impl Iterator<Item = &'a [Vec2; 3]>, lines: &[Vec<f32>; 2], tolerance: Tolerance) -> Vec<bool> {
-    let width = lines[0].len() - 1;
-    let height = lines[1].len() - 1;
-    let grow_m = 0.5 * tolerance.hole_m;
-    let mut left: Vec<Option<Vec<Vec<Vec2>>>> = vec![None; width * height];
-    for face in faces {
-        let Some(knife) = Knife::of(face, grow_m) else {
-            continue;
-        };
-        let min = face[0].min(face[1]).min(face[2]);
-        let max = face[0].max(face[1]).max(face[2]);
-        let range = |axis: usize| {
-            let first = lines[axis]
-                .partition_point(|line| *line <= min[axis] - grow_m)
-                .saturating_sub(1);
-            let end = lines[axis].partition_point(|line| *line < max[axis] + grow_m);
-            first..end.min(lines[axis].len() - 1)
-        };
-        for j in range(1) {
-            for i in range(0) {
-                let rest = left[j * width + i].get_or_insert_with(|| {
-                    let [u, v] = [[lines[0][i], lines[0][i + 1]], [lines[1][j], lines[1][j + 1]]];
-                    let corner = |a: usize, b: usize| Vec2::new(u[a], v[b]);
-                    vec![vec![corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)]]
-                });
-                if !rest.is_empty() {
-                    let mut pieces = Vec::new();
-                    rest.drain(..).for_each(|piece| knife.cut(piece, &mut pieces));
-                    *rest = pieces;
-                }
-            }
-        }
-    }
-    left.into_iter()
-        .map(|rest| rest.is_some_and(|rest| rest.is_empty()))
-        .collect()
-}
-
-/// Takes a triangle, grown by a little, away from polygons.
-struct Knife {
-    /// Where each edge begins, and which way it leads around, counter-clockwise.
-    edges: [[Vec2; 2]; 3],
-    grow_m: f32,
-}
-
-impl Knife {
-    /// `None` where an edge has no length.
-    fn of(face: &[Vec2; 3], grow_m: f32) -> Option<Self> {
-        let mut face = *face;
-        if (face[1] - face[0]).perp_dot(face[2] - face[0]) < 0.0 {
-            face.swap(1, 2);
-        }
-        let along = |i: usize| (face[(i + 1) % 3] - face[i]).try_normalize();
-        Some(Self {
-            edges: [[face[0], along(0)?], [face[1], along(1)?], [face[2], along(2)?]],
-            grow_m,
-        })
-    }
-
-    /// Positive inside of an edge, also for what is within the growth.
-    fn inside(&self, [from, along]: &[Vec2; 2], p: Vec2) -> f32 {
-        along.perp_dot(p - *from) + self.grow_m
-    }
-
-    /// Adds to `pieces` what is left of a convex polygon: convex polygons again.
-    fn cut(&self, polygon: Vec<Vec2>, pieces: &mut Vec<Vec<Vec2>>) {
-        // Most polygons lie beside the triangle or in it.
-        let mut is_in = true;
-        for edge in &self.edges {
-            let (mut some_in, mut some_out) = (false, false);
-            for p in &polygon {
-                let height = self.inside(edge, *p);
-                some_in |= height > 0.0;
-                some_out |= height < 0.0;
-            }
-            if !some_in {
-                pieces.push(polygon);
-                return;
-            }
-            is_in &= !some_out;
-        }
-        if is_in {
-            return;
-        }
-        let before = pieces.len();
-        let mut rest = polygon.clone();
-        for edge in &self.edges {
-            let outer = clipped(&rest, |p| -self.inside(edge, p));
-            if outer.len() > 2 {
-                pieces.push(outer);
-            }
-            rest = clipped(&rest, |p| self.inside(edge, p));
-            if rest.len() < 3 {
-                pieces.truncate(before);
-                pieces.push(polygon);
-                return;
-            }
-        }
-    }
-}
-
-/// The part of a convex polygon where a linear function is not negative.
-fn clipped(polygon: &[Vec2], height: impl Fn(Vec2) -> f32) -> Vec<Vec2> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (i, a) in polygon.iter().enumerate() {
-        let b = polygon[(i + 1) % polygon.len()];
-        let (here, there) = (height(*a), height(b));
-        if here >= 0.0 {
-            kept.push(*a);
-        }
-        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-            kept.push(*a + here / (here - there) * (b - *a));
-        }
-    }
-    let area: f32 = (2..kept.len())
-        .map(|i| (kept[i - 1] - kept[0]).perp_dot(kept[i] - kept[0]))
-        .sum();
-    if area <= f32::MIN_POSITIVE { Vec::new() } else { kept }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const TOLERANCE: Tolerance = Tolerance {
-        plane_m: 1e-5,
-        hole_m: 1e-3,
-    };
-
-    fn p(u: f32, v: f32) -> Vec2 {
-        Vec2::new(u, v)
-    }
-
-    #[test]
-    fn two_triangles_cover_their_rectangle_and_a_cut_corner_does_not() {
-        let lines = [vec![0.0, 2.0, 4.0], vec![0.0, 3.0]];
-        let faces = [[p(0., 0.), p(4., 0.), p(4., 3.)], [p(0., 0.), p(4., 3.), p(0., 3.)]];
-        assert_eq!(covered(faces.iter(), &lines, TOLERANCE), [true, true]);
-        let cut = [[p(0., 0.), p(4., 0.), p(4., 3.)], [p(0., 0.), p(4., 3.), p(1., 3.)]];
-        assert_eq!(covered(cut.iter(), &lines, TOLERANCE), [false, true]);
-    }
-
-    #[test]
-    fn a_gap_as_wide_as_a_hole_stays_open() {
-        let lines = [vec![0.0, 2.0], vec![0.0, 1.0]];
-        let rectangle = |a: f32, b: f32| [[p(a, 0.), p(b, 0.), p(b, 1.)], [p(a, 0.), p(b, 1.), p(a, 1.)]];
-        let with_gap = |gap_m: f32| [rectangle(0.0, 1.0), rectangle(1.0 + gap_m, 2.0)].concat();
-        assert_eq!(covered(with_gap(0.9e-3).iter(), &lines, TOLERANCE), [true]);
-        assert_eq!(covered(with_gap(1.2e-3).iter(), &lines, TOLERANCE), [false]);
-    }
+    use crate::cells::plan::Builder;
 
     #[test]
     fn a_small_face_does_not_tilt_the_wall_that_is_left_when_others_are_gone() {
         let aslant = Vec3::new(0.3, 0.0, 0.9).normalize();
         let along = Vec3::new(0.9, 0.0, -0.3).normalize();
         let at = |u: f32, v: f32| 200.0 * aslant + u * along + Vec3::new(0.0, v, 0.0);
-        let triangle = |corners: [Vec3; 3], object| Triangle::opaque(corners, object);
-        let triangles = [
-            triangle([at(-40., 0.), at(-1., 0.), at(-40., 30.)], 0),
-            triangle([at(0., 0.), at(0.05, 0.), at(0.05, 0.03)], 1),
-            triangle([at(1., 0.), at(61., 0.), at(61., 10.)], 2),
-            triangle([at(1., 0.), at(61., 10.), at(1., 10.)], 2),
-        ];
+        let mut builder = Builder::default();
+        for faces in [
+            &[[at(-40., 0.), at(-1., 0.), at(-40., 30.)]][..],
+            &[[at(0., 0.), at(0.05, 0.), at(0.05, 0.03)]],
+            &[
+                [at(1., 0.), at(61., 0.), at(61., 10.)],
+                [at(1., 0.), at(61., 10.), at(1., 10.)],
+            ],
+        ] {
+            let corners: Vec<_> = faces.concat().iter().map(Vec3::to_array).collect();
+            let indices = 0..corners.len() as u32;
+            builder.mesh("faces", corners, indices.collect());
+        }
+        let world = World::new(&builder.scene).unwrap();
         let tolerance = Tolerance {
             plane_m: 2e-4,
             hole_m: 1e-3,
         };
-        let groups = groups(&triangles, tolerance);
+        let groups = groups(&world, tolerance, 0.0);
         assert_eq!(groups.len(), 1);
-        let part = groups[0].among(&triangles, tolerance, |face| face > 0).unwrap();
+        let part = groups[0].among(&world, tolerance, |face| face > 0).unwrap();
         for (face, _) in &part.faces {
-            assert!(lies_in(&triangles[*face as usize], part.normal, part.offset, tolerance));
+            assert!(lies_in(&world.triangle(*face), part.normal, part.offset, tolerance));
         }
         assert!(part.area_m2 > 599.0, "{} m²", part.area_m2);
     }

@@ -16,7 +16,7 @@
 //! (or from any side if the part hides from both). Bodies are smaller by a margin, which turns rounding into
 //! overestimate. Eyes inside a part are no business of its bodies: see `visibility/within.rs`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -49,7 +49,8 @@ pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
         if bounds.is_empty() || (bounds.diagonal_m() as f32) < min_size_m {
             return Vec::new();
         }
-        let parts = parts(world.triangles_of(object));
+        let triangles = world.triangles_of(object);
+        let parts = parts(&triangles);
         let large = parts.par_iter().filter(|part| part.size_m() >= min_size_m);
         let bodies = large.map(|part| part.bodies(world, object, &parts, margin_m));
         bodies.collect::<Vec<_>>().concat()
@@ -81,7 +82,8 @@ fn bits(point: Vec3) -> [u32; 3] {
 }
 
 fn parts(triangles: &[Triangle]) -> Vec<Part<'_>> {
-    let mut ids: BTreeMap<[u32; 3], u32> = BTreeMap::new();
+    // Never gone through in its own order.
+    let mut ids: HashMap<[u32; 3], u32> = HashMap::with_capacity(triangles.len());
     let mut groups = Groups::of_one(0);
     let mut first_corner = Vec::with_capacity(triangles.len());
     for triangle in triangles {

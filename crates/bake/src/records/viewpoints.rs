@@ -70,9 +70,7 @@ fn floor_below(cell: &ViewCell, input: Input<'_>) -> Option<f64> {
     let eye = input.world.relative(eye.to_array());
     let mut passed = Vec::new();
     let floor = input.world.cast(eye, glam::Vec3::NEG_Y, f32::INFINITY, &mut passed)?;
-    let from_behind = passed
-        .iter()
-        .any(|hit| input.world.triangles()[hit.triangle as usize].hides());
+    let from_behind = passed.iter().any(|hit| input.world.triangle(hit.triangle).hides());
     let height_m = cell.center()[1] - f64::from(floor.t);
     (!from_behind && height_m < cell.bounds.max[1]).then_some(height_m)
 }

@@ -88,7 +88,7 @@ impl Shadows {
             min.y = min.y.min(lowest_m);
         }
         let meets_eye = min.cmple(Vec3::ZERO).all() && max.cmpge(Vec3::ZERO).all();
-        if min.cmplt(max).all() && !meets_eye {
+        if min.cmplt(max).all() && !meets_eye && may_cover(min, max) {
             let planes: Vec<Vec4> = body
                 .planes
                 .iter()
@@ -208,6 +208,18 @@ impl Shadows {
             })
         })
     }
+}
+
+/// Whether a box around the eye's surroundings is near enough to cover a square. It lies in a cylinder about its longest edge,
+/// and all of that shows in a strip of a face. There depths are not less than the distance over √3, and nothing shows larger
+/// than twice its size over its depth.
+fn may_cover(min: Vec3, max: Vec3) -> bool {
+    let edges = max - min;
+    let longest = edges.max_element();
+    let thickness_m = (edges.length_squared() - longest * longest).max(0.0).sqrt();
+    let distance_m = min.max(-max).max(Vec3::ZERO).length();
+    // A little more than √3, against rounding.
+    1.74 * SIZE as f32 * thickness_m >= distance_m
 }
 
 /// Where a ray from the eye, already cut to some lengths of its direction, is behind all planes.

@@ -19,7 +19,7 @@ use super::{
 use crate::{
     cells::CellGraph,
     occluders::Region,
-    progress::{Cancelled, Progress},
+    progress::{Cancelled, Progress, Stage},
     world::World,
 };
 
@@ -45,6 +45,7 @@ pub fn glance(
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<u32>>, Cancelled> {
     let count = graph.cells.len();
+    progress.start(Stage::Glance, count as u64 * u64::from(1 + ROUNDS + 1));
     let sights = Sights::of(world, graph);
     // By place, so that a cell more elsewhere changes nothing here.
     let stream = |cell: usize| Random::stream(SEED, graph.cells[cell].digest_of_shape().number());
@@ -81,18 +82,20 @@ pub fn glance(
         near.sort_unstable();
         near.dedup();
         let mut observer = Observer::new(scenery, ConservativeSettings::ROUGH);
-        let mut open: Vec<u32> = Vec::new();
+        // What one eye has seen or may see is no question for the next.
+        let mut open: Vec<u32> = state.seen.iter().map(|sighting| sighting.object).collect();
+        open.sort_unstable();
         for _ in 0..EYES {
             let eye = sights.lookouts[cell].uniform(&mut state.random);
-            if may_be(eye) {
-                open.extend(observer.visible(&Region::rounded(eye, eye), &[]));
+            if may_be(eye) && !near.iter().all(|object| open.binary_search(object).is_ok()) {
+                open = observer.visible(&Region::rounded(eye, eye), &open);
             }
         }
-        open.sort_unstable();
-        near.retain(|object| open.binary_search(object).is_ok());
-        near.extend(state.seen.iter().map(|s| s.object));
+        near.extend(state.seen.iter().map(|sighting| sighting.object));
         near.sort_unstable();
         near.dedup();
+        near.retain(|object| open.binary_search(object).is_ok());
+        progress.advance(1);
         Ok(near)
     });
     seen.collect()
@@ -113,6 +116,7 @@ fn run(
                 return Err(Cancelled);
             }
             work(cell, &mut Sampler::new(sights, cell, state, scratch));
+            progress.advance(1);
             Ok(())
         },
     )

@@ -77,7 +77,6 @@ impl ItemBuffer {
         self.views.clear();
         let front: Vec<_> = world
             .triangles()
-            .iter()
             .filter(|t| t.hides_from(eye))
             .map(|t| (t.corners.map(|p| p - eye), t.object))
             .collect();

@@ -316,7 +316,7 @@ impl<'a> Sampler<'a> {
                 self.sights.world.relative(bounds.max),
             );
             if let Some(triangle) = found.triangle {
-                let corners = self.sights.world.triangles()[triangle as usize].corners;
+                let corners = self.sights.world.triangle(triangle).corners;
                 let center = (corners[0] + corners[1] + corners[2]) / 3.0;
                 for i in 0..3 {
                     let grow = 0.02 + 0.2 * self.state.random.unit();

@@ -85,7 +85,17 @@ impl Stops {
 
     /// Visits walls that stop a segment, nearest first, some of them twice; of doors all, as if they were closed.
     pub(super) fn on(&self, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
-        segment::along(&self.tree, from, to, &mut |place| {
+        self.on_way([from, to], [from, to], visit);
+    }
+
+    /// The same, those nearest to its end first.
+    pub(super) fn before(&self, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
+        self.on_way([from, to], [to, from], visit);
+    }
+
+    /// Visits walls that stop a segment, in the order in which a path from here to there along it meets them.
+    fn on_way(&self, [from, to]: [Vec3; 2], [here, there]: [Vec3; 2], visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
+        segment::along(&self.tree, here, there, &mut |place| {
             let piece = &self.pieces[place as usize];
             match piece.plane.crosses(from, to) {
                 Some((way, place))

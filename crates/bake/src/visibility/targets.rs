@@ -137,9 +137,9 @@ pub(super) fn on_object(world: &World, object: u32, random: &mut Random) -> Opti
     if !points.is_empty() {
         return Some(points[random.below(points.len())]);
     }
-    let triangles = world.triangles_of(object);
-    let triangle = if random.unit() < BY_TRIANGLE && !triangles.is_empty() {
-        &triangles[random.below(triangles.len())]
+    let triangles = world.triangle_count_of(object);
+    let triangle = if random.unit() < BY_TRIANGLE && triangles > 0 {
+        world.triangle_of(object, random.below(triangles))
     } else {
         world.triangle_at_share(object, random.unit())?
     };

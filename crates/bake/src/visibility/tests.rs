@@ -464,7 +464,7 @@ fn a_large_scene_measured() {
         "{} cells, {objects} objects, {} triangles, voxel {} m: cells {cells_s:.1} s, visibility {visibility_s:.1} s, \
          {:.1} M rays, {:.1} % culled, bound {:e}",
         graph.cells.len(),
-        world.triangles().len(),
+        world.triangle_count(),
         graph.voxel_m,
         rays as f64 / 1e6,
         100.0 * culled,

@@ -1,16 +1,19 @@
 //! Which face does a ray meet first?
 
 use glam::Vec3;
-use obvhs::ray::{Ray, RayHit};
+use obvhs::ray::Ray;
 
-use super::{BACK_HIDES, FRONT_HIDES, SEAM, World};
+use super::{
+    SEAM, World,
+    triangle::{BACK_HIDES, FRONT_HIDES, Triangle},
+};
 
 /// Where a ray ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Distance from the ray's start in lengths of its direction.
     pub t: f32,
-    /// Index into [`World::triangles`].
+    /// Number of the triangle, for [`World::triangle`].
     pub triangle: u32,
     /// The object of that triangle.
     pub object: u32,
@@ -18,14 +21,26 @@ pub struct Hit {
 
 /// A triangle as rays meet it.
 pub(super) struct Facet {
-    pub(super) corner: Vec3,
-    pub(super) edges: [Vec3; 2],
-    pub(super) triangle: u32,
-    pub(super) object: u32,
-    pub(super) hides: u8,
+    corner: Vec3,
+    edges: [Vec3; 2],
+    /// Its place among the triangles of its mesh.
+    index: u32,
+    object: u32,
+    hides: u8,
 }
 
 impl Facet {
+    pub(super) fn of(triangle: &Triangle, index: u32) -> Self {
+        let [a, b, c] = triangle.corners;
+        Self {
+            corner: a,
+            edges: [b - a, c - a],
+            index,
+            object: triangle.object,
+            hides: triangle.hides,
+        }
+    }
+
     /// Distance and whether the face hides on the side that is hit (Möller & Trumbore 1997, with grown edges).
     fn hit(&self, ray: &Ray) -> Option<(f32, bool)> {
         let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
@@ -42,6 +57,27 @@ impl Facet {
         let inside = u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && t >= 0.0 && t <= ray.tmax;
         let side = if det > 0.0 { FRONT_HIDES } else { BACK_HIDES };
         inside.then_some((t, self.hides & side != 0))
+    }
+}
+
+/// What a ray has met so far.
+struct Met<'p> {
+    end: Option<Hit>,
+    /// What hides nothing.
+    passed: &'p mut Vec<Hit>,
+}
+
+impl Met<'_> {
+    /// Notes a hit; where the ray ends now, if that is new.
+    fn note(&mut self, hit: Hit, hides: bool) -> f32 {
+        if !hides {
+            self.passed.push(hit);
+            return f32::INFINITY;
+        }
+        if self.end.is_none_or(|end| hit.is_before(&end)) {
+            self.end = Some(hit);
+        }
+        hit.t
     }
 }
 
@@ -62,38 +98,30 @@ impl World {
         passed: &mut Vec<Hit>,
     ) -> Option<Hit> {
         passed.clear();
-        if self.facets.is_empty() {
-            return None;
-        }
-        let mut end: Option<Hit> = None;
-        let mut nearest = RayHit::none();
-        self.hierarchy.ray_traverse(
-            Ray::new(eye.into(), direction.into(), 0.0, reach),
-            &mut nearest,
-            |ray, index| {
-                let facet = &self.facets[index];
-                let Some((t, hides)) = among(facet.object).then(|| facet.hit(ray)).flatten() else {
-                    return f32::INFINITY;
-                };
-                let hit = Hit {
-                    t,
-                    triangle: facet.triangle,
-                    object: facet.object,
-                };
-                if !hides {
-                    passed.push(hit);
-                    return f32::INFINITY;
-                }
-                if end.is_none_or(|end| hit.is_before(&end)) {
-                    end = Some(hit);
-                }
-                t
-            },
-        );
+        let mut met = Met { end: None, passed };
+        let ray = |reach: f32| Ray::new(eye.into(), direction.into(), 0.0, reach);
+        let hit = |t: f32, object: u32, index: u32| Hit {
+            t,
+            triangle: self.number_of(object, index),
+            object,
+        };
+        self.flat.traverse(ray(reach), |ray, facet| {
+            let found = among(facet.object).then(|| facet.hit(ray)).flatten();
+            found.map_or(f32::INFINITY, |(t, hides)| {
+                met.note(hit(t, facet.object, facet.index), hides)
+            })
+        });
+        let reach = met.end.map_or(reach, |end| end.t);
+        self.copies.traverse(ray(reach), &among, |placing, ray, facet| {
+            facet.hit(ray).map_or(f32::INFINITY, |(t, hides)| {
+                met.note(hit(t, placing.object(), facet.index), hides && !placing.is_open())
+            })
+        });
+        let Met { end, passed } = met;
         if let Some(end) = end {
             passed.retain(|hit| hit.t <= end.t);
         }
-        // The order in which the hierarchy gave them says nothing about the scene.
+        // The order in which trees gave them says nothing about the scene.
         passed.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         end
     }

@@ -109,12 +109,21 @@ fn what_cannot_be_held_is_refused_with_its_place() {
         vec![[0.; 3], [1., 0., 0.], [0., 1., 0.]],
         [0, 1, 2].repeat(70_000),
     );
-    let object = builder.scene.objects[0].clone();
-    builder.scene.objects = vec![object; 1000];
-    let Err(refused) = World::new(&builder.scene) else {
-        panic!("accepted 70 million triangles");
-    };
-    assert_eq!(refused, WorldError::TooManyTriangles { count: 70_000_000 });
+    // Where each copy is flattened because it is flat itself.
+    let mut object = builder.scene.objects[0].clone();
+    object.world_from_object = DMat4::from_scale(DVec3::new(1.0, 1.0, 0.0));
+    builder.scene.objects = vec![object.clone(); 1000];
+    let refused = |scene: &SourceScene| World::new(scene).err().expect("accepted too many triangles");
+    assert_eq!(
+        refused(&builder.scene),
+        WorldError::TooManyTriangles { count: 70_000_000 }
+    );
+    object.world_from_object = DMat4::IDENTITY;
+    builder.scene.objects = vec![object; 70_000];
+    assert_eq!(
+        refused(&builder.scene),
+        WorldError::TooManyCopies { count: 4_900_000_000 }
+    );
 }
 
 #[test]
@@ -140,11 +149,117 @@ fn two_million_triangles_measured() {
     let world = World::new(&builder.scene).unwrap();
     println!(
         "{} triangles: {:.1} s",
-        world.triangles().len(),
+        world.triangle_count(),
         start.elapsed().as_secs_f64()
     );
     let start = std::time::Instant::now();
     let graph = crate::cells::build(&world, &[], &Default::default(), &crate::progress::Silent).unwrap();
     println!("{} cells: {:.1} s", graph.cells.len(), start.elapsed().as_secs_f64());
-    assert!(world.triangles().len() > 1_900_000);
+    assert!(world.triangle_count() > 1_900_000);
+}
+
+/// Balls that stand in many places: moved, turned, mirrored, stretched; one flattened to nothing; a quad of glass; a door.
+fn many_balls() -> SourceScene {
+    let mut builder = Builder::default();
+    builder.ball("ball", [0.2, -0.1, 0.4], 1.0, 9);
+    builder.quad("glass", facing_z(0.0));
+    builder.paint(1, true, true);
+    let [ball, glass] = [0, 1].map(|object: usize| builder.scene.objects[object].clone());
+    let place = |object: &crate::source::SourceObject, matrix: DMat4| crate::source::SourceObject {
+        world_from_object: matrix,
+        ..object.clone()
+    };
+    builder.scene.objects.clear();
+    for number in 0..60 {
+        let (x, z) = (f64::from(number % 8) * 3.1, f64::from(number / 8) * 2.7);
+        let scale = match number % 4 {
+            0 => DVec3::ONE,
+            1 => DVec3::new(-1.0, 1.2, 1.0),
+            2 => DVec3::new(0.5, 2.0, 1.0),
+            _ => DVec3::splat(0.7),
+        };
+        let turn = DMat4::from_rotation_y(0.7 * f64::from(number)) * DMat4::from_rotation_x(0.3 * f64::from(number));
+        let matrix = DMat4::from_translation(DVec3::new(x, 0.3 * z, z)) * turn * DMat4::from_scale(scale);
+        let object = if number % 7 == 3 { &glass } else { &ball };
+        builder.scene.objects.push(place(object, matrix));
+    }
+    builder.scene.objects[8].world_from_object *= DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0));
+    builder.scene.objects[16].role = Role::Door;
+    builder.scene
+}
+
+#[test]
+fn what_is_held_once_is_met_where_it_would_be_flattened() {
+    let scene = many_balls();
+    let [flat, once] = [usize::MAX, 0].map(|most| World::flattening(&scene, most).unwrap());
+    assert!(flat.is_flat() && !once.is_flat());
+    assert!(once.flat.triangles.len() < flat.flat.triangles.len() / 20);
+    assert_eq!(flat.triangle_count(), once.triangle_count());
+    assert!(flat.triangles().eq(once.triangles()));
+    let (mut hits, mut differ) = (0, 0);
+    let mut random = crate::visibility::random::Random::stream(7, 0);
+    let [mut by_flat, mut by_once] = [Vec::new(), Vec::new()];
+    for _ in 0..20_000 {
+        let eye = Vec3::new(-13.0, -4.0, -11.0) + Vec3::new(26.0, 8.0, 22.0) * random.cube();
+        let direction = random.direction();
+        let a = flat.cast(eye, direction, f32::MAX, &mut by_flat);
+        let b = once.cast(eye, direction, f32::MAX, &mut by_once);
+        let same = match (a, b) {
+            (Some(a), Some(b)) => {
+                hits += 1;
+                (a.triangle, a.object) == (b.triangle, b.object) && (a.t - b.t).abs() < 1e-4 * (1.0 + a.t)
+            }
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        let triangles = |hits: &[Hit]| hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>();
+        differ += u32::from(!same || triangles(&by_flat) != triangles(&by_once));
+    }
+    // Rays along an edge may meet either of its faces.
+    assert!(hits > 5_000 && differ <= 20, "{differ} of {hits} differ");
+}
+
+#[test]
+fn what_is_held_once_answers_like_what_is_flattened() {
+    let scene = many_balls();
+    let [flat, once] = [usize::MAX, 0].map(|most| World::flattening(&scene, most).unwrap());
+    for object in 0..scene.objects.len() as u32 {
+        assert_eq!(flat.triangles_of(object), once.triangles_of(object));
+        assert_eq!(flat.digest_of(object), once.digest_of(object));
+        assert_eq!(flat.triangle_of(object, 1), once.triangle_of(object, 1));
+        for share in [0.0, 0.5, 1.0] {
+            assert_eq!(once.triangle_at_share(object, share).unwrap().object, object);
+        }
+    }
+    for number in (0..flat.triangle_count() as u32).step_by(97) {
+        assert_eq!(flat.triangle(number), once.triangle(number));
+    }
+    let near = |world: &World, min: Vec3| {
+        let mut near = Vec::new();
+        world.near(min, min + 1.5, &mut |triangle| near.push(format!("{triangle:?}")));
+        near.sort();
+        near
+    };
+    let mut met = 0;
+    for x in 0..12 {
+        let min = Vec3::new(2.0 * x as f32 - 12.0, -1.0, 0.9 * x as f32 - 7.0);
+        let found = near(&flat, min);
+        met += found.len();
+        assert_eq!(found, near(&once, min));
+    }
+    assert!(met > 500, "{met} triangles near twelve places");
+}
+
+#[test]
+fn only_what_saves_most_is_held_once() {
+    let mut scene = many_balls();
+    let triangles = |model: usize| scene.models[model].triangle_count();
+    let all: usize = scene.objects.iter().map(|object| triangles(object.model)).sum();
+    assert_eq!(copies::held_once(&scene, all), [false, false]);
+    assert_eq!(copies::held_once(&scene, all - 1), [true, false]);
+    assert_eq!(copies::held_once(&scene, 0), [true, true]);
+    // Far from the zero of its own space, rays would lose too much there.
+    for p in &mut scene.models[0].primitives[0].positions {
+        p[0] += 1e4;
+    }
+    assert_eq!(copies::held_once(&scene, 0), [false, true]);
 }

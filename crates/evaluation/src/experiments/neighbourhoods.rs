@@ -88,7 +88,7 @@ pub fn run(host: &Host) -> anyhow::Result<Measured> {
             boxes += u64::from(superset.hidden_boxes);
             first += u64::from(superset.first_occluders);
         }
-        let triangles = world.triangles().len();
+        let triangles = world.triangle_count();
         cities.push(Culled {
             triangles: triangles as u64,
             hidden_triangles: triangles as f64 - visible as f64 / CELLS as f64,

@@ -1,0 +1,66 @@
+//! What is a face, and from which sides does it hide?
+
+use glam::Vec3;
+
+use crate::source::Material;
+
+pub(super) const FRONT_HIDES: u8 = 1;
+pub(super) const BACK_HIDES: u8 = 2;
+
+/// A triangle in space relative to [`World::origin`](super::World::origin), counter-clockwise seen from its front.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Triangle {
+    /// Its corners.
+    pub corners: [Vec3; 3],
+    /// The object it belongs to.
+    pub object: u32,
+    pub(super) hides: u8,
+}
+
+impl Triangle {
+    /// Whether it hides anything from at least one side.
+    #[must_use]
+    pub fn hides(&self) -> bool {
+        self.hides != 0
+    }
+
+    /// Whether its side that faces a point hides what is behind it.
+    #[must_use]
+    pub fn hides_from(&self, eye: Vec3) -> bool {
+        let [a, b, c] = self.corners;
+        let side = if (b - a).cross(c - a).dot(eye - a) > 0.0 {
+            FRONT_HIDES
+        } else {
+            BACK_HIDES
+        };
+        self.hides & side != 0
+    }
+
+    /// Whether it hides what is behind it when seen from its front.
+    #[must_use]
+    pub fn hides_from_front(&self) -> bool {
+        self.hides & FRONT_HIDES != 0
+    }
+
+    /// Whether it hides what is before it when seen from its back.
+    #[must_use]
+    pub fn hides_from_back(&self) -> bool {
+        self.hides & BACK_HIDES != 0
+    }
+
+    /// Its area in m².
+    #[must_use]
+    pub fn area_m2(&self) -> f32 {
+        let [a, b, c] = self.corners;
+        0.5 * (b - a).cross(c - a).length()
+    }
+}
+
+/// From which sides a face of this material hides; glTF's default material is opaque and has a front only.
+pub(super) fn hides(material: Option<&Material>) -> u8 {
+    match material {
+        Some(m) if m.see_through => 0,
+        Some(m) if m.double_sided => FRONT_HIDES | BACK_HIDES,
+        _ => FRONT_HIDES,
+    }
+}
