@@ -9,9 +9,8 @@ mod polygon;
 mod round;
 
 pub use mesh::Mesh;
-pub(super) use mesh::Writer;
+pub(super) use mesh::{Tools, Writer};
 pub(super) use polygon::outline;
-pub(super) use round::Circles;
 
 use super::error::Problem;
 use super::limits::FINEST;
@@ -243,7 +242,16 @@ impl Solid {
             Self::Prism { footprint, height } => {
                 Bounds::around(footprint.iter().flat_map(|[x, z]| [[*x, 0.0, *z], [*x, *height, *z]]))
             }
-            Self::Mesh { points, .. } => Bounds::around(points.iter().copied()),
+            Self::Mesh { points, .. } => {
+                let mut bounds = Bounds::EMPTY;
+                for point in points {
+                    for (axis, &along) in point.iter().enumerate() {
+                        bounds.min[axis] = bounds.min[axis].min(along);
+                        bounds.max[axis] = bounds.max[axis].max(along);
+                    }
+                }
+                bounds
+            }
             Self::Heights(heights) => {
                 let [w, d] = heights.over;
                 let corner = |y: &f64| [[-w / 2.0, *y, -d / 2.0], [w / 2.0, *y, d / 2.0]];

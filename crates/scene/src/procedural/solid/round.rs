@@ -80,7 +80,7 @@ pub(super) fn write_lathe(writer: &mut Writer, profile: &[[f64; 2]], (sides, smo
 
 /// Circles that were asked for, by their sides.
 #[derive(Debug, Default)]
-pub(crate) struct Circles(Vec<Option<Rc<[[f64; 2]]>>>);
+pub(super) struct Circles(Vec<Option<Rc<[[f64; 2]]>>>);
 
 impl Circles {
     /// Directions x, z of the corners, the first along x, then towards −z: counter-clockwise from above.
@@ -109,9 +109,15 @@ fn strip(writer: &mut Writer, circle: &[[f64; 2]], rings: &[Ring]) {
             continue;
         }
         let first = writer.next();
-        for &[x, z] in circle {
-            let normal = writer.normal([ring.normal[0] * x, ring.normal[1], ring.normal[0] * z]);
-            writer.vertex([ring.radius * x, ring.y, ring.radius * z], normal);
+        writer.positions(circle.iter().map(|[x, z]| [ring.radius * x, ring.y, ring.radius * z]));
+        match below {
+            Some((under, lower)) if lower.normal.map(f64::to_bits) == ring.normal.map(f64::to_bits) => {
+                writer.same_normals(under, sides);
+            }
+            _ => {
+                let [outward, upward] = ring.normal;
+                writer.normals(circle.iter().map(|[x, z]| [outward * x, upward, outward * z]));
+            }
         }
         if let Some((under, lower)) = below {
             for side in 0..sides {
@@ -135,9 +141,7 @@ fn disc(writer: &mut Writer, circle: &[[f64; 2]], (radius, y): (f64, f64), looks
     }
     let normal = writer.normal([0.0, if looks_up { 1.0 } else { -1.0 }, 0.0]);
     let first = writer.next();
-    for &[x, z] in circle {
-        writer.vertex([radius * x, y, radius * z], normal);
-    }
+    writer.flat(circle.iter().map(|[x, z]| [radius * x, y, radius * z]), normal);
     for next in first + 2..first + circle.len() as u32 {
         if looks_up {
             writer.triangle(first, next - 1, next);

@@ -1,0 +1,50 @@
+//! Which noise was asked for before? Layers of a landscape lie on the same ground: each field asks again for what the last
+//! one has asked, point for point.
+
+use crate::procedural::operation::fractal_of_each;
+use crate::procedural::random::{mixed, step, step_number};
+
+/// Rows of places that are remembered: three fields of 128 steps along each side, or what was asked last of larger ones.
+const SLOTS: usize = 1 << 13;
+/// What is asked of fewer places at once is not worth it.
+const LEAST_PLACES: usize = 8;
+/// What of fewer octaves neither.
+const LEAST_OCTAVES: u32 = 3;
+
+/// Octaves of noise at some places, where they were asked for last. Each has one slot to be in, and the last one stays.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    /// Octaves, 0 where nothing is.
+    octaves: Vec<u32>,
+    /// For each slot all x, all z, and what was found there.
+    numbers: Vec<f64>,
+}
+
+impl Memory {
+    /// As [`fractal_of_each`]; the seed and `N` are always the same.
+    pub(super) fn fractal<const N: usize>(
+        &mut self,
+        seed: u32,
+        [x, z]: [[f64; N]; 2],
+        octaves: u32,
+    ) -> Option<[f64; N]> {
+        if N < LEAST_PLACES || octaves < LEAST_OCTAVES {
+            return fractal_of_each(seed, [x, z], octaves);
+        }
+        if self.octaves.is_empty() {
+            self.octaves.resize(SLOTS, 0);
+            self.numbers.resize(SLOTS * 3 * N, 0.0);
+        }
+        let path = step_number(step_number(step(0, octaves), x[0]), z[0]);
+        let slot = mixed(step_number(path, x[N - 1])) as usize % SLOTS;
+        let kept = &mut self.numbers.as_chunks_mut::<N>().0[3 * slot..3 * slot + 3];
+        let is_same = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        if self.octaves[slot] == octaves && is_same(&kept[0], &x) && is_same(&kept[1], &z) {
+            return Some(kept[2]);
+        }
+        let found = fractal_of_each(seed, [x, z], octaves)?;
+        self.octaves[slot] = octaves;
+        kept.copy_from_slice(&[x, z, found]);
+        Some(found)
+    }
+}
