@@ -22,13 +22,13 @@ pub(super) fn floor(x: f64) -> f64 {
 /// Sine and cosine of an angle in degrees; multiples of 90 are exact.
 #[must_use]
 pub fn sin_cos(degrees: f64) -> (f64, f64) {
-    let ([sin], [cos]) = sin_cos_of_each([degrees]);
+    let ([sin], [cos]) = sin_cos_of_each(&[degrees]);
     (sin, cos)
 }
 
 /// Sines and cosines of several angles side by side, which takes hardly longer than those of one.
 #[inline]
-pub(super) fn sin_cos_of_each<const N: usize>(degrees: [f64; N]) -> ([f64; N], [f64; N]) {
+pub(super) fn sin_cos_of_each<const N: usize>(degrees: &[f64; N]) -> ([f64; N], [f64; N]) {
     let (mut sin, mut cos, mut x, mut quarters) = ([1.0; N], [1.0; N], [0.0; N], [0; N]);
     for i in 0..N {
         let turned = degrees[i] - 360.0 * floor(degrees[i] / 360.0);

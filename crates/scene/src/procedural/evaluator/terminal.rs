@@ -50,7 +50,7 @@ impl<'p> Evaluator<'p> {
         };
         let mesh = &mut part.meshes[index];
         let before = mesh.indices.len();
-        let written = solid.write(&mut Writer::new(mesh, &turtle.frame, &mut self.tools));
+        let written = solid.write(&mut Writer::new(mesh, &turtle.frame), &mut self.tools);
         self.usage.triangles += (mesh.indices.len() - before) as u64 / 3;
         if mesh.positions.len() > MAX_VERTICES {
             return self.error(scope.module, at, reached("triangles", limit));

@@ -1,7 +1,7 @@
 //! Which triangles do boxes, prisms, sets of polygons and height fields have?
 
 use super::mesh::{Tools, Writer};
-use super::polygon::{is_convex, newell, outline};
+use super::polygon::{Ears, is_convex, newell, outline};
 use super::{Faces, Heights};
 use crate::procedural::error::Problem;
 
@@ -34,9 +34,13 @@ pub(super) fn write_box(writer: &mut Writer, [width, height, depth]: [f64; 3]) {
 }
 
 /// A wall for each edge, a lid and a floor.
-pub(super) fn write_prism(writer: &mut Writer, footprint: &[[f64; 2]], height: f64) -> Result<(), Problem> {
+pub(super) fn write_prism(
+    writer: &mut Writer,
+    ears: &mut Ears,
+    footprint: &[[f64; 2]],
+    height: f64,
+) -> Result<(), Problem> {
     let corners = outline(footprint);
-    let mut ears = std::mem::take(&mut writer.tools.ears);
     let triangles = ears.cut_off(&corners)?;
     for (i, &[x, z]) in corners.iter().enumerate() {
         let [to_x, to_z] = corners[(i + 1) % corners.len()];
@@ -55,32 +59,34 @@ pub(super) fn write_prism(writer: &mut Writer, footprint: &[[f64; 2]], height: f
             }
         }
     }
-    writer.tools.ears = ears;
     Ok(())
 }
 
 /// Flat polygons; each has corners of its own.
-pub(super) fn write_mesh(writer: &mut Writer, points: &[[f64; 3]], faces: &Faces) -> Result<(), Problem> {
-    let mut tools = std::mem::take(writer.tools);
-    let mut faces = faces.iter();
-    let written = faces.try_for_each(|face| write_face(writer, &mut tools, points, face));
-    *writer.tools = tools;
-    written
+pub(super) fn write_mesh(
+    writer: &mut Writer,
+    tools: &mut Tools,
+    points: &[[f64; 3]],
+    faces: &Faces,
+) -> Result<(), Problem> {
+    tools.positions.clear();
+    tools
+        .positions
+        .extend(points.iter().map(|&point| writer.position(point)));
+    faces
+        .iter()
+        .try_for_each(|face| write_face(writer, tools, points, face))
 }
 
 fn write_face(writer: &mut Writer, tools: &mut Tools, points: &[[f64; 3]], face: &[u32]) -> Result<(), Problem> {
     // Triangles and quadrangles, which most are, need no list.
-    if let &[a, b, c] = face {
-        let corners = [a, b, c].map(|i| points[i as usize]);
-        if write_convex(writer, corners, [[2, 0, 1]]) {
-            return Ok(());
-        }
-    }
-    if let &[a, b, c, d] = face {
-        let corners = [a, b, c, d].map(|i| points[i as usize]);
-        if write_convex(writer, corners, [[3, 0, 1], [3, 1, 2]]) {
-            return Ok(());
-        }
+    let is_written = match *face {
+        [a, b, c] => write_convex(writer, tools, points, [a, b, c], [[2, 0, 1]]),
+        [a, b, c, d] => write_convex(writer, tools, points, [a, b, c, d], [[3, 0, 1], [3, 1, 2]]),
+        _ => false,
+    };
+    if is_written {
+        return Ok(());
     }
     let corners = &mut tools.corners;
     corners.clear();
@@ -92,7 +98,7 @@ fn write_face(writer: &mut Writer, tools: &mut Tools, points: &[[f64; 3]], face:
     let triangles = tools.ears.cut_off(&tools.flattened)?;
     let normal = writer.normal(normal);
     let first = writer.next();
-    writer.flat(corners.iter().copied(), normal);
+    writer.written(face.iter().map(|&i| tools.positions[i as usize]), normal);
     for &[a, b, c] in triangles {
         writer.triangle(first + a, first + b, first + c);
     }
@@ -111,19 +117,28 @@ fn seen_along(normal: [f64; 3]) -> [usize; 2] {
 #[inline]
 fn write_convex<const N: usize, const T: usize>(
     writer: &mut Writer,
-    corners: [[f64; 3]; N],
+    tools: &Tools,
+    points: &[[f64; 3]],
+    face: [u32; N],
     triangles: [[u32; 3]; T],
 ) -> bool {
+    let mut corners = [[0.0; 3]; N];
+    for (corner, i) in corners.iter_mut().zip(face) {
+        *corner = points[i as usize];
+    }
     let normal = newell(&corners);
     let [u, v] = seen_along(normal);
-    if !is_convex(&corners.map(|p| [p[u], p[v]])) {
+    let mut flat = [[0.0; 2]; N];
+    for (flat, corner) in flat.iter_mut().zip(corners) {
+        *flat = [corner[u], corner[v]];
+    }
+    if !is_convex(&flat) {
         return false;
     }
     let first = writer.next();
-    writer.flat(corners.into_iter(), writer.normal(normal));
-    for [a, b, c] in triangles {
-        writer.triangle(first + a, first + b, first + c);
-    }
+    let positions = face.into_iter().map(|i| tools.positions[i as usize]);
+    writer.written(positions, writer.normal(normal));
+    writer.triangles(1, |_| triangles.map(|corners| corners.map(|corner| first + corner)));
     true
 }
 

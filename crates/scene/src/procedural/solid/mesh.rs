@@ -1,15 +1,14 @@
 //! Where do triangles go? Into one mesh for each material of a part, placed by the turtle's frame.
 
-use std::rc::Rc;
-
 use super::polygon::Ears;
 use super::round::Circles;
 use crate::procedural::affine::{Affine, unit};
 
-/// What is kept from solid to solid: circles that were asked for, and room for the corners of a face.
+/// What is kept from solid to solid: circles that were asked for, and room for the points of a mesh and the corners of a face.
 #[derive(Debug, Default)]
 pub(crate) struct Tools {
-    circles: Circles,
+    pub(super) circles: Circles,
+    pub(super) positions: Vec<[f32; 3]>,
     pub(super) corners: Vec<[f64; 3]>,
     pub(super) flattened: Vec<[f64; 2]>,
     pub(super) ears: Ears,
@@ -39,23 +38,16 @@ pub(crate) struct Writer<'m> {
     frame: Affine,
     normals: Affine,
     mirrored: bool,
-    pub(super) tools: &'m mut Tools,
 }
 
 impl<'m> Writer<'m> {
-    pub(crate) fn new(mesh: &'m mut Mesh, frame: &Affine, tools: &'m mut Tools) -> Self {
+    pub(crate) fn new(mesh: &'m mut Mesh, frame: &Affine) -> Self {
         Self {
             mesh,
             frame: *frame,
             normals: frame.normals(),
             mirrored: frame.mirrors(),
-            tools,
         }
-    }
-
-    /// Directions of the corners of a regular polygon.
-    pub(super) fn circle(&mut self, sides: u32) -> Rc<[[f64; 2]]> {
-        self.tools.circles.of(sides)
     }
 
     /// Makes room.
@@ -125,6 +117,27 @@ impl<'m> Writer<'m> {
     pub(super) fn flat(&mut self, positions: impl ExactSizeIterator<Item = [f64; 3]>, normal: [f32; 3]) {
         let count = positions.len();
         self.positions(positions);
+        self.mesh.normals.resize(self.mesh.normals.len() + count, normal);
+    }
+
+    /// Adds `T` triangles for each of so many places, counter-clockwise before the frame.
+    #[inline]
+    pub(super) fn triangles<const T: usize>(&mut self, places: u32, corners: impl Fn(u32) -> [[u32; 3]; T]) {
+        let before = self.mesh.indices.len();
+        self.mesh.indices.resize(before + 3 * T * places as usize, 0);
+        let triangles = self.mesh.indices[before..].as_chunks_mut::<3>().0;
+        for (place, written) in triangles.chunks_exact_mut(T).enumerate() {
+            for (written, [a, b, c]) in written.iter_mut().zip(corners(place as u32)) {
+                *written = if self.mirrored { [a, c, b] } else { [a, b, c] };
+            }
+        }
+    }
+
+    /// Adds vertices as they were written to a list before, with one normal.
+    #[inline]
+    pub(super) fn written(&mut self, positions: impl ExactSizeIterator<Item = [f32; 3]>, normal: [f32; 3]) {
+        let count = positions.len();
+        self.mesh.positions.extend(positions);
         self.mesh.normals.resize(self.mesh.normals.len() + count, normal);
     }
 

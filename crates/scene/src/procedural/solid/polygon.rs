@@ -103,12 +103,11 @@ pub(super) fn is_convex(corners: &[[f64; 2]]) -> bool {
 #[inline]
 pub(super) fn newell(corners: &[[f64; 3]]) -> [f64; 3] {
     let mut normal = [0.0; 3];
-    for (i, a) in corners.iter().enumerate() {
-        let b = corners.get(i + 1).unwrap_or(&corners[0]);
-        for (axis, sum) in normal.iter_mut().enumerate() {
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            *sum += (a[u] - b[u]) * (a[v] + b[v]);
-        }
+    for (i, [ax, ay, az]) in corners.iter().enumerate() {
+        let [bx, by, bz] = corners.get(i + 1).unwrap_or(&corners[0]);
+        normal[0] += (ay - by) * (az + bz);
+        normal[1] += (az - bz) * (ax + bx);
+        normal[2] += (ax - bx) * (ay + by);
     }
     normal
 }

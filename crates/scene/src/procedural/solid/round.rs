@@ -15,24 +15,23 @@ struct Ring {
 }
 
 /// A mantle, and a disc at each end that has a radius when it is closed.
-pub(super) fn write_cone(writer: &mut Writer, radii: [f64; 2], height: f64, (sides, closed): (u32, bool)) {
+pub(super) fn write_cone(writer: &mut Writer, circle: &[[f64; 2]], (radii, height): ([f64; 2], f64), closed: bool) {
     let [low, high] = radii;
-    let circle = writer.circle(sides);
     let ring = |radius, y| Ring {
         radius,
         y,
         normal: [height, low - high],
     };
-    strip(writer, &circle, &[ring(low, 0.0), ring(high, height)]);
+    strip(writer, circle, &[ring(low, 0.0), ring(high, height)]);
     if closed {
-        disc(writer, &circle, (low, 0.0), false);
-        disc(writer, &circle, (high, height), true);
+        disc(writer, circle, (low, 0.0), false);
+        disc(writer, circle, (high, height), true);
     }
 }
 
 /// Half as many rows as sides.
-pub(super) fn write_sphere(writer: &mut Writer, radius: f64, sides: u32) {
-    let rows = sides.div_ceil(2).max(2);
+pub(super) fn write_sphere(writer: &mut Writer, circle: &[[f64; 2]], radius: f64) {
+    let rows = (circle.len() as u32).div_ceil(2).max(2);
     let ring = |row: u32| {
         let (sin, cos) = sin_cos(180.0 * f64::from(row) / f64::from(rows));
         Ring {
@@ -41,13 +40,11 @@ pub(super) fn write_sphere(writer: &mut Writer, radius: f64, sides: u32) {
             normal: [sin, -cos],
         }
     };
-    let circle = writer.circle(sides);
-    strip(writer, &circle, &(0..=rows).map(ring).collect::<Vec<_>>());
+    strip(writer, circle, &(0..=rows).map(ring).collect::<Vec<_>>());
 }
 
 /// A strip for each part of the profile, or one for all of it when it is smooth.
-pub(super) fn write_lathe(writer: &mut Writer, profile: &[[f64; 2]], (sides, smooth): (u32, bool)) {
-    let circle = writer.circle(sides);
+pub(super) fn write_lathe(writer: &mut Writer, circle: &[[f64; 2]], profile: &[[f64; 2]], smooth: bool) {
     let outward = |i: usize| {
         let ([r, y], [to_r, to_y]) = (profile[i], profile[i + 1]);
         let (dr, dy) = (to_r - r, to_y - y);
@@ -69,12 +66,12 @@ pub(super) fn write_lathe(writer: &mut Writer, profile: &[[f64; 2]], (sides, smo
             let (a, b) = (outward(i.saturating_sub(1)), outward(i.min(last - 1)));
             ring(i, [a[0] + b[0], a[1] + b[1]])
         });
-        strip(writer, &circle, &rings.collect::<Vec<_>>());
+        strip(writer, circle, &rings.collect::<Vec<_>>());
         return;
     }
     for i in 0..last {
         let normal = outward(i);
-        strip(writer, &circle, &[ring(i, normal), ring(i + 1, normal)]);
+        strip(writer, circle, &[ring(i, normal), ring(i + 1, normal)]);
     }
 }
 
@@ -120,14 +117,16 @@ fn strip(writer: &mut Writer, circle: &[[f64; 2]], rings: &[Ring]) {
             }
         }
         if let Some((under, lower)) = below {
-            for side in 0..sides {
+            let corners = |side: u32| {
                 let next = if side + 1 == sides { 0 } else { side + 1 };
-                if lower.radius > 0.0 {
-                    writer.triangle(under + side, under + next, first + next);
-                }
-                if ring.radius > 0.0 {
-                    writer.triangle(under + side, first + next, first + side);
-                }
+                let low = [under + side, under + next, first + next];
+                [low, [under + side, first + next, first + side]]
+            };
+            match (lower.radius > 0.0, ring.radius > 0.0) {
+                (true, true) => writer.triangles(sides, corners),
+                (true, false) => writer.triangles(sides, |side| [corners(side)[0]]),
+                (false, true) => writer.triangles(sides, |side| [corners(side)[1]]),
+                (false, false) => {}
             }
         }
         below = Some((first, *ring));

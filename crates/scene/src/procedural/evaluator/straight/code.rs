@@ -3,6 +3,7 @@
 
 use super::memory::Memory;
 use crate::procedural::arithmetic::{floor, sin_cos_of_each};
+use crate::procedural::evaluator::statement::MAX_LENGTH as FARTHEST;
 use crate::procedural::operation::{BuiltIn, MAX_POWER, Operator, random, truth};
 use crate::procedural::random::step;
 use crate::procedural::value::Value;
@@ -38,6 +39,7 @@ pub(super) enum Operation {
     Path {
         from: Register,
         site: u32,
+        to: Register,
     },
     /// Refuses what is out of range.
     Check {
@@ -49,13 +51,13 @@ pub(super) enum Operation {
         number: Register,
         from_zero: f64,
     },
-    /// The origin of a frame after a move along its axes.
+    /// The origin of a frame after a move along its axes; refuses what is too far.
     Moved {
         axes: [Register; 9],
         origin: [Register; 3],
         by: [Register; 3],
     },
-    /// What becomes of two axes, the first and then the second, when a frame turns.
+    /// What becomes of two axes, the first and then the second, when a frame turns; refuses angles that are too large.
     Turned {
         axes: [[Register; 3]; 2],
         degrees: Register,
@@ -100,120 +102,126 @@ impl<const N: usize> Columns<'_, N> {
 
     #[inline]
     fn step(&mut self, operation: Operation, to: Register, known: &Known) -> bool {
+        // What an operation takes lies before what it gives.
+        let (before, after) = self.numbers.split_at_mut(to as usize);
+        let at = |register: Register| &before[register as usize];
         match operation {
-            Operation::Constant(number) => self.put(to, |_| number),
+            Operation::Constant(number) => put(after, |_| number),
             Operation::Local(slot) => match known.locals[slot as usize] {
-                Value::Number(number) => self.put(to, |_| number),
-                Value::List(..) => false,
+                Value::Number(number) => put(after, |_| number),
+                Value::List(..) => return false,
             },
             Operation::Global(slot) => match known.globals[slot] {
-                Some(Value::Number(number)) => self.put(to, |_| number),
-                _ => false,
+                Some(Value::Number(number)) => put(after, |_| number),
+                _ => return false,
             },
-            Operation::Detail => self.put(to, |_| known.detail),
-            Operation::Level => self.put(to, |_| known.level),
+            Operation::Detail => put(after, |_| known.detail),
+            Operation::Level => put(after, |_| known.level),
             Operation::Minus(of) => {
-                let of = self.at(of);
-                self.put(to, |i| -of[i])
+                let of = at(of);
+                put(after, |i| -of[i]);
             }
             Operation::Not(of) => {
-                let of = self.at(of);
-                self.put(to, |i| truth(of[i] == 0.0))
+                let of = at(of);
+                put(after, |i| truth(of[i] == 0.0));
             }
-            Operation::Binary(operator, [a, b]) => self.binary(operator, [self.at(a), self.at(b)], to),
-            Operation::BuiltIn(name, [a, b, c]) => self.built_in(name, [self.at(a), self.at(b), self.at(c)], to),
+            Operation::Binary(operator, [a, b]) => binary(operator, [at(a), at(b)], after),
+            Operation::BuiltIn(name, [a, b, c]) => return built_in(name, [at(a), at(b), at(c)], after),
             Operation::Fractal { at: [x, z], octaves } => {
-                let places = [self.at(x), self.at(z)];
-                let sums = self.memory.fractal(known.seed, places, octaves);
-                sums.is_some_and(|sums| self.put(to, |i| sums[i]))
+                let Some(sums) = self.memory.fractal(known.seed, [at(x), at(z)], octaves) else {
+                    return false;
+                };
+                put(after, |i| sums[i]);
             }
             Operation::Random { path, site } => {
-                let paths = self.paths[path as usize];
-                self.put(to, |i| random(paths[i], site))
+                let paths = &self.paths[path as usize];
+                put(after, |i| random(paths[i], site));
             }
-            Operation::Path { from, site } => {
+            Operation::Path { from, site, to } => {
                 let from = self.paths[from as usize];
                 for (path, from) in self.paths[to as usize].iter_mut().zip(from) {
                     *path = step(from, site);
                 }
-                true
             }
-            Operation::Check { number, range } => all(self.at(number), |n| range[0] <= n && n <= range[1]),
-            Operation::Apart { number, from_zero } => all(self.at(number), |number| number.abs() >= from_zero),
+            Operation::Check { number, range } => return all(at(number), |n| range[0] <= n && n <= range[1]),
+            Operation::Apart { number, from_zero } => return all(at(number), |number| number.abs() >= from_zero),
             Operation::Moved { axes, origin, by } => {
-                let (x, y, z) = (self.at(by[0]), self.at(by[1]), self.at(by[2]));
-                for axis in 0..3 {
-                    let (a, b, c) = (self.at(axes[axis]), self.at(axes[3 + axis]), self.at(axes[6 + axis]));
-                    let from = self.at(origin[axis]);
-                    let moved = |i: usize| a[i] * x[i] + b[i] * y[i] + c[i] * z[i] + from[i];
-                    self.put(to + axis as Register, moved);
+                let [x, y, z] = by.map(at);
+                let mut sound = is_near(x) & is_near(y) & is_near(z);
+                for (axis, after) in after.iter_mut().take(3).enumerate() {
+                    let (a, b, c) = (at(axes[axis]), at(axes[3 + axis]), at(axes[6 + axis]));
+                    let from = at(origin[axis]);
+                    for i in 0..N {
+                        after[i] = a[i] * x[i] + b[i] * y[i] + c[i] * z[i] + from[i];
+                    }
+                    sound &= is_near(after);
                 }
-                true
+                return sound;
             }
             Operation::Turned { axes, degrees } => {
-                let (sin, cos) = sin_cos_of_each(self.at(degrees));
+                let (sin, cos) = sin_cos_of_each(at(degrees));
                 for axis in 0..3 {
-                    let (u, v) = (self.at(axes[0][axis]), self.at(axes[1][axis]));
-                    self.put(to + axis as Register, |i| u[i] * cos[i] + v[i] * sin[i]);
-                    self.put(to + 3 + axis as Register, |i| v[i] * cos[i] - u[i] * sin[i]);
+                    let (u, v) = (at(axes[0][axis]), at(axes[1][axis]));
+                    put(&mut after[axis..], |i| u[i] * cos[i] + v[i] * sin[i]);
+                    put(&mut after[3 + axis..], |i| v[i] * cos[i] - u[i] * sin[i]);
                 }
-                true
+                return is_near(at(degrees));
             }
-        }
-    }
-
-    #[inline(always)]
-    fn at(&self, register: Register) -> [f64; N] {
-        self.numbers[register as usize]
-    }
-
-    /// Keeps a number for each turn.
-    #[inline(always)]
-    fn put(&mut self, to: Register, number: impl Fn(usize) -> f64) -> bool {
-        let to = &mut self.numbers[to as usize];
-        for i in 0..N {
-            to[i] = number(i);
         }
         true
     }
 
     /// Whether all of these are finite.
     pub(super) fn finite(&self, registers: &[Register]) -> bool {
-        registers.iter().all(|&of| all(self.at(of), f64::is_finite))
-    }
-
-    #[inline(always)]
-    fn binary(&mut self, operator: Operator, [a, b]: [[f64; N]; 2], to: Register) -> bool {
-        match operator {
-            Operator::Add => self.put(to, |i| a[i] + b[i]),
-            Operator::Subtract => self.put(to, |i| a[i] - b[i]),
-            Operator::Multiply => self.put(to, |i| a[i] * b[i]),
-            Operator::Divide => self.put(to, |i| a[i] / b[i]),
-            _ => self.put(to, |i| operator.of(a[i], b[i])),
-        }
-    }
-
-    #[inline(always)]
-    fn built_in(&mut self, name: BuiltIn, [a, b, c]: [[f64; N]; 3], to: Register) -> bool {
-        match name {
-            BuiltIn::Sin => {
-                let (sin, _) = sin_cos_of_each(a);
-                self.put(to, |i| sin[i])
-            }
-            BuiltIn::Cos => {
-                let (_, cos) = sin_cos_of_each(a);
-                self.put(to, |i| cos[i])
-            }
-            BuiltIn::Power if !all(b, |b| b.abs() <= MAX_POWER && b == floor(b)) => false,
-            _ => self.put(to, |i| name.of(a[i], b[i], c[i])),
-        }
+        registers
+            .iter()
+            .all(|&of| all(&self.numbers[of as usize], f64::is_finite))
     }
 }
 
 #[inline(always)]
-fn all<const N: usize>(numbers: [f64; N], holds: impl Fn(f64) -> bool) -> bool {
+fn is_near<const N: usize>(numbers: &[f64; N]) -> bool {
+    all(numbers, |number| number.abs() <= FARTHEST)
+}
+
+/// Keeps a number for each turn, in the first of these registers.
+#[inline(always)]
+fn put<const N: usize>(to: &mut [[f64; N]], number: impl Fn(usize) -> f64) {
+    for (i, to) in to[0].iter_mut().enumerate() {
+        *to = number(i);
+    }
+}
+
+#[inline(always)]
+fn binary<const N: usize>(operator: Operator, [a, b]: [&[f64; N]; 2], to: &mut [[f64; N]]) {
+    match operator {
+        Operator::Add => put(to, |i| a[i] + b[i]),
+        Operator::Subtract => put(to, |i| a[i] - b[i]),
+        Operator::Multiply => put(to, |i| a[i] * b[i]),
+        Operator::Divide => put(to, |i| a[i] / b[i]),
+        _ => put(to, |i| operator.of(a[i], b[i])),
+    }
+}
+
+#[inline(always)]
+fn built_in<const N: usize>(name: BuiltIn, [a, b, c]: [&[f64; N]; 3], to: &mut [[f64; N]]) -> bool {
+    match name {
+        BuiltIn::Floor => put(to, |i| floor(a[i])),
+        BuiltIn::Clamp => put(to, |i| BuiltIn::Clamp.of(a[i], b[i], c[i])),
+        BuiltIn::Power if !all(b, |b| b.abs() <= MAX_POWER && b == floor(b)) => return false,
+        BuiltIn::Sin | BuiltIn::Cos => {
+            let (sin, cos) = sin_cos_of_each(a);
+            put(to, |i| if name == BuiltIn::Sin { sin[i] } else { cos[i] });
+        }
+        _ => put(to, |i| name.of(a[i], b[i], c[i])),
+    }
+    true
+}
+
+#[inline(always)]
+fn all<const N: usize>(numbers: &[f64; N], holds: impl Fn(f64) -> bool) -> bool {
     let mut all = true;
-    for number in numbers {
+    for &number in numbers {
         all &= holds(number);
     }
     all

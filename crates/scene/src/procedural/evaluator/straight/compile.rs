@@ -3,9 +3,10 @@
 //!
 //! An expression that has a choice to make, or is about lists, becomes nothing.
 
-use super::code::{Code, Operation, Register};
+use super::code::{Operation, Register};
+use super::emit::Emitter;
 use crate::procedural::link::Program;
-use crate::procedural::operation::{BuiltIn, MAX_OCTAVES, Operator};
+use crate::procedural::operation::{BuiltIn, MAX_OCTAVES};
 use crate::procedural::syntax::{Call, Cost, Expr, Formal};
 
 /// Most nodes that are made operations together, so that what calls much is not read again and again.
@@ -39,25 +40,12 @@ pub(super) struct Compiler<'p> {
     pub(super) program: &'p Program,
     pub(super) module: usize,
     pub(super) names: Names,
-    pub(super) code: Code,
+    pub(super) emitter: Emitter,
     pub(super) cost: Cost,
     /// Most calls inside each other.
     pub(super) levels: u32,
     nesting: u32,
     calls: u32,
-    /// What is known of each register.
-    numbers: Vec<Number>,
-    /// Whether each path is the same in every turn.
-    shared_paths: Vec<bool>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Number {
-    /// Whether it is the same in every turn.
-    is_shared: bool,
-    /// Whether something else shows that it is finite.
-    is_shown: bool,
-    constant: Option<f64>,
 }
 
 impl<'p> Compiler<'p> {
@@ -68,51 +56,21 @@ impl<'p> Compiler<'p> {
             level: Level::Own,
             path: 0,
         };
-        let code = Code {
-            paths: 1,
-            ..Code::default()
-        };
         Self {
             program,
             module,
             names,
-            code,
+            emitter: Emitter::new(),
             cost: Cost::default(),
             levels: 0,
             nesting: 0,
             calls: 0,
-            numbers: Vec::new(),
-            shared_paths: vec![false],
         }
     }
 
     /// Nodes that were looked at.
     pub(super) fn work(&self) -> u32 {
         self.cost.steps
-    }
-
-    /// Registers that are filled from outside, the first of all.
-    pub(super) fn given(&mut self, count: usize, is_shared: bool) -> Register {
-        let known = Number {
-            is_shared,
-            is_shown: true,
-            constant: None,
-        };
-        self.reserve(count, known)
-    }
-
-    pub(super) fn finished(mut self) -> Code {
-        let open = self.numbers.iter().enumerate().filter(|(_, number)| !number.is_shown);
-        self.code.finite = open.map(|(register, _)| register as Register).collect();
-        self.code.registers = self.numbers.len();
-        debug_assert_eq!(self.code.paths, self.shared_paths.len());
-        self.code
-    }
-
-    fn reserve(&mut self, count: usize, known: Number) -> Register {
-        let first = self.numbers.len();
-        self.numbers.resize(first + count, known);
-        first as Register
     }
 
     /// Goes one deeper; whoever calls it comes back with [`Compiler::leave`], unless there was nothing.
@@ -131,77 +89,11 @@ impl<'p> Compiler<'p> {
         (self.cost.steps <= MOST_NODES).then_some(())
     }
 
-    pub(super) fn emit(&mut self, operation: Operation, of: &[Register], results: usize) -> Register {
-        let is_shared = of.iter().all(|&of| self.numbers[of as usize].is_shared);
-        let known = Number {
-            is_shared,
-            is_shown: false,
-            constant: None,
-        };
-        let to = self.reserve(results, known);
-        self.push(operation, to, is_shared);
-        to
-    }
-
-    fn push(&mut self, operation: Operation, to: Register, is_shared: bool) {
-        if is_shared {
-            self.code.shared.push((operation, to));
-        } else {
-            self.code.each.push((operation, to));
-        }
-    }
-
-    /// What is there before anything is computed, once.
-    fn load(&mut self, operation: Operation, constant: Option<f64>, is_same: impl Fn(&Operation) -> bool) -> Register {
-        if let Some((_, known)) = self.code.shared.iter().find(|(known, _)| is_same(known)) {
-            return *known;
-        }
-        let known = Number {
-            is_shared: true,
-            is_shown: true,
-            constant,
-        };
-        let to = self.reserve(1, known);
-        self.push(operation, to, true);
-        to
-    }
-
-    pub(super) fn constant(&mut self, number: f64) -> Register {
-        let bits = number.to_bits();
-        let is_same = |known: &Operation| matches!(known, Operation::Constant(known) if known.to_bits() == bits);
-        self.load(Operation::Constant(number), Some(number), is_same)
-    }
-
-    /// That something else is not finite when these are not.
-    pub(super) fn shown(&mut self, registers: &[Register]) {
-        registers
-            .iter()
-            .for_each(|&of| self.numbers[of as usize].is_shown = true);
-    }
-
     /// A number within a range.
     pub(super) fn ranged(&mut self, expr: &'p Expr, (min, max): (f64, f64)) -> Option<Register> {
         let number = self.number(expr)?;
-        self.within(number, (min, max));
+        self.emitter.within(number, (min, max));
         Some(number)
-    }
-
-    /// A number that is not too near to zero.
-    pub(super) fn apart(&mut self, number: Register, from_zero: f64) {
-        let is_shared = self.numbers[number as usize].is_shared;
-        self.push(Operation::Apart { number, from_zero }, 0, is_shared);
-    }
-
-    pub(super) fn within(&mut self, number: Register, (min, max): (f64, f64)) {
-        let known = self.numbers[number as usize];
-        if !known
-            .constant
-            .is_some_and(|constant| min <= constant && constant <= max)
-        {
-            let range = [min, max];
-            self.push(Operation::Check { number, range }, 0, known.is_shared);
-        }
-        self.shown(&[number]);
     }
 
     /// As [`Evaluator::value`](super::Evaluator::value) visits it.
@@ -225,36 +117,40 @@ impl<'p> Compiler<'p> {
 
     fn computed(&mut self, expr: &'p Expr) -> Option<Register> {
         Some(match expr {
-            Expr::Number(number) => self.constant(*number),
+            Expr::Number(number) => self.emitter.constant(*number),
             Expr::Local(slot) => self.local(*slot)?,
             Expr::Global(index) => {
                 let wanted = self.program.modules[self.module].uses[*index].slot;
                 let is_same = |known: &Operation| matches!(known, Operation::Global(slot) if *slot == wanted);
-                self.load(Operation::Global(wanted), None, is_same)
+                self.emitter.load(Operation::Global(wanted), None, is_same)
             }
-            Expr::Detail => self.load(Operation::Detail, None, |known| matches!(known, Operation::Detail)),
+            Expr::Detail => self
+                .emitter
+                .load(Operation::Detail, None, |known| matches!(known, Operation::Detail)),
             Expr::Level => match self.names.level {
-                Level::Own => self.load(Operation::Level, None, |known| matches!(known, Operation::Level)),
-                Level::None => self.constant(0.0),
+                Level::Own => self
+                    .emitter
+                    .load(Operation::Level, None, |known| matches!(known, Operation::Level)),
+                Level::None => self.emitter.constant(0.0),
                 Level::Unknown => return None,
             },
             Expr::Minus(of) => {
                 let of = self.number(of)?;
-                match self.numbers[of as usize].constant {
-                    Some(number) => self.constant(-number),
+                match self.emitter.known(of) {
+                    Some(number) => self.emitter.constant(-number),
                     None => {
-                        self.shown(&[of]);
-                        self.emit(Operation::Minus(of), &[of], 1)
+                        self.emitter.shown(&[of]);
+                        self.emitter.emit(Operation::Minus(of), &[of], 1)
                     }
                 }
             }
             Expr::Not(of) => {
                 let of = self.number(of)?;
-                self.emit(Operation::Not(of), &[of], 1)
+                self.emitter.emit(Operation::Not(of), &[of], 1)
             }
             Expr::Binary { operator, sides, .. } => {
                 let sides = [self.number(&sides[0])?, self.number(&sides[1])?];
-                self.binary(*operator, sides)
+                self.emitter.binary(*operator, sides)
             }
             Expr::BuiltIn {
                 name, site, arguments, ..
@@ -269,24 +165,10 @@ impl<'p> Compiler<'p> {
             Some((_, register)) => Some(*register),
             None if self.names.has_stack => {
                 let is_same = |known: &Operation| matches!(known, Operation::Local(slot) if *slot == wanted);
-                Some(self.load(Operation::Local(wanted), None, is_same))
+                Some(self.emitter.load(Operation::Local(wanted), None, is_same))
             }
             None => None,
         }
-    }
-
-    pub(super) fn binary(&mut self, operator: Operator, sides: [Register; 2]) -> Register {
-        if let [Some(a), Some(b)] = sides.map(|side| self.numbers[side as usize].constant)
-            && operator.of(a, b).is_finite()
-        {
-            return self.constant(operator.of(a, b));
-        }
-        match operator {
-            Operator::Add | Operator::Subtract | Operator::Multiply => self.shown(&sides),
-            Operator::Divide => self.shown(&sides[..1]),
-            _ => {}
-        }
-        self.emit(Operation::Binary(operator, sides), &sides, 1)
     }
 
     fn built_in(&mut self, name: BuiltIn, site: u32, arguments: &'p [Expr]) -> Option<Register> {
@@ -296,7 +178,7 @@ impl<'p> Compiler<'p> {
             let part = self.number(&arguments[2])?;
             // Between numbers, which have a size of one.
             self.count(1)?;
-            return Some(self.between(a, b, part));
+            return Some(self.emitter.between(a, b, part));
         }
         if name == BuiltIn::Count {
             return None;
@@ -308,44 +190,27 @@ impl<'p> Compiler<'p> {
         Some(match (name, of) {
             (BuiltIn::Noise, &[x, z]) => self.fractal([x, z], 1)?,
             (BuiltIn::Fractal, &[x, z, octaves]) => {
-                let octaves = self.numbers[octaves as usize].constant;
+                let octaves = self.emitter.known(octaves);
                 let octaves = octaves.filter(|octaves| (1.0..=MAX_OCTAVES).contains(octaves))?;
                 self.fractal([x, z], octaves as u32)?
             }
             (BuiltIn::Random, _) => {
-                let random = Operation::Random {
-                    path: self.names.path,
-                    site,
-                };
-                let is_shared = self.shared_paths[self.names.path as usize];
-                let known = Number {
-                    is_shared,
-                    is_shown: true,
-                    constant: None,
-                };
-                let to = self.reserve(1, known);
-                self.push(random, to, is_shared);
+                let to = self.emitter.random(self.names.path, site);
                 match *of {
-                    [a, b] => self.between(a, b, to),
+                    [a, b] => self.emitter.between(a, b, to),
                     _ => to,
                 }
             }
             _ => {
                 let filled = [0, 1, 2].map(|i| of.get(i).copied().unwrap_or(of[0]));
-                self.emit(Operation::BuiltIn(name, filled), of, 1)
+                self.emitter.emit(Operation::BuiltIn(name, filled), of, 1)
             }
         })
     }
 
-    fn between(&mut self, a: Register, b: Register, part: Register) -> Register {
-        let span = self.binary(Operator::Subtract, [b, a]);
-        let along = self.binary(Operator::Multiply, [span, part]);
-        self.binary(Operator::Add, [a, along])
-    }
-
     fn fractal(&mut self, at: [Register; 2], octaves: u32) -> Option<Register> {
         self.count(octaves)?;
-        Some(self.emit(Operation::Fractal { at, octaves }, &at, 1))
+        Some(self.emitter.emit(Operation::Fractal { at, octaves }, &at, 1))
     }
 
     /// The value of a function of the file.
@@ -371,18 +236,12 @@ impl<'p> Compiler<'p> {
                 bound.push((slot as u32, self.value(&argument.value)?));
             }
         }
-        let from = self.names.path;
-        let path = self.code.paths;
-        self.code.paths += 1;
-        let is_shared = self.shared_paths[from as usize];
-        self.shared_paths.push(is_shared);
-        let site = call.site;
-        self.push(Operation::Path { from, site }, path as Register, is_shared);
+        let to = self.emitter.path(self.names.path, call.site);
         let inner = Names {
             bound,
             has_stack: false,
             level: Level::None,
-            path: path as Register,
+            path: to,
         };
         let outer = std::mem::replace(&mut self.names, inner);
         self.calls += 1;

@@ -25,26 +25,26 @@ impl Memory {
     pub(super) fn fractal<const N: usize>(
         &mut self,
         seed: u32,
-        [x, z]: [[f64; N]; 2],
+        [x, z]: [&[f64; N]; 2],
         octaves: u32,
     ) -> Option<[f64; N]> {
         if N < LEAST_PLACES || octaves < LEAST_OCTAVES {
             return fractal_of_each(seed, [x, z], octaves);
         }
         if self.octaves.is_empty() {
-            self.octaves.resize(SLOTS, 0);
-            self.numbers.resize(SLOTS * 3 * N, 0.0);
+            self.octaves = vec![0; SLOTS];
+            self.numbers = vec![0.0; SLOTS * 3 * N];
         }
         let path = step_number(step_number(step(0, octaves), x[0]), z[0]);
         let slot = mixed(step_number(path, x[N - 1])) as usize % SLOTS;
         let kept = &mut self.numbers.as_chunks_mut::<N>().0[3 * slot..3 * slot + 3];
         let is_same = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
-        if self.octaves[slot] == octaves && is_same(&kept[0], &x) && is_same(&kept[1], &z) {
+        if self.octaves[slot] == octaves && is_same(&kept[0], x) && is_same(&kept[1], z) {
             return Some(kept[2]);
         }
         let found = fractal_of_each(seed, [x, z], octaves)?;
         self.octaves[slot] = octaves;
-        kept.copy_from_slice(&[x, z, found]);
+        kept.copy_from_slice(&[*x, *z, found]);
         Some(found)
     }
 }

@@ -1,16 +1,20 @@
 //! What is done at one go? Statements that make no choice, for several turns of a loop side by side: most of what rules draw
 //! is that, leaves of a spray, windows of a wall, the heights of a field. When the traversal first comes to such a statement
-//! it becomes a [`Plan`]: a list of operations on numbers ([`code`]), made of its expressions ([`compile`]), and of solids
-//! that take them ([`plan`]).
+//! it becomes a [`Plan`] ([`plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
+//! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`memory`] keeps noise that is asked for again.
 //!
 //! It is known beforehand what such a visit takes, so limits are asked once for all of it. Where anything is amiss nothing
 //! has been done: the nodes are visited one by one, and that says what and where.
 
 mod code;
 mod compile;
+mod emit;
 mod fill;
 mod memory;
 mod plan;
+mod solids;
+#[cfg(test)]
+mod tests;
 
 use std::ops::Range;
 
@@ -18,6 +22,7 @@ use code::{Code, Columns, Known};
 use memory::Memory;
 use plan::{Plan, Slope, plan, slope};
 
+use super::statement::MAX_LENGTH as FARTHEST;
 use super::{Evaluator, Outcome, Scope, Turtle};
 use crate::procedural::affine::Affine;
 use crate::procedural::random::step;
@@ -29,8 +34,8 @@ const MOST_WORK: u32 = 1 << 20;
 const WIDE: usize = 8;
 /// The same for loops of few turns.
 const NARROW: usize = 4;
-/// Farthest that a turtle goes, and its largest scale.
-use super::statement::MAX_LENGTH as FARTHEST;
+/// Longest axes along x, y and z with which a turtle may turn: as it turns, none gets beyond [`FARTHEST`].
+const LONGEST: f64 = 1e8;
 
 /// What became of a statement.
 #[derive(Debug, Default)]
@@ -176,7 +181,9 @@ impl<'p> Evaluator<'p> {
         (turns, range): (&Turns, Range<usize>),
     ) -> Outcome<usize> {
         let frame = turtle.frame.numbers();
-        let is_too_far = plan.moves && !frame.iter().all(|number| number.abs() <= FARTHEST);
+        let is_near = frame[..9].iter().all(|along| along.abs() <= LONGEST)
+            && frame[9..].iter().all(|along| along.abs() <= FARTHEST);
+        let is_too_far = plan.moves && !is_near;
         if range.is_empty() || is_too_far {
             return Ok(range.start);
         }

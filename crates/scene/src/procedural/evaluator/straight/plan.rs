@@ -5,10 +5,9 @@ use super::code::{Code, Operation, Register};
 use super::compile::{Compiler, Level};
 use crate::procedural::evaluator::statement::{MAX_LENGTH as FARTHEST, MIN_SCALE};
 use crate::procedural::evaluator::terminal::MAX_LENGTH;
-use crate::procedural::limits::{MAX_CORNERS, MAX_SIDES};
 use crate::procedural::link::Program;
 use crate::procedural::operation::Operator;
-use crate::procedural::solid::{Faces, Solid, SolidKind};
+use crate::procedural::solid::Solid;
 use crate::procedural::syntax::{At, Cost, Expr, Statement, Transform};
 
 /// Twelve numbers: x, y and z of three axes and of an origin.
@@ -55,13 +54,14 @@ pub(in crate::procedural::evaluator) struct Slope {
     pub(super) levels: u32,
 }
 
-struct Planner<'p> {
-    compiler: Compiler<'p>,
-    frame: Frame,
-    paint: Option<usize>,
-    solids: Vec<Planned>,
+pub(super) struct Planner<'p> {
+    pub(super) compiler: Compiler<'p>,
+    pub(super) frame: Frame,
+    pub(super) paint: Option<usize>,
+    pub(super) solids: Vec<Planned>,
     paints: Vec<usize>,
     moves: bool,
+    is_stretched: bool,
 }
 
 /// What a statement does each time that it is visited, with values of its own in `slots`; nothing when that is not known.
@@ -73,9 +73,9 @@ pub(super) fn plan<'p>(
     statement: &'p Statement,
 ) -> (Option<Plan>, u32) {
     let mut compiler = Compiler::new(program, module);
-    compiler.given(12, true);
+    compiler.emitter.given(12, true);
     for &slot in slots {
-        let register = compiler.given(1, false);
+        let register = compiler.emitter.given(1, false);
         compiler.names.bound.push((slot, register));
     }
     let mut planner = Planner {
@@ -85,11 +85,12 @@ pub(super) fn plan<'p>(
         solids: Vec::new(),
         paints: Vec::new(),
         moves: false,
+        is_stretched: false,
     };
     let done = planner.statement(statement);
     let (cost, levels, work) = (planner.compiler.cost, planner.compiler.levels, planner.compiler.work());
     let plan = done.map(|()| Plan {
-        code: planner.compiler.finished(),
+        code: planner.compiler.emitter.finished(),
         solids: planner.solids,
         paints: planner.paints,
         inputs: slots.len(),
@@ -109,13 +110,13 @@ pub(super) fn slope<'p>(
 ) -> (Option<Slope>, u32) {
     let mut compiler = Compiler::new(program, module);
     for slot in slots {
-        let register = compiler.given(1, false);
+        let register = compiler.emitter.given(1, false);
         compiler.names.bound.push((slot, register));
     }
     let height = compiler.ranged(height, (-MAX_LENGTH, MAX_LENGTH));
     let (cost, levels, work) = (compiler.cost, compiler.levels, compiler.work());
     let slope = height.map(|height| Slope {
-        code: compiler.finished(),
+        code: compiler.emitter.finished(),
         height,
         cost,
         levels,
@@ -181,7 +182,7 @@ impl<'p> Planner<'p> {
         let compiler = &mut self.compiler;
         let mut numbers = [0; 3];
         for (number, expr) in numbers.iter_mut().zip(by) {
-            *number = compiler.ranged(expr, (-FARTHEST, FARTHEST))?;
+            *number = compiler.number(expr)?;
         }
         let mut frame = self.frame;
         let mut inputs = self.frame.to_vec();
@@ -190,16 +191,22 @@ impl<'p> Planner<'p> {
         let mut put = |compiler: &mut Compiler, places: &[usize], first: Register| {
             for (&place, register) in places.iter().zip(first..) {
                 frame[place] = register;
-                compiler.within(register, (-FARTHEST, FARTHEST));
+                compiler.emitter.shown(&[register]);
             }
         };
+        // Axes keep their length when they turn; once they are stretched, they are measured.
+        let is_stretched = self.is_stretched;
         let mut turned = |compiler: &mut Compiler, about: usize| {
             let (from, to) = ((about + 1) % 3, (about + 2) % 3);
             let axes = [axis(from), axis(to)];
             let degrees = numbers[0];
-            let first = compiler.emit(Operation::Turned { axes, degrees }, &inputs, 6);
+            let first = compiler.emitter.emit(Operation::Turned { axes, degrees }, &inputs, 6);
             let places = [from, to].map(|axis| [3 * axis, 3 * axis + 1, 3 * axis + 2]);
+            compiler.emitter.shown(&[degrees]);
             put(compiler, places.as_flattened(), first);
+            if is_stretched {
+                (first..first + 6).for_each(|number| compiler.emitter.within(number, (-FARTHEST, FARTHEST)));
+            }
         };
         match transform {
             Transform::Turn => turned(compiler, 1),
@@ -212,161 +219,26 @@ impl<'p> Planner<'p> {
                     origin: axis(3),
                     by: numbers,
                 };
-                let first = compiler.emit(moved, &inputs, 3);
+                let first = compiler.emitter.emit(moved, &inputs, 3);
+                compiler.emitter.shown(&numbers);
                 put(compiler, &[9, 10, 11], first);
             }
             Transform::Scale => {
                 let factors = if by.len() == 1 { [numbers[0]; 3] } else { numbers };
                 for number in factors {
-                    compiler.apart(number, MIN_SCALE);
+                    compiler.emitter.within(number, (-FARTHEST, FARTHEST));
+                    compiler.emitter.apart(number, MIN_SCALE);
                 }
+                self.is_stretched = true;
                 for place in 0..9 {
-                    let register = compiler.binary(Operator::Multiply, [self.frame[place], factors[place / 3]]);
+                    let register = compiler
+                        .emitter
+                        .binary(Operator::Multiply, [self.frame[place], factors[place / 3]]);
+                    compiler.emitter.within(register, (-FARTHEST, FARTHEST));
                     put(compiler, &[place], register);
                 }
             }
         }
         Some(frame)
-    }
-
-    fn solid(&mut self, at: At, kind: SolidKind, arguments: &'p [Option<Expr>]) -> Option<()> {
-        let mut numbers = Vec::new();
-        let mut formal = |planner: &mut Self, index: usize, most: f64| {
-            let register = match &arguments[index] {
-                Some(expr) => planner.compiler.ranged(expr, (0.0, most))?,
-                None => planner.compiler.constant(kind.formals()[index].1.unwrap_or_default()),
-            };
-            numbers.push(register);
-            Some(())
-        };
-        let solid = match kind {
-            SolidKind::Box => {
-                (0..3).try_for_each(|i| formal(self, i, MAX_LENGTH))?;
-                Solid::Box([0.0; 3])
-            }
-            SolidKind::Cone | SolidKind::Cylinder => {
-                let order: &[usize] = if kind == SolidKind::Cone {
-                    &[0, 2, 1, 3, 4]
-                } else {
-                    &[0, 1, 2, 3]
-                };
-                for &i in order {
-                    let most = match kind.formals()[i].0 {
-                        "sides" => MAX_SIDES,
-                        "closed" => 1.0,
-                        _ => MAX_LENGTH,
-                    };
-                    formal(self, i, most)?;
-                }
-                if kind == SolidKind::Cylinder {
-                    numbers.insert(0, numbers[0]);
-                }
-                Solid::Cone {
-                    radii: [0.0; 2],
-                    height: 0.0,
-                    sides: 0,
-                    closed: false,
-                }
-            }
-            SolidKind::Sphere => {
-                formal(self, 0, MAX_LENGTH)?;
-                formal(self, 1, MAX_SIDES)?;
-                let (radius, sides) = (0.0, 0);
-                Solid::Sphere { radius, sides }
-            }
-            SolidKind::Prism => {
-                let rows = self.rows::<2>(arguments[0].as_ref()?)?;
-                if !(3..=MAX_CORNERS).contains(&(rows.len() / 2)) {
-                    return None;
-                }
-                self.count_ears(rows.len() / 2)?;
-                formal(self, 1, MAX_LENGTH)?;
-                let footprint = vec![[0.0; 2]; rows.len() / 2];
-                numbers.extend(rows);
-                Solid::Prism { footprint, height: 0.0 }
-            }
-            SolidKind::Lathe => {
-                let rows = self.rows::<2>(arguments[0].as_ref()?)?;
-                if !(2..=MAX_CORNERS).contains(&(rows.len() / 2)) {
-                    return None;
-                }
-                for radius in rows.iter().step_by(2) {
-                    self.compiler.within(*radius, (0.0, MAX_LENGTH));
-                }
-                formal(self, 1, MAX_SIDES)?;
-                formal(self, 2, 1.0)?;
-                let profile = vec![[0.0; 2]; rows.len() / 2];
-                numbers.extend(rows);
-                Solid::Lathe {
-                    profile,
-                    sides: 0,
-                    smooth: false,
-                }
-            }
-            SolidKind::Polygon | SolidKind::Mesh => {
-                numbers = self.rows::<3>(arguments[0].as_ref()?)?;
-                let points = vec![[0.0; 3]; numbers.len() / 3];
-                let faces = match kind {
-                    SolidKind::Polygon => Faces::one(points.len() as u32),
-                    _ => self.faces(arguments[1].as_ref()?, points.len())?,
-                };
-                for face in faces.iter() {
-                    if face.len() < 3 || face.len() > MAX_CORNERS {
-                        return None;
-                    }
-                    self.count_ears(face.len())?;
-                }
-                Solid::Mesh { points, faces }
-            }
-        };
-        self.solids.push(Planned {
-            at,
-            frame: self.frame,
-            paint: self.paint,
-            numbers,
-            solid,
-        });
-        Some(())
-    }
-
-    fn count_ears(&mut self, corners: usize) -> Option<()> {
-        self.compiler.count((corners * corners * corners / 16) as u32)
-    }
-
-    /// Rows of `N` numbers, one after the other.
-    fn rows<const N: usize>(&mut self, list: &'p Expr) -> Option<Vec<Register>> {
-        let mut numbers = Vec::new();
-        self.compiler.enter()?;
-        for row in list.items()? {
-            let items = row.items().filter(|items| items.len() == N)?;
-            self.compiler.enter()?;
-            for item in items {
-                let number = self.compiler.value(item)?;
-                self.compiler.within(number, (-MAX_LENGTH, MAX_LENGTH));
-                numbers.push(number);
-            }
-            self.compiler.leave();
-        }
-        self.compiler.leave();
-        Some(numbers)
-    }
-
-    /// Faces that are written out.
-    fn faces(&mut self, list: &'p Expr, points: usize) -> Option<Faces> {
-        let mut faces = Faces::default();
-        self.compiler.enter()?;
-        for face in list.items()? {
-            self.compiler.enter()?;
-            for corner in face.items()? {
-                let Expr::Number(corner) = corner else { return None };
-                self.compiler.enter()?;
-                faces.corner(*corner, points)?;
-                self.compiler.leave();
-            }
-            faces.end();
-            self.compiler.leave();
-        }
-        self.compiler.leave();
-        Some(faces)
     }
 }
