@@ -48,3 +48,23 @@ impl Memory {
         Some(found)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_remembered_is_what_would_be_found() {
+        let mut memory = Memory::default();
+        // More places than slots, so that many share one; each is asked for again while it is still there.
+        for i in 0..3 * SLOTS {
+            let x: [f64; 8] = std::array::from_fn(|place| i as f64 * 0.37 + place as f64 * 0.21);
+            let z = [(i % 7) as f64 * 0.9; 8];
+            for octaves in [LEAST_OCTAVES, LEAST_OCTAVES, 1] {
+                let found = memory.fractal(5, [&x, &z], octaves);
+                assert_eq!(found, fractal_of_each(5, [&x, &z], octaves), "{i}");
+            }
+        }
+        assert_eq!(memory.fractal(5, [&[2e9; 8], &[0.0; 8]], LEAST_OCTAVES), None);
+    }
+}

@@ -5,7 +5,10 @@ use super::{Evaluator, MOST_WORK};
 use crate::procedural::{Grown, Limits, NoImports, Program, Settings};
 
 /// Each has something in it that is done at one go, or that could be but for one thing.
-const TEXTS: [&str; 30] = [
+const TEXTS: [&str; 33] = [
+    "for i in 5 move(2e8 * i, 0, 0) move(2e8 * i, 0, 0) box(1, 1, 1)",
+    "scale(1e5) turn(45) scale(14000) turn(-45) box(1, 1, 1)",
+    "scale(1e5) turn(45) scale(14000) if 1 turn(-45) box(1, 1, 1)",
     "rule leaf(size, w = 0.3 * size + random()) {
        let h = size * random(1, 2)
        mesh([[0, 0, 0], [w, h, 0], [0, size, h], [-w, 0.5 * h, 0]], [[0, 1, 2], [0, 2, 3], [0, 1, 2, 3]]) box(w, h, size) }
