@@ -1,6 +1,6 @@
 //! What is done at one go? Statements that make no choice, for several turns of a loop side by side: most of what rules draw
 //! is that, leaves of a spray, windows of a wall, the heights of a field. When the traversal first comes to such a statement
-//! it becomes a [`Plan`] ([`plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
+//! it becomes a [`Plan`] ([`mod@plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
 //! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`memory`] keeps noise that is asked for again.
 //!
 //! It is known beforehand what such a visit takes, so limits are asked once for all of it. Where anything is amiss nothing
