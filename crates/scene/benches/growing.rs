@@ -40,7 +40,7 @@ fn main() {
         ("a height field", WAVES),
     ];
     let own = texts.map(|(name, text)| (name.to_owned(), text.to_owned()));
-    let content = ["tree.dcg", "conifer.dcg", "terrain.dcg"];
+    let content = ["tree.dcg", "conifer.dcg", "terrain.dcg", "town.dcg"];
     let content = content.map(|file| (file.to_owned(), Content.load(file).expect("the content is there")));
     let wanted = env::args().skip(1).find(|argument| !argument.starts_with('-'));
     let models = own.into_iter().chain(content);

@@ -19,6 +19,21 @@ impl Affine {
         origin: [0.0; 3],
     };
 
+    /// Axes x, y and z and the origin, one after the other.
+    pub(super) fn numbers(&self) -> [f64; 12] {
+        let ([x, y, z], origin) = (self.axes, self.origin);
+        let all = [x, y, z, origin];
+        std::array::from_fn(|i| all[i / 3][i % 3])
+    }
+
+    /// The map of these [numbers](Affine::numbers).
+    pub(super) fn of_numbers([a, b, c, d, e, f, g, h, i, x, y, z]: [f64; 12]) -> Self {
+        Self {
+            axes: [[a, b, c], [d, e, f], [g, h, i]],
+            origin: [x, y, z],
+        }
+    }
+
     /// Where a direction leads.
     #[inline]
     #[must_use]
@@ -38,6 +53,7 @@ impl Affine {
 
     /// The box around the eight corners of a box. Each coordinate is a sum of one term for each axis, and rounding keeps
     /// order: so the least and the most of each term give the least and the most of all corners, to the bit.
+    #[inline]
     #[must_use]
     pub fn bounds(&self, of: &Bounds) -> Bounds {
         if of.is_empty() {
@@ -107,12 +123,14 @@ impl Affine {
     }
 
     /// Whether it turns left into right.
+    #[inline]
     #[must_use]
     pub fn mirrors(&self) -> bool {
         dot(self.axes[0], cross(self.axes[1], self.axes[2])) < 0.0
     }
 
     /// The map of normals, up to their length: outward stays outward.
+    #[inline]
     #[must_use]
     pub fn normals(&self) -> Self {
         let [x, y, z] = self.axes;

@@ -6,31 +6,51 @@
 
 const RADIANS: f64 = 0.017_453_292_519_943_295;
 
+/// From 2⁵² on numbers have no place for halves: adding it rounds, and what is as large is whole.
+const WHOLE: f64 = 4_503_599_627_370_496.0;
+
+/// Rounded down, as IEEE 754 has it; without a call into the machine's library, which has one where processors of all
+/// ages must do, and without a branch.
+#[inline]
+#[must_use]
+pub(super) fn floor(x: f64) -> f64 {
+    let near = ((x.abs() + WHOLE) - WHOLE).copysign(x);
+    let below = if near > x { near - 1.0 } else { near };
+    if x.abs() < WHOLE { below } else { x }
+}
+
 /// Sine and cosine of an angle in degrees; multiples of 90 are exact.
 #[must_use]
 pub fn sin_cos(degrees: f64) -> (f64, f64) {
-    let turned = degrees - 360.0 * (degrees / 360.0).floor();
-    let quarter = (turned / 90.0 + 0.5).floor();
-    let x = (turned - 90.0 * quarter) * RADIANS;
-    let (sin, cos) = near_zero(x);
-    match quarter as i32 & 3 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
-    }
+    let ([sin], [cos]) = sin_cos_of_each(&[degrees]);
+    (sin, cos)
 }
 
-/// Taylor's series within an eighth of a turn; the first term left out is below 2⁻⁵³.
-fn near_zero(x: f64) -> (f64, f64) {
-    let z = x * x;
-    let mut sin = 1.0;
-    let mut cos = 1.0;
-    for k in [8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0] {
-        sin = 1.0 - sin * z / (2.0 * k * (2.0 * k + 1.0));
-        cos = 1.0 - cos * z / (2.0 * k * (2.0 * k - 1.0));
+/// Sines and cosines of several angles side by side, which takes hardly longer than those of one.
+#[inline]
+pub(super) fn sin_cos_of_each<const N: usize>(degrees: &[f64; N]) -> ([f64; N], [f64; N]) {
+    let (mut sin, mut cos, mut x, mut quarters) = ([1.0; N], [1.0; N], [0.0; N], [0; N]);
+    for i in 0..N {
+        let turned = degrees[i] - 360.0 * floor(degrees[i] / 360.0);
+        let quarter = floor(turned / 90.0 + 0.5);
+        x[i] = (turned - 90.0 * quarter) * RADIANS;
+        quarters[i] = quarter as i32;
     }
-    (x * sin, cos)
+    // Taylor's series within an eighth of a turn; the first term left out is below 2⁻⁵³.
+    for k in [8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0] {
+        for i in 0..N {
+            let z = x[i] * x[i];
+            sin[i] = 1.0 - sin[i] * z / (2.0 * k * (2.0 * k + 1.0));
+            cos[i] = 1.0 - cos[i] * z / (2.0 * k * (2.0 * k - 1.0));
+        }
+    }
+    for i in 0..N {
+        let (s, c) = (x[i] * sin[i], cos[i]);
+        let (s, c) = if quarters[i] & 1 == 1 { (c, s) } else { (s, c) };
+        sin[i] = if quarters[i] & 2 == 2 { -s } else { s };
+        cos[i] = if quarters[i].wrapping_add(1) & 2 == 2 { -c } else { c };
+    }
+    (sin, cos)
 }
 
 /// The angle of the direction (x, y) in degrees, from −180 to 180; 0 for no direction.
@@ -118,6 +138,29 @@ mod tests {
             (0.0, 1.0),
         ];
         assert_eq!(quarters, wanted);
+    }
+
+    #[test]
+    fn rounding_down_is_what_the_machine_calls_so() {
+        let near = [
+            0.0,
+            0.3,
+            0.5,
+            1.0,
+            1.5,
+            2.5,
+            1e-300,
+            4.5e15,
+            2.25e15,
+            3e18,
+            f64::MAX,
+            f64::INFINITY,
+        ];
+        let beyond = near.map(|x| x * 1.000_000_1);
+        for x in near.into_iter().chain(beyond).flat_map(|x| [x, -x]) {
+            assert_eq!(floor(x).to_bits(), x.floor().to_bits(), "{x}");
+        }
+        assert!(floor(f64::NAN).is_nan());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What do operators and functions of numbers give? What is asked of them is checked where they are visited, for the place.
 
-use super::arithmetic::{atan2, power, sin_cos};
-use super::random::{fraction, noise, step};
+use super::arithmetic::{atan2, floor, power, sin_cos};
+use super::random::{fraction, noise, noise_of_each, step};
 
 /// Beyond this a whole number is no longer told from the next in every operation.
 pub(super) const MAX_NOISE: f64 = 1e9;
@@ -92,6 +92,26 @@ pub(super) fn fractal(seed: u32, [mut x, mut z]: [f64; 2], octaves: u32) -> Resu
     Ok(sum)
 }
 
+/// The same at several places side by side; nothing when a coordinate of one of them is too large.
+#[inline]
+pub(super) fn fractal_of_each<const N: usize>(seed: u32, [x, z]: [&[f64; N]; 2], octaves: u32) -> Option<[f64; N]> {
+    let (mut x, mut z) = (*x, *z);
+    let (mut weight, mut sums) = (1.0, [0.0; N]);
+    for octave in 0..octaves {
+        let is_far = |far: bool, along: &f64| far | (along.abs() > MAX_NOISE);
+        if x.iter().chain(&z).fold(false, is_far) {
+            return None;
+        }
+        let noise = noise_of_each(seed.wrapping_add(octave), &x, &z);
+        for i in 0..N {
+            sums[i] += weight * noise[i];
+            (x[i], z[i]) = (2.0 * x[i], 2.0 * z[i]);
+        }
+        weight *= 0.5;
+    }
+    Some(sums)
+}
+
 pub(super) fn truth(holds: bool) -> f64 {
     if holds { 1.0 } else { 0.0 }
 }
@@ -120,12 +140,12 @@ impl BuiltIn {
         match self {
             Self::Abs => a.abs(),
             Self::Atan2 => atan2(a, b),
-            Self::Ceil => -(-a).floor(),
+            Self::Ceil => -floor(-a),
             Self::Clamp if a < b => b,
             Self::Clamp if a > c => c,
             Self::Clamp => a,
             Self::Cos => sin_cos(a).1,
-            Self::Floor => a.floor(),
+            Self::Floor => floor(a),
             Self::Max => {
                 if a > b {
                     a
@@ -140,9 +160,9 @@ impl BuiltIn {
                     b
                 }
             }
-            Self::Mod => a - b * (a / b).floor(),
-            Self::Power => power(a, b.floor() as i32),
-            Self::Round => (a + 0.5).floor(),
+            Self::Mod => a - b * floor(a / b),
+            Self::Power => power(a, floor(b) as i32),
+            Self::Round => floor(a + 0.5),
             Self::Sin => sin_cos(a).0,
             Self::Sqrt => a.sqrt(),
             Self::Count | Self::Fractal | Self::Mix | Self::Noise | Self::Random => {

@@ -28,6 +28,8 @@ pub(super) struct Module {
     pub(super) calls: Vec<Call>,
     /// Uses of globals.
     pub(super) uses: Vec<Use>,
+    /// Statements that have a number of their own, which may be done [at one go](super::evaluator).
+    pub(super) plans: u32,
 }
 
 #[derive(Debug, Clone)]
@@ -169,7 +171,10 @@ pub(super) struct Use {
 
 #[derive(Debug, Clone)]
 pub(super) enum Statement {
-    Group(Vec<Statement>),
+    Group {
+        of: Vec<Statement>,
+        plan: u32,
+    },
     Let {
         at: At,
         slot: u32,
@@ -191,6 +196,7 @@ pub(super) enum Statement {
         at: At,
         by: Vec<Expr>,
         body: Box<Statement>,
+        plan: u32,
     },
     Paint {
         call: usize,
@@ -200,11 +206,15 @@ pub(super) enum Statement {
         name: String,
         body: Box<Statement>,
     },
-    Call(usize),
+    Call {
+        call: usize,
+        plan: u32,
+    },
     Solid {
         kind: SolidKind,
         at: At,
         arguments: Vec<Option<Expr>>,
+        plan: u32,
     },
     Viewpoint(String),
     Impostor {
@@ -218,6 +228,7 @@ pub(super) enum Statement {
         slots: Vec<u32>,
         over: Expr,
         body: Box<Statement>,
+        plan: u32,
     },
     Scatter {
         at: At,
@@ -240,7 +251,21 @@ pub(super) enum Statement {
         over: [Expr; 2],
         steps: [Expr; 2],
         height: Expr,
+        plan: u32,
     },
+}
+
+impl Statement {
+    /// Its number among those that may be done at one go. That of a loop is for its turns.
+    pub(super) fn plan(&self) -> Option<u32> {
+        match self {
+            Self::Group { plan, .. }
+            | Self::Place { plan, .. }
+            | Self::Call { plan, .. }
+            | Self::Solid { plan, .. } => Some(*plan),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! How often, and where? Enumerators visit their statement once for each member of a population. Each visit has a path of
 //! its own, so that each member has random numbers of its own.
 
+use super::straight::Turns;
 use super::{Evaluator, Outcome, Scope, Turtle};
 use crate::procedural::affine::Affine;
 use crate::procedural::error::Problem;
@@ -26,13 +27,19 @@ impl<'p> Evaluator<'p> {
         (scope, at, site): Site,
         turtle: &Turtle,
         (slots, over): (&'p [u32], &'p Expr),
-        body: &'p Statement,
+        (plan, body): (u32, &'p Statement),
     ) -> Outcome<()> {
         let path = step(scope.path, site);
         match self.value(scope, at, over)? {
             Value::Number(count) => {
                 let count = self.within((scope, at), count, "a count", (0.0, MAX_COUNT))?.floor() as u32;
-                for i in 0..count {
+                let turns = Turns {
+                    count: if slots.len() == 1 { count as usize } else { 0 },
+                    path: Some(path),
+                    given: &|turn, _| turn as f64,
+                };
+                let done = self.turns(scope, turtle, (plan, slots, body), &turns)?;
+                for i in done as u32..count {
                     let inner = Scope {
                         path: step(path, i),
                         ..*scope
@@ -42,7 +49,13 @@ impl<'p> Evaluator<'p> {
                 }
             }
             Value::List(items, _) => {
-                for (i, item) in items.iter().enumerate() {
+                let turns = Turns {
+                    count: items.iter().take_while(|item| gives(item, slots.len())).count(),
+                    path: Some(path),
+                    given: &|turn, slot| number_of(&items[turn], slot),
+                };
+                let done = self.turns(scope, turtle, (plan, slots, body), &turns)?;
+                for (i, item) in items.iter().enumerate().skip(done) {
                     let inner = Scope {
                         path: step(path, i as u32),
                         ..*scope
@@ -139,5 +152,22 @@ impl<'p> Evaluator<'p> {
             )?;
         }
         Ok(())
+    }
+}
+
+/// Whether an item of a list gives a number to each of so many names.
+fn gives(item: &Value, names: usize) -> bool {
+    match item {
+        Value::Number(_) => names == 1,
+        Value::List(items, _) => {
+            names > 1 && items.len() == names && items.iter().all(|item| matches!(item, Value::Number(_)))
+        }
+    }
+}
+
+fn number_of(item: &Value, name: usize) -> f64 {
+    match item {
+        Value::Number(number) => *number,
+        Value::List(items, _) => number_of(&items[name], 0),
     }
 }

@@ -16,6 +16,9 @@ impl<'p> Evaluator<'p> {
         let (module, index) = (call.target.module, call.target.index.unwrap_or_default());
         let rule = &self.program.modules[module].materials[index];
         let instance = self.called_instance(scope, call)?;
+        if let Some(material) = self.instances[instance].surfaces[index] {
+            return Ok(material);
+        }
         let path = step_name(self.settings.seed, &rule.name);
         let inner = Scope {
             module,
@@ -46,6 +49,9 @@ impl<'p> Evaluator<'p> {
             }
         };
         self.stack.truncate(inner.base);
+        if rule.formals.is_empty() {
+            self.instances[instance].surfaces[index] = Some(material);
+        }
         Ok(material)
     }
 

@@ -6,7 +6,8 @@
 //!
 //! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times.
 //! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values.
-//! * [`expression`] computes values, [`plain`] most of them at one go, [`terminal`] makes solids and [`material`] surfaces of them.
+//! * [`straight`] does at one go what makes no choice.
+//! * [`expression`] computes values, [`plain`] many of them at one go, [`terminal`] makes solids and [`material`] surfaces of them.
 
 mod call;
 mod enumerate;
@@ -16,9 +17,11 @@ mod module;
 mod part;
 mod plain;
 mod statement;
+mod straight;
 mod terminal;
 
 pub use part::PHASE;
+use straight::Plans;
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -27,7 +30,7 @@ use super::error::{DcgError, Problem};
 use super::grown::{Grown, Part, Surface};
 use super::limits::{FINEST, Limits, MAX_KEPT, Usage, reached};
 use super::link::Program;
-use super::solid::Circles;
+use super::solid::Tools;
 use super::syntax::{At, Rule};
 use super::value::Value;
 use crate::Bounds;
@@ -106,6 +109,8 @@ struct ModuleInstance {
     /// Whether nothing was given to it.
     is_default: bool,
     values: Vec<Option<Value>>,
+    /// Its materials without parameters, once they are computed.
+    surfaces: Vec<Option<usize>>,
 }
 
 /// What is known of a part besides its geometry.
@@ -148,7 +153,8 @@ struct Evaluator<'p> {
     /// The part that is being made.
     part: usize,
     materials: Vec<Surface>,
-    circles: Circles,
+    tools: Tools,
+    plans: Plans,
 }
 
 impl<'p> Evaluator<'p> {
@@ -177,7 +183,8 @@ impl<'p> Evaluator<'p> {
             accounts: Vec::new(),
             part: 0,
             materials: vec![Surface::default()],
-            circles: Circles::default(),
+            tools: Tools::default(),
+            plans: Plans::new(program.modules.iter().map(|module| module.plans)),
         }
     }
 

@@ -119,6 +119,7 @@ impl<'p> Evaluator<'p> {
         self.instances.push(ModuleInstance {
             is_default,
             values: vec![None; count],
+            surfaces: vec![None; file.materials.len()],
         });
         let mut scope = Scope {
             module,

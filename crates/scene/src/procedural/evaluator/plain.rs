@@ -64,7 +64,7 @@ impl Expr {
     }
 
     /// The items of a list that is written out.
-    fn items(&self) -> Option<&[Self]> {
+    pub(super) fn items(&self) -> Option<&[Self]> {
         match self {
             Self::List(items, _) => Some(items),
             Self::Plain(plain) => plain.of.items(),

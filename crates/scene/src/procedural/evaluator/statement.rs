@@ -6,12 +6,17 @@ use crate::procedural::syntax::{At, Expr, Statement, Transform};
 use crate::procedural::value::Value;
 
 /// Farthest move and largest scale, so that a model stays within reach of numbers.
-const MAX_LENGTH: f64 = 1e9;
+pub(super) const MAX_LENGTH: f64 = 1e9;
 /// Smallest scale, either way.
-const MIN_SCALE: f64 = 1e-6;
+pub(super) const MIN_SCALE: f64 = 1e-6;
 
 impl<'p> Evaluator<'p> {
     pub(super) fn visit(&mut self, scope: &Scope, turtle: &Turtle, statement: &'p Statement) -> Outcome<()> {
+        if let Some(plan) = statement.plan()
+            && self.at_once(scope, turtle, plan, statement)?
+        {
+            return Ok(());
+        }
         if !self.enters() {
             return self.refused(scope, self.place(scope, statement));
         }
@@ -22,7 +27,7 @@ impl<'p> Evaluator<'p> {
 
     fn act(&mut self, scope: &Scope, turtle: &Turtle, statement: &'p Statement) -> Outcome<()> {
         match statement {
-            Statement::Group(statements) => statements.iter().try_for_each(|inner| self.visit(scope, turtle, inner)),
+            Statement::Group { of, .. } => of.iter().try_for_each(|inner| self.visit(scope, turtle, inner)),
             Statement::Let { slot, value, at } => {
                 let value = self.value(scope, *at, value)?;
                 *self.local(scope, *slot) = value;
@@ -51,6 +56,7 @@ impl<'p> Evaluator<'p> {
                 at,
                 by,
                 body,
+                ..
             } => {
                 let turtle = self.placed((scope, *at), turtle, *transform, by)?;
                 self.visit(scope, &turtle, body)
@@ -60,8 +66,10 @@ impl<'p> Evaluator<'p> {
                 self.visit(scope, &Turtle { material, ..*turtle }, body)
             }
             Statement::Called { name, body } => self.visit_called(scope, turtle, name, body),
-            Statement::Call(call) => self.follow(scope, turtle, *call),
-            Statement::Solid { kind, at, arguments } => {
+            Statement::Call { call, .. } => self.follow(scope, turtle, *call),
+            Statement::Solid {
+                kind, at, arguments, ..
+            } => {
                 let solid = self.solid((scope, *at), *kind, arguments)?;
                 self.add((scope, *at), turtle, &solid)
             }
@@ -88,7 +96,8 @@ impl<'p> Evaluator<'p> {
                 slots,
                 over,
                 body,
-            } => self.repeat((scope, *at, *site), turtle, (slots, over), body),
+                plan,
+            } => self.repeat((scope, *at, *site), turtle, (slots, over), (*plan, body)),
             Statement::Scatter {
                 at,
                 site,
@@ -110,8 +119,9 @@ impl<'p> Evaluator<'p> {
                 over,
                 steps,
                 height,
+                plan,
             } => {
-                let solid = self.heights((scope, *at), *slots, (over, steps), height)?;
+                let solid = self.heights((scope, *at), *slots, (over, steps), (*plan, height))?;
                 self.add((scope, *at), turtle, &solid)
             }
         }
@@ -163,9 +173,11 @@ impl<'p> Evaluator<'p> {
             | Statement::Scatter { at, .. }
             | Statement::Edges { at, .. }
             | Statement::Heights { at, .. } => *at,
-            Statement::Call(call) | Statement::Paint { call, .. } => self.program.modules[scope.module].calls[*call].at,
+            Statement::Call { call, .. } | Statement::Paint { call, .. } => {
+                self.program.modules[scope.module].calls[*call].at
+            }
             Statement::Called { body, .. } => self.place(scope, body),
-            Statement::Group(statements) => statements.first().map_or(0, |first| self.place(scope, first)),
+            Statement::Group { of, .. } => of.first().map_or(0, |first| self.place(scope, first)),
             Statement::Viewpoint(_) | Statement::Model(_) => 0,
         }
     }

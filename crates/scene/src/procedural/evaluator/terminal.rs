@@ -50,7 +50,7 @@ impl<'p> Evaluator<'p> {
         };
         let mesh = &mut part.meshes[index];
         let before = mesh.indices.len();
-        let written = solid.write(&mut Writer::new(mesh, &turtle.frame, &mut self.circles));
+        let written = solid.write(&mut Writer::new(mesh, &turtle.frame), &mut self.tools);
         self.usage.triangles += (mesh.indices.len() - before) as u64 / 3;
         if mesh.positions.len() > MAX_VERTICES {
             return self.error(scope.module, at, reached("triangles", limit));
@@ -172,10 +172,8 @@ impl<'p> Evaluator<'p> {
 
     /// Sides of a round solid; by the level of detail when nobody says how many.
     fn sides(&mut self, place: Place, given: Given<'p>, index: usize) -> Outcome<u32> {
-        Ok(match self.argument(place, given, index, MAX_SIDES)?.floor() as u32 {
-            0 => SIDES[self.settings.detail.min(FINEST) as usize],
-            sides => sides.max(3),
-        })
+        let sides = self.argument(place, given, index, MAX_SIDES)?;
+        Ok(sides_of(sides, self.settings.detail))
     }
 
     fn mesh(&mut self, place: Place, points: Vec<[f64; 3]>, faces: Faces) -> Outcome<Solid> {
@@ -203,7 +201,7 @@ impl<'p> Evaluator<'p> {
         place: Place,
         slots: [u32; 2],
         (over, steps): (&'p [Expr; 2], &'p [Expr; 2]),
-        height: &'p Expr,
+        (plan, height): (u32, &'p Expr),
     ) -> Outcome<Solid> {
         let over = [
             self.ranged(place, &over[0], "a width", (1e-3, MAX_LENGTH))?,
@@ -221,9 +219,13 @@ impl<'p> Evaluator<'p> {
         let mut heights = Vec::new();
         for j in 0..steps[1] + 3 {
             let z = over[1] * ((f64::from(j) - 1.0) / f64::from(steps[1]) - 0.5);
+            let x = |i: u32| over[0] * ((f64::from(i) - 1.0) / f64::from(steps[0]) - 0.5);
+            if self.row(scope, (plan, slots, height), (x, z), (steps[0] + 3, &mut heights)) {
+                continue;
+            }
             *self.local(scope, slots[1]) = Value::Number(z);
             for i in 0..steps[0] + 3 {
-                let x = over[0] * ((f64::from(i) - 1.0) / f64::from(steps[0]) - 0.5);
+                let x = x(i);
                 *self.local(scope, slots[0]) = Value::Number(x);
                 heights.push(self.ranged(place, height, "a height", (-MAX_LENGTH, MAX_LENGTH))?);
             }
@@ -307,6 +309,14 @@ impl<'p> Evaluator<'p> {
         };
         let numbers: Option<Vec<f64>> = items.iter().map(number).collect();
         numbers?.try_into().ok()
+    }
+}
+
+/// As many sides as that is; by the level of detail when it is nothing.
+pub(super) fn sides_of(sides: f64, detail: u32) -> u32 {
+    match sides as u32 {
+        0 => SIDES[detail.min(FINEST) as usize],
+        sides => sides.max(3),
     }
 }
 

@@ -156,6 +156,12 @@ impl<'t> Parser<'t> {
         result
     }
 
+    /// A number for a statement that may be done at one go.
+    fn plan(&mut self) -> u32 {
+        self.module.plans += 1;
+        self.module.plans - 1
+    }
+
     fn site(&mut self) -> u32 {
         self.sites += 1;
         self.sites

@@ -73,7 +73,9 @@ impl<'t> Parser<'t> {
             _ => match SolidKind::named(word) {
                 Some(kind) => self.solid(kind, token.at),
                 None if self.is_symbol("(") || self.is_symbol(".") => {
-                    Ok(Statement::Call(self.call(word, token.at, Wanted::Shape)?))
+                    let call = self.call(word, token.at, Wanted::Shape)?;
+                    let plan = self.plan();
+                    Ok(Statement::Call { call, plan })
                 }
                 None => {
                     self.next -= 1;
@@ -103,7 +105,9 @@ impl<'t> Parser<'t> {
     }
 
     pub(super) fn block(&mut self) -> Parsed<Statement> {
-        Ok(Statement::Group(self.statements()?))
+        let of = self.statements()?;
+        let plan = self.plan();
+        Ok(Statement::Group { of, plan })
     }
 
     fn selection(&mut self, at: At) -> Parsed<Statement> {
@@ -145,12 +149,19 @@ impl<'t> Parser<'t> {
             at,
             by,
             body,
+            plan: self.plan(),
         })
     }
 
     fn solid(&mut self, kind: SolidKind, at: At) -> Parsed<Statement> {
         let arguments = self.given(kind.name(), "parameter of this solid", kind.formals(), at)?;
-        Ok(Statement::Solid { kind, at, arguments })
+        let plan = self.plan();
+        Ok(Statement::Solid {
+            kind,
+            at,
+            arguments,
+            plan,
+        })
     }
 
     /// Arguments in brackets, each at the place of its formal.
@@ -241,6 +252,7 @@ impl<'t> Parser<'t> {
             slots,
             over,
             body,
+            plan: self.plan(),
         })
     }
 
@@ -303,6 +315,7 @@ impl<'t> Parser<'t> {
             over,
             steps,
             height,
+            plan: self.plan(),
         })
     }
 }

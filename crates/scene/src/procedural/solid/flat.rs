@@ -1,7 +1,7 @@
 //! Which triangles do boxes, prisms, sets of polygons and height fields have?
 
-use super::mesh::Writer;
-use super::polygon::{Ears, newell, outline};
+use super::mesh::{Tools, Writer};
+use super::polygon::{Ears, is_convex, newell, outline};
 use super::{Faces, Heights};
 use crate::procedural::error::Problem;
 
@@ -34,9 +34,13 @@ pub(super) fn write_box(writer: &mut Writer, [width, height, depth]: [f64; 3]) {
 }
 
 /// A wall for each edge, a lid and a floor.
-pub(super) fn write_prism(writer: &mut Writer, footprint: &[[f64; 2]], height: f64) -> Result<(), Problem> {
+pub(super) fn write_prism(
+    writer: &mut Writer,
+    ears: &mut Ears,
+    footprint: &[[f64; 2]],
+    height: f64,
+) -> Result<(), Problem> {
     let corners = outline(footprint);
-    let mut ears = Ears::default();
     let triangles = ears.cut_off(&corners)?;
     for (i, &[x, z]) in corners.iter().enumerate() {
         let [to_x, to_z] = corners[(i + 1) % corners.len()];
@@ -46,7 +50,7 @@ pub(super) fn write_prism(writer: &mut Writer, footprint: &[[f64; 2]], height: f
     for (y, up) in [(height, 1.0), (0.0, -1.0)] {
         let normal = writer.normal([0.0, up, 0.0]);
         let first = writer.next();
-        corners.iter().for_each(|&[x, z]| writer.vertex([x, y, z], normal));
+        writer.flat(corners.iter().map(|&[x, z]| [x, y, z]), normal);
         for &[a, b, c] in triangles {
             if up > 0.0 {
                 writer.triangle(first + a, first + b, first + c);
@@ -59,28 +63,83 @@ pub(super) fn write_prism(writer: &mut Writer, footprint: &[[f64; 2]], height: f
 }
 
 /// Flat polygons; each has corners of its own.
-pub(super) fn write_mesh(writer: &mut Writer, points: &[[f64; 3]], faces: &Faces) -> Result<(), Problem> {
-    let (mut corners, mut flattened, mut ears) = (Vec::new(), Vec::new(), Ears::default());
-    for face in faces.iter() {
-        corners.clear();
-        corners.extend(face.iter().map(|&i| points[i as usize]));
-        let normal = newell(&corners);
-        // Looked at along the axis on which it has most area, with that side's order kept.
-        let steep = (0..3).fold(0, |best, a| if normal[a].abs() > normal[best].abs() { a } else { best });
-        let (u, v) = ((steep + 1) % 3, (steep + 2) % 3);
-        let flipped = normal[steep] < 0.0;
-        let flat = |p: &[f64; 3]| if flipped { [p[u], p[v]] } else { [p[v], p[u]] };
-        flattened.clear();
-        flattened.extend(corners.iter().map(flat));
-        let triangles = ears.cut_off(&flattened)?;
-        let normal = writer.normal(normal);
-        let first = writer.next();
-        corners.iter().for_each(|&corner| writer.vertex(corner, normal));
-        for &[a, b, c] in triangles {
-            writer.triangle(first + a, first + b, first + c);
-        }
+pub(super) fn write_mesh(
+    writer: &mut Writer,
+    tools: &mut Tools,
+    points: &[[f64; 3]],
+    faces: &Faces,
+) -> Result<(), Problem> {
+    tools.positions.clear();
+    tools
+        .positions
+        .extend(points.iter().map(|&point| writer.position(point)));
+    faces
+        .iter()
+        .try_for_each(|face| write_face(writer, tools, points, face))
+}
+
+fn write_face(writer: &mut Writer, tools: &mut Tools, points: &[[f64; 3]], face: &[u32]) -> Result<(), Problem> {
+    // Triangles and quadrangles, which most are, need no list.
+    let is_written = match *face {
+        [a, b, c] => write_convex(writer, tools, points, [a, b, c], [[2, 0, 1]]),
+        [a, b, c, d] => write_convex(writer, tools, points, [a, b, c, d], [[3, 0, 1], [3, 1, 2]]),
+        _ => false,
+    };
+    if is_written {
+        return Ok(());
+    }
+    let corners = &mut tools.corners;
+    corners.clear();
+    corners.extend(face.iter().map(|&i| points[i as usize]));
+    let normal = newell(corners);
+    let [u, v] = seen_along(normal);
+    tools.flattened.clear();
+    tools.flattened.extend(corners.iter().map(|p| [p[u], p[v]]));
+    let triangles = tools.ears.cut_off(&tools.flattened)?;
+    let normal = writer.normal(normal);
+    let first = writer.next();
+    writer.written(face.iter().map(|&i| tools.positions[i as usize]), normal);
+    for &[a, b, c] in triangles {
+        writer.triangle(first + a, first + b, first + c);
     }
     Ok(())
+}
+
+/// The axes of a plane on which a polygon with this normal has most area, so that its side's order is kept.
+#[inline]
+fn seen_along(normal: [f64; 3]) -> [usize; 2] {
+    let steep = (0..3).fold(0, |best, a| if normal[a].abs() > normal[best].abs() { a } else { best });
+    let (u, v) = ((steep + 1) % 3, (steep + 2) % 3);
+    if normal[steep] < 0.0 { [u, v] } else { [v, u] }
+}
+
+/// A polygon whose ears are cut off one after the other from its first corner on; whether that is so.
+#[inline]
+fn write_convex<const N: usize, const T: usize>(
+    writer: &mut Writer,
+    tools: &Tools,
+    points: &[[f64; 3]],
+    face: [u32; N],
+    triangles: [[u32; 3]; T],
+) -> bool {
+    let mut corners = [[0.0; 3]; N];
+    for (corner, i) in corners.iter_mut().zip(face) {
+        *corner = points[i as usize];
+    }
+    let normal = newell(&corners);
+    let [u, v] = seen_along(normal);
+    let mut flat = [[0.0; 2]; N];
+    for (flat, corner) in flat.iter_mut().zip(corners) {
+        *flat = [corner[u], corner[v]];
+    }
+    if !is_convex(&flat) {
+        return false;
+    }
+    let first = writer.next();
+    let positions = face.into_iter().map(|i| tools.positions[i as usize]);
+    writer.written(positions, writer.normal(normal));
+    writer.triangles(1, |_| triangles.map(|corners| corners.map(|corner| first + corner)));
+    true
 }
 
 /// A grid; normals by the slope between the samples on both sides.

@@ -1,9 +1,18 @@
 //! Where do triangles go? Into one mesh for each material of a part, placed by the turtle's frame.
 
-use std::rc::Rc;
-
+use super::polygon::Ears;
 use super::round::Circles;
 use crate::procedural::affine::{Affine, unit};
+
+/// What is kept from solid to solid: circles that were asked for, and room for the points of a mesh and the corners of a face.
+#[derive(Debug, Default)]
+pub(crate) struct Tools {
+    pub(super) circles: Circles,
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) corners: Vec<[f64; 3]>,
+    pub(super) flattened: Vec<[f64; 2]>,
+    pub(super) ears: Ears,
+}
 
 /// Triangles of one material, in the space of their part.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -29,23 +38,16 @@ pub(crate) struct Writer<'m> {
     frame: Affine,
     normals: Affine,
     mirrored: bool,
-    circles: &'m mut Circles,
 }
 
 impl<'m> Writer<'m> {
-    pub(crate) fn new(mesh: &'m mut Mesh, frame: &Affine, circles: &'m mut Circles) -> Self {
+    pub(crate) fn new(mesh: &'m mut Mesh, frame: &Affine) -> Self {
         Self {
             mesh,
             frame: *frame,
             normals: frame.normals(),
             mirrored: frame.mirrors(),
-            circles,
         }
-    }
-
-    /// Directions of the corners of a regular polygon.
-    pub(super) fn circle(&mut self, sides: u32) -> Rc<[[f64; 2]]> {
-        self.circles.of(sides)
     }
 
     /// Makes room.
@@ -84,6 +86,59 @@ impl<'m> Writer<'m> {
     pub(super) fn triangle(&mut self, a: u32, b: u32, c: u32) {
         let corners = if self.mirrored { [a, c, b] } else { [a, b, c] };
         self.mesh.indices.extend(corners);
+    }
+
+    /// Adds vertices, whose normals are added too.
+    #[inline]
+    pub(super) fn positions(&mut self, positions: impl ExactSizeIterator<Item = [f64; 3]>) {
+        let frame = self.frame;
+        self.mesh
+            .positions
+            .extend(positions.map(|position| single(frame.point(position))));
+    }
+
+    /// Adds normals, of any length.
+    #[inline]
+    pub(super) fn normals(&mut self, normals: impl ExactSizeIterator<Item = [f64; 3]>) {
+        let frame = self.normals;
+        self.mesh
+            .normals
+            .extend(normals.map(|normal| single(unit(frame.direction(normal)))));
+    }
+
+    /// Adds the normals of so many vertices once more.
+    pub(super) fn same_normals(&mut self, first: u32, count: u32) {
+        let first = first as usize;
+        self.mesh.normals.extend_from_within(first..first + count as usize);
+    }
+
+    /// Adds vertices with one normal, as it is written.
+    #[inline]
+    pub(super) fn flat(&mut self, positions: impl ExactSizeIterator<Item = [f64; 3]>, normal: [f32; 3]) {
+        let count = positions.len();
+        self.positions(positions);
+        self.mesh.normals.resize(self.mesh.normals.len() + count, normal);
+    }
+
+    /// Adds `T` triangles for each of so many places, counter-clockwise before the frame.
+    #[inline]
+    pub(super) fn triangles<const T: usize>(&mut self, places: u32, corners: impl Fn(u32) -> [[u32; 3]; T]) {
+        let before = self.mesh.indices.len();
+        self.mesh.indices.resize(before + 3 * T * places as usize, 0);
+        let triangles = self.mesh.indices[before..].as_chunks_mut::<3>().0;
+        for (place, written) in triangles.chunks_exact_mut(T).enumerate() {
+            for (written, [a, b, c]) in written.iter_mut().zip(corners(place as u32)) {
+                *written = if self.mirrored { [a, c, b] } else { [a, b, c] };
+            }
+        }
+    }
+
+    /// Adds vertices as they were written to a list before, with one normal.
+    #[inline]
+    pub(super) fn written(&mut self, positions: impl ExactSizeIterator<Item = [f32; 3]>, normal: [f32; 3]) {
+        let count = positions.len();
+        self.mesh.positions.extend(positions);
+        self.mesh.normals.resize(self.mesh.normals.len() + count, normal);
     }
 
     /// Adds a flat quadrangle with corners in order, as positions are written.

@@ -9,9 +9,8 @@ mod polygon;
 mod round;
 
 pub use mesh::Mesh;
-pub(super) use mesh::Writer;
+pub(super) use mesh::{Tools, Writer};
 pub(super) use polygon::outline;
-pub(super) use round::Circles;
 
 use super::error::Problem;
 use super::limits::FINEST;
@@ -193,7 +192,7 @@ pub(super) const SIDES: [u32; FINEST as usize + 1] = [4, 6, 8, 12, 16];
 
 impl Solid {
     /// Adds its triangles.
-    pub(super) fn write(&self, writer: &mut Writer) -> Result<(), Problem> {
+    pub(super) fn write(&self, writer: &mut Writer, tools: &mut Tools) -> Result<(), Problem> {
         match self {
             Self::Box(size) => flat::write_box(writer, *size),
             Self::Cone {
@@ -201,11 +200,13 @@ impl Solid {
                 height,
                 sides,
                 closed,
-            } => round::write_cone(writer, *radii, *height, (*sides, *closed)),
-            Self::Sphere { radius, sides } => round::write_sphere(writer, *radius, *sides),
-            Self::Lathe { profile, sides, smooth } => round::write_lathe(writer, profile, (*sides, *smooth)),
-            Self::Prism { footprint, height } => return flat::write_prism(writer, footprint, *height),
-            Self::Mesh { points, faces } => return flat::write_mesh(writer, points, faces),
+            } => round::write_cone(writer, &tools.circles.of(*sides), (*radii, *height), *closed),
+            Self::Sphere { radius, sides } => round::write_sphere(writer, &tools.circles.of(*sides), *radius),
+            Self::Lathe { profile, sides, smooth } => {
+                round::write_lathe(writer, &tools.circles.of(*sides), profile, *smooth)
+            }
+            Self::Prism { footprint, height } => return flat::write_prism(writer, &mut tools.ears, footprint, *height),
+            Self::Mesh { points, faces } => return flat::write_mesh(writer, tools, points, faces),
             Self::Heights(heights) => flat::write_heights(writer, heights),
         }
         Ok(())
@@ -243,7 +244,17 @@ impl Solid {
             Self::Prism { footprint, height } => {
                 Bounds::around(footprint.iter().flat_map(|[x, z]| [[*x, 0.0, *z], [*x, *height, *z]]))
             }
-            Self::Mesh { points, .. } => Bounds::around(points.iter().copied()),
+            Self::Mesh { points, .. } => {
+                let mut bounds = Bounds::EMPTY;
+                for point in points {
+                    for (axis, &along) in point.iter().enumerate() {
+                        let (min, max) = (&mut bounds.min[axis], &mut bounds.max[axis]);
+                        *min = if along < *min { along } else { *min };
+                        *max = if along > *max { along } else { *max };
+                    }
+                }
+                bounds
+            }
             Self::Heights(heights) => {
                 let [w, d] = heights.over;
                 let corner = |y: &f64| [[-w / 2.0, *y, -d / 2.0], [w / 2.0, *y, d / 2.0]];

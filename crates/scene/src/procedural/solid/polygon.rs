@@ -24,6 +24,7 @@ pub(crate) fn outline(corners: &[[f64; 2]]) -> Vec<[f64; 2]> {
 }
 
 /// Twice the signed area of a triangle.
+#[inline]
 fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1])
 }
@@ -48,17 +49,19 @@ impl Ears {
         triangles.clear();
         while left.len() > 2 {
             let count = left.len();
-            let around = |i: usize| [left[(i + count - 1) % count], left[i], left[(i + 1) % count]];
-            let turns = |i: usize| {
-                let [a, b, c] = around(i).map(|corner| corners[corner as usize]);
-                turn(a, b, c)
+            let around = |i: usize| {
+                let before = if i == 0 { count - 1 } else { i - 1 };
+                let after = if i + 1 == count { 0 } else { i + 1 };
+                [left[before], left[i], left[after]]
             };
+            let turns = |[a, b, c]: [u32; 3]| turn(corners[a as usize], corners[b as usize], corners[c as usize]);
             // What is left may lie in a line; a corner in a line bounds nothing.
-            let ear = (0..count).find(|&i| turns(i) > 0.0 && is_empty(around(i), left, corners));
+            let is_ear = |ear: [u32; 3]| turns(ear) > 0.0 && is_empty(ear, left, corners);
+            let ear = (0..count).find(|&i| is_ear(around(i)));
             if let Some(ear) = ear {
                 triangles.push(around(ear));
             }
-            match ear.or_else(|| (0..count).find(|&i| turns(i) == 0.0)) {
+            match ear.or_else(|| (0..count).find(|&i| turns(around(i)) == 0.0)) {
                 Some(cut) => left.remove(cut),
                 None => return Err(Problem::Polygon),
             };
@@ -75,21 +78,36 @@ impl Ears {
 fn is_empty(triangle: [u32; 3], left: &[u32], corners: &[[f64; 2]]) -> bool {
     let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
     let is_inside = |p: [f64; 2]| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
-    let others = left.iter().filter(|other| !triangle.contains(other));
-    let mut others = others
-        .map(|&other| corners[other as usize])
-        .filter(|p| ![a, b, c].contains(p));
-    !others.any(is_inside)
+    let is_corner = |p: [f64; 2]| p == a || p == b || p == c;
+    left.iter().all(|&other| {
+        let p = corners[other as usize];
+        triangle.contains(&other) || !is_inside(p) || is_corner(p)
+    })
+}
+
+/// Whether a triangle is counter-clockwise, or a quadrangle is cut into two that are, from its first corner to the last but
+/// one, the first of which holds nothing of the second: as [`Ears`] cut.
+#[inline]
+pub(super) fn is_convex(corners: &[[f64; 2]]) -> bool {
+    match *corners {
+        [a, b, c] => turn(c, a, b) > 0.0,
+        [a, b, c, d] => {
+            let is_outside = turn(d, a, c) < 0.0 || turn(a, b, c) < 0.0 || turn(b, d, c) < 0.0;
+            turn(d, a, b) > 0.0 && is_outside && turn(d, b, c) > 0.0
+        }
+        _ => false,
+    }
 }
 
 /// The normal of a polygon in space, as long as twice its area (Newell).
+#[inline]
 pub(super) fn newell(corners: &[[f64; 3]]) -> [f64; 3] {
     let mut normal = [0.0; 3];
-    for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
-        for (axis, sum) in normal.iter_mut().enumerate() {
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            *sum += (a[u] - b[u]) * (a[v] + b[v]);
-        }
+    for (i, [ax, ay, az]) in corners.iter().enumerate() {
+        let [bx, by, bz] = corners.get(i + 1).unwrap_or(&corners[0]);
+        normal[0] += (ay - by) * (az + bz);
+        normal[1] += (az - bz) * (ax + bx);
+        normal[2] += (ax - bx) * (ay + by);
     }
     normal
 }

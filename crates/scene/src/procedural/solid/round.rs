@@ -15,24 +15,23 @@ struct Ring {
 }
 
 /// A mantle, and a disc at each end that has a radius when it is closed.
-pub(super) fn write_cone(writer: &mut Writer, radii: [f64; 2], height: f64, (sides, closed): (u32, bool)) {
+pub(super) fn write_cone(writer: &mut Writer, circle: &[[f64; 2]], (radii, height): ([f64; 2], f64), closed: bool) {
     let [low, high] = radii;
-    let circle = writer.circle(sides);
     let ring = |radius, y| Ring {
         radius,
         y,
         normal: [height, low - high],
     };
-    strip(writer, &circle, &[ring(low, 0.0), ring(high, height)]);
+    strip(writer, circle, &[ring(low, 0.0), ring(high, height)]);
     if closed {
-        disc(writer, &circle, (low, 0.0), false);
-        disc(writer, &circle, (high, height), true);
+        disc(writer, circle, (low, 0.0), false);
+        disc(writer, circle, (high, height), true);
     }
 }
 
 /// Half as many rows as sides.
-pub(super) fn write_sphere(writer: &mut Writer, radius: f64, sides: u32) {
-    let rows = sides.div_ceil(2).max(2);
+pub(super) fn write_sphere(writer: &mut Writer, circle: &[[f64; 2]], radius: f64) {
+    let rows = (circle.len() as u32).div_ceil(2).max(2);
     let ring = |row: u32| {
         let (sin, cos) = sin_cos(180.0 * f64::from(row) / f64::from(rows));
         Ring {
@@ -41,13 +40,11 @@ pub(super) fn write_sphere(writer: &mut Writer, radius: f64, sides: u32) {
             normal: [sin, -cos],
         }
     };
-    let circle = writer.circle(sides);
-    strip(writer, &circle, &(0..=rows).map(ring).collect::<Vec<_>>());
+    strip(writer, circle, &(0..=rows).map(ring).collect::<Vec<_>>());
 }
 
 /// A strip for each part of the profile, or one for all of it when it is smooth.
-pub(super) fn write_lathe(writer: &mut Writer, profile: &[[f64; 2]], (sides, smooth): (u32, bool)) {
-    let circle = writer.circle(sides);
+pub(super) fn write_lathe(writer: &mut Writer, circle: &[[f64; 2]], profile: &[[f64; 2]], smooth: bool) {
     let outward = |i: usize| {
         let ([r, y], [to_r, to_y]) = (profile[i], profile[i + 1]);
         let (dr, dy) = (to_r - r, to_y - y);
@@ -69,18 +66,18 @@ pub(super) fn write_lathe(writer: &mut Writer, profile: &[[f64; 2]], (sides, smo
             let (a, b) = (outward(i.saturating_sub(1)), outward(i.min(last - 1)));
             ring(i, [a[0] + b[0], a[1] + b[1]])
         });
-        strip(writer, &circle, &rings.collect::<Vec<_>>());
+        strip(writer, circle, &rings.collect::<Vec<_>>());
         return;
     }
     for i in 0..last {
         let normal = outward(i);
-        strip(writer, &circle, &[ring(i, normal), ring(i + 1, normal)]);
+        strip(writer, circle, &[ring(i, normal), ring(i + 1, normal)]);
     }
 }
 
 /// Circles that were asked for, by their sides.
 #[derive(Debug, Default)]
-pub(crate) struct Circles(Vec<Option<Rc<[[f64; 2]]>>>);
+pub(super) struct Circles(Vec<Option<Rc<[[f64; 2]]>>>);
 
 impl Circles {
     /// Directions x, z of the corners, the first along x, then towards −z: counter-clockwise from above.
@@ -109,19 +106,27 @@ fn strip(writer: &mut Writer, circle: &[[f64; 2]], rings: &[Ring]) {
             continue;
         }
         let first = writer.next();
-        for &[x, z] in circle {
-            let normal = writer.normal([ring.normal[0] * x, ring.normal[1], ring.normal[0] * z]);
-            writer.vertex([ring.radius * x, ring.y, ring.radius * z], normal);
+        writer.positions(circle.iter().map(|[x, z]| [ring.radius * x, ring.y, ring.radius * z]));
+        match below {
+            Some((under, lower)) if lower.normal.map(f64::to_bits) == ring.normal.map(f64::to_bits) => {
+                writer.same_normals(under, sides);
+            }
+            _ => {
+                let [outward, upward] = ring.normal;
+                writer.normals(circle.iter().map(|[x, z]| [outward * x, upward, outward * z]));
+            }
         }
         if let Some((under, lower)) = below {
-            for side in 0..sides {
+            let corners = |side: u32| {
                 let next = if side + 1 == sides { 0 } else { side + 1 };
-                if lower.radius > 0.0 {
-                    writer.triangle(under + side, under + next, first + next);
-                }
-                if ring.radius > 0.0 {
-                    writer.triangle(under + side, first + next, first + side);
-                }
+                let low = [under + side, under + next, first + next];
+                [low, [under + side, first + next, first + side]]
+            };
+            match (lower.radius > 0.0, ring.radius > 0.0) {
+                (true, true) => writer.triangles(sides, corners),
+                (true, false) => writer.triangles(sides, |side| [corners(side)[0]]),
+                (false, true) => writer.triangles(sides, |side| [corners(side)[1]]),
+                (false, false) => {}
             }
         }
         below = Some((first, *ring));
@@ -135,9 +140,7 @@ fn disc(writer: &mut Writer, circle: &[[f64; 2]], (radius, y): (f64, f64), looks
     }
     let normal = writer.normal([0.0, if looks_up { 1.0 } else { -1.0 }, 0.0]);
     let first = writer.next();
-    for &[x, z] in circle {
-        writer.vertex([radius * x, y, radius * z], normal);
-    }
+    writer.flat(circle.iter().map(|[x, z]| [radius * x, y, radius * z]), normal);
     for next in first + 2..first + circle.len() as u32 {
         if looks_up {
             writer.triangle(first, next - 1, next);

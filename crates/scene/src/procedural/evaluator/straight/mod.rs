@@ -1,0 +1,331 @@
+//! What is done at one go? Statements that make no choice, for several turns of a loop side by side: most of what rules draw
+//! is that, leaves of a spray, windows of a wall, the heights of a field. When the traversal first comes to such a statement
+//! it becomes a [`Plan`] ([`mod@plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
+//! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`memory`] keeps noise that is asked for again.
+//!
+//! It is known beforehand what such a visit takes, so limits are asked once for all of it. Where anything is amiss nothing
+//! has been done: the nodes are visited one by one, and that says what and where.
+
+mod code;
+mod compile;
+mod emit;
+mod fill;
+mod memory;
+mod plan;
+mod solids;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use code::{Code, Columns, Known};
+use memory::Memory;
+use plan::{Plan, Slope, plan, slope};
+
+use super::statement::MAX_LENGTH as FARTHEST;
+use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::procedural::affine::Affine;
+use crate::procedural::random::step;
+use crate::procedural::syntax::{Cost, Expr, Statement};
+
+/// Most nodes of a model that are looked at to make plans: so that a text of many rules that call each other takes no longer.
+const MOST_WORK: u32 = 1 << 20;
+/// As many turns are computed side by side, at most.
+const WIDE: usize = 8;
+/// The same for loops of few turns.
+const NARROW: usize = 4;
+/// Longest axes along x, y and z with which a turtle may turn: as it turns, none gets beyond [`FARTHEST`].
+const LONGEST: f64 = 1e8;
+
+/// What became of a statement.
+#[derive(Debug, Default)]
+pub(super) enum Planning {
+    #[default]
+    Untried,
+    /// It makes choices, or something was amiss with it.
+    Refused,
+    Ready(Box<Plan>),
+    Field(Box<Slope>),
+}
+
+/// Plans, and room to compute in.
+#[derive(Debug)]
+pub(super) struct Plans {
+    /// For each module one for each statement that may have one.
+    of: Vec<Vec<Planning>>,
+    work: u32,
+    room: Room,
+}
+
+/// Room to compute in.
+#[derive(Debug, Default)]
+struct Room {
+    numbers: Vec<f64>,
+    paths: Vec<u32>,
+    memory: Memory,
+}
+
+impl Room {
+    fn columns<const N: usize>(&mut self, code: &Code) -> Columns<'_, N> {
+        let Self { numbers, paths, memory } = self;
+        numbers.resize(numbers.len().max(N * code.registers), 0.0);
+        paths.resize(paths.len().max(N * code.paths), 0);
+        Columns {
+            numbers: numbers.as_chunks_mut().0,
+            paths: paths.as_chunks_mut().0,
+            memory,
+        }
+    }
+}
+
+/// The turns of a loop.
+pub(super) struct Turns<'t> {
+    pub(super) count: usize,
+    /// The path of turn 0 and on comes from this, by the number of the turn; that of the scope when there is no loop.
+    pub(super) path: Option<u32>,
+    /// What a turn gives to each slot.
+    pub(super) given: &'t dyn Fn(usize, usize) -> f64,
+}
+
+impl Plans {
+    pub(super) fn new(counts: impl Iterator<Item = u32>) -> Self {
+        let untried = |count: u32| (0..count).map(|_| Planning::Untried).collect();
+        Self {
+            of: counts.map(untried).collect(),
+            work: 0,
+            room: Room::default(),
+        }
+    }
+
+    fn take(&mut self, module: usize, id: u32) -> Planning {
+        std::mem::replace(&mut self.of[module][id as usize], Planning::Refused)
+    }
+
+    fn put(&mut self, module: usize, id: u32, planning: Planning) {
+        self.of[module][id as usize] = planning;
+    }
+}
+
+impl<'p> Evaluator<'p> {
+    /// Visits a statement; whether that was possible.
+    pub(super) fn at_once(&mut self, scope: &Scope, turtle: &Turtle, id: u32, of: &'p Statement) -> Outcome<bool> {
+        if matches!(self.plans.of[scope.module][id as usize], Planning::Refused) {
+            return Ok(false);
+        }
+        let turns = Turns {
+            count: 1,
+            path: None,
+            given: &|_, _| 0.0,
+        };
+        Ok(self.turns(scope, turtle, (id, &[], of), &turns)? == 1)
+    }
+
+    /// Visits a statement in the turns of a loop; how many of them are done.
+    pub(super) fn turns(
+        &mut self,
+        scope: &Scope,
+        turtle: &Turtle,
+        (id, slots, of): (u32, &[u32], &'p Statement),
+        turns: &Turns,
+    ) -> Outcome<usize> {
+        if turns.count == 0 {
+            return Ok(0);
+        }
+        let mut made = match self.plans.take(scope.module, id) {
+            Planning::Ready(plan) => plan,
+            Planning::Untried if self.plans.work < MOST_WORK => {
+                let (plan, work) = plan(self.program, scope.module, slots, of);
+                self.plans.work += work;
+                match plan {
+                    Some(plan) => Box::new(plan),
+                    None => return Ok(0),
+                }
+            }
+            _ => return Ok(0),
+        };
+        let Some(materials) = self.known_paints(scope, &made.paints) else {
+            self.plans.put(scope.module, id, Planning::Ready(made));
+            return Ok(0);
+        };
+        let place = (turtle, &materials[..]);
+        // Whole rows of turns, then what is left over.
+        let whole = turns.count - turns.count % WIDE;
+        let mut done = self.chunks::<WIDE>(scope, place, &mut made, (turns, 0..whole))?;
+        if done == whole {
+            let left = (turns, done..turns.count);
+            done = match turns.count - whole {
+                0 => done,
+                1 => self.chunks::<1>(scope, place, &mut made, left)?,
+                2..=NARROW => self.chunks::<NARROW>(scope, place, &mut made, left)?,
+                _ => self.chunks::<WIDE>(scope, place, &mut made, left)?,
+            };
+        }
+        if done == turns.count {
+            self.plans.put(scope.module, id, Planning::Ready(made));
+        }
+        Ok(done)
+    }
+
+    /// Those that have been computed before.
+    fn known_paints(&self, scope: &Scope, paints: &[usize]) -> Option<Vec<usize>> {
+        let known = &self.instances[scope.instance].surfaces;
+        paints.iter().map(|&paint| known[paint]).collect()
+    }
+
+    /// Some of them, `N` at a time; before which turn that ended.
+    fn chunks<const N: usize>(
+        &mut self,
+        scope: &Scope,
+        (turtle, materials): (&Turtle, &[usize]),
+        plan: &mut Plan,
+        (turns, range): (&Turns, Range<usize>),
+    ) -> Outcome<usize> {
+        let frame = turtle.frame.numbers();
+        let is_near = frame[..9].iter().all(|along| along.abs() <= LONGEST)
+            && frame[9..].iter().all(|along| along.abs() <= FARTHEST);
+        let is_too_far = plan.moves && !is_near;
+        if range.is_empty() || is_too_far {
+            return Ok(range.start);
+        }
+        let mut room = std::mem::take(&mut self.plans.room);
+        let mut columns = room.columns::<N>(&plan.code);
+        for (column, number) in columns.numbers.iter_mut().zip(frame) {
+            *column = [number; N];
+        }
+        let mut done = range.start;
+        while done < range.end {
+            let count = N.min(range.end - done);
+            let Some((steps, nesting, levels)) = self.affordable(scope, plan.cost, plan.levels, count) else {
+                break;
+            };
+            // Places that are left over do what the last turn does.
+            let turn = |place: usize| done + place.min(count - 1);
+            for slot in 0..plan.inputs {
+                columns.numbers[frame.len() + slot] = std::array::from_fn(|place| (turns.given)(turn(place), slot));
+            }
+            columns.paths[0] = std::array::from_fn(|place| match turns.path {
+                Some(path) => step(path, turn(place) as u32),
+                None => scope.path,
+            });
+            let known = self.known(scope);
+            let is_sound = (done > range.start || columns.run(&plan.code.shared, &known))
+                && columns.run(&plan.code.each, &known)
+                && columns.finite(&plan.code.finite);
+            if !is_sound {
+                break;
+            }
+            self.pay(steps, nesting, levels);
+            for place in 0..count {
+                for planned in &mut plan.solids {
+                    let at = |register: u16| columns.numbers[register as usize][place];
+                    planned.fill(self.settings.detail, at);
+                    let mut frame = [0.0; 12];
+                    for (number, register) in frame.iter_mut().zip(planned.frame) {
+                        *number = at(register);
+                    }
+                    let turtle = Turtle {
+                        frame: Affine::of_numbers(frame),
+                        material: planned.paint.map_or(turtle.material, |paint| materials[paint]),
+                    };
+                    self.add((scope, planned.at), &turtle, &planned.solid)?;
+                }
+            }
+            done += count;
+        }
+        self.plans.room = room;
+        Ok(done)
+    }
+
+    /// Heights of a field at so many x of a row; whether that was possible.
+    pub(super) fn row(
+        &mut self,
+        scope: &Scope,
+        (id, slots, height): (u32, [u32; 2], &'p Expr),
+        (x, z): (impl Fn(u32) -> f64, f64),
+        (count, heights): (u32, &mut Vec<f64>),
+    ) -> bool {
+        let mut made = match self.plans.take(scope.module, id) {
+            Planning::Field(slope) => slope,
+            Planning::Untried if self.plans.work < MOST_WORK => {
+                let (slope, work) = slope(self.program, scope.module, slots, height);
+                self.plans.work += work;
+                match slope {
+                    Some(slope) => Box::new(slope),
+                    None => return false,
+                }
+            }
+            _ => return false,
+        };
+        let is_done = self.row_at_once(scope, &mut made, (x, z), (count, heights));
+        if is_done {
+            self.plans.put(scope.module, id, Planning::Field(made));
+        }
+        is_done
+    }
+
+    fn row_at_once(
+        &mut self,
+        scope: &Scope,
+        slope: &mut Slope,
+        (x, z): (impl Fn(u32) -> f64, f64),
+        (count, heights): (u32, &mut Vec<f64>),
+    ) -> bool {
+        let Some((steps, nesting, levels)) = self.affordable(scope, slope.cost, slope.levels, count as usize) else {
+            return false;
+        };
+        let mut room = std::mem::take(&mut self.plans.room);
+        let mut columns = room.columns::<WIDE>(&slope.code);
+        let known = self.known(scope);
+        columns.numbers[1] = [z; WIDE];
+        columns.paths[0] = [scope.path; WIDE];
+        let before = heights.len();
+        let mut is_sound = true;
+        for first in (0..count).step_by(WIDE) {
+            let here = (WIDE as u32).min(count - first);
+            columns.numbers[0] = std::array::from_fn(|place| x(first + (place as u32).min(here - 1)));
+            is_sound = (first > 0 || columns.run(&slope.code.shared, &known))
+                && columns.run(&slope.code.each, &known)
+                && columns.finite(&slope.code.finite);
+            if !is_sound {
+                heights.truncate(before);
+                break;
+            }
+            heights.extend_from_slice(&columns.numbers[slope.height as usize][..here as usize]);
+        }
+        if is_sound {
+            self.pay(steps, nesting, levels);
+        }
+        self.plans.room = room;
+        is_sound
+    }
+
+    fn known<'k>(&'k self, scope: &Scope) -> Known<'k> {
+        Known {
+            locals: &self.stack[scope.base..],
+            globals: &self.instances[scope.instance].values,
+            level: scope.level.into(),
+            detail: self.settings.detail.into(),
+            seed: self.settings.seed,
+        }
+    }
+
+    /// What was taken when a visit of so many turns is paid, steps, nesting and levels; nothing when that is too much.
+    fn affordable(&self, scope: &Scope, cost: Cost, levels: u32, turns: usize) -> Option<(u64, u32, u32)> {
+        let limits = &self.settings.limits;
+        let steps = self.usage.steps.saturating_add(u64::from(cost.steps) * turns as u64);
+        let nesting = self.nesting.saturating_add(cost.nesting);
+        let levels = if levels == 0 {
+            0
+        } else {
+            scope.depth.saturating_add(levels)
+        };
+        let fits = steps <= limits.steps && nesting <= limits.nesting && levels <= limits.levels;
+        fits.then_some((steps, nesting, levels))
+    }
+
+    fn pay(&mut self, steps: u64, nesting: u32, levels: u32) {
+        self.usage.steps = steps;
+        self.usage.nesting = self.usage.nesting.max(nesting);
+        self.usage.levels = self.usage.levels.max(levels);
+    }
+}

@@ -1,0 +1,244 @@
+//! Which statements make no choice? Solids, what places and paints them, what gathers and names: where all that a visit does
+//! is known beforehand, it becomes a list of solids with code that gives their numbers.
+
+use super::code::{Code, Operation, Register};
+use super::compile::{Compiler, Level};
+use crate::procedural::evaluator::statement::{MAX_LENGTH as FARTHEST, MIN_SCALE};
+use crate::procedural::evaluator::terminal::MAX_LENGTH;
+use crate::procedural::link::Program;
+use crate::procedural::operation::Operator;
+use crate::procedural::solid::Solid;
+use crate::procedural::syntax::{At, Cost, Expr, Statement, Transform};
+
+/// Twelve numbers: x, y and z of three axes and of an origin.
+pub(super) type Frame = [Register; 12];
+
+/// Statements that are done at one go.
+#[derive(Debug)]
+pub(in crate::procedural::evaluator) struct Plan {
+    /// The first twelve numbers are where the turtle is, then come those that the turns differ by.
+    pub(super) code: Code,
+    pub(super) solids: Vec<Planned>,
+    /// Materials without parameters, of the same file.
+    pub(super) paints: Vec<usize>,
+    /// How many numbers the turns differ by.
+    pub(super) inputs: usize,
+    /// Whether the turtle moves.
+    pub(super) moves: bool,
+    /// What the visit of one turn takes.
+    pub(super) cost: Cost,
+    /// Calls inside each other.
+    pub(super) levels: u32,
+}
+
+/// A solid among them.
+#[derive(Debug)]
+pub(super) struct Planned {
+    pub(super) at: At,
+    pub(super) frame: Frame,
+    /// Which of the plan's paints it wears, if not the turtle's.
+    pub(super) paint: Option<usize>,
+    /// In the order in which the solid takes them.
+    pub(super) numbers: Vec<Register>,
+    /// As it was last; numbers are put in turn by turn.
+    pub(super) solid: Solid,
+}
+
+/// A number for each point of a height field, by its x and z.
+#[derive(Debug)]
+pub(in crate::procedural::evaluator) struct Slope {
+    /// The first two numbers are x and z.
+    pub(super) code: Code,
+    pub(super) height: Register,
+    pub(super) cost: Cost,
+    pub(super) levels: u32,
+}
+
+pub(super) struct Planner<'p> {
+    pub(super) compiler: Compiler<'p>,
+    pub(super) frame: Frame,
+    pub(super) paint: Option<usize>,
+    pub(super) solids: Vec<Planned>,
+    paints: Vec<usize>,
+    moves: bool,
+    is_stretched: bool,
+}
+
+/// What a statement does each time that it is visited, with values of its own in `slots`; nothing when that is not known.
+/// Also how many nodes were looked at.
+pub(super) fn plan<'p>(
+    program: &'p Program,
+    module: usize,
+    slots: &[u32],
+    statement: &'p Statement,
+) -> (Option<Plan>, u32) {
+    let mut compiler = Compiler::new(program, module);
+    compiler.emitter.given(12, true);
+    for &slot in slots {
+        let register = compiler.emitter.given(1, false);
+        compiler.names.bound.push((slot, register));
+    }
+    let mut planner = Planner {
+        compiler,
+        frame: std::array::from_fn(|i| i as Register),
+        paint: None,
+        solids: Vec::new(),
+        paints: Vec::new(),
+        moves: false,
+        is_stretched: false,
+    };
+    let done = planner.statement(statement);
+    let (cost, levels, work) = (planner.compiler.cost, planner.compiler.levels, planner.compiler.work());
+    let plan = done.map(|()| Plan {
+        code: planner.compiler.emitter.finished(),
+        solids: planner.solids,
+        paints: planner.paints,
+        inputs: slots.len(),
+        moves: planner.moves,
+        cost,
+        levels,
+    });
+    (plan, work)
+}
+
+/// The same for the height of a field.
+pub(super) fn slope<'p>(
+    program: &'p Program,
+    module: usize,
+    slots: [u32; 2],
+    height: &'p Expr,
+) -> (Option<Slope>, u32) {
+    let mut compiler = Compiler::new(program, module);
+    for slot in slots {
+        let register = compiler.emitter.given(1, false);
+        compiler.names.bound.push((slot, register));
+    }
+    let height = compiler.ranged(height, (-MAX_LENGTH, MAX_LENGTH));
+    let (cost, levels, work) = (compiler.cost, compiler.levels, compiler.work());
+    let slope = height.map(|height| Slope {
+        code: compiler.emitter.finished(),
+        height,
+        cost,
+        levels,
+    });
+    (slope, work)
+}
+
+impl<'p> Planner<'p> {
+    /// As [`Evaluator::visit`](super::Evaluator::visit) visits it.
+    fn statement(&mut self, statement: &'p Statement) -> Option<()> {
+        self.compiler.enter()?;
+        match statement {
+            Statement::Group { of, .. } => of.iter().try_for_each(|inner| self.statement(inner))?,
+            Statement::Let { slot, value, .. } => {
+                let register = self.compiler.value(value)?;
+                self.compiler.names.bound.push((*slot, register));
+            }
+            Statement::Place {
+                transform, by, body, ..
+            } => {
+                let frame = self.placed(*transform, by)?;
+                let outer = std::mem::replace(&mut self.frame, frame);
+                self.statement(body)?;
+                self.frame = outer;
+            }
+            Statement::Paint { call, body } => {
+                let call = &self.compiler.program.modules[self.compiler.module].calls[*call];
+                let has_arguments = !call.given.is_empty();
+                if has_arguments || call.module.is_some() {
+                    return None;
+                }
+                let paint = Some(self.paints.len());
+                self.paints.push(call.target.index?);
+                let outer = std::mem::replace(&mut self.paint, paint);
+                self.statement(body)?;
+                self.paint = outer;
+            }
+            Statement::Call { call, .. } => {
+                let module = &self.compiler.program.modules[self.compiler.module];
+                let call = &module.calls[*call];
+                if call.module.is_some() {
+                    return None;
+                }
+                let rule = &module.rules[call.target.index?];
+                if rule.is_part || rule.levels.is_some() {
+                    return None;
+                }
+                let outer = self.compiler.call(call, &rule.formals, Level::Unknown)?;
+                self.statement(&rule.body)?;
+                self.compiler.back(outer);
+            }
+            Statement::Solid {
+                kind, at, arguments, ..
+            } => self.solid(*at, *kind, arguments)?,
+            _ => return None,
+        }
+        self.compiler.leave();
+        Some(())
+    }
+
+    fn placed(&mut self, transform: Transform, by: &'p [Expr]) -> Option<Frame> {
+        self.moves = true;
+        let compiler = &mut self.compiler;
+        let mut numbers = [0; 3];
+        for (number, expr) in numbers.iter_mut().zip(by) {
+            *number = compiler.number(expr)?;
+        }
+        let mut frame = self.frame;
+        let mut inputs = self.frame.to_vec();
+        inputs.extend(&numbers[..by.len()]);
+        let axis = |axis: usize| std::array::from_fn(|i| self.frame[3 * axis + i]);
+        let mut put = |compiler: &mut Compiler, places: &[usize], first: Register| {
+            for (&place, register) in places.iter().zip(first..) {
+                frame[place] = register;
+                compiler.emitter.shown(&[register]);
+            }
+        };
+        // Axes keep their length when they turn; once they are stretched, they are measured.
+        let is_stretched = self.is_stretched;
+        let mut turned = |compiler: &mut Compiler, about: usize| {
+            let (from, to) = ((about + 1) % 3, (about + 2) % 3);
+            let axes = [axis(from), axis(to)];
+            let degrees = numbers[0];
+            let first = compiler.emitter.emit(Operation::Turned { axes, degrees }, &inputs, 6);
+            let places = [from, to].map(|axis| [3 * axis, 3 * axis + 1, 3 * axis + 2]);
+            compiler.emitter.shown(&[degrees]);
+            put(compiler, places.as_flattened(), first);
+            if is_stretched {
+                (first..first + 6).for_each(|number| compiler.emitter.within(number, (-FARTHEST, FARTHEST)));
+            }
+        };
+        match transform {
+            Transform::Turn => turned(compiler, 1),
+            Transform::Tilt => turned(compiler, 0),
+            Transform::Roll => turned(compiler, 2),
+            Transform::Move => {
+                let axes = std::array::from_fn(|i| self.frame[i]);
+                let moved = Operation::Moved {
+                    axes,
+                    origin: axis(3),
+                    by: numbers,
+                };
+                let first = compiler.emitter.emit(moved, &inputs, 3);
+                compiler.emitter.shown(&numbers);
+                put(compiler, &[9, 10, 11], first);
+            }
+            Transform::Scale => {
+                let factors = if by.len() == 1 { [numbers[0]; 3] } else { numbers };
+                for number in factors {
+                    compiler.emitter.within(number, (-FARTHEST, FARTHEST));
+                    compiler.emitter.apart(number, MIN_SCALE);
+                }
+                self.is_stretched = true;
+                for place in 0..9 {
+                    let register = compiler
+                        .emitter
+                        .binary(Operator::Multiply, [self.frame[place], factors[place / 3]]);
+                    compiler.emitter.within(register, (-FARTHEST, FARTHEST));
+                    put(compiler, &[place], register);
+                }
+            }
+        }
+        Some(frame)
+    }
+}
