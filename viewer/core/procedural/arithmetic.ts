@@ -6,25 +6,38 @@
 
 const RADIANS = 0.017_453_292_519_943_295;
 
-/** Sine and cosine of an angle in degrees; multiples of 90 are exact. */
-export function sinCos(degrees: number): [number, number] {
-  const turned = degrees - 360 * Math.floor(degrees / 360);
-  const quarter = Math.floor(turned / 90 + 0.5);
-  const [sin, cos] = nearZero((turned - 90 * quarter) * RADIANS);
-  switch (quarter & 3) {
-    case 0:
-      return [sin, cos];
-    case 1:
-      return [cos, -sin];
-    case 2:
-      return [-sin, -cos];
-    default:
-      return [-cos, sin];
-  }
+/** Angles that were asked for lately, each with its sine and cosine, at places that their bits choose. */
+const REMEMBERED = 256;
+const angles = new Float64Array(REMEMBERED).fill(Number.NaN);
+const sines = new Float64Array(REMEMBERED);
+const cosines = new Float64Array(REMEMBERED);
+const angle = new Float64Array(1);
+const bits = new Int32Array(angle.buffer);
+
+/** The sine of an angle in degrees; multiples of 90 are exact. */
+export function sine(degrees: number): number {
+  return sines[placeOf(degrees)] as number;
 }
 
-/** Taylor's series within an eighth of a turn. */
-function nearZero(x: number): [number, number] {
+/** The cosine. */
+export function cosine(degrees: number): number {
+  return cosines[placeOf(degrees)] as number;
+}
+
+/** Where sine and cosine of an angle lie, until the next angle. */
+function placeOf(degrees: number): number {
+  angle[0] = degrees;
+  const hash = Math.imul((bits[0] as number) ^ (bits[1] as number), 0x9e3779b1);
+  const place = hash >>> 24;
+  if (angles[place] !== degrees) compute(degrees, place);
+  return place;
+}
+
+function compute(degrees: number, place: number): void {
+  const turned = degrees - 360 * Math.floor(degrees / 360);
+  const quarter = Math.floor(turned / 90 + 0.5);
+  // Taylor's series within an eighth of a turn.
+  const x = (turned - 90 * quarter) * RADIANS;
   const z = x * x;
   let sin = 1;
   let cos = 1;
@@ -32,7 +45,13 @@ function nearZero(x: number): [number, number] {
     sin = 1 - (sin * z) / (2 * k * (2 * k + 1));
     cos = 1 - (cos * z) / (2 * k * (2 * k - 1));
   }
-  return [x * sin, cos];
+  sin *= x;
+  const isOdd = (quarter & 1) === 1;
+  const first = isOdd ? cos : sin;
+  const second = isOdd ? sin : cos;
+  angles[place] = degrees;
+  sines[place] = (quarter & 2) === 0 ? first : -first;
+  cosines[place] = ((quarter + 1) & 2) === 0 ? second : -second;
 }
 
 /** The angle of the direction (x, y) in degrees, from −180 to 180; 0 for no direction. */

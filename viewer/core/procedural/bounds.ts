@@ -1,56 +1,103 @@
 /** Where does a part lie? Boxes around solids and around what is placed, as in Rust. */
-import { type Affine, point, type Vector } from "./affine.ts";
-import type { Solid } from "./solid/solid.ts";
+import type { Affine, Vector } from "./affine.ts";
 
 export interface Bounds {
   readonly min: Vector;
   readonly max: Vector;
 }
 
-/** Holds nothing. */
-export const EMPTY: Bounds = {
-  min: [Infinity, Infinity, Infinity],
-  max: [-Infinity, -Infinity, -Infinity],
-};
-
 /** By how much geometry may go beyond what a part declares: rounding to single precision, relative and in metres. */
 const SLACK = 1e-6;
 
-/** The smallest box around some points. */
-export function around(points: Iterable<Vector>): Bounds {
-  let bounds = EMPTY;
-  for (const p of points) bounds = union(bounds, { min: p, max: p });
-  return bounds;
-}
+/** A box that grows around what it holds; at first it holds nothing. */
+export class Reach {
+  /** Least x, y and z, then the most. */
+  private readonly ends = Float64Array.of(Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity);
 
-/** The smallest box around points, three numbers each. */
-export function aroundPositions(positions: Float32Array): Bounds {
-  const min: [number, number, number] = [Infinity, Infinity, Infinity];
-  const max: [number, number, number] = [-Infinity, -Infinity, -Infinity];
-  positions.forEach((v, i) => {
-    const axis = (i % 3) as 0 | 1 | 2;
-    if (v < min[axis]) min[axis] = v;
-    if (v > max[axis]) max[axis] = v;
-  });
-  return { min, max };
-}
-
-/** The smallest box around both. */
-export function union(a: Bounds, b: Bounds): Bounds {
-  const low = (i: 0 | 1 | 2) => Math.min(a.min[i], b.min[i]);
-  const high = (i: 0 | 1 | 2) => Math.max(a.max[i], b.max[i]);
-  return { min: [low(0), low(1), low(2)], max: [high(0), high(1), high(2)] };
-}
-
-/** A box around a box in a frame. */
-export function placedBounds({ min, max }: Bounds, frame: Affine): Bounds {
-  if (min[0] > max[0]) return EMPTY;
-  const corners: Vector[] = [];
-  for (let i = 0; i < 8; i += 1) {
-    const corner: Vector = [i & 1 ? max[0] : min[0], i & 2 ? max[1] : min[1], i & 4 ? max[2] : min[2]];
-    corners.push(point(frame, corner));
+  /** The box, to be kept. */
+  get bounds(): Bounds {
+    const { ends } = this;
+    return { min: [num(ends, 0), num(ends, 1), num(ends, 2)], max: [num(ends, 3), num(ends, 4), num(ends, 5)] };
   }
-  return around(corners);
+
+  /** Holds a box around the y axis and nothing else. */
+  upright(x: number, low: number, high: number, z: number): void {
+    const { ends } = this;
+    ends[0] = -x;
+    ends[1] = low;
+    ends[2] = -z;
+    ends[3] = x;
+    ends[4] = high;
+    ends[5] = z;
+  }
+
+  /** Holds points and nothing else: so many, of so many numbers each. With two of them they are x and z. */
+  points(points: Float64Array, count: number, width: 2 | 3): void {
+    this.clear();
+    for (let i = 0; i < width * count; i += width) {
+      this.span(0, num(points, i), num(points, i));
+      if (width === 3) this.span(1, num(points, i + 1), num(points, i + 1));
+      this.span(2, num(points, i + width - 1), num(points, i + width - 1));
+    }
+  }
+
+  private clear(): void {
+    this.upright(-Infinity, Infinity, -Infinity, -Infinity);
+  }
+
+  point(x: number, y: number, z: number): void {
+    this.span(0, x, x);
+    this.span(1, y, y);
+    this.span(2, z, z);
+  }
+
+  /** So much along an axis. */
+  span(axis: number, low: number, high: number): void {
+    const { ends } = this;
+    if (low < num(ends, axis)) ends[axis] = low;
+    if (high > num(ends, axis + 3)) ends[axis + 3] = high;
+  }
+
+  /**
+   * The eight corners of a box in a frame, whose twelve numbers begin at a place. Each coordinate is a sum of one term for
+   * each axis, and rounding keeps order: so the least and the most of each term give those of all corners, to the bit.
+   */
+  placed({ ends }: Reach, frame: Float64Array, at: number): void {
+    if (num(ends, 0) > num(ends, 3)) return;
+    this.along(0, ends, frame, at);
+    this.along(1, ends, frame, at + 1);
+    this.along(2, ends, frame, at + 2);
+  }
+
+  private along(axis: number, ends: Float64Array, frame: Float64Array, at: number): void {
+    const x = num(frame, at);
+    const y = num(frame, at + 3);
+    const z = num(frame, at + 6);
+    const origin = num(frame, at + 9);
+    // Where the term is least; it is most at the other end.
+    const leastX = x >= 0 ? 0 : 3;
+    const leastY = y >= 0 ? 1 : 4;
+    const leastZ = z >= 0 ? 2 : 5;
+    const low = x * num(ends, leastX) + y * num(ends, leastY) + z * num(ends, leastZ) + origin;
+    const high = x * num(ends, 3 - leastX) + y * num(ends, 5 - leastY) + z * num(ends, 7 - leastZ) + origin;
+    this.span(axis, low, high);
+  }
+
+  /** Another box in a frame. */
+  placedIn(bounds: Reach, { x, y, z, origin }: Affine): void {
+    this.placed(bounds, Float64Array.of(...x, ...y, ...z, ...origin), 0);
+  }
+
+  /** Points, three numbers each. */
+  positions(positions: Float32Array): void {
+    for (let i = 0; i < positions.length; i += 3) {
+      this.point(positions[i] as number, positions[i + 1] as number, positions[i + 2] as number);
+    }
+  }
+}
+
+function num(numbers: Float64Array, at: number): number {
+  return numbers[at] as number;
 }
 
 /** Whether `inner` reaches out of `outer`. */
@@ -58,54 +105,4 @@ export function exceeds(inner: Bounds, outer: Bounds): boolean {
   const diagonal = Math.hypot(...outer.max.map((v, i) => v - (outer.min[i] as number)));
   const slack = SLACK * (1 + diagonal);
   return ([0, 1, 2] as const).some((i) => inner.min[i] < outer.min[i] - slack || inner.max[i] > outer.max[i] + slack);
-}
-
-/** A box that holds a solid before it is placed. */
-export function extentOf(solid: Solid): Bounds {
-  const round = (radius: number, low: number, high: number) =>
-    around([
-      [-radius, low, -radius],
-      [radius, high, radius],
-    ]);
-  switch (solid.kind) {
-    case "box": {
-      const [w, h, d] = solid.size;
-      return around([
-        [-w / 2, 0, -d / 2],
-        [w / 2, h, d / 2],
-      ]);
-    }
-    case "cone":
-      return round(Math.max(solid.low, solid.high), 0, solid.height);
-    case "sphere":
-      return round(solid.radius, -solid.radius, solid.radius);
-    case "lathe":
-      return solid.profile.map(([r, y]) => round(r, y, y)).reduce(union, EMPTY);
-    case "prism":
-      return around(
-        solid.footprint.flatMap(([x, z]): Vector[] => [
-          [x, 0, z],
-          [x, solid.height, z],
-        ]),
-      );
-    case "mesh":
-      return around(solid.points);
-    case "heights": {
-      const [w, d] = solid.over;
-      let [low, high] = [Infinity, -Infinity];
-      const [columns, rows] = solid.steps;
-      // Without the samples around the rectangle.
-      for (let j = 1; j <= rows + 1; j += 1) {
-        for (let i = 1; i <= columns + 1; i += 1) {
-          const y = solid.heights[j * (columns + 3) + i] as number;
-          low = Math.min(low, y);
-          high = Math.max(high, y);
-        }
-      }
-      return around([
-        [-w / 2, low, -d / 2],
-        [w / 2, high, d / 2],
-      ]);
-    }
-  }
 }

@@ -2,7 +2,7 @@
 import { type Affine, after, IDENTITY } from "./affine.ts";
 import type { Bounds } from "./bounds.ts";
 import type { Amounts } from "./limits.ts";
-import type { Mesh } from "./solid/writer.ts";
+import type { Mesh } from "./solid/mesh.ts";
 
 /** A model with all its triangles. */
 export interface Grown {

@@ -7,5 +7,5 @@ export { type Grown, type Instance, instancesOf, type Part, type Surface } from 
 export { type Amounts, FINEST, LIMITS } from "./limits.ts";
 export { type Load, type Program, readProgram } from "./link.ts";
 export { type GrownModel, growModel, type Recipe, Rulebook } from "./recipe.ts";
-export type { Mesh } from "./solid/writer.ts";
+export type { Mesh } from "./solid/mesh.ts";
 export { type Value, valueFromJson } from "./value.ts";

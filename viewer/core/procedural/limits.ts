@@ -7,6 +7,8 @@ export const MAX_NAME = 255;
 export const MAX_NESTING = 96;
 /** Most operators in a row. */
 export const MAX_CHAIN = 64;
+/** Most words of code that are made of one file, so that they take no more memory than its text may. */
+export const MAX_CODE = 2 ** 21;
 /** Most numbers that are kept: what parts, materials and files were given, and 8 letters of a name or path for each number. */
 export const MAX_KEPT = 2 ** 22;
 export const MAX_LIST = 2 ** 16;

@@ -3,7 +3,7 @@ import { argumentTwice, DcgError, Fault, missingArgument, tooManyArguments, unkn
 import { MAX_MODULES, reached } from "./limits.ts";
 import { parse } from "./parser/index.ts";
 import { SOLIDS } from "./solid/kinds.ts";
-import { BUILT_INS, type Call, type Formal, type Module, type Wanted } from "./syntax.ts";
+import { type Argument, BUILT_INS, type Call, type Formal, type Module, rowOf, type Wanted } from "./syntax.ts";
 
 /** The text of a file, as an `import` names it; throws an error with a reason when it cannot be had. */
 export type Load = (path: string) => string;
@@ -118,7 +118,7 @@ function link(modules: readonly Module[], own: Module, call: Call): void {
     call.index = names(module, call.wanted).indexOf(call.name);
     if (call.index < 0) throw new Fault(call.at, unknownCall(module, call));
   }
-  call.given = given(call, formalsOf(modules[call.module] as Module, call));
+  give(call, formalsOf(modules[call.module] as Module, call));
 }
 
 /** What a call can give. */
@@ -140,8 +140,8 @@ function unknownCall(module: Module, call: Call): string {
   return unknown(call.wanted, call.name, known);
 }
 
-/** For each formal the index of the argument that it is given. */
-function given(call: Call, formals: readonly Formal[]): number[] {
+/** Finds which argument each formal is given: they are computed in the formals' order. */
+function give(call: Call, formals: readonly Formal[]): void {
   const found = formals.map(() => -1);
   call.args.forEach((argument, i) => {
     const { name } = argument;
@@ -157,5 +157,9 @@ function given(call: Call, formals: readonly Formal[]): number[] {
   });
   const missing = formals.find((formal, i) => !formal.initial && found[i] === -1);
   if (missing) throw new Fault(call.at, missingArgument(call.name, missing.name));
-  return found;
+  const places = formals.map((_, place) => place);
+  call.slots = places.filter((place) => found[place] !== -1);
+  call.missing = places.filter((place) => found[place] === -1);
+  call.given = call.slots.map((place) => call.args[found[place] as number] as Argument);
+  call.row = rowOf("values", ...call.given.map(({ value }) => value));
 }

@@ -41,12 +41,35 @@ export function fraction(path: number): number {
   return mixed(path) / 4294967296;
 }
 
-/** A corner's slope, times the way from it. */
-function dot(seed: number, i: number, j: number, u: number, v: number): number {
-  const hash = mixed(step(step(seed, i | 0), j | 0));
-  const gx = (hash & 0xffff) / 32767.5 - 1;
-  const gz = (hash >>> 16) / 32767.5 - 1;
-  return gx * u + gz * v;
+/**
+ * Cells of noise that were asked for lately: seed, column and row, and the slopes at four corners. Surfaces are asked for
+ * point by point, and the wide octaves of many points lie in the same cell.
+ */
+const REMEMBERED = 2048;
+const cells = new Int32Array(3 * REMEMBERED);
+const slopes = new Float64Array(8 * REMEMBERED);
+// Nothing is remembered of the others: their places are wrong for the cell that they name.
+remember(0, 0, 0, 0);
+
+/** Where the slopes at the corners of a cell lie, until the next cell. */
+function cellOf(seed: number, column: number, row: number): number {
+  const hash = Math.imul(seed, 0x9e3779b1) ^ Math.imul(column, 0x85ebca6b) ^ Math.imul(row, 0xc2b2ae35);
+  const place = (hash ^ (hash >>> 15)) & (REMEMBERED - 1);
+  if (cells[3 * place] !== seed || cells[3 * place + 1] !== column || cells[3 * place + 2] !== row) {
+    remember(place, seed, column, row);
+  }
+  return 8 * place;
+}
+
+function remember(place: number, seed: number, column: number, row: number): void {
+  cells[3 * place] = seed;
+  cells[3 * place + 1] = column;
+  cells[3 * place + 2] = row;
+  for (let corner = 0; corner < 4; corner += 1) {
+    const hash = mixed(step(step(seed, (column + (corner & 1)) | 0), (row + (corner >> 1)) | 0));
+    slopes[8 * place + 2 * corner] = (hash & 0xffff) / 32767.5 - 1;
+    slopes[8 * place + 2 * corner + 1] = (hash >>> 16) / 32767.5 - 1;
+  }
 }
 
 function fade(t: number): number {
@@ -59,12 +82,18 @@ export function noise(seed: number, x: number, z: number): number {
   const row = Math.floor(z);
   const u = x - column;
   const v = z - row;
-  const a = dot(seed, column, row, u, v);
-  const b = dot(seed, column + 1, row, u - 1, v);
-  const c = dot(seed, column, row + 1, u, v - 1);
-  const d = dot(seed, column + 1, row + 1, u - 1, v - 1);
+  const cell = cellOf(seed, column | 0, row | 0);
+  const a = num(cell) * u + num(cell + 1) * v;
+  const b = num(cell + 2) * (u - 1) + num(cell + 3) * v;
+  const c = num(cell + 4) * u + num(cell + 5) * (v - 1);
+  const d = num(cell + 6) * (u - 1) + num(cell + 7) * (v - 1);
   const s = fade(u);
   const near = a + (b - a) * s;
   const far = c + (d - c) * s;
   return near + (far - near) * fade(v);
+}
+
+/** Part of the slope at a corner. */
+function num(at: number): number {
+  return slopes[at] as number;
 }

@@ -2,7 +2,7 @@
 import { grow, type Settings } from "./evaluator/index.ts";
 import type { Surface } from "./grown.ts";
 import { type Program, readProgram, withFirst } from "./link.ts";
-import type { Mesh } from "./solid/writer.ts";
+import type { Mesh } from "./solid/mesh.ts";
 import type { JsonValue } from "./value.ts";
 
 /** What an object info says of rules, with their texts in place of their addresses. */

@@ -2,6 +2,7 @@
  * What does a file of rules say? Its nodes: a directed graph, cyclic where rules call each other. As
  * `crates/scene/src/procedural/syntax.rs`: variables are slots already, calls are joined to what they call by `link.ts`.
  */
+import type { Code } from "./plain/code.ts";
 import type { SolidKind } from "./solid/kinds.ts";
 
 /** Index in the text of a module. */
@@ -23,6 +24,21 @@ export interface Module {
   readonly calls: Call[];
   /** Uses of globals. */
   readonly uses: Use[];
+  /** How many more words of code may be made of it. */
+  room: number;
+}
+
+/** Expressions that are computed together. */
+export interface Row {
+  readonly of: readonly Expr[];
+  /** What is wanted of them: numbers, any values, or for the only one rows of numbers. */
+  readonly as: "numbers" | "values" | "rows";
+  /** What computes them at one go; `null` when that cannot be, `undefined` as long as nobody asked. */
+  code: Code | null | undefined;
+}
+
+export function rowOf(as: Row["as"], ...of: Expr[]): Row {
+  return { of, as, code: undefined };
 }
 
 export interface Import {
@@ -36,7 +52,7 @@ export interface Import {
 export interface Global {
   readonly name: string;
   readonly at: At;
-  readonly value: Expr;
+  readonly value: Row;
 }
 
 /** What a file can be given from outside. */
@@ -49,7 +65,7 @@ export interface Parameter {
 export interface Formal {
   readonly name: string;
   readonly at: At;
-  readonly initial?: Expr;
+  readonly initial?: Row;
 }
 
 interface Declared {
@@ -62,7 +78,7 @@ interface Declared {
 export interface Rule extends Declared {
   /** Its geometry depends on its parameters alone and is shared. */
   readonly isPart: boolean;
-  readonly levels: Expr | undefined;
+  readonly levels: Row | undefined;
   /** Two opposite corners of a box that holds it. */
   readonly within: readonly [Expr, Expr] | undefined;
   readonly body: Statement;
@@ -105,8 +121,14 @@ export interface Call {
   module: number;
   /** Index of the rule, function or material there; −1 for the file as a whole. */
   index: number;
-  /** For each formal the index of its argument, or −1. */
-  given: number[];
+  /** The arguments in the order of what they give, once linked. */
+  given: Argument[];
+  /** Places of the formals that they give. */
+  slots: number[];
+  /** Their values. */
+  row: Row;
+  /** Places of the formals that are not given; known once linked, as all of these. */
+  missing: number[];
 }
 
 export interface Argument {
@@ -121,39 +143,47 @@ export interface Use {
   slot: number;
 }
 
-export type Transform = "move" | "turn" | "tilt" | "roll" | "scale";
+export const TRANSFORMS = ["move", "turn", "tilt", "roll", "scale"] as const;
+export type Transform = (typeof TRANSFORMS)[number];
 
 export type Statement =
   | { readonly kind: "group"; readonly of: readonly Statement[] }
-  | { readonly kind: "let"; readonly at: At; readonly slot: number; readonly value: Expr }
+  | { readonly kind: "let"; readonly at: At; readonly slot: number; readonly value: Row }
   | {
       readonly kind: "if";
       readonly at: At;
-      readonly condition: Expr;
+      readonly condition: Row;
       readonly yes: Statement;
       readonly no: Statement | undefined;
     }
-  | { readonly kind: "choose"; readonly at: At; readonly number: Expr; readonly of: readonly Statement[] }
+  | { readonly kind: "choose"; readonly at: At; readonly number: Row; readonly of: readonly Statement[] }
   | {
       readonly kind: "place";
       readonly at: At;
       readonly transform: Transform;
-      readonly by: readonly Expr[];
+      readonly by: Row;
       readonly body: Statement;
     }
   | { readonly kind: "paint"; readonly call: number; readonly body: Statement }
   | { readonly kind: "called"; readonly name: string; readonly body: Statement }
   | { readonly kind: "call"; readonly call: number }
-  | { readonly kind: "solid"; readonly at: At; readonly solid: SolidKind; readonly args: readonly (Expr | undefined)[] }
+  | {
+      readonly kind: "solid";
+      readonly at: At;
+      readonly solid: SolidKind;
+      /** Its lists, then its numbers. */
+      readonly lists: readonly Row[];
+      readonly numbers: Row;
+    }
   | { readonly kind: "viewpoint"; readonly name: string }
-  | { readonly kind: "impostor"; readonly at: At; readonly args: readonly (Expr | undefined)[] }
+  | { readonly kind: "impostor"; readonly at: At; readonly numbers: Row }
   | { readonly kind: "model"; readonly path: string }
   | {
       readonly kind: "for";
       readonly at: At;
       readonly site: number;
       readonly slots: readonly number[];
-      readonly over: Expr;
+      readonly over: Row;
       readonly body: Statement;
     }
   | {
@@ -161,8 +191,8 @@ export type Statement =
       readonly at: At;
       readonly site: number;
       readonly slots: readonly [number, number];
-      readonly count: Expr;
-      readonly over: readonly [Expr, Expr];
+      /** How many, a width and a depth. */
+      readonly over: Row;
       readonly body: Statement;
     }
   | {
@@ -170,16 +200,16 @@ export type Statement =
       readonly at: At;
       readonly site: number;
       readonly slots: readonly number[];
-      readonly polygon: Expr;
+      readonly polygon: Row;
       readonly body: Statement;
     }
   | {
       readonly kind: "heights";
       readonly at: At;
       readonly slots: readonly [number, number];
-      readonly over: readonly [Expr, Expr];
-      readonly steps: readonly [Expr, Expr];
-      readonly height: Expr;
+      /** Width, depth and steps along them. */
+      readonly over: Row;
+      readonly height: Row;
     };
 
 export type Operator = "+" | "-" | "*" | "/" | "==" | "!=" | "<" | "<=" | ">" | ">=";

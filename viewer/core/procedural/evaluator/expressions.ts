@@ -1,23 +1,69 @@
-/** What is the value of an expression? As `crates/scene/src/procedural/evaluator/expression.rs`. */
-import { atan2, power, sinCos } from "../arithmetic.ts";
+/**
+ * What is the value of an expression, node by node? Asked where it is not computed at one go. As
+ * `crates/scene/src/procedural/evaluator/expression.rs`.
+ */
+import { atan2, cosine, power, sine } from "../arithmetic.ts";
 import { DIVISION_BY_ZERO, outOfRange, shown } from "../error.ts";
 import { MAX_LIST, MAX_LIST_DEPTH, reached } from "../limits.ts";
-import { fraction, noise, step } from "../random.ts";
-import type { At, BuiltIn, Expr, Operator } from "../syntax.ts";
+import { fractal, isWhole, MAX_NOISE, MAX_OCTAVES, MAX_POWER } from "../operation.ts";
+import type { Scope } from "../plain/machine.ts";
+import { fraction, step } from "../random.ts";
+import type { At, BuiltIn, Expr, Operator, Row } from "../syntax.ts";
 import { type List, listOf, sizeOf, type Value } from "../value.ts";
-import { type Scope, State } from "./state.ts";
-
-const MAX_NOISE = 1e9;
-const MAX_OCTAVES = 16;
+import { Plain } from "./plain.ts";
 
 type Kind<K extends Expr["kind"]> = Extract<Expr, { kind: K }>;
 
-export abstract class Expressions extends State {
+/** What a number is for, and what it may be. */
+export interface Range {
+  readonly what: string;
+  readonly min: number;
+  readonly max: number;
+}
+
+export abstract class Expressions extends Plain {
   /** The value of a function of the file. */
   protected abstract apply(scope: Scope, call: number): Value;
 
+  /** The value of a row of one. */
+  protected single(scope: Scope, at: At, row: Row): Value {
+    if (this.computes(scope, row) && this.paid(scope)) return this.taken(0);
+    return this.value(scope, at, row.of[0] as Expr);
+  }
+
+  /** Puts the value of a row of one into a place on the stack. */
+  protected keepSingle(scope: Scope, at: At, row: Row, place: number): void {
+    if (this.computes(scope, row) && this.paid(scope)) this.stack.numbers[place] = this.taken(0);
+    else this.stack.set(place, this.value(scope, at, row.of[0] as Expr));
+  }
+
+  /** Computes a row of one that must be a number, the result; `what` it is for. */
+  protected singleNumber(scope: Scope, at: At, row: Row, what: string): void {
+    if (this.computes(scope, row) && this.paid(scope)) return;
+    this.give(this.number(scope, at, row.of[0] as Expr, what));
+  }
+
+  /** Computes a row of numbers, each within a range of its own: the results. */
+  protected rangedRow(scope: Scope, at: At, row: Row, ranges: readonly Range[]): void {
+    if (this.computes(scope, row) && this.areWithin(row.of.length, ranges) && this.paid(scope)) return;
+    const numbers = row.of.map((expr, i) => {
+      const { what, min, max } = ranges[i] as Range;
+      return this.within(scope, at, this.number(scope, at, expr, what), what, min, max);
+    });
+    this.give(...numbers);
+  }
+
+  private areWithin(count: number, ranges: readonly Range[]): boolean {
+    for (let i = 0; i < count; i += 1) {
+      const { min, max } = ranges[i] as Range;
+      const number = this.taken(i);
+      if (!(min <= number && number <= max)) return false;
+    }
+    return true;
+  }
+
   protected value(scope: Scope, at: At, expr: Expr): Value {
-    this.descend(scope, at);
+    if (!this.enters()) throw this.refused(scope, at);
     const value = this.anyValue(scope, at, expr);
     this.ascend();
     return value;
@@ -26,7 +72,7 @@ export abstract class Expressions extends State {
   private anyValue(scope: Scope, at: At, expr: Expr): Value {
     switch (expr.kind) {
       case "local":
-        return this.local(scope, expr.slot);
+        return this.stack.get(scope.base + expr.slot);
       case "global":
         return this.global(scope, expr.use);
       case "colour":
@@ -59,13 +105,13 @@ export abstract class Expressions extends State {
       case "minus":
       case "detail":
       case "level": {
-        this.descend(scope, at);
+        if (!this.enters()) throw this.refused(scope, at);
         const number = this.computed(scope, at, expr);
         this.ascend();
         return number;
       }
     }
-    const value = expr.kind === "local" ? this.local(scope, expr.slot) : this.value(scope, at, expr);
+    const value = expr.kind === "local" ? this.stack.get(scope.base + expr.slot) : this.value(scope, at, expr);
     if (typeof value !== "number") {
       throw this.error(scope.module, at, `${what} must be a number, and this is a list`);
     }
@@ -105,7 +151,7 @@ export abstract class Expressions extends State {
 
   private global(scope: Scope, index: number): Value {
     const use = this.module(scope.module).uses[index];
-    const value = this.instances[scope.instance]?.[use?.slot ?? 0];
+    const value = this.globals(scope).get(use?.slot ?? 0);
     if (value === undefined) {
       throw this.error(scope.module, use?.at ?? 0, `\`${use?.name}\` is not computed yet; move its \`let\` up`);
     }
@@ -208,7 +254,7 @@ export abstract class Expressions extends State {
       case "clamp":
         return a < b ? b : a > c ? c : a;
       case "cos":
-        return sinCos(a)[1];
+        return cosine(a);
       case "floor":
         return Math.floor(a);
       case "max":
@@ -223,13 +269,13 @@ export abstract class Expressions extends State {
       case "fractal":
         return this.fractal(scope, at, a, b, c);
       case "power":
-        this.within(scope, at, b, "a power", -64, 64);
-        if (b === Math.floor(b)) return power(a, b);
+        this.within(scope, at, b, "a power", -MAX_POWER, MAX_POWER);
+        if (isWhole(b)) return power(a, b);
         throw this.error(scope.module, at, "a power must be a whole number; roots are taken by `sqrt`");
       case "round":
         return Math.floor(a + 0.5);
       case "sin":
-        return sinCos(a)[0];
+        return sine(a);
       case "sqrt":
         if (a < 0) throw this.error(scope.module, at, "what a root is taken of must be 0 or more");
         return Math.sqrt(a);
@@ -240,20 +286,14 @@ export abstract class Expressions extends State {
     }
   }
 
-  /** Octaves of noise, each half as high and half as wide as the one before. */
   private fractal(scope: Scope, at: At, x: number, z: number, octaves: number): number {
     const count = Math.floor(this.within(scope, at, octaves, "octaves", 1, MAX_OCTAVES));
     this.count(scope, at, count);
-    let [u, v, weight, sum] = [x, z, 1, 0];
-    for (let octave = 0; octave < count; octave += 1) {
-      this.within(scope, at, Math.abs(u), "a coordinate of noise, without its sign,", 0, MAX_NOISE);
-      this.within(scope, at, Math.abs(v), "a coordinate of noise, without its sign,", 0, MAX_NOISE);
-      sum += weight * noise((this.seed + octave) | 0, u, v);
-      u *= 2;
-      v *= 2;
-      weight *= 0.5;
+    for (let [octave, u, v] = [0, Math.abs(x), Math.abs(z)]; octave < count; octave += 1, u *= 2, v *= 2) {
+      this.within(scope, at, u, "a coordinate of noise, without its sign,", 0, MAX_NOISE);
+      this.within(scope, at, v, "a coordinate of noise, without its sign,", 0, MAX_NOISE);
     }
-    return sum;
+    return fractal(this.seed, x, z, count);
   }
 
   /** Between two numbers, or item by item between two lists. */

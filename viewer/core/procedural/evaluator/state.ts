@@ -1,26 +1,16 @@
 /** What does an evaluation know while it runs? What it has made so far, what it has taken, and where values lie. */
-import type { Affine } from "../affine.ts";
+import type { Reach } from "../bounds.ts";
 import type { DcgError } from "../error.ts";
 import { type Part, PLAIN, type Surface } from "../grown.ts";
 import { type Amounts, MAX_KEPT, reached } from "../limits.ts";
 import { errorAt, type Program } from "../link.ts";
+import type { Scope } from "../plain/machine.ts";
+import { type Globals, Stack } from "../stack.ts";
 import type { At, Module } from "../syntax.ts";
+import { Turtles } from "../turtles.ts";
 import { sizesOf, type Value } from "../value.ts";
 
-/** Where names are looked up, and which random numbers belong here. */
-export interface Scope {
-  readonly module: number;
-  readonly instance: number;
-  /** Where the values of the rule begin on the stack. */
-  readonly base: number;
-  readonly path: number;
-  /** Calls inside each other. */
-  readonly depth: number;
-  /** Calls of this rule inside each other. */
-  readonly level: number;
-}
-
-/** The same names with other random numbers. Written out, because it is done for each turn of a loop. */
+/** The same names with other random numbers. Written out, because it is done for each loop. */
 export function withPath({ module, instance, base, depth, level }: Scope, path: number): Scope {
   return { module, instance, base, path, depth, level };
 }
@@ -28,11 +18,8 @@ export function withPath({ module, instance, base, depth, level }: Scope, path: 
 /** The parameter by which a part or a file moves: the share of a round of its movement that is over. */
 export const PHASE = "phase";
 
-/** What is handed down besides names. */
-export interface Turtle {
-  readonly frame: Affine;
-  readonly material: number;
-}
+/** What is handed down besides names: a place among the {@link Turtles}. */
+export type Turtle = number;
 
 /** As many letters are kept like a number. */
 const LETTERS = 8;
@@ -43,13 +30,16 @@ function utf8Length(text: string): number {
 
 export class State {
   readonly usage: Amounts = { levels: 0, nesting: 0, steps: 0, triangles: 0, parts: 0, placements: 0, materials: 0 };
-  private nesting = 0;
+  protected nesting = 0;
   /** See {@link MAX_KEPT}. */
   private kept = 0;
-  protected stack: Value[] = [];
-  /** Values of files with their parameters; `undefined` until they are computed. */
-  protected readonly instances: (Value | undefined)[][] = [];
+  protected readonly stack = new Stack();
+  protected readonly turtles = new Turtles();
+  /** Values of files with their parameters. */
+  protected readonly instances: Globals[] = [];
   protected readonly parts: Part[] = [];
+  /** What they reach so far, with all that they place. */
+  protected readonly reaches: Reach[] = [];
   protected readonly materials: Surface[] = [PLAIN];
   /** The part that is being made. */
   protected part = 0;
@@ -65,6 +55,18 @@ export class State {
 
   protected module(index: number): Module {
     return this.program.modules[index] as Module;
+  }
+
+  protected globals(scope: Scope): Globals {
+    return this.instances[scope.instance] as Globals;
+  }
+
+  protected growing(part: number): Part {
+    return this.parts[part] as Part;
+  }
+
+  protected reach(part: number): Reach {
+    return this.reaches[part] as Reach;
   }
 
   protected error(module: number, at: At, problem: string): DcgError {
@@ -95,36 +97,28 @@ export class State {
     this.count(scope, at, sizesOf(values) - values.length);
   }
 
-  /** Goes one deeper; whoever calls it comes back with {@link ascend}, unless there was an error. */
-  protected descend(scope: Scope, at: At): void {
+  /** Goes one deeper; whether that is allowed. Whoever calls it comes back with {@link ascend}. */
+  protected enters(): boolean {
+    const { usage, limits } = this;
     this.nesting += 1;
-    if (this.nesting > this.usage.nesting) this.usage.nesting = this.nesting;
-    if (this.nesting > this.limits.nesting) {
-      throw this.error(scope.module, at, reached("nesting", this.limits.nesting));
-    }
-    this.count(scope, at, 1);
+    if (this.nesting > usage.nesting) usage.nesting = this.nesting;
+    if (this.nesting > limits.nesting) return false;
+    usage.steps += 1;
+    return usage.steps <= limits.steps;
+  }
+
+  /** Why {@link enters} said no. */
+  protected refused(scope: Scope, at: At): Error {
+    const { nesting, steps } = this.limits;
+    const problem = this.nesting > nesting ? reached("nesting", nesting) : reached("steps", steps);
+    return this.error(scope.module, at, problem);
   }
 
   protected ascend(): void {
     this.nesting -= 1;
   }
 
-  protected local(scope: Scope, slot: number): Value {
-    return this.stack[scope.base + slot] as Value;
-  }
-
   protected assign(scope: Scope, slot: number, value: Value): void {
-    this.stack[scope.base + slot] = value;
-  }
-
-  /** Makes room for a frame of so many values behind what is there; where it begins. */
-  protected open(slots: number): number {
-    const base = this.stack.length;
-    for (let i = 0; i < slots; i += 1) this.stack.push(0);
-    return base;
-  }
-
-  protected close(base: number): void {
-    this.stack.length = base;
+    this.stack.set(scope.base + slot, value);
   }
 }

@@ -1,20 +1,19 @@
 /** Which solid do these values make? Values are checked here. As `crates/scene/src/procedural/evaluator/terminal.rs`. */
-import type { Vector } from "../affine.ts";
-import { extentOf, placedBounds, union } from "../bounds.ts";
+import { Reach } from "../bounds.ts";
 import { Fault } from "../error.ts";
-import type { Part, Wish } from "../grown.ts";
+import type { Wish } from "../grown.ts";
 import { MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached } from "../limits.ts";
-import { type Formals, formalsOf, IMPOSTOR, SIDES, type SolidKind } from "../solid/kinds.ts";
-import type { Corner } from "../solid/polygon.ts";
-import { mostTriangles, type Solid, writeSolid } from "../solid/solid.ts";
-import { Mesh, Writer } from "../solid/writer.ts";
-import type { At, Expr, Statement } from "../syntax.ts";
-import type { List, Value } from "../value.ts";
-import { Expressions } from "./expressions.ts";
-import type { Scope, Turtle } from "./state.ts";
-
-/** Largest length of a solid, metres. */
-const MAX_LENGTH = 1e6;
+import type { Scope } from "../plain/machine.ts";
+import { type Faces, looksAt, writeBox, writeHeights, writeMesh, writePrism } from "../solid/flat.ts";
+import { SIDES } from "../solid/kinds.ts";
+import { Mesh } from "../solid/mesh.ts";
+import { outline } from "../solid/polygon.ts";
+import { writeCone, writeLathe, writeSphere } from "../solid/round.ts";
+import { Writer } from "../solid/writer.ts";
+import type { At, Row, Statement } from "../syntax.ts";
+import type { Range } from "./expressions.ts";
+import { MAX_LENGTH, Outlines } from "./outlines.ts";
+import type { Turtle } from "./state.ts";
 
 /** Shortest way of a round of steps. */
 const LEAST_STRIDE = 1e-3;
@@ -24,194 +23,244 @@ const [MOST_FRAMES, MOST_HEIGHT_PX] = [16, 4096];
 const NO_PHASE =
   "`frames` needs a parameter `phase` of this part or file, by which it moves; give it one, such as `phase = 0`";
 
-type Given = readonly (Expr | undefined)[];
+const upTo = (max: number, ...names: string[]): Range[] => names.map((what) => ({ what, min: 0, max }));
 
-export abstract class Terminals extends Expressions {
+/** Numbers of solids, as they are computed one after the other. */
+const RANGES = {
+  box: upTo(MAX_LENGTH, "width", "height", "depth"),
+  cone: [...upTo(MAX_LENGTH, "radius", "top", "height"), ...upTo(MAX_SIDES, "sides"), ...upTo(1, "closed")],
+  cylinder: [...upTo(MAX_LENGTH, "radius", "height"), ...upTo(MAX_SIDES, "sides"), ...upTo(1, "closed")],
+  sphere: [...upTo(MAX_LENGTH, "radius"), ...upTo(MAX_SIDES, "sides")],
+  lathe: [...upTo(MAX_SIDES, "sides"), ...upTo(1, "smooth")],
+  prism: upTo(MAX_LENGTH, "height"),
+} as const;
+
+const WISH: readonly Range[] = [
+  { what: "views", min: 2, max: 12 },
+  { what: "size", min: 0, max: MAX_LENGTH },
+  { what: "below", min: 0, max: 1 },
+  { what: "frames", min: 1, max: MOST_FRAMES },
+  { what: "stride", min: LEAST_STRIDE, max: MAX_LENGTH },
+];
+
+const FIELD: readonly Range[] = [
+  { what: "a width", min: 1e-3, max: MAX_LENGTH },
+  { what: "a depth", min: 1e-3, max: MAX_LENGTH },
+  { what: "steps", min: 1, max: MAX_STEPS },
+  { what: "steps", min: 1, max: MAX_STEPS },
+];
+const HEIGHT: readonly Range[] = [{ what: "a height", min: -MAX_LENGTH, max: MAX_LENGTH }];
+
+type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
+
+export abstract class Terminals extends Outlines {
+  private readonly writer = new Writer();
+  /** What the solid that is being made lies in, before it is placed. */
+  private readonly extent = new Reach();
+
   /** Adds a solid to the part that is being made. */
-  protected add(scope: Scope, at: At, { frame, material }: Turtle, solid: Solid): void {
-    const part = this.parts[this.part] as Part;
-    part.bounds = union(part.bounds, placedBounds(extentOf(solid), frame));
-    const most = mostTriangles(solid);
-    if (most === 0) return;
-    const limit = this.limits.triangles;
-    if (this.usage.triangles + most > limit) {
-      throw this.error(scope.module, at, reached("triangles", limit));
-    }
-    const { meshes } = part;
-    let mesh = meshes.find((known) => known.material === material);
-    if (!mesh) {
-      mesh = new Mesh(material);
-      meshes.push(mesh);
-    }
-    const before = mesh.triangles;
-    try {
-      writeSolid(new Writer(mesh, frame), solid);
-    } catch (error) {
-      throw error instanceof Fault ? this.error(scope.module, at, error.problem) : error;
-    }
-    this.usage.triangles += mesh.triangles - before;
-  }
-
-  protected solid(scope: Scope, at: At, kind: SolidKind, args: Given): Solid {
-    const length = (index: number) => this.argument(scope, at, kind, args, index, MAX_LENGTH);
-    const flag = (index: number) => this.argument(scope, at, kind, args, index, 1) !== 0;
-    const sides = (index: number) => {
-      const given = Math.floor(this.argument(scope, at, kind, args, index, MAX_SIDES));
-      return given === 0 ? (SIDES[this.detail] as number) : Math.max(given, 3);
-    };
-    switch (kind) {
+  protected draw(scope: Scope, turtle: Turtle, { at, solid, lists, numbers }: Kind<"solid">): void {
+    switch (solid) {
       case "box":
-        return { kind, size: [length(0), length(1), length(2)] };
+        this.rangedRow(scope, at, numbers, RANGES.box);
+        this.addBox(scope, at, turtle, this.taken(0), this.taken(1), this.taken(2));
+        return;
       case "cone":
-        return { kind, low: length(0), high: length(2), height: length(1), sides: sides(3), closed: flag(4) };
-      case "cylinder": {
-        const radius = length(0);
-        const [height, count, closed] = [length(1), sides(2), flag(3)];
-        return { kind: "cone", low: radius, high: radius, height, sides: count, closed };
-      }
+        this.rangedRow(scope, at, numbers, RANGES.cone);
+        this.addCone(scope, at, turtle, this.taken(1), 2);
+        return;
+      case "cylinder":
+        this.rangedRow(scope, at, numbers, RANGES.cylinder);
+        this.addCone(scope, at, turtle, this.taken(0), 1);
+        return;
       case "sphere":
-        return { kind, radius: length(0), sides: sides(1) };
-      case "lathe": {
-        const profile = this.corners(scope, at, this.listed(scope, at, args[0]), 2);
-        if (profile.some(([radius]) => radius < 0)) throw this.shape(scope, at, "a radius of a profile", "0 or more");
-        return { kind, profile, sides: sides(1), smooth: flag(2) };
-      }
-      case "prism": {
-        const footprint = this.corners(scope, at, this.listed(scope, at, args[0]), 3);
-        this.countEars(scope, at, footprint.length);
-        return { kind, footprint, height: length(1) };
-      }
+        this.rangedRow(scope, at, numbers, RANGES.sphere);
+        this.addSphere(scope, at, turtle, this.taken(0), this.sides(1));
+        return;
+      case "lathe":
+        this.addLathe(scope, at, turtle, lists[0] as Row, numbers);
+        return;
+      case "prism":
+        this.addPrism(scope, at, turtle, lists[0] as Row, numbers);
+        return;
       case "polygon": {
-        const points = this.points(scope, at, args[0]);
-        return this.mesh(scope, at, points, [points.map((_, i) => i)]);
+        const points = this.takePoints(scope, at, lists[0] as Row);
+        this.addMesh(scope, at, turtle, points, this.wholeFace(points));
+        return;
       }
       case "mesh": {
-        const points = this.points(scope, at, args[0]);
-        return this.mesh(scope, at, points, this.faces(scope, at, args[1], points.length));
+        const points = this.takePoints(scope, at, lists[0] as Row);
+        this.addMesh(scope, at, turtle, points, this.facesOf(scope, at, lists[1] as Row, points));
+        return;
       }
     }
   }
 
-  /** What a part asks for. */
-  protected impostor(scope: Scope, at: At, args: Given): Wish {
-    const number = (index: number, least: number, most: number) =>
-      this.formal(scope, at, IMPOSTOR[index], args[index], least, most);
-    const views = Math.floor(number(0, 2, 12));
-    const size_px = number(1, 0, MAX_LENGTH);
-    const below = number(2, 0, 1) !== 0;
-    const frames = Math.floor(number(3, 1, MOST_FRAMES));
-    const stride = number(4, LEAST_STRIDE, MAX_LENGTH);
-    if (![16, 32, 64, 128].includes(size_px)) throw this.shape(scope, at, "size", "16, 32, 64 or 128");
-    if (views * size_px * frames > MOST_HEIGHT_PX) {
-      throw this.shape(scope, at, "views * size * frames", `at most ${MOST_HEIGHT_PX}`);
+  /** Sides of a round solid; by the level of detail when nobody says how many. */
+  private sides(index: number): number {
+    const given = Math.floor(this.taken(index));
+    return given === 0 ? (SIDES[this.detail] as number) : Math.max(given, 3);
+  }
+
+  /** Whether there is anything to write of a solid of so many triangles at most; then the writer knows where to. */
+  private begins(scope: Scope, at: At, turtle: Turtle, most: number): boolean {
+    const { extent, limits, turtles, usage } = this;
+    this.reach(this.part).placed(extent, turtles.numbers, turtle);
+    if (most === 0) return false;
+    if (usage.triangles + most > limits.triangles) {
+      throw this.error(scope.module, at, reached("triangles", limits.triangles));
     }
-    if (frames > 1 && !this.phased.has(this.part)) throw this.error(scope.module, at, NO_PHASE);
-    return { views, size_px, below, frames, stride };
+    const material = turtles.material(turtle);
+    this.writer.aim(meshOf(this.growing(this.part).meshes, material), turtles.numbers, turtle);
+    return true;
   }
 
-  /** An argument, or what it is when it is not given. */
-  private argument(scope: Scope, at: At, kind: SolidKind, args: Given, index: number, most: number): number {
-    return this.formal(scope, at, formalsOf(kind)[index], args[index], 0, most);
+  /** Counts what was written. */
+  private ends(): void {
+    this.usage.triangles += this.writer.added;
   }
 
-  private formal(
-    scope: Scope,
-    at: At,
-    [name, initial]: Formals[number] = ["", 0],
-    expr: Expr | undefined,
-    least: number,
-    most: number,
-  ): number {
-    return expr ? this.ranged(scope, at, expr, name, least, most) : (initial ?? 0);
+  private addBox(scope: Scope, at: At, turtle: Turtle, width: number, height: number, depth: number): void {
+    this.extent.upright(width / 2, 0, height, depth / 2);
+    if (!this.begins(scope, at, turtle, 12)) return;
+    writeBox(this.writer, width, height, depth);
+    this.ends();
   }
 
-  private shape(scope: Scope, at: At, what: string, wanted: string): Error {
-    return this.error(scope.module, at, `${what} must be ${wanted}`);
+  /** Its height and what follows are the numbers from `rest` on. */
+  private addCone(scope: Scope, at: At, turtle: Turtle, high: number, rest: number): void {
+    const low = this.taken(0);
+    const height = this.taken(rest);
+    const sides = this.sides(rest + 1);
+    const widest = Math.max(low, high);
+    this.extent.upright(widest, 0, height, widest);
+    if (!this.begins(scope, at, turtle, widest === 0 ? 0 : 4 * sides)) return;
+    writeCone(this.writer, low, high, height, sides, this.taken(rest + 2) !== 0);
+    this.ends();
   }
 
-  private mesh(scope: Scope, at: At, points: Vector[], faces: number[][]): Solid {
-    for (const face of faces) {
-      if (face.length < 3 || face.length > MAX_CORNERS) {
+  private addSphere(scope: Scope, at: At, turtle: Turtle, radius: number, sides: number): void {
+    this.extent.upright(radius, -radius, radius, radius);
+    if (!this.begins(scope, at, turtle, radius === 0 ? 0 : sides * sides)) return;
+    writeSphere(this.writer, radius, sides);
+    this.ends();
+  }
+
+  private addLathe(scope: Scope, at: At, turtle: Turtle, list: Row, numbers: Row): void {
+    const count = this.takeCorners(scope, at, list, 2);
+    let [widest, low, high] = [0, Infinity, -Infinity];
+    for (let i = 0; i < 2 * count; i += 2) {
+      const [radius, y] = [this.points[i] as number, this.points[i + 1] as number];
+      if (radius < 0) throw this.shape(scope, at, "a radius of a profile", "0 or more");
+      [widest, low, high] = [Math.max(widest, radius), Math.min(low, y), Math.max(high, y)];
+    }
+    // The other numbers may call functions, but those draw nothing: the points stay.
+    this.rangedRow(scope, at, numbers, RANGES.lathe);
+    const sides = this.sides(0);
+    this.extent.upright(widest, low, high, widest);
+    if (!this.begins(scope, at, turtle, widest === 0 ? 0 : 2 * count * sides)) return;
+    writeLathe(this.writer, this.points, count, sides, this.taken(1) !== 0);
+    this.ends();
+  }
+
+  private addPrism(scope: Scope, at: At, turtle: Turtle, list: Row, numbers: Row): void {
+    const count = this.takeCorners(scope, at, list, 3);
+    this.count(scope, at, looksAt(count));
+    this.rangedRow(scope, at, numbers, RANGES.prism);
+    const height = this.taken(0);
+    this.extent.points(this.points, count, 2);
+    this.extent.span(1, 0, height);
+    if (!this.begins(scope, at, turtle, 4 * count)) return;
+    outline(this.points, count);
+    try {
+      writePrism(this.writer, this.points, count, height);
+    } catch (error) {
+      throw this.located(scope, at, error);
+    }
+    this.ends();
+  }
+
+  private addMesh(scope: Scope, at: At, turtle: Turtle, points: number, faces: Faces): void {
+    if (!faces.areSound) this.refuseFaces(scope, at, faces);
+    this.count(scope, at, faces.looks);
+    this.extent.points(this.points, points, 3);
+    if (!this.begins(scope, at, turtle, faces.length)) return;
+    try {
+      writeMesh(this.writer, this.points, faces);
+    } catch (error) {
+      throw this.located(scope, at, error);
+    }
+    this.ends();
+  }
+
+  /** Says what is wrong with the first face that is not sound, if counting those before comes so far. */
+  private refuseFaces(scope: Scope, at: At, { ends, count }: Faces): void {
+    for (let face = 0; face < count; face += 1) {
+      const corners = (ends[face] as number) - (face === 0 ? 0 : (ends[face - 1] as number));
+      if (corners < 3 || corners > MAX_CORNERS) {
         throw this.shape(scope, at, "a face", "three corners or more, up to 256");
       }
-      this.countEars(scope, at, face.length);
+      this.count(scope, at, looksAt(corners));
     }
-    return { kind: "mesh", points, faces };
   }
 
-  /** Cutting off ears looks at each corner from each corner, once for each ear. */
-  private countEars(scope: Scope, at: At, corners: number): void {
-    this.count(scope, at, Math.floor((corners * corners * corners) / 16));
+  /** Where it is that a polygon cannot be filled. */
+  private located(scope: Scope, at: At, error: unknown): unknown {
+    return error instanceof Fault ? this.error(scope.module, at, error.problem) : error;
   }
 
   /** A sample for each grid point, and one more around them for the slopes at the border. */
-  protected heights(scope: Scope, statement: Extract<Statement, { kind: "heights" }>): Solid {
-    const { at } = statement;
-    const over = [
-      this.ranged(scope, at, statement.over[0], "a width", 1e-3, MAX_LENGTH),
-      this.ranged(scope, at, statement.over[1], "a depth", 1e-3, MAX_LENGTH),
-    ] as const;
-    const steps = [
-      Math.floor(this.ranged(scope, at, statement.steps[0], "steps", 1, MAX_STEPS)),
-      Math.floor(this.ranged(scope, at, statement.steps[1], "steps", 1, MAX_STEPS)),
-    ] as const;
+  protected drawHeights(scope: Scope, turtle: Turtle, { at, slots, over, height }: Kind<"heights">): void {
+    this.rangedRow(scope, at, over, FIELD);
+    const size = [this.taken(0), this.taken(1)] as const;
+    const steps = [Math.floor(this.taken(2)), Math.floor(this.taken(3))] as const;
     const limit = this.limits.triangles;
     if (this.usage.triangles + 2 * steps[0] * steps[1] > limit) {
       throw this.error(scope.module, at, reached("triangles", limit));
     }
     const row = steps[0] + 3;
     const heights = new Float64Array(row * (steps[1] + 3));
+    let [low, high] = [Infinity, -Infinity];
     for (let j = 0; j < steps[1] + 3; j += 1) {
-      this.assign(scope, statement.slots[1], over[1] * ((j - 1) / steps[1] - 0.5));
+      this.assign(scope, slots[1], size[1] * ((j - 1) / steps[1] - 0.5));
       for (let i = 0; i < row; i += 1) {
-        this.assign(scope, statement.slots[0], over[0] * ((i - 1) / steps[0] - 0.5));
-        heights[j * row + i] = this.ranged(scope, at, statement.height, "a height", -MAX_LENGTH, MAX_LENGTH);
+        this.assign(scope, slots[0], size[0] * ((i - 1) / steps[0] - 0.5));
+        this.rangedRow(scope, at, height, HEIGHT);
+        const y = this.taken(0);
+        heights[j * row + i] = y;
+        // Without the samples around the rectangle.
+        if (i === 0 || j === 0 || i === row - 1 || j === steps[1] + 2) continue;
+        if (y < low) low = y;
+        if (y > high) high = y;
       }
     }
-    return { kind: "heights", over, steps, heights };
+    this.extent.upright(size[0] / 2, low, high, size[1] / 2);
+    if (!this.begins(scope, at, turtle, 2 * steps[0] * steps[1])) return;
+    writeHeights(this.writer, size, steps, heights);
+    this.ends();
   }
 
-  private listed(scope: Scope, at: At, expr: Expr | undefined): List {
-    return this.list(scope, at, expr as Expr, "the corners of a solid");
-  }
-
-  private points(scope: Scope, at: At, expr: Expr | undefined): Vector[] {
-    return this.listed(scope, at, expr).items.map((item) => this.point3(scope, at, item));
-  }
-
-  private faces(scope: Scope, at: At, expr: Expr | undefined, points: number): number[][] {
-    return this.listed(scope, at, expr).items.map((face) => {
-      const corners = typeof face === "number" ? [undefined] : face.items;
-      return corners.map((corner) => {
-        if (typeof corner === "number" && corner >= 0 && corner < points) return Math.trunc(corner);
-        throw this.shape(scope, at, "a face", "a list of numbers of points, counted from 0");
-      });
-    });
-  }
-
-  protected point3(scope: Scope, at: At, value: Value): Vector {
-    const [x, y, z, more] = coordinates(value);
-    if (x !== undefined && y !== undefined && z !== undefined && more === undefined) return [x, y, z];
-    throw this.shape(scope, at, "a point", "`[x, y, z]`");
-  }
-
-  /** Corners `[x, z]` of an outline. */
-  protected corners(scope: Scope, at: At, value: Value, least: number): Corner[] {
-    const items = typeof value === "number" ? [] : value.items;
-    const corners = items.map((item): Corner | undefined => {
-      const [x, z, more] = coordinates(item);
-      return x !== undefined && z !== undefined && more === undefined ? [x, z] : undefined;
-    });
-    const sound = corners.filter((corner) => corner !== undefined);
-    if (sound.length === corners.length && corners.length >= least && corners.length <= MAX_CORNERS) return sound;
-    const wanted = "a list of `[x, z]`: two or more in a profile, three or more around a polygon, up to 256";
-    throw this.shape(scope, at, "this outline", wanted);
+  /** What a part asks for. */
+  protected wish(scope: Scope, { at, numbers }: Kind<"impostor">): Wish {
+    this.rangedRow(scope, at, numbers, WISH);
+    const views = Math.floor(this.taken(0));
+    const size_px = this.taken(1);
+    const frames = Math.floor(this.taken(3));
+    if (![16, 32, 64, 128].includes(size_px)) throw this.shape(scope, at, "size", "16, 32, 64 or 128");
+    if (views * size_px * frames > MOST_HEIGHT_PX) {
+      throw this.shape(scope, at, "views * size * frames", `at most ${MOST_HEIGHT_PX}`);
+    }
+    if (frames > 1 && !this.phased.has(this.part)) throw this.error(scope.module, at, NO_PHASE);
+    return { views, size_px, below: this.taken(2) !== 0, frames, stride: this.taken(4) };
   }
 }
 
-/** Numbers of a list; none when one is no number or too large. */
-function coordinates(value: Value): readonly number[] {
-  if (typeof value === "number") return [];
-  const { items } = value;
-  return items.every((item) => typeof item === "number" && Math.abs(item) <= MAX_LENGTH) ? (items as number[]) : [];
+function meshOf(meshes: Mesh[], material: number): Mesh {
+  for (let i = 0; i < meshes.length; i += 1) {
+    const mesh = meshes[i] as Mesh;
+    if (mesh.material === material) return mesh;
+  }
+  const mesh = new Mesh(material);
+  meshes.push(mesh);
+  return mesh;
 }

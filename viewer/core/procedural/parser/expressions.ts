@@ -1,6 +1,15 @@
 /** How is a value written? Operators by rising strength: `or`, `and`, `not`, comparisons, `+ −`, `* /`, a sign, `[item]`. */
 import { Fault, tooManyArguments, unknown } from "../error.ts";
-import { type Argument, type At, BUILT_INS, type Expr, isBuiltIn, type Operator, type Wanted } from "../syntax.ts";
+import {
+  type Argument,
+  type At,
+  BUILT_INS,
+  type Expr,
+  isBuiltIn,
+  type Operator,
+  rowOf,
+  type Wanted,
+} from "../syntax.ts";
 import { Cursor } from "./cursor.ts";
 
 const COMPARISONS: readonly Operator[] = ["==", "!=", "<=", ">=", "<", ">"];
@@ -145,6 +154,9 @@ export class ExpressionParser extends Cursor {
       module: 0,
       index: -1,
       given: [],
+      slots: [],
+      row: rowOf("values"),
+      missing: [],
     });
     return this.module.calls.length - 1;
   }

@@ -1,9 +1,9 @@
 /** What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body. */
 import { DcgError, Fault, reserved, twice, unknown } from "../error.ts";
 import { words } from "../lexer.ts";
-import { MAX_TEXT_BYTES, reached } from "../limits.ts";
+import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
 import { solidNamed } from "../solid/kinds.ts";
-import { type Expr, type Formal, isBuiltIn, type Module, PROPERTIES, type Property } from "../syntax.ts";
+import { type Expr, type Formal, isBuiltIn, type Module, PROPERTIES, type Property, rowOf } from "../syntax.ts";
 import type { NamedAt } from "./cursor.ts";
 import { StatementParser } from "./statements.ts";
 
@@ -28,6 +28,7 @@ export function parse(file: string, text: string): Module {
     bodySlots: 0,
     calls: [],
     uses: [],
+    room: MAX_CODE,
   };
   try {
     if (new TextEncoder().encode(text).length > MAX_TEXT_BYTES) {
@@ -52,7 +53,7 @@ class Parser extends StatementParser {
       } else if (this.takesWord("let")) {
         const { name, at } = this.declaredValue("a name for the value");
         this.expect("=");
-        this.module.globals.push({ name, at, value: this.expression() });
+        this.module.globals.push({ name, at, value: rowOf("values", this.expression()) });
       } else {
         this.module.body.push(this.statement());
       }
@@ -98,7 +99,7 @@ class Parser extends StatementParser {
   private parameter(): void {
     const { name, at } = this.declaredValue("a name for the parameter");
     this.expect("=");
-    const formal = { name, at, initial: this.expression() };
+    const formal = { name, at, initial: rowOf("values", this.expression()) };
     if (!this.takesWord("from")) {
       this.module.parameters.push({ formal });
       return;
@@ -115,7 +116,7 @@ class Parser extends StatementParser {
       const { name, at } = this.name("a name for a parameter");
       const first = formals.find((formal) => formal.name === name);
       if (first) throw new Fault(at, twice(name, this.line(first.at)));
-      const initial = this.takes("=") ? this.expression() : undefined;
+      const initial = this.takes("=") ? rowOf("values", this.expression()) : undefined;
       this.bind(name);
       formals.push(initial ? { name, at, initial } : { name, at });
       if (!this.isSymbol(")")) this.expect(",");
@@ -157,7 +158,7 @@ class Parser extends StatementParser {
     const [parts, slots] = this.framed(() => {
       const formals = this.formals();
       const levelsAt = this.next.at;
-      const levels = this.takesWord("levels") ? this.expression() : undefined;
+      const levels = this.takesWord("levels") ? rowOf("numbers", this.expression()) : undefined;
       if (isPart && levels) {
         const wayOut = "write a rule with `levels` and call it in the part";
         throw new Fault(levelsAt, `a part cannot have \`levels\`; ${wayOut}`);

@@ -1,7 +1,7 @@
 /** What is done at a place? Groups, selections, values, transforms, materials, calls, solids and enumerators. */
 import { argumentTwice, expected, Fault, missingArgument, tooManyArguments, unknown } from "../error.ts";
-import { type Formals, IMPOSTOR, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
-import type { At, Expr, Statement, Transform } from "../syntax.ts";
+import { type Formals, IMPOSTOR, listsOf, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
+import { type At, type Expr, rowOf, type Statement, TRANSFORMS, type Transform } from "../syntax.ts";
 import { ExpressionParser } from "./expressions.ts";
 
 const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
@@ -22,16 +22,16 @@ export class StatementParser extends ExpressionParser {
       case "let": {
         const { name } = this.name(VALUE_NAME);
         this.expect("=");
-        const value = this.expression();
+        const value = rowOf("values", this.expression());
         return { kind: "let", at, slot: this.bind(name), value };
       }
       case "if": {
-        const condition = this.expression();
+        const condition = rowOf("numbers", this.expression());
         const yes = this.inner();
         return { kind: "if", at, condition, yes, no: this.takesWord("else") ? this.inner() : undefined };
       }
       case "choose": {
-        const number = this.expression();
+        const number = rowOf("numbers", this.expression());
         return { kind: "choose", at, number, of: this.statements() };
       }
       case "for":
@@ -42,12 +42,6 @@ export class StatementParser extends ExpressionParser {
         return this.edges(at);
       case "heights":
         return this.heights(at);
-      case "move":
-      case "turn":
-      case "tilt":
-      case "roll":
-      case "scale":
-        return this.placed(word.text, at);
       case "paint": {
         const material = this.name("a material");
         const call = this.call(material.name, material.at, "material");
@@ -59,11 +53,15 @@ export class StatementParser extends ExpressionParser {
       }
       case "viewpoint":
         return { kind: "viewpoint", name: this.text("the viewpoint's name in quotes") };
-      case "impostor":
-        return { kind: "impostor", at, args: this.givenTo("impostor", "parameter of an impostor", IMPOSTOR, at) };
+      case "impostor": {
+        const numbers = this.givenTo("impostor", "parameter of an impostor", IMPOSTOR, at);
+        return { kind: "impostor", at, numbers: rowOf("numbers", ...numbers) };
+      }
       case "model":
         return { kind: "model", path: this.text("a glTF file in quotes") };
     }
+    const transform = TRANSFORMS.find((known) => known === word.text);
+    if (transform) return this.placed(transform, at);
     const solid = solidNamed(word.text);
     if (solid) return this.solid(solid, at);
     if (this.isSymbol("(") || this.isSymbol(".")) return { kind: "call", call: this.call(word.text, at, "rule") };
@@ -97,15 +95,25 @@ export class StatementParser extends ExpressionParser {
       const wanted = transform === "move" || transform === "scale" ? usual[transform] : `\`${transform}(degrees)\``;
       throw new Fault(at, expected(wanted, `\`${transform}\` with ${args.length} arguments`));
     }
-    return { kind: "place", at, transform, by: args.map((argument) => argument.value), body: this.inner() };
+    return {
+      kind: "place",
+      at,
+      transform,
+      by: rowOf("numbers", ...args.map((argument) => argument.value)),
+      body: this.inner(),
+    };
   }
 
   private solid(solid: SolidKind, at: At): Statement {
-    return { kind: "solid", at, solid, args: this.givenTo(solid, "parameter of this solid", SOLIDS[solid], at) };
+    const args = this.givenTo(solid, "parameter of this solid", SOLIDS[solid], at);
+    // The top of a cone is computed before its height.
+    if (solid === "cone") args.splice(1, 2, ...args.slice(1, 3).reverse());
+    const lists = args.slice(0, listsOf(solid)).map((list) => rowOf("rows", list));
+    return { kind: "solid", at, solid, lists, numbers: rowOf("numbers", ...args.slice(lists.length)) };
   }
 
-  /** Arguments in brackets, each at the place of its formal. */
-  private givenTo(callee: string, what: string, formals: Formals, at: At): (Expr | undefined)[] {
+  /** Arguments in brackets, each at the place of its formal; what is not given is what it is then. */
+  private givenTo(callee: string, what: string, formals: Formals, at: At): Expr[] {
     const found: (Expr | undefined)[] = formals.map(() => undefined);
     this.args().forEach((argument, place) => {
       const { name } = argument;
@@ -121,7 +129,7 @@ export class StatementParser extends ExpressionParser {
     });
     const missing = formals.find(([, initial], i) => initial === undefined && !found[i]);
     if (missing) throw new Fault(at, missingArgument(callee, missing[0]));
-    return found;
+    return found.map((given, i) => given ?? { kind: "number", value: formals[i]?.[1] ?? 0 });
   }
 
   /** Names of values, separated by commas, not yet in reach. */
@@ -148,7 +156,7 @@ export class StatementParser extends ExpressionParser {
     const names = this.names();
     this.expectWord("in");
     const site = this.site();
-    const over = this.expression();
+    const over = rowOf("values", this.expression());
     return this.enclosed(() => {
       const slots = names.map((name) => this.bind(name));
       return { kind: "for", at, site, slots, over, body: this.statement() };
@@ -161,10 +169,10 @@ export class StatementParser extends ExpressionParser {
     this.expectWord("as");
     const [x, z] = this.twoNames();
     this.expectWord("in");
-    const over = this.extent();
+    const over = rowOf("numbers", count, ...this.extent());
     return this.enclosed(() => {
       const slots: [number, number] = [this.bind(x), this.bind(z)];
-      return { kind: "scatter", at, site, slots, count, over, body: this.statement() };
+      return { kind: "scatter", at, site, slots, over, body: this.statement() };
     });
   }
 
@@ -175,7 +183,7 @@ export class StatementParser extends ExpressionParser {
     }
     this.expectWord("in");
     const site = this.site();
-    const polygon = this.expression();
+    const polygon = rowOf("rows", this.expression());
     return this.enclosed(() => {
       const slots = names.map((name) => this.bind(name));
       return { kind: "edges", at, site, slots, polygon, body: this.statement() };
@@ -185,13 +193,13 @@ export class StatementParser extends ExpressionParser {
   private heights(at: At): Statement {
     const [x, z] = this.twoNames();
     this.expectWord("in");
-    const over = this.extent();
+    const extent = this.extent();
     this.expectWord("steps");
-    const steps = this.extent();
+    const over = rowOf("numbers", ...extent, ...this.extent());
     this.expect("=");
     return this.enclosed(() => {
       const slots: [number, number] = [this.bind(x), this.bind(z)];
-      return { kind: "heights", at, slots, over, steps, height: this.expression() };
+      return { kind: "heights", at, slots, over, height: rowOf("numbers", this.expression()) };
     });
   }
 }

@@ -1,131 +1,200 @@
 /** Which triangles do boxes, prisms, sets of polygons and height fields have? */
-import type { Vector } from "../affine.ts";
-import { type Corner, newell, outline, triangulated } from "./polygon.ts";
+import { MAX_CORNERS } from "../limits.ts";
+import { Ears, newell } from "./polygon.ts";
 import type { Writer } from "./writer.ts";
 
-/** A surface over a rectangle around the origin. */
-export interface Heights {
-  readonly over: readonly [width: number, depth: number];
-  /** Cells along x and z. */
-  readonly steps: readonly [number, number];
-  /** Rows along x, rising z, with one more sample around the rectangle. */
-  readonly heights: Float64Array;
+/** Polygons by the numbers of their corners, one after the other. */
+export class Faces {
+  corners = new Int32Array(16);
+  /** Where each ends in `corners`. */
+  ends = new Int32Array(8);
+  count = 0;
+  /** Corners of all of them. */
+  length = 0;
+  /** The largest number of a corner. */
+  last = -1;
+  /** Most looks at corners that cutting off ears takes: at each corner from each corner, once for each ear. */
+  looks = 0;
+  /** Whether each has three corners or more, and not too many. */
+  areSound = true;
+
+  clear(): void {
+    this.count = 0;
+    this.length = 0;
+    this.last = -1;
+    this.looks = 0;
+    this.areSound = true;
+  }
+
+  /** Adds a corner to the face that is not ended. */
+  add(corner: number): void {
+    if (this.length === this.corners.length) this.corners = widened(this.corners);
+    this.corners[this.length] = corner;
+    this.length += 1;
+    if (corner > this.last) this.last = Math.trunc(corner);
+  }
+
+  end(): void {
+    const corners = this.length - (this.count === 0 ? 0 : (this.ends[this.count - 1] as number));
+    if (this.count === this.ends.length) this.ends = widened(this.ends);
+    this.ends[this.count] = this.length;
+    this.count += 1;
+    this.looks += looksAt(corners);
+    if (corners < 3 || corners > MAX_CORNERS) this.areSound = false;
+  }
 }
 
-type Four = readonly [number, number, number, number];
+/** Cutting off ears looks at each corner from each corner, once for each ear. */
+export function looksAt(corners: number): number {
+  return Math.floor((corners * corners * corners) / 16);
+}
 
-const BOX: readonly (readonly [Four, Vector])[] = [
+function widened(array: Int32Array): Int32Array<ArrayBuffer> {
+  const wide = new Int32Array(2 * array.length);
+  wide.set(array);
+  return wide;
+}
+
+/** Of each face its four corners, whose bits say where they lie, and its normal. */
+const BOX = Float64Array.from(
   [
-    [1, 3, 7, 5],
-    [1, 0, 0],
-  ],
-  [
-    [0, 4, 6, 2],
-    [-1, 0, 0],
-  ],
-  [
-    [2, 6, 7, 3],
-    [0, 1, 0],
-  ],
-  [
-    [0, 1, 5, 4],
-    [0, -1, 0],
-  ],
-  [
-    [4, 5, 7, 6],
-    [0, 0, 1],
-  ],
-  [
-    [0, 2, 3, 1],
-    [0, 0, -1],
-  ],
-];
+    [1, 3, 7, 5, 1, 0, 0],
+    [0, 4, 6, 2, -1, 0, 0],
+    [2, 6, 7, 3, 0, 1, 0],
+    [0, 1, 5, 4, 0, -1, 0],
+    [4, 5, 7, 6, 0, 0, 1],
+    [0, 2, 3, 1, 0, 0, -1],
+  ].flat(),
+);
+
+const ears = new Ears();
+const facing = new Float64Array(3);
 
 /** Six faces, each with corners of its own. */
-export function writeBox(writer: Writer, [width, height, depth]: Vector): void {
+export function writeBox(writer: Writer, width: number, height: number, depth: number): void {
   const x = width / 2;
   const z = depth / 2;
-  const corners: Vector[] = [];
-  for (let i = 0; i < 8; i += 1) corners.push([i & 1 ? x : -x, i & 2 ? height : 0, i & 4 ? z : -z]);
-  const at = (i: number) => corners[i] as Vector;
-  for (const [face, normal] of BOX) writer.quad([at(face[0]), at(face[1]), at(face[2]), at(face[3])], normal);
-}
-
-/** A wall for each edge, a lid and a floor. */
-export function writePrism(writer: Writer, footprint: readonly Corner[], height: number): void {
-  const corners = outline(footprint);
-  const triangles = triangulated(corners);
-  corners.forEach(([x, z], i) => {
-    const [toX, toZ] = corners[(i + 1) % corners.length] as Corner;
-    const wall = [
-      [x, 0, z],
-      [toX, 0, toZ],
-      [toX, height, toZ],
-      [x, height, z],
-    ] as const;
-    writer.quad(wall, [z - toZ, 0, toX - x]);
-  });
-  for (const [y, up] of [
-    [height, 1],
-    [0, -1],
-  ] as const) {
-    const normal = writer.normal([0, up, 0]);
-    const vertices = corners.map(([x, z]) => writer.vertex(x, y, z, normal));
-    for (const triangle of triangles) {
-      const [a, b, c] = triangle.map((corner) => vertices[corner] as number) as [number, number, number];
-      if (up > 0) writer.triangle(a, b, c);
-      else writer.triangle(a, c, b);
-    }
+  writer.reserve(24, 12);
+  for (let i = 0; i < 8; i += 1) writer.place(i, i & 1 ? x : -x, i & 2 ? height : 0, i & 4 ? z : -z);
+  for (let face = 0; face < BOX.length; face += 7) {
+    writer.normal(num(BOX, face + 4), num(BOX, face + 5), num(BOX, face + 6));
+    writer.quad(num(BOX, face), num(BOX, face + 1), num(BOX, face + 2), num(BOX, face + 3));
   }
 }
 
-/** Flat polygons; each has corners of its own. */
-export function writeMesh(writer: Writer, points: readonly Vector[], faces: readonly (readonly number[])[]): void {
-  for (const face of faces) {
-    const corners = face.map((i) => points[i] as Vector);
-    const flatNormal = newell(corners);
-    // Looked at along the axis on which it has most area, with that side's order kept.
-    let steep: 0 | 1 | 2 = 0;
-    for (const axis of [1, 2] as const) {
-      if (Math.abs(flatNormal[axis]) > Math.abs(flatNormal[steep])) steep = axis;
-    }
-    const u = ((steep + 1) % 3) as 0 | 1 | 2;
-    const v = ((steep + 2) % 3) as 0 | 1 | 2;
-    const flipped = flatNormal[steep] < 0;
-    const triangles = triangulated(corners.map((p): Corner => (flipped ? [p[u], p[v]] : [p[v], p[u]])));
-    const normal = writer.normal(flatNormal);
-    const vertices = corners.map((corner) => writer.vertex(...corner, normal));
-    for (const [a, b, c] of triangles) {
-      writer.triangle(vertices[a] as number, vertices[b] as number, vertices[c] as number);
-    }
+/** A wall for each edge of a footprint of so many corners, counter-clockwise; a lid and a floor. */
+export function writePrism(writer: Writer, footprint: Float64Array, count: number, height: number): void {
+  for (let i = 0; i < count; i += 1) ears.corner(i, num(footprint, 2 * i), num(footprint, 2 * i + 1));
+  ears.cutOff(count);
+  writer.reserve(6 * count, 4 * count);
+  for (let i = 0; i < count; i += 1) {
+    const next = i + 1 === count ? 0 : i + 1;
+    const [x, z] = [num(footprint, 2 * i), num(footprint, 2 * i + 1)];
+    const [toX, toZ] = [num(footprint, 2 * next), num(footprint, 2 * next + 1)];
+    writer.normal(z - toZ, 0, toX - x);
+    writer.place(0, x, 0, z);
+    writer.place(1, toX, 0, toZ);
+    writer.place(2, toX, height, toZ);
+    writer.place(3, x, height, z);
+    writer.quad(0, 1, 2, 3);
+  }
+  writeLid(writer, footprint, count, height, 1);
+  writeLid(writer, footprint, count, 0, -1);
+}
+
+function writeLid(writer: Writer, footprint: Float64Array, count: number, y: number, up: 1 | -1): void {
+  writer.normal(0, up, 0);
+  const first = writer.next;
+  for (let i = 0; i < count; i += 1) writer.vertex(num(footprint, 2 * i), y, num(footprint, 2 * i + 1));
+  writeEars(writer, first, up);
+}
+
+/** The triangles that were found last, of vertices from `first` on. */
+function writeEars(writer: Writer, first: number, up: 1 | -1): void {
+  const { triangles, count } = ears;
+  for (let at = 0; at < 3 * count; at += 3) {
+    const a = first + (triangles[at] as number);
+    const b = first + (triangles[at + 1] as number);
+    const c = first + (triangles[at + 2] as number);
+    if (up > 0) writer.triangle(a, b, c);
+    else writer.triangle(a, c, b);
   }
 }
 
-/** A grid; normals by the slope between the samples on both sides. */
-export function writeHeights(writer: Writer, { over, steps, heights }: Heights): void {
-  const [columns, rows] = steps;
-  const [width, depth] = over;
+/** Flat polygons between points of three numbers each; every polygon has corners of its own. */
+export function writeMesh(writer: Writer, points: Float64Array, faces: Faces): void {
+  let begin = 0;
+  for (let face = 0; face < faces.count; face += 1) {
+    const end = faces.ends[face] as number;
+    writeFace(writer, points, faces.corners, begin, end - begin);
+    begin = end;
+  }
+}
+
+/** The polygon of so many corners from `begin` on. */
+function writeFace(writer: Writer, points: Float64Array, corners: Int32Array, begin: number, count: number): void {
+  newell(points, corners, begin, count, facing);
+  // Looked at along the axis on which it has most area, with that side's order kept.
+  let steep = 0;
+  if (Math.abs(num(facing, 1)) > Math.abs(num(facing, steep))) steep = 1;
+  if (Math.abs(num(facing, 2)) > Math.abs(num(facing, steep))) steep = 2;
+  const flipped = num(facing, steep) < 0;
+  const next = steep === 2 ? 0 : steep + 1;
+  const last = steep === 0 ? 2 : steep - 1;
+  const u = flipped ? next : last;
+  const v = flipped ? last : next;
+  writer.reserve(count, count);
+  writer.normal(num(facing, 0), num(facing, 1), num(facing, 2));
+  const first = writer.next;
+  for (let i = 0; i < count; i += 1) {
+    const point = 3 * (corners[begin + i] as number);
+    ears.corner(i, num(points, point + u), num(points, point + v));
+    writer.vertex(num(points, point), num(points, point + 1), num(points, point + 2));
+  }
+  if (count === 3 && ears.turn(2, 0, 1) > 0) {
+    writer.triangle(first + 2, first, first + 1);
+    return;
+  }
+  ears.cutOff(count);
+  writeEars(writer, first, 1);
+}
+
+/**
+ * A grid over a rectangle around the origin; normals by the slope between the samples on both sides.
+ * @param heights Rows along x, rising z, with one more sample around the rectangle.
+ */
+export function writeHeights(
+  writer: Writer,
+  [width, depth]: readonly [number, number],
+  [columns, rows]: readonly [number, number],
+  heights: Float64Array,
+): void {
   const dx = width / columns;
   const dz = depth / rows;
-  const height = (i: number, j: number) => heights[j * (columns + 3) + i] as number;
-  let first = 0;
+  const row = columns + 3;
+  const first = writer.next;
+  writer.reserve((columns + 1) * (rows + 1), 2 * columns * rows);
   for (let j = 0; j <= rows; j += 1) {
+    const z = depth * (j / rows - 0.5);
     for (let i = 0; i <= columns; i += 1) {
       // Samples begin one step before the rectangle.
-      const slopeX = (height(i + 2, j + 1) - height(i, j + 1)) / (2 * dx);
-      const slopeZ = (height(i + 1, j + 2) - height(i + 1, j)) / (2 * dz);
-      const normal = writer.normal([-slopeX, 1, -slopeZ]);
-      const x = width * (i / columns - 0.5);
-      const z = depth * (j / rows - 0.5);
-      const vertex = writer.vertex(x, height(i + 1, j + 1), z, normal);
-      if (i === 0 && j === 0) first = vertex;
+      const at = (j + 1) * row + i + 1;
+      const slopeX = (num(heights, at + 1) - num(heights, at - 1)) / (2 * dx);
+      const slopeZ = (num(heights, at + row) - num(heights, at - row)) / (2 * dz);
+      writer.normal(-slopeX, 1, -slopeZ);
+      writer.vertex(width * (i / columns - 0.5), num(heights, at), z);
     }
   }
-  const at = (i: number, j: number) => first + j * (columns + 1) + i;
   for (let j = 0; j < rows; j += 1) {
+    const near = first + j * (columns + 1);
+    const far = near + columns + 1;
     for (let i = 0; i < columns; i += 1) {
-      writer.triangle(at(i, j), at(i, j + 1), at(i + 1, j + 1));
-      writer.triangle(at(i, j), at(i + 1, j + 1), at(i + 1, j));
+      writer.triangle(near + i, far + i, far + i + 1);
+      writer.triangle(near + i, far + i + 1, near + i + 1);
     }
   }
+}
+
+function num(numbers: Float64Array, at: number): number {
+  return numbers[at] as number;
 }

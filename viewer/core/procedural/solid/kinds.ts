@@ -41,6 +41,12 @@ export const SOLIDS = {
   ],
 } as const satisfies Record<string, Formals>;
 
+/** How many parameters of a solid are lists: its first. */
+export function listsOf(kind: SolidKind): number {
+  if (kind === "mesh") return 2;
+  return kind === "lathe" || kind === "polygon" || kind === "prism" ? 1 : 0;
+}
+
 /** What an author can say of the pictures that stand for a part from far away. */
 export const IMPOSTOR: Formals = [
   ["views", 8],
@@ -52,8 +58,11 @@ export const IMPOSTOR: Formals = [
 
 export type SolidKind = keyof typeof SOLIDS;
 
+const KINDS = Object.keys(SOLIDS) as SolidKind[];
+
+/** The kind itself, not what was read: browsers compare the same string sooner than an equal one. */
 export function solidNamed(name: string): SolidKind | undefined {
-  return Object.hasOwn(SOLIDS, name) ? (name as SolidKind) : undefined;
+  return KINDS.find((kind) => kind === name);
 }
 
 /** Parameters of a solid. */

@@ -1,76 +1,140 @@
 /**
  * How is a polygon filled with triangles? By cutting off its ears (Meisters 1975). Polygons lie in a plane with axes x and
- * z and are seen from above, that is from +y.
+ * z and are seen from above, that is from +y. Corners are two numbers each.
  */
-import type { Vector } from "../affine.ts";
 import { Fault, POLYGON } from "../error.ts";
+import { MAX_CORNERS } from "../limits.ts";
 
-export type Corner = readonly [x: number, z: number];
-
-/** The corners counter-clockwise, whichever way round they were given. */
-export function outline(corners: readonly Corner[]): readonly Corner[] {
+/** Puts corners into counter-clockwise order, whichever way round they are. */
+export function outline(corners: Float64Array, count: number): void {
   let twiceArea = 0;
-  corners.forEach(([x, z], i) => {
-    const [toX, toZ] = corners[(i + 1) % corners.length] as Corner;
-    twiceArea += z * toX - x * toZ;
-  });
-  return twiceArea < 0 ? [...corners].reverse() : corners;
-}
-
-/** Twice the signed area of a triangle. */
-function turn(a: Corner, b: Corner, c: Corner): number {
-  return (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1]);
-}
-
-function same(a: Corner, b: Corner): boolean {
-  return a[0] === b[0] && a[1] === b[1];
-}
-
-/** Triangles that fill a polygon whose corners are counter-clockwise. Throws when it crosses itself or has no area. */
-export function triangulated(corners: readonly Corner[]): [number, number, number][] {
-  const left = [...corners.keys()];
-  const triangles: [number, number, number][] = [];
-  const cornerOf = (index: number) => corners[index] as Corner;
-  const around = (i: number): [number, number, number] => {
-    const count = left.length;
-    return [left[(i + count - 1) % count] as number, left[i] as number, left[(i + 1) % count] as number];
-  };
-  const isEar = (i: number): boolean => {
-    const triple = around(i);
-    const [a, b, c] = [cornerOf(triple[0]), cornerOf(triple[1]), cornerOf(triple[2])];
-    if (!(turn(a, b, c) > 0)) return false;
-    return !left.some((other) => {
-      const p = cornerOf(other);
-      if (triple.includes(other) || same(p, a) || same(p, b) || same(p, c)) return false;
-      return turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0;
-    });
-  };
-  const isStraight = (i: number): boolean => {
-    const [a, b, c] = around(i);
-    return turn(cornerOf(a), cornerOf(b), cornerOf(c)) === 0;
-  };
-  while (left.length > 2) {
-    const places = [...left.keys()];
-    const ear = places.find(isEar);
-    if (ear !== undefined) triangles.push(around(ear));
-    // What is left may lie in a line; a corner in a line bounds nothing.
-    const gone = ear ?? places.find(isStraight);
-    if (gone === undefined) throw new Fault(0, POLYGON);
-    left.splice(gone, 1);
+  for (let i = 0; i < count; i += 1) {
+    const j = i + 1 === count ? 0 : i + 1;
+    twiceArea += num(corners, 2 * i + 1) * num(corners, 2 * j) - num(corners, 2 * i) * num(corners, 2 * j + 1);
   }
-  if (triangles.length === 0) throw new Fault(0, POLYGON);
-  return triangles;
+  if (!(twiceArea < 0)) return;
+  for (let [i, j] = [0, count - 1]; i < j; i += 1, j -= 1) {
+    for (let axis = 0; axis < 2; axis += 1) {
+      const first = num(corners, 2 * i + axis);
+      corners[2 * i + axis] = num(corners, 2 * j + axis);
+      corners[2 * j + axis] = first;
+    }
+  }
 }
 
-/** The normal of a polygon in space, as long as twice its area (Newell). */
-export function newell(corners: readonly Vector[]): Vector {
-  const sum = (u: 0 | 1 | 2, v: 0 | 1 | 2): number => {
-    let total = 0;
-    corners.forEach((a, i) => {
-      const b = corners[(i + 1) % corners.length] as Vector;
-      total += (a[u] - b[u]) * (a[v] + b[v]);
-    });
-    return total;
-  };
-  return [sum(1, 2), sum(2, 0), sum(0, 1)];
+/** Finds triangles that fill polygons, one polygon after the other. */
+export class Ears {
+  /** Three corners for each triangle that was found. */
+  readonly triangles = new Int32Array(3 * MAX_CORNERS);
+  count = 0;
+  /** Corners that are not cut off. */
+  private readonly left = new Int32Array(MAX_CORNERS);
+  private readonly x = new Float64Array(MAX_CORNERS);
+  private readonly z = new Float64Array(MAX_CORNERS);
+
+  /** Sets a corner of the polygon. */
+  corner(i: number, x: number, z: number): void {
+    this.left[i] = i;
+    this.x[i] = x;
+    this.z[i] = z;
+  }
+
+  /** Triangles that fill a polygon whose corners are counter-clockwise. Throws when it crosses itself or has no area. */
+  cutOff(count: number): void {
+    this.count = 0;
+    for (let more = count; more > 2; more -= 1) {
+      const ear = this.earOf(more);
+      if (ear >= 0) this.keep(ear, more);
+      // What is left may lie in a line; a corner in a line bounds nothing.
+      const gone = ear >= 0 ? ear : this.straightOf(more);
+      if (gone < 0) throw new Fault(0, POLYGON);
+      const { left } = this;
+      for (let i = gone; i + 1 < more; i += 1) left[i] = left[i + 1] as number;
+    }
+    if (this.count === 0) throw new Fault(0, POLYGON);
+  }
+
+  private keep(ear: number, count: number): void {
+    const { left, triangles } = this;
+    const at = 3 * this.count;
+    triangles[at] = left[ear === 0 ? count - 1 : ear - 1] as number;
+    triangles[at + 1] = left[ear] as number;
+    triangles[at + 2] = left[ear + 1 === count ? 0 : ear + 1] as number;
+    this.count += 1;
+  }
+
+  /** The first of so many corners that can be cut off; −1 when there is none. */
+  private earOf(count: number): number {
+    const { left } = this;
+    for (let i = 0; i < count; i += 1) {
+      const a = left[i === 0 ? count - 1 : i - 1] as number;
+      const b = left[i] as number;
+      const c = left[i + 1 === count ? 0 : i + 1] as number;
+      if (this.turn(a, b, c) > 0 && (count === 3 || this.isEmpty(count, a, b, c))) return i;
+    }
+    return -1;
+  }
+
+  /** Whether no other corner lies in a triangle, its border included, but for those that lie on one of its corners. */
+  private isEmpty(count: number, a: number, b: number, c: number): boolean {
+    const { left } = this;
+    for (let i = 0; i < count; i += 1) {
+      const p = left[i] as number;
+      if (p === a || p === b || p === c || this.same(p, a) || this.same(p, b) || this.same(p, c)) continue;
+      if (this.turn(a, b, p) >= 0 && this.turn(b, c, p) >= 0 && this.turn(c, a, p) >= 0) return false;
+    }
+    return true;
+  }
+
+  /** The first corner that lies in a line with those beside it. */
+  private straightOf(count: number): number {
+    const { left } = this;
+    for (let i = 0; i < count; i += 1) {
+      const before = left[i === 0 ? count - 1 : i - 1] as number;
+      const behind = left[i + 1 === count ? 0 : i + 1] as number;
+      if (this.turn(before, left[i] as number, behind) === 0) return i;
+    }
+    return -1;
+  }
+
+  /** Twice the signed area of a triangle. */
+  turn(a: number, b: number, c: number): number {
+    const { x, z } = this;
+    return (num(z, b) - num(z, a)) * (num(x, c) - num(x, a)) - (num(x, b) - num(x, a)) * (num(z, c) - num(z, a));
+  }
+
+  private same(a: number, b: number): boolean {
+    return num(this.x, a) === num(this.x, b) && num(this.z, a) === num(this.z, b);
+  }
+}
+
+/**
+ * The normal of a polygon in space, as long as twice its area (Newell).
+ * @param points Three numbers each.
+ * @param corners Numbers of points; those of the polygon are `count` from `begin` on.
+ */
+export function newell(
+  points: Float64Array,
+  corners: Int32Array,
+  begin: number,
+  count: number,
+  normal: Float64Array,
+): void {
+  let x = 0;
+  let y = 0;
+  let z = 0;
+  for (let i = 0; i < count; i += 1) {
+    const a = 3 * (corners[begin + i] as number);
+    const b = 3 * (corners[i + 1 === count ? begin : begin + i + 1] as number);
+    x += (num(points, a + 1) - num(points, b + 1)) * (num(points, a + 2) + num(points, b + 2));
+    y += (num(points, a + 2) - num(points, b + 2)) * (num(points, a) + num(points, b));
+    z += (num(points, a) - num(points, b)) * (num(points, a + 1) + num(points, b + 1));
+  }
+  normal[0] = x;
+  normal[1] = y;
+  normal[2] = z;
+}
+
+function num(numbers: Float64Array, at: number): number {
+  return numbers[at] as number;
 }

@@ -1,17 +1,18 @@
 /** Which triangles do cones, spheres and turned profiles have? Rings around the y axis, joined by strips. */
-import { sinCos } from "../arithmetic.ts";
-import type { Corner } from "./polygon.ts";
+import { cosine, sine } from "../arithmetic.ts";
+import { MAX_CORNERS } from "../limits.ts";
 import type { Writer } from "./writer.ts";
 
-/** A circle of vertices with normals that lean outwards and upwards. */
-interface Ring {
-  readonly radius: number;
-  readonly y: number;
-  readonly out: number;
-  readonly up: number;
-}
+/** A ring is four numbers: radius, y, and how far its normals lean outwards and upwards. */
+const RING = 4;
+const rings = new Float64Array(RING * (MAX_CORNERS + 1));
 
-type Circle = readonly (readonly [number, number])[];
+function setRing(ring: number, radius: number, y: number, out: number, up: number): void {
+  rings[RING * ring] = radius;
+  rings[RING * ring + 1] = y;
+  rings[RING * ring + 2] = out;
+  rings[RING * ring + 3] = up;
+}
 
 /** A mantle, and a disc at each end that has a radius when it is closed. */
 export function writeCone(
@@ -23,108 +24,129 @@ export function writeCone(
   closed: boolean,
 ): void {
   const circle = circleOf(sides);
-  const slope = { out: height, up: low - high };
-  strip(writer, circle, [
-    { radius: low, y: 0, ...slope },
-    { radius: high, y: height, ...slope },
-  ]);
+  setRing(0, low, 0, height, low - high);
+  setRing(1, high, height, height, low - high);
+  writeStrip(writer, circle, 2);
   if (!closed) return;
-  disc(writer, circle, low, 0, -1);
-  disc(writer, circle, high, height, 1);
+  writeDisc(writer, circle, low, 0, -1);
+  writeDisc(writer, circle, high, height, 1);
 }
 
 /** Half as many rows as sides. */
 export function writeSphere(writer: Writer, radius: number, sides: number): void {
   const rows = Math.max(Math.ceil(sides / 2), 2);
-  const rings = Array.from({ length: rows + 1 }, (_, row): Ring => {
-    const [sin, cos] = sinCos((180 * row) / rows);
-    return { radius: radius * sin, y: -radius * cos, out: sin, up: -cos };
-  });
-  strip(writer, circleOf(sides), rings);
+  for (let row = 0; row <= rows; row += 1) {
+    const angle = (180 * row) / rows;
+    const sin = sine(angle);
+    const cos = cosine(angle);
+    setRing(row, radius * sin, -radius * cos, sin, -cos);
+  }
+  writeStrip(writer, circleOf(sides), rows + 1);
 }
 
-/** A strip for each part of the profile, or one for all of it when it is smooth. */
-export function writeLathe(writer: Writer, profile: readonly Corner[], sides: number, smooth: boolean): void {
+/** A strip for each part of a profile of so many corners, or one for all of it when it is smooth. */
+export function writeLathe(writer: Writer, profile: Float64Array, count: number, sides: number, smooth: boolean): void {
   const circle = circleOf(sides);
-  const last = profile.length - 1;
-  const outward = (i: number): readonly [number, number] => {
-    const [r, y] = profile[i] as Corner;
-    const [toR, toY] = profile[i + 1] as Corner;
-    const dr = toR - r;
-    const dy = toY - y;
-    const length = Math.sqrt(dr * dr + dy * dy);
-    return length > 0 ? [dy / length, -dr / length] : [0, 0];
-  };
-  const ring = (i: number, [out, up]: readonly [number, number]): Ring => {
-    const [radius, y] = profile[i] as Corner;
-    return { radius, y, out, up };
-  };
-  if (smooth) {
-    const rings = profile.map((_, i) => {
-      const a = outward(Math.max(i - 1, 0));
-      const b = outward(Math.min(i, last - 1));
-      return ring(i, [a[0] + b[0], a[1] + b[1]]);
-    });
-    strip(writer, circle, rings);
-    return;
+  const last = count - 1;
+  for (let i = 0; i <= (smooth ? last : last - 1); i += 1) {
+    const [out, up] = outward(profile, smooth ? Math.max(i - 1, 0) : i);
+    const ring = (to: number, corner: number, out: number, up: number) =>
+      setRing(to, num(profile, 2 * corner), num(profile, 2 * corner + 1), out, up);
+    if (smooth) {
+      const [nextOut, nextUp] = outward(profile, Math.min(i, last - 1));
+      ring(i, i, out + nextOut, up + nextUp);
+    } else {
+      ring(0, i, out, up);
+      ring(1, i + 1, out, up);
+      writeStrip(writer, circle, 2);
+    }
   }
-  for (let i = 0; i < last; i += 1) {
-    const normal = outward(i);
-    strip(writer, circle, [ring(i, normal), ring(i + 1, normal)]);
-  }
+  if (smooth) writeStrip(writer, circle, count);
 }
 
-const circles = new Map<number, Circle>();
+/** Which way the part of a profile behind a corner looks: outwards and upwards. */
+function outward(profile: Float64Array, i: number): readonly [number, number] {
+  const dr = num(profile, 2 * i + 2) - num(profile, 2 * i);
+  const dy = num(profile, 2 * i + 3) - num(profile, 2 * i + 1);
+  const length = Math.sqrt(dr * dr + dy * dy);
+  return length > 0 ? [dy / length, -dr / length] : [0, 0];
+}
+
+const circles: Float64Array[] = [];
 
 /** Directions x, z of the corners, the first along x, then towards −z: counter-clockwise from above. */
-function circleOf(sides: number): Circle {
-  let circle = circles.get(sides);
-  if (!circle) {
-    circle = Array.from({ length: sides }, (_, side) => {
-      const [sin, cos] = sinCos((360 * side) / sides);
-      return [cos, -sin] as const;
-    });
-    circles.set(sides, circle);
+function circleOf(sides: number): Float64Array {
+  while (circles.length <= sides) {
+    const circle = new Float64Array(2 * circles.length);
+    for (let side = 0; side < circles.length; side += 1) {
+      const angle = (360 * side) / circles.length;
+      circle[2 * side] = cosine(angle);
+      circle[2 * side + 1] = -sine(angle);
+    }
+    circles.push(circle);
   }
-  return circle;
+  return circles[sides] as Float64Array;
 }
 
 /**
- * Joins each ring to the next; where one has no radius, with triangles. A ring without triangles is not written, so that
- * there are never more than twice as many vertices as triangles.
+ * Joins each of so many rings to the next; where one has no radius, with triangles. A ring without triangles is not
+ * written, so that there are never more than twice as many vertices as triangles.
  */
-function strip(writer: Writer, circle: Circle, rings: readonly Ring[]): void {
-  const sides = circle.length;
-  let under = 0;
-  let lower: Ring | undefined;
-  for (const [i, ring] of rings.entries()) {
-    if (rings.slice(Math.max(i - 1, 0), i + 2).every((near) => near.radius === 0)) {
-      lower = undefined;
+function writeStrip(writer: Writer, circle: Float64Array, count: number): void {
+  const sides = circle.length / 2;
+  writer.reserve(count * sides, 2 * (count - 1) * sides);
+  /** Where the ring below begins and its radius; −1 when it was not written. */
+  let under = -1;
+  let lower = 0;
+  for (let ring = 0; ring < count; ring += 1) {
+    const radius = num(rings, RING * ring);
+    const hasBelow = ring > 0 && num(rings, RING * (ring - 1)) !== 0;
+    const hasAbove = ring + 1 < count && num(rings, RING * (ring + 1)) !== 0;
+    if (radius === 0 && !hasBelow && !hasAbove) {
+      under = -1;
       continue;
     }
-    let first = 0;
-    circle.forEach(([x, z], side) => {
-      const normal = writer.normal([ring.out * x, ring.up, ring.out * z]);
-      const vertex = writer.vertex(ring.radius * x, ring.y, ring.radius * z, normal);
-      if (side === 0) first = vertex;
-    });
-    for (let side = 0; lower && side < sides; side += 1) {
-      const next = (side + 1) % sides;
-      if (lower.radius > 0) writer.triangle(under + side, under + next, first + next);
-      if (ring.radius > 0) writer.triangle(under + side, first + next, first + side);
+    const first = writer.next;
+    writeRing(writer, circle, RING * ring);
+    if (under >= 0) {
+      for (let side = 0; side < sides; side += 1) {
+        const next = side + 1 === sides ? 0 : side + 1;
+        if (lower > 0) writer.triangle(under + side, under + next, first + next);
+        if (radius > 0) writer.triangle(under + side, first + next, first + side);
+      }
     }
     under = first;
-    lower = ring;
+    lower = radius;
+  }
+}
+
+function writeRing(writer: Writer, circle: Float64Array, ring: number): void {
+  const radius = num(rings, ring);
+  const y = num(rings, ring + 1);
+  const out = num(rings, ring + 2);
+  const up = num(rings, ring + 3);
+  for (let i = 0; i < circle.length; i += 2) {
+    const x = num(circle, i);
+    const z = num(circle, i + 1);
+    writer.normal(out * x, up, out * z);
+    writer.vertex(radius * x, y, radius * z);
   }
 }
 
 /** A flat, regular polygon; nothing without a radius. */
-function disc(writer: Writer, circle: Circle, radius: number, y: number, up: 1 | -1): void {
+function writeDisc(writer: Writer, circle: Float64Array, radius: number, y: number, up: 1 | -1): void {
   if (radius === 0) return;
-  const normal = writer.normal([0, up, 0]);
-  const first = circle.map(([x, z]) => writer.vertex(radius * x, y, radius * z, normal))[0] as number;
-  for (let side = 1; side + 1 < circle.length; side += 1) {
-    if (up > 0) writer.triangle(first, first + side, first + side + 1);
-    else writer.triangle(first, first + side + 1, first + side);
+  const sides = circle.length / 2;
+  writer.reserve(sides, sides);
+  writer.normal(0, up, 0);
+  const first = writer.next;
+  for (let i = 0; i < circle.length; i += 2) writer.vertex(radius * num(circle, i), y, radius * num(circle, i + 1));
+  for (let next = first + 2; next < first + sides; next += 1) {
+    if (up > 0) writer.triangle(first, next - 1, next);
+    else writer.triangle(first, next, next - 1);
   }
+}
+
+function num(numbers: Float64Array, at: number): number {
+  return numbers[at] as number;
 }

@@ -1,112 +1,149 @@
-/** Where do triangles go? Into one mesh for each material of a part, placed by the turtle's frame. */
-import { type Affine, direction, mirrors, normalsOf, unit, type Vector } from "../affine.ts";
+/** How do triangles come into a mesh? Placed by the turtle's frame. */
+import { Mesh } from "./mesh.ts";
 
-/** Triangles of one material, in the space of their part. */
-export class Mesh {
-  private points = new Float32Array(48);
-  private directions = new Float32Array(48);
-  private corners = new Uint32Array(48);
-  /** How many there are. */
-  vertices = 0;
-  triangles = 0;
-
-  /** @param material Index into the model's materials. */
-  constructor(readonly material: number) {}
-
-  /** Three for each vertex. */
-  get positions(): Float32Array {
-    return this.points.subarray(0, 3 * this.vertices);
-  }
-
-  /** Three for each vertex, of length one. */
-  get normals(): Float32Array {
-    return this.directions.subarray(0, 3 * this.vertices);
-  }
-
-  /** Three for each triangle, counter-clockwise from the front. */
-  get indices(): Uint32Array {
-    return this.corners.subarray(0, 3 * this.triangles);
-  }
-
-  vertex(x: number, y: number, z: number, normal: Vector): number {
-    const at = 3 * this.vertices;
-    if (at + 3 > this.points.length) {
-      this.points = widened(this.points, Float32Array);
-      this.directions = widened(this.directions, Float32Array);
-    }
-    this.points[at] = x;
-    this.points[at + 1] = y;
-    this.points[at + 2] = z;
-    this.directions[at] = normal[0];
-    this.directions[at + 1] = normal[1];
-    this.directions[at + 2] = normal[2];
-    this.vertices += 1;
-    return this.vertices - 1;
-  }
-
-  triangle(a: number, b: number, c: number): void {
-    const at = 3 * this.triangles;
-    if (at + 3 > this.corners.length) this.corners = widened(this.corners, Uint32Array);
-    this.corners[at] = a;
-    this.corners[at + 1] = b;
-    this.corners[at + 2] = c;
-    this.triangles += 1;
-  }
-}
-
-function widened<T extends Float32Array | Uint32Array>(array: T, type: new (length: number) => T): T {
-  const wide = new type(2 * array.length);
-  wide.set(array);
-  return wide;
-}
+/** Where writers are aimed at first. */
+const NOWHERE = new Mesh(0);
 
 /** Adds vertices and triangles as they lie in a frame. Typed arrays round to single precision, last. */
 export class Writer {
-  private readonly normals: Affine;
-  private readonly mirrored: boolean;
+  private mesh = NOWHERE;
+  private room = this.mesh.growing;
+  /** Axes x, y, z and the origin. */
+  private readonly frame = new Float64Array(12);
+  /** The map of normals, up to their length: outward stays outward. */
+  private readonly normals = new Float64Array(9);
+  /** The normal of the vertices to come. */
+  private readonly written = new Float64Array(3);
+  /** Corners that quadrangles share, as they are placed. */
+  private readonly placed = new Float64Array(3 * 8);
+  /** Whether the frame turns left into right. */
+  private mirrored = false;
+  /** Triangles that the mesh had before. */
+  private before = 0;
 
-  constructor(
-    private readonly mesh: Mesh,
-    private readonly frame: Affine,
-  ) {
-    this.normals = normalsOf(frame);
-    this.mirrored = mirrors(frame);
+  /** How many triangles were added since it was aimed. */
+  get added(): number {
+    return this.mesh.triangles - this.before;
   }
 
-  /** A normal as it is written. */
-  normal(normal: Vector): Vector {
-    return unit(direction(this.normals, normal));
+  /** Writes into a mesh from now on, in the frame whose twelve numbers begin at a place. */
+  aim(mesh: Mesh, numbers: Float64Array, at: number): void {
+    const { frame, normals } = this;
+    this.mesh = mesh;
+    this.room = mesh.growing;
+    this.before = mesh.triangles;
+    copy(numbers, at, frame, 0);
+    copy(numbers, at + 3, frame, 3);
+    copy(numbers, at + 6, frame, 6);
+    copy(numbers, at + 9, frame, 9);
+    cross(normals, 0, frame, 3, 6);
+    cross(normals, 3, frame, 6, 0);
+    cross(normals, 6, frame, 0, 3);
+    const determinant =
+      num(frame, 0) * num(normals, 0) + num(frame, 1) * num(normals, 1) + num(frame, 2) * num(normals, 2);
+    this.mirrored = determinant < 0;
+    for (let i = 0; this.mirrored && i < 9; i += 1) normals[i] = -num(normals, i);
   }
 
-  /** Adds a vertex; its index. */
-  vertex(u: number, v: number, w: number, normal: Vector): number {
-    const { x, y, z, origin } = this.frame;
-    return this.mesh.vertex(
-      x[0] * u + y[0] * v + z[0] * w + origin[0],
-      x[1] * u + y[1] * v + z[1] * w + origin[1],
-      x[2] * u + y[2] * v + z[2] * w + origin[2],
-      normal,
-    );
+  reserve(vertices: number, triangles: number): void {
+    this.room.reserve(this.mesh.vertices + vertices, this.mesh.triangles + triangles);
   }
 
-  private corner(at: Vector, normal: Vector): number {
-    return this.vertex(at[0], at[1], at[2], normal);
+  /** The index of the next vertex. */
+  get next(): number {
+    return this.mesh.vertices;
   }
 
-  /** Adds a triangle that is counter-clockwise before the frame. */
+  /** The vertices to come have this normal: as it is written, of length one; upright when it has no direction. */
+  normal(u: number, v: number, w: number): void {
+    const { normals, written } = this;
+    const x = num(normals, 0) * u + num(normals, 3) * v + num(normals, 6) * w;
+    const y = num(normals, 1) * u + num(normals, 4) * v + num(normals, 7) * w;
+    const z = num(normals, 2) * u + num(normals, 5) * v + num(normals, 8) * w;
+    const length = Math.sqrt(x * x + y * y + z * z);
+    const isLong = length > 0;
+    written[0] = isLong ? x / length : 0;
+    written[1] = isLong ? y / length : 1;
+    written[2] = isLong ? z / length : 0;
+  }
+
+  /** Adds a vertex for which there is room. */
+  vertex(u: number, v: number, w: number): void {
+    const { frame, mesh } = this;
+    const { points } = this.room;
+    const at = 3 * mesh.vertices;
+    points[at] = num(frame, 0) * u + num(frame, 3) * v + num(frame, 6) * w + num(frame, 9);
+    points[at + 1] = num(frame, 1) * u + num(frame, 4) * v + num(frame, 7) * w + num(frame, 10);
+    points[at + 2] = num(frame, 2) * u + num(frame, 5) * v + num(frame, 8) * w + num(frame, 11);
+    this.finish(at);
+  }
+
+  /** Gives the vertex whose position was written its normal. */
+  private finish(at: number): void {
+    const { mesh, written } = this;
+    const { directions } = this.room;
+    directions[at] = num(written, 0);
+    directions[at + 1] = num(written, 1);
+    directions[at + 2] = num(written, 2);
+    mesh.vertices += 1;
+  }
+
+  /** Adds a triangle that is counter-clockwise before the frame, for which there is room. */
   triangle(a: number, b: number, c: number): void {
-    if (this.mirrored) this.mesh.triangle(a, c, b);
-    else this.mesh.triangle(a, b, c);
+    const { mesh, mirrored } = this;
+    const { corners } = this.room;
+    const at = 3 * mesh.triangles;
+    corners[at] = a;
+    corners[at + 1] = mirrored ? c : b;
+    corners[at + 2] = mirrored ? b : c;
+    mesh.triangles += 1;
   }
 
-  /** Adds a flat quadrangle with corners in order. */
-  quad(corners: readonly [Vector, Vector, Vector, Vector], normal: Vector): void {
-    const written = this.normal(normal);
-    const a = this.corner(corners[0], written);
-    const b = this.corner(corners[1], written);
-    const c = this.corner(corners[2], written);
-    const d = this.corner(corners[3], written);
-    this.triangle(a, b, c);
-    this.triangle(a, c, d);
+  /** Places one of eight corners that quadrangles share. */
+  place(corner: number, u: number, v: number, w: number): void {
+    const { frame, placed } = this;
+    const at = 3 * corner;
+    placed[at] = num(frame, 0) * u + num(frame, 3) * v + num(frame, 6) * w + num(frame, 9);
+    placed[at + 1] = num(frame, 1) * u + num(frame, 4) * v + num(frame, 7) * w + num(frame, 10);
+    placed[at + 2] = num(frame, 2) * u + num(frame, 5) * v + num(frame, 8) * w + num(frame, 11);
   }
+
+  /** Adds a flat quadrangle between corners in order, for which there is room; it has vertices of its own. */
+  quad(a: number, b: number, c: number, d: number): void {
+    const first = this.mesh.vertices;
+    this.copied(a);
+    this.copied(b);
+    this.copied(c);
+    this.copied(d);
+    this.triangle(first, first + 1, first + 2);
+    this.triangle(first, first + 2, first + 3);
+  }
+
+  /** Adds a vertex at a corner. */
+  private copied(corner: number): void {
+    const { mesh, placed } = this;
+    const { points } = this.room;
+    const at = 3 * mesh.vertices;
+    points[at] = num(placed, 3 * corner);
+    points[at + 1] = num(placed, 3 * corner + 1);
+    points[at + 2] = num(placed, 3 * corner + 2);
+    this.finish(at);
+  }
+}
+
+function num(numbers: Float64Array, at: number): number {
+  return numbers[at] as number;
+}
+
+function copy(of: Float64Array, from: number, to: Float64Array, at: number): void {
+  to[at] = num(of, from);
+  to[at + 1] = num(of, from + 1);
+  to[at + 2] = num(of, from + 2);
+}
+
+/** The vector product of two vectors of an array. */
+function cross(to: Float64Array, at: number, of: Float64Array, a: number, b: number): void {
+  to[at] = num(of, a + 1) * num(of, b + 2) - num(of, a + 2) * num(of, b + 1);
+  to[at + 1] = num(of, a + 2) * num(of, b) - num(of, a) * num(of, b + 2);
+  to[at + 2] = num(of, a) * num(of, b + 1) - num(of, a + 1) * num(of, b);
 }

@@ -1,0 +1,62 @@
+/** What does a surface look like? Equal calls give the same material. As `crates/scene/src/procedural/evaluator/material.rs`. */
+import { linearLight } from "../arithmetic.ts";
+import { type Channels, PLAIN, type Surface } from "../grown.ts";
+import { Known } from "../known.ts";
+import { reached } from "../limits.ts";
+import type { Scope } from "../plain/machine.ts";
+import { stepName } from "../random.ts";
+import type { At, Expr, MaterialRule } from "../syntax.ts";
+import { sizesOf, type Value } from "../value.ts";
+import { Modules } from "./modules.ts";
+
+/** What tells a material apart besides its arguments: file, rule and instance. */
+const KEY_NUMBERS = 3;
+
+export abstract class Materials extends Modules {
+  private readonly knownMaterials = new Known();
+
+  /** The index of the material that a call leads to. */
+  protected surface(scope: Scope, index: number): number {
+    const call = this.called(scope, index);
+    const rule = this.module(call.module).materials[call.index] as MaterialRule;
+    const inner = this.bound(scope, call, rule, scope.depth, stepName(this.seed, rule.name));
+    const args = this.stack.slice(inner.base, rule.slots);
+    this.countLists(scope, call.at, args);
+    let known = this.knownMaterials.at(call.module).at(call.index).at(inner.instance);
+    for (const value of args) known = known.of(value);
+    if (known.index === undefined) {
+      const limit = this.limits.materials;
+      if (this.materials.length >= limit) throw this.error(scope.module, call.at, reached("materials", limit));
+      this.keep(scope.module, call.at, KEY_NUMBERS + sizesOf(args));
+      known.index = this.materials.push(this.computedSurface(inner, rule)) - 1;
+    }
+    this.stack.close(inner.base);
+    return known.index;
+  }
+
+  private computedSurface(scope: Scope, rule: MaterialRule): Surface {
+    const surface = { ...PLAIN, name: rule.name };
+    for (const [property, value] of rule.properties) {
+      if (property === "colour" || property === "emissive") {
+        surface[property] = this.colour(scope, rule.at, value);
+        continue;
+      }
+      const share = this.ranged(scope, rule.at, value, property, 0, 1);
+      if (property === "double_sided") surface.doubleSided = share !== 0;
+      else if (property === "recolour") surface.recolour = share !== 0;
+      else surface[property] = share;
+    }
+    return surface;
+  }
+
+  /** Linear light of a colour. */
+  private colour(scope: Scope, at: At, expr: Expr): Channels {
+    const value = this.value(scope, at, expr);
+    const channels = typeof value === "number" ? [] : value.items;
+    const isShare = (channel: Value) => typeof channel === "number" && channel >= 0 && channel <= 1;
+    if (channels.length !== 3 || !channels.every(isShare)) {
+      throw this.error(scope.module, at, "a colour must be `#rrggbb`, or three numbers from 0 to 1");
+    }
+    return (channels as number[]).map(linearLight) as unknown as Channels;
+  }
+}

@@ -1,0 +1,154 @@
+/**
+ * Which points and faces do the lists of a solid say? They are put into buffers that all solids share; those that are
+ * written out in the text are computed at one go, without making lists of them.
+ */
+import { MAX_CORNERS } from "../limits.ts";
+import { type Code, RESULTS } from "../plain/code.ts";
+import type { Scope } from "../plain/machine.ts";
+import { Faces } from "../solid/flat.ts";
+import type { At, Row } from "../syntax.ts";
+import type { List, Value } from "../value.ts";
+import { Expressions } from "./expressions.ts";
+
+/** Largest length of a solid, metres. */
+export const MAX_LENGTH = 1e6;
+
+export abstract class Outlines extends Expressions {
+  /** The last points or corners: three or two numbers each. */
+  protected points = new Float64Array(3 * MAX_CORNERS);
+  private faces = new Faces();
+
+  protected shape(scope: Scope, at: At, what: string, wanted: string): Error {
+    return this.error(scope.module, at, `${what} must be ${wanted}`);
+  }
+
+  /** Takes the points of a list; how many there are. */
+  protected takePoints(scope: Scope, at: At, row: Row): number {
+    if (this.computes(scope, row) && row.code?.width === 3 && this.takeRows(row) && this.paid(scope)) {
+      return row.code.lengths.length;
+    }
+    const { items } = this.listed(scope, at, row);
+    this.makeRoom(3 * items.length);
+    items.forEach((item, i) => {
+      this.points.set(this.point3(scope, at, item), 3 * i);
+    });
+    return items.length;
+  }
+
+  /** Takes the corners `[x, z]` of a list that is an outline; how many there are. */
+  protected takeCorners(scope: Scope, at: At, row: Row, least: number): number {
+    return this.takePlainCorners(scope, row, least) ?? this.takeOutline(scope, at, this.listed(scope, at, row), least);
+  }
+
+  /** The same of a polygon, which may be anything. */
+  protected takePolygon(scope: Scope, at: At, row: Row): number {
+    const value = () => this.value(scope, at, row.of[0] as Row["of"][number]);
+    return this.takePlainCorners(scope, row, 3) ?? this.takeOutline(scope, at, value(), 3);
+  }
+
+  private takePlainCorners(scope: Scope, row: Row, least: number): number | undefined {
+    if (!this.computes(scope, row) || row.code?.width !== 2) return undefined;
+    const count = row.code.lengths.length;
+    const isOutline = count >= least && count <= MAX_CORNERS;
+    return isOutline && this.takeRows(row) && this.paid(scope) ? count : undefined;
+  }
+
+  private takeOutline(scope: Scope, at: At, value: Value, least: number): number {
+    const items = typeof value === "number" ? [] : value.items;
+    const corners = items.map(coordinates);
+    const count = corners.length;
+    if (count < least || count > MAX_CORNERS || corners.some((corner) => corner.length !== 2)) {
+      const wanted = "a list of `[x, z]`: two or more in a profile, three or more around a polygon, up to 256";
+      throw this.shape(scope, at, "this outline", wanted);
+    }
+    this.points.set(corners.flat());
+    return count;
+  }
+
+  /** Faces between so many points. */
+  protected facesOf(scope: Scope, at: At, row: Row, points: number): Faces {
+    const code = this.codeFor(scope, row);
+    if (code?.faces && code.faces.last < points && this.affords(scope, code) && this.paid(scope)) return code.faces;
+    if (code && this.computes(scope, row) && this.takeFaces(code, points) && this.paid(scope)) {
+      if (isConstant(code)) {
+        code.faces = this.faces;
+        this.faces = new Faces();
+        return code.faces;
+      }
+      return this.faces;
+    }
+    this.faces.clear();
+    for (const face of this.listed(scope, at, row).items) {
+      for (const corner of typeof face === "number" ? [undefined] : face.items) {
+        if (typeof corner !== "number" || !(corner >= 0 && corner < points)) {
+          throw this.shape(scope, at, "a face", "a list of numbers of points, counted from 0");
+        }
+        this.faces.add(corner);
+      }
+      this.faces.end();
+    }
+    return this.faces;
+  }
+
+  /** Takes the results of rows of numbers of points; whether they are that. */
+  private takeFaces({ lengths }: Code, points: number): boolean {
+    const { faces } = this;
+    faces.clear();
+    let i = 0;
+    for (const length of lengths) {
+      for (const end = i + length; i < end; i += 1) {
+        const corner = this.taken(i);
+        if (!(corner >= 0 && corner < points)) return false;
+        faces.add(corner);
+      }
+      faces.end();
+    }
+    return true;
+  }
+
+  /** One face around so many points in their order. */
+  protected wholeFace(points: number): Faces {
+    this.faces.clear();
+    for (let i = 0; i < points; i += 1) this.faces.add(i);
+    this.faces.end();
+    return this.faces;
+  }
+
+  /** Takes the results of rows of coordinates; whether none is too large. */
+  private takeRows({ code }: Row): boolean {
+    if (!code) return false;
+    const { results: count, registers } = code;
+    const { points } = this;
+    for (let i = 0; i < count; i += 1) {
+      const coordinate = registers[RESULTS + i] as number;
+      if (!(Math.abs(coordinate) <= MAX_LENGTH)) return false;
+      points[i] = coordinate;
+    }
+    return true;
+  }
+
+  private makeRoom(numbers: number): void {
+    if (numbers > this.points.length) this.points = new Float64Array(numbers);
+  }
+
+  private listed(scope: Scope, at: At, row: Row): List {
+    return this.list(scope, at, row.of[0] as Row["of"][number], "the corners of a solid");
+  }
+
+  protected point3(scope: Scope, at: At, value: Value): readonly number[] {
+    const point = coordinates(value);
+    if (point.length === 3) return point;
+    throw this.shape(scope, at, "a point", "`[x, y, z]`");
+  }
+}
+
+function isConstant({ words, locals, globals }: Code): boolean {
+  return words.length === 1 && locals.length === 0 && globals.length === 0;
+}
+
+/** Numbers of a list; none when one is no number or too large. */
+function coordinates(value: Value): readonly number[] {
+  if (typeof value === "number") return [];
+  const { items } = value;
+  return items.every((item) => typeof item === "number" && Math.abs(item) <= MAX_LENGTH) ? (items as number[]) : [];
+}

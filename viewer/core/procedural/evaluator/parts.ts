@@ -1,0 +1,227 @@
+/** What is shared? Parts and files are pieces of their own, made once for equal calls. As `crates/scene/src/procedural/evaluator/part.rs`. */
+import { type Bounds, exceeds, Reach } from "../bounds.ts";
+import { unknown } from "../error.ts";
+import { Known } from "../known.ts";
+import { type Amounts, reached } from "../limits.ts";
+import type { Program } from "../link.ts";
+import type { Scope } from "../plain/machine.ts";
+import { stepName } from "../random.ts";
+import type { At, Call, Rule, Statement } from "../syntax.ts";
+import { sizesOf, stepValue, type Value } from "../value.ts";
+import { Materials } from "./materials.ts";
+import type { Instance } from "./modules.ts";
+import { PHASE, type Turtle } from "./state.ts";
+
+/** What is known of a part besides its geometry. */
+interface Account {
+  finished: boolean;
+  /** Parts, glTF files and viewpoints placed in it, with all that they contain. */
+  placements: number;
+}
+
+export abstract class Parts extends Materials {
+  private readonly accounts: Account[] = [];
+  /** Parts of rules and of files by what they were made with. */
+  private readonly knownParts = new Known();
+  private readonly knownFiles = new Known();
+  /** Where the rules of each file begin among those of all. */
+  private readonly firstRules: readonly number[];
+  private readonly rules: number;
+  /** How many calls of each rule are open. */
+  private openCalls: Int32Array;
+
+  constructor(program: Program, seed: number, detail: number, limits: Readonly<Amounts>) {
+    super(program, seed, detail, limits);
+    let rules = 0;
+    this.firstRules = program.modules.map((module) => {
+      rules += module.rules.length;
+      return rules - module.rules.length;
+    });
+    this.rules = rules;
+    this.openCalls = new Int32Array(rules);
+  }
+
+  protected abstract visit(scope: Scope, turtle: Turtle, statement: Statement): void;
+
+  /** Grows the first file with the parameters from outside. */
+  protected growModel(parameters: ReadonlyMap<string, Value>): void {
+    const names = this.module(0).parameters.map(({ formal }) => formal.name);
+    for (const name of [...parameters.keys()].sort()) {
+      if (!names.includes(name)) throw this.error(0, 0, unknown("parameter", name, names));
+    }
+    const given = names.map((name) => parameters.get(name));
+    this.growFile(0, this.instance(0, given), 0, this.turtles.first(0));
+    this.usage.parts = this.parts.length;
+    this.usage.materials = this.materials.length;
+    this.usage.placements = this.account(0).placements;
+  }
+
+  private account(part: number): Account {
+    return this.accounts[part] as Account;
+  }
+
+  /** The body of a rule, or what stands in for it when its levels are used up. */
+  protected visitRule(turtle: Turtle, rule: Rule, index: number, scope: Scope): void {
+    const { openCalls } = this;
+    const place = (this.firstRules[scope.module] as number) + index;
+    const level = openCalls[place] as number;
+    scope.level = level;
+    let { body } = rule;
+    if (rule.levels) {
+      this.singleNumber(scope, rule.at, rule.levels, "`levels`");
+      if (level >= this.taken(0)) {
+        if (!rule.afterwards) return;
+        body = rule.afterwards;
+      }
+    }
+    openCalls[place] = level + 1;
+    this.visit(scope, turtle, body);
+    openCalls[place] = level;
+  }
+
+  protected placePart(caller: Scope, call: Call, turtle: Turtle, rule: Rule, inner: Scope): void {
+    const args = this.stack.slice(inner.base, rule.formals.length);
+    this.countLists(caller, call.at, args);
+    const material = this.turtles.material(turtle);
+    let known = this.knownParts.at(inner.module).at(call.index).at(inner.instance).at(material);
+    for (const value of args) known = known.of(value);
+    let part = known.index;
+    if (part === undefined) {
+      const path = args.reduce(stepValue, stepName(this.seed, rule.name));
+      part = this.begin(caller, call.at, rule.name, false);
+      this.keep(caller.module, call.at, sizesOf(args));
+      known.index = part;
+      this.notePhase(part, rule.formals);
+      const scope = { ...inner, path };
+      const declared = rule.within?.map((corner) => this.point3(scope, rule.at, this.value(scope, rule.at, corner)));
+      this.inside(part, turtle, true, (within) => this.visit(scope, within, rule.body));
+      if (declared && exceeds(this.boundsOf(part), around(declared))) {
+        const problem = `part \`${rule.name}\` reaches beyond what it declares with \`within\`; widen that`;
+        throw this.error(inner.module, rule.at, problem);
+      }
+      this.finish(part);
+    } else if (!this.account(part).finished) {
+      const wayOut = "count them down and stop with `if`";
+      throw this.error(
+        caller.module,
+        call.at,
+        `part \`${rule.name}\` contains itself with the same parameters; ${wayOut}`,
+      );
+    }
+    this.placeKnown(caller, call.at, turtle, part);
+  }
+
+  /** A box around what is in a part: tight around its own triangles, not so around what it places. */
+  private boundsOf(part: number): Bounds {
+    const { meshes, placements } = this.growing(part);
+    const reach = new Reach();
+    for (const { positions } of meshes) reach.positions(positions);
+    for (const { part, frame } of placements) reach.placedIn(this.reach(part), frame);
+    return reach.bounds;
+  }
+
+  protected placeFile(scope: Scope, turtle: Turtle, call: Call, depth: number): void {
+    const given: Value[] = [];
+    call.given.forEach(({ at, value }, i) => {
+      given[call.slots[i] as number] = this.value(scope, at, value);
+    });
+    const made = this.instance(call.module, given, { module: scope.module, at: call.at });
+    const known = this.knownFiles.at(made.instance).at(this.turtles.material(turtle));
+    if (known.index === undefined) {
+      this.checkParts(scope, call.at);
+      known.index = this.growFile(call.module, made, depth, turtle);
+    }
+    this.placeKnown(scope, call.at, turtle, known.index);
+  }
+
+  /** The part that a file is as a whole. */
+  private growFile(module: number, { instance, path }: Instance, depth: number, outer: Turtle): number {
+    const { file, body, bodySlots, parameters } = this.module(module);
+    const name = (file.split("/").at(-1) ?? "").replace(/\.dcg$/, "");
+    const part = this.push(name, false);
+    this.notePhase(
+      part,
+      parameters.map(({ formal }) => formal),
+    );
+    const base = this.stack.open(bodySlots);
+    const scope = { module, instance, base, path, depth, level: 0 };
+    this.inside(part, outer, true, (turtle) => {
+      for (const statement of body) this.visit(scope, turtle, statement);
+    });
+    this.stack.close(base);
+    this.finish(part);
+    return part;
+  }
+
+  /** Statements whose geometry is named: a part of its own that is not shared. */
+  protected visitCalled(scope: Scope, turtle: Turtle, name: string, body: Statement): void {
+    const part = this.begin(scope, 0, name, true);
+    this.keepName(scope.module, name);
+    this.inside(part, turtle, false, (within) => this.visit(scope, within, body));
+    this.finish(part);
+    this.placeKnown(scope, 0, turtle, part);
+  }
+
+  private checkParts(scope: Scope, at: At): void {
+    const limit = this.limits.parts;
+    if (this.parts.length >= limit) throw this.error(scope.module, at, reached("parts", limit));
+  }
+
+  private begin(scope: Scope, at: At, name: string, isCalled: boolean): number {
+    this.checkParts(scope, at);
+    return this.push(name, isCalled);
+  }
+
+  /** Makes a part. */
+  private push(name: string, isCalled: boolean): number {
+    const reach = new Reach();
+    const { bounds } = reach;
+    this.parts.push({ name, isCalled, meshes: [], placements: [], models: [], viewpoints: [], bounds });
+    this.reaches.push(reach);
+    this.accounts.push({ finished: false, placements: 0 });
+    return this.parts.length - 1;
+  }
+
+  private finish(part: number): void {
+    this.account(part).finished = true;
+    const grown = this.growing(part);
+    grown.bounds = this.reach(part).bounds;
+    for (const mesh of grown.meshes) mesh.finish();
+  }
+
+  private notePhase(part: number, formals: readonly { readonly name: string }[]): void {
+    if (formals.some(({ name }) => name === PHASE)) this.phased.add(part);
+  }
+
+  /** Visits what is inside of a part, in its own space; a part that is shared does not see which rules are open. */
+  private inside(part: number, from: Turtle, isShared: boolean, visit: (turtle: Turtle) => void): void {
+    const outer = this.part;
+    const { openCalls } = this;
+    this.part = part;
+    if (isShared) this.openCalls = new Int32Array(this.rules);
+    visit(this.turtles.fresh(from, this.turtles.material(from)));
+    this.openCalls = openCalls;
+    this.part = outer;
+  }
+
+  /** Counts what is placed in the part that is being made. */
+  protected countPlacements(scope: Scope, at: At, placements: number): void {
+    const account = this.account(this.part);
+    account.placements += placements;
+    const limit = this.limits.placements;
+    if (account.placements > limit) throw this.error(scope.module, at, reached("placements", limit));
+  }
+
+  private placeKnown(scope: Scope, at: At, turtle: Turtle, part: number): void {
+    this.countPlacements(scope, at, 1 + this.account(part).placements);
+    this.growing(this.part).placements.push({ part, frame: this.turtles.frame(turtle) });
+    this.reach(this.part).placed(this.reach(part), this.turtles.numbers, turtle);
+  }
+}
+
+/** A box around points. */
+function around(points: readonly (readonly number[])[]): Bounds {
+  const reach = new Reach();
+  for (const [x = 0, y = 0, z = 0] of points) reach.point(x, y, z);
+  return reach.bounds;
+}

@@ -1,0 +1,52 @@
+/** Where do statements before a statement move it? */
+import type { Scope } from "../plain/machine.ts";
+import type { At, Statement, Transform } from "../syntax.ts";
+import { Enumerators } from "./enumerators.ts";
+import type { Turtle } from "./state.ts";
+
+/** Farthest move and largest scale, so that a model stays within reach of numbers. */
+const MAX_LENGTH = 1e9;
+/** Smallest scale, either way. */
+const MIN_SCALE = 1e-6;
+const MOVE = [0, 1, 2].map(() => ({ what: "a transform", min: -MAX_LENGTH, max: MAX_LENGTH }));
+
+type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
+
+export abstract class Places extends Enumerators {
+  protected placed(scope: Scope, turtle: Turtle, { at, transform, by }: Kind<"place">): Turtle {
+    const isOne = by.of.length === 1;
+    this.rangedRow(scope, at, by, MOVE);
+    const x = this.taken(0);
+    const y = isOne ? x : this.taken(1);
+    const z = isOne ? x : this.taken(2);
+    const placed = this.transformed(scope, at, turtle, transform, x, y, z);
+    // Numbers are still told apart so far out.
+    if (this.turtles.isWithin(placed, MAX_LENGTH)) return placed;
+    const what = "the place to which this leads";
+    throw this.error(scope.module, at, `${what} is not a finite number here; keep its operands within range`);
+  }
+
+  private transformed(
+    scope: Scope,
+    at: At,
+    turtle: Turtle,
+    transform: Transform,
+    x: number,
+    y: number,
+    z: number,
+  ): Turtle {
+    switch (transform) {
+      case "move":
+        return this.turtles.moved(turtle, x, y, z);
+      case "turn":
+        return this.turtles.turned(turtle, "y", x);
+      case "tilt":
+        return this.turtles.turned(turtle, "x", x);
+      case "roll":
+        return this.turtles.turned(turtle, "z", x);
+      case "scale":
+        if (Math.min(Math.abs(x), Math.abs(y), Math.abs(z)) >= MIN_SCALE) return this.turtles.scaled(turtle, x, y, z);
+        throw this.error(scope.module, at, "a scale must be 0.000001 or more, or as much below 0");
+    }
+  }
+}

@@ -1,0 +1,68 @@
+/**
+ * What are the values of a row of expressions, computed at one go? It is known what that takes, so limits are asked once
+ * for all of it. As `crates/scene/src/procedural/evaluator/plain.rs`.
+ */
+import type { Amounts } from "../limits.ts";
+import type { Program } from "../link.ts";
+import { type Code, RESULTS } from "../plain/code.ts";
+import { codeOf } from "../plain/compiler.ts";
+import { Machine, type Scope } from "../plain/machine.ts";
+import type { Row } from "../syntax.ts";
+import { State } from "./state.ts";
+
+export class Plain extends State {
+  private readonly machine: Machine;
+
+  constructor(program: Program, seed: number, detail: number, limits: Readonly<Amounts>) {
+    super(program, seed, detail, limits);
+    this.machine = new Machine(seed, detail);
+  }
+
+  /** A number of the row that was computed last. */
+  protected taken(index: number): number {
+    return this.machine.registers[RESULTS + index] as number;
+  }
+
+  /** Numbers that were computed node by node, in place of results. */
+  protected give(...numbers: readonly number[]): void {
+    this.machine.put(numbers);
+  }
+
+  /** Whether a row was computed, within limits; {@link paid} when it will do, else its nodes are to be visited. */
+  protected computes(scope: Scope, row: Row): boolean {
+    const code = row.code === undefined ? this.codeFor(scope, row) : row.code;
+    if (code === null || !this.machine.run(code, scope, this.stack, this.globals(scope))) return false;
+    return this.isWithinLimits(scope);
+  }
+
+  /** The same of a code whose results are known. */
+  protected affords(scope: Scope, code: Code): boolean {
+    this.machine.skip(code);
+    return this.isWithinLimits(scope);
+  }
+
+  private isWithinLimits({ depth }: Scope): boolean {
+    const { limits, machine } = this;
+    return (
+      this.usage.steps + machine.steps <= limits.steps &&
+      this.nesting + machine.nesting <= limits.nesting &&
+      depth + machine.levels <= limits.levels
+    );
+  }
+
+  /** Counts what the row that was computed last has taken. */
+  protected paid(scope: Scope): true {
+    const { machine, usage } = this;
+    usage.steps += machine.steps;
+    const nesting = this.nesting + machine.nesting;
+    if (nesting > usage.nesting) usage.nesting = nesting;
+    const levels = scope.depth + machine.levels;
+    if (levels > usage.levels) usage.levels = levels;
+    return true;
+  }
+
+  protected codeFor(scope: Scope, row: Row): Code | null {
+    if (row.code === undefined) row.code = codeOf(this.module(scope.module), row);
+    return row.code;
+  }
+}

@@ -1,0 +1,27 @@
+/** What was made of these values before? A tree with a branch for each of them. */
+import type { Value } from "./value.ts";
+
+export class Known {
+  /** What was made; `undefined` as long as nothing was. */
+  index: number | undefined;
+  private below: Map<number | string, Known> | undefined;
+
+  /** Where what is made of one number more is known. */
+  at(number: number | string): Known {
+    this.below ??= new Map();
+    let next = this.below.get(number);
+    if (!next) {
+      next = new Known();
+      this.below.set(number, next);
+    }
+    return next;
+  }
+
+  /** The same of any value; a list is told from what it holds by its length. */
+  of(value: Value): Known {
+    if (typeof value === "number") return this.at(value);
+    let next = this.at(`${value.items.length} items`);
+    for (const item of value.items) next = next.of(item);
+    return next;
+  }
+}
