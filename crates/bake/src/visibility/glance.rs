@@ -27,8 +27,12 @@ use crate::{
 const RAYS: u32 = 3072;
 /// Eyes that try a neighbour's sight line.
 const TRIES: u32 = 8;
-/// Eyes from which proofs are tried.
-const EYES: u32 = 6;
+/// Eyes from which proofs are tried in a cell …
+const EYES: usize = 6;
+/// … and in all of many cells together: each of them is small.
+const ALL_EYES: usize = 2048 * EYES;
+/// … but not fewer than this in each.
+const LEAST_EYES: usize = 2;
 /// How far word of a thing travels, in cells.
 const ROUNDS: u32 = 3;
 /// Where random streams start.
@@ -72,6 +76,7 @@ pub fn glance(
         }
     }
     let objects_in = objects_in(&sights);
+    let eyes = (ALL_EYES / count.max(1)).clamp(LEAST_EYES, EYES);
     let seen = states.par_iter_mut().enumerate().map(|(cell, state)| {
         if progress.cancelled() {
             return Err(Cancelled);
@@ -85,7 +90,7 @@ pub fn glance(
         // What one eye has seen or may see is no question for the next.
         let mut open: Vec<u32> = state.seen.iter().map(|sighting| sighting.object).collect();
         open.sort_unstable();
-        for _ in 0..EYES {
+        for _ in 0..eyes {
             let eye = sights.lookouts[cell].uniform(&mut state.random);
             if may_be(eye) && !near.iter().all(|object| open.binary_search(object).is_ok()) {
                 open = observer.visible(&Region::rounded(eye, eye), &open);

@@ -49,6 +49,7 @@ use crate::{
     progress::{Cancelled, Progress, Stage},
     world::World,
 };
+use conservative::ConservativeSettings;
 pub use glance::glance;
 use look::{Effort, Found, Looker};
 pub use method::{Method, UnknownMethod};
@@ -85,16 +86,22 @@ impl Default for SampledSettings {
 
 impl SampledSettings {
     /// Settings for many cells: as hard as possible while all cells together cast no more than about 64 million uniform
-    /// rays, but never less than 2¹⁴ nor more than 2²⁰ for each; a power of two, so that a cell more changes nothing.
+    /// rays, but never less than 2¹⁴ nor more than 2²⁰ for each.
     #[must_use]
     pub fn for_cells(cells: usize) -> Self {
-        const ALL_RAYS: usize = 64 << 20;
-        let each = (ALL_RAYS / cells.max(1)).clamp(1 << 14, 1 << 20);
         Self {
-            rays_per_cell: 1 << each.ilog2(),
+            rays_per_cell: share_of(cells),
             ..Self::default()
         }
     }
+}
+
+/// How many rays, and how many tests of walls, each of so many cells may take: a power of two, so that a cell more changes
+/// nothing.
+fn share_of(cells: usize) -> u32 {
+    const ALL: usize = 64 << 20;
+    let each = (ALL / cells.max(1)).clamp(1 << 14, 1 << 20);
+    1 << each.ilog2()
 }
 
 /// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
@@ -193,7 +200,10 @@ pub fn compute(
     let mut looker = Looker {
         atlas: &views.atlas,
         sights: &views.sights,
-        proofs: settings.method.proofs(),
+        proofs: ConservativeSettings {
+            steps: share_of(count),
+            ..settings.method.proofs()
+        },
         sampled: settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count)),
         effort: if settings.method == Method::Sampled {
             Effort::Thorough

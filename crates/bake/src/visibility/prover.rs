@@ -46,8 +46,6 @@ const BODIES: usize = 0;
 const WALLS: usize = 1;
 /// How many bodies on the first ray are tried, from the eye on.
 const BODIES_TRIED: usize = 16;
-/// How many walls on it are tried, from the eye on and from the target on.
-const WALLS_ASKED: usize = 16;
 /// Bodies of one solid are nearer to each other than so many times the width of the holes that are closed.
 const TOUCHING: f32 = 4.0;
 /// A wall hides only what lies further behind its plane than so many times the distance within which faces lie in it.
@@ -320,31 +318,22 @@ impl<'a> Prover<'a> {
         found
     }
 
-    /// A wall on the ray between the middles, among those nearest to either end, that is opaque wherever sight lines cross it.
+    /// A wall on the ray between the middles that is opaque wherever sight lines cross it.
     fn first_wall(&self, eye: &Region, target: &Region) -> Option<u32> {
         if !self.proofs.walls {
             return None;
         }
         let (from, to) = (eye.center(), target.center());
         let walls = &self.blocker.occluders.walls;
-        let hides = |index: u32| {
+        let mut found = None;
+        self.blocker.walls.on(from, to, &mut |index| {
             let door = walls[index as usize].door;
             let takes_part = door.is_none_or(|door| self.closed.contains(&door));
-            takes_part && self.opaque(index, &[eye, target])
-        };
-        let mut found = None;
-        // A small thing is hidden by the walls of its own room, however many stand before them.
-        for walls_on in [Stops::on, Stops::before] {
-            let mut tries_left = WALLS_ASKED;
-            walls_on(&self.blocker.walls, from, to, &mut |index| {
-                tries_left -= 1;
-                found = hides(index).then_some(index);
-                go_on(found.is_none() && tries_left > 0)
-            });
-            if found.is_some() || tries_left > 0 {
-                break;
+            if takes_part && self.opaque(index, &[eye, target]) {
+                found = Some(index);
             }
-        }
+            go_on(found.is_none())
+        });
         found
     }
 

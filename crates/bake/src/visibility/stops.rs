@@ -12,6 +12,9 @@ use obvhs::bvh2::Bvh2;
 use super::segment;
 use crate::occluders::{Rectangle, Tolerance, Wall, Way};
 
+/// Walls are looked for among so many of their pieces from either end of a sight line.
+const PIECES_MET: usize = 96;
+
 /// The walls of a scene, ready for sight lines.
 pub(super) struct Stops {
     walls: Vec<Arc<Wall>>,
@@ -83,31 +86,32 @@ impl Stops {
         }
     }
 
-    /// Visits walls that stop a segment, nearest first, some of them twice; of doors all, as if they were closed.
+    /// Visits walls that stop a segment, of doors all, as if they were closed: those near its first end, nearest to that first,
+    /// then, if a path along it leads past more than [`PIECES_MET`] pieces of walls, those near its other end. Some are visited
+    /// twice. What stands far from both ends hides little that these do not, and there may be a whole town of it.
     pub(super) fn on(&self, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
-        self.on_way([from, to], [from, to], visit);
-    }
-
-    /// The same, those nearest to its end first.
-    pub(super) fn before(&self, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
-        self.on_way([from, to], [to, from], visit);
-    }
-
-    /// Visits walls that stop a segment, in the order in which a path from here to there along it meets them.
-    fn on_way(&self, [from, to]: [Vec3; 2], [here, there]: [Vec3; 2], visit: &mut dyn FnMut(u32) -> ControlFlow<()>) {
-        segment::along(&self.tree, here, there, &mut |place| {
-            let piece = &self.pieces[place as usize];
-            match piece.plane.crosses(from, to) {
-                Some((way, place))
-                    if piece.hides[way as usize]
-                        && holds(&piece.rectangle, place)
-                        && self.walls[piece.wall as usize].opaque_at(way, place) =>
-                {
-                    visit(piece.wall)
+        for [here, there] in [[from, to], [to, from]] {
+            let mut pieces_left = PIECES_MET;
+            let mut flow = ControlFlow::Continue(());
+            segment::along(&self.tree, here, there, &mut |place| {
+                if pieces_left == 0 {
+                    return ControlFlow::Break(());
                 }
-                _ => ControlFlow::Continue(()),
+                pieces_left -= 1;
+                let piece = &self.pieces[place as usize];
+                if let Some((way, place)) = piece.plane.crosses(from, to)
+                    && piece.hides[way as usize]
+                    && holds(&piece.rectangle, place)
+                    && self.walls[piece.wall as usize].opaque_at(way, place)
+                {
+                    flow = visit(piece.wall);
+                }
+                flow
+            });
+            if pieces_left > 0 || flow.is_break() {
+                return;
             }
-        });
+        }
     }
 
     /// Visits walls that hide something in the direction of a segment, and that it meets within their grids, be it in an
