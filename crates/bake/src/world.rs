@@ -9,7 +9,10 @@
 //! a renderer would cull that back. A ray *sees* every object up to and including its first hiding hit. Objects of
 //! faces that hide nothing count as seen too, so the answer is a superset for every renderer.
 //!
-//! Cost: one traversal of a bounding volume hierarchy (crate `obvhs`) for each ray; about 200 bytes per triangle.
+//! Models that stand in so many places that flattening takes too much are held once ([`copies`]).
+//!
+//! Cost: one traversal of a bounding volume hierarchy (crate `obvhs`) for each ray, two where models are held once; about 200
+//! bytes for each triangle in memory.
 
 use std::{borrow::Cow, ops::Range};
 
@@ -339,7 +342,7 @@ impl World {
         Some(self.shape_triangle(shape, index as u32))
     }
 
-    /// Calls with every triangle whose box meets a box.
+    /// Calls with every triangle that meets a box, and with some beside it.
     pub fn near(&self, min: Vec3, max: Vec3, visit: &mut dyn FnMut(&Triangle)) {
         let around = Aabb::new(min.into(), max.into());
         self.flat.near(around, &mut |index| visit(&self.flat.triangles[index]));

@@ -294,7 +294,8 @@ fn measures_are_what_they_say() {
     );
     assert!(visible[0].objects.is_sorted_by(|a, b| a.solid_angle >= b.solid_angle));
     let floor = visible[0].objects.iter().find(|o| o.object == 0).unwrap();
-    assert!(floor.fraction > 0.3, "{floor:?}");
+    // Three eighths of it are not under walls; 32 rays tell that to within a sixth, twice their deviation.
+    assert!((0.2..0.55).contains(&floor.fraction), "{floor:?}");
     assert!(visible[0].miss_bound < 1e-3);
 }
 

@@ -215,7 +215,7 @@ fn what_is_held_once_is_met_where_it_would_be_flattened() {
         differ += u32::from(!same || triangles(&by_flat) != triangles(&by_once));
     }
     // Rays along an edge may meet either of its faces.
-    assert!(hits > 5_000 && differ <= 20, "{differ} of {hits} differ");
+    assert!(hits > 3_000 && differ <= 20, "{differ} of {hits} differ");
 }
 
 #[test]
@@ -234,8 +234,13 @@ fn what_is_held_once_answers_like_what_is_flattened() {
         assert_eq!(flat.triangle(number), once.triangle(number));
     }
     let near = |world: &World, min: Vec3| {
-        let mut near = Vec::new();
-        world.near(min, min + 1.5, &mut |triangle| near.push(format!("{triangle:?}")));
+        let (mut near, half) = (Vec::new(), Vec3::splat(0.75));
+        world.near(min, min + 2.0 * half, &mut |triangle| {
+            // Those beside the box are nobody's business.
+            if crate::cells::meets_box(&triangle.corners.map(|p| p - min - half), half) {
+                near.push(format!("{triangle:?}"));
+            }
+        });
         near.sort();
         near
     };
@@ -246,7 +251,7 @@ fn what_is_held_once_answers_like_what_is_flattened() {
         met += found.len();
         assert_eq!(found, near(&once, min));
     }
-    assert!(met > 500, "{met} triangles near twelve places");
+    assert!(met > 300, "{met} triangles near twelve places");
 }
 
 #[test]
