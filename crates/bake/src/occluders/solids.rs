@@ -16,7 +16,7 @@
 //! (or from any side if the part hides from both). Bodies are smaller by a margin, which turns rounding into
 //! overestimate. Eyes inside a part are no business of its bodies: see `visibility/within.rs`.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -81,9 +81,12 @@ fn bits(point: Vec3) -> [u32; 3] {
     (point + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
+#[allow(
+    clippy::disallowed_types,
+    reason = "corners are looked up only, millions of them, and never gone through in the map's own order"
+)]
 fn parts(triangles: &[Triangle]) -> Vec<Part<'_>> {
-    // Never gone through in its own order.
-    let mut ids: HashMap<[u32; 3], u32> = HashMap::with_capacity(triangles.len());
+    let mut ids: std::collections::HashMap<[u32; 3], u32> = std::collections::HashMap::with_capacity(triangles.len());
     let mut groups = Groups::of_one(0);
     let mut first_corner = Vec::with_capacity(triangles.len());
     for triangle in triangles {
