@@ -29,6 +29,7 @@ use crate::{
 mod cast;
 mod copies;
 mod flatten;
+mod limits;
 mod mesh;
 #[cfg(test)]
 mod tests;
@@ -38,52 +39,15 @@ pub use cast::Hit;
 use copies::{Copies, Placed};
 pub(crate) use flatten::bounds_of;
 use flatten::{Placing, sample_points};
+pub use limits::{MAX_PLACED_TRIANGLES, MAX_REACH_M, MAX_TRIANGLES, WorldError};
+use limits::{check_reach, check_size};
 use mesh::Mesh;
 pub use triangle::Triangle;
 
-/// The largest number of triangles in memory: at about 200 bytes each, what a large machine holds.
-pub const MAX_TRIANGLES: usize = 64 << 20;
-/// The largest number of triangles with all copies of models that are held once: what numbers of 32 bits name.
-pub const MAX_PLACED_TRIANGLES: usize = u32::MAX as usize;
 /// Beyond so many triangles models that stand in many places are held once.
 const MAX_FLAT_TRIANGLES: usize = 12 << 20;
-/// The largest distance of a vertex from the middle of the scene. Beyond it `f32` could not tell walls apart.
-pub const MAX_REACH_M: f64 = 1e9;
 /// Faces are this share of their size larger than they are, so that no ray slips through a shared edge.
 const SEAM: f32 = 1e-6;
-
-/// Why a scene cannot be asked for visibility.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum WorldError {
-    /// No usual memory would suffice.
-    #[error(
-        "the scene has {count} triangles, those of models that stand in many places counted once; at most {MAX_TRIANGLES} are possible: bake it in parts"
-    )]
-    TooManyTriangles {
-        /// How many there are.
-        count: usize,
-    },
-    /// They could not be numbered.
-    #[error(
-        "the scene has {count} triangles with all its instances, at most {MAX_PLACED_TRIANGLES} are possible: bake it in parts"
-    )]
-    TooManyCopies {
-        /// How many there are.
-        count: usize,
-    },
-    /// Coordinates would lose all precision.
-    #[error(
-        "object {object} (`{node}`) reaches {reach_m:e} m from the middle of the scene, at most {MAX_REACH_M:e} m are possible"
-    )]
-    TooLarge {
-        /// Index of the object.
-        object: usize,
-        /// The name of its node.
-        node: String,
-        /// How far it reaches.
-        reach_m: f64,
-    },
-}
 
 /// The scene as rays see it.
 pub struct World {
@@ -353,39 +317,6 @@ impl World {
             }
         });
     }
-}
-
-/// Whether a scene is small enough when these models are held once.
-fn check_size(scene: &SourceScene, held_once: &[bool]) -> Result<(), WorldError> {
-    let objects = scene.objects.iter();
-    let flat = objects.filter(|object| !held_once[object.model] || !copies::is_placed_well(object));
-    let triangles = |model: usize| scene.models[model].triangle_count();
-    let once = (0..scene.models.len()).filter(|model| held_once[*model]).map(triangles);
-    let count = flat.map(|object| triangles(object.model)).sum::<usize>() + once.sum::<usize>();
-    let placed: usize = scene.objects.iter().map(|object| triangles(object.model)).sum();
-    if count > MAX_TRIANGLES {
-        return Err(WorldError::TooManyTriangles { count });
-    }
-    if placed > MAX_PLACED_TRIANGLES {
-        return Err(WorldError::TooManyCopies { count: placed });
-    }
-    Ok(())
-}
-
-/// Whether nothing of a scene is too far from its middle.
-fn check_reach(scene: &SourceScene, object_bounds: &[Bounds], origin: DVec3) -> Result<(), WorldError> {
-    for (object, b) in object_bounds.iter().enumerate().filter(|(_, b)| !b.is_empty()) {
-        let corners = b.corners().map(|c| (DVec3::from(c) - origin).length());
-        let reach_m = corners.into_iter().fold(0.0, f64::max);
-        if !reach_m.is_finite() || reach_m > MAX_REACH_M {
-            return Err(WorldError::TooLarge {
-                object,
-                node: scene.objects[object].source_node.clone(),
-                reach_m,
-            });
-        }
-    }
-    Ok(())
 }
 
 /// What positions are relative to, and what tolerances are shares of: both rounded, so that a house that moves at the

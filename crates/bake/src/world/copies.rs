@@ -14,7 +14,7 @@ use obvhs::{
 use super::{
     cast::Facet,
     flatten::{self, Placing},
-    mesh::{Mesh, PaddedBox, tree_over},
+    mesh::{self, Mesh, PaddedBox, tree_over},
 };
 use crate::source::{SourceModel, SourceObject, SourceScene};
 
@@ -163,17 +163,9 @@ impl Copies {
 
     /// Calls with every triangle of a copy that may reach into a box, by its place in the model.
     pub(super) fn near(&self, around: Aabb, visit: &mut dyn FnMut(&Placed, usize)) {
-        if self.placed.is_empty() {
-            return;
-        }
-        self.tree.aabb_traverse(around, |tree, leaf| {
-            let leaf = &tree.nodes[leaf as usize];
-            let first = leaf.first_index as usize;
-            for index in &tree.primitive_indices[first..first + leaf.prim_count as usize] {
-                let placed = &self.placed[*index as usize];
-                self.meshes[placed.mesh].near(placed.enter_box(&around), &mut |triangle| visit(placed, triangle));
-            }
-            true
+        mesh::near(&self.tree, around, &mut |index| {
+            let placed = &self.placed[index];
+            self.meshes[placed.mesh].near(placed.enter_box(&around), &mut |triangle| visit(placed, triangle));
         });
     }
 }

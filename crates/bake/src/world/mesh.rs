@@ -61,6 +61,21 @@ pub(super) fn tree_over(boxes: &[PaddedBox]) -> Bvh2 {
     }
 }
 
+/// Calls with what those leaves of a tree hold that meet a box.
+pub(super) fn near(tree: &Bvh2, around: Aabb, visit: &mut dyn FnMut(usize)) {
+    if tree.nodes.is_empty() {
+        return;
+    }
+    tree.aabb_traverse(around, |tree, leaf| {
+        let leaf = &tree.nodes[leaf as usize];
+        let first = leaf.first_index as usize;
+        for index in &tree.primitive_indices[first..first + leaf.prim_count as usize] {
+            visit(*index as usize);
+        }
+        true
+    });
+}
+
 impl Mesh {
     pub(super) fn of(triangles: Vec<Triangle>) -> Self {
         let boxes: Vec<_> = triangles.iter().map(PaddedBox::of).collect();
@@ -90,21 +105,10 @@ impl Mesh {
 
     /// Calls with the number of every triangle that may reach into a box.
     pub(super) fn near(&self, around: Aabb, visit: &mut dyn FnMut(usize)) {
-        if self.facets.is_empty() {
-            return;
-        }
-        self.tree.aabb_traverse(around, |tree, leaf| {
-            let leaf = &tree.nodes[leaf as usize];
-            let first = leaf.first_index as usize;
-            for index in &tree.primitive_indices[first..first + leaf.prim_count as usize] {
-                if PaddedBox::of(&self.triangles[*index as usize])
-                    .0
-                    .intersect_aabb(&around)
-                {
-                    visit(*index as usize);
-                }
+        near(&self.tree, around, &mut |index| {
+            if padded_box(&self.triangles[index]).intersect_aabb(&around) {
+                visit(index);
             }
-            true
         });
     }
 }

@@ -1,0 +1,80 @@
+//! How large may a world be?
+
+use belvedere_scene::Bounds;
+use glam::DVec3;
+
+use super::copies;
+use crate::source::SourceScene;
+
+/// The largest number of triangles in memory: at about 200 bytes each, what a large machine holds.
+pub const MAX_TRIANGLES: usize = 64 << 20;
+/// The largest number of triangles with all copies of models that are held once: what numbers of 32 bits name.
+pub const MAX_PLACED_TRIANGLES: usize = u32::MAX as usize;
+/// The largest distance of a vertex from the middle of the scene. Beyond it `f32` could not tell walls apart.
+pub const MAX_REACH_M: f64 = 1e9;
+
+/// Why a scene cannot be asked for visibility.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum WorldError {
+    /// No usual memory would suffice.
+    #[error(
+        "the scene has {count} triangles, those of models that stand in many places counted once; at most {MAX_TRIANGLES} are possible: bake it in parts"
+    )]
+    TooManyTriangles {
+        /// How many there are.
+        count: usize,
+    },
+    /// They could not be numbered.
+    #[error(
+        "the scene has {count} triangles with all its instances, at most {MAX_PLACED_TRIANGLES} are possible: bake it in parts"
+    )]
+    TooManyCopies {
+        /// How many there are.
+        count: usize,
+    },
+    /// Coordinates would lose all precision.
+    #[error(
+        "object {object} (`{node}`) reaches {reach_m:e} m from the middle of the scene, at most {MAX_REACH_M:e} m are possible"
+    )]
+    TooLarge {
+        /// Index of the object.
+        object: usize,
+        /// The name of its node.
+        node: String,
+        /// How far it reaches.
+        reach_m: f64,
+    },
+}
+
+/// Whether a scene is small enough when these models are held once.
+pub(super) fn check_size(scene: &SourceScene, held_once: &[bool]) -> Result<(), WorldError> {
+    let objects = scene.objects.iter();
+    let flat = objects.filter(|object| !held_once[object.model] || !copies::is_placed_well(object));
+    let triangles = |model: usize| scene.models[model].triangle_count();
+    let once = (0..scene.models.len()).filter(|model| held_once[*model]).map(triangles);
+    let count = flat.map(|object| triangles(object.model)).sum::<usize>() + once.sum::<usize>();
+    let placed: usize = scene.objects.iter().map(|object| triangles(object.model)).sum();
+    if count > MAX_TRIANGLES {
+        return Err(WorldError::TooManyTriangles { count });
+    }
+    if placed > MAX_PLACED_TRIANGLES {
+        return Err(WorldError::TooManyCopies { count: placed });
+    }
+    Ok(())
+}
+
+/// Whether nothing of a scene is too far from its middle.
+pub(super) fn check_reach(scene: &SourceScene, object_bounds: &[Bounds], origin: DVec3) -> Result<(), WorldError> {
+    for (object, b) in object_bounds.iter().enumerate().filter(|(_, b)| !b.is_empty()) {
+        let corners = b.corners().map(|c| (DVec3::from(c) - origin).length());
+        let reach_m = corners.into_iter().fold(0.0, f64::max);
+        if !reach_m.is_finite() || reach_m > MAX_REACH_M {
+            return Err(WorldError::TooLarge {
+                object,
+                node: scene.objects[object].source_node.clone(),
+                reach_m,
+            });
+        }
+    }
+    Ok(())
+}
