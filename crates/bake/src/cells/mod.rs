@@ -66,7 +66,7 @@ pub struct CellSettings {
     pub max_cell_m: f32,
     /// The same as a share of the scene's longest edge.
     pub max_cell_share: f32,
-    /// At most this many cells, and at most as many as there are objects where those are more than a few.
+    /// At most this many cells; in a scene of few objects at most as many as there are objects, in one of many fewer.
     pub max_cells: usize,
     /// A plane splits a cell when at least this share of it is wall.
     pub wall_share: f64,
@@ -89,8 +89,11 @@ impl Default for CellSettings {
     }
 }
 
-/// So many cells a scene may have however few objects it holds.
+/// So many cells a scene may have however few objects it holds; where there are more, as many as objects …
 const FEW_CELLS: usize = 128;
+/// … and beyond so many one more for every [`SPARSE`] objects: who looks from each of them sees many of them.
+const MANY_CELLS: usize = 1024;
+const SPARSE: usize = 4;
 
 /// Before cells are merged there may be so many times as many …
 const TRIALS: usize = 2;
@@ -149,8 +152,7 @@ fn cut(
     step()?;
     voxels.reach(world, &seeds, settings.min_enclosed_share);
     step()?;
-    // Where a handful of objects stand, a cell more tells nobody more.
-    let most = settings.max_cells.min(world.object_bounds().len().max(FEW_CELLS));
+    let most = settings.max_cells.min(most_cells(world.object_bounds().len()));
     let Some(estimate) = estimate else {
         let tree = Tree::cut(&voxels, settings, most);
         step()?;
@@ -171,6 +173,12 @@ fn cut(
         merge::merge(&mut tree, &seen, most);
     }
     Ok(graph_of(world, &tree))
+}
+
+/// How many cells are worth it: where a handful of objects stand, a cell more tells nobody more, and looking from very many
+/// costs more than they spare.
+fn most_cells(objects: usize) -> usize {
+    objects.clamp(FEW_CELLS, MANY_CELLS) + objects.saturating_sub(MANY_CELLS) / SPARSE
 }
 
 /// The leaves of a tree as cells, with the openings between them.
