@@ -1,8 +1,6 @@
 //! Triangles in one space, ready for rays: those of the world that stand for themselves, or those of a model that stands in
 //! many places.
 
-use std::time::Duration;
-
 use glam::Vec3A;
 use obvhs::{
     Boundable, BvhBuildParams,
@@ -57,7 +55,7 @@ pub(super) fn tree_over(boxes: &[PaddedBox]) -> Bvh2 {
     if boxes.is_empty() {
         Bvh2::default()
     } else {
-        build_bvh2(boxes, BvhBuildParams::medium_build(), &mut Duration::default())
+        build_bvh2(boxes, BvhBuildParams::medium_build(), &mut Default::default())
     }
 }
 
