@@ -36,12 +36,13 @@ mod tests;
 mod triangle;
 
 pub use cast::Hit;
-use copies::{Copies, Placed};
+use copies::{Copies, Once, Placed};
 pub(crate) use flatten::bounds_of;
 use flatten::{Placing, sample_points};
 pub use limits::{MAX_PLACED_TRIANGLES, MAX_REACH_M, MAX_TRIANGLES, WorldError};
 use limits::{check_reach, check_size};
 use mesh::Mesh;
+pub(crate) use mesh::tree_over;
 pub use triangle::Triangle;
 
 /// Beyond so many triangles models that stand in many places are held once.
@@ -92,8 +93,8 @@ impl World {
 
     /// The same with no more flattened triangles than this where models stand in many places.
     fn flattening(scene: &SourceScene, most_flat: usize) -> Result<Self, WorldError> {
-        let held_once = copies::held_once(scene, most_flat);
-        check_size(scene, &held_once)?;
+        let once = Once::of(scene, most_flat);
+        check_size(scene, &once)?;
         let object_bounds: Vec<_> = scene.objects.par_iter().map(|o| bounds_of(scene, o)).collect();
         let bounds = object_bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
         let (origin, scale_m) = frame(&bounds);
@@ -106,7 +107,7 @@ impl World {
         let mut numbered = 0u32;
         for (number, object) in (0u32..).zip(&scene.objects) {
             let placing = Placing::of(object, number, origin);
-            let held = if held_once[object.model] && copies::is_placed_well(object) {
+            let held = if once.places(object) {
                 let mesh = *mesh_of[object.model].get_or_insert_with(|| {
                     meshes.push(copies::mesh_of(scene, object.model));
                     meshes.len() - 1

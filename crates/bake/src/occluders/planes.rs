@@ -71,7 +71,7 @@ fn groups(world: &World, tolerance: Tolerance, least_m2: f32) -> Vec<Group> {
     let step_m = 8.0 * tolerance.plane_m;
     let areas = Areas::of(world, step_m);
     let mut groups: Vec<Group> = Vec::new();
-    let mut by_key: BTreeMap<([i32; 3], i64), Vec<u32>> = BTreeMap::new();
+    let mut by_key: BTreeMap<Key, Vec<u32>> = BTreeMap::new();
     for (index, triangle) in world.triangles().enumerate() {
         let Some(Plane { normal, offset, hides }) = plane_of(&triangle).filter(|plane| plane.hides != [false; 2])
         else {

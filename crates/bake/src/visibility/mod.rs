@@ -295,34 +295,29 @@ fn published(graph: &CellGraph, found: Vec<Found>, (method, reason): (Method, St
     }
 }
 
-/// So many cells in a row are looked from one after the other: neighbours share walls, which are made once for both.
+/// So many cells in a row stay beside each other: neighbours share walls, which are made once for both.
 const ROW: usize = 16;
 
 /// Looks from all cells, in parallel, rows of them in no order of space, so that the first tenth is like all the others.
 fn look(looker: &Looker<'_>, count: usize, progress: &dyn Progress) -> Result<Vec<Found>, Cancelled> {
-    let mut order: Vec<usize> = (0..count.div_ceil(ROW)).collect();
-    order.sort_by_key(|row| (*row as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
-    let mut found: Vec<(usize, Vec<Found>)> = order
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by_key(|cell| ((cell / ROW) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    let mut found: Vec<(usize, Found)> = order
         .par_iter()
-        .with_max_len(1)
         .map_init(
             || Scratch::new(looker.sights.world.object_bounds().len()),
-            |scratch, row| {
-                let look = |cell: usize| {
-                    if progress.cancelled() {
-                        return Err(Cancelled);
-                    }
-                    let found = looker.see(cell, scratch);
-                    progress.advance(1);
-                    Ok(found)
-                };
-                let cells = row * ROW..count.min((row + 1) * ROW);
-                Ok((*row, cells.map(look).collect::<Result<_, _>>()?))
+            |scratch, cell| {
+                if progress.cancelled() {
+                    return Err(Cancelled);
+                }
+                let found = looker.see(*cell, scratch);
+                progress.advance(1);
+                Ok((*cell, found))
             },
         )
         .collect::<Result<_, _>>()?;
-    found.sort_by_key(|(row, _)| *row);
-    Ok(found.into_iter().flat_map(|(_, found)| found).collect())
+    found.sort_by_key(|(cell, _)| *cell);
+    Ok(found.into_iter().map(|(_, found)| found).collect())
 }
 
 /// How many times as many objects cannot be proved hidden as rays have seen.

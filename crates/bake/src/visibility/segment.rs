@@ -4,11 +4,9 @@
 use std::ops::ControlFlow;
 
 use glam::{Vec3, Vec3A};
-use obvhs::{
-    Boundable, BvhBuildParams,
-    aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2},
-};
+use obvhs::{aabb::Aabb, bvh2::Bvh2};
+
+use crate::world::tree_over;
 
 /// Deepest path of a tree that is followed; a tree over 2³² boxes that halves is half as deep.
 const DEPTH: usize = 64;
@@ -16,24 +14,12 @@ const DEPTH: usize = 64;
 /// The inverse of a direction that does not lead along an axis at all.
 const STEEP: f32 = 1e30;
 
-struct Padded(Aabb);
-
-impl Boundable for Padded {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 /// A tree over boxes, each grown by so much.
 pub(super) fn tree(boxes: impl Iterator<Item = [Vec3; 2]>, pad_m: f32) -> Bvh2 {
     let boxes: Vec<_> = boxes
-        .map(|[min, max]| Padded(Aabb::new(Vec3A::from(min - pad_m), Vec3A::from(max + pad_m))))
+        .map(|[min, max]| Aabb::new(Vec3A::from(min - pad_m), Vec3A::from(max + pad_m)))
         .collect();
-    if boxes.is_empty() {
-        Bvh2::default()
-    } else {
-        build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Default::default())
-    }
+    tree_over(&boxes)
 }
 
 /// The same over boxes of which each has a number, which is what leaves then hold; several may have one.
@@ -83,18 +69,13 @@ pub(super) fn along(tree: &Bvh2, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32
 
 #[cfg(test)]
 mod tests {
+    use obvhs::{BvhBuildParams, bvh2::builder::build_bvh2};
+
     use super::*;
 
-    struct Cube(Vec3);
-
-    impl Boundable for Cube {
-        fn aabb(&self) -> Aabb {
-            Aabb::new(self.0.into(), (self.0 + 1.0).into())
-        }
-    }
-
     fn row() -> Bvh2 {
-        let cubes: Vec<_> = (0..40).map(|i| Cube(Vec3::new(3.0 * i as f32, 0.0, 0.0))).collect();
+        let cube = |i: u32| Vec3A::X * (3 * i) as f32;
+        let cubes: Vec<_> = (0..40).map(|i| Aabb::new(cube(i), cube(i) + 1.0)).collect();
         // One box a leaf, so that what a leaf holds is what a segment meets.
         let params = BvhBuildParams {
             max_prims_per_leaf: 1,

@@ -14,7 +14,7 @@ use obvhs::{
 use super::{
     cast::Facet,
     flatten::{self, Placing},
-    mesh::{self, Mesh, PaddedBox, tree_over},
+    mesh::{self, Mesh, padded, tree_over},
 };
 use crate::source::{SourceModel, SourceObject, SourceScene};
 
@@ -24,29 +24,41 @@ const MAX_OFF_CENTER: f64 = 64.0;
 /// … and is placed by a matrix that stretches no direction more than so many times as much as another.
 const MAX_STRETCH: f64 = 1e3;
 
-/// For each model whether it is held once: those that save most, as long as more than so many triangles would be flattened.
-pub(super) fn held_once(scene: &SourceScene, most_flat: usize) -> Vec<bool> {
-    let mut places = vec![0usize; scene.models.len()];
-    let fits: Vec<bool> = scene.models.iter().map(is_centered).collect();
-    for object in &scene.objects {
-        places[object.model] += usize::from(is_placed_well(object));
-    }
-    let triangles: Vec<usize> = scene.models.iter().map(SourceModel::triangle_count).collect();
-    let mut flat: usize = scene.objects.iter().map(|object| triangles[object.model]).sum();
-    let saves = |model: usize| triangles[model] * places[model].saturating_sub(1);
-    let mut order: Vec<usize> = (0..scene.models.len())
-        .filter(|model| fits[*model] && saves(*model) > 0)
-        .collect();
-    order.sort_by_key(|model| (std::cmp::Reverse(saves(*model)), *model));
-    let mut once = vec![false; scene.models.len()];
-    for model in order {
+/// Which models are held once.
+pub(super) struct Once(pub(super) Vec<bool>);
+
+impl Once {
+    /// The models that save most, as long as more than so many triangles would be flattened.
+    pub(super) fn of(scene: &SourceScene, most_flat: usize) -> Self {
+        let triangles: Vec<usize> = scene.models.iter().map(SourceModel::triangle_count).collect();
+        let mut flat: usize = scene.objects.iter().map(|object| triangles[object.model]).sum();
+        let mut once = vec![false; scene.models.len()];
         if flat <= most_flat {
-            break;
+            return Self(once);
         }
-        once[model] = true;
-        flat -= triangles[model] * places[model];
+        let mut places = vec![0usize; scene.models.len()];
+        for object in &scene.objects {
+            places[object.model] += usize::from(is_placed_well(object));
+        }
+        let saves = |model: usize| triangles[model] * places[model].saturating_sub(1);
+        let mut order: Vec<usize> = (0..scene.models.len())
+            .filter(|model| saves(*model) > 0 && is_centered(&scene.models[*model]))
+            .collect();
+        order.sort_by_key(|model| (std::cmp::Reverse(saves(*model)), *model));
+        for model in order {
+            if flat <= most_flat {
+                break;
+            }
+            once[model] = true;
+            flat -= triangles[model] * places[model];
+        }
+        Self(once)
     }
-    once
+
+    /// Whether an object is one of the places of a model that is held once.
+    pub(super) fn places(&self, object: &SourceObject) -> bool {
+        self.0[object.model] && is_placed_well(object)
+    }
 }
 
 fn is_centered(model: &SourceModel) -> bool {
@@ -61,7 +73,7 @@ fn is_centered(model: &SourceModel) -> bool {
 }
 
 /// Whether rays lose nothing in the space of an object that is placed like this.
-pub(super) fn is_placed_well(object: &SourceObject) -> bool {
+fn is_placed_well(object: &SourceObject) -> bool {
     let matrix = DMat3::from_mat4(object.world_from_object);
     let lengths = matrix
         .to_cols_array_2d()
@@ -116,14 +128,14 @@ impl Placed {
         let center = self.mesh_from_world * center;
         let m = self.mesh_from_world;
         let half = half.x * m.x_axis.abs() + half.y * m.y_axis.abs() + half.z * m.z_axis.abs();
-        PaddedBox::around(Aabb::new((center - half).into(), (center + half).into())).0
+        padded(Aabb::new((center - half).into(), (center + half).into()))
     }
 }
 
 impl Copies {
     /// Models that stand where `placed` says, each with the box around it.
     pub(super) fn new(meshes: Vec<Mesh>, placed: Vec<(Placed, Aabb)>) -> Self {
-        let boxes: Vec<_> = placed.iter().map(|(_, bounds)| PaddedBox::around(*bounds)).collect();
+        let boxes: Vec<_> = placed.iter().map(|(_, bounds)| padded(*bounds)).collect();
         Self {
             meshes,
             tree: tree_over(&boxes),
@@ -147,12 +159,11 @@ impl Copies {
             return;
         }
         self.tree.ray_traverse(ray, &mut RayHit::none(), |ray, index| {
-            let Placed { mesh, placing, .. } = &self.placed[self.tree.primitive_indices[index] as usize];
+            let placed = &self.placed[self.tree.primitive_indices[index] as usize];
             let mut nearest = f32::INFINITY;
-            if wanted(placing.object()) {
-                let entered = self.placed[self.tree.primitive_indices[index] as usize].enter(ray);
-                self.meshes[*mesh].traverse(entered, |ray, facet| {
-                    let t = meet(placing, ray, facet);
+            if wanted(placed.placing.object()) {
+                self.meshes[placed.mesh].traverse(placed.enter(ray), |ray, facet| {
+                    let t = meet(&placed.placing, ray, facet);
                     nearest = nearest.min(t);
                     t
                 });

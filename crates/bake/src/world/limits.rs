@@ -3,7 +3,7 @@
 use belvedere_scene::Bounds;
 use glam::DVec3;
 
-use super::copies;
+use super::copies::Once;
 use crate::source::SourceScene;
 
 /// The largest number of triangles in memory: at about 200 bytes each, what a large machine holds.
@@ -47,12 +47,11 @@ pub enum WorldError {
 }
 
 /// Whether a scene is small enough when these models are held once.
-pub(super) fn check_size(scene: &SourceScene, held_once: &[bool]) -> Result<(), WorldError> {
-    let objects = scene.objects.iter();
-    let flat = objects.filter(|object| !held_once[object.model] || !copies::is_placed_well(object));
+pub(super) fn check_size(scene: &SourceScene, once: &Once) -> Result<(), WorldError> {
     let triangles = |model: usize| scene.models[model].triangle_count();
-    let once = (0..scene.models.len()).filter(|model| held_once[*model]).map(triangles);
-    let count = flat.map(|object| triangles(object.model)).sum::<usize>() + once.sum::<usize>();
+    let flat = scene.objects.iter().filter(|object| !once.places(object));
+    let held = (0..scene.models.len()).filter(|model| once.0[*model]).map(triangles);
+    let count = flat.map(|object| triangles(object.model)).sum::<usize>() + held.sum::<usize>();
     let placed: usize = scene.objects.iter().map(|object| triangles(object.model)).sum();
     if count > MAX_TRIANGLES {
         return Err(WorldError::TooManyTriangles { count });

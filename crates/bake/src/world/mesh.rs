@@ -3,7 +3,7 @@
 
 use glam::Vec3A;
 use obvhs::{
-    Boundable, BvhBuildParams,
+    BvhBuildParams,
     aabb::Aabb,
     bvh2::{Bvh2, builder::build_bvh2},
     ray::{Ray, RayHit},
@@ -22,36 +22,22 @@ pub(super) struct Mesh {
     tree: Bvh2,
 }
 
-pub(super) struct PaddedBox(pub(super) Aabb);
-
-impl Boundable for PaddedBox {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
-impl PaddedBox {
-    /// A box with room for rays that pass a seam and for what rounding has lost.
-    pub(super) fn around(mut bounds: Aabb) -> Self {
-        let pad = Vec3A::splat(2.0 * SEAM * bounds.diagonal().max_element() + f32::MIN_POSITIVE);
-        let rounding = bounds.min.abs().max(bounds.max.abs()) * f32::EPSILON;
-        bounds.min -= pad + rounding;
-        bounds.max += pad + rounding;
-        Self(bounds)
-    }
-
-    fn of(triangle: &Triangle) -> Self {
-        Self::around(Aabb::from_points(&triangle.corners.map(Vec3A::from)))
-    }
+/// A box with room for rays that pass a seam and for what rounding has lost.
+pub(super) fn padded(mut bounds: Aabb) -> Aabb {
+    let pad = Vec3A::splat(2.0 * SEAM * bounds.diagonal().max_element() + f32::MIN_POSITIVE);
+    let rounding = bounds.min.abs().max(bounds.max.abs()) * f32::EPSILON;
+    bounds.min -= pad + rounding;
+    bounds.max += pad + rounding;
+    bounds
 }
 
 /// The box around a triangle.
 pub(super) fn padded_box(triangle: &Triangle) -> Aabb {
-    PaddedBox::of(triangle).0
+    padded(Aabb::from_points(&triangle.corners.map(Vec3A::from)))
 }
 
 /// A tree over boxes; empty for none.
-pub(super) fn tree_over(boxes: &[PaddedBox]) -> Bvh2 {
+pub(crate) fn tree_over(boxes: &[Aabb]) -> Bvh2 {
     if boxes.is_empty() {
         Bvh2::default()
     } else {
@@ -76,7 +62,7 @@ pub(super) fn near(tree: &Bvh2, around: Aabb, visit: &mut dyn FnMut(usize)) {
 
 impl Mesh {
     pub(super) fn of(triangles: Vec<Triangle>) -> Self {
-        let boxes: Vec<_> = triangles.iter().map(PaddedBox::of).collect();
+        let boxes: Vec<_> = triangles.iter().map(padded_box).collect();
         let tree = tree_over(&boxes);
         let facet = |index: &u32| Facet::of(&triangles[*index as usize], *index);
         let mut sum = (u32::MAX, 0.0);

@@ -259,12 +259,12 @@ fn only_what_saves_most_is_held_once() {
     let mut scene = many_balls();
     let triangles = |model: usize| scene.models[model].triangle_count();
     let all: usize = scene.objects.iter().map(|object| triangles(object.model)).sum();
-    assert_eq!(copies::held_once(&scene, all), [false, false]);
-    assert_eq!(copies::held_once(&scene, all - 1), [true, false]);
-    assert_eq!(copies::held_once(&scene, 0), [true, true]);
+    assert_eq!(Once::of(&scene, all).0, [false, false]);
+    assert_eq!(Once::of(&scene, all - 1).0, [true, false]);
+    assert_eq!(Once::of(&scene, 0).0, [true, true]);
     // Far from the zero of its own space, rays would lose too much there.
     for p in &mut scene.models[0].primitives[0].positions {
         p[0] += 1e4;
     }
-    assert_eq!(copies::held_once(&scene, 0), [false, true]);
+    assert_eq!(Once::of(&scene, 0).0, [false, true]);
 }
