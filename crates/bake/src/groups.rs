@@ -14,13 +14,6 @@ impl Groups {
         Self(smaller)
     }
 
-    /// One more number, alone.
-    pub(crate) fn add(&mut self) -> u32 {
-        let number = self.0.len() as u32;
-        self.0.push(number);
-        number
-    }
-
     /// The smallest number of a number's set.
     pub(crate) fn root(&mut self, mut number: u32) -> u32 {
         while self.0[number as usize] != number {

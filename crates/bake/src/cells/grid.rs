@@ -49,7 +49,8 @@ pub(super) struct Grid {
     tolerance_m: f32,
     metre: f32,
     scene_m: f32,
-    built_m: f32,
+    /// Where anything is built.
+    built: [Vec3; 2],
 }
 
 impl Grid {
@@ -67,7 +68,6 @@ impl Grid {
         // What stands for a metre: in a scene of less than four metres a quarter of it.
         let metre = if scene_m > 0.0 { (scene_m / 4.0).min(1.0) } else { 1.0 };
         let built = built(world, [min, max]);
-        let built_m = (built[1] - built[0]).max_element();
         let planes = [0, 1, 2].map(|axis| Planes::of(world, axis, scene_m));
         let beyond = |axis: usize| {
             let reach = |p: &Vec3| (min[axis] - p[axis]).max(p[axis] - max[axis]);
@@ -102,7 +102,7 @@ impl Grid {
                     tolerance_m,
                     metre,
                     scene_m,
-                    built_m,
+                    built,
                 };
             }
             voxel_m *= 1.1;
@@ -127,12 +127,21 @@ impl Grid {
     /// The size of what a person handles: a metre, in a large scene a hundredth of what is built, because nobody looks at
     /// a cell of a town as closely as at a cell of a flat.
     pub(super) fn scale_m(&self) -> f32 {
-        self.metre.max(self.built_m / 100.0)
+        self.metre.max((self.built[1] - self.built[0]).max_element() / 100.0)
     }
 
     /// The longest edge of the scene's box.
     pub(super) fn scene_m(&self) -> f32 {
         self.scene_m
+    }
+
+    /// Whether the middle of a box lies where anything is built, above it or below it.
+    pub(super) fn is_built(&self, node: &IndexBox) -> bool {
+        let [min, max] = self.bounds(node);
+        let middle = 0.5 * (min + max);
+        [0, 2]
+            .into_iter()
+            .all(|axis| self.built[0][axis] <= middle[axis] && middle[axis] <= self.built[1][axis])
     }
 
     /// How far from a plane is still on it.

@@ -95,6 +95,9 @@ const FEW_CELLS: usize = 128;
 const MANY_CELLS: usize = 1024;
 const SPARSE: usize = 4;
 
+/// No cell without walls is longer than so many times what a cell would be were they all of one size.
+const SPREAD: f32 = 2.0;
+
 /// Before cells are merged there may be so many times as many …
 const TRIALS: usize = 2;
 /// … and none is larger than this share of what it may be without an estimate.
@@ -157,6 +160,10 @@ fn cut(
         let tree = Tree::cut(&voxels, settings, most);
         step()?;
         return Ok(graph_of(world, &tree));
+    };
+    let settings = &CellSettings {
+        max_cell_share: settings.max_cell_share.min(SPREAD / (most as f32).sqrt()),
+        ..settings.clone()
     };
     let finer = CellSettings {
         max_cell_m: FINER * settings.max_cell_m,

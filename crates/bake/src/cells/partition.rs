@@ -327,8 +327,8 @@ fn wall_in(
 }
 
 /// How a box is cut that is too large or mostly unreachable: along the largest wall in it, be that ever so small a share
-/// of the plane, as a house is on a lawn; without any wall near its middle, which is worth less than any wall, larger
-/// boxes first.
+/// of the plane, as a house is on a lawn; without any wall near its middle, which is worth most where anything is built and the
+/// box is too large, and elsewhere less than any wall, larger boxes first.
 fn halving_of(
     voxels: &Voxels,
     within: &IndexBox,
@@ -371,7 +371,13 @@ fn halving_of(
         _ => {
             let index = middle(voxels, within, axis, &sections[axis]);
             let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
-            Some((-1.0 / full_m2.max(f64::MIN_POSITIVE), Plane { axis, index }))
+            // A street is as long as the town, and who is somewhere in it sees what is seen from all of it.
+            let worth_m2 = if excess(axis) > 1.0 && grid.is_built(within) {
+                surface_m2(size)
+            } else {
+                -1.0 / full_m2.max(f64::MIN_POSITIVE)
+            };
+            Some((worth_m2, Plane { axis, index }))
         }
     }
 }

@@ -20,8 +20,6 @@ const SEEDS: usize = 256;
 const TOUCH: f32 = 1e-4;
 /// Faces lie across an axis within this share of their distance from the origin.
 const FLAT: f32 = 4.0 * f32::EPSILON;
-/// With other geometry in more than this share of its voxels something is a house, not a block.
-const HOLLOW: f32 = 0.05;
 
 /// The corners of a face.
 pub(super) type Triangle = [Vec3; 3];
@@ -30,26 +28,16 @@ struct Grid {
     lines: [Vec<f32>; 3],
 }
 
-/// What was found inside a surface.
-pub(super) struct Filled {
-    /// Largest first.
-    pub(super) boxes: Vec<[Vec3; 2]>,
-    /// Other geometry stands inside.
-    pub(super) hollow: bool,
-}
-
-/// Boxes inside a surface that is closed but for a flat bottom, clear of other geometry.
-pub(super) fn boxes(surface: &[Triangle], foreign: &[Triangle], min: Vec3, max: Vec3) -> Filled {
+/// Boxes inside a surface that is closed but for a flat bottom, clear of other geometry, largest first.
+pub(super) fn boxes(surface: &[Triangle], foreign: &[Triangle], min: Vec3, max: Vec3) -> Vec<[Vec3; 2]> {
     let triangles = surface;
     let grid = Grid {
         lines: [0, 1, 2].map(|axis| lines(triangles, min, max, axis)),
     };
     let size = [0, 1, 2].map(|axis| grid.lines[axis].len() - 1);
     let mut solid = grid.inside(triangles);
-    let before = solid.iter().filter(|inside| **inside).count();
     // What stands on a side of a voxel stands in it.
     grid.cut(foreign, &mut solid, 1.0 + TOUCH);
-    let after = solid.iter().filter(|inside| **inside).count();
     let mut found = Vec::new();
     let total: f32 = (max - min).element_product();
     for _ in 0..MAX_BOXES {
@@ -66,10 +54,7 @@ pub(super) fn boxes(surface: &[Triangle], foreign: &[Triangle], min: Vec3, max: 
         }
         found.push([a, b]);
     }
-    Filled {
-        boxes: found,
-        hollow: ((before - after) as f32) > HOLLOW * before as f32,
-    }
+    found
 }
 
 fn voxels(low: [usize; 3], high: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
@@ -317,8 +302,7 @@ mod tests {
             Vec3::ZERO,
             Vec3::new(2.0, 3.0, 4.0),
         );
-        assert!(!found.hollow);
-        assert_eq!(found.boxes, [[Vec3::ZERO, Vec3::new(2.0, 3.0, 4.0)]]);
+        assert_eq!(found, [[Vec3::ZERO, Vec3::new(2.0, 3.0, 4.0)]]);
     }
 
     #[test]
@@ -345,7 +329,7 @@ mod tests {
             [Vec3::ZERO, Vec3::new(2.0, 1.0, 6.0)],
         ];
         let triangles: Vec<_> = arms.iter().flat_map(|[a, b]| block(*a, *b)).collect();
-        let found = boxes(&triangles, &[], Vec3::ZERO, Vec3::new(6.0, 1.0, 6.0)).boxes;
+        let found = boxes(&triangles, &[], Vec3::ZERO, Vec3::new(6.0, 1.0, 6.0));
         let volume: f32 = found.iter().map(|[a, b]| (*b - *a).element_product()).sum();
         assert!(volume > 15.0, "of 20 m³ only {volume} are filled");
         for [a, b] in found {
@@ -357,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn a_house_with_something_in_it_is_hollow_and_kept_clear() {
+    fn boxes_keep_clear_of_what_stands_in_a_house() {
         let furniture = block(Vec3::splat(1.0), Vec3::splat(2.0));
         let found = boxes(
             &block(Vec3::ZERO, Vec3::splat(4.0)),
@@ -365,8 +349,7 @@ mod tests {
             Vec3::ZERO,
             Vec3::splat(4.0),
         );
-        assert!(found.hollow);
-        for [a, b] in found.boxes {
+        for [a, b] in found {
             let apart = a.cmpge(Vec3::splat(2.0)).any() || b.cmple(Vec3::splat(1.0)).any();
             assert!(apart, "{a} {b} holds furniture");
         }
@@ -382,7 +365,7 @@ mod tests {
         triangles.extend(quad([p(0., 4., 0.), p(0., 4., 4.), p(4., 0., 4.), p(4., 0., 0.)]));
         triangles.push([p(0., 0., 0.), p(0., 4., 0.), p(4., 0., 0.)]);
         triangles.push([p(0., 0., 4.), p(4., 0., 4.), p(0., 4., 4.)]);
-        let found = boxes(&triangles, &[], Vec3::ZERO, Vec3::splat(4.0)).boxes;
+        let found = boxes(&triangles, &[], Vec3::ZERO, Vec3::splat(4.0));
         assert!(!found.is_empty());
         for [_, b] in found {
             assert!(b.x + b.y <= 4.0 + 1e-4, "the corner {b} is above the roof");

@@ -80,8 +80,8 @@ impl<'a> Hiders<'a> {
         let found = solids::bodies(world, MARGIN * world.scale_m());
         let mut bodies = [&found[..], &authored].concat();
         bodies.sort_by_key(|body| body.object);
-        let groups = planes::groups_by_area(world, tolerance);
-        let walls = planes::walls(&groups, world, tolerance);
+        let mut groups = planes::groups_by_area(world, tolerance);
+        let walls = planes::walls(&mut groups, world, tolerance);
         let objects_of: Vec<Vec<u32>> = groups
             .iter()
             .map(|group| {
@@ -212,7 +212,9 @@ impl<'a> Hiders<'a> {
                 key.1.binary_search(&self.world.triangle(face).object).is_ok()
             });
             let large = part.filter(|part| part.area_m2 >= planes::min_area_m2(self.world));
-            let wall = large.map(|part| Known::new(part.wall(self.world, self.tolerance)));
+            let wall = large.map(|part| part.wall(self.world, self.tolerance));
+            let wall = wall.filter(|wall| wall.is_wide(planes::min_width_m(self.world)));
+            let wall = wall.map(Known::new);
             let held = wall.as_ref().map_or(0, |known| known.wall.bytes());
             let bytes = ENTRY_BYTES + size_of_val(&key.1[..]) + held;
             let mut made = self.made.lock().expect("nobody panics while holding this lock");

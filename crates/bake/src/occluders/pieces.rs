@@ -22,6 +22,27 @@ pub(super) fn pieces(lines: &[Vec<f32>; 2], count: &dyn Fn(&[Range<usize>; 2]) -
     pieces
 }
 
+/// Whether a rectangle of opaque squares is nowhere narrower than this.
+pub(super) fn is_wide(lines: &[Vec<f32>; 2], count: &dyn Fn(&[Range<usize>; 2]) -> u32, least_m: f32) -> bool {
+    // For each line the first one that is so far behind it.
+    let far = |axis: usize| {
+        let lines = &lines[axis];
+        let mut end = 0;
+        (0..lines.len()).map_while(move |start| {
+            while end < lines.len() && lines[end] - lines[start] < least_m {
+                end += 1;
+            }
+            (end < lines.len()).then_some(start..end)
+        })
+    };
+    far(1).any(|v| {
+        far(0).any(|u| {
+            let squares = u.len() * v.len();
+            count(&[u, v.clone()]) as usize == squares
+        })
+    })
+}
+
 fn cut(
     block: Block,
     lines: &[Vec<f32>; 2],
@@ -106,6 +127,22 @@ mod tests {
         );
         assert_eq!(found(&["####", "##.#"]), [[[0.0, 4.0], [0.0, 2.0]]]);
         assert!(found(&["...", "..."]).is_empty());
+    }
+
+    #[test]
+    fn strips_are_not_wide_however_many() {
+        let wide = |rows: &[&str], least_m: f32| {
+            let lines = [rows[0].len(), rows.len()].map(|count| (0..=count).map(|i| i as f32).collect());
+            let count = |[u, v]: &[Range<usize>; 2]| {
+                let rows = rows[v.clone()].iter();
+                rows.map(|row| row[u.clone()].matches('#').count() as u32).sum()
+            };
+            is_wide(&lines, &count, least_m)
+        };
+        let strips = ["########", "........", "########", "........", "########"];
+        assert!(wide(&strips, 1.0) && !wide(&strips, 1.5));
+        let wall = ["........", "..###...", "..###.##", "..###.##"];
+        assert!(wide(&wall, 3.0) && !wide(&wall, 3.5) && !wide(&wall, 9.0));
     }
 
     #[test]

@@ -40,6 +40,11 @@ pub(super) fn min_area_m2(world: &World) -> f32 {
     MIN_AREA * world.scale_m().powi(2)
 }
 
+/// A wall is somewhere at least as wide and high as this, in m: strips hide next to nothing, and towns are full of them.
+pub(super) fn min_width_m(world: &World) -> f32 {
+    min_area_m2(world).sqrt()
+}
+
 /// Groups of faces that may be walls, largest first.
 pub(super) fn groups_by_area(world: &World, tolerance: Tolerance) -> Vec<Group> {
     let mut groups = groups(world, tolerance, min_area_m2(world));
@@ -49,20 +54,24 @@ pub(super) fn groups_by_area(world: &World, tolerance: Tolerance) -> Vec<Group> 
     groups
 }
 
-/// The walls that groups make; none for those after which memory would not suffice.
-pub(super) fn walls(groups: &[Group], world: &World, tolerance: Tolerance) -> Vec<Wall> {
+/// The walls that groups make, but for narrow ones, whose groups go; none for groups after which memory would not suffice.
+pub(super) fn walls(groups: &mut Vec<Group>, world: &World, tolerance: Tolerance) -> Vec<Wall> {
     let mut squares = 0;
     let mut walls = Vec::with_capacity(groups.len());
-    for some in groups.chunks(AT_ONCE) {
-        let made: Vec<Wall> = some.par_iter().map(|group| group.wall(world, tolerance)).collect();
-        for wall in made {
+    let mut is_kept = vec![true; groups.len()];
+    'all: for (some, is_kept) in groups.chunks(AT_ONCE).zip(is_kept.chunks_mut(AT_ONCE)) {
+        let made: Vec<_> = some.par_iter().map(|group| group.wall(world, tolerance)).collect();
+        for (wall, is_kept) in made.into_iter().zip(is_kept) {
             squares += wall.lines[0].len() * wall.lines[1].len();
             if squares > MAX_SQUARES {
-                return walls;
+                break 'all;
             }
-            walls.push(wall);
+            *is_kept = wall.is_wide(min_width_m(world));
+            walls.extend(is_kept.then_some(wall));
         }
     }
+    let mut is_kept = is_kept.into_iter();
+    groups.retain(|_| is_kept.next().unwrap_or(true));
     walls
 }
 

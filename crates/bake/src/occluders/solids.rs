@@ -3,12 +3,12 @@
 //! Follows Cohen-Or & Zadicario 1998, *Discussion*: a union of few convex shapes, included in the object and as large
 //! as possible; where an object is not convex, coarse boxes inside it.
 //!
-//! 1. Triangles that share corners make a part. A part counts when every edge is met by as many faces in one direction
-//!    as in the other (it is closed), or when the loose edges all lie in its lowest plane (a house without a floor; its
-//!    bodies block only what stays above that, [`Body::open_below`]), and when its faces look outwards.
+//! 1. Triangles that hang together by their edges make a part ([`super::parts`]). A part counts when every edge is met by as
+//!    many faces in one direction as in the other (it is closed), or when the loose edges all lie in its lowest plane (a house
+//!    without a floor; its bodies block only what stays above that, [`Body::open_below`]), and when its faces look outwards.
 //! 2. A convex part is a body as it is. Any other is filled with boxes of a small grid snapped to its large faces.
-//! 3. What holds geometry of others is hollow there: a house may have rooms. Its bodies keep clear of that, and a shell
-//!    that one could stand in and look out of, because its backs are not drawn, has none.
+//! 3. What holds geometry of others is hollow there: a house may have rooms, and a roof may reach into it. Its bodies keep
+//!    clear of that.
 //! 4. A body that stands on another one has no gap below it: it takes over the other's floor.
 //! 5. What the boxes leave of a part's inside is noted too, as bodies that hide nothing ([`super::rest`]).
 //!
@@ -21,18 +21,18 @@ use std::collections::BTreeMap;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::{Body, fill, rest};
-use crate::{
-    cells::meets_box,
-    groups::Groups,
-    world::{Triangle, World},
+use super::{
+    Body, fill,
+    parts::{Part, bits, parts},
+    rest,
 };
+use crate::{cells::meets_box, world::World};
 
 /// Parts of more triangles than this are not searched for boxes.
 const MAX_FILLED_TRIANGLES: usize = 20_000;
 /// A convex part with more faces than this is filled with boxes instead.
 const MAX_PLANES: usize = 20;
-/// A part whose box is smaller than this share of the scene hides too little to be worth a body.
+/// A part whose box is narrower than this share of the scene hides too little to be worth a body.
 const MIN_SIZE_SHARE: f32 = 1.0 / 1000.0;
 /// … and one that is not convex is worth filling only when its box is not smaller than this share.
 const MIN_FILLED_SHARE: f32 = 1.0 / 250.0;
@@ -51,7 +51,7 @@ pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
         }
         let triangles = world.triangles_of(object);
         let parts = parts(&triangles);
-        let large = parts.par_iter().filter(|part| part.size_m() >= min_size_m);
+        let large = parts.par_iter().filter(|part| part.width_m() >= min_size_m);
         let bodies = large.map(|part| part.bodies(world, object, &parts, margin_m));
         bodies.collect::<Vec<_>>().concat()
     };
@@ -61,72 +61,21 @@ pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
     bodies
 }
 
-/// Triangles that hang together.
-struct Part<'a> {
-    triangles: Vec<&'a Triangle>,
-    min: Vec3,
-    max: Vec3,
-}
-
-/// A part that lets nothing through.
-struct Closed {
-    /// But for its bottom.
-    open_below: bool,
-    /// Not from inside either.
-    both_sides: bool,
-}
-
-fn bits(point: Vec3) -> [u32; 3] {
-    // Adding zero turns −0 into 0.
-    (point + Vec3::ZERO).to_array().map(f32::to_bits)
-}
-
-#[allow(
-    clippy::disallowed_types,
-    reason = "corners are looked up only, millions of them, and never gone through in the map's own order"
-)]
-fn parts(triangles: &[Triangle]) -> Vec<Part<'_>> {
-    let mut ids: std::collections::HashMap<[u32; 3], u32> = std::collections::HashMap::with_capacity(triangles.len());
-    let mut groups = Groups::of_one(0);
-    let mut first_corner = Vec::with_capacity(triangles.len());
-    for triangle in triangles {
-        let corners = triangle
-            .corners
-            .map(|p| *ids.entry(bits(p)).or_insert_with(|| groups.add()));
-        for corner in &corners[1..] {
-            groups.join(corners[0], *corner);
-        }
-        first_corner.push(corners[0]);
-    }
-    let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
-    let mut parts: Vec<Part<'_>> = Vec::new();
-    for (triangle, corner) in triangles.iter().zip(first_corner) {
-        let index = *index_of.entry(groups.root(corner)).or_insert_with(|| {
-            parts.push(Part {
-                triangles: Vec::new(),
-                min: Vec3::INFINITY,
-                max: Vec3::NEG_INFINITY,
-            });
-            parts.len() - 1
-        });
-        let part = &mut parts[index];
-        for corner in triangle.corners {
-            part.min = part.min.min(corner);
-            part.max = part.max.max(corner);
-        }
-        part.triangles.push(triangle);
-    }
-    parts
-}
-
 impl Part<'_> {
     fn size_m(&self) -> f32 {
         (self.max - self.min).length()
     }
 
+    /// The middle one of the edges of its box, in m: nothing it hides is seen past a narrower strip than this.
+    fn width_m(&self) -> f32 {
+        let mut edges = (self.max - self.min).to_array();
+        edges.sort_by(f32::total_cmp);
+        edges[1]
+    }
+
     /// Its bodies; `parts` are all parts of its object.
     fn bodies(&self, world: &World, object: u32, parts: &[Part<'_>], margin_m: f32) -> Vec<Body> {
-        let Some(Closed { open_below, both_sides }) = self.closed() else {
+        let Some(open_below) = self.open_below() else {
             return Vec::new();
         };
         let body = |min: Vec3, max: Vec3, planes: Vec<Vec4>| Body {
@@ -140,45 +89,54 @@ impl Part<'_> {
             object,
         };
         let foreign = self.foreign(world, object, 4.0 * margin_m);
-        let convex = self.convex_planes(open_below).filter(|_| foreign.is_empty());
-        let (bodies, boxes) = match convex {
-            Some(planes) if planes.iter().all(|p| is_axis(p.truncate())) => {
-                (vec![body(self.min, self.max, Vec::new())], Vec::new())
-            }
-            Some(planes) if planes.len() <= MAX_PLANES => (vec![body(self.min, self.max, planes)], Vec::new()),
-            None if self.size_m() < MIN_FILLED_SHARE * world.scale_m() => return Vec::new(),
-            _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => return Vec::new(),
-            _ => {
-                let surface: Vec<_> = self.triangles.iter().map(|t| t.corners).collect();
-                let filled = fill::boxes(&surface, &foreign, self.min, self.max);
-                if filled.hollow && !both_sides {
-                    return Vec::new();
-                }
-                let bodies = filled.boxes.iter().map(|[a, b]| body(*a, *b, Vec::new()));
-                (bodies.collect(), filled.boxes)
-            }
-        };
+        let convex = self
+            .convex_planes(open_below)
+            .filter(|planes| planes.len() <= MAX_PLANES);
+        let whole = convex.map(|planes| {
+            let is_box = planes.iter().all(|plane| is_axis(plane.truncate()));
+            body(self.min, self.max, if is_box { Vec::new() } else { planes })
+        });
         let has_volume = |body: &Body| body.min.cmplt(body.max).all();
-        let mut bodies: Vec<Body> = bodies.into_iter().filter(has_volume).collect();
-        if !bodies.is_empty() && !boxes.is_empty() {
-            let rest = self.rest(parts, &boxes, margin_m).into_iter().map(|piece| Body {
-                hides: false,
-                ..body(piece.min, piece.max, piece.planes)
-            });
+        match whole {
+            Some(whole) if foreign.is_empty() => return Some(whole).into_iter().filter(has_volume).collect(),
+            _ if self.size_m() < MIN_FILLED_SHARE * world.scale_m() => return Vec::new(),
+            _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => return Vec::new(),
+            _ => {}
+        }
+        let boxes = fill::boxes(&self.surface(), &foreign, self.min, self.max);
+        let filled = boxes.iter().map(|[a, b]| body(*a, *b, Vec::new()));
+        let mut bodies: Vec<Body> = filled.filter(has_volume).collect();
+        if !bodies.is_empty() {
+            let cavities = self.cavities(parts);
+            let rest = match whole {
+                Some(whole) if cavities.is_empty() => vec![whole],
+                _ => {
+                    let pieces = self.rest(cavities, &boxes, margin_m).into_iter();
+                    pieces.map(|piece| body(piece.min, piece.max, piece.planes)).collect()
+                }
+            };
+            let rest = rest.into_iter().map(|body| Body { hides: false, ..body });
             bodies.extend(rest.filter(has_volume));
         }
         bodies
     }
 
-    /// What boxes leave of its inside; `parts` are all parts of its object.
-    fn rest(&self, parts: &[Part<'_>], boxes: &[[Vec3; 2]], slack_m: f32) -> Vec<rest::Piece> {
-        let mut surface: Vec<_> = self.triangles.iter().map(|t| t.corners).collect();
-        // Cavities are parts of their own.
-        let inner = parts.iter().filter(|part| {
+    fn surface(&self) -> Vec<[Vec3; 3]> {
+        self.triangles.iter().map(|triangle| triangle.corners).collect()
+    }
+
+    /// The surfaces of what is hollow inside it, which are parts of their own.
+    fn cavities(&self, parts: &[Part<'_>]) -> Vec<[Vec3; 3]> {
+        let cavities = parts.iter().filter(|part| {
             let is_inside = part.min.cmpge(self.min).all() && part.max.cmple(self.max).all();
             is_inside && part.min != self.min && part.triangles.len() <= MAX_FILLED_TRIANGLES && part.looks_inwards()
         });
-        surface.extend(inner.flat_map(|part| part.triangles.iter().map(|t| t.corners)));
+        cavities.flat_map(Part::surface).collect()
+    }
+
+    /// What boxes leave of its inside.
+    fn rest(&self, cavities: Vec<[Vec3; 3]>, boxes: &[[Vec3; 2]], slack_m: f32) -> Vec<rest::Piece> {
+        let surface = [self.surface(), cavities].concat();
         let in_a_box = |piece: &rest::Piece| {
             let holds = |[low, high]: &[Vec3; 2]| piece.min.cmpge(*low).all() && piece.max.cmple(*high).all();
             boxes.iter().any(holds)
@@ -206,8 +164,8 @@ impl Part<'_> {
         foreign
     }
 
-    /// How it is closed, if it is and hides from outside.
-    fn closed(&self) -> Option<Closed> {
+    /// Whether it has no bottom; `None` when it is open elsewhere or does not hide from outside.
+    fn open_below(&self) -> Option<bool> {
         if !self.triangles.iter().all(|triangle| triangle.hides_from_front()) {
             return None;
         }
@@ -218,10 +176,7 @@ impl Part<'_> {
         }
         let bottom = (self.min.y + 0.0).to_bits();
         let at_bottom = |corner: &[u32; 3]| corner[1] == bottom;
-        loose.iter().flatten().all(at_bottom).then_some(Closed {
-            open_below: !loose.is_empty(),
-            both_sides,
-        })
+        loose.iter().flatten().all(at_bottom).then_some(!loose.is_empty())
     }
 
     /// Whether it is closed, and its faces look into it and hide, as around a cavity.

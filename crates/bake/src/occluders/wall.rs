@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 
-use super::pieces::pieces;
+use super::pieces;
 use crate::digest::{Digest, Digester};
 
 /// What counts as the same plane, and as no hole.
@@ -90,7 +90,7 @@ impl Wall {
             sums.map(|sums| counted(sums, width, [u.start, u.end], [v.start, v.end]))
                 .sum()
         };
-        let pieces = pieces(&lines, &count);
+        let pieces = pieces::pieces(&lines, &count);
         Self {
             normal,
             offset,
@@ -121,6 +121,16 @@ impl Wall {
                 [vec![true], vec![true]],
             )
         }
+    }
+
+    /// Whether a rectangle of it is opaque this or that way and nowhere narrower than this.
+    pub(super) fn is_wide(&self, least_m: f32) -> bool {
+        let width = self.lines[0].len();
+        let ways = self.opaque.iter().filter(|sums| !sums.is_empty());
+        ways.into_iter().any(|sums| {
+            let count = |[u, v]: &[Range<usize>; 2]| counted(sums, width, [u.start, u.end], [v.start, v.end]);
+            pieces::is_wide(&self.lines, &count, least_m)
+        })
     }
 
     /// Memory that it takes.

@@ -27,6 +27,14 @@ use crate::{
 /// Halves are asked about as long as at least one out of so many questions was settled.
 const PAYS: usize = 8;
 
+/// This share of all objects may lie below the floor that things stand on: the ground itself, or what is below it.
+const BELOW: f32 = 0.1;
+
+/// So many objects are asked about at once whether openings hide them, …
+const SAMPLE: usize = 32;
+/// … and no more when fewer than one out of so many were.
+const RARE: usize = 16;
+
 /// Which proofs are used, and how finely.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConservativeSettings {
@@ -68,6 +76,8 @@ pub struct Scenery {
     /// The box around each object; `None` for one without geometry, which nobody sees.
     pub targets: Vec<Option<Region>>,
     tree: Bvh2,
+    /// Nearly all objects stand at or above this height, in metres.
+    floor_m: f32,
     /// Bodies of each object.
     bodies_of: Vec<std::ops::Range<u32>>,
 }
@@ -110,11 +120,22 @@ impl Scenery {
             .collect();
         Self {
             blocker: Blocker::new(occluders),
+            floor_m: floor_m(&targets),
             targets,
             tree,
             bodies_of,
         }
     }
+}
+
+/// The height that all objects but the lowest [`BELOW`] stand at or above.
+fn floor_m(targets: &[Option<Region>]) -> f32 {
+    let mut bottoms: Vec<f32> = targets.iter().flatten().map(|target| target.min.y).collect();
+    bottoms.sort_unstable_by(f32::total_cmp);
+    bottoms
+        .get((BELOW * bottoms.len() as f32) as usize)
+        .copied()
+        .unwrap_or(0.0)
 }
 
 /// Asks what can be seen from regions of one scenery.
@@ -219,7 +240,7 @@ impl<'a> Observer<'a> {
         };
         let fused = self.settings.fusion;
         if fused {
-            self.shadows.begin(eye, eye.min.y.min(region(0).min.y));
+            self.shadows.begin(eye, eye.min.y.min(scenery.floor_m));
         }
         // Distances are not negative, so their bits are in order.
         let place = |region: &Region, what: What| Reverse((region.distance_m(eye).to_bits(), what));
@@ -247,9 +268,11 @@ impl<'a> Observer<'a> {
                     let Some(target) = &scenery.targets[object as usize] else {
                         continue;
                     };
-                    let hidden = !self.known[object as usize]
-                        && ((fused && self.shadows.hide(target)) || self.prover.hides_by_one(eye, target).is_some());
-                    if !hidden {
+                    // Who hides it hides all that it could hide, so it takes no part, known or not.
+                    if fused && self.shadows.hide(target) {
+                        continue;
+                    }
+                    if self.known[object as usize] || self.prover.hides_by_one(eye, target).is_none() {
                         open.push(object);
                         if fused {
                             self.draw(eye, object);
@@ -310,14 +333,24 @@ impl<'a> Observer<'a> {
         open.retain(|object| hidden.binary_search(object).is_err());
     }
 
-    /// Takes out what walls hide whose openings have to be looked through.
+    /// Takes out what walls hide whose openings have to be looked through. Of very many some are asked about first: where they
+    /// settle next to none, as out of doors, the others stay.
     fn look_through_openings(&mut self, eye: &Region, open: &mut Vec<u32>) {
-        open.retain(|object| {
-            self.known[*object as usize]
-                || self.scenery.targets[*object as usize]
-                    .as_ref()
-                    .is_some_and(|target| self.prover.hides_by_openings(eye, target).is_none())
-        });
+        let questions = self.questions(open);
+        let mut hidden = Vec::new();
+        let step = questions.len().div_ceil(SAMPLE).max(1);
+        for first in 0..step {
+            let some = questions.iter().skip(first).step_by(step);
+            hidden.extend(some.copied().filter(|object| {
+                let target = self.scenery.targets[*object as usize].as_ref();
+                target.is_some_and(|target| self.prover.hides_by_openings(eye, target).is_some())
+            }));
+            if step > 1 && hidden.len() * RARE < SAMPLE * (first + 1) {
+                break;
+            }
+        }
+        hidden.sort_unstable();
+        open.retain(|object| hidden.binary_search(object).is_err());
     }
 
     /// Whether each part of a target is hidden, be it by different things.

@@ -5,6 +5,10 @@
 //! occluders are redundant). All questions about the cell are asked of what is left, and of nothing else: cost grows
 //! with what is visible instead of with the world, and the answer can be used again in every world in which what is left
 //! is the same, however much has changed behind it.
+//!
+//! A cell as wide as a house has little behind that house: shadows are cast by what is left of bodies when they shrink by half the
+//! extents of the eye. So the rough look is taken from parts of the cell (the paper's subcells, coarse to fine), of a size that
+//! is found by trying, and what is hidden from each of them is hidden from the cell.
 
 use rayon::prelude::*;
 
@@ -18,6 +22,15 @@ use crate::{
     occluders::{Hiders, Region},
     world::World,
 };
+
+/// Rough looks are taken from parts of a cell that is halved at most so often, …
+const MOST_HALVINGS: u32 = 6;
+/// … so many times more or less often.
+const STEP: u32 = 2;
+/// A part is not too large while no more than so many times as much may be seen from it as from the next smaller one …
+const MOST_GROWTH: usize = 2;
+/// … or no more than so many objects.
+const FEW: usize = 64;
 
 /// A world as its cells divide it up.
 pub(super) struct Atlas<'a> {
@@ -77,7 +90,7 @@ impl<'a> Atlas<'a> {
     pub(super) fn not_hidden(&self, cell: usize) -> (Vec<u32>, Vec<u32>) {
         // One that knows nothing of other cells, so that they do not decide what is proved.
         let mut observer = Observer::new(&self.all, ConservativeSettings::ROUGH);
-        let mut objects = observer.visible(&self.eyes[cell], &[]);
+        let mut objects = from_parts(&mut observer, &self.eyes[cell]);
         let count = self.targets.len() as u32;
         let cells = objects.split_off(objects.partition_point(|number| *number < count));
         (objects, cells.into_iter().map(|number| number - count).collect())
@@ -109,5 +122,45 @@ impl<'a> Atlas<'a> {
             cells,
             digest: digester.finish(),
         }
+    }
+}
+
+/// What may be seen from some part of a region, rising.
+fn from_parts(observer: &mut Observer<'_>, eye: &Region) -> Vec<u32> {
+    let mut open = Vec::new();
+    let halvings = halvings_that_pay(observer, eye);
+    each_part(eye, halvings, &mut |part| {
+        open = observer.visible(part, &open);
+    });
+    open
+}
+
+/// How often a region is halved for rough looks from its parts. Found from a small part of it, near its middle, and larger and
+/// larger ones around that: as long as one sees about as much as what it is around of, nothing is lost by looking from it.
+fn halvings_that_pay(observer: &mut Observer<'_>, eye: &Region) -> u32 {
+    let mut parts = vec![eye.clone()];
+    for halving in 0..MOST_HALVINGS {
+        let [low, high] = parts[halving as usize].halves();
+        parts.push(if halving % 2 == 0 { high } else { low });
+    }
+    let mut halvings = MOST_HALVINGS;
+    let mut open = observer.visible(&parts[halvings as usize], &[]).len();
+    while halvings > 0 {
+        let wider = halvings - STEP;
+        let found = observer.visible(&parts[wider as usize], &[]).len();
+        if found > FEW.max(MOST_GROWTH * open) {
+            break;
+        }
+        (halvings, open) = (wider, found);
+    }
+    halvings
+}
+
+fn each_part(region: &Region, halvings: u32, look: &mut impl FnMut(&Region)) {
+    if halvings == 0 {
+        return look(region);
+    }
+    for half in region.halves() {
+        each_part(&half, halvings - 1, look);
     }
 }

@@ -18,6 +18,16 @@ pub struct Triangle {
 }
 
 impl Triangle {
+    /// One that hides from its front.
+    #[cfg(test)]
+    pub(crate) fn between(corners: [Vec3; 3]) -> Self {
+        Self {
+            corners,
+            object: 0,
+            hides: FRONT_HIDES,
+        }
+    }
+
     /// Whether it hides anything from at least one side.
     #[must_use]
     pub fn hides(&self) -> bool {
