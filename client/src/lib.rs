@@ -24,14 +24,19 @@
 //! pointers and opens a [`Scene`], which is one revision and never changes under its reader; a [`Walk`] goes through it from
 //! cell to cell and fetches what changes. [`tour`] measures what visitors get to see.
 
+mod atlas;
 mod error;
+mod explorer;
+mod fetch;
 mod packs;
 mod scene;
 mod source;
+pub mod strategy;
 pub mod tour;
 mod walk;
 
 pub use error::Error;
+pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh};
 pub use scene::{Client, Scene};
 pub use source::{ByteSource, DiskCache, FolderSource, HttpSource, Retrying};
 pub use walk::Walk;
