@@ -17,8 +17,8 @@ const CONTENT: &[u8] = b"0123456789";
 
 /// Answers each connection with the next of these, and the last for ever; counts connections.
 fn server(answers: Vec<Vec<u8>>) -> (HttpSource, Arc<AtomicUsize>) {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
     let asked = Arc::new(AtomicUsize::new(0));
     let counted = asked.clone();
     std::thread::spawn(move || {
@@ -33,7 +33,10 @@ fn server(answers: Vec<Vec<u8>>) -> (HttpSource, Arc<AtomicUsize>) {
             _ = stream.write_all(&answers[at]);
         }
     });
-    (HttpSource::new(&format!("http://{address}")).unwrap(), asked)
+    (
+        HttpSource::new(&format!("http://{address}")).expect("an address"),
+        asked,
+    )
 }
 
 fn answer(status: &str, fields: &str, body: &[u8]) -> Vec<u8> {
@@ -46,7 +49,7 @@ fn whole(body: &[u8]) -> Vec<u8> {
 }
 
 fn path() -> String {
-    BlobName::of(CONTENT, "slod").unwrap().url()
+    BlobName::of(CONTENT, "slod").expect("a name").url()
 }
 
 #[tokio::test]

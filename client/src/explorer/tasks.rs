@@ -19,7 +19,7 @@ use crate::{
 
 /// What a task brings.
 pub(super) enum Brought {
-    Place(Place, Vec<Error>),
+    Place(Box<Place>, Vec<Error>),
     NoPlace(CellId, Error),
     Files(Vec<(FileRef, Result<Bytes, Error>)>),
 }
@@ -45,7 +45,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             };
             let record = scene.record(&entry).await;
             let (place, failures) = atlas::look(&scene, entry, record, smooth).await;
-            Brought::Place(place, failures)
+            Brought::Place(Box::new(place), failures)
         });
     }
 
@@ -55,7 +55,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             Brought::Place(place, failures) => {
                 let cell = place.entry.cell;
                 self.events.extend(failures.into_iter().map(Event::Problem));
-                self.atlas.add(place);
+                self.atlas.add(*place);
                 self.show(cell);
                 if let Some(shown) = self.shown {
                     self.look_around(shown);

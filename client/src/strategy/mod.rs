@@ -22,6 +22,8 @@ pub mod plan;
 pub mod planner;
 pub mod priority;
 pub mod progress;
+#[cfg(test)]
+mod property_tests;
 pub mod residency;
 pub mod sight;
 #[cfg(test)]

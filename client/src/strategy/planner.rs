@@ -251,7 +251,7 @@ impl Planner {
         let mut before_bytes = 0.0;
         for (approach, seen) in view.ahead.iter().filter(|_| self.budgets.prefetch) {
             let others: Vec<_> = seen.iter().filter(|seen| !named.contains(&seen.model)).collect();
-            let firsts = plan::first_wishes(others.into_iter(), residency);
+            let firsts = plan::first_wishes(others, residency);
             before_bytes += firsts.iter().map(|wish| wish.cost_bytes).sum::<f64>();
             let due = is_due(approach.in_s, before_bytes, bytes_per_s);
             for wish in firsts {

@@ -46,7 +46,7 @@ fn level(model: u32, number: u32, bytes: u64, error: f64) -> Level {
 }
 
 /// Three levels of 40,000, 8,000 and 2,000 bytes.
-fn model(number: u32) -> Model {
+pub(super) fn model(number: u32) -> Model {
     Model {
         levels: vec![
             level(number, 0, 40_000, 0.0),
@@ -59,7 +59,7 @@ fn model(number: u32) -> Model {
     }
 }
 
-fn smooth(number: u32, ends: &[(u64, f64)]) -> SmoothLod {
+pub(super) fn smooth(number: u32, ends: &[(u64, f64)]) -> SmoothLod {
     let url = name(&format!("m{number} stream"), "slod");
     let rung = |at: usize| Rung {
         url: RungName {
@@ -82,7 +82,7 @@ fn smooth(number: u32, ends: &[(u64, f64)]) -> SmoothLod {
     }
 }
 
-fn seen_at(object: u32, model_id: u32, away_m: f64, solid_angle_sr: f64, geometry: Model) -> Seen {
+pub(super) fn seen_at(object: u32, model_id: u32, away_m: f64, solid_angle_sr: f64, geometry: Model) -> Seen {
     Seen {
         object: ObjectId(object),
         bounds: Bounds {
@@ -104,7 +104,7 @@ fn eye() -> Eye {
     Eye::at([0.0; 3])
 }
 
-fn view<'a>(here: &'a [Seen], ahead: Vec<(Approach, &'a [Seen])>) -> View<'a> {
+pub(super) fn view<'a>(here: &'a [Seen], ahead: Vec<(Approach, &'a [Seen])>) -> View<'a> {
     View {
         eye: eye(),
         here,
@@ -113,7 +113,7 @@ fn view<'a>(here: &'a [Seen], ahead: Vec<(Approach, &'a [Seen])>) -> View<'a> {
     }
 }
 
-fn within(memory_bytes: u64) -> Planner {
+pub(super) fn within(memory_bytes: u64) -> Planner {
     Planner::new(Budgets {
         memory_bytes,
         ..Budgets::default()
@@ -138,7 +138,7 @@ fn fetch_all(planner: &mut Planner, view: &View, rate: f64) -> Vec<Order> {
     orders
 }
 
-fn need(planner: &mut Planner, here: &[Seen], next_door: &[Seen]) {
+pub(super) fn need(planner: &mut Planner, here: &[Seen], next_door: &[Seen]) {
     let models: HashSet<_> = here.iter().map(|seen| seen.model).collect();
     let steps = next_door.iter().map(|seen| (seen.model, 1)).collect();
     planner.residency.need(models, steps);
@@ -329,7 +329,7 @@ fn what_cannot_be_had_is_done_without() {
     assert!(fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY).is_empty());
 }
 
-fn approach(cell: u32, step: u8, in_s: f64) -> Approach {
+pub(super) fn approach(cell: u32, step: u8, in_s: f64) -> Approach {
     Approach {
         cell: CellId(cell),
         step,

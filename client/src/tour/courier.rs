@@ -137,7 +137,12 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         let mut is_whole = true;
         for (file, length) in here.iter().flat_map(|one| &one.came) {
             match length {
-                Some(bytes) => _ = planner.arrive(file, *bytes),
+                Some(bytes) => {
+                    let members = planner.arrive(file, *bytes);
+                    if !members.is_empty() {
+                        self.ledger.splits(file.name.key(), &members);
+                    }
+                }
                 None => planner.residency.lose(file.name.key()),
             }
             is_whole &= length.is_some();

@@ -3,7 +3,10 @@
 use std::collections::HashMap;
 
 use super::outcome::{Causes, Ways};
-use crate::strategy::{file::Key, order::Order};
+use crate::strategy::{
+    file::Key,
+    order::{Member, Order},
+};
 
 /// What came, and why.
 #[derive(Debug, Default)]
@@ -47,6 +50,24 @@ impl Ledger {
             left -= share;
             *self.ahead.entry(file.name.key()).or_default() += share;
         }
+    }
+
+    /// A pack became the files in it, each of which may go by itself.
+    pub(super) fn splits(&mut self, pack: Key, members: &[Member]) {
+        let Some(bytes) = self.ahead.remove(&pack) else { return };
+        let all: u64 = members.iter().map(|member| member.bytes).sum();
+        let mut left = bytes;
+        for (at, member) in members.iter().enumerate() {
+            let is_last = at + 1 == members.len();
+            let share = if is_last {
+                left
+            } else {
+                left.min(bytes * member.bytes / all.max(1))
+            };
+            left -= share;
+            *self.ahead.entry(member.key).or_default() += share;
+        }
+        self.bytes.prefetched_wasted += left;
     }
 
     /// Files are used for what can be seen now.
