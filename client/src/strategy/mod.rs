@@ -15,6 +15,7 @@ pub mod file;
 pub mod grade;
 pub mod memory;
 pub mod meter;
+mod models;
 pub mod motion;
 pub mod nearness;
 pub mod order;
@@ -22,8 +23,6 @@ pub mod plan;
 pub mod planner;
 pub mod priority;
 pub mod progress;
-#[cfg(test)]
-mod property_tests;
 pub mod residency;
 pub mod sight;
 #[cfg(test)]

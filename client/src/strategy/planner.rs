@@ -17,6 +17,7 @@ use super::{
     file::{FileRef, Key},
     grade::{Part, State, Stock},
     memory::{Gone, Terms},
+    models::Models,
     order::{Budgets, Change, Member, Order, View},
     plan::{self, Held},
     priority::{Cause, Wish, band},
@@ -36,7 +37,7 @@ pub struct Planner {
     budgets: Budgets,
     bundles: bool,
     wishes: Vec<Wish>,
-    models: HashMap<ModelId, Arc<Model>>,
+    models: Models,
     packs: HashSet<Key>,
     /// What the cells next door cannot do without and is not here yet.
     reserve_bytes: u64,
@@ -54,7 +55,7 @@ impl Planner {
             budgets,
             bundles: false,
             wishes: Vec::new(),
-            models: HashMap::new(),
+            models: Models::default(),
             packs: HashSet::new(),
             reserve_bytes: 0,
             is_short: false,
@@ -96,11 +97,8 @@ impl Planner {
         }
         self.is_stale = false;
         self.packs = self.packs_worth();
-        let missing = view
-            .ahead
-            .iter()
-            .flat_map(|(_, seen)| *seen)
-            .filter(|seen| self.residency.held(seen.model).is_none());
+        let ahead = view.ahead.iter().flat_map(|(_, seen)| *seen);
+        let missing = ahead.filter(|seen| self.residency.held(seen.model).is_none());
         self.reserve_bytes = match self.budgets.memory_bytes {
             u64::MAX => 0,
             _ => plan::least_bytes(missing, &self.residency),
@@ -114,7 +112,7 @@ impl Planner {
         let key = file.name.key();
         let mut members = Vec::new();
         if self.budgets.memory_bytes != u64::MAX {
-            members = self.members_of(key);
+            members = self.models.members_of(key);
         }
         if members.is_empty() {
             self.residency.arrive(key, bytes);
@@ -125,23 +123,6 @@ impl Planner {
         for member in &members {
             self.residency.arrive(member.key, member.bytes);
         }
-        members
-    }
-
-    /// The known files in a pack, each once.
-    fn members_of(&self, pack: Key) -> Vec<Member> {
-        let levels = self.models.values().filter_map(|model| model.levels.last());
-        let inside = levels.filter_map(|level| {
-            let place = level.pack.as_ref().filter(|place| Key::from(&place.url) == pack)?;
-            Some(Member {
-                key: (&level.url).into(),
-                from: place.from,
-                bytes: level.bytes,
-            })
-        });
-        let mut members: Vec<_> = inside.collect();
-        members.sort_by_key(|member| member.from);
-        members.dedup_by_key(|member| member.from);
         members
     }
 
@@ -230,20 +211,18 @@ impl Planner {
     /// What there is of a model that was planned for.
     #[must_use]
     pub fn model(&self, model: ModelId) -> Option<&Arc<Model>> {
-        self.models.get(&model)
+        self.models.get(model)
     }
 
     /// The model whose smooth LOD this is.
     #[must_use]
     pub fn model_of_stream(&self, stream: BlobHash) -> Option<&Arc<Model>> {
-        let is_its = |model: &&Arc<Model>| model.smooth.as_ref().is_some_and(|smooth| smooth.url.hash() == stream);
-        self.models.values().find(is_its)
+        self.models.of_stream(stream)
     }
 
     fn wanted(&mut self, view: &View, target_px: f64, bytes_per_s: f64) -> Vec<Wish> {
-        for seen in view.here.iter().chain(view.ahead.iter().flat_map(|(_, seen)| *seen)) {
-            self.models.entry(seen.model).or_insert_with(|| seen.geometry.clone());
-        }
+        let ahead = view.ahead.iter().flat_map(|(_, seen)| *seen);
+        self.models.learn(view.here.iter().chain(ahead));
         let residency = &self.residency;
         let mut wishes = plan::plan(view.here, residency, &view.eye, target_px);
         wishes.retain(|wish| view.is_all_known || matches!(wish.cause, Cause::Missing { .. }));
@@ -277,7 +256,7 @@ impl Planner {
     }
 
     fn parts<'a>(&'a self, wish: &Wish) -> impl Iterator<Item = Part<'a>> + use<'a> {
-        let (grade, model) = (wish.grade, self.models.get(&wish.model));
+        let (grade, model) = (wish.grade, self.models.get(wish.model));
         model
             .into_iter()
             .flat_map(move |model| grade.parts(model, &self.residency))
@@ -301,7 +280,7 @@ impl Planner {
                 None => return false,
             }
         }
-        let sound = match (self.residency.base(wish.model), self.models.get(&wish.model)) {
+        let sound = match (self.residency.base(wish.model), self.models.get(wish.model)) {
             (Some(base), Some(model)) => !base.is_lost(model, &self.residency),
             _ => true,
         };

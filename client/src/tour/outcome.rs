@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::strategy::residency::Residency;
 
 /// A moment of a tour.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Frame {
     /// Scripted time, milliseconds.
     pub t_ms: f64,

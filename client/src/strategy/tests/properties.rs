@@ -1,19 +1,8 @@
 //! Whatever is seen, and however little memory there is: limits are kept, nothing is fetched twice without need, and it ends.
 
-use std::collections::{HashMap, HashSet};
-
-use belvedere_scene::ModelId;
 use proptest::prelude::*;
 
-use super::{
-    ahead::Approach,
-    grade::Grade,
-    order::Change,
-    plan::Held,
-    priority::Cause,
-    sight::Seen,
-    tests::{approach, model, need, seen_at, smooth, view, within},
-};
+use super::*;
 
 /// An object of one of a few models, some of which have smooth LODs.
 fn any_seen() -> impl Strategy<Value = Seen> {
