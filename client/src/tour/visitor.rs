@@ -282,7 +282,14 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     }
 
     fn note_convergence(&mut self) {
-        let is_told = self.here.is_some_and(|here| self.is_known(here));
+        // What came at the very moment of a frame was not in it.
+        let is_after = self
+            .courier
+            .tour
+            .frames
+            .last()
+            .is_none_or(|frame| frame.t_ms < self.now_ms);
+        let is_told = is_after && self.here.is_some_and(|here| self.is_known(here));
         if self.courier.tour.converged_ms.is_none()
             && is_told
             && self.in_sight().is_some_and(|(missing, _)| missing == 0)
