@@ -38,7 +38,7 @@ impl Default for ExplorerOptions {
 pub enum Event {
     /// What can be seen from this cell is what counts now.
     Entered(CellId),
-    /// A model can be drawn so from now on; [`Explorer::mesh`] gives it.
+    /// A model can be drawn so from now on; [`crate::Explorer::mesh`] gives it.
     Drawn {
         /// The model.
         model: ModelId,
@@ -47,7 +47,7 @@ pub enum Event {
         /// Why it was fetched.
         why: String,
     },
-    /// A model was drawn more coarsely again, for want of memory; [`Explorer::mesh`] gives it.
+    /// A model was drawn more coarsely again, for want of memory; [`crate::Explorer::mesh`] gives it.
     Blunted(ModelId),
     /// Nothing of a model is held any more.
     Dropped(ModelId),
