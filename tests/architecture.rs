@@ -84,6 +84,19 @@ const FORBIDDEN: &[(&str, &[&str], &str)] = &[
         "live sessions know no wire and read what was published",
     ),
     (
+        "client/src/strategy",
+        &[
+            "tokio",
+            "reqwest",
+            "async fn",
+            "std::fs",
+            "std::time",
+            "std::env",
+            "println!",
+        ],
+        "the strategy is a function of what it is told, so that a simulated line and a real one carry out the same",
+    ),
+    (
         "crates/verify/src",
         &[
             "belvedere_bake",

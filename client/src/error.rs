@@ -67,6 +67,32 @@ pub enum Error {
     /// The index names no chunk for an object, or the chunk lacks it.
     #[error("the scene's index does not lead to {0}")]
     NotIndexed(ObjectId),
+    /// Memory does not hold even the coarsest of what can be seen from a cell and from its neighbours.
+    #[error(
+        "the coarsest of what can be seen from {cell} and from the cells next door takes {needed_bytes} bytes of memory, and \
+         {limit_bytes} are allowed: things will be missing; raise the limit"
+    )]
+    MemoryShort {
+        /// The cell.
+        cell: CellId,
+        /// What that takes.
+        needed_bytes: u64,
+        /// What is allowed.
+        limit_bytes: u64,
+    },
+    /// A smooth LOD is not what its name promises, as its last piece shows.
+    #[error("the rungs of {0} are not the bytes that its name promises; levels take its place")]
+    Stream(BlobName),
+    /// The server answers with another part, or another length, than was asked for.
+    #[error("{path} was answered with {found} bytes instead of {expected}")]
+    Length {
+        /// Path below the base address.
+        path: String,
+        /// What came.
+        found: u64,
+        /// What was asked for.
+        expected: u64,
+    },
     /// The scene has no cells; a publisher never writes that.
     #[error("the scene has no cells")]
     NoCells,
@@ -76,6 +102,6 @@ impl Error {
     /// Whether the same request may succeed later.
     #[must_use]
     pub fn is_transient(&self) -> bool {
-        matches!(self, Self::Fetch { .. } | Self::Corrupt(_))
+        matches!(self, Self::Fetch { .. } | Self::Corrupt(_) | Self::Length { .. })
     }
 }

@@ -22,16 +22,22 @@
 //! Belvedere server. A source may keep what it fetched on disk ([`DiskCache`]) and ask again ([`Retrying`]). Every
 //! immutable object is verified against the hash in its name. Three things hand to each other: a [`Client`] follows
 //! pointers and opens a [`Scene`], which is one revision and never changes under its reader; a [`Walk`] goes through it from
-//! cell to cell and fetches what changes. [`tour`] measures what visitors get to see.
+//! cell to cell and fetches what changes. An [`Explorer`] needs to be told only where the eye is: it carries out the
+//! [`strategy`]. [`tour`] measures what visitors get to see by it.
 
+mod atlas;
 mod error;
+mod explorer;
+mod fetch;
 mod packs;
 mod scene;
 mod source;
+pub mod strategy;
 pub mod tour;
 mod walk;
 
 pub use error::Error;
+pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh};
 pub use scene::{Client, Scene};
 pub use source::{ByteSource, DiskCache, FolderSource, HttpSource, Retrying};
 pub use walk::Walk;

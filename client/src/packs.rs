@@ -8,10 +8,7 @@ use belvedere_scene::{
 };
 use bytes::Bytes;
 
-use crate::{ByteSource, Error, Scene};
-
-/// A pack is fetched whole when at least this share of its bytes is wanted.
-const WORTH_A_PACK: f64 = 0.5;
+use crate::{ByteSource, Error, Scene, strategy::planner::WORTH_A_PACK};
 
 /// Whether enough of these levels stand in a pack for it to be fetched whole.
 pub(crate) fn is_worth(pack: &PackRef, wanted: &[&Level]) -> bool {

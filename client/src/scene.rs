@@ -4,10 +4,10 @@
 use std::{any::Any, collections::HashMap, sync::Arc};
 
 use belvedere_scene::{
-    BlobName, CellId, ObjectId, SceneName,
+    BlobName, CellId, ModelId, ObjectId, SceneName,
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
     manifest::{FORMAT, Manifest},
-    object::{ModelChunk, ObjectChunk, ObjectInfo},
+    object::{Model, ModelChunk, ObjectChunk, ObjectEntry, ObjectInfo},
     pointer::{Pointer, SceneList},
     record::{CellRecord, Steps},
     walk::CellWalk,
@@ -46,9 +46,17 @@ impl<S: ByteSource> Client<S> {
     /// # Errors
     /// When there is no such scene, or its pointer or manifest cannot be fetched or read.
     pub async fn open(&self, scene: &SceneName) -> Result<Scene<S>, Error> {
-        let path = format!("/v1/scenes/{scene}/index.json");
-        let pointer: Pointer = document(&path, &self.source.get(&path).await?)?;
-        let bytes = verified(&*self.source, &pointer.manifest).await?;
+        let mut pointer = pointer_of(&*self.source, scene).await?;
+        let mut answer = verified(&*self.source, &pointer.manifest).await;
+        if matches!(answer, Err(Error::Missing(_))) {
+            // The pointer may have been older than what was cleaned up since.
+            let newer = pointer_of(&*self.source, scene).await?;
+            if newer.manifest != pointer.manifest {
+                pointer = newer;
+                answer = verified(&*self.source, &pointer.manifest).await;
+            }
+        }
+        let bytes = answer?;
         let version: FormatOnly = document(&pointer.manifest.url(), &bytes)?;
         if version.format != FORMAT {
             return Err(Error::Format {
@@ -62,6 +70,7 @@ impl<S: ByteSource> Client<S> {
             pointer,
             manifest,
             index: Mutex::default(),
+            models: Mutex::default(),
         })
     }
 }
@@ -80,6 +89,7 @@ pub struct Scene<S> {
     manifest: Manifest,
     /// Pages and chunks that were read.
     index: Mutex<HashMap<BlobName, Arc<dyn Any + Send + Sync>>>,
+    models: Mutex<HashMap<ModelId, Arc<Model>>>,
 }
 
 impl<S: ByteSource> Scene<S> {
@@ -87,6 +97,15 @@ impl<S: ByteSource> Scene<S> {
     #[must_use]
     pub fn pointer(&self) -> &Pointer {
         &self.pointer
+    }
+
+    /// Whether the scene is still published in this revision.
+    ///
+    /// # Errors
+    /// When its pointer cannot be fetched or read.
+    pub async fn is_current(&self) -> Result<bool, Error> {
+        let now = pointer_of(&*self.source, &self.pointer.scene).await?;
+        Ok(now.manifest == self.pointer.manifest)
     }
 
     pub(crate) fn source(&self) -> &S {
@@ -185,14 +204,47 @@ impl<S: ByteSource> Scene<S> {
     /// # Errors
     /// When its chunk cannot be fetched or read, or the index does not lead to it.
     pub async fn object(&self, object: ObjectId) -> Result<ObjectInfo, Error> {
+        let entry = self.entry(object).await?;
+        Ok(ObjectInfo::join(&entry, &*self.model(&entry).await?))
+    }
+
+    /// What the index knows of one object.
+    ///
+    /// # Errors
+    /// When its chunk cannot be fetched or read, or the index does not lead to it.
+    pub async fn entry(&self, object: ObjectId) -> Result<ObjectEntry, Error> {
         let missing = || Error::NotIndexed(object);
-        let entry = self.leaf(&self.manifest.objects, object.0).await?.ok_or_else(missing)?;
-        let chunk: Arc<ObjectChunk> = self.indexed(&entry.url).await?;
-        let entry = chunk.entry(object).ok_or_else(missing)?;
-        let leaf = self.leaf(&self.manifest.models, entry.model.0).await?;
-        let models: Arc<ModelChunk> = self.indexed(&leaf.ok_or_else(missing)?.url).await?;
-        let model = models.models.get(&entry.model).ok_or_else(missing)?;
-        Ok(ObjectInfo::join(entry, model))
+        if let Some(whole) = &self.manifest.whole {
+            let found = whole.objects.iter().find(|entry| entry.object == object);
+            return found.cloned().ok_or_else(missing);
+        }
+        let leaf = self.leaf(&self.manifest.objects, object.0).await?.ok_or_else(missing)?;
+        let chunk: Arc<ObjectChunk> = self.indexed(&leaf.url).await?;
+        chunk.entry(object).cloned().ok_or_else(missing)
+    }
+
+    /// What there is of the model of an object, read once for all that use it.
+    ///
+    /// # Errors
+    /// When its chunk cannot be fetched or read, or the index does not lead to it.
+    pub async fn model(&self, entry: &ObjectEntry) -> Result<Arc<Model>, Error> {
+        let missing = || Error::NotIndexed(entry.object);
+        if let Some(known) = self.models.lock().await.get(&entry.model) {
+            return Ok(known.clone());
+        }
+        let model = match &self.manifest.whole {
+            Some(whole) => whole.models.get(&entry.model).cloned(),
+            None => {
+                let leaf = self
+                    .leaf(&self.manifest.models, entry.model.0)
+                    .await?
+                    .ok_or_else(missing)?;
+                let models: Arc<ModelChunk> = self.indexed(&leaf.url).await?;
+                models.models.get(&entry.model).cloned()
+            }
+        };
+        let model = Arc::new(model.ok_or_else(missing)?);
+        Ok(self.models.lock().await.entry(entry.model).or_insert(model).clone())
     }
 
     /// An immutable object, verified against the hash in its name.
@@ -222,6 +274,11 @@ impl<S: ByteSource> Scene<S> {
         self.index.lock().await.insert(name.clone(), read.clone());
         Ok(read)
     }
+}
+
+async fn pointer_of(source: &impl ByteSource, scene: &SceneName) -> Result<Pointer, Error> {
+    let path = format!("/v1/scenes/{scene}/index.json");
+    document(&path, &source.get(&path).await?)
 }
 
 async fn verified(source: &impl ByteSource, name: &BlobName) -> Result<Bytes, Error> {

@@ -6,6 +6,7 @@ mod bad_input;
 mod boxes;
 mod doors;
 mod explaining;
+mod exploring;
 mod growing;
 mod live;
 #[path = "../http/live_wire.rs"]

@@ -45,10 +45,24 @@ fn a_slow_line_brings_things_later_and_what_lies_ahead_is_there_before_it_is_see
     assert!(slow["quality"]["mean"].as_f64() >= unaided["quality"]["mean"].as_f64());
 
     // What the line carries does not depend on who sends it.
-    let served = walk(&data, &server.base, &["--bandwidth", "64k", "--latency", "50ms"]);
+    let line = ["--bandwidth", "64k", "--latency", "50ms", "--bundles", "off"];
+    let served = walk(&data, &server.base, &line);
     for same in ["quality", "convergence_s", "bytes", "requests", "holes"] {
         assert_eq!(slow[same], served[same], "{same}");
     }
+    // Nor does it bring less where small files come together.
+    let together = walk(&data, &server.base, &line[..4]);
+    assert_eq!(together["holes"], slow["holes"], "{together}");
+    assert!(together["requests"].as_u64() <= slow["requests"].as_u64(), "{together}");
+    // Memory that does not hold a room is kept, and that is said.
+    let tight = walk(&data, tree, &["--memory", "3k"]);
+    assert!(tight["memory"]["peak_bytes"].as_u64() <= Some(3000), "{tight}");
+    assert!(
+        tight["holes"].as_u64() > Some(0) || tight["convergence_s"].is_null(),
+        "{tight}"
+    );
+    let told = tight["first_failures"][0].as_str().unwrap_or_default();
+    assert!(told.contains("cells next door"), "{tight}");
     let many = walk(&data, &server.base, &["--sessions", "5", "--speed", "36km/h"]);
     assert_eq!(many["sessions"], 5);
     assert!(many["requests"].as_u64() > Some(20), "{many}");

@@ -1,6 +1,6 @@
 //! What need not be fetched again, also by the next visit? Immutable objects that are on disk, within a limit.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{ops::Range, path::PathBuf, sync::Arc};
 
 use belvedere_scene::BlobName;
 use bytes::Bytes;
@@ -63,6 +63,27 @@ impl<S: ByteSource> ByteSource for DiskCache<S> {
         let kept = bytes.clone();
         self.with_shelf(move |shelf| shelf.put(&name, &kept)).await;
         Ok((bytes, carried))
+    }
+
+    /// A part of what is in the folder, or of what the source has: that has no hash, and is not kept.
+    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
+        if let Ok(name) = BlobName::from_url(path)
+            && let Some(whole) = self.with_shelf(move |shelf| shelf.take(&name)).await.flatten()
+        {
+            return Ok((super::part_of(path, &whole, range)?, 0));
+        }
+        self.source.get_range(path, range).await
+    }
+
+    fn offers_bundles(&self) -> bool {
+        self.source.offers_bundles()
+    }
+
+    async fn keep(&self, path: &str, bytes: &Bytes) {
+        if let Ok(name) = BlobName::from_url(path) {
+            let kept = bytes.clone();
+            self.with_shelf(move |shelf| shelf.put(&name, &kept)).await;
+        }
     }
 }
 

@@ -1,7 +1,17 @@
 //! Where do bytes come from? A server, a CDN, or a folder; through a cache on disk, and asked for again when that may help.
 //! Sources go into each other: `DiskCache::open(folder, bytes, Retrying::new(HttpSource::new(address)?))`.
 
-use std::{future::Future, io::Read, path::PathBuf, time::Duration};
+use std::{
+    future::Future,
+    io::Read,
+    ops::Range,
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 mod disk_cache;
 mod retrying;
@@ -14,7 +24,7 @@ use bytes::Bytes;
 use flate2::read::GzDecoder;
 use reqwest::{
     StatusCode,
-    header::{ACCEPT_ENCODING, CONTENT_ENCODING},
+    header::{ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_RANGE, LINK, RANGE},
 };
 
 use crate::Error;
@@ -32,6 +42,37 @@ pub trait ByteSource: Send + Sync {
             Ok((bytes, carried))
         }
     }
+
+    /// A part of what is at a path, and what a line had to carry of it. Who cannot answer ranges answers out of the whole.
+    fn get_range(&self, path: &str, range: Range<u64>) -> impl Future<Output = Result<(Bytes, u64), Error>> + Send {
+        async move {
+            let (whole, carried) = self.get_carried(path).await?;
+            Ok((part_of(path, &whole, range)?, carried))
+        }
+    }
+
+    /// Whether many small objects may be asked for at once; what is not known yet is no.
+    fn offers_bundles(&self) -> bool {
+        false
+    }
+
+    /// Takes in an immutable object that came otherwise, for who keeps such things.
+    fn keep(&self, _path: &str, _bytes: &Bytes) -> impl Future<Output = ()> + Send {
+        async {}
+    }
+}
+
+/// A part of bytes that are here whole.
+fn part_of(path: &str, whole: &Bytes, range: Range<u64>) -> Result<Bytes, Error> {
+    let wrong = || Error::Length {
+        path: path.to_owned(),
+        found: whole.len() as u64,
+        expected: range.end,
+    };
+    let [from, to] = [range.start, range.end].map(|at| usize::try_from(at).unwrap_or(usize::MAX));
+    (from <= to && to <= whole.len())
+        .then(|| whole.slice(from..to))
+        .ok_or_else(wrong)
 }
 
 /// No document is larger than this once it is unpacked.
@@ -49,6 +90,8 @@ const MAY_CHANGE: [StatusCode; 3] = [
 pub struct HttpSource {
     base: String,
     http: reqwest::Client,
+    /// Whether an answer offered bundles.
+    bundles: Arc<AtomicBool>,
 }
 
 impl HttpSource {
@@ -70,27 +113,23 @@ impl HttpSource {
         Ok(Self {
             base: base.trim_end_matches('/').to_owned(),
             http,
+            bundles: Arc::default(),
         })
     }
 }
 
-impl ByteSource for HttpSource {
-    async fn get(&self, path: &str) -> Result<Bytes, Error> {
-        Ok(self.get_carried(path).await?.0)
-    }
-
-    async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        let failed = |cause: reqwest::Error| Error::Fetch {
-            path: path.to_owned(),
-            cause: chain(&cause),
+impl HttpSource {
+    /// Asks for a path, all of it or a part; answers with success only.
+    async fn ask(&self, path: &str, range: Option<&Range<u64>>) -> Result<reqwest::Response, Error> {
+        let request = self.http.get(format!("{}{path}", self.base));
+        let request = match range {
+            // A range of what is compressed would be one of other bytes.
+            Some(range) => request
+                .header(ACCEPT_ENCODING, "identity")
+                .header(RANGE, format!("bytes={}-{}", range.start, range.end.saturating_sub(1))),
+            None => request.header(ACCEPT_ENCODING, "gzip"),
         };
-        let answer = self
-            .http
-            .get(format!("{}{path}", self.base))
-            .header(ACCEPT_ENCODING, "gzip")
-            .send()
-            .await
-            .map_err(failed)?;
+        let answer = request.send().await.map_err(|cause| failed(path, &cause))?;
         let status = answer.status();
         if status == StatusCode::NOT_FOUND {
             return Err(Error::Missing(path.to_owned()));
@@ -101,15 +140,68 @@ impl ByteSource for HttpSource {
                 status: status.as_u16(),
             });
         }
-        let answer = answer.error_for_status().map_err(failed)?;
-        let packed = answer
+        let links = answer
             .headers()
-            .get(CONTENT_ENCODING)
-            .is_some_and(|encoding| encoding == "gzip");
-        let bytes = answer.bytes().await.map_err(failed)?;
+            .get_all(LINK)
+            .iter()
+            .filter_map(|link| link.to_str().ok());
+        if links
+            .into_iter()
+            .any(|link| link.contains("rel=\"bundles\"") || link.contains("rel=bundles"))
+        {
+            self.bundles.store(true, Ordering::Relaxed);
+        }
+        answer.error_for_status().map_err(|cause| failed(path, &cause))
+    }
+}
+
+fn failed(path: &str, cause: &reqwest::Error) -> Error {
+    Error::Fetch {
+        path: path.to_owned(),
+        cause: chain(cause),
+    }
+}
+
+impl ByteSource for HttpSource {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        Ok(self.get_carried(path).await?.0)
+    }
+
+    async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        let answer = self.ask(path, None).await?;
+        let encoding = answer.headers().get(CONTENT_ENCODING);
+        let packed = encoding.is_some_and(|encoding| encoding == "gzip");
+        let bytes = answer.bytes().await.map_err(|cause| failed(path, &cause))?;
         let carried = bytes.len() as u64;
         let bytes = if packed { unpacked(path, &bytes)? } else { bytes };
         Ok((bytes, carried))
+    }
+
+    /// A server that knows no ranges answers with all of it, and one that answers with another part is not believed.
+    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
+        let answer = self.ask(path, Some(&range)).await?;
+        let is_part = answer.status() == StatusCode::PARTIAL_CONTENT;
+        let told = answer.headers().get(CONTENT_RANGE).and_then(|told| told.to_str().ok());
+        let begins = format!("bytes {}-{}/", range.start, range.end.saturating_sub(1));
+        let right = told.is_some_and(|told| told.starts_with(&begins));
+        let bytes = answer.bytes().await.map_err(|cause| failed(path, &cause))?;
+        let carried = bytes.len() as u64;
+        let expected = range.end - range.start;
+        if !is_part {
+            return Ok((part_of(path, &bytes, range)?, carried));
+        }
+        if right && carried == expected {
+            return Ok((bytes, carried));
+        }
+        Err(Error::Length {
+            path: path.to_owned(),
+            found: carried,
+            expected,
+        })
+    }
+
+    fn offers_bundles(&self) -> bool {
+        self.bundles.load(Ordering::Relaxed)
     }
 }
 

@@ -2,7 +2,9 @@
 //! twice as long as the one before, more or less, so that clients that failed together do not come back together.
 
 use std::{
+    future::Future,
     hash::{BuildHasher, RandomState},
+    ops::Range,
     time::Duration,
 };
 
@@ -52,6 +54,26 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
                 answer => return answer,
             }
         }
+    }
+
+    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
+        let mut tried = 0;
+        loop {
+            let answer = self.source.get_range(path, range.clone()).await;
+            tried += 1;
+            match answer {
+                Err(cause) if cause.is_transient() && tried < TRIES => tokio::time::sleep(wait(path, tried)).await,
+                answer => return answer,
+            }
+        }
+    }
+
+    fn offers_bundles(&self) -> bool {
+        self.source.offers_bundles()
+    }
+
+    fn keep(&self, path: &str, bytes: &Bytes) -> impl Future<Output = ()> + Send {
+        self.source.keep(path, bytes)
     }
 }
 

@@ -1,6 +1,7 @@
 //! What did each request cost? A source that notes sizes and real latencies.
 
 use std::{
+    ops::Range,
     sync::Mutex,
     time::{Duration, Instant},
 };
@@ -35,18 +36,33 @@ impl<S> Metered<S> {
         let mut answers = self.answers.lock().expect("nothing panics while it holds this lock");
         std::mem::take(&mut *answers)
     }
-}
 
-impl<S: ByteSource> ByteSource for Metered<S> {
-    async fn get(&self, path: &str) -> Result<Bytes, Error> {
-        let started = Instant::now();
-        let fetched = self.source.get_carried(path).await;
+    fn note(&self, started: Instant, fetched: &Result<(Bytes, u64), Error>) {
         let answer = Answer {
             bytes: fetched.as_ref().map_or(0, |(_, carried)| *carried),
             took: started.elapsed(),
         };
         let mut answers = self.answers.lock().expect("nothing panics while it holds this lock");
         answers.push(answer);
+    }
+}
+
+impl<S: ByteSource> ByteSource for Metered<S> {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        let started = Instant::now();
+        let fetched = self.source.get_carried(path).await;
+        self.note(started, &fetched);
         fetched.map(|(bytes, _)| bytes)
+    }
+
+    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
+        let started = Instant::now();
+        let fetched = self.source.get_range(path, range).await;
+        self.note(started, &fetched);
+        fetched
+    }
+
+    fn offers_bundles(&self) -> bool {
+        self.source.offers_bundles()
     }
 }

@@ -5,12 +5,16 @@
 //! * [`script`]: where the visitor is, and when;
 //! * [`mod@line`]: when what was asked for arrives;
 //! * `metered`: what every document cost;
-//! * `visitor`: what is asked for next;
+//! * `courier`: what comes over the line;
+//! * `visitor`: carries out [`crate::strategy`];
+//! * `ledger`: whether what came ahead was worth it;
 //! * [`outcome`]: what became of it.
 //!
 //! Bytes are fetched for real, as fast as they come; *when* they arrive is simulated. So a tour of minutes takes seconds, and
 //! the same script gives the same numbers on any machine, but for the latencies of real requests.
 
+mod courier;
+mod ledger;
 pub mod line;
 mod metered;
 pub mod outcome;
@@ -18,10 +22,10 @@ pub mod script;
 mod visitor;
 
 pub use line::Line;
-pub use outcome::{Frame, Outcome, Tour};
+pub use outcome::{Causes, Frame, Latency, Memory, Outcome, Quality, Tour, Way, Ways};
 pub use script::{Script, ScriptError};
 
-use crate::{ByteSource, Client, Error};
+use crate::{ByteSource, Client, Error, strategy::order::Budgets};
 use belvedere_scene::SceneName;
 use metered::Metered;
 use visitor::Visitor;
@@ -31,8 +35,14 @@ use visitor::Visitor;
 pub struct TourSettings {
     /// The line to the visitor.
     pub line: Line,
-    /// Whether the cell that the visitor heads for is fetched ahead.
+    /// Whether what can be seen from cells that may be entered soon is fetched ahead.
     pub prefetch: bool,
+    /// Whether smooth LODs are used where they cost less than levels.
+    pub smooth: bool,
+    /// Whether small files come together where the server offers that.
+    pub bundles: bool,
+    /// Memory of all files that are held or on their way, bytes; documents apart.
+    pub memory_bytes: u64,
     /// Frames each second, of the scripted time.
     pub frames_per_s: f64,
     /// Levels are refined until their error covers at most so many pixels of a picture 1,080 pixels high.
@@ -44,8 +54,22 @@ impl Default for TourSettings {
         Self {
             line: Line::default(),
             prefetch: true,
+            smooth: true,
+            bundles: true,
+            memory_bytes: u64::MAX,
             frames_per_s: 10.0,
             target_px: 1.0,
+        }
+    }
+}
+
+impl TourSettings {
+    fn budgets(&self) -> Budgets {
+        Budgets {
+            target_px: self.target_px,
+            memory_bytes: self.memory_bytes,
+            prefetch: self.prefetch,
+            ..Budgets::default()
         }
     }
 }

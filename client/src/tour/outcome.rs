@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
+use crate::strategy::residency::Residency;
+
 /// A moment of a tour.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Frame {
     /// Scripted time, milliseconds.
     pub t_ms: f64,
@@ -13,6 +15,10 @@ pub struct Frame {
     pub missing: u32,
     /// Bytes that have come so far.
     pub bytes: u64,
+    /// The share of these objects that are as sharp as the eye can tell.
+    pub sharp: f64,
+    /// The share that is drawn by rungs of smooth LODs; what else is there is drawn by levels.
+    pub rungs: f64,
 }
 
 /// What became of one visitor.
@@ -24,6 +30,10 @@ pub struct Tour {
     pub converged_ms: Option<f64>,
     /// Why bytes came.
     pub bytes: Causes,
+    /// How bytes came.
+    pub ways: Ways,
+    /// What memory did.
+    pub memory: Memory,
     /// Requests.
     pub requests: u64,
     /// What could not be fetched or read, each time …
@@ -58,6 +68,84 @@ pub struct Causes {
     pub prefetched_wasted: u64,
 }
 
+/// Requests and the bytes that came with them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Way {
+    /// Requests.
+    pub requests: u64,
+    /// Bytes of their answers, as they travelled.
+    pub bytes: u64,
+}
+
+/// How bytes came.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Ways {
+    /// Documents: where cells and objects are, and what there is of them.
+    pub document_bytes: u64,
+    /// Files alone.
+    pub alone: Way,
+    /// Coarsest levels in packs.
+    pub packs: Way,
+    /// Small files together.
+    pub bundles: Way,
+    /// How many files came in bundles.
+    pub bundled_files: u64,
+}
+
+impl Ways {
+    fn and(self, other: Self) -> Self {
+        let both = |of: fn(&Self) -> Way| Way {
+            requests: of(&self).requests + of(&other).requests,
+            bytes: of(&self).bytes + of(&other).bytes,
+        };
+        Self {
+            document_bytes: self.document_bytes + other.document_bytes,
+            alone: both(|ways| ways.alone),
+            packs: both(|ways| ways.packs),
+            bundles: both(|ways| ways.bundles),
+            bundled_files: self.bundled_files + other.bundled_files,
+        }
+    }
+}
+
+/// What memory did; of all visitors, the most of each, or the sum of what went.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// The most that was held and on its way at once, bytes.
+    pub peak_bytes: u64,
+    /// What the coarsest of all that can be seen from a cell and from its known neighbours takes at most, bytes.
+    pub needed_bytes: u64,
+    /// Bytes that went for want of memory …
+    pub evicted_bytes: u64,
+    /// … and were fetched again.
+    pub again_bytes: u64,
+    /// Cells for which memory does not suffice.
+    pub short_cells: u64,
+}
+
+impl Memory {
+    pub(super) fn of(residency: &Residency, needed_bytes: u64, short_cells: u64) -> Self {
+        let evictions = residency.evictions();
+        Self {
+            peak_bytes: residency.peak_bytes(),
+            needed_bytes,
+            evicted_bytes: evictions.bytes,
+            again_bytes: evictions.again_bytes,
+            short_cells,
+        }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            peak_bytes: self.peak_bytes.max(other.peak_bytes),
+            needed_bytes: self.needed_bytes.max(other.needed_bytes),
+            evicted_bytes: self.evicted_bytes + other.evicted_bytes,
+            again_bytes: self.again_bytes + other.again_bytes,
+            short_cells: self.short_cells + other.short_cells,
+        }
+    }
+}
+
 /// Download quality over frames, 0 to 1; null where there is no frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Quality {
@@ -87,10 +175,18 @@ pub struct Outcome {
     pub frames: u64,
     /// Over the frames after each visitor's convergence.
     pub quality: Quality,
+    /// The share of objects that are as sharp as the eye can tell, mean over those frames; null where there is none.
+    pub sharp: Option<f64>,
+    /// The share that is drawn by rungs of smooth LODs, likewise; what else is there is drawn by levels.
+    pub drawn_by_rungs: Option<f64>,
     /// Objects in sight of which nothing was there, summed over those frames.
     pub holes: u64,
     /// Of all visitors.
     pub bytes: Causes,
+    /// How bytes came, of all visitors.
+    pub came: Ways,
+    /// What memory did.
+    pub memory: Memory,
     /// The mean over visitors of how long all that can be seen from the first cell took to come; null when one never had it.
     pub convergence_s: Option<f64>,
     /// Of all visitors.
@@ -129,6 +225,10 @@ impl Outcome {
                 mean: mean(frames.iter().map(|frame| frame.quality)),
                 p5: at_share(&frames, 0.05).map(|frame| frame.quality),
             },
+            sharp: mean(frames.iter().map(|frame| frame.sharp)),
+            drawn_by_rungs: mean(frames.iter().map(|frame| frame.rungs)),
+            came: tours.iter().fold(Ways::default(), |all, tour| all.and(tour.ways)),
+            memory: tours.iter().fold(Memory::default(), |all, tour| all.and(tour.memory)),
             holes: frames.iter().map(|frame| u64::from(frame.missing)).sum(),
             bytes: Causes {
                 needed: sum(|tour| tour.bytes.needed),
@@ -176,6 +276,8 @@ mod tests {
             quality,
             missing,
             bytes: 0,
+            sharp: 0.0,
+            rungs: 0.0,
         };
         let tour = Tour {
             frames: vec![frame(0.0, 0.0, 9), frame(100.0, 1.0, 0), frame(200.0, 0.5, 2)],

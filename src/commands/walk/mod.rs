@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use belvedere_client::{
-    ByteSource, Client, FolderSource, HttpSource,
+    ByteSource, Client, FolderSource, HttpSource, Retrying,
     tour::{self, Line, Outcome, Script, Tour, TourSettings},
 };
 use belvedere_scene::SceneName;
@@ -38,6 +38,15 @@ pub(super) struct Args {
     /// Whether what lies ahead is fetched before it is seen
     #[arg(long, default_value = "on", value_parser = ["on", "off"])]
     prefetch: String,
+    /// Whether smooth LODs are used where they cost less than levels
+    #[arg(long, default_value = "on", value_parser = ["on", "off"])]
+    smooth: String,
+    /// Whether small files come together where the server offers that
+    #[arg(long, default_value = "on", value_parser = ["on", "off"])]
+    bundles: String,
+    /// Memory of each visitor for what it has fetched: 64M, 500k; by default without limit
+    #[arg(long, value_parser = quantity::bytes)]
+    memory: Option<u64>,
     /// Visitors at once; made-up walks differ, and of a script each starts a second later
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     sessions: u32,
@@ -68,7 +77,7 @@ const LONGEST_S: f64 = 86_400.0;
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.tree.contains("://") {
-        let source = HttpSource::new(&args.tree)?;
+        let source = Retrying::new(HttpSource::new(&args.tree)?);
         walk(args, source).await
     } else {
         anyhow::ensure!(
@@ -88,6 +97,9 @@ async fn walk<S: ByteSource + Clone + 'static>(args: Args, source: S) -> anyhow:
             latency_ms: args.latency,
         },
         prefetch: args.prefetch == "on",
+        smooth: args.smooth == "on",
+        bundles: args.bundles == "on",
+        memory_bytes: args.memory.unwrap_or(u64::MAX),
         ..TourSettings::default()
     };
     let scripts = scripts(&args, &source).await?;
@@ -184,6 +196,10 @@ fn summary(outcome: &Outcome) -> String {
             format!("{}, {}", shown(quality.p5), shown(quality.min)),
         ),
         row(
+            "as sharp as the eye can tell; drawn by smooth LODs",
+            format!("{}; {}", shown(outcome.sharp), shown(outcome.drawn_by_rungs)),
+        ),
+        row(
             "objects in sight without any level, summed over frames",
             outcome.holes.to_string(),
         ),
@@ -191,11 +207,33 @@ fn summary(outcome: &Outcome) -> String {
         row("  … fetched ahead and seen", bytes(causes.prefetched_used)),
         row("  … fetched ahead and never seen", bytes(causes.prefetched_wasted)),
         row("requests", outcome.requests.to_string()),
+        row("  … for files alone, for packs, for bundles", {
+            let ways = &outcome.came;
+            format!(
+                "{}, {}, {}",
+                ways.alone.requests, ways.packs.requests, ways.bundles.requests
+            )
+        }),
+        row(
+            "most memory of a visitor; a cell and its neighbours take",
+            format!(
+                "{}; {}",
+                bytes(outcome.memory.peak_bytes),
+                bytes(outcome.memory.needed_bytes)
+            ),
+        ),
         row(
             "their real latency, half and 99 of 100 below",
             format!("{:.1} ms, {:.1} ms", outcome.latency_ms.p50, outcome.latency_ms.p99),
         ),
     ];
+    if outcome.memory.evicted_bytes > 0 {
+        let memory = &outcome.memory;
+        rows.push(row(
+            "  … went for want of it; and was fetched again",
+            format!("{}; {}", bytes(memory.evicted_bytes), bytes(memory.again_bytes)),
+        ));
+    }
     if outcome.failures > 0 {
         rows.push(row("could not be read", outcome.failures.to_string()));
         let firsts = outcome.first_failures.iter().enumerate();

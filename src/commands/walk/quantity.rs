@@ -6,6 +6,12 @@ pub(super) fn bits_per_s(text: &str) -> Result<f64, String> {
     above_zero(text, &units, "a bandwidth in bits a second, such as 128k or 5M")
 }
 
+/// `64M`, `500k`, `1000000`: bytes.
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    let units = [("k", 1e3), ("M", 1e6), ("G", 1e9), ("", 1.0)];
+    above_zero(text, &units, "an amount of memory in bytes, such as 64M or 500k").map(|bytes| bytes as u64)
+}
+
 /// `3km/h`, `1.5m/s`: metres a second.
 pub(super) fn metres_per_s(text: &str) -> Result<f64, String> {
     let units = [("km/h", 1.0 / 3.6), ("m/s", 1.0)];
@@ -51,6 +57,7 @@ mod tests {
     fn quantities_have_units() {
         assert_eq!(bits_per_s("128k"), Ok(128e3));
         assert_eq!(bits_per_s("56000"), Ok(56e3));
+        assert_eq!(bytes("64M"), Ok(64_000_000));
         assert_eq!(metres_per_s("36 km/h"), Ok(10.0));
         assert_eq!(milliseconds("0.2s"), Ok(200.0));
         assert_eq!(share("95%"), Ok(0.95));

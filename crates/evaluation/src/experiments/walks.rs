@@ -206,6 +206,7 @@ mod tests {
             quality,
             missing,
             bytes,
+            ..Frame::default()
         };
         Tour {
             frames: vec![

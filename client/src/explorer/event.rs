@@ -1,0 +1,56 @@
+//! How does an explorer go about it, and what does it say?
+
+use belvedere_scene::{CellId, ModelId};
+
+use crate::{
+    Error,
+    strategy::{grade::Grade, order::Budgets},
+};
+
+/// How an explorer goes about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExplorerOptions {
+    /// Memory, triangles, how fine, and whether ahead.
+    pub budgets: Budgets,
+    /// Whether smooth LODs are used where they cost less than levels.
+    pub smooth: bool,
+    /// Whether small files come together where the server offers that.
+    pub bundles: bool,
+}
+
+impl Default for ExplorerOptions {
+    /// Everything, within 256 MB.
+    fn default() -> Self {
+        let budgets = Budgets {
+            memory_bytes: 256_000_000,
+            ..Budgets::default()
+        };
+        Self {
+            budgets,
+            smooth: true,
+            bundles: true,
+        }
+    }
+}
+
+/// What has happened.
+#[derive(Debug)]
+pub enum Event {
+    /// What can be seen from this cell is what counts now.
+    Entered(CellId),
+    /// A model can be drawn so from now on; [`crate::Explorer::mesh`] gives it.
+    Drawn {
+        /// The model.
+        model: ModelId,
+        /// Its level or rung.
+        grade: Grade,
+        /// Why it was fetched.
+        why: String,
+    },
+    /// A model was drawn more coarsely again, for want of memory; [`crate::Explorer::mesh`] gives it.
+    Blunted(ModelId),
+    /// Nothing of a model is held any more.
+    Dropped(ModelId),
+    /// Something could not be had; the walk goes on with what is there.
+    Problem(Error),
+}

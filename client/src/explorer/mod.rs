@@ -1,0 +1,298 @@
+//! How does a program walk through a scene without caring what to fetch? Carries out [`crate::strategy`] over a source: many
+//! requests at once, those that nobody needs any more cancelled, all of it verified, within memory. What cannot be had is
+//! told and done without; a level stands in for another, or for a smooth LOD.
+//!
+//! ```no_run
+//! # async fn walk() -> Result<(), belvedere_client::Error> {
+//! use belvedere_client::{Client, Event, Explorer, ExplorerOptions, HttpSource, Retrying, strategy::sight::Eye};
+//!
+//! let client = Client::new(Retrying::new(HttpSource::new("http://127.0.0.1:8080")?));
+//! let scene = client.open(&"museum".parse().expect("a scene name")).await?;
+//! let eye = Eye::at(scene.pointer().viewpoints[0].position);
+//! let mut explorer = Explorer::new(scene, ExplorerOptions::default());
+//! explorer.follow(eye).await;
+//! while let Some(events) = explorer.advance().await {
+//!     for event in events {
+//!         if let Event::Drawn { model, .. } = event {
+//!             let mesh = explorer.mesh(model); // to be decoded and drawn instead of the one before
+//!         }
+//!     }
+//!     println!("{}", explorer.progress());
+//! }
+//! # Ok(())
+//! # }
+//! ```
+
+mod event;
+mod mesh;
+mod tasks;
+
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+    time::Instant,
+};
+
+use belvedere_scene::{CellId, ModelId, index::CellEntry};
+use bytes::Bytes;
+use tokio::task::{Id, JoinSet};
+
+pub use event::{Event, ExplorerOptions};
+pub use mesh::{Geometry, Mesh};
+use tasks::{Brought, UnderWay};
+
+use crate::{
+    ByteSource, Error, Scene,
+    atlas::Atlas,
+    fetch::{Manners, Streams},
+    strategy::{
+        ahead::{Approach, approaches, is_worth_knowing},
+        file::Key,
+        meter::Meter,
+        motion::Motion,
+        nearness::steps_to_models,
+        order::{Change, View},
+        plan::{self, Held},
+        planner::Planner,
+        progress::{Progress, first_progress, sharp_progress},
+        sight::{Eye, Seen},
+    },
+};
+
+/// Walks through one revision of a scene.
+pub struct Explorer<S> {
+    scene: Arc<Scene<S>>,
+    options: ExplorerOptions,
+    atlas: Atlas,
+    /// Cells that were read of, or are being read of.
+    asked: HashSet<CellId>,
+    planner: Planner,
+    meter: Meter,
+    motion: Motion,
+    manners: Arc<Manners>,
+    streams: Streams,
+    files: HashMap<Key, Bytes>,
+    tasks: JoinSet<Brought>,
+    under_way: HashMap<Id, UnderWay>,
+    /// The cell at the eye, and that of which one knows what can be seen.
+    at: Option<CellEntry>,
+    shown: Option<CellId>,
+    eye: Option<Eye>,
+    short_in: HashSet<CellId>,
+    events: Vec<Event>,
+    started: Instant,
+    cancelled: u64,
+}
+
+impl<S: ByteSource + 'static> Explorer<S> {
+    /// Stands nowhere and holds nothing at first.
+    #[must_use]
+    pub fn new(scene: Scene<S>, options: ExplorerOptions) -> Self {
+        Self {
+            scene: Arc::new(scene),
+            options,
+            atlas: Atlas::default(),
+            asked: HashSet::new(),
+            planner: Planner::new(options.budgets),
+            meter: Meter::default(),
+            motion: Motion::default(),
+            manners: Arc::default(),
+            streams: Streams::default(),
+            files: HashMap::new(),
+            tasks: JoinSet::new(),
+            under_way: HashMap::new(),
+            at: None,
+            shown: None,
+            eye: None,
+            short_in: HashSet::new(),
+            events: Vec::new(),
+            started: Instant::now(),
+            cancelled: 0,
+        }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene<S> {
+        &self.scene
+    }
+
+    /// The eye is there now. Next door that mostly asks nobody; what is wanted from there is asked for.
+    pub async fn follow(&mut self, eye: Eye) {
+        self.motion.observe(self.started.elapsed().as_secs_f64(), eye.position);
+        self.eye = Some(eye);
+        let located = match &self.at {
+            Some(entry) => self.scene.locate_from(entry, eye.position).await,
+            None => self.scene.locate(eye.position).await,
+        };
+        match located {
+            Ok(located) => {
+                let cell = located.cell.cell;
+                if self.asked.insert(cell) {
+                    self.read(Ok(located.cell.clone()));
+                }
+                self.at = Some(located.cell);
+                self.show(cell);
+            }
+            Err(cause) => self.events.push(Event::Problem(cause)),
+        }
+        self.replan();
+    }
+
+    /// Waits until something has happened, and says what; `None` when nothing is under way, so that nothing will. May be
+    /// called off at any time, for a new [`Explorer::follow`].
+    pub async fn advance(&mut self) -> Option<Vec<Event>> {
+        while self.events.is_empty() {
+            match self.tasks.join_next_with_id().await? {
+                Ok((id, brought)) => self.take(id, brought),
+                // It was cancelled.
+                Err(cause) => _ = self.under_way.remove(&cause.id()),
+            }
+        }
+        Some(std::mem::take(&mut self.events))
+    }
+
+    /// What can be seen, largest solid angle first, as far as it is known.
+    #[must_use]
+    pub fn visible(&self) -> &[Seen] {
+        self.shown.map_or(&[], |cell| self.atlas.seen_from(cell))
+    }
+
+    /// Towards the first picture.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        first_progress(self.visible(), &self.planner.residency)
+    }
+
+    /// Towards a picture that is as sharp as it will get from here.
+    #[must_use]
+    pub fn sharp_progress(&self) -> Progress {
+        let target_px = self.options.budgets.target_px;
+        self.eye.map_or_else(Progress::default, |eye| {
+            sharp_progress(self.visible(), &self.planner.residency, &eye, target_px)
+        })
+    }
+
+    /// Visible objects of which nothing is held.
+    #[must_use]
+    pub fn missing(&self) -> usize {
+        let lacks = |seen: &&Seen| self.planner.residency.held(seen.model).is_none();
+        self.visible().iter().filter(lacks).count()
+    }
+
+    /// Memory of what is held, bytes.
+    #[must_use]
+    pub fn memory_bytes(&self) -> u64 {
+        self.planner.residency.bytes()
+    }
+
+    /// How many requests were called off because nobody needed their answers any more.
+    #[must_use]
+    pub fn cancelled(&self) -> u64 {
+        self.cancelled
+    }
+
+    /// Tries again what could not be had.
+    pub fn retry(&mut self) {
+        self.planner.residency.forgive();
+        self.replan();
+    }
+
+    /// What a model is drawn with.
+    #[must_use]
+    pub fn mesh(&self, model: ModelId) -> Option<Mesh> {
+        mesh::of(&self.planner, model, &self.files)
+    }
+
+    /// What can be seen from a cell counts from now on, if it is known.
+    fn show(&mut self, cell: CellId) {
+        if self.at.as_ref().is_none_or(|at| at.cell != cell) || self.atlas.place(cell).is_none() {
+            return;
+        }
+        if self.shown.replace(cell) != Some(cell) {
+            self.events.push(Event::Entered(cell));
+        }
+        self.look_around(cell);
+    }
+
+    /// Says what is needed here and how near what else is; and whether memory can hold it.
+    fn look_around(&mut self, cell: CellId) {
+        let seen = self.atlas.seen_from(cell);
+        let models = seen.iter().map(|seen| seen.model).collect();
+        let steps = steps_to_models(cell, &self.atlas, |cell| self.atlas.seen_from(cell));
+        let needed_bytes = plan::least_bytes(self.atlas.seen_around(cell), &self.planner.residency);
+        self.planner.residency.need(models, steps);
+        let limit_bytes = self.planner.residency.limit_bytes();
+        if needed_bytes > limit_bytes && self.short_in.insert(cell) {
+            self.events.push(Event::Problem(Error::MemoryShort {
+                cell,
+                needed_bytes,
+                limit_bytes,
+            }));
+        }
+    }
+
+    fn note(&mut self, changes: Vec<Change>) {
+        for change in changes {
+            match change {
+                Change::Held(wish) => self.events.push(Event::Drawn {
+                    model: wish.model,
+                    grade: wish.grade,
+                    why: wish.to_string(),
+                }),
+                Change::Blunted(model) => self.events.push(Event::Blunted(model)),
+                Change::Dropped(model) => self.events.push(Event::Dropped(model)),
+                Change::Gone(key) => _ = self.files.remove(&key),
+            }
+        }
+    }
+
+    /// Cells that may be entered soon; those are read of.
+    fn look_ahead(&mut self, shown: CellId, eye: &Eye) -> Vec<Approach> {
+        if !self.options.budgets.prefetch {
+            return Vec::new();
+        }
+        let ahead = approaches(shown, &self.atlas, eye.position, self.motion.velocity_mps());
+        for approach in &ahead {
+            if is_worth_knowing(approach.in_s, self.meter.bytes_per_s()) && self.asked.insert(approach.cell) {
+                self.read(Err(approach.cell));
+            }
+        }
+        ahead
+    }
+
+    /// Makes what is under way equal to what is wanted.
+    fn replan(&mut self) {
+        let (Some(shown), Some(eye)) = (self.shown, self.eye) else {
+            return;
+        };
+        let ahead = if self.missing() == 0 {
+            self.look_ahead(shown, &eye)
+        } else {
+            Vec::new()
+        };
+        let known = ahead
+            .into_iter()
+            .filter(|approach| self.atlas.place(approach.cell).is_some());
+        let view = View {
+            eye,
+            here: self.atlas.seen_from(shown),
+            is_all_known: true,
+            ahead: known
+                .map(|approach| (approach, self.atlas.seen_from(approach.cell)))
+                .collect(),
+        };
+        let offered = self.scene.source().offers_bundles() && !self.manners.bundles_refused();
+        self.planner.offer_bundles(self.options.bundles && offered);
+        let mut changes = self.planner.plan(&view, self.meter.bytes_per_s());
+        self.cancel();
+        while self
+            .meter
+            .has_room(self.under_way.len(), self.planner.residency.asked_bytes())
+            && let Some(order) = self.planner.next(&mut changes)
+        {
+            self.start(order);
+        }
+        self.note(changes);
+    }
+}

@@ -1,0 +1,154 @@
+//! What is under way, beside all else? Cells that are read of, and requests; what comes of them is taken in one by one.
+
+use std::collections::HashMap;
+
+use belvedere_scene::{CellId, index::CellEntry, rung::RungName};
+use bytes::Bytes;
+use tokio::task::{AbortHandle, Id};
+
+use super::{Event, Explorer};
+use crate::{
+    ByteSource, Error,
+    atlas::{self, Place},
+    fetch,
+    strategy::{
+        file::{FileName, FileRef},
+        order::Order,
+    },
+};
+
+/// What a task brings.
+pub(super) enum Brought {
+    Place(Box<Place>, Vec<Error>),
+    NoPlace(CellId, Error),
+    Files(Vec<(FileRef, Result<Bytes, Error>)>),
+}
+
+pub(super) struct UnderWay {
+    order: Order,
+    asked_s: f64,
+    abort: AbortHandle,
+}
+
+impl<S: ByteSource + 'static> Explorer<S> {
+    /// Reads what can be seen from a cell, beside all else.
+    pub(super) fn read(&mut self, entry: Result<CellEntry, CellId>) {
+        let (scene, smooth) = (self.scene.clone(), self.options.smooth);
+        self.tasks.spawn(async move {
+            let entry = match entry {
+                Ok(entry) => entry,
+                Err(cell) => match scene.cell(cell).await {
+                    Ok(Some(entry)) => entry,
+                    Ok(None) => return Brought::NoPlace(cell, Error::NoCells),
+                    Err(cause) => return Brought::NoPlace(cell, cause),
+                },
+            };
+            let record = scene.record(&entry).await;
+            let (place, failures) = atlas::look(&scene, entry, record, smooth).await;
+            Brought::Place(Box::new(place), failures)
+        });
+    }
+
+    pub(super) fn take(&mut self, id: Id, brought: Brought) {
+        let under_way = self.under_way.remove(&id);
+        match brought {
+            Brought::Place(place, failures) => {
+                let cell = place.entry.cell;
+                self.events.extend(failures.into_iter().map(Event::Problem));
+                self.atlas.add(*place);
+                self.show(cell);
+                if let Some(shown) = self.shown {
+                    self.look_around(shown);
+                }
+            }
+            // It will be asked for again when one is there.
+            Brought::NoPlace(cell, cause) => {
+                self.events.push(Event::Problem(cause));
+                self.asked.insert(cell);
+            }
+            Brought::Files(files) => {
+                if let Some(one) = under_way {
+                    let bytes: f64 = one.order.files.iter().map(FileRef::compressed_bytes).sum();
+                    self.meter
+                        .came(one.asked_s, self.started.elapsed().as_secs_f64(), bytes);
+                }
+                for (file, result) in files {
+                    if let Err(cause) = result.and_then(|bytes| self.keep(&file, bytes)) {
+                        self.planner.residency.lose(file.name.key());
+                        self.events.push(Event::Problem(cause));
+                    }
+                }
+                let changes = self.planner.settle();
+                self.note(changes);
+            }
+        }
+        self.replan();
+    }
+
+    /// Takes in a file. A stream whose last rung it is must be what its name promises.
+    fn keep(&mut self, file: &FileRef, bytes: Bytes) -> Result<(), Error> {
+        if let FileName::Rung(rung) = &file.name
+            && let Some(model) = self.planner.model_of_stream(rung.hash).cloned()
+            && self.streams.take(rung, bytes.clone(), &model) == Some(false)
+        {
+            self.planner.lose_stream(&model);
+            return Err(Error::Stream(rung.whole()));
+        }
+        let members = self.planner.arrive(file, bytes.len() as u64);
+        for member in &members {
+            let [from, to] = [member.from, member.from + member.bytes].map(|at| at as usize);
+            if let Some(part) = bytes.get(from..to) {
+                // A copy, so that what stays does not keep the others in memory.
+                self.files.insert(member.key, Bytes::copy_from_slice(part));
+            }
+        }
+        if self.planner.is_here(file.name.key()) {
+            self.files.insert(file.name.key(), bytes);
+        }
+        Ok(())
+    }
+
+    /// Calls off what nobody needs any more.
+    pub(super) fn cancel(&mut self) {
+        let planner = &mut self.planner;
+        let useless: Vec<Id> = self
+            .under_way
+            .iter()
+            .filter(|(_, one)| !planner.is_wanted(&one.order))
+            .map(|(id, _)| *id)
+            .collect();
+        for id in useless {
+            let Some(one) = self.under_way.remove(&id) else {
+                continue;
+            };
+            one.abort.abort();
+            self.cancelled += 1;
+            for file in &one.order.files {
+                planner.residency.withdraw(file.name.key());
+            }
+        }
+    }
+
+    pub(super) fn start(&mut self, order: Order) {
+        let rungs = order.files.iter().filter_map(|file| match &file.name {
+            FileName::Rung(rung) => Some(rung),
+            FileName::Object(_) => None,
+        });
+        let end = |rung: &RungName| {
+            let smooth = self.planner.model_of_stream(rung.hash)?.smooth.as_ref()?;
+            smooth.rungs.get(usize::from(rung.number)).map(|rung| rung.to)
+        };
+        let ends: HashMap<RungName, u64> = rungs.filter_map(|rung| Some((*rung, end(rung)?))).collect();
+        let (scene, manners, asked) = (self.scene.clone(), self.manners.clone(), order.clone());
+        let abort = self.tasks.spawn(async move {
+            let fetched = fetch::fetch(&scene, &manners, &asked, |rung| ends.get(rung).copied()).await;
+            Brought::Files(fetched)
+        });
+        let one = UnderWay {
+            order,
+            asked_s: self.started.elapsed().as_secs_f64(),
+            abort,
+        };
+        self.under_way.insert(one.abort.id(), one);
+    }
+}

@@ -1,0 +1,150 @@
+//! How does a request of the planner become bytes that can be believed? An object is verified against its name. Rungs come
+//! from their own addresses, or as ranges of their stream where a tree has no such addresses, and are compared with its
+//! hash when all have come. What does not come in a bundle as it should comes alone.
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use belvedere_scene::{BlobHash, object::Model, rung::RungName};
+use bytes::Bytes;
+
+use crate::{
+    ByteSource, Error, Scene,
+    strategy::{
+        bundles,
+        file::{FileName, FileRef},
+        order::Order,
+    },
+};
+
+/// How a tree was found to answer.
+#[derive(Debug, Default)]
+pub(crate) struct Manners {
+    /// Rungs have no addresses of their own.
+    ranges: AtomicBool,
+    /// A bundle was not what it should be.
+    bundles_refused: AtomicBool,
+}
+
+impl Manners {
+    pub(crate) fn bundles_refused(&self) -> bool {
+        self.bundles_refused.load(Ordering::Relaxed)
+    }
+}
+
+/// Fetches all files of an order; each is here or has its own error. `ends` says at which byte of its stream a rung ends.
+pub(crate) async fn fetch<S: ByteSource>(
+    scene: &Scene<S>,
+    manners: &Manners,
+    order: &Order,
+    ends: impl Fn(&RungName) -> Option<u64>,
+) -> Vec<(FileRef, Result<Bytes, Error>)> {
+    let mut found = Vec::with_capacity(order.files.len());
+    let members = if order.files.len() > 1 {
+        bundle(scene, manners, order).await
+    } else {
+        vec![None; order.files.len()]
+    };
+    for (file, member) in order.files.iter().zip(members) {
+        let bytes = match member {
+            Some(bytes) => Ok(bytes),
+            None => alone(scene, manners, file, &ends).await,
+        };
+        found.push((file.clone(), bytes));
+    }
+    found
+}
+
+/// The members of a bundle, those that came as they should.
+async fn bundle<S: ByteSource>(scene: &Scene<S>, manners: &Manners, order: &Order) -> Vec<Option<Bytes>> {
+    let answer = scene.source().get(&order.path()).await;
+    let count = order.files.len();
+    let members = match &answer {
+        Ok(bytes) => bundles::members_of(bytes, count),
+        Err(_) => None,
+    };
+    let passes = answer.as_ref().is_err_and(Error::is_transient);
+    let Some(members) = members else {
+        // What the server cannot answer so once, it is not asked so again.
+        manners.bundles_refused.fetch_or(!passes, Ordering::Relaxed);
+        return vec![None; count];
+    };
+    let mut right = Vec::with_capacity(count);
+    for (file, bytes) in order.files.iter().zip(members) {
+        let is_right = bytes.len() as u64 == file.bytes && file.name.may_be(&bytes);
+        if is_right {
+            scene.source().keep(&file.name.path(), &bytes).await;
+        }
+        right.push(is_right.then_some(bytes));
+    }
+    right
+}
+
+async fn alone<S: ByteSource>(
+    scene: &Scene<S>,
+    manners: &Manners,
+    file: &FileRef,
+    ends: impl Fn(&RungName) -> Option<u64>,
+) -> Result<Bytes, Error> {
+    let bytes = match &file.name {
+        FileName::Object(name) => scene.blob(name).await?,
+        FileName::Rung(rung) => rung_of(scene, manners, rung, file.bytes, ends(rung)).await?,
+    };
+    if bytes.len() as u64 == file.bytes {
+        return Ok(bytes);
+    }
+    Err(Error::Length {
+        path: file.name.path(),
+        found: bytes.len() as u64,
+        expected: file.bytes,
+    })
+}
+
+/// A rung from its own address, or so many bytes of its stream up to where it ends.
+async fn rung_of<S: ByteSource>(
+    scene: &Scene<S>,
+    manners: &Manners,
+    rung: &RungName,
+    bytes: u64,
+    end: Option<u64>,
+) -> Result<Bytes, Error> {
+    let path = rung.to_string();
+    let mut answer = Err(Error::Missing(path.clone()));
+    if !manners.ranges.load(Ordering::Relaxed) {
+        answer = scene.source().get(&path).await;
+    }
+    if matches!(answer, Err(Error::Missing(_) | Error::Refused { .. }))
+        && let Some(to) = end
+    {
+        let range = to.saturating_sub(bytes)..to;
+        answer = scene
+            .source()
+            .get_range(&rung.whole().url(), range)
+            .await
+            .map(|(bytes, _)| bytes);
+        manners.ranges.fetch_or(answer.is_ok(), Ordering::Relaxed);
+    }
+    answer
+}
+
+/// Rungs that have come, until their streams are whole.
+#[derive(Debug, Default)]
+pub(crate) struct Streams {
+    rungs: HashMap<BlobHash, BTreeMap<u8, Bytes>>,
+}
+
+impl Streams {
+    /// Takes in a rung of a model; answers whether the stream is whole now, and right or wrong.
+    pub(crate) fn take(&mut self, rung: &RungName, bytes: Bytes, model: &Model) -> Option<bool> {
+        let smooth = model.smooth.as_ref()?;
+        let known = self.rungs.entry(rung.hash).or_default();
+        known.insert(rung.number, bytes);
+        if known.len() < smooth.rungs.len() {
+            return None;
+        }
+        let whole: Vec<u8> = self.rungs.remove(&rung.hash)?.into_values().flatten().collect();
+        Some(smooth.url.is_of(&whole))
+    }
+}

@@ -1,0 +1,339 @@
+//! What is held, what has been promised a place, and what goes when memory is short? Of each model what came of it first,
+//! its *base*, and at most one finer grade, its *detail*, which can go at any time without leaving a hole. Files are counted
+//! by who uses them, so that a picture that many models share is held once, and goes with the last of them.
+//!
+//! Guarantees, as in `viewer/core/residency.ts`: nothing is promised that would exceed the limit together with what is held
+//! and promised already, and the base of what is visible never goes. Files that nobody uses go first, then details, then
+//! bases; of each those first that are needed furthest away, counted in steps from cell to adjacent cell, and of these the
+//! longest unused (Marvie & Bouatouch, *A VRML97-X3D extension for massive scenery management in virtual worlds*, 2004,
+//! §6.2).
+
+use std::collections::{HashMap, HashSet};
+
+use belvedere_scene::ModelId;
+
+use super::{
+    file::{FileRef, Key},
+    grade::{Grade, State, Stock},
+    memory::{Evictions, Gone, Terms},
+    plan::Held,
+};
+
+#[derive(Debug, Clone, Copy)]
+struct File {
+    bytes: u64,
+    users: u32,
+    last_used: u64,
+}
+
+#[derive(Debug, Clone)]
+struct Mesh {
+    grade: Grade,
+    files: Vec<Key>,
+}
+
+#[derive(Debug, Clone)]
+struct Resident {
+    base: Mesh,
+    detail: Option<Mesh>,
+    last_needed: u64,
+}
+
+impl Resident {
+    fn drawn(&self) -> &Mesh {
+        self.detail.as_ref().unwrap_or(&self.base)
+    }
+}
+
+/// What is held and on its way, within a limit.
+#[derive(Debug)]
+pub struct Residency {
+    limit_bytes: u64,
+    files: HashMap<Key, File>,
+    models: HashMap<ModelId, Resident>,
+    asked: HashMap<Key, u64>,
+    lost: HashSet<Key>,
+    needed: HashSet<ModelId>,
+    steps: HashMap<ModelId, u32>,
+    held_bytes: u64,
+    asked_bytes: u64,
+    peak_bytes: u64,
+    uses: u64,
+    gone: HashSet<Key>,
+    evictions: Evictions,
+}
+
+impl Residency {
+    /// Nothing is held; at most so many bytes will be.
+    #[must_use]
+    pub fn within(limit_bytes: u64) -> Self {
+        Self {
+            limit_bytes,
+            files: HashMap::new(),
+            models: HashMap::new(),
+            asked: HashMap::new(),
+            lost: HashSet::new(),
+            needed: HashSet::new(),
+            steps: HashMap::new(),
+            held_bytes: 0,
+            asked_bytes: 0,
+            peak_bytes: 0,
+            uses: 0,
+            gone: HashSet::new(),
+            evictions: Evictions::default(),
+        }
+    }
+
+    /// The limit.
+    #[must_use]
+    pub fn limit_bytes(&self) -> u64 {
+        self.limit_bytes
+    }
+
+    /// What is held.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.held_bytes
+    }
+
+    /// The most that was held and promised at once.
+    #[must_use]
+    pub fn peak_bytes(&self) -> u64 {
+        self.peak_bytes
+    }
+
+    /// What is on its way.
+    #[must_use]
+    pub fn asked_bytes(&self) -> u64 {
+        self.asked_bytes
+    }
+
+    /// What went for want of memory.
+    #[must_use]
+    pub fn evictions(&self) -> Evictions {
+        self.evictions
+    }
+
+    /// The files that a model is drawn with.
+    #[must_use]
+    pub fn files_of(&self, model: ModelId) -> &[Key] {
+        self.models.get(&model).map_or(&[], |resident| &resident.drawn().files)
+    }
+
+    /// What of a model came first and stays.
+    #[must_use]
+    pub fn base(&self, model: ModelId) -> Option<Grade> {
+        self.models.get(&model).map(|resident| resident.base.grade)
+    }
+
+    /// Names the models that are visible now, and says in how many steps others are needed.
+    pub fn need(&mut self, models: HashSet<ModelId>, steps: HashMap<ModelId, u32>) {
+        (self.needed, self.steps) = (models, steps);
+        self.uses += 1;
+        for model in &self.needed {
+            if let Some(resident) = self.models.get_mut(model) {
+                resident.last_needed = self.uses;
+            }
+        }
+    }
+
+    /// Makes room for so many bytes more beside what is held and promised; answers what went for it, or `None` when there
+    /// is no room, and nothing went. What is in `keep` stays.
+    pub fn make_room(&mut self, bytes: u64, keep: &[Key], terms: Terms) -> Option<Gone> {
+        let wanted = (self.held_bytes + self.asked_bytes)
+            .saturating_add(bytes)
+            .saturating_add(terms.spare_bytes);
+        let short = wanted.saturating_sub(self.limit_bytes);
+        if short == 0 {
+            return Some(Gone::default());
+        }
+        let (mut freed, mut gone) = (0, Gone::default());
+        let mut unused: Vec<_> = self
+            .files
+            .iter()
+            .filter(|(key, file)| file.users == 0 && !keep.contains(key))
+            .collect();
+        unused.sort_by_key(|(key, file)| (file.last_used, **key));
+        for (key, file) in unused {
+            if freed < short {
+                freed += file.bytes;
+                gone.files.push(*key);
+            }
+        }
+        let leaving = if freed < short {
+            self.in_order_of_leaving()
+        } else {
+            Vec::new()
+        };
+        let mut users: HashMap<Key, u32> = HashMap::new();
+        // Bytes that come free when a mesh goes, and those before it.
+        let mut free = |mesh: &Mesh, gone: &mut Gone| -> u64 {
+            let mut bytes = 0;
+            for key in &mesh.files {
+                let Some(file) = self.files.get(key) else { continue };
+                let left = users.entry(*key).or_insert(file.users);
+                *left -= 1;
+                if *left == 0 && !keep.contains(key) {
+                    bytes += file.bytes;
+                    gone.files.push(*key);
+                }
+            }
+            bytes
+        };
+        for (steps, model) in &leaving {
+            if freed >= short || (*steps == 0 && !terms.blunts) {
+                break;
+            }
+            if let Some(detail) = self.models[model].detail.as_ref() {
+                gone.details.push(*model);
+                freed += free(detail, &mut gone);
+            }
+        }
+        for (steps, model) in &leaving {
+            if freed >= short || *steps <= terms.within_steps {
+                break;
+            }
+            gone.models.push(*model);
+            freed += free(&self.models[model].base, &mut gone);
+        }
+        if freed < short {
+            return None;
+        }
+        for model in &gone.details {
+            let detail = self.models.get_mut(model).and_then(|resident| resident.detail.take());
+            self.release(detail);
+        }
+        for model in &gone.models {
+            let base = self.models.remove(model).map(|resident| resident.base);
+            self.release(base);
+        }
+        for key in &gone.files {
+            self.evict(*key);
+        }
+        Some(gone)
+    }
+
+    /// Promises memory to a file and takes it as asked for. Who asks has made room.
+    pub fn ask(&mut self, file: &FileRef) {
+        self.asked_bytes += file.bytes;
+        self.asked.insert(file.name.key(), file.bytes);
+        self.peak_bytes = self.peak_bytes.max(self.held_bytes + self.asked_bytes);
+    }
+
+    /// Takes a promise back: the file is not on its way any more.
+    pub fn withdraw(&mut self, name: Key) {
+        self.asked_bytes -= self.asked.remove(&name).unwrap_or(0);
+    }
+
+    /// A file is here, so many bytes of it; the promise is kept thereby.
+    pub fn arrive(&mut self, name: Key, bytes: u64) {
+        self.withdraw(name);
+        self.uses += 1;
+        let file = File {
+            bytes,
+            users: 0,
+            last_used: self.uses,
+        };
+        if self.gone.remove(&name) {
+            self.evictions.again_files += 1;
+            self.evictions.again_bytes += bytes;
+        }
+        if let Some(before) = self.files.insert(name, file) {
+            self.held_bytes -= before.bytes;
+        }
+        self.held_bytes += bytes;
+        self.peak_bytes = self.peak_bytes.max(self.held_bytes + self.asked_bytes);
+    }
+
+    /// A file cannot be had, or is not what it should be; what is drawn with it stays until something better has come.
+    pub fn lose(&mut self, name: Key) {
+        self.withdraw(name);
+        self.lost.insert(name);
+    }
+
+    /// Forgets which files could not be had.
+    pub fn forgive(&mut self) {
+        self.lost.clear();
+    }
+
+    /// Draws a model with these files, which are here. What came first stays as its base, unless it is of no use.
+    pub fn hold(&mut self, model: ModelId, grade: Grade, files: Vec<Key>, base_is_sound: bool) {
+        for key in &files {
+            if let Some(file) = self.files.get_mut(key) {
+                file.users += 1;
+            }
+        }
+        let mesh = Mesh { grade, files };
+        let before = match self.models.get_mut(&model) {
+            Some(resident) if base_is_sound => resident.detail.replace(mesh).into_iter().collect(),
+            _ => {
+                let resident = Resident {
+                    base: mesh,
+                    detail: None,
+                    last_needed: self.uses,
+                };
+                let before = self.models.insert(model, resident);
+                before.map_or_else(Vec::new, |before| {
+                    [Some(before.base), before.detail].into_iter().flatten().collect()
+                })
+            }
+        };
+        for mesh in before {
+            self.release(Some(mesh));
+        }
+    }
+
+    /// Models in the order in which they would go, each with the steps to it; 0 for what is visible.
+    fn in_order_of_leaving(&self) -> Vec<(u32, ModelId)> {
+        let steps_to = |model: &ModelId| match self.needed.contains(model) {
+            true => 0,
+            false => self.steps.get(model).map_or(u32::MAX, |steps| (*steps).max(1)),
+        };
+        let all = self
+            .models
+            .iter()
+            .map(|(model, resident)| (steps_to(model), resident.last_needed, *model));
+        let mut all: Vec<_> = all.collect();
+        all.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+        all.into_iter().map(|(steps, _, model)| (steps, model)).collect()
+    }
+
+    /// Files without users stay as long as memory allows.
+    fn release(&mut self, mesh: Option<Mesh>) {
+        self.uses += 1;
+        for key in mesh.iter().flat_map(|mesh| &mesh.files) {
+            if let Some(file) = self.files.get_mut(key) {
+                file.users -= 1;
+                file.last_used = self.uses;
+            }
+        }
+    }
+
+    fn evict(&mut self, name: Key) {
+        let Some(file) = self.files.remove(&name) else { return };
+        self.held_bytes -= file.bytes;
+        self.evictions.files += 1;
+        self.evictions.bytes += file.bytes;
+        self.gone.insert(name);
+    }
+}
+
+impl Stock for Residency {
+    fn state(&self, file: Key) -> State {
+        if self.lost.contains(&file) {
+            State::Lost
+        } else if self.files.contains_key(&file) {
+            State::Here
+        } else if self.asked.contains_key(&file) {
+            State::Asked
+        } else {
+            State::Away
+        }
+    }
+}
+
+impl Held for Residency {
+    fn held(&self, model: ModelId) -> Option<Grade> {
+        self.models.get(&model).map(|resident| resident.drawn().grade)
+    }
+}

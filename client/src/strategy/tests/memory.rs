@@ -1,0 +1,70 @@
+//! What goes when memory is short.
+
+use super::*;
+
+#[test]
+fn memory_is_never_exceeded_and_what_is_furthest_goes_first() {
+    let file = |number: u32| FileRef::object(&name(&format!("file {number}"), "glb"), 100);
+    let grade = Grade::coarsest(&model(0)).unwrap();
+    let mut held = Residency::within(500);
+    for number in 0..4 {
+        held.ask(&file(number));
+        held.arrive(file(number).name.key(), 100);
+    }
+    // Files 0 to 2 have users, and one of them two; nobody uses the last.
+    for (number, files) in [(0, vec![0]), (1, vec![1, 2]), (2, vec![2])] {
+        held.hold(
+            ModelId(number),
+            grade,
+            files.iter().map(|at| file(*at).name.key()).collect(),
+            true,
+        );
+    }
+    held.need(
+        HashSet::from([ModelId(0)]),
+        HashMap::from([(ModelId(1), 1), (ModelId(2), 3)]),
+    );
+    let mut room = |bytes: u64, within_steps: u32| {
+        let terms = Terms {
+            spare_bytes: 0,
+            within_steps,
+            blunts: false,
+        };
+        held.make_room(bytes, &[], terms)
+            .map(|gone| (gone.models, gone.files.len(), held.bytes()))
+    };
+    assert_eq!(room(100, 0), Some((vec![], 0, 400)));
+    assert_eq!(room(200, 0), Some((vec![], 1, 300)), "the file without users");
+    assert_eq!(
+        room(300, 1),
+        None,
+        "what is near stays, and what it shares with what is far"
+    );
+    assert_eq!(room(400, 0), Some((vec![ModelId(2), ModelId(1)], 2, 100)));
+    assert_eq!(room(401, 0), None, "what is visible stays");
+    held.ask(&file(2));
+    held.arrive(file(2).name.key(), 100);
+    assert_eq!(held.evictions().again_bytes, 100);
+    assert!(held.peak_bytes() <= 500);
+}
+
+#[test]
+fn details_go_before_anything_that_is_seen_next_door_and_leave_no_hole() {
+    let (here, next) = ([seen(1, 1.0)], [seen_at(2, 2, 9.0, 1.0, model(2))]);
+    let mut planner = within(43_000);
+    need(&mut planner, &here, &next);
+    fetch_all(&mut planner, &view(&here, Vec::new()), 1e9);
+    assert_eq!(planner.residency.held(ModelId(1)).map(|grade| grade.number), Some(0));
+    let soon = view(&here, vec![(approach(2, 1, 1.0), &next[..])]);
+    planner.plan(&soon, 1e9);
+    let mut changes = Vec::new();
+    let order = planner.next(&mut changes).unwrap();
+    assert_eq!(order.wish.model, ModelId(2));
+    assert!(changes.contains(&Change::Blunted(ModelId(1))), "{changes:?}");
+    assert_eq!(planner.residency.held(ModelId(1)).map(|grade| grade.number), Some(2));
+    planner.arrive(&order.files[0], order.files[0].bytes);
+    planner.settle();
+    // And it does not come back for as long as there is no room for both.
+    let finer = fetch_all(&mut planner, &soon, 1e9);
+    assert!(finer.iter().all(|order| order.wish.grade.number != 0), "{finer:?}");
+}

@@ -1,0 +1,245 @@
+//! What is wanted first, and how it comes.
+
+use super::*;
+
+#[test]
+fn something_of_everything_comes_before_anything_finer() {
+    let here = [seen(1, 1.0), seen(2, 12.0), seen(3, 400.0)];
+    let mut planner = within(u64::MAX);
+    let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    let told: Vec<_> = orders
+        .iter()
+        .map(|order| (order.wish.model.0, order.wish.grade.number))
+        .collect();
+    // The nearest is the largest; far away the coarsest level will do.
+    assert_eq!(told, [(1, 2), (2, 2), (3, 2), (1, 0), (2, 1)]);
+    let [first, .., finer] = [&orders[0], &orders[3]];
+    assert!(first.wish.priority < finer.wish.priority);
+    assert!(
+        first
+            .wish
+            .to_string()
+            .starts_with("not here yet, 1.00 sr: m1 level 2, "),
+        "{}",
+        first.wish
+    );
+    assert!(finer.wish.to_string().contains("px off: m1 level 0"), "{}", finer.wish);
+    assert!(first.wish.benefit_per_byte() > 0.0);
+}
+
+#[test]
+fn objects_that_share_a_model_share_its_files_and_the_nearest_decides() {
+    let here = [
+        seen_at(1, 7, 300.0, 0.4, model(7)),
+        seen_at(2, 7, 2.0, 0.3, model(7)),
+        seen_at(3, 7, 300.0, 0.2, model(7)),
+    ];
+    let mut planner = within(u64::MAX);
+    let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    let told: Vec<_> = orders
+        .iter()
+        .map(|order| (order.wish.grade.number, order.wish.object.0))
+        .collect();
+    assert_eq!(told, [(2, 1), (0, 2)]);
+    let mut asked = HashSet::new();
+    assert!(
+        orders
+            .iter()
+            .flat_map(|order| &order.files)
+            .all(|file| asked.insert(file.name.key()))
+    );
+}
+
+#[test]
+fn rungs_are_appended_where_they_cost_less_and_levels_where_not() {
+    let mut streamed = model(1);
+    streamed.smooth = Some(smooth(1, &[(900, 0.09), (3_000, 0.02), (30_000, 0.0)]));
+    let here = [seen_at(1, 1, 12.0, 1.0, streamed), seen(2, 12.0)];
+    let mut planner = within(u64::MAX);
+    let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    // `n` behind a wish's grade is a rung; m1's coarsest level takes 2,000 · 0.47 bytes, its rung and materials more.
+    let grades: Vec<_> = orders
+        .iter()
+        .map(|order| (order.wish.model.0, order.wish.grade.form))
+        .collect();
+    assert!(
+        grades.contains(&(1, Form::Level)) && !grades.contains(&(2, Form::Rung)),
+        "{grades:?}"
+    );
+    let drawn = planner.residency.held(ModelId(1)).unwrap();
+    assert!(
+        drawn.will_do(&here[0].geometry, here[0].error_of_px(1.0, &eye())),
+        "{drawn}"
+    );
+    let mut asked = HashSet::new();
+    assert!(
+        orders
+            .iter()
+            .flat_map(|order| &order.files)
+            .all(|file| asked.insert(file.name.key()))
+    );
+}
+
+#[test]
+fn a_stream_that_is_damaged_leaves_its_model_to_levels() {
+    let mut streamed = model(1);
+    streamed.levels.truncate(1);
+    streamed.smooth = Some(smooth(1, &[(900, 0.09), (40_000, 0.0)]));
+    let here = [seen_at(1, 1, 1.0, 1.0, streamed)];
+    let mut planner = within(u64::MAX);
+    let no_level = view(&here, Vec::new());
+    planner.plan(&no_level, f64::INFINITY);
+    let wish = planner.wishes()[0];
+    assert_eq!(
+        wish.grade.form,
+        Form::Level,
+        "level 0 takes 40,000 · 0.47 bytes, the stream all of its own"
+    );
+    planner.residency.lose((&here[0].geometry.levels[0].url).into());
+    let orders = fetch_all(&mut planner, &no_level, f64::INFINITY);
+    assert!(orders.iter().all(|order| order.wish.grade.form == Form::Rung) && !orders.is_empty());
+    planner.residency.forgive();
+    planner.lose_stream(&here[0].geometry);
+    let orders = fetch_all(&mut planner, &no_level, f64::INFINITY);
+    assert_eq!(
+        planner.residency.held(ModelId(1)).map(|grade| grade.form),
+        Some(Form::Level)
+    );
+    assert!(matches!(orders[0].wish.cause, Cause::Finer { .. }));
+}
+
+/// Six models whose coarsest levels stand in one pack.
+fn packed(pack_bytes: u64) -> Vec<Seen> {
+    let inside = |number: u32| {
+        let mut model = model(number);
+        model.levels[2].pack = Some(PackRef {
+            url: name("pack", "pack"),
+            bytes: pack_bytes,
+            from: u64::from(number) * 2_000,
+        });
+        seen_at(number, number, 300.0, 1.0, model)
+    };
+    (0..6).map(inside).collect()
+}
+
+#[test]
+fn a_pack_comes_where_most_of_it_is_wanted() {
+    let here = packed(12_000);
+    let mut planner = within(u64::MAX);
+    assert_eq!(
+        fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY).len(),
+        1
+    );
+    assert!(here.iter().all(|seen| planner.residency.held(seen.model).is_some()));
+    let mut planner = within(u64::MAX);
+    let few = &here[..2];
+    assert_eq!(fetch_all(&mut planner, &view(few, Vec::new()), f64::INFINITY).len(), 2);
+    // Where memory is limited, each of its levels can go by itself, and what does not fit together comes alone.
+    let mut planner = within(9_000);
+    need(&mut planner, &here, &[]);
+    let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    assert_eq!(orders.len(), 4);
+    assert!(planner.is_short() && planner.residency.peak_bytes() <= 9_000);
+}
+
+#[test]
+fn small_files_come_together_and_each_once() {
+    let mut textured = |number: u32| {
+        let mut model = model(number);
+        model.levels.drain(..2);
+        let texture = |at: u32| TextureRef {
+            url: name(&format!("picture {at}"), "png"),
+            bytes: 3_000,
+        };
+        model.levels[0].textures = vec![texture(number), texture(number / 2)];
+        seen_at(number, number, 300.0, 1.0, model)
+    };
+    let here: Vec<_> = (0..6).map(&mut textured).collect();
+    let mut planner = within(u64::MAX);
+    planner.offer_bundles(true);
+    let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    assert!(
+        orders
+            .iter()
+            .any(|order| order.files.len() > 3 && order.path().starts_with("/o/bundle/"))
+    );
+    let mut asked = HashSet::new();
+    assert!(
+        orders
+            .iter()
+            .flat_map(|order| &order.files)
+            .all(|file| asked.insert(file.name.key()))
+    );
+    assert!(here.iter().all(|seen| planner.residency.held(seen.model).is_some()));
+}
+
+#[test]
+fn what_cannot_be_had_is_done_without() {
+    let here = [seen(1, 1.0)];
+    let mut planner = within(u64::MAX);
+    let lose =
+        |planner: &mut Planner, number: usize| planner.residency.lose((&here[0].geometry.levels[number].url).into());
+    lose(&mut planner, 2);
+    let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    assert_eq!(orders[0].wish.grade.number, 1, "the next finer one");
+    let mut planner = within(u64::MAX);
+    (0..3).for_each(|number| lose(&mut planner, number));
+    assert!(fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY).is_empty());
+}
+
+#[test]
+fn progress_is_exact_and_its_total_does_not_depend_on_what_is_here() {
+    let here = [seen(1, 1.0), seen(2, 300.0)];
+    let mut planner = within(u64::MAX);
+    let of = |planner: &Planner| {
+        let first = first_progress(&here, &planner.residency);
+        let sharp = sharp_progress(&here, &planner.residency, &eye(), 1.0);
+        [
+            first.loaded_bytes,
+            first.total_bytes,
+            sharp.loaded_bytes,
+            sharp.total_bytes,
+        ]
+    };
+    assert_eq!(of(&planner), [0, 4_000, 0, 42_000]);
+    planner.plan(&view(&here, Vec::new()), 1e9);
+    let order = planner.next(&mut Vec::new()).unwrap();
+    planner.arrive(&order.files[0], order.files[0].bytes);
+    planner.settle();
+    assert_eq!(of(&planner), [2_000, 4_000, 0, 42_000]);
+    fetch_all(&mut planner, &view(&here, Vec::new()), 1e9);
+    assert_eq!(of(&planner), [4_000, 4_000, 42_000, 42_000]);
+    let text = first_progress(&here, &planner.residency).to_string();
+    assert_eq!(text, "0.0 of 0.0 MB of what you can see");
+}
+
+#[test]
+fn triangles_have_a_budget() {
+    let here: Vec<_> = (1..9).map(|number| seen(number, 2.0)).collect();
+    assert_eq!(target_within(&here, &eye(), 1.0, u64::MAX), 1.0);
+    let blunt = target_within(&here, &eye(), 1.0, 8 * 300);
+    assert!(blunt > 1.0, "{blunt}");
+    let mut planner = Planner::new(Budgets {
+        triangles: 8 * 300,
+        ..Budgets::default()
+    });
+    fetch_all(&mut planner, &view(&here, Vec::new()), 1e9);
+    let drawn = here.iter().filter_map(|seen| planner.residency.held(seen.model));
+    assert!(drawn.map(|grade| grade.triangles).sum::<u64>() <= 8 * 300);
+}
+
+#[test]
+fn a_wish_that_nobody_has_any_more_is_told_from_one_that_stands() {
+    let (here, there) = ([seen(1, 1.0)], [seen(2, 1.0)]);
+    let mut planner = within(u64::MAX);
+    planner.plan(&view(&here, Vec::new()), 1e9);
+    let order = planner.next(&mut Vec::new()).unwrap();
+    assert!(planner.is_wanted(&order));
+    planner.plan(&view(&there, Vec::new()), 1e9);
+    assert!(!planner.is_wanted(&order));
+    let key: Key = order.files[0].name.key();
+    planner.residency.withdraw(key);
+    assert_eq!(planner.residency.asked_bytes(), 0);
+    let again = plan::first_wishes(&here, &planner.residency);
+    assert_eq!(again.len(), 1);
+}

@@ -1,0 +1,152 @@
+//! What comes over the line, and when? Requests of one visitor: fetched for real, charged to a simulated line, and here when
+//! they would have come.
+
+use belvedere_scene::rung::RungName;
+use bytes::Bytes;
+
+use super::{
+    ledger::Ledger,
+    line::{HEADER_BYTES, Line, Traffic},
+    metered::{Answer, Metered},
+    outcome::Tour,
+};
+use crate::{
+    ByteSource, Error, Scene,
+    fetch::{self, Manners, Streams},
+    strategy::{
+        file::{FileName, FileRef},
+        meter::Meter,
+        order::Order,
+        planner::Planner,
+    },
+};
+
+/// A request whose answer is on the line.
+struct UnderWay {
+    there_ms: f64,
+    came: Vec<(FileRef, Option<u64>)>,
+}
+
+/// Fetches for one visitor.
+pub(super) struct Courier<'a, S> {
+    scene: &'a Scene<Metered<S>>,
+    traffic: Traffic,
+    meter: Meter,
+    manners: Manners,
+    streams: Streams,
+    under_way: Vec<UnderWay>,
+    pub(super) ledger: Ledger,
+    pub(super) tour: Tour,
+}
+
+impl<'a, S: ByteSource> Courier<'a, S> {
+    pub(super) fn on(line: Line, scene: &'a Scene<Metered<S>>) -> Self {
+        Self {
+            scene,
+            traffic: Traffic::on(line),
+            meter: Meter::default(),
+            manners: Manners::default(),
+            streams: Streams::default(),
+            under_way: Vec::new(),
+            ledger: Ledger::default(),
+            tour: Tour::default(),
+        }
+    }
+
+    pub(super) fn bytes_per_s(&self) -> f64 {
+        self.meter.bytes_per_s()
+    }
+
+    /// Whether one more request may be under way.
+    pub(super) fn has_room(&self, planner: &Planner) -> bool {
+        self.meter
+            .has_room(self.under_way.len(), planner.residency.asked_bytes())
+    }
+
+    pub(super) fn offers_bundles(&self) -> bool {
+        self.scene.source().offers_bundles() && !self.manners.bundles_refused()
+    }
+
+    /// When the next answer is here.
+    pub(super) fn next_ms(&self) -> f64 {
+        self.under_way
+            .iter()
+            .map(|one| one.there_ms)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Lets all documents that were fetched since come over the line, asked for at this time; says when the last is there.
+    pub(super) fn charge(&mut self, asked_ms: f64) -> f64 {
+        let mut there_ms = asked_ms;
+        for answer in self.scene.source().take() {
+            there_ms = self.send(asked_ms, answer);
+            self.ledger.document(answer.bytes);
+        }
+        there_ms
+    }
+
+    fn send(&mut self, asked_ms: f64, answer: Answer) -> f64 {
+        self.tour.requests += 1;
+        self.tour.latencies_ms.push(1000.0 * answer.took.as_secs_f64());
+        let there_ms = self.traffic.send(asked_ms, answer.bytes);
+        let bytes = (answer.bytes + HEADER_BYTES) as f64;
+        self.meter.came(asked_ms / 1000.0, there_ms / 1000.0, bytes);
+        there_ms
+    }
+
+    /// Carries out a request at a time.
+    pub(super) async fn fetch(&mut self, order: &Order, planner: &mut Planner, now_ms: f64) {
+        let ends = |rung: &RungName| {
+            let smooth = planner.model_of_stream(rung.hash)?.smooth.as_ref()?;
+            smooth.rungs.get(usize::from(rung.number)).map(|rung| rung.to)
+        };
+        let fetched = fetch::fetch(self.scene, &self.manners, order, ends).await;
+        let (mut there_ms, mut bytes, mut requests) = (now_ms, 0, 0);
+        for answer in self.scene.source().take() {
+            there_ms = self.send(now_ms, answer);
+            (bytes, requests) = (bytes + answer.bytes, requests + 1);
+        }
+        self.ledger.came(order, bytes, requests);
+        let mut came = Vec::with_capacity(fetched.len());
+        for (file, result) in fetched {
+            let result = result.and_then(|bytes| self.check(&file, bytes, planner));
+            let length = result.map_err(|cause| self.tour.fail(cause)).ok();
+            came.push((file, length));
+        }
+        self.under_way.push(UnderWay { there_ms, came });
+    }
+
+    /// The length of what came; a stream whose last rung it is must be what its name promises.
+    fn check(&mut self, file: &FileRef, bytes: Bytes, planner: &mut Planner) -> Result<u64, Error> {
+        let length = bytes.len() as u64;
+        if let FileName::Rung(rung) = &file.name
+            && let Some(model) = planner.model_of_stream(rung.hash).cloned()
+            && self.streams.take(rung, bytes, &model) == Some(false)
+        {
+            planner.lose_stream(&model);
+            return Err(Error::Stream(rung.whole()));
+        }
+        Ok(length)
+    }
+
+    /// Hands over what is here by a time; says whether anything came, and whether all of it could be had.
+    pub(super) fn receive(&mut self, planner: &mut Planner, now_ms: f64) -> (bool, bool) {
+        let all = std::mem::take(&mut self.under_way);
+        let (here, coming): (Vec<_>, Vec<_>) = all.into_iter().partition(|one| one.there_ms <= now_ms);
+        self.under_way = coming;
+        let mut is_whole = true;
+        for (file, length) in here.iter().flat_map(|one| &one.came) {
+            match length {
+                Some(bytes) => {
+                    let members = planner.arrive(file, *bytes);
+                    if !members.is_empty() {
+                        self.ledger.splits(file.name.key(), &members);
+                    }
+                }
+                None => planner.residency.lose(file.name.key()),
+            }
+            is_whole &= length.is_some();
+        }
+        (!here.is_empty(), is_whole)
+    }
+}

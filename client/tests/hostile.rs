@@ -1,0 +1,113 @@
+//! Servers that do not keep to the protocol: what came is right, or the reason is told.
+
+use std::{
+    io::{Read, Write},
+    net::TcpListener,
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use belvedere_client::{ByteSource, Error, HttpSource, Retrying};
+use belvedere_scene::BlobName;
+use bytes::Bytes;
+
+const CONTENT: &[u8] = b"0123456789";
+
+/// Answers each connection with the next of these, and the last for ever; counts connections.
+fn server(answers: Vec<Vec<u8>>) -> (HttpSource, Arc<AtomicUsize>) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    let asked = Arc::new(AtomicUsize::new(0));
+    let counted = asked.clone();
+    std::thread::spawn(move || {
+        for stream in listener.incoming() {
+            let Ok(mut stream) = stream else { return };
+            let at = counted.fetch_add(1, Ordering::Relaxed).min(answers.len() - 1);
+            // The head of the request ends before anybody answers.
+            let (mut head, mut byte) = (Vec::new(), [0]);
+            while !head.ends_with(b"\r\n\r\n") && stream.read(&mut byte).is_ok_and(|read| read == 1) {
+                head.push(byte[0]);
+            }
+            _ = stream.write_all(&answers[at]);
+        }
+    });
+    (
+        HttpSource::new(&format!("http://{address}")).expect("an address"),
+        asked,
+    )
+}
+
+fn answer(status: &str, fields: &str, body: &[u8]) -> Vec<u8> {
+    let head = format!("HTTP/1.1 {status}\r\n{fields}Connection: close\r\n\r\n");
+    [head.as_bytes(), body].concat()
+}
+
+fn whole(body: &[u8]) -> Vec<u8> {
+    answer("200 OK", &format!("Content-Length: {}\r\n", body.len()), body)
+}
+
+fn path() -> String {
+    BlobName::of(CONTENT, "slod").expect("a name").url()
+}
+
+#[tokio::test]
+async fn a_server_that_ignores_ranges_is_believed_when_it_sends_all() {
+    let (source, _) = server(vec![whole(CONTENT)]);
+    let (part, carried) = source.get_range(&path(), 2..5).await.unwrap();
+    assert_eq!((part, carried), (Bytes::from_static(b"234"), 10));
+    let beyond = source.get_range(&path(), 5..11).await.unwrap_err();
+    assert!(matches!(beyond, Error::Length { .. }), "{beyond}");
+}
+
+#[tokio::test]
+async fn another_part_than_was_asked_for_is_not_believed() {
+    let part = |range: &str, body: &[u8]| {
+        let fields = format!("Content-Range: bytes {range}/10\r\nContent-Length: {}\r\n", body.len());
+        answer("206 Partial Content", &fields, body)
+    };
+    for wrong in [
+        part("3-5", b"345"),
+        part("2-4", b"23"),
+        answer("206 Partial Content", "Content-Length: 3\r\n", b"234"),
+    ] {
+        let (source, _) = server(vec![wrong]);
+        let error = source.get_range(&path(), 2..5).await.unwrap_err();
+        assert!(matches!(error, Error::Length { .. }) && error.is_transient(), "{error}");
+    }
+    let (source, _) = server(vec![part("2-4", b"234")]);
+    assert_eq!(
+        source.get_range(&path(), 2..5).await.unwrap().0,
+        Bytes::from_static(b"234")
+    );
+}
+
+#[tokio::test]
+async fn cut_connections_false_lengths_and_damage_cost_another_try() {
+    let failures = [
+        // Cut before and in the answer, and a length that is not kept.
+        Vec::new(),
+        b"HTTP/1.1 200 OK\r\nConte".to_vec(),
+        answer("200 OK", "Content-Length: 1000\r\n", CONTENT),
+        answer("200 OK", "Content-Length: 4\r\n", CONTENT),
+        whole(b"0123456780"),
+        answer("503 Service Unavailable", "Content-Length: 0\r\n", b""),
+    ];
+    for failure in failures {
+        let (source, asked) = server(vec![failure.clone(), whole(CONTENT)]);
+        let right = Retrying::new(source).get(&path()).await;
+        assert_eq!(right.unwrap(), CONTENT, "{}", String::from_utf8_lossy(&failure));
+        assert_eq!(asked.load(Ordering::Relaxed), 2);
+    }
+}
+
+#[tokio::test]
+async fn bundles_are_offered_by_who_says_so() {
+    let offer = "Link: </o/bundle/>; rel=\"bundles\"\r\nContent-Length: 2\r\n";
+    let (source, _) = server(vec![whole(b"{}"), answer("200 OK", offer, b"{}")]);
+    source.get("/v1/scenes/museum/index.json").await.unwrap();
+    assert!(!source.offers_bundles());
+    source.get("/v1/scenes/museum/index.json").await.unwrap();
+    assert!(Retrying::new(source.clone()).offers_bundles());
+}

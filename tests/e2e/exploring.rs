@@ -1,0 +1,213 @@
+//! A client that is told only where the eye is: it fetches what can be seen, and goes on where something is wrong.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex},
+};
+
+use belvedere_client::{
+    ByteSource, Client, Error, Event, Explorer, ExplorerOptions, FolderSource, HttpSource, Retrying,
+    strategy::{order::Budgets, sight::Eye},
+};
+use bytes::Bytes;
+
+use crate::program::{Data, THREE_ROOMS};
+
+/// What a source does to an answer.
+type Harm = fn(&str, Bytes) -> Result<Bytes, Error>;
+
+/// A source that counts what is asked for, and does harm to it.
+#[derive(Clone)]
+struct Watched<S> {
+    source: S,
+    asked: Arc<Mutex<BTreeMap<String, u32>>>,
+    harm: Harm,
+}
+
+impl<S> Watched<S> {
+    fn new(source: S, harm: Harm) -> Self {
+        Self {
+            source,
+            asked: Arc::default(),
+            harm,
+        }
+    }
+
+    fn requests(&self) -> usize {
+        self.asked.lock().expect("the notes").len()
+    }
+
+    fn twice(&self) -> Vec<String> {
+        let asked = self.asked.lock().expect("the notes");
+        let twice = asked
+            .iter()
+            .filter(|(path, times)| path.starts_with("/o/") && **times > 1);
+        twice.map(|(path, _)| path.clone()).collect()
+    }
+}
+
+impl<S: ByteSource> ByteSource for Watched<S> {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        *self
+            .asked
+            .lock()
+            .expect("the notes")
+            .entry(path.to_owned())
+            .or_default() += 1;
+        let bytes = self.source.get(path).await?;
+        (self.harm)(path, bytes)
+    }
+
+    fn offers_bundles(&self) -> bool {
+        self.source.offers_bundles()
+    }
+}
+
+fn rooms() -> (Data, String) {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let tree = data.folder("tree").to_str().expect("UTF-8").to_owned();
+    (data, tree)
+}
+
+async fn explorer<S: ByteSource + 'static>(source: S, memory_bytes: u64) -> Explorer<S> {
+    let scene = Client::new(source)
+        .open(&"rooms".parse().expect("a name"))
+        .await
+        .expect("a scene");
+    let budgets = Budgets {
+        memory_bytes,
+        ..Budgets::default()
+    };
+    let options = ExplorerOptions {
+        budgets,
+        ..ExplorerOptions::default()
+    };
+    Explorer::new(scene, options)
+}
+
+/// Walks from the west room through the doorway; answers what went wrong.
+async fn walk<S: ByteSource + 'static>(explorer: &mut Explorer<S>) -> Vec<Error> {
+    let mut problems = Vec::new();
+    for x in [2.5, 4.5, 6.5] {
+        explorer.follow(Eye::at([x, 1.5, 2.5])).await;
+        while let Some(events) = explorer.advance().await {
+            for event in events {
+                match event {
+                    Event::Problem(cause) => problems.push(cause),
+                    Event::Drawn { model, .. } => assert!(explorer.mesh(model).is_some(), "{model}"),
+                    _ => {}
+                }
+            }
+        }
+    }
+    problems
+}
+
+#[tokio::test]
+async fn all_that_can_be_seen_comes_once_and_progress_says_when_that_is_all() {
+    let (data, tree) = rooms();
+    let server = data.serve();
+    let folder = Watched::new(FolderSource::new(tree), |_, bytes| Ok(bytes));
+    let mut still = explorer(folder.clone(), u64::MAX).await;
+    assert_eq!(still.progress().total_bytes, 0);
+    assert!(walk(&mut still).await.is_empty());
+    let (first, sharp) = (still.progress(), still.sharp_progress());
+    assert!(
+        first.total_bytes > 0 && first.loaded_bytes == first.total_bytes,
+        "{first}"
+    );
+    assert!(
+        sharp.loaded_bytes == sharp.total_bytes && still.missing() == 0,
+        "{sharp}"
+    );
+    assert_eq!(folder.twice(), Vec::<String>::new());
+    // A server offers bundles: the same is there in the end, with no more requests.
+    let http = HttpSource::new(&server.base).expect("an address");
+    let served = Watched::new(http, |_, bytes| Ok(bytes));
+    let mut other = explorer(served.clone(), u64::MAX).await;
+    assert!(walk(&mut other).await.is_empty());
+    assert_eq!((other.missing(), other.sharp_progress()), (0, sharp));
+    let asked = [served.requests(), folder.requests()];
+    assert!(asked[0] <= asked[1], "{asked:?}");
+}
+
+#[tokio::test]
+async fn what_is_lost_or_damaged_is_told_and_done_without() {
+    let (_data, tree) = rooms();
+    let harms: [Harm; 3] = [
+        |path, bytes| match path.ends_with(".pack") {
+            true => Err(Error::Missing(path.to_owned())),
+            false => Ok(bytes),
+        },
+        |path, bytes| match path.ends_with(".pack") {
+            true => Ok(bytes.slice(1..)),
+            false => Ok(bytes),
+        },
+        |path, bytes| match path.ends_with(".pack") {
+            true => Err(Error::Fetch {
+                path: path.to_owned(),
+                cause: "the connection was cut".to_owned(),
+            }),
+            false => Ok(bytes),
+        },
+    ];
+    for harm in harms {
+        let source = Retrying::new(Watched::new(FolderSource::new(&tree), harm));
+        let mut explorer = explorer(source, u64::MAX).await;
+        let problems = walk(&mut explorer).await;
+        assert!(!problems.is_empty() && explorer.missing() == 0, "{problems:?}");
+    }
+    // Without any level nothing can be drawn, and that is told, too.
+    let source = Watched::new(FolderSource::new(&tree), |path, bytes| {
+        let is_mesh = [".pack", ".glb", ".slod"].iter().any(|ext| path.ends_with(ext));
+        if is_mesh {
+            Err(Error::Missing(path.to_owned()))
+        } else {
+            Ok(bytes)
+        }
+    });
+    let mut explorer = explorer(source, u64::MAX).await;
+    let problems = walk(&mut explorer).await;
+    assert!(!problems.is_empty() && explorer.missing() == explorer.visible().len());
+}
+
+#[tokio::test]
+async fn memory_is_kept_and_said_when_not_even_the_neighbours_fit() {
+    let (_data, tree) = rooms();
+    let mut roomy = explorer(FolderSource::new(&tree), u64::MAX).await;
+    walk(&mut roomy).await;
+    let all = roomy.memory_bytes();
+    let mut tight = explorer(FolderSource::new(&tree), all / 8).await;
+    let problems = walk(&mut tight).await;
+    assert!(tight.memory_bytes() <= all / 8);
+    let short = problems.iter().find(|cause| matches!(cause, Error::MemoryShort { .. }));
+    let told = short.expect("it does not fit").to_string();
+    assert!(
+        told.contains("cells next door") && told.contains("raise the limit"),
+        "{told}"
+    );
+}
+
+#[tokio::test]
+async fn a_revision_that_comes_under_way_is_noticed_and_the_old_one_still_works() {
+    let (data, _) = rooms();
+    let server = data.serve();
+    let source = HttpSource::new(&server.base).expect("an address");
+    let mut explorer = explorer(source, u64::MAX).await;
+    assert!(explorer.scene().is_current().await.expect("a pointer"));
+    data.bake(
+        &data.write("rooms.plan", THREE_ROOMS.replace("#a..#", "#.a.#")),
+        "rooms",
+    );
+    for _ in 0..100 {
+        if !explorer.scene().is_current().await.expect("a pointer") {
+            break;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+    }
+    assert!(!explorer.scene().is_current().await.expect("a pointer"));
+    assert!(walk(&mut explorer).await.is_empty());
+    assert_eq!(explorer.missing(), 0);
+}
