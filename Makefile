@@ -6,8 +6,9 @@ NPM ?= npm
 LISTEN ?= 127.0.0.1:8080
 DATA ?= data
 EVALUATION ?=
+STREAMS ?=
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist evaluation dist bless clean
+.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist evaluation streams dist bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -68,6 +69,15 @@ evaluation: MEASURING = --config profile.dev.package.belvedere-client.opt-level=
 evaluation: viewer
 	$(CARGO) build --locked -p belvedere
 	$(CARGO) run --locked -p belvedere-evaluation $(MEASURING) -- $(EVALUATION)
+
+## Event streams beside nchan under nginx, where that is here: tables of docs/LIVE.md. A part: STREAMS='--only idle'; another
+## program: BINARY=path.
+streams: viewer
+ifndef BINARY
+	$(CARGO) build --release --locked --bin belvedere
+endif
+	$(CARGO) run --locked -p belvedere-evaluation --bin streams --config profile.dev.package.belvedere-evaluation.opt-level=2 -- \
+		--belvedere "$(or $(BINARY),$(or $(CARGO_TARGET_DIR),target)/release/belvedere)" $(STREAMS)
 
 ## The page that the binary serves.
 viewer: viewer/dist/index.html

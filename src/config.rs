@@ -81,6 +81,9 @@ pub struct Settings {
     /// Time between ticks of live sessions, in milliseconds [default: 100]
     #[arg(long, value_name = "MS", env = "BELVEDERE_TICK_MS")]
     pub tick_ms: Option<u64>,
+    /// How many bytes a second of poses a live session is told at most [default: 64000]
+    #[arg(long, value_name = "BYTES", env = "BELVEDERE_SESSION_BYTES_PER_S")]
+    pub session_bytes_per_s: Option<u64>,
     /// A live session that is silent for longer ends, in seconds [default: 30]
     #[arg(long, value_name = "S", env = "BELVEDERE_LEASE_S")]
     pub lease_s: Option<u64>,
@@ -278,6 +281,7 @@ impl Settings {
             mover_lease_s: self.mover_lease_s.or(fallback.mover_lease_s),
             cull_below_percent: self.cull_below_percent.or(fallback.cull_below_percent),
             tick_ms: self.tick_ms.or(fallback.tick_ms),
+            session_bytes_per_s: self.session_bytes_per_s.or(fallback.session_bytes_per_s),
             lease_s: self.lease_s.or(fallback.lease_s),
             max_upload_mib: self.max_upload_mib.or(fallback.max_upload_mib),
             max_bakes: self.max_bakes.or(fallback.max_bakes),
@@ -324,6 +328,7 @@ impl TryFrom<Settings> for Config {
         let mover_lease_s = settings.mover_lease_s.unwrap_or(live.mover_lease.as_secs());
         let cull_below_percent = settings.cull_below_percent.unwrap_or(live.cull_below_percent.into());
         let tick_ms = settings.tick_ms.unwrap_or(live.tick.as_millis() as u64);
+        let bytes_per_s = settings.session_bytes_per_s.unwrap_or(live.session_bytes_per_s);
         let lease_s = settings.lease_s.unwrap_or(live.lease.as_secs());
         let live = LiveSettings {
             sessions: within("max_sessions", sessions, 0, 1_000_000)? as usize,
@@ -332,7 +337,8 @@ impl TryFrom<Settings> for Config {
             operator: settings.operator_token.map(|token| token.parse()).transpose()?,
             mover_lease: Duration::from_secs(within("mover_lease_s", mover_lease_s, 1, 10_000_000)?),
             cull_below_percent: within("cull_below_percent", cull_below_percent, 0, 50)? as u8,
-            tick: Duration::from_millis(within("tick_ms", tick_ms, 10, 1_000)?),
+            tick: Duration::from_millis(within("tick_ms", tick_ms, 1, 1_000)?),
+            session_bytes_per_s: within("session_bytes_per_s", bytes_per_s, 1_000, 1_000_000_000)?,
             lease: Duration::from_secs(within("lease_s", lease_s, 1, 3_600)?),
         };
         let name = settings.node.map(|name| name.parse()).transpose()?;

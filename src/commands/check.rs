@@ -96,6 +96,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ("mover_lease_s", s(live.mover_lease)),
         ("cull_below_percent", live.cull_below_percent.to_string()),
         ("tick_ms", ms(live.tick)),
+        ("session_bytes_per_s", live.session_bytes_per_s.to_string()),
         ("lease_s", s(live.lease)),
         ("nats", nats.map_or_else(|| "not set".to_owned(), ToString::to_string)),
         ("node", name.map_or_else(|| "not set".to_owned(), ToString::to_string)),

@@ -26,7 +26,7 @@ use tokio::{
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
-    direct::{Direct, Outcome},
+    direct::{Answer, Direct, Outcome},
     ending::{Ending, Heard},
     front::Front,
     peer::{Peer, Uploads},
@@ -103,9 +103,14 @@ pub async fn serve_connections(
             // Boxed: what is there until a connection is known to be of one kind takes no room after that.
             let mut running = connection.run(stream, address);
             tasks.spawn(async move {
-                poll_fn(|cx| match running.as_mut().poll(cx) {
-                    Poll::Ready(()) => Poll::Ready(()),
-                    Poll::Pending => cut.poll(cx),
+                poll_fn(|cx| {
+                    loop {
+                        match running.as_mut().poll(cx) {
+                            Poll::Ready(GoesOn(Some(next))) => running = next,
+                            Poll::Ready(GoesOn(None)) => return Poll::Ready(()),
+                            Poll::Pending => return cut.poll(cx),
+                        }
+                    }
                 })
                 .await;
                 drop((permit, open));
@@ -161,6 +166,12 @@ impl Builders {
     }
 }
 
+/// What is left to be done for a connection. So what it took to get as far takes no room any more, which counts while a
+/// stream is quiet.
+struct GoesOn(Option<Running>);
+
+type Running = Pin<Box<dyn Future<Output = GoesOn> + Send>>;
+
 struct Connection {
     builders: Arc<Builders>,
     front: Front,
@@ -170,15 +181,18 @@ struct Connection {
 }
 
 impl Connection {
-    fn run(self, stream: TcpStream, address: SocketAddr) -> Pin<Box<dyn Future<Output = ()> + Send>> {
+    fn run(self, stream: TcpStream, address: SocketAddr) -> Running {
         // Without it small answers wait for the peer's delayed acknowledgements.
         let _ = stream.set_nodelay(true);
         if self.tls.is_some() {
-            return Box::pin(self.shake_hands(stream, address));
+            return Box::pin(async move {
+                self.shake_hands(stream, address).await;
+                GoesOn(None)
+            });
         }
         let (io, peer) = self.watched(stream, address);
         let direct = Direct::new(io, self.front.clone(), peer, self.stopping.again());
-        Box::pin(self.talk_plainly(Box::new(direct)))
+        Box::new(self).talk_plainly(Box::new(direct))
     }
 
     /// A connection whose patience is counted, and who is at its other end.
@@ -206,14 +220,29 @@ impl Connection {
         }
     }
 
-    async fn talk_plainly(self, mut direct: Box<Direct<Quiet<TcpStream>>>) {
-        match direct.talk().await {
-            Ok(Outcome::Ended) => {}
-            Ok(Outcome::NotSimple { first }) => {
-                let (io, peer) = direct.leave();
-                Box::pin(self.ask_hyper(io, peer, first)).await;
+    fn talk_plainly(self: Box<Self>, mut direct: Box<Direct<Quiet<TcpStream>>>) -> Running {
+        Box::pin(async move {
+            match direct.talk().await {
+                Ok(Outcome::Ended) => {}
+                Ok(Outcome::NotSimple { first }) => {
+                    let (io, peer) = direct.leave();
+                    Box::pin(self.ask_hyper(io, peer, first)).await;
+                }
+                Ok(Outcome::Stream(answer)) => return GoesOn(Some(Box::pin(self.stream(direct, answer)))),
+                Err(error) => tracing::debug!(%error, "a connection ended early"),
             }
-            Err(error) => tracing::debug!(%error, "a connection ended early"),
+            GoesOn(None)
+        })
+    }
+
+    async fn stream(self: Box<Self>, mut direct: Box<Direct<Quiet<TcpStream>>>, answer: Box<Answer>) -> GoesOn {
+        match direct.write(answer).await {
+            Ok(true) => GoesOn(Some(self.talk_plainly(direct))),
+            Ok(false) => GoesOn(None),
+            Err(error) => {
+                tracing::debug!(%error, "a connection ended early");
+                GoesOn(None)
+            }
         }
     }
 

@@ -9,7 +9,7 @@ use belvedere_live::{
     nodes::message::Said,
     world::{Counts, Moved, NewMover, Seen, Sent, Visitor},
 };
-use belvedere_scene::{ObjectId, Revision};
+use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::{mpsc, oneshot};
 
 use super::{LiveError, outbox::Outbox, registry::Door, screens::Screen};
@@ -95,16 +95,27 @@ pub(super) enum Message {
 /// A way to ask a scene's task. Cheap to clone.
 #[derive(Debug, Clone)]
 pub(super) struct StageHandle {
+    scene: Arc<SceneName>,
     messages: mpsc::Sender<Message>,
     counts: Arc<Mutex<Counts>>,
 }
 
 impl StageHandle {
-    /// A way to ask, and what is asked.
-    pub(super) fn new() -> (Self, mpsc::Receiver<Message>) {
+    /// A way to ask about a scene, and what is asked.
+    pub(super) fn new(scene: SceneName) -> (Self, mpsc::Receiver<Message>) {
         let (messages, inbox) = mpsc::channel(MESSAGES);
         let counts = Arc::default();
-        (Self { messages, counts }, inbox)
+        let handle = Self {
+            scene: Arc::new(scene),
+            messages,
+            counts,
+        };
+        (handle, inbox)
+    }
+
+    /// The scene.
+    pub(super) fn scene(&self) -> &SceneName {
+        &self.scene
     }
 
     /// Takes note of what there is.

@@ -200,7 +200,7 @@ impl Live {
         self.0.registry.check_room(most)?;
         let stage = self.stage(scene);
         let object = self.0.ids.draw().await?;
-        let (entry, reserved) = self.0.registry.new_session((scene, &stage), object, most)?;
+        let (entry, reserved) = self.0.registry.new_session(&stage, object, most)?;
         let session = entry.session;
         let message = |reply| Message::Open {
             session,
@@ -230,7 +230,6 @@ impl Live {
         entry.token.admit(token, || format!("session {session}"))?;
         Ok(SessionHandle {
             session,
-            scene: entry.scene,
             stage: entry.stage,
             outbox: entry.outbox,
             quality: entry.quality,

@@ -2,15 +2,16 @@
 //!
 //! Events that must not be lost wait in a queue; poses wait in a table with one place for each mover, where the newest
 //! wins. A reader gets the queue first and the poses after it, so that a pose never names a mover whose info is still to
-//! come, or that is gone. What it got stays in a ring for a while, under its number, for a reader that was cut off.
+//! come, or that is gone. What it got stays in a ring for a while, under its number, for a reader that was cut off. What
+//! many sessions are told alike is held once for all of them, in tables and in rings.
 //!
 //! Both are bounded: when too much waits or too much was missed, everything is dropped, and the rules are asked to tell
 //! all anew, once there is a reader. So a stuck reader costs this much memory, and nobody else anything.
 
 use std::{
     collections::{BTreeMap, VecDeque},
-    fmt::Write,
-    sync::{Mutex, MutexGuard},
+    io::Write,
+    sync::{Arc, Mutex, MutexGuard},
     task::{Context, Poll, Waker},
     time::{Duration, Instant},
 };
@@ -22,7 +23,7 @@ use belvedere_live::{
 use belvedere_scene::ObjectId;
 use bytes::Bytes;
 
-use super::poses::{self, Poses};
+use super::poses::{self, Poses, Written};
 
 /// So many bytes may wait for a reader.
 const QUEUE_BYTES: usize = 256 << 10;
@@ -38,13 +39,11 @@ pub(super) struct Outbox(Mutex<State>);
 #[derive(Debug)]
 struct State {
     /// Names and data of events to be read.
-    queue: VecDeque<(&'static str, String)>,
+    queue: VecDeque<Said>,
     queue_bytes: usize,
-    /// The newest of each mover, as they are written.
-    poses: BTreeMap<ObjectId, Bytes>,
-    poses_at_ms: Ms,
-    /// What was read, or is to be read again, by number.
-    ring: VecDeque<(u64, Bytes)>,
+    poses: Waiting,
+    /// What was read, or is to be read again; the last one has the number before `next`.
+    ring: VecDeque<Said>,
     ring_bytes: usize,
     /// The number of the next event.
     next: u64,
@@ -54,6 +53,75 @@ struct State {
     reader: Reader,
     closed: bool,
     last_sign: Instant,
+}
+
+/// An event without its number.
+#[derive(Debug, Clone)]
+struct Said {
+    name: &'static str,
+    data: Bytes,
+}
+
+/// Poses that wait for a reader.
+#[derive(Debug, Default)]
+enum Waiting {
+    #[default]
+    None,
+    /// Those of one tick, as others are told of them too.
+    Shared(Arc<Written>),
+    /// The newest of each mover.
+    Newest(Box<(Ms, BTreeMap<ObjectId, Bytes>)>),
+}
+
+impl Waiting {
+    fn add(&mut self, written: &Arc<Written>) {
+        if matches!(self, Self::None) {
+            *self = Self::Shared(written.clone());
+            return;
+        }
+        let newest = self.newest();
+        newest.0 = written.t_ms;
+        newest.1.extend(written.entries.iter().cloned());
+    }
+
+    fn remove(&mut self, objects: &[ObjectId]) {
+        if matches!(self, Self::None) {
+            return;
+        }
+        let newest = self.newest();
+        for object in objects {
+            newest.1.remove(object);
+        }
+        if newest.1.is_empty() {
+            *self = Self::None;
+        }
+    }
+
+    fn newest(&mut self) -> &mut (Ms, BTreeMap<ObjectId, Bytes>) {
+        let shared = match self {
+            Self::Shared(written) => Some(written.clone()),
+            _ => None,
+        };
+        if !matches!(self, Self::Newest(_)) {
+            let all = shared.map(|written| (written.t_ms, written.entries.iter().cloned().collect()));
+            *self = Self::Newest(Box::new(all.unwrap_or_default()));
+        }
+        match self {
+            Self::Newest(newest) => newest,
+            Self::None | Self::Shared(_) => unreachable!("it was made just now"),
+        }
+    }
+
+    /// All of them as an event, if there are some.
+    fn take(&mut self) -> Option<Said> {
+        let data = match std::mem::take(self) {
+            Self::None => return None,
+            Self::Shared(written) => written.data.clone(),
+            Self::Newest(newest) => poses::data(newest.0, newest.1.values()).into(),
+        };
+        let name = "object-pos";
+        Some(Said { name, data })
+    }
 }
 
 #[derive(Debug, Default)]
@@ -69,8 +137,7 @@ impl Default for State {
         Self {
             queue: VecDeque::new(),
             queue_bytes: 0,
-            poses: BTreeMap::new(),
-            poses_at_ms: 0,
+            poses: Waiting::None,
             ring: VecDeque::new(),
             ring_bytes: 0,
             next: 1,
@@ -100,19 +167,18 @@ impl Outbox {
             Event::Resync { .. } => state.clear(),
             _ if state.missed.is_some() => return,
             Event::ObjectPos { t_ms, objects } => {
-                let written = objects.iter().map(|told| (told.object, poses.written(told)));
-                state.poses.extend(written);
-                state.poses_at_ms = *t_ms;
+                state.poses.add(&poses.all(*t_ms, objects));
                 return state.wake();
             }
-            Event::ObjectGone { objects, .. } => objects.iter().for_each(|object| {
-                state.poses.remove(object);
-            }),
+            Event::ObjectGone { objects, .. } => state.poses.remove(objects),
             _ => {}
         }
         let data = serde_json::to_string(event).expect("an event holds nothing that JSON cannot say");
+        // Without the room that was not needed: it is kept.
+        let data = Bytes::from(data.into_boxed_str().into_boxed_bytes());
         state.queue_bytes += data.len();
-        state.queue.push_back((event.name(), data));
+        let name = event.name();
+        state.queue.push_back(Said { name, data });
         if state.queue_bytes > QUEUE_BYTES {
             state.miss(Void::Missed);
         }
@@ -150,7 +216,7 @@ impl Outbox {
     /// Makes way for a reader that has heard everything up to `last_seen`; gives its number.
     pub(super) fn attach(&self, last_seen: Option<u64>) -> u64 {
         let mut state = self.state();
-        let (oldest, next) = (state.ring.front().map_or(state.next, |(number, _)| *number), state.next);
+        let (oldest, next) = (state.oldest(), state.next);
         match last_seen {
             Some(last_seen) if (oldest..=next).contains(&last_seen.saturating_add(1)) => state.again = last_seen + 1,
             // Nobody has heard anything yet.
@@ -203,7 +269,7 @@ impl State {
     fn clear(&mut self) {
         self.queue.clear();
         self.queue_bytes = 0;
-        self.poses.clear();
+        self.poses = Waiting::None;
         self.ring.clear();
         self.ring_bytes = 0;
         self.again = self.next;
@@ -215,83 +281,73 @@ impl State {
         self.missed = Some(why);
     }
 
+    /// The number of the first event in the ring.
+    fn oldest(&self) -> u64 {
+        self.next - self.ring.len() as u64
+    }
+
     /// Takes out what is to be read next.
     fn piece(&mut self) -> Option<Bytes> {
-        let mut piece = Piece::default();
-        while self.again < self.next && piece.has_room() {
-            let oldest = self.ring.front().map_or(self.next, |(number, _)| *number);
-            if let Some((_, bytes)) = self.ring.get((self.again - oldest) as usize) {
-                piece.add(bytes.clone());
+        if self.again == self.next && self.queue.is_empty() && matches!(self.poses, Waiting::None) {
+            return None;
+        }
+        let mut piece = Vec::new();
+        while self.again < self.next && piece.len() < PIECE_BYTES {
+            if let Some(said) = self.ring.get((self.again - self.oldest()) as usize) {
+                said.write(self.again, &mut piece);
             }
             self.again += 1;
         }
-        while piece.has_room()
-            && let Some((name, data)) = self.queue.pop_front()
+        while piece.len() < PIECE_BYTES
+            && let Some(said) = self.queue.pop_front()
         {
-            self.queue_bytes -= data.len();
-            piece.add(self.numbered(name, &data));
+            self.queue_bytes -= said.data.len();
+            self.tell(said, &mut piece);
         }
         if self.queue.is_empty() {
             // Most sessions have nothing to wait for most of the time.
             self.queue = VecDeque::new();
         }
-        if piece.has_room() && !self.poses.is_empty() {
-            let poses = std::mem::take(&mut self.poses);
-            let data = poses::data(self.poses_at_ms, poses.into_values().collect::<Vec<_>>().into_iter());
-            piece.add(self.numbered("object-pos", &data));
+        if piece.len() < PIECE_BYTES
+            && let Some(said) = self.poses.take()
+        {
+            self.tell(said, &mut piece);
         }
-        piece.whole()
+        (!piece.is_empty()).then(|| piece.into())
     }
 
-    /// An event as it is sent, kept for readers that come back.
-    fn numbered(&mut self, name: &str, data: &str) -> Bytes {
-        let mut text = String::with_capacity(data.len() + name.len() + 40);
-        _ = write!(text, "id: {}\nevent: {name}\ndata: {data}\n\n", self.next);
-        // Without the room that was not needed: it is kept.
-        let bytes = Bytes::from(text.into_boxed_str().into_boxed_bytes());
-        self.ring.push_back((self.next, bytes.clone()));
-        self.ring_bytes += bytes.len();
+    /// Writes an event that is new to all readers, and keeps it for those that come back.
+    fn tell(&mut self, said: Said, piece: &mut Vec<u8>) {
+        said.write(self.next, piece);
+        self.ring_bytes += said.bytes();
+        if self.ring.capacity() == 0 {
+            // Most hear little more than that they have come.
+            self.ring.reserve_exact(1);
+        }
+        self.ring.push_back(said);
         self.next += 1;
         self.again = self.next;
         while self.ring_bytes > RING_BYTES
-            && let Some((_, oldest)) = self.ring.pop_front()
+            && let Some(oldest) = self.ring.pop_front()
         {
-            self.ring_bytes -= oldest.len();
+            self.ring_bytes -= oldest.bytes();
         }
-        bytes
     }
 }
 
-/// Events that are sent together. One alone is not copied.
-#[derive(Default)]
-struct Piece {
-    first: Bytes,
-    all: Vec<u8>,
-}
-
-impl Piece {
-    fn has_room(&self) -> bool {
-        self.first.len().max(self.all.len()) < PIECE_BYTES
+impl Said {
+    /// About what it takes in the stream.
+    fn bytes(&self) -> usize {
+        /// What stands around name and data, with the longest number.
+        const AROUND: usize = 48;
+        AROUND + self.name.len() + self.data.len()
     }
 
-    fn add(&mut self, event: Bytes) {
-        if self.first.is_empty() {
-            self.first = event;
-            return;
-        }
-        if self.all.is_empty() {
-            self.all.extend_from_slice(&self.first);
-        }
-        self.all.extend_from_slice(&event);
-    }
-
-    fn whole(self) -> Option<Bytes> {
-        let whole = if self.all.is_empty() {
-            self.first
-        } else {
-            self.all.into()
-        };
-        (!whole.is_empty()).then_some(whole)
+    fn write(&self, number: u64, piece: &mut Vec<u8>) {
+        piece.reserve(self.bytes());
+        write!(piece, "id: {number}\nevent: {}\ndata: ", self.name).expect("a vector takes it");
+        piece.extend_from_slice(&self.data);
+        piece.extend_from_slice(b"\n\n");
     }
 }
 
@@ -347,6 +403,34 @@ mod tests {
         outbox.push(&pos(100));
         outbox.push(&gone());
         assert_eq!(names(&read(&outbox, reader)), ["object-gone"]);
+    }
+
+    #[test]
+    fn what_many_are_told_alike_is_held_once_and_each_hears_it_in_its_own_order() {
+        let outboxes: [Outbox; 3] = Default::default();
+        let readers = outboxes.each_ref().map(|outbox| outbox.attach(None));
+        outboxes[2].push(&gone());
+        let mut poses = Poses::default();
+        outboxes.iter().for_each(|outbox| outbox.push_with(&pos(7), &mut poses));
+        let heard = [0, 1, 2].map(|i| read(&outboxes[i], readers[i]));
+        assert_eq!(heard[0], heard[1]);
+        assert!(
+            heard[0].starts_with("id: 1\nevent: object-pos\ndata: {"),
+            "{}",
+            heard[0]
+        );
+        assert!(heard[2].contains("id: 2\nevent: object-pos\ndata: {"), "{}", heard[2]);
+        let kept = outboxes
+            .each_ref()
+            .map(|outbox| outbox.state().ring.back().unwrap().data.clone());
+        assert!(kept.iter().all(|data| data.as_ptr() == kept[0].as_ptr()));
+        // What came later to one of them is nobody else's.
+        outboxes.iter().for_each(|outbox| outbox.push_with(&pos(8), &mut poses));
+        outboxes[0].push(&gone());
+        outboxes[1].push(&pos(9));
+        assert_eq!(names(&read(&outboxes[0], readers[0])), ["object-gone"]);
+        let [newest, shared] = [1, 2].map(|i| read(&outboxes[i], readers[i]));
+        assert!(newest.contains("\"position\":[9.0") && shared.contains("\"position\":[8.0"));
     }
 
     #[test]

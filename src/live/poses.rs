@@ -1,6 +1,7 @@
-//! How is a pose written that many sessions are told of? Once: what is delivered together shares its text.
+//! How are poses written that many sessions are told of? Once: what is delivered together shares its text, and sessions that are
+//! told the same share all of it.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 
 use belvedere_live::{Ms, event::ObjectPose, motion::Pose};
 use belvedere_scene::ObjectId;
@@ -8,17 +9,46 @@ use bytes::Bytes;
 
 /// Poses of one delivery as they are written.
 #[derive(Debug, Default)]
-pub(super) struct Poses(HashMap<ObjectId, (Pose, Bytes)>);
+pub(super) struct Poses {
+    each: HashMap<ObjectId, (Pose, Bytes)>,
+    /// What the last session was told, and how that is written.
+    last: Option<(Vec<ObjectPose>, Arc<Written>)>,
+}
+
+/// An `object-pos` as it is written.
+#[derive(Debug)]
+pub(super) struct Written {
+    pub(super) t_ms: Ms,
+    /// One for each mover.
+    pub(super) entries: Vec<(ObjectId, Bytes)>,
+    /// All of it.
+    pub(super) data: Bytes,
+}
 
 impl Poses {
+    /// An `object-pos`. Sessions that see the same movers follow each other often enough that the last one is kept.
+    pub(super) fn all(&mut self, t_ms: Ms, objects: &[ObjectPose]) -> Arc<Written> {
+        if let Some((told, written)) = &self.last
+            && written.t_ms == t_ms
+            && told == objects
+        {
+            return written.clone();
+        }
+        let entries: Vec<_> = objects.iter().map(|told| (told.object, self.written(told))).collect();
+        let data = data(t_ms, entries.iter().map(|(_, entry)| entry)).into();
+        let written = Arc::new(Written { t_ms, entries, data });
+        self.last = Some((objects.to_vec(), written.clone()));
+        written
+    }
+
     /// An entry of `object-pos`.
-    pub(super) fn written(&mut self, told: &ObjectPose) -> Bytes {
-        match self.0.get(&told.object) {
+    fn written(&mut self, told: &ObjectPose) -> Bytes {
+        match self.each.get(&told.object) {
             Some((pose, text)) if *pose == told.pose => text.clone(),
             _ => {
                 let text = serde_json::to_vec(told).expect("a pose holds nothing that JSON cannot say");
                 let text = Bytes::from(text);
-                self.0.insert(told.object, (told.pose, text.clone()));
+                self.each.insert(told.object, (told.pose, text.clone()));
                 text
             }
         }
@@ -26,7 +56,7 @@ impl Poses {
 }
 
 /// The data of an `object-pos` with these entries.
-pub(super) fn data(t_ms: Ms, entries: impl ExactSizeIterator<Item = Bytes> + Clone) -> String {
+pub(super) fn data<'a>(t_ms: Ms, entries: impl Iterator<Item = &'a Bytes> + Clone) -> String {
     let length: usize = entries.clone().map(|entry| entry.len() + 1).sum();
     let mut text = String::with_capacity(length + 48);
     text.push_str("{\"t_ms\":");
@@ -36,7 +66,7 @@ pub(super) fn data(t_ms: Ms, entries: impl ExactSizeIterator<Item = Bytes> + Clo
         if i > 0 {
             text.push(',');
         }
-        text.push_str(str::from_utf8(&entry).expect("JSON is text"));
+        text.push_str(str::from_utf8(entry).expect("JSON is text"));
     }
     text.push_str("]}");
     text
@@ -63,9 +93,9 @@ mod tests {
             vec![told(1, 3.0), told(2, 0.1)],
             vec![told(2, 0.1), told(1, 3.0)],
         ] {
-            let entries: Vec<_> = objects.iter().map(|told| poses.written(told)).collect();
+            let written = poses.all(-3, &objects);
             let event = Event::ObjectPos { t_ms: -3, objects };
-            assert_eq!(data(-3, entries.into_iter()), serde_json::to_string(&event).unwrap());
+            assert_eq!(written.data, serde_json::to_string(&event).unwrap());
         }
     }
 
@@ -77,5 +107,10 @@ mod tests {
             pose: Pose::resting(7, [1.0; 3], [0.0, 0.0, 0.0, 1.0]),
         };
         assert_eq!(poses.written(&told).as_ptr(), poses.written(&told).as_ptr());
+        let [first, other] = [&[told][..], &[told, told]].map(|objects| poses.all(7, objects));
+        let [again, and_again] = [(); 2].map(|()| poses.all(7, &[told]));
+        assert!(Arc::ptr_eq(&again, &and_again) && !Arc::ptr_eq(&first, &other));
+        assert_eq!(first.entries[0].1.as_ptr(), other.entries[1].1.as_ptr());
+        assert!(poses.all(8, &[told]).data.starts_with(b"{\"t_ms\":8,"), "another tick");
     }
 }

@@ -23,6 +23,9 @@ pub struct EventReader {
     number: u64,
     /// At most [`BEAT`], and often enough to keep the session's lease.
     between_beats: Duration,
+    /// When something was said last.
+    said: Instant,
+    /// Looked at when it fires, and not set anew with each event.
     beat: Pin<Box<Sleep>>,
     greeted: bool,
 }
@@ -34,6 +37,7 @@ impl EventReader {
             number: outbox.attach(last_seen),
             outbox,
             between_beats,
+            said: Instant::now(),
             beat: Box::pin(tokio::time::sleep(between_beats)),
             greeted: false,
         }
@@ -50,21 +54,58 @@ impl Stream for EventReader {
             return Poll::Ready(Some(Bytes::from_static(b"retry: 1000\n\n")));
         }
         let polled = self.outbox.poll(self.number, cx);
-        if polled.is_pending() && self.beat.as_mut().poll(cx).is_pending() {
-            return Poll::Pending;
+        if polled.is_ready() {
+            self.said = Instant::now();
+            return polled;
         }
-        let next = Instant::now() + self.between_beats;
-        self.beat.as_mut().reset(next);
-        if polled.is_pending() {
+        while self.beat.as_mut().poll(cx).is_ready() {
+            let (now, due) = (Instant::now(), self.said + self.between_beats);
+            if due > now {
+                self.beat.as_mut().reset(due);
+                continue;
+            }
+            self.said = now;
             self.outbox.sign();
+            let next = now + self.between_beats;
+            self.beat.as_mut().reset(next);
             return Poll::Ready(Some(Bytes::from_static(b": beat\n\n")));
         }
-        polled
+        Poll::Pending
     }
 }
 
 impl Drop for EventReader {
     fn drop(&mut self) {
         self.outbox.detach(self.number);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::future::poll_fn;
+
+    use super::*;
+    use belvedere_live::event::{Event, Gone};
+
+    #[tokio::test]
+    async fn beats_come_when_nothing_was_said_for_as_long() {
+        const LEASE: Duration = Duration::from_millis(200);
+        let outbox = Arc::new(Outbox::default());
+        let mut reader = EventReader::attach(outbox.clone(), None, LEASE);
+        let mut hear = async || poll_fn(|cx| Pin::new(&mut reader).poll_next(cx)).await.unwrap();
+        assert!(hear().await.starts_with(b"retry"));
+        for _ in 0..4 {
+            // Whoever is told something needs no beat yet.
+            tokio::time::sleep(LEASE / 4).await;
+            let (objects, reason) = (vec![], Gone::Hidden);
+            outbox.push(&Event::ObjectGone { objects, reason });
+            assert!(hear().await.starts_with(b"id:"));
+        }
+        let silent = Instant::now();
+        for beats in 1..3 {
+            assert_eq!(hear().await, ": beat\n\n");
+            assert!(silent.elapsed() >= LEASE / 2 * beats);
+        }
+        assert!(outbox.silent_for() < LEASE, "a stream that is read keeps the lease");
     }
 }

@@ -63,7 +63,6 @@ struct Tables {
 pub(super) struct SessionEntry {
     pub(super) session: SessionId,
     pub(super) token: Token,
-    pub(super) scene: Arc<SceneName>,
     pub(super) stage: StageHandle,
     pub(super) outbox: Arc<Outbox>,
     pub(super) quality: Arc<Reported>,
@@ -192,7 +191,7 @@ impl Registry {
 
     pub(super) fn new_session(
         &self,
-        (scene, stage): (&SceneName, &StageHandle),
+        stage: &StageHandle,
         object: ObjectId,
         most: usize,
     ) -> Result<(SessionEntry, Reserved<'_>), LiveError> {
@@ -203,7 +202,6 @@ impl Registry {
             // No other node has one of this number either.
             session: SessionId(u64::from(object.0.saturating_sub(FIRST_MOVER))),
             token,
-            scene: Arc::new(scene.clone()),
             stage: stage.clone(),
             outbox: Arc::default(),
             quality: Arc::default(),
@@ -340,10 +338,10 @@ mod tests {
     fn of_a_million_who_want_in_as_many_are_let_in_as_there_is_room_for() {
         const ROOM: usize = 100;
         let registry = Registry::default();
-        let (scene, (stage, _inbox)) = ("row".parse().unwrap(), StageHandle::new());
+        let (stage, _inbox) = StageHandle::new("row".parse().unwrap());
         let mut let_in = 0;
         for i in 0..1_000_000 {
-            let entered = registry.new_session((&scene, &stage), ObjectId(FIRST_MOVER + i), ROOM);
+            let entered = registry.new_session(&stage, ObjectId(FIRST_MOVER + i), ROOM);
             match entered {
                 // Some do not wait for an answer: what was kept for them is given back.
                 Ok((_, reserved)) if i % 2 == 0 => drop(reserved),

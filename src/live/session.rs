@@ -20,7 +20,6 @@ use super::{
 #[derive(Debug)]
 pub struct SessionHandle {
     pub(super) session: SessionId,
-    pub(super) scene: Arc<SceneName>,
     pub(super) stage: StageHandle,
     pub(super) outbox: Arc<Outbox>,
     pub(super) quality: Arc<Reported>,
@@ -31,7 +30,7 @@ impl SessionHandle {
     /// The scene that it is in.
     #[must_use]
     pub fn scene(&self) -> &SceneName {
-        &self.scene
+        self.stage.scene()
     }
 
     /// Takes the participant's pose.

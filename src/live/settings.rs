@@ -23,6 +23,8 @@ pub struct LiveSettings {
     pub cull_below_percent: u8,
     /// Time between ticks.
     pub tick: Duration,
+    /// So many bytes of poses a session is told a second.
+    pub session_bytes_per_s: u64,
     /// A session that is silent, and whose stream is not read, ends after this.
     pub lease: Duration,
 }
@@ -37,6 +39,7 @@ impl Default for LiveSettings {
             mover_lease: Duration::from_secs(3_600),
             cull_below_percent: 0,
             tick: Duration::from_millis(100),
+            session_bytes_per_s: 64_000,
             lease: Duration::from_secs(30),
         }
     }
@@ -46,6 +49,7 @@ impl LiveSettings {
     pub(super) fn rules(&self) -> Rules {
         Rules {
             tick_ms: self.tick.as_millis() as Ms,
+            bytes_per_s: self.session_bytes_per_s as f64,
             crowd: Some(Crowding {
                 cull_below: f64::from(self.cull_below_percent) * 0.01,
                 ..Crowding::default()

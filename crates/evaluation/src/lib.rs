@@ -4,6 +4,7 @@
 //! * [`experiments`]: one module for each table or figure: what is asked, how it is measured, what it says;
 //! * [`results`]: what is kept of a run, as JSON;
 //! * [`page`], [`document`]: how results become Markdown and SVG, without running anything;
+//! * [`streams`]: event streams, which are measured by a program of their own;
 //! * [`host`], [`models`], [`timing`]: the program that is measured, meshes, clocks.
 
 pub mod document;
@@ -13,4 +14,5 @@ pub mod models;
 pub mod page;
 pub mod papers;
 pub mod results;
+pub mod streams;
 pub mod timing;

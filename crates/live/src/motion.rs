@@ -44,6 +44,12 @@ impl Pose {
         }
     }
 
+    /// Whether it is the same at all times.
+    #[must_use]
+    pub fn is_resting(&self) -> bool {
+        is_zero(&self.velocity) && is_zero(&self.acceleration)
+    }
+
     /// The position at another time: p + v·t + a·t²/2, for at most [`LONGEST_EXTRAPOLATION_MS`].
     #[must_use]
     pub fn position_at(&self, now_ms: Ms) -> [f64; 3] {

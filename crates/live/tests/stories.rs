@@ -337,3 +337,36 @@ fn who_stays_in_a_corner_is_silent_for_minutes_and_who_leaves_it_gets_a_larger_o
         "{larger:?} after {corner:?}"
     );
 }
+
+#[test]
+fn who_rests_is_hushed_when_the_last_who_could_see_it_goes() {
+    for goes in [Stage::leave, |stage: &mut Stage, a| _ = stage.walk(a, 7.5, 1.0)] {
+        let mut stage = Stage::rooms(9);
+        let (a, b) = (stage.enter(0.5), stage.enter(0.7));
+        // Long enough that nobody looks at either any more.
+        stage.silence(1_000);
+        assert_eq!(stage.count(b, "hush"), 0, "a sees b");
+        goes(&mut stage, a);
+        stage.tick();
+        assert_eq!(stage.count(b, "hush"), 1);
+    }
+}
+
+#[test]
+fn who_has_long_been_at_rest_is_told_of_as_soon_as_it_moves_or_whoever_looks_does() {
+    let mut stage = Stage::hall(80);
+    let (a, b) = (stage.enter(0.5), stage.enter(8.5));
+    stage.silence(3_000);
+    let told = stage.count(a, "object-pos");
+    stage.silence(1_000);
+    assert_eq!(stage.count(a, "object-pos"), told, "there is nothing to tell");
+    stage.pose(b, 8.7);
+    stage.tick();
+    assert_eq!(stage.count(a, "object-pos"), told + 1);
+    stage.silence(3_000);
+    let rates = stage.count(a, "rate");
+    stage.walk(a, 0.5 - 0.4, 1.0);
+    stage.jump(a, 60.0);
+    stage.tick();
+    assert!(stage.count(a, "rate") > rates, "b is far away now");
+}

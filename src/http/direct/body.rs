@@ -22,6 +22,11 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use super::{Direct, MAX_HEAD_BYTES, head_lines, wire};
 use crate::http::blob_body::BlobBody;
 
+/// A chunk's length and what ends it.
+const CHUNK_HEAD_BYTES: usize = 24;
+/// What is no longer is written as one with what stands around it.
+const COPIED_BYTES: usize = 1 << 10;
+
 type AnyBody = Either<BlobBody, Body>;
 
 /// How the end of a body is told.
@@ -43,17 +48,26 @@ enum Part {
     End,
 }
 
-impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
-    /// Asks the router and writes its answer. Says whether the connection goes on.
-    pub(super) async fn ask(&mut self, request: Box<Request<Body>>) -> io::Result<bool> {
-        // Boxed: what it takes to get an answer is over when the answer is there.
-        let (head, framing, last, body) = Box::pin(self.answered(request)).await?;
-        self.write_body(head, framing, body).await?;
-        Ok(!last)
-    }
+/// An answer of the router that is to be written.
+#[derive(Debug)]
+pub(in crate::http) struct Answer {
+    head: Vec<u8>,
+    framing: Framing,
+    body: AnyBody,
+    /// Whether it is the last one here.
+    pub(super) last: bool,
+}
 
-    /// The head of the answer, and what is to be written after it; whether it is the last one here.
-    async fn answered(&mut self, request: Box<Request<Body>>) -> io::Result<(Vec<u8>, Framing, bool, AnyBody)> {
+impl Answer {
+    /// Whether nobody knows how long it will be.
+    pub(super) fn is_stream(&self) -> bool {
+        self.framing == Framing::Chunks
+    }
+}
+
+impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
+    /// Asks the router.
+    pub(super) async fn answered(&mut self, request: Box<Request<Body>>) -> io::Result<Box<Answer>> {
         let method = request.method().clone();
         let (front, peer) = (self.front.clone(), self.peer.clone());
         let mut answering = Box::pin(async move { front.answer(*request, &peer).await });
@@ -71,10 +85,17 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
         let mut head = head_lines(parts.status, &parts.headers);
         let framing = frame(&method, &parts, &body, &mut head);
         wire::end_head(&mut head);
-        Ok((head, framing, last, body))
+        Ok(Box::new(Answer {
+            head,
+            framing,
+            body,
+            last,
+        }))
     }
 
-    async fn write_body(&mut self, mut head: Vec<u8>, framing: Framing, mut body: AnyBody) -> io::Result<()> {
+    /// Writes an answer. Says whether the connection goes on.
+    pub(in crate::http) async fn write(&mut self, mut answer: Box<Answer>) -> io::Result<bool> {
+        let (mut head, framing) = (std::mem::take(&mut answer.head), answer.framing);
         let mut left = match framing {
             Framing::Length(left) => left,
             Framing::Chunks | Framing::None => 0,
@@ -83,13 +104,14 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
             // What is there at once goes with the head.
             let next = match framing {
                 Framing::None => Part::End,
-                _ => poll_fn(|cx| self.poll_part(&mut body, !head.is_empty(), cx)).await?,
+                _ => poll_fn(|cx| self.poll_part(&mut answer.body, !head.is_empty(), cx)).await?,
             };
             let ends = matches!(next, Part::End);
             let (data, line_end) = match (next, framing) {
                 // An empty chunk would be the end.
                 (Part::Data(data), _) if data.is_empty() => continue,
                 (Part::Data(data), Framing::Chunks) => {
+                    head.reserve(CHUNK_HEAD_BYTES + data.len().min(COPIED_BYTES));
                     write!(head, "{:x}\r\n", data.len())?;
                     (data, "\r\n")
                 }
@@ -100,14 +122,18 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
                 (Part::End, Framing::Chunks) => (Bytes::from_static(b"0\r\n\r\n"), ""),
                 (Part::End | Part::Later, _) => (Bytes::new(), ""),
             };
-            wire::write_all(
-                &mut self.io,
-                &mut [&head[..], &data, line_end.as_bytes()].map(IoSlice::new),
-            )
-            .await?;
+            if data.len() <= COPIED_BYTES {
+                // To copy a little takes less than to have it gathered.
+                head.extend_from_slice(&data);
+                head.extend_from_slice(line_end.as_bytes());
+                wire::write_all(&mut self.io, &mut [IoSlice::new(&head)]).await?;
+            } else {
+                let slices = [&head[..], &data, line_end.as_bytes()];
+                wire::write_all(&mut self.io, &mut slices.map(IoSlice::new)).await?;
+            }
             if ends {
                 return if left == 0 {
-                    Ok(())
+                    Ok(!answer.last)
                 } else {
                     Err(io::ErrorKind::UnexpectedEof.into())
                 };

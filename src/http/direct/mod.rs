@@ -27,6 +27,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use self::head::{Head, MAX_HEAD_BYTES};
 pub(super) use self::{
+    body::Answer,
     head::Simple,
     rewind::Rewind,
     wire::{Ready, head_lines},
@@ -37,12 +38,14 @@ use super::{ending::Heard, front::Front, peer::Peer};
 const MOST_PIECES: u32 = 8;
 
 /// How it went on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) enum Outcome {
     /// It is over.
     Ended,
     /// Something that is not simple has come; whether it is the first thing that the peer says.
     NotSimple { first: bool },
+    /// An answer has come of which nobody knows how long it will be; it is to be written.
+    Stream(Box<Answer>),
 }
 
 /// A connection that is answered without hyper.
@@ -83,13 +86,19 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
         }
     }
 
-    /// Answers until the connection ends or something is not simple.
+    /// Answers until the connection ends, something is not simple, or an answer may take long.
     pub(super) async fn talk(&mut self) -> io::Result<Outcome> {
         loop {
             match poll_fn(|cx| self.poll_next(cx)).await? {
                 Next::Write(ready) => ready.write(&mut self.io).await?,
                 Next::Ask(request) => {
-                    if !self.ask(request).await? {
+                    // Boxed: what it takes to get an answer is over when the answer is there.
+                    let answer = Box::pin(self.answered(request)).await?;
+                    if answer.is_stream() {
+                        self.first = false;
+                        return Ok(Outcome::Stream(answer));
+                    }
+                    if !self.write(answer).await? {
                         return Ok(Outcome::Ended);
                     }
                 }

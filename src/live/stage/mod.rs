@@ -44,7 +44,7 @@ const POSES: (f64, f64) = (60.0, 60.0);
 
 /// Starts the task of a scene.
 pub(super) fn start(live: Live, scene: SceneName) -> StageHandle {
-    let (handle, inbox) = StageHandle::new();
+    let (handle, inbox) = StageHandle::new(scene.clone());
     let ours = handle.clone();
     tokio::spawn(async move {
         let stopping = live.0.stopping.clone();
@@ -78,6 +78,7 @@ async fn run(
         unreadable: None,
         proving: false,
         ticked: false,
+        people_counted: Instant::now(),
         movers_counted: Instant::now(),
         keeping: Keeping::new(&live.0.sources.catalogue, scene),
         abroad: None,
@@ -116,6 +117,8 @@ struct Stage {
     proving: bool,
     /// Something has been written for which a tick has passed.
     ticked: bool,
+    /// When silent sessions were looked for.
+    people_counted: Instant,
     /// When silent movers were looked for.
     movers_counted: Instant,
     keeping: Keeping,
@@ -127,8 +130,8 @@ struct Stage {
 struct Person {
     outbox: Arc<Outbox>,
     poses: Bucket,
-    /// The newest of the poses that came too fast.
-    late: Option<Sent>,
+    /// The newest of the poses that came too fast. Boxed: few have one.
+    late: Option<Box<Sent>>,
     view: Option<watch::Sender<View>>,
 }
 
@@ -260,7 +263,7 @@ impl Stage {
         if let Some(person) = self.people.get_mut(&session) {
             person.outbox.sign();
             if !person.poses.take(1.0, now_ms) {
-                person.late = Some(sent);
+                person.late = Some(Box::new(sent));
                 self.live.0.tally.floods.fetch_add(1, Ordering::Relaxed);
                 let retry_ms = person.poses.wait_ms(1.0);
                 return Err(LiveError::Flooded { retry_ms });

@@ -8,23 +8,13 @@ use std::{
 
 use super::{Live, Stage, StageHandle};
 
-/// Silent movers are looked for at least so often.
+/// Silent movers are looked for at least so often, silent sessions ten times as often.
 const LONGEST_PAUSE: Duration = Duration::from_secs(10);
 
 impl Stage {
     pub(super) async fn tick(&mut self, handle: &StageHandle) {
         self.follow(handle).await;
-        let lease = self.live.0.settings.lease;
-        let expired: Vec<_> = self
-            .people
-            .iter()
-            .filter(|(_, p)| p.outbox.silent_for() > lease)
-            .map(|(s, _)| *s)
-            .collect();
-        for session in expired {
-            self.live.0.tally.expired.fetch_add(1, Ordering::Relaxed);
-            self.close(session);
-        }
+        self.end_silent_sessions();
         let late: Vec<_> = self
             .people
             .iter_mut()
@@ -32,13 +22,27 @@ impl Stage {
             .collect();
         for (session, sent) in late {
             // It was refused once already; what is wrong with it would have been told then.
-            _ = self.apply(session, sent).await;
+            _ = self.apply(session, *sent).await;
         }
         self.end_silent_movers(handle);
         self.world.tick(self.live.now_ms());
         self.ticked = true;
         self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
         self.resync();
+    }
+
+    /// Ends sessions that are silent and whose streams are not read, now and then.
+    fn end_silent_sessions(&mut self) {
+        let lease = self.live.0.settings.lease;
+        if self.people_counted.elapsed() < lease.min(LONGEST_PAUSE) / 10 {
+            return;
+        }
+        self.people_counted = Instant::now();
+        let silent = self.people.iter().filter(|(_, p)| p.outbox.silent_for() > lease);
+        for session in silent.map(|(s, _)| *s).collect::<Vec<_>>() {
+            self.live.0.tally.expired.fetch_add(1, Ordering::Relaxed);
+            self.close(session);
+        }
     }
 
     /// Ends movers whose senders have gone without a word, now and then.

@@ -9,7 +9,7 @@ mod house;
 
 use serde::{Deserialize, Serialize};
 
-use self::house::{ROOMS, TICKS, TICKS_OF_A_VOLUME, simulate};
+use self::house::{ROOM_M, ROOMS, TICKS, TICKS_OF_A_VOLUME, simulate, simulate_aside};
 use crate::{
     host::Host,
     page::{
@@ -24,6 +24,10 @@ use crate::{
 const HIDDEN: [u32; 5] = [0, 100, 1_000, 10_000, 100_000];
 /// Movers that can be seen.
 const VISIBLE: u32 = 100;
+/// Ways of walkers from where nobody is hidden to where everybody is most of the time.
+const BEYOND_M: [f64; 6] = [-2.0, -1.0, -0.5, 0.0, 0.5, 1.0];
+/// Where volumes gain nothing, they may cost so much.
+const MOST_OVERHEAD: f64 = 1.05;
 /// “Almost constant”: with the most hidden movers, a tick costs at most so many times what it costs without any.
 const ALMOST_CONSTANT: f64 = 5.0;
 
@@ -36,6 +40,18 @@ pub struct Measured {
     pub rows: Vec<Cost>,
     /// A participant in each room, for ten seconds.
     pub messages: Messages,
+    /// Where few or none are hidden, and volumes can gain little.
+    #[serde(default)]
+    pub mixes: Vec<Mix>,
+}
+
+/// Walkers about the border of what is seen.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Mix {
+    /// How far the middle of their ways is beyond the border, metres; each goes a metre to either side.
+    pub beyond_m: f64,
+    /// CPU of a tick with volumes, of one without: the median of runs that took turns.
+    pub ratio: f64,
 }
 
 /// A tick of the server: CPU in microseconds, and poses that come in.
@@ -62,6 +78,26 @@ pub struct Messages {
     pub broadcast: u64,
     /// By our rules.
     pub told: u64,
+}
+
+/// CPU of a tick with volumes of one without, of walkers about the border of what is seen.
+fn mix(beyond_m: f64) -> Mix {
+    /// Which of the two runs first matters by a few percent, so they take turns.
+    const TURNS: usize = 9;
+    const TICKS_OF_A_TURN: u32 = 300;
+    let homes = [1; VISIBLE as usize];
+    let tick_us = |volumes| simulate_aside(&homes, 0.5 * ROOM_M + beyond_m, volumes, TICKS_OF_A_TURN).tick_us;
+    let turn = |i: usize| {
+        let first = tick_us(i % 2 == 0);
+        let second = tick_us(i % 2 != 0);
+        if i % 2 == 0 { first / second } else { second / first }
+    };
+    let mut ratios: Vec<_> = (0..TURNS).map(turn).collect();
+    ratios.sort_by(f64::total_cmp);
+    Mix {
+        beyond_m,
+        ratio: ratios[TURNS / 2],
+    }
 }
 
 /// Measures.
@@ -96,6 +132,7 @@ pub fn run(host: &Host) -> anyhow::Result<Measured> {
             broadcast: u64::from(TICKS) * participants * (participants - 1),
             told: simulate(&homes, true, true, TICKS).told,
         },
+        mixes: BEYOND_M.map(mix).into(),
     })
 }
 
@@ -153,11 +190,14 @@ pub fn section(measured: &Measured) -> Section {
             ours: ["with volumes", "poses in a tick", "update all", "poses in a tick"].map(str::to_owned).into(),
             rows: measured.rows.iter().map(row).collect(),
         }],
-        tables: vec![Table {
+        tables: [Table {
             caption: format!("Poses told in ten seconds to {} participants, one in each room (the paper's §2.4 has no numbers)", count(messages.participants)),
             head: ["everybody hears everybody", "Belvedere"].map(str::to_owned).into(),
             rows: vec![vec![count(messages.broadcast), count(messages.told)]],
-        }],
+        }]
+        .into_iter()
+        .chain(mixes(&measured.mixes))
+        .collect(),
         plots: vec![Plot {
             file: "fig5.svg".to_owned(),
             caption: "After fig 5: CPU of a tick against hidden movers".to_owned(),
@@ -175,6 +215,28 @@ pub fn section(measured: &Measured) -> Section {
                 |x| format!("{x:.1}×"),
             ),
             Goal::at_most("… of what it grows to when all are updated", 0.01, growth(0) / growth(1), |x| format!("{:.2} %", 100.0 * x)),
-        ],
+        ]
+        .into_iter()
+        .chain(overhead(&measured.mixes))
+        .collect(),
     }
+}
+
+fn mixes(mixes: &[Mix]) -> Option<Table> {
+    let row = |mix: &Mix| vec![format!("{:.1} m", mix.beyond_m), format!("{:.2}×", mix.ratio)];
+    (!mixes.is_empty()).then(|| Table {
+        caption: format!("Where volumes can gain little: {VISIBLE} walkers who go to and fro by a metre about a line beside the border of what is seen"),
+        head: ["line beyond the border", "CPU of a tick with volumes, of one without"].map(str::to_owned).into(),
+        rows: mixes.iter().map(row).collect(),
+    })
+}
+
+fn overhead(mixes: &[Mix]) -> Option<Goal> {
+    let worst = mixes.iter().map(|mix| mix.ratio).reduce(f64::max)?;
+    Some(Goal::at_most(
+        "a tick with volumes, of one without, in any mix",
+        MOST_OVERHEAD,
+        worst,
+        |x| format!("{x:.2}×"),
+    ))
 }

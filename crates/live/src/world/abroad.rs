@@ -111,6 +111,7 @@ impl World {
     pub fn watch_abroad(&mut self, begun: &[CellId], ended: &[CellId], now_ms: Ms) {
         for cell in ended {
             self.watched_abroad.remove(cell);
+            self.stir_in(*cell);
         }
         for cell in begun {
             let Some(here) = self.movers_in.get(cell.index()) else {
@@ -163,5 +164,12 @@ impl World {
         if watchers.is_empty() {
             self.watched.changes += u64::from(self.watched.cells.remove(&cell));
         }
+        self.stir_in(cell);
+    }
+
+    /// A cell is watched less: who is awake in it may be put away.
+    fn stir_in(&mut self, cell: CellId) {
+        let here = self.movers_in.get(cell.index()).into_iter().flatten();
+        self.restless.extend(here.filter(|object| self.awake.contains(object)));
     }
 }

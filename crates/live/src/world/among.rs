@@ -30,7 +30,6 @@ impl World {
             return;
         };
         for (id, session) in &mut self.sessions {
-            let eye = self.movers[&session.object].pose.position;
             let near = session
                 .eye
                 .watched
@@ -40,17 +39,19 @@ impl World {
                 session.among = None;
                 continue;
             }
+            let eye = self.movers[&session.object].pose.position;
             let holds = |among: &Among| {
                 distance_m(among.from, eye) <= crowding.moved_m && now_ms - among.at_ms < crowding.lasts_ms
             };
-            if session.among.as_ref().is_some_and(holds) {
+            if session.among.as_deref().is_some_and(holds) {
                 continue;
             }
-            session.among = Some(Among {
+            session.restless = true;
+            session.among = Some(Box::new(Among {
                 view: View::from(crowd, eye, session.aoi.leave_m),
                 from: eye,
                 at_ms: now_ms,
-            });
+            }));
             if crowding.cull_below > 0.0 {
                 self.stirred_sessions.insert(*id);
             }
@@ -62,14 +63,14 @@ impl World {
         let cull_below = self.rules.crowd.map_or(0.0, |crowding: Crowding| crowding.cull_below);
         let least = if told { cull_below } else { BACK * cull_below };
         let position = mover.pose.position_at(now_ms);
-        let visibility = visibility(session.among.as_ref(), self.crowd.as_ref(), position);
+        let visibility = visibility(session.among.as_deref(), self.crowd.as_ref(), position);
         visibility.is_some_and(|visibility| visibility < least)
     }
 
     /// How closely a session follows a mover from now on.
     pub(super) fn attention(&self, id: SessionId, mover: &Mover, away_m: f64, now_ms: Ms) -> Attention {
         let (session, position) = (&self.sessions[&id], mover.pose.position_at(now_ms));
-        let visibility = visibility(session.among.as_ref(), self.crowd.as_ref(), position);
+        let visibility = visibility(session.among.as_deref(), self.crowd.as_ref(), position);
         attention(mover, away_m, visibility, self.rules.tick_ms)
     }
 }

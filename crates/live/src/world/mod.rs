@@ -89,8 +89,9 @@ pub struct World {
     cells: Cells,
     /// Where positions may be.
     reach: Bounds,
-    sessions: BTreeMap<SessionId, Session>,
-    movers: BTreeMap<ObjectId, Mover>,
+    /// Boxed, and movers too: a tree's nodes are half empty where keys only rise.
+    sessions: BTreeMap<SessionId, Box<Session>>,
+    movers: BTreeMap<ObjectId, Box<Mover>>,
     /// By cell.
     movers_in: Vec<BTreeSet<ObjectId>>,
     /// By cell.
@@ -100,6 +101,8 @@ pub struct World {
     /// Cells that sessions of other nodes watch.
     watched_abroad: BTreeSet<CellId>,
     awake: BTreeSet<ObjectId>,
+    /// Those of them that must be looked at each tick: all but those that rest where somebody watches them.
+    restless: BTreeSet<ObjectId>,
     /// How many of the movers live on other nodes.
     abroad: usize,
     alarms: BTreeSet<(Ms, ObjectId)>,
@@ -147,6 +150,7 @@ impl World {
             sessions: BTreeMap::new(),
             movers: BTreeMap::new(),
             awake: BTreeSet::new(),
+            restless: BTreeSet::new(),
             abroad: 0,
             alarms: BTreeSet::new(),
             largest_m: 0.0,

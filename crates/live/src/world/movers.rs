@@ -106,7 +106,7 @@ impl World {
             validity: Validity::new(longest_ms),
         };
         let reach_m = radius_m + self.rules.tick_reach_m(&mover);
-        self.movers.insert(object, mover);
+        self.movers.insert(object, Box::new(mover));
         self.rouse(object, now_ms);
         if reach_m > self.largest_m {
             self.largest_m = reach_m;
@@ -204,6 +204,7 @@ impl World {
         }
         self.register(object, cells);
         self.stirred_movers.insert(object);
+        self.restless.insert(object);
     }
 
     pub(super) fn enter(&mut self, object: ObjectId, state: State) {
@@ -218,6 +219,7 @@ impl World {
             Some(at_ms) => {
                 self.alarms.insert((at_ms, object));
                 self.awake.remove(&object);
+                self.restless.remove(&object);
                 self.leave_crowd(object);
             }
             None => {
@@ -258,6 +260,7 @@ impl World {
             self.alarms.remove(&(at_ms, object));
         }
         self.awake.remove(&object);
+        self.restless.remove(&object);
         self.abroad -= usize::from(mover.abroad);
         self.leave_crowd(object);
         self.stirred_movers.remove(&object);

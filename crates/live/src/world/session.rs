@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use belvedere_scene::ObjectId;
 
-use super::{among::Among, sight::Eye};
+use super::{among::Among, mover::Mover, sight::Eye};
 use crate::{Ms, aoi::Aoi, event::Attention, motion::Pose, pace::Bucket};
 
 /// Infos of so many hidden movers a client is expected to keep: the last ones.
@@ -25,7 +25,11 @@ pub(super) struct Session {
     pub(super) doors: BTreeMap<ObjectId, bool>,
     pub(super) bytes: Bucket,
     /// What it sees of a crowd, where there is one.
-    pub(super) among: Option<Among>,
+    pub(super) among: Option<Box<Among>>,
+    /// Something that it sees, or how it looks, may have changed since it was told of poses.
+    pub(super) restless: bool,
+    /// From where it was told of poses last, where it stood in no crowd.
+    pub(super) told_from: Option<[f64; 3]>,
 }
 
 /// What a session knows of a mover.
@@ -37,6 +41,13 @@ pub(super) struct Shown {
     pub(super) sent_at_ms: Ms,
     pub(super) attention: Attention,
     pub(super) priority: f64,
+}
+
+impl Shown {
+    /// Whether a session that has not moved either has nothing to be told: the mover rests where it was told to.
+    pub(super) fn is_settled(&self, mover: &Mover) -> bool {
+        mover.pose.is_resting() && self.sent.as_ref() == Some(&mover.pose)
+    }
 }
 
 impl Session {
@@ -51,6 +62,8 @@ impl Session {
             doors: BTreeMap::new(),
             bytes,
             among: None,
+            restless: true,
+            told_from: None,
         }
     }
 

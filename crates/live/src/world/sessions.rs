@@ -57,7 +57,7 @@ impl World {
         self.add(object, Some(id), avatar, now_ms)?;
         let second = self.rules.bytes_per_s;
         let session = Session::new(object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
-        self.sessions.insert(id, session);
+        self.sessions.insert(id, Box::new(session));
         self.look(id, now_ms);
         self.seen(id, false, now_ms)
     }

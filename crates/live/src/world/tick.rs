@@ -3,7 +3,7 @@
 
 use belvedere_scene::ObjectId;
 
-use super::{World, among, sight::Sight};
+use super::{World, among, mover::Mover, session::Session, sight::Sight};
 use crate::{
     Ms,
     cells::distance_m,
@@ -35,11 +35,15 @@ impl World {
 
     /// Whatever is awake is where its pose says by now; what nobody watches any more is put away.
     fn advance(&mut self, now_ms: Ms) {
-        let awake: Vec<_> = self.awake.iter().copied().collect();
-        for object in awake {
+        let restless: Vec<_> = self.restless.iter().copied().collect();
+        for object in restless {
             let mover = &self.movers[&object];
             if mover.way.is_some() || mover.pose.velocity != [0.0; 3] {
                 self.place(object, now_ms);
+            } else if mover.abroad || self.is_watched(&mover.cells, mover.owner) {
+                // Nothing more will become of it until it moves or is watched less.
+                self.restless.remove(&object);
+                continue;
             }
             let owner = self.movers[&object].owner;
             if let (Some(hush), Some(owner)) = (self.settle(object, now_ms), owner) {
@@ -50,9 +54,10 @@ impl World {
 
     fn judge(&mut self, now_ms: Ms) {
         for id in std::mem::take(&mut self.stirred_sessions) {
-            let Some(session) = self.sessions.get(&id) else {
+            let Some(session) = self.sessions.get_mut(&id) else {
                 continue;
             };
+            session.restless = true;
             let watched = session.eye.watched.iter();
             let near = watched.flat_map(|cell| self.movers_in[cell.index()].iter().copied());
             let mut objects: Vec<_> = near.chain(session.shown.keys().copied()).collect();
@@ -80,6 +85,9 @@ impl World {
     }
 
     fn judge_pair(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
+        if let Some(session) = self.sessions.get_mut(&id) {
+            session.restless = true;
+        }
         let (session, mover) = (&self.sessions[&id], &self.movers[&object]);
         if mover.owner == Some(id) {
             return;
@@ -89,7 +97,7 @@ impl World {
             (Sight::Seen, None) => self.show(id, object, now_ms),
             (Sight::Unseen(reason), Some(_)) => self.hide(id, object, reason),
             // Who is beyond the area and only stays for the shortest stay must be looked at again.
-            (Sight::Seen, Some(_)) if self.away_m(id, object, now_ms) > self.sessions[&id].aoi.leave_m => {
+            (Sight::Seen, Some(_)) if self.away_of(session, mover, now_ms) > session.aoi.leave_m => {
                 self.stirred_sessions.insert(id);
             }
             _ => {}
@@ -98,23 +106,36 @@ impl World {
 
     /// From a participant to a mover, metres.
     pub(super) fn away_m(&self, id: SessionId, object: ObjectId, now_ms: Ms) -> f64 {
-        let eye = self.movers[&self.sessions[&id].object].pose.position;
-        distance_m(eye, self.movers[&object].pose.position_at(now_ms))
+        self.away_of(&self.sessions[&id], &self.movers[&object], now_ms)
+    }
+
+    fn away_of(&self, session: &Session, mover: &Mover, now_ms: Ms) -> f64 {
+        let eye = self.movers[&session.object].pose.position;
+        distance_m(eye, mover.pose.position_at(now_ms))
     }
 
     /// Sends the poses that sessions would extrapolate wrongly, the most urgent first, within their bytes.
     fn tell_poses(&mut self, now_ms: Ms) {
         for (id, session) in &mut self.sessions {
-            if session.shown.is_empty() {
+            if session.shown.is_empty() || !session.restless {
                 continue;
             }
             let eye = self.movers[&session.object].pose.position;
+            let from = session.among.is_none().then_some(eye);
+            let stays = from.is_some() && session.told_from == from;
+            session.told_from = from;
+            // What is found settled is so until something stirs.
+            session.restless = from.is_none();
             let (mut due, mut rates) = (Vec::new(), Vec::new());
             for (object, shown) in &mut session.shown {
                 let mover = &self.movers[object];
+                if stays && shown.is_settled(mover) {
+                    continue;
+                }
+                session.restless = true;
                 let position = mover.pose.position_at(now_ms);
                 let away_m = distance_m(eye, position);
-                let seen = among::visibility(session.among.as_ref(), self.crowd.as_ref(), position);
+                let seen = among::visibility(session.among.as_deref(), self.crowd.as_ref(), position);
                 // It changes only when the mover is well beyond the border.
                 let [nearer, further] =
                     [0.9, 1.1].map(|x| among::attention(mover, x * away_m, seen, self.rules.tick_ms));

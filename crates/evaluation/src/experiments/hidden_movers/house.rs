@@ -14,7 +14,7 @@ use belvedere_live::{
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
 pub(super) const ROOMS: u32 = 32;
-const ROOM_M: f64 = 4.0;
+pub(super) const ROOM_M: f64 = 4.0;
 /// Ticks that count, when all speak …
 pub(super) const TICKS: u32 = 100;
 /// … and when volumes last as long as they may.
@@ -139,6 +139,21 @@ pub(super) struct Outcome {
 
 /// Rooms of walkers; a session looks on from the first room when there is one. `volumes` off is the naive server.
 pub(super) fn simulate(homes: &[u32], with_sessions: bool, volumes: bool, ticks: u32) -> Outcome {
+    let places: Vec<_> = homes.iter().map(|room| middle(*room)).collect();
+    simulate_at(&places, with_sessions, volumes, ticks)
+}
+
+/// The same for a row of walkers whose ways are so far beside the middle of their rooms, with nobody looking on but one.
+pub(super) fn simulate_aside(homes: &[u32], aside_m: f64, volumes: bool, ticks: u32) -> Outcome {
+    let aside = |room: &u32| {
+        let [x, y, z] = middle(*room);
+        [x + aside_m, y, z]
+    };
+    let places: Vec<_> = homes.iter().map(aside).collect();
+    simulate_at(&places, false, volumes, ticks)
+}
+
+fn simulate_at(homes: &[[f64; 3]], with_sessions: bool, volumes: bool, ticks: u32) -> Outcome {
     let rules = Rules {
         bytes_per_s: 1e9,
         longest_tbv_ms: if volumes { LONGEST_TBV_MS } else { 0 },
@@ -158,12 +173,12 @@ pub(super) fn simulate(homes: &[u32], with_sessions: bool, volumes: bool, ticks:
         enter_m: 1_000.0,
         leave_m: 1_100.0,
     };
-    for (i, room) in (0u32..).zip(homes) {
+    for (i, home) in (0u32..).zip(homes) {
         let session = with_sessions.then_some(SessionId(u64::from(i)));
         let walker = Walker {
             object: ObjectId(FIRST_MOVER + i),
             session,
-            home: middle(*room),
+            home: *home,
             phase: f64::from(i) * 0.37,
             hush: None,
         };
