@@ -21,6 +21,8 @@ const MIN_WALL: f64 = 4.0;
 const MIN_FILL: f64 = 0.6;
 /// … unless its longest edge is at most this, in the same.
 const MIN_HALVED: f32 = 3.0;
+/// A box without walls that is so many times as large as it may be is halved before small walls divide others.
+const FAR_TOO_LARGE: f32 = 4.0;
 /// How much a split through the middle is preferred over one at the side, in shares of wall.
 const BALANCE: f64 = 0.1;
 /// How much what lies over people's heads counts beside where they are.
@@ -328,7 +330,7 @@ fn wall_in(
 
 /// How a box is cut that is too large or mostly unreachable: along the largest wall in it, be that ever so small a share
 /// of the plane, as a house is on a lawn; without any wall near its middle, which is worth most where anything is built and the
-/// box is too large, and elsewhere less than any wall, larger boxes first.
+/// box is far too large, and elsewhere less than any wall, larger boxes first.
 fn halving_of(
     voxels: &Voxels,
     within: &IndexBox,
@@ -372,7 +374,7 @@ fn halving_of(
             let index = middle(voxels, within, axis, &sections[axis]);
             let full_m2 = size[(axis + 1) % 3] * size[(axis + 2) % 3];
             // A street is as long as the town, and who is somewhere in it sees what is seen from all of it.
-            let worth_m2 = if excess(axis) > 1.0 && grid.is_built(within) {
+            let worth_m2 = if excess(axis) > FAR_TOO_LARGE && grid.is_built(within) {
                 surface_m2(size)
             } else {
                 -1.0 / full_m2.max(f64::MIN_POSITIVE)

@@ -88,9 +88,10 @@ fn mix(beyond_m: f64) -> Mix {
     let homes = [1; VISIBLE as usize];
     let tick_us = |volumes| simulate_aside(&homes, 0.5 * ROOM_M + beyond_m, volumes, TICKS_OF_A_TURN).tick_us;
     let turn = |i: usize| {
-        let first = tick_us(i % 2 == 0);
-        let second = tick_us(i % 2 != 0);
-        if i % 2 == 0 { first / second } else { second / first }
+        let is_even = i.is_multiple_of(2);
+        let first = tick_us(is_even);
+        let second = tick_us(!is_even);
+        if is_even { first / second } else { second / first }
     };
     let mut ratios: Vec<_> = (0..TURNS).map(turn).collect();
     ratios.sort_by(f64::total_cmp);
