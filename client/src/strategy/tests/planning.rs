@@ -2,6 +2,12 @@
 
 use super::*;
 
+fn assert_each_file_once(orders: &[Order]) {
+    let mut asked = HashSet::new();
+    let mut files = orders.iter().flat_map(|order| &order.files);
+    assert!(files.all(|file| asked.insert(file.name.key())));
+}
+
 #[test]
 fn something_of_everything_comes_before_anything_finer() {
     let here = [seen(1, 1.0), seen(2, 12.0), seen(3, 400.0)];
@@ -41,13 +47,7 @@ fn objects_that_share_a_model_share_its_files_and_the_nearest_decides() {
         .map(|order| (order.wish.grade.number, order.wish.object.0))
         .collect();
     assert_eq!(told, [(2, 1), (0, 2)]);
-    let mut asked = HashSet::new();
-    assert!(
-        orders
-            .iter()
-            .flat_map(|order| &order.files)
-            .all(|file| asked.insert(file.name.key()))
-    );
+    assert_each_file_once(&orders);
 }
 
 #[test]
@@ -71,13 +71,7 @@ fn rungs_are_appended_where_they_cost_less_and_levels_where_not() {
         drawn.will_do(&here[0].geometry, here[0].error_of_px(1.0, &eye())),
         "{drawn}"
     );
-    let mut asked = HashSet::new();
-    assert!(
-        orders
-            .iter()
-            .flat_map(|order| &order.files)
-            .all(|file| asked.insert(file.name.key()))
-    );
+    assert_each_file_once(&orders);
 }
 
 #[test]
@@ -163,13 +157,7 @@ fn small_files_come_together_and_each_once() {
             .iter()
             .any(|order| order.files.len() > 3 && order.path().starts_with("/o/bundle/"))
     );
-    let mut asked = HashSet::new();
-    assert!(
-        orders
-            .iter()
-            .flat_map(|order| &order.files)
-            .all(|file| asked.insert(file.name.key()))
-    );
+    assert_each_file_once(&orders);
     assert!(here.iter().all(|seen| planner.residency.held(seen.model).is_some()));
 }
 

@@ -177,21 +177,16 @@ fn turning(triangles: &[Triangle], around: &[Meeting]) -> Option<Vec<Meeting>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{cells::plan::Builder, world::World};
 
     /// The box between two corners, facing outwards.
     fn block(min: [f32; 3], max: [f32; 3]) -> Vec<Triangle> {
-        let corner =
-            |i: usize| Vec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { max[axis] } else { min[axis] }));
-        let faces = [
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-        ];
-        let halves = faces.iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        halves.map(|face| Triangle::between(face.map(|i| corner(*i)))).collect()
+        let mut builder = Builder::default();
+        builder.block("block", min, max);
+        let world = World::new(&builder.scene).unwrap();
+        let origin = world.origin().as_vec3();
+        let placed = |t: &Triangle| Triangle::between(t.corners.map(|corner| corner + origin));
+        world.triangles_of(0).iter().map(placed).collect()
     }
 
     fn face(corners: [[f32; 3]; 3]) -> Triangle {
