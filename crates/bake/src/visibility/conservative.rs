@@ -15,8 +15,9 @@ use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 
 use super::{
+    blocker::Blocker,
     fusion::Shadows,
-    prover::{Blocker, Proofs, Prover, Witness},
+    prover::{Proofs, Prover, Witness},
     segment,
 };
 use crate::{
@@ -25,7 +26,7 @@ use crate::{
 };
 
 /// Halves are asked about as long as at least one out of so many questions was settled.
-const PAYS: usize = 8;
+const PAYS: usize = 16;
 
 /// This share of all objects may lie below the floor that things stand on: the ground itself, or what is below it.
 const BELOW: f32 = 0.1;
@@ -194,8 +195,7 @@ impl<'a> Observer<'a> {
         // others.
         let mut visible: Vec<u32> = open.iter().copied().filter(|o| self.known[*o as usize]).collect();
         visible.extend(seen.iter().filter(|o| open.binary_search(o).is_err()));
-        let asked = self.questions(&open).len();
-        self.refine(eye, &mut open, asked, self.settings.halvings, &mut visible);
+        self.refine(eye, &mut open, None, self.settings.halvings, &mut visible);
         for object in visible.iter().chain(seen) {
             self.known[*object as usize] = false;
         }
@@ -368,14 +368,22 @@ impl<'a> Observer<'a> {
         unknown.copied().collect()
     }
 
-    /// Adds to `visible` what of `open` may be seen from this part of the region, out of so many that were asked about.
-    fn refine(&mut self, eye: &Region, open: &mut Vec<u32>, asked: usize, halvings: u32, visible: &mut Vec<u32>) {
+    /// Adds to `visible` what of `open` may be seen from this part of the region. If it is a half, so many were asked about
+    /// before it was halved.
+    fn refine(
+        &mut self,
+        eye: &Region,
+        open: &mut Vec<u32>,
+        asked: Option<usize>,
+        halvings: u32,
+        visible: &mut Vec<u32>,
+    ) {
         self.look_through_openings(eye, open);
         let mut questions = self.questions(open);
         if questions.is_empty() {
             return;
         }
-        let pays = (asked - questions.len()) * PAYS >= asked;
+        let pays = asked.is_none_or(|asked| (asked - questions.len()) * PAYS >= asked);
         if halvings == 0 || !pays {
             let parts = if pays { self.settings.target_halvings } else { 0 };
             questions.retain(|object| {
@@ -400,7 +408,7 @@ impl<'a> Observer<'a> {
                 }
             }
             self.fuse(&half, &mut left);
-            self.refine(&half, &mut left, asked, halvings - 1, visible);
+            self.refine(&half, &mut left, Some(asked), halvings - 1, visible);
         }
     }
 }

@@ -5,12 +5,14 @@
 //! each cell by itself ([`mod@look`]), from what can matter to it ([`surroundings`]). Then the [`Method`] decides which of the
 //! two is published.
 
+pub mod blocker;
 pub mod conservative;
 pub mod epsilon;
 pub mod fusion;
 pub mod prover;
 pub mod screen;
 
+mod crossing;
 mod doors;
 mod glance;
 mod hunt;

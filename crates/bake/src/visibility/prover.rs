@@ -17,17 +17,14 @@
 //!
 //! [`Tolerance::hole_m`]: crate::occluders::Tolerance::hole_m
 
-use std::{borrow::Borrow, ops::ControlFlow};
-
-use glam::{Vec2, Vec3};
-use obvhs::bvh2::Bvh2;
+use std::ops::ControlFlow;
 
 use super::{
+    blocker::Blocker,
+    crossing::{Crossing, region_of},
     segment,
-    stops::{Stops, stops},
-    within::Solids,
 };
-use crate::occluders::{Body, Occluders, Rectangle, Region, Tolerance, Wall, Way};
+use crate::occluders::Region;
 
 /// At most this many tests of a wall for one question.
 pub const MAX_STEPS: u32 = 300;
@@ -46,21 +43,6 @@ const BODIES: usize = 0;
 const WALLS: usize = 1;
 /// How many bodies on the first ray are tried, from the eye on.
 const BODIES_TRIED: usize = 16;
-/// Bodies of one solid are nearer to each other than so many times the width of the holes that are closed.
-const TOUCHING: f32 = 4.0;
-/// A wall hides only what lies further behind its plane than so many times the distance within which faces lie in it.
-pub(super) const BEHIND: f32 = 4.0;
-
-/// What hides, ready for questions.
-pub struct Blocker {
-    /// What it was made from.
-    pub occluders: Occluders,
-    /// Those that hide.
-    bodies: Bvh2,
-    walls: Stops,
-    solids: Solids,
-}
-
 /// Which proofs may be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Proofs {
@@ -81,67 +63,6 @@ pub enum Witness {
     Fused,
 }
 
-impl Blocker {
-    /// Makes occluders ready for questions.
-    #[must_use]
-    pub fn new(occluders: Occluders) -> Self {
-        let Tolerance { hole_m, .. } = occluders.tolerance;
-        let hiding = (0u32..).zip(&occluders.bodies).filter(|(_, body)| body.hides);
-        let bodies = segment::numbered_tree(hiding.map(|(number, b)| (number, [b.min, b.max])), 0.0);
-        Self {
-            walls: Stops::of(&occluders.walls, occluders.tolerance),
-            solids: Solids::of(&occluders.bodies, TOUCHING * hole_m),
-            bodies,
-            occluders,
-        }
-    }
-
-    /// Whether a point lies inside a solid thing.
-    #[must_use]
-    pub fn holds(&self, point: Vec3) -> bool {
-        self.solids.holds(&self.occluders.bodies, point)
-    }
-
-    fn body(&self, index: u32) -> &Body {
-        &self.occluders.bodies[index as usize]
-    }
-
-    /// Objects that are doors, rising.
-    #[must_use]
-    pub fn doors(&self) -> Vec<u32> {
-        let mut doors: Vec<_> = self.occluders.leaves().iter().filter_map(|wall| wall.door).collect();
-        doors.sort_unstable();
-        doors
-    }
-
-    /// Whether a segment passes a door.
-    #[must_use]
-    pub fn door_is_on(&self, door: u32, from: Vec3, to: Vec3) -> bool {
-        let mut doors = self.occluders.leaves().iter().filter(|wall| wall.door == Some(door));
-        doors.any(|wall| stops(wall, from, to))
-    }
-
-    /// Walls that stop a segment; of doors only these. Where doors are closed, also walls that it passes through an opening:
-    /// a leaf fills an opening, but not what diverges behind it.
-    fn walls_on(&self, from: Vec3, to: Vec3, closed: &[u32], found: &mut Vec<u32>) {
-        let walls = &self.occluders.walls;
-        let mut note = |index: u32| {
-            let takes_part = walls[index as usize].door.is_none_or(|door| closed.contains(&door));
-            if takes_part && !found.contains(&index) {
-                found.push(index);
-            }
-        };
-        if closed.is_empty() {
-            self.walls.on(from, to, &mut |index| {
-                note(index);
-                ControlFlow::Continue(())
-            });
-        } else {
-            self.walls.met(from, to, &mut note);
-        }
-    }
-}
-
 /// Asks questions about one blocker; remembers what worked.
 pub struct Prover<'a> {
     blocker: &'a Blocker,
@@ -158,14 +79,6 @@ pub struct Prover<'a> {
     budget: u32,
     /// The openings on the longest way that the last question left open.
     leak: Vec<Region>,
-}
-
-/// How sight lines cross a wall.
-struct Crossing {
-    wall: u32,
-    way: Way,
-    /// All of them cross inside.
-    rectangle: Rectangle,
 }
 
 impl<'a> Prover<'a> {
@@ -341,7 +254,7 @@ impl<'a> Prover<'a> {
     fn opaque(&self, index: u32, between: &[&Region; 2]) -> bool {
         let margin_m = 2.0 * self.blocker.occluders.tolerance.plane_m;
         let wall = &self.blocker.occluders.walls[index as usize];
-        self.crossing(index, between)
+        Crossing::of(&self.blocker.occluders, index, between)
             .is_some_and(|crossing| wall.covers(crossing.way, &crossing.rectangle, margin_m))
     }
 
@@ -372,10 +285,9 @@ impl<'a> Prover<'a> {
             }
             self.steps_left -= 1;
             let wall = &self.blocker.occluders.walls[index as usize];
-            match self.crossing(index, passed) {
+            match Crossing::of(&self.blocker.occluders, index, passed) {
                 Some(crossing)
-                    if is_empty(&crossing.rectangle, margin_m)
-                        || wall.covers(crossing.way, &crossing.rectangle, margin_m) =>
+                    if crossing.is_empty(margin_m) || wall.covers(crossing.way, &crossing.rectangle, margin_m) =>
                 {
                     chain.push(index);
                     return true;
@@ -422,54 +334,6 @@ impl<'a> Prover<'a> {
             recent.map(|body| self.separates(*body, eye, opening) || self.separates(*body, opening, target));
         between.any(|between| between)
     }
-
-    /// How sight lines that pass these regions cross a wall, if they surely do.
-    fn crossing<R: Borrow<Region>>(&self, index: u32, passed: &[R]) -> Option<Crossing> {
-        let occluders = &self.blocker.occluders;
-        let wall = &occluders.walls[index as usize];
-        let plane_m = occluders.tolerance.plane_m;
-        let sides: Vec<i8> = passed
-            .iter()
-            .enumerate()
-            .map(|(i, region)| {
-                let [low, high] = region.borrow().heights(wall.normal, wall.offset);
-                let beyond_m = if i == 1 { BEHIND * plane_m } else { -2.0 * plane_m };
-                if low >= beyond_m {
-                    1
-                } else if high <= -beyond_m {
-                    -1
-                } else {
-                    0
-                }
-            })
-            .collect();
-        // Where sight lines come from: the eye's side, or the side away from the target.
-        let near = if sides[0] != 0 { sides[0] } else { -sides[1] };
-        if near == 0 || sides[1] == near {
-            return None;
-        }
-        let way = if near > 0 { Way::Against } else { Way::Along };
-        if !wall.hides(way) {
-            return None;
-        }
-        let mut rectangle = [[f32::NEG_INFINITY, f32::INFINITY]; 2];
-        let mut crossed = false;
-        for (a, _) in sides.iter().enumerate().filter(|(_, side)| **side == near) {
-            for (b, _) in sides.iter().enumerate().filter(|(_, side)| **side == -near) {
-                crossed = true;
-                let between = between(wall, passed[a].borrow(), passed[b].borrow());
-                for axis in 0..2 {
-                    rectangle[axis][0] = rectangle[axis][0].max(between[axis][0]);
-                    rectangle[axis][1] = rectangle[axis][1].min(between[axis][1]);
-                }
-            }
-        }
-        crossed.then_some(Crossing {
-            wall: index,
-            way,
-            rectangle,
-        })
-    }
 }
 
 /// Which way a target lies.
@@ -487,57 +351,5 @@ fn go_on(go_on: bool) -> ControlFlow<()> {
         ControlFlow::Continue(())
     } else {
         ControlFlow::Break(())
-    }
-}
-
-/// Clipping left nothing, for certain.
-fn is_empty(rectangle: &Rectangle, margin_m: f32) -> bool {
-    rectangle.iter().any(|[low, high]| low - high > 0.5 * margin_m)
-}
-
-/// A rectangle in which all segments between two regions on different sides cross a wall. Only segments on the convex hull
-/// of both can cross at its border; for two boxes these join equal corners.
-pub(super) fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
-    let mut rectangle = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
-    let mut include = |place: Vec2| {
-        for axis in 0..2 {
-            rectangle[axis][0] = rectangle[axis][0].min(place[axis]);
-            rectangle[axis][1] = rectangle[axis][1].max(place[axis]);
-        }
-    };
-    let at = |p: Vec3| (wall.normal.dot(p) - wall.offset, wall.place(p));
-    let mut segment = |(height_a, place_a): (f32, Vec2), (height_b, place_b): (f32, Vec2)| {
-        let drop = height_a - height_b;
-        if drop.abs() <= f32::MIN_POSITIVE {
-            include(place_a);
-            include(place_b);
-        } else {
-            include(place_a.lerp(place_b, (height_a / drop).clamp(0.0, 1.0)));
-        }
-    };
-    if a.points.is_empty() && b.points.is_empty() {
-        for i in 0..8 {
-            segment(at(a.corner(i)), at(b.corner(i)));
-        }
-    } else {
-        for from in a.corners() {
-            let from = at(from);
-            for to in b.corners() {
-                segment(from, at(to));
-            }
-        }
-    }
-    rectangle
-}
-
-/// An opening as a region: a flat box where the wall stands along the world's axes.
-pub(super) fn region_of(wall: &Wall, opening: &Rectangle) -> Region {
-    let [u, v] = *opening;
-    let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| wall.point(Vec2::new(u[i], v[j])));
-    let hull = Region::hull(corners.to_vec());
-    if wall.normal.abs().max_element() > 1.0 - 1e-6 {
-        Region::of_box(hull.min, hull.max)
-    } else {
-        hull
     }
 }

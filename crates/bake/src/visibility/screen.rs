@@ -10,7 +10,11 @@
 //! one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf, and for all of them together at most
 //! [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
 
-use super::prover::{BEHIND, Blocker, Proofs, Prover, between, region_of};
+use super::{
+    blocker::Blocker,
+    crossing::{BEHIND, between, region_of},
+    prover::{Proofs, Prover},
+};
 use crate::occluders::{DOOR_GAP, Occluders, Rectangle, Region, Wall, Way};
 
 /// Bodies are a little smaller than the masonry that they lie in, so pieces are looked at without a border: so many times the
