@@ -145,7 +145,9 @@ fn compare(name: &str, world: &World, cells: &[Region]) {
         let (ms, sets) = timed(|| {
             let mut observer = Observer::new(&scenery, settings);
             let asked = cells.iter().zip(&known);
-            asked.map(|(cell, known)| observer.visible(cell, known)).collect::<Vec<_>>()
+            asked
+                .map(|(cell, known)| observer.visible(cell, known))
+                .collect::<Vec<_>>()
         });
         let mut each_ms: Vec<f64> = cells
             .iter()
