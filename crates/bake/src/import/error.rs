@@ -105,14 +105,6 @@ pub enum ImportError {
         /// The file.
         file: String,
     },
-    /// A glTF file that rules place.
-    #[error("`model \"{model}\"`: {reason}")]
-    ModelOfRules {
-        /// The file, as the rules name it.
-        model: String,
-        /// Why it cannot be placed.
-        reason: String,
-    },
     /// The caller wanted to stop.
     #[error("import was cancelled")]
     Cancelled,

@@ -140,6 +140,14 @@ pub enum Problem {
     /// A file that imports itself.
     #[error("\"{0}\" imports itself, directly or through others; move what both need to a third file")]
     ImportCycle(String),
+    /// A glTF file that cannot be placed.
+    #[error("\"{path}\" cannot be placed: {reason}")]
+    Model {
+        /// The file.
+        path: String,
+        /// Why not.
+        reason: String,
+    },
     /// A file that cannot be imported.
     #[error("\"{path}\" cannot be imported: {reason}")]
     Import {

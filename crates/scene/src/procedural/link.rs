@@ -86,6 +86,20 @@ impl Program {
             .map(|module| (module.file.as_str(), module.text.as_str()))
     }
 
+    /// Why a glTF file that a rule places cannot be had, said where it is placed first.
+    #[must_use]
+    pub fn model_error(&self, path: &str, reason: String) -> Box<DcgError> {
+        let placed = |module: &&Module| module.models.iter().any(|(_, model)| model == path);
+        let module = self.modules.iter().find(placed).unwrap_or(&self.modules[0]);
+        let at = module
+            .models
+            .iter()
+            .find(|(_, model)| model == path)
+            .map_or(0, |(at, _)| *at);
+        let path = path.to_owned();
+        module.error(at, Problem::Model { path, reason })
+    }
+
     /// Removes files that import nothing that is left, until none is left; what stays is in a cycle or leads to one.
     fn refuse_cycles(&self) -> Result<(), Box<DcgError>> {
         let mut left = vec![true; self.modules.len()];

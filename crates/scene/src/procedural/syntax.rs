@@ -26,6 +26,8 @@ pub(super) struct Module {
     /// Values that the body has besides the globals.
     pub(super) body_slots: u32,
     pub(super) calls: Vec<Call>,
+    /// Where `model` stands, and the file that it names.
+    pub(super) models: Vec<(At, String)>,
     /// Uses of globals.
     pub(super) uses: Vec<Use>,
     /// Statements that have a number of their own, which may be done [at one go](super::evaluator).

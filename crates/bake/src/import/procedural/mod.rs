@@ -88,7 +88,7 @@ fn planted(
         defects: &mut defects,
     };
     let scene = scene::scene_of(&grown, growing, ground.limits, &mut |model| {
-        let imported = beside.import(model, ground)?;
+        let imported = beside.import(model, &program, ground)?;
         of_models.absorb(imported.defects);
         Ok(imported.scene)
     })?;
@@ -178,11 +178,8 @@ impl<'a> Beside<'a> {
     }
 
     /// A glTF file that rules place. Rules in it are not grown.
-    fn import(&self, relative: &str, ground: Ground) -> Result<Imported, ImportError> {
-        let missing = |reason: String| ImportError::ModelOfRules {
-            model: relative.to_owned(),
-            reason,
-        };
+    fn import(&self, relative: &str, program: &Program, ground: Ground) -> Result<Imported, ImportError> {
+        let missing = |reason: String| ImportError::Rules(program.model_error(relative, reason));
         let path = self.path(relative).ok_or_else(|| missing(OUTSIDE.to_owned()))?;
         if path.ends_with(".dcg") || path.ends_with(".plan") {
             return Err(missing("`model` places glTF files; use `import` for rules".to_owned()));

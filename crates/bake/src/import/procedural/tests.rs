@@ -71,7 +71,10 @@ fn imports_and_gltf_files_are_found_beside_the_rules() {
     assert_eq!(imported.scene.models.len(), 5);
     for (text, wanted) in [
         ("import \"../x.dcg\" as x", "outside of the source's folder"),
-        ("model \"x.glb\"", "there is no such file"),
+        (
+            "box(1, 1, 1)\nmove(0, 2, 0) model \"x.glb\"",
+            "world.dcg, line 2, column 15: \"x.glb\" cannot be placed: there is no such file",
+        ),
         ("model \"world.dcg\"", "use `import` for rules"),
         ("let a = 1", "the rules draw nothing"),
         (

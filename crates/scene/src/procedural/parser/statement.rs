@@ -69,7 +69,11 @@ impl<'t> Parser<'t> {
                 at: token.at,
                 arguments: self.given("impostor", "parameter of an impostor", IMPOSTOR, token.at)?,
             }),
-            "model" => Ok(Statement::Model(self.text("a glTF file in quotes")?.to_owned())),
+            "model" => {
+                let path = self.text("a glTF file in quotes")?.to_owned();
+                self.module.models.push((token.at, path.clone()));
+                Ok(Statement::Model(path))
+            }
             _ => match SolidKind::named(word) {
                 Some(kind) => self.solid(kind, token.at),
                 None if self.is_symbol("(") || self.is_symbol(".") => {
