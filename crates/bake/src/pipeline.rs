@@ -146,9 +146,14 @@ pub fn bake(
         ..settings.lod.clone()
     };
     let foliage = foliage::of(&scene);
+    let is_drawn = !scene.authored.cells.is_empty();
     let mut models = Models::write(&scene, &lod, host.sink, progress)?;
     let write = |models: &Models<'_>, mut visibility: Visibility| {
-        visibility.reason = format!("{}; {}", visibility.reason, how_cut(&bounds, &placed, &visibility));
+        visibility.reason = format!(
+            "{}; {}",
+            visibility.reason,
+            how_cut(&bounds, (&placed, is_drawn), &visibility)
+        );
         let input = records::Input {
             scene: &scene,
             title: &source.title,
@@ -172,10 +177,10 @@ pub fn bake(
     write(&models, visibility)
 }
 
-/// How the cells came about, and whether they were of any use.
-fn how_cut(bounds: &[Bounds], graph: &CellGraph, visibility: &Visibility) -> String {
+/// How the cells came about, drawn by their author or not, and whether they were of any use.
+fn how_cut(bounds: &[Bounds], (graph, is_drawn): (&CellGraph, bool), visibility: &Visibility) -> String {
     let drawn = bounds.iter().filter(|bounds| !bounds.is_empty()).count();
-    if graph.cells.len() == 1 && visibility.cells[0].objects.len() == drawn {
+    if graph.cells.len() == 1 && !is_drawn && visibility.cells[0].objects.len() == drawn {
         "one cell, because no wall hides anything: everything is visible".to_owned()
     } else if visibility.cells.iter().all(|cell| cell.objects.len() == drawn) {
         format!("{}, but everything is visible from each", graph.reason)

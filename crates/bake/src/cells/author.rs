@@ -124,7 +124,10 @@ pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Resul
     let mut graph = CellGraph {
         cells: hulls.iter().map(cell_of).collect(),
         voxel_m: TOLERANCE_M,
-        reason: format!("{} cells as their author drew them", hulls.len()),
+        reason: match hulls.len() {
+            1 => "one cell as its author drew it".to_owned(),
+            cells => format!("{cells} cells as their author drew them"),
+        },
     };
     let mut used = vec![false; authored.portals.len()];
     for i in 0..hulls.len() {

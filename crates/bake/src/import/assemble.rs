@@ -91,7 +91,7 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         nursery.plant(&mut scene, planting, (&mut reader.defects, ground))?;
     }
     if scene.objects.is_empty() {
-        return Err(finish::nothing_to_draw(reader));
+        return Err(finish::nothing_to_draw(reader, &scene));
     }
     scene.viewpoints = hierarchy.viewpoints;
     scene.title = finish::title(reader);

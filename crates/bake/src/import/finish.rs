@@ -30,14 +30,19 @@ pub(super) fn title(reader: &Reader) -> Option<String> {
 }
 
 /// Why there is nothing.
-pub(super) fn nothing_to_draw(reader: &Reader) -> ImportError {
+pub(super) fn nothing_to_draw(reader: &Reader, scene: &SourceScene) -> ImportError {
     let reasons: Vec<String> = reader
         .defects
         .iter()
         .take(REASONS)
         .map(|d| format!("{} ({} times, first at {})", d.kind, d.count, d.first))
         .collect();
-    let reasons = if reasons.is_empty() {
+    let authored = &scene.authored;
+    let is_marked = [&authored.cells, &authored.portals, &authored.occluders];
+    let reasons = if reasons.is_empty() && is_marked.iter().any(|shapes| !shapes.is_empty()) {
+        "all nodes with a mesh are marked as cells, portals or occluders, which are not drawn: add what is to be seen"
+            .to_owned()
+    } else if reasons.is_empty() {
         "the scene has no node with a mesh".to_owned()
     } else {
         reasons.join("; ")

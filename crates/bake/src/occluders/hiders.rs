@@ -12,7 +12,8 @@ use std::{
 };
 
 use super::{
-    Body, DOOR_GAP, MARGIN, Occluders, Tolerance, Wall,
+    Body, MARGIN, Occluders, Tolerance, Wall,
+    leaf::leaves,
     planes::{self, Group},
     solids, tolerance_of,
 };
@@ -97,11 +98,6 @@ impl<'a> Hiders<'a> {
                 groups_of[*object as usize].push(group);
             }
         }
-        let leaf = |door: &u32| {
-            let bounds = &world.object_bounds()[*door as usize];
-            let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
-            Wall::leaf(*door, min, max, DOOR_GAP * (max - min).max_element())
-        };
         Self {
             world,
             tolerance,
@@ -111,7 +107,7 @@ impl<'a> Hiders<'a> {
             walls: walls.into_iter().map(Known::new).collect(),
             objects_of,
             groups_of,
-            leaves: world.doors().iter().map(leaf).map(Known::new).collect(),
+            leaves: leaves(world).map(Known::new).collect(),
             made: Mutex::default(),
         }
     }

@@ -7,6 +7,7 @@
 mod body;
 mod fill;
 mod hiders;
+mod leaf;
 mod parts;
 mod pieces;
 mod planes;

@@ -209,19 +209,8 @@ impl Group {
         })
     }
 
-    fn axes(&self) -> [Vec3; 2] {
-        // For an upright or level plane these are the world's own axes or lie level, as most edges do.
-        let level = Vec3::Y.cross(self.normal);
-        let first = if level.length_squared() > 1e-6 {
-            level.normalize()
-        } else {
-            Vec3::X
-        };
-        [first, self.normal.cross(first)]
-    }
-
     pub(super) fn wall(&self, world: &World, tolerance: Tolerance) -> Wall {
-        let axes = self.axes();
+        let axes = Wall::axes_across(self.normal);
         let flat: Vec<([Vec2; 3], [bool; 2])> = self
             .faces
             .iter()

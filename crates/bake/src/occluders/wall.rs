@@ -103,24 +103,16 @@ impl Wall {
         }
     }
 
-    /// The leaf of a closed door: a rectangle across the thinnest side of its box, in its middle, grown by what a leaf
-    /// leaves open around it.
-    pub(super) fn leaf(door: u32, min: Vec3, max: Vec3, gap_m: f32) -> Self {
-        let axis = (max - min).min_position();
-        let normal = Vec3::AXES[axis];
-        let across = [(axis + 1) % 3, (axis + 2) % 3];
-        let lines = across.map(|a| vec![min[a] - gap_m, max[a] + gap_m]);
-        let offset = 0.5 * (min[axis] + max[axis]);
-        Self {
-            door: Some(door),
-            ..Self::new(
-                normal,
-                offset,
-                across.map(|a| Vec3::AXES[a]),
-                lines,
-                [vec![true], vec![true]],
-            )
-        }
+    /// Directions of the grid of a wall: for an upright or level one the world's own axes, or they lie level and upright, as most
+    /// edges do.
+    pub(super) fn axes_across(normal: Vec3) -> [Vec3; 2] {
+        let level = Vec3::Y.cross(normal);
+        let first = if level.length_squared() > 1e-6 {
+            level.normalize()
+        } else {
+            Vec3::X
+        };
+        [first, normal.cross(first)]
     }
 
     /// Whether a rectangle of it is opaque this or that way and nowhere narrower than this.

@@ -37,6 +37,8 @@ mod memory_tests;
 #[cfg(test)]
 mod oracle;
 #[cfg(test)]
+mod screen_tests;
+#[cfg(test)]
 mod tests;
 
 use std::cmp::Ordering;

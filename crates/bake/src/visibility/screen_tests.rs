@@ -1,0 +1,187 @@
+//! Closed doors hide what is behind them and nothing else.
+
+use glam::{DMat4, Vec3};
+
+use super::{blocker::Blocker, oracle::first_hiding_face, random::Random, screen::Screening};
+use crate::{
+    cells::plan::Builder,
+    occluders::{Occluders, Region},
+    source::Role,
+    world::World,
+};
+
+const STEPS: u32 = 20_000;
+
+/// Rooms on both sides of a wall of this thickness at x = 0, with a door in it, and a window if there is one.
+struct House {
+    world: World,
+    /// The same with the door as a thing like any other.
+    shut: World,
+    blocker: Blocker,
+    doors: Vec<u32>,
+    thick_m: f32,
+}
+
+impl House {
+    fn new(thick_m: f32, window: bool) -> Self {
+        Self::turned(thick_m, window, 0.0)
+    }
+
+    /// Turned by this angle.
+    fn turned(thick_m: f32, window: bool, angle: f64) -> Self {
+        let mut builder = Builder::default();
+        builder.block("floor", [-6.0, -0.2, -4.0], [6.0, 0.0, 4.0]);
+        builder.block("ceiling", [-6.0, 3.0, -4.0], [6.0, 3.2, 4.0]);
+        for z in [-4.2, 4.0] {
+            builder.block("side", [-6.0, 0.0, z], [6.0, 3.0, z + 0.2]);
+        }
+        let (from, to) = (-0.5 * thick_m, 0.5 * thick_m);
+        let mut wall = |min: [f32; 2], max: [f32; 2]| {
+            if thick_m > 0.0 {
+                builder.block("wall", [from, min[0], min[1]], [to, max[0], max[1]]);
+            } else {
+                let corner = |y: f32, z: f32| [0.0, y, z];
+                let [a, b] = [corner(min[0], min[1]), corner(max[0], min[1])];
+                let [c, d] = [corner(max[0], max[1]), corner(min[0], max[1])];
+                builder.quad("front", [a, b, c, d]);
+                builder.quad("back", [d, c, b, a]);
+            }
+        };
+        wall([0.0, -4.0], [3.0, -0.5]);
+        wall([2.2, -0.5], [3.0, 0.5]);
+        wall([0.0, 0.5], [3.0, if window { 1.0 } else { 4.0 }]);
+        if window {
+            wall([0.0, 1.0], [1.0, 4.0]);
+            wall([1.5, 1.0], [3.0, 4.0]);
+        }
+        let door = builder.block("door", [-0.03, 0.0, -0.5], [0.03, 2.2, 0.5]);
+        for object in &mut builder.scene.objects {
+            object.world_from_object = DMat4::from_rotation_y(angle) * object.world_from_object;
+        }
+        let shut = World::new(&builder.scene).unwrap();
+        builder.scene.objects[door as usize].role = Role::Door;
+        let world = World::new(&builder.scene).unwrap();
+        Self {
+            blocker: Blocker::new(Occluders::of(&world)),
+            doors: world.doors().to_vec(),
+            world,
+            shut,
+            thick_m,
+        }
+    }
+
+    fn region(&self, min: [f32; 3], max: [f32; 3]) -> Region {
+        let [min, max] = [min, max].map(|p| self.world.relative(p.map(f64::from)));
+        Region::of_box(min, max)
+    }
+
+    /// The rooms, up to the wall; the eastern one off it by a hair.
+    fn rooms(&self) -> [Region; 2] {
+        let half = 0.5 * self.thick_m;
+        [
+            self.region([-6.0, 0.0, -4.0], [-half, 3.0, 4.0]),
+            self.region([half + 2e-4, 2e-4, -3.9998], [6.0, 2.9998, 3.9998]),
+        ]
+    }
+
+    /// Whether any of many sight lines gets from one to the other beside the leaves.
+    fn leaks(&self, eye: &Region, target: &Region) -> bool {
+        let mut random = Random::stream(3, 1);
+        let mut within = |region: &Region| {
+            let share = Vec3::from_array([0; 3].map(|_| random.unit()));
+            region.min + share * (region.max - region.min)
+        };
+        (0..20_000).any(|_| {
+            let (from, to) = (within(eye), within(target));
+            let passes_a_leaf = self.doors.iter().any(|door| self.blocker.door_is_on(*door, from, to));
+            !passes_a_leaf && first_hiding_face(&self.world, from.as_dvec3(), to.as_dvec3()).is_none()
+        })
+    }
+}
+
+#[test]
+fn a_closed_door_shuts_a_room_off_whether_its_wall_is_thick_or_thin() {
+    for thick_m in [0.0, 0.06, 0.3] {
+        let house = House::new(thick_m, false);
+        let [west, east] = house.rooms();
+        assert!(!house.leaks(&west, &east), "{thick_m}");
+        assert!(
+            Screening::new(&house.blocker, &house.doors, STEPS).hides(&west, &east),
+            "{thick_m}"
+        );
+        assert!(Screening::new(&house.blocker, &house.doors, STEPS).hides(&east, &west) || thick_m == 0.0);
+        assert!(
+            !Screening::new(&house.blocker, &[], STEPS).hides(&west, &east),
+            "it is open"
+        );
+    }
+}
+
+#[test]
+fn a_window_beside_a_closed_door_shows_all_behind_it() {
+    for thick_m in [0.0, 0.3] {
+        let house = House::new(thick_m, true);
+        let [west, east] = house.rooms();
+        assert!(house.leaks(&west, &east), "{thick_m}");
+        assert!(
+            !Screening::new(&house.blocker, &house.doors, STEPS).hides(&west, &east),
+            "{thick_m}"
+        );
+    }
+}
+
+#[test]
+fn a_closed_door_that_stands_askew_hides_only_what_is_behind_it() {
+    let mut random = Random::stream(4, 2);
+    let mut hidden = [0, 0];
+    for (turned, angle) in [(0, 0.0), (1, 0.6), (1, 2.2)] {
+        let house = House::turned(0.06, false, angle);
+        let mut screening = Screening::new(&house.blocker, &house.doors, u32::MAX);
+        for _ in 0..60 {
+            let mut part = || {
+                let low = [0; 3].map(|_| 7.0 * random.unit() - 3.5);
+                let low = [low[0], 0.3 * low[1].abs(), low[2]];
+                house.region(low, low.map(|low| low + 0.1 + 0.5 * random.unit()))
+            };
+            let (eye, target) = (part(), part());
+            if !screening.hides(&eye, &target) {
+                continue;
+            }
+            hidden[turned] += 1;
+            for _ in 0..2_000 {
+                let mut within = |region: &Region| {
+                    let share = Vec3::from_array([0; 3].map(|_| random.unit()));
+                    (region.min + share * (region.max - region.min)).as_dvec3()
+                };
+                let (from, to) = (within(&eye), within(&target));
+                let face = first_hiding_face(&house.shut, from, to);
+                assert!(face.is_some(), "{angle}: {from} sees {to}");
+            }
+        }
+    }
+    assert!(hidden.iter().all(|hidden| *hidden > 5), "{hidden:?}");
+}
+
+#[test]
+fn what_is_proved_hidden_no_ray_finds() {
+    let mut random = Random::stream(9, 4);
+    let (mut hidden, mut seen) = (0, 0);
+    for window in [false, true] {
+        let house = House::new(0.3, window);
+        let mut screening = Screening::new(&house.blocker, &house.doors, u32::MAX);
+        for _ in 0..30 {
+            let mut part = |from: f32| {
+                let low = [from, 0.1, -3.0].map(|low| low + 2.0 * random.unit());
+                let low = [low[0], low[1], 2.5 * low[2] + 4.5];
+                house.region(low, low.map(|low| low + 0.1 + 0.8 * random.unit()))
+            };
+            let (eye, target) = (part(-5.0), part(1.0));
+            let leaks = house.leaks(&eye, &target);
+            let proved = screening.hides(&eye, &target);
+            assert!(!(proved && leaks), "{eye:?} sees {target:?}");
+            hidden += usize::from(proved);
+            seen += usize::from(leaks);
+        }
+    }
+    assert!(hidden >= 20 && seen >= 3, "{hidden} hidden, {seen} seen");
+}
