@@ -1,135 +1,91 @@
 //! What has a session not heard yet?
 //!
 //! Events that must not be lost wait in a queue; poses wait in a table with one place for each mover, where the newest
-//! wins. A reader gets the queue first and the poses after it, so that a pose never names a mover whose info is still to
-//! come, or that is gone. What it got stays in a ring for a while, under its number, for a reader that was cut off. What
-//! many sessions are told alike is held once for all of them, in tables and in rings.
+//! wins ([`waiting`]). A reader gets the queue first and the poses after it, so that a pose never names a mover whose info is
+//! still to come, or that is gone. What it got stays for a while, under its number, for a reader that was cut off ([`told`]). What
+//! many sessions are told alike is held once for all of them.
 //!
 //! Both are bounded: when too much waits or too much was missed, everything is dropped, and the rules are asked to tell
 //! all anew, once there is a reader. So a stuck reader costs this much memory, and nobody else anything.
+//!
+//! Poses for a reader that has heard everything and waits are written at once into its [`Line`], where it has one: nobody is woken,
+//! and they wait nowhere. As soon as a line takes no more, the reader's task sees to the rest.
+
+mod told;
+mod waiting;
+
+#[cfg(test)]
+mod tests;
 
 use std::{
-    collections::{BTreeMap, VecDeque},
-    io::Write,
-    sync::{Arc, Mutex, MutexGuard},
+    collections::VecDeque,
+    sync::{
+        Arc, Mutex, MutexGuard,
+        atomic::{AtomicBool, Ordering},
+    },
     task::{Context, Poll, Waker},
     time::{Duration, Instant},
 };
 
-use belvedere_live::{
-    Ms,
-    event::{Event, Void},
-};
-use belvedere_scene::ObjectId;
+use belvedere_live::event::{Event, Void};
 use bytes::Bytes;
 
-use super::poses::{self, Poses, Written};
+use self::{
+    told::{Said, Told},
+    waiting::Waiting,
+};
+use super::{
+    line::{Line, Taken},
+    poses::Delivery,
+};
 
 /// So many bytes may wait for a reader.
 const QUEUE_BYTES: usize = 256 << 10;
-/// So many bytes are kept for one that comes back.
-const RING_BYTES: usize = 64 << 10;
 /// A piece of the stream is cut at the first event beyond this.
 const PIECE_BYTES: usize = 32 << 10;
 
 /// The events of one session.
 #[derive(Debug, Default)]
-pub(super) struct Outbox(Mutex<State>);
+pub(super) struct Outbox {
+    state: Mutex<State>,
+    somebody_missed: Arc<AtomicBool>,
+}
 
 #[derive(Debug)]
 struct State {
-    /// Names and data of events to be read.
+    /// Events to be read.
     queue: VecDeque<Said>,
     queue_bytes: usize,
     poses: Waiting,
-    /// What was read, or is to be read again; the last one has the number before `next`.
-    ring: VecDeque<Said>,
-    ring_bytes: usize,
-    /// The number of the next event.
-    next: u64,
-    /// The number of the next event to be read again; `next` when there is none.
-    again: u64,
+    told: Told,
     missed: Option<Void>,
     reader: Reader,
     closed: bool,
     last_sign: Instant,
 }
 
-/// An event without its number.
-#[derive(Debug, Clone)]
-struct Said {
-    name: &'static str,
-    data: Bytes,
-}
-
-/// Poses that wait for a reader.
-#[derive(Debug, Default)]
-enum Waiting {
-    #[default]
-    None,
-    /// Those of one tick, as others are told of them too.
-    Shared(Arc<Written>),
-    /// The newest of each mover.
-    Newest(Box<(Ms, BTreeMap<ObjectId, Bytes>)>),
-}
-
-impl Waiting {
-    fn add(&mut self, written: &Arc<Written>) {
-        if matches!(self, Self::None) {
-            *self = Self::Shared(written.clone());
-            return;
-        }
-        let newest = self.newest();
-        newest.0 = written.t_ms;
-        newest.1.extend(written.entries.iter().cloned());
-    }
-
-    fn remove(&mut self, objects: &[ObjectId]) {
-        if matches!(self, Self::None) {
-            return;
-        }
-        let newest = self.newest();
-        for object in objects {
-            newest.1.remove(object);
-        }
-        if newest.1.is_empty() {
-            *self = Self::None;
-        }
-    }
-
-    fn newest(&mut self) -> &mut (Ms, BTreeMap<ObjectId, Bytes>) {
-        let shared = match self {
-            Self::Shared(written) => Some(written.clone()),
-            _ => None,
-        };
-        if !matches!(self, Self::Newest(_)) {
-            let all = shared.map(|written| (written.t_ms, written.entries.iter().cloned().collect()));
-            *self = Self::Newest(Box::new(all.unwrap_or_default()));
-        }
-        match self {
-            Self::Newest(newest) => newest,
-            Self::None | Self::Shared(_) => unreachable!("it was made just now"),
-        }
-    }
-
-    /// All of them as an event, if there are some.
-    fn take(&mut self) -> Option<Said> {
-        let data = match std::mem::take(self) {
-            Self::None => return None,
-            Self::Shared(written) => written.data.clone(),
-            Self::Newest(newest) => poses::data(newest.0, newest.1.values()).into(),
-        };
-        let name = "object-pos";
-        Some(Said { name, data })
-    }
-}
-
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Reader {
     /// Which reader is the last one.
     number: u64,
     attached: bool,
+    /// There while the reader waits, and nothing waits for it.
     waker: Option<Waker>,
+    line: Option<Arc<dyn Line>>,
+    /// When it was told something last.
+    told_at: Instant,
+}
+
+impl Reader {
+    fn none(number: u64) -> Self {
+        Self {
+            number,
+            attached: false,
+            waker: None,
+            line: None,
+            told_at: Instant::now(),
+        }
+    }
 }
 
 impl Default for State {
@@ -138,12 +94,9 @@ impl Default for State {
             queue: VecDeque::new(),
             queue_bytes: 0,
             poses: Waiting::None,
-            ring: VecDeque::new(),
-            ring_bytes: 0,
-            next: 1,
-            again: 1,
+            told: Told::default(),
             missed: None,
-            reader: Reader::default(),
+            reader: Reader::none(0),
             closed: false,
             last_sign: Instant::now(),
         }
@@ -151,24 +104,36 @@ impl Default for State {
 }
 
 impl Outbox {
+    /// An empty one, which says to whoever looks after several of them that a reader has missed something.
+    pub(super) fn new(somebody_missed: Arc<AtomicBool>) -> Self {
+        Self {
+            state: Mutex::default(),
+            somebody_missed,
+        }
+    }
+
     fn state(&self) -> MutexGuard<'_, State> {
-        self.0.lock().expect("nobody panics while holding this lock")
+        self.state.lock().expect("nobody panics while holding this lock")
     }
 
     /// Puts an event in.
     pub(super) fn push(&self, event: &Event) {
-        self.push_with(event, &mut Poses::default());
+        self.push_with(event, &mut Delivery::begin());
     }
 
     /// The same for one of many that are told of the same poses.
-    pub(super) fn push_with(&self, event: &Event, poses: &mut Poses) {
+    pub(super) fn push_with(&self, event: &Event, delivery: &mut Delivery) {
         let mut state = self.state();
         match event {
             Event::Resync { .. } => state.clear(),
             _ if state.missed.is_some() => return,
             Event::ObjectPos { t_ms, objects } => {
-                state.poses.add(&poses.all(*t_ms, objects));
-                return state.wake();
+                let written = delivery.poses.all(*t_ms, objects);
+                if !state.tell_at_once(Said::poses(written.data.clone()), delivery) {
+                    state.poses.add(&written);
+                    state.wake();
+                }
+                return;
             }
             Event::ObjectGone { objects, .. } => state.poses.remove(objects),
             _ => {}
@@ -181,6 +146,7 @@ impl Outbox {
         state.queue.push_back(Said { name, data });
         if state.queue_bytes > QUEUE_BYTES {
             state.miss(Void::Missed);
+            self.somebody_missed.store(true, Ordering::Release);
         }
         state.wake();
     }
@@ -216,28 +182,37 @@ impl Outbox {
     /// Makes way for a reader that has heard everything up to `last_seen`; gives its number.
     pub(super) fn attach(&self, last_seen: Option<u64>) -> u64 {
         let mut state = self.state();
-        let (oldest, next) = (state.oldest(), state.next);
         match last_seen {
-            Some(last_seen) if (oldest..=next).contains(&last_seen.saturating_add(1)) => state.again = last_seen + 1,
+            Some(last_seen) if state.told.go_back_to(last_seen) => {}
             // Nobody has heard anything yet.
-            None if next == 1 => {}
+            None if state.told.is_nothing() => {}
             Some(_) => state.miss(Void::Missed),
             None => state.miss(Void::Unknown),
         }
+        if state.missed.is_some() {
+            self.somebody_missed.store(true, Ordering::Release);
+        }
         state.wake();
         state.last_sign = Instant::now();
-        state.reader.number += 1;
-        state.reader.attached = true;
+        state.reader = Reader {
+            attached: true,
+            ..Reader::none(state.reader.number + 1)
+        };
         state.reader.number
+    }
+
+    /// From now on a reader's poses may be written past its task.
+    pub(super) fn lay(&self, reader: u64, line: Arc<dyn Line>) {
+        let mut state = self.state();
+        if state.reader.number == reader && state.reader.attached {
+            state.reader.line = Some(line);
+        }
     }
 
     pub(super) fn detach(&self, reader: u64) {
         let mut state = self.state();
         if state.reader.number == reader {
-            state.reader = Reader {
-                number: reader,
-                ..Reader::default()
-            };
+            state.reader = Reader::none(reader);
         }
     }
 
@@ -248,7 +223,7 @@ impl Outbox {
             return Poll::Ready(None);
         }
         if let Some(piece) = state.piece() {
-            state.last_sign = Instant::now();
+            state.has_told(Instant::now());
             return Poll::Ready(Some(piece));
         }
         if state.closed {
@@ -256,6 +231,16 @@ impl Outbox {
         }
         state.reader.waker = Some(cx.waker().clone());
         Poll::Pending
+    }
+
+    /// When the reader was told something last.
+    pub(super) fn told_at(&self) -> Instant {
+        self.state().reader.told_at
+    }
+
+    /// The reader hears that there is nothing to hear.
+    pub(super) fn beat(&self) {
+        self.state().has_told(Instant::now());
     }
 }
 
@@ -266,13 +251,16 @@ impl State {
         }
     }
 
+    fn has_told(&mut self, now: Instant) {
+        self.last_sign = now;
+        self.reader.told_at = now;
+    }
+
     fn clear(&mut self) {
         self.queue.clear();
         self.queue_bytes = 0;
         self.poses = Waiting::None;
-        self.ring.clear();
-        self.ring_bytes = 0;
-        self.again = self.next;
+        self.told.clear();
         self.missed = None;
     }
 
@@ -281,28 +269,37 @@ impl State {
         self.missed = Some(why);
     }
 
-    /// The number of the first event in the ring.
-    fn oldest(&self) -> u64 {
-        self.next - self.ring.len() as u64
+    /// Tells a reader that waits for nothing else, where its line takes it.
+    fn tell_at_once(&mut self, said: Said, delivery: &mut Delivery) -> bool {
+        let (Some(line), true) = (&self.reader.line, self.reader.waker.is_some()) else {
+            return false;
+        };
+        let piece = &mut delivery.piece;
+        piece.clear();
+        self.told.write_next(&said, piece);
+        match line.take(piece) {
+            Taken::Nothing => return false,
+            Taken::All => {}
+            Taken::Begun => self.wake(),
+        }
+        self.told.keep(said);
+        self.has_told(delivery.begun);
+        true
     }
 
     /// Takes out what is to be read next.
     fn piece(&mut self) -> Option<Bytes> {
-        if self.again == self.next && self.queue.is_empty() && matches!(self.poses, Waiting::None) {
+        if !self.told.has_more() && self.queue.is_empty() && self.poses.is_none() {
             return None;
         }
         let mut piece = Vec::new();
-        while self.again < self.next && piece.len() < PIECE_BYTES {
-            if let Some(said) = self.ring.get((self.again - self.oldest()) as usize) {
-                said.write(self.again, &mut piece);
-            }
-            self.again += 1;
-        }
+        self.told.write_again(&mut piece, PIECE_BYTES);
         while piece.len() < PIECE_BYTES
             && let Some(said) = self.queue.pop_front()
         {
             self.queue_bytes -= said.data.len();
-            self.tell(said, &mut piece);
+            self.told.write_next(&said, &mut piece);
+            self.told.keep(said);
         }
         if self.queue.is_empty() {
             // Most sessions have nothing to wait for most of the time.
@@ -311,188 +308,9 @@ impl State {
         if piece.len() < PIECE_BYTES
             && let Some(said) = self.poses.take()
         {
-            self.tell(said, &mut piece);
+            self.told.write_next(&said, &mut piece);
+            self.told.keep(said);
         }
         (!piece.is_empty()).then(|| piece.into())
-    }
-
-    /// Writes an event that is new to all readers, and keeps it for those that come back.
-    fn tell(&mut self, said: Said, piece: &mut Vec<u8>) {
-        said.write(self.next, piece);
-        self.ring_bytes += said.bytes();
-        if self.ring.capacity() == 0 {
-            // Most hear little more than that they have come.
-            self.ring.reserve_exact(1);
-        }
-        self.ring.push_back(said);
-        self.next += 1;
-        self.again = self.next;
-        while self.ring_bytes > RING_BYTES
-            && let Some(oldest) = self.ring.pop_front()
-        {
-            self.ring_bytes -= oldest.bytes();
-        }
-    }
-}
-
-impl Said {
-    /// About what it takes in the stream.
-    fn bytes(&self) -> usize {
-        /// What stands around name and data, with the longest number.
-        const AROUND: usize = 48;
-        AROUND + self.name.len() + self.data.len()
-    }
-
-    fn write(&self, number: u64, piece: &mut Vec<u8>) {
-        piece.reserve(self.bytes());
-        write!(piece, "id: {number}\nevent: {}\ndata: ", self.name).expect("a vector takes it");
-        piece.extend_from_slice(&self.data);
-        piece.extend_from_slice(b"\n\n");
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use belvedere_live::{
-        event::{Gone, ObjectPose},
-        motion::Pose,
-    };
-
-    use super::*;
-
-    const O: ObjectId = ObjectId(5);
-
-    fn pos(t_ms: Ms) -> Event {
-        Event::ObjectPos {
-            t_ms,
-            objects: vec![ObjectPose {
-                object: O,
-                pose: Pose::resting(t_ms, [t_ms as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]),
-            }],
-        }
-    }
-
-    fn gone() -> Event {
-        Event::ObjectGone {
-            objects: vec![O],
-            reason: Gone::Hidden,
-        }
-    }
-
-    /// What a reader hears at once.
-    fn read(outbox: &Outbox, reader: u64) -> String {
-        let mut text = String::new();
-        while let Poll::Ready(Some(piece)) = outbox.poll(reader, &Context::from_waker(Waker::noop())) {
-            text.push_str(std::str::from_utf8(&piece).unwrap());
-        }
-        text
-    }
-
-    fn names(text: &str) -> Vec<&str> {
-        text.lines().filter_map(|line| line.strip_prefix("event: ")).collect()
-    }
-
-    #[test]
-    fn of_poses_only_the_newest_is_told_and_none_of_what_is_gone() {
-        let outbox = Outbox::default();
-        let reader = outbox.attach(None);
-        (0..100).for_each(|t_ms| outbox.push(&pos(t_ms)));
-        let text = read(&outbox, reader);
-        assert_eq!(names(&text), ["object-pos"]);
-        assert!(text.contains(r#""position":[99.0"#), "{text}");
-        outbox.push(&pos(100));
-        outbox.push(&gone());
-        assert_eq!(names(&read(&outbox, reader)), ["object-gone"]);
-    }
-
-    #[test]
-    fn what_many_are_told_alike_is_held_once_and_each_hears_it_in_its_own_order() {
-        let outboxes: [Outbox; 3] = Default::default();
-        let readers = outboxes.each_ref().map(|outbox| outbox.attach(None));
-        outboxes[2].push(&gone());
-        let mut poses = Poses::default();
-        outboxes.iter().for_each(|outbox| outbox.push_with(&pos(7), &mut poses));
-        let heard = [0, 1, 2].map(|i| read(&outboxes[i], readers[i]));
-        assert_eq!(heard[0], heard[1]);
-        assert!(
-            heard[0].starts_with("id: 1\nevent: object-pos\ndata: {"),
-            "{}",
-            heard[0]
-        );
-        assert!(heard[2].contains("id: 2\nevent: object-pos\ndata: {"), "{}", heard[2]);
-        let kept = outboxes
-            .each_ref()
-            .map(|outbox| outbox.state().ring.back().unwrap().data.clone());
-        assert!(kept.iter().all(|data| data.as_ptr() == kept[0].as_ptr()));
-        // What came later to one of them is nobody else's.
-        outboxes.iter().for_each(|outbox| outbox.push_with(&pos(8), &mut poses));
-        outboxes[0].push(&gone());
-        outboxes[1].push(&pos(9));
-        assert_eq!(names(&read(&outboxes[0], readers[0])), ["object-gone"]);
-        let [newest, shared] = [1, 2].map(|i| read(&outboxes[i], readers[i]));
-        assert!(newest.contains("\"position\":[9.0") && shared.contains("\"position\":[8.0"));
-    }
-
-    #[test]
-    fn a_reader_that_was_cut_off_goes_on_after_what_it_has_heard() {
-        let outbox = Outbox::default();
-        let first = outbox.attach(None);
-        for _ in 0..3 {
-            outbox.push(&gone());
-        }
-        assert!(read(&outbox, first).starts_with("id: 1\nevent: object-gone\ndata: {"));
-        outbox.push(&gone());
-        let second = outbox.attach(Some(2));
-        let text = read(&outbox, second);
-        assert!(text.starts_with("id: 3\n") && text.contains("id: 4\n"), "{text}");
-        assert_eq!(names(&text).len(), 2);
-        assert_eq!(
-            outbox.poll(first, &Context::from_waker(Waker::noop())),
-            Poll::Ready(None)
-        );
-    }
-
-    #[test]
-    fn who_has_missed_too_much_is_told_anew() {
-        let outbox = Outbox::default();
-        let first = outbox.attach(None);
-        outbox.push(&gone());
-        read(&outbox, first);
-        for (last_seen, why) in [
-            (None, Void::Unknown),
-            (Some(77), Void::Missed),
-            (Some(u64::MAX), Void::Missed),
-        ] {
-            let reader = outbox.attach(last_seen);
-            assert_eq!(outbox.wants_resync(), Some(why));
-            outbox.push(&gone());
-            assert_eq!(read(&outbox, reader), "", "void until everything is told anew");
-            outbox.push(&Event::Resync { reason: why });
-            assert_eq!(names(&read(&outbox, reader)), ["resync"]);
-        }
-    }
-
-    #[test]
-    fn a_stuck_reader_costs_bounded_memory() {
-        let outbox = Outbox::default();
-        let reader = outbox.attach(None);
-        for _ in 0..100_000 {
-            outbox.push(&gone());
-            assert!(outbox.state().queue_bytes <= QUEUE_BYTES);
-        }
-        assert_eq!(outbox.wants_resync(), Some(Void::Missed));
-        outbox.detach(reader);
-        assert_eq!(outbox.wants_resync(), None, "nobody would hear it");
-    }
-
-    #[test]
-    fn the_end_comes_after_what_waits() {
-        let outbox = Outbox::default();
-        let reader = outbox.attach(None);
-        outbox.push(&gone());
-        outbox.close();
-        let cx = Context::from_waker(Waker::noop());
-        assert!(matches!(outbox.poll(reader, &cx), Poll::Ready(Some(_))));
-        assert_eq!(outbox.poll(reader, &cx), Poll::Ready(None));
     }
 }
