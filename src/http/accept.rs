@@ -26,11 +26,11 @@ use tokio::{
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
-    direct::{Answer, Direct, Outcome},
+    direct::{Answer, Direct, Outcome, Socket},
     ending::{Ending, Heard},
     front::Front,
     peer::{Peer, Uploads},
-    quiet::{Patience, Quiet},
+    quiet::{Moves, Patience, Quiet},
     tls::Tls,
 };
 
@@ -190,13 +190,13 @@ impl Connection {
                 GoesOn(None)
             });
         }
-        let (io, peer) = self.watched(stream, address);
+        let (io, peer) = self.watched(Socket::new(stream), address);
         let direct = Direct::new(io, self.front.clone(), peer, self.stopping.again());
         Box::new(self).talk_plainly(Box::new(direct))
     }
 
     /// A connection whose patience is counted, and who is at its other end.
-    fn watched<S>(&self, stream: S, address: SocketAddr) -> (Quiet<S>, Peer) {
+    fn watched<S: Moves>(&self, stream: S, address: SocketAddr) -> (Quiet<S>, Peer) {
         let uploads = Uploads::default();
         let peer = Peer::new(address, uploads.clone());
         (Quiet::new(stream, self.patience, uploads), peer)
@@ -220,7 +220,7 @@ impl Connection {
         }
     }
 
-    fn talk_plainly(self: Box<Self>, mut direct: Box<Direct<Quiet<TcpStream>>>) -> Running {
+    fn talk_plainly(self: Box<Self>, mut direct: Box<Direct>) -> Running {
         Box::pin(async move {
             match direct.talk().await {
                 Ok(Outcome::Ended) => {}
@@ -235,7 +235,7 @@ impl Connection {
         })
     }
 
-    async fn stream(self: Box<Self>, mut direct: Box<Direct<Quiet<TcpStream>>>, answer: Box<Answer>) -> GoesOn {
+    async fn stream(self: Box<Self>, mut direct: Box<Direct>, answer: Box<Answer>) -> GoesOn {
         match direct.write(answer).await {
             Ok(true) => GoesOn(Some(self.talk_plainly(direct))),
             Ok(false) => GoesOn(None),

@@ -1,16 +1,13 @@
 //! Has the server been told to end? Connections ask at every request, so that must cost next to nothing: a load, once they
-//! have said whom to wake.
+//! have said whom to wake. Each of them waits for it as long as it is there, so that must take next to no room.
 
 use std::{
-    pin::Pin,
     sync::{
-        Arc,
+        Arc, Mutex, MutexGuard,
         atomic::{AtomicBool, Ordering},
     },
-    task::{Context, Poll},
+    task::{Context, Poll, Waker},
 };
-
-use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 
 /// Something that is said once, to everybody. Cheap to clone.
 #[derive(Debug, Clone, Default)]
@@ -19,22 +16,35 @@ pub(super) struct Ending(Arc<Inner>);
 #[derive(Debug, Default)]
 struct Inner {
     given: AtomicBool,
-    token: CancellationToken,
+    waiting: Mutex<Waiting>,
+}
+
+/// Who is to be woken.
+#[derive(Debug, Default)]
+struct Waiting {
+    wakers: Vec<Option<Waker>>,
+    /// Places without a waker.
+    free: Vec<usize>,
 }
 
 impl Ending {
     /// Says it.
     pub(super) fn give(&self) {
         self.0.given.store(true, Ordering::Release);
-        self.0.token.cancel();
+        let wakers: Vec<_> = self.waiting().wakers.iter_mut().filter_map(Option::take).collect();
+        wakers.into_iter().for_each(Waker::wake);
     }
 
     /// For one task, which is woken.
     pub(super) fn heard(&self) -> Heard {
         Heard {
             ending: self.clone(),
-            waking: None,
+            place: None,
         }
+    }
+
+    fn waiting(&self) -> MutexGuard<'_, Waiting> {
+        self.0.waiting.lock().expect("nobody panics while holding this lock")
     }
 }
 
@@ -42,7 +52,8 @@ impl Ending {
 #[derive(Debug)]
 pub(super) struct Heard {
     ending: Ending,
-    waking: Option<Pin<Box<WaitForCancellationFutureOwned>>>,
+    /// Of its waker.
+    place: Option<usize>,
 }
 
 impl Heard {
@@ -57,12 +68,31 @@ impl Heard {
 
     /// Ready when it was said. The task of the first call is woken then, so it must be the same one that calls again.
     pub(super) fn poll(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-        if self.waking.is_none() {
-            let mut waking = Box::pin(self.ending.0.token.clone().cancelled_owned());
-            let _: Poll<()> = waking.as_mut().poll(cx);
-            self.waking = Some(waking);
+        if self.place.is_none() {
+            self.place = Some(self.ending.waiting().add(cx.waker()));
         }
         if self.given() { Poll::Ready(()) } else { Poll::Pending }
+    }
+}
+
+impl Drop for Heard {
+    fn drop(&mut self) {
+        if let Some(place) = self.place {
+            let mut waiting = self.ending.waiting();
+            waiting.wakers[place] = None;
+            waiting.free.push(place);
+        }
+    }
+}
+
+impl Waiting {
+    fn add(&mut self, waker: &Waker) -> usize {
+        let place = self.free.pop().unwrap_or_else(|| {
+            self.wakers.push(None);
+            self.wakers.len() - 1
+        });
+        self.wakers[place] = Some(waker.clone());
+        place
     }
 }
 
@@ -102,6 +132,7 @@ mod tests {
             heard.expect("nobody woke it").unwrap();
         }
         let mut late = ending.heard();
+        assert_eq!(ending.waiting().free.len(), 2, "there is room for others");
         assert!(late.given());
         poll_fn(|cx| late.poll(cx)).await;
     }

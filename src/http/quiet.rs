@@ -34,6 +34,14 @@ impl Patience {
     }
 }
 
+/// Something over which bytes may move that do not come past here.
+pub(super) trait Moves {
+    /// Whether some have since the last call.
+    fn has_moved(&self) -> bool {
+        false
+    }
+}
+
 /// Fails with `TimedOut` when patience has ended.
 #[derive(Debug)]
 pub(super) struct Quiet<T> {
@@ -45,7 +53,7 @@ pub(super) struct Quiet<T> {
     uploads: Uploads,
 }
 
-impl<T> Quiet<T> {
+impl<T: Moves> Quiet<T> {
     pub(super) fn new(io: T, patience: Patience, uploads: Uploads) -> Self {
         Self {
             io,
@@ -55,6 +63,10 @@ impl<T> Quiet<T> {
             timer: Box::pin(tokio::time::sleep(patience.shorter())),
             uploads,
         }
+    }
+
+    pub(super) fn get_ref(&self) -> &T {
+        &self.io
     }
 
     fn has_read(&mut self) {
@@ -69,6 +81,9 @@ impl<T> Quiet<T> {
 
     /// Fails when there has been no progress for too long.
     fn wait<R>(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<R>> {
+        if self.io.has_moved() {
+            self.has_written();
+        }
         if self.uploads.going_on() {
             // Whoever takes the upload counts for itself; its answer has its time from here on.
             self.asked_since = Some(Instant::now());
@@ -92,7 +107,7 @@ impl<T> Quiet<T> {
     }
 }
 
-impl<T: AsyncRead + Unpin> AsyncRead for Quiet<T> {
+impl<T: AsyncRead + Moves + Unpin> AsyncRead for Quiet<T> {
     fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         let polled = Pin::new(&mut self.io).poll_read(cx, buf);
         if polled.is_pending() {
@@ -103,7 +118,7 @@ impl<T: AsyncRead + Unpin> AsyncRead for Quiet<T> {
     }
 }
 
-impl<T: AsyncWrite + Unpin> AsyncWrite for Quiet<T> {
+impl<T: AsyncWrite + Moves + Unpin> AsyncWrite for Quiet<T> {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let polled = Pin::new(&mut self.io).poll_write(cx, bytes);
         if polled.is_pending() {
@@ -149,10 +164,13 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Quiet<T> {
 
 #[cfg(test)]
 mod tests {
-    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use tokio::io::{AsyncReadExt, AsyncWriteExt, BufWriter, DuplexStream};
 
     use super::*;
     use crate::http::peer::Peer;
+
+    impl Moves for DuplexStream {}
+    impl<T> Moves for BufWriter<T> {}
 
     const LIMIT: Duration = Duration::from_secs(1);
     const PATIENCE: Patience = Patience {
@@ -186,7 +204,7 @@ mod tests {
         for ending in [false, true] {
             let (_far, near) = tokio::io::duplex(16);
             // It takes bytes before they are sent, as TLS does.
-            let buffered = tokio::io::BufWriter::new(near);
+            let buffered = BufWriter::new(near);
             let mut near = Quiet::new(buffered, PATIENCE, Uploads::default());
             near.write_all(&[0; 64]).await.unwrap();
             let stuck = if ending {

@@ -26,11 +26,15 @@ use tokio_rustls::{
 };
 use tokio_util::sync::CancellationToken;
 
+use super::quiet::Moves;
+
 /// How often to look whether the files have changed. New ones are taken when they have stayed the same from one look to
 /// the next, so that a certificate is not read without its key.
 const LOOK_INTERVAL: Duration = Duration::from_secs(2);
 /// How long a peer may take to agree on keys.
 const HANDSHAKE: Duration = Duration::from_secs(10);
+
+impl Moves for TlsStream<TcpStream> {}
 
 /// Where certificate and key are.
 #[derive(Debug, Clone, PartialEq, Eq)]

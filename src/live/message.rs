@@ -1,6 +1,9 @@
 //! How is the task of a scene asked?
 
-use std::sync::{Arc, Mutex};
+use std::sync::{
+    Arc, Mutex, MutexGuard,
+    atomic::{AtomicBool, Ordering},
+};
 
 use belvedere_live::{
     Ms,
@@ -95,32 +98,49 @@ pub(super) enum Message {
 /// A way to ask a scene's task. Cheap to clone.
 #[derive(Debug, Clone)]
 pub(super) struct StageHandle {
-    scene: Arc<SceneName>,
     messages: mpsc::Sender<Message>,
-    counts: Arc<Mutex<Counts>>,
+    shared: Arc<Shared>,
+}
+
+/// What a scene's task and those who ask it both know.
+#[derive(Debug)]
+struct Shared {
+    scene: SceneName,
+    counts: Mutex<Counts>,
+    /// A reader of one of the sessions has missed something since the task looked last.
+    somebody_missed: Arc<AtomicBool>,
 }
 
 impl StageHandle {
     /// A way to ask about a scene, and what is asked.
     pub(super) fn new(scene: SceneName) -> (Self, mpsc::Receiver<Message>) {
         let (messages, inbox) = mpsc::channel(MESSAGES);
-        let counts = Arc::default();
-        let handle = Self {
-            scene: Arc::new(scene),
-            messages,
-            counts,
-        };
-        (handle, inbox)
+        let shared = Arc::new(Shared {
+            scene,
+            counts: Mutex::default(),
+            somebody_missed: Arc::default(),
+        });
+        (Self { messages, shared }, inbox)
     }
 
     /// The scene.
     pub(super) fn scene(&self) -> &SceneName {
-        &self.scene
+        &self.shared.scene
     }
 
     /// Takes note of what there is.
     pub(super) fn count(&self, counts: Counts) {
-        *self.counts.lock().expect("nobody panics while holding this lock") = counts;
+        *self.lock_counts() = counts;
+    }
+
+    /// An outbox for a session of the scene.
+    pub(super) fn outbox(&self) -> Outbox {
+        Outbox::new(self.shared.somebody_missed.clone())
+    }
+
+    /// Whether a reader may have missed something since the last call.
+    pub(super) fn has_somebody_missed(&self) -> bool {
+        self.shared.somebody_missed.swap(false, Ordering::AcqRel)
     }
 
     pub(super) async fn send(&self, message: Message) -> Result<(), LiveError> {
@@ -137,6 +157,13 @@ impl StageHandle {
     }
 
     pub(super) fn counts(&self) -> Counts {
-        *self.counts.lock().expect("nobody panics while holding this lock")
+        *self.lock_counts()
+    }
+
+    fn lock_counts(&self) -> MutexGuard<'_, Counts> {
+        self.shared
+            .counts
+            .lock()
+            .expect("nobody panics while holding this lock")
     }
 }

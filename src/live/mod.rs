@@ -9,7 +9,7 @@
 //!   may ask.
 //! * `stage`: the task that owns a scene; `message`: how it is asked. `terrain`: what it reads of the published scene.
 //! * `outbox`: what a session has not heard yet, bounded however slow its reader; `poses`: written once for all of them.
-//!   `reader`: the stream that a session hears.
+//!   `reader`: the stream that a session hears; `line`: how it is told without being woken.
 //! * `screens`: what closed doors hide from a cell, proved beside that task.
 //! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
@@ -21,6 +21,7 @@ mod clock;
 mod error;
 mod ids;
 mod keeping;
+mod line;
 mod message;
 pub mod nodes;
 mod outbox;
@@ -61,8 +62,9 @@ use self::{
 };
 pub use self::{
     error::LiveError,
+    line::{Line, Taken},
     quality::{NoShare, Quality},
-    reader::EventReader,
+    reader::{EventReader, Shortcut},
     record::{Block, Recorder, Recording, RecordingError},
     registry::{Door, Opened},
     session::SessionHandle,

@@ -1,11 +1,30 @@
 //! How are poses written that many sessions are told of? Once: what is delivered together shares its text, and sessions that are
 //! told the same share all of it.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{collections::HashMap, sync::Arc, time::Instant};
 
 use belvedere_live::{Ms, event::ObjectPose, motion::Pose};
 use belvedere_scene::ObjectId;
 use bytes::Bytes;
+
+/// What is delivered together.
+#[derive(Debug)]
+pub(super) struct Delivery {
+    pub(super) begun: Instant,
+    pub(super) poses: Poses,
+    /// Room to write one session's piece in.
+    pub(super) piece: Vec<u8>,
+}
+
+impl Delivery {
+    pub(super) fn begin() -> Self {
+        Self {
+            begun: Instant::now(),
+            poses: Poses::default(),
+            piece: Vec::new(),
+        }
+    }
+}
 
 /// Poses of one delivery as they are written.
 #[derive(Debug, Default)]

@@ -5,14 +5,14 @@ use std::{
     pin::Pin,
     sync::Arc,
     task::{Context, Poll},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use bytes::Bytes;
 use futures_util::Stream;
-use tokio::time::{Instant, Sleep};
+use tokio::time::Sleep;
 
-use super::outbox::Outbox;
+use super::{line::Line, outbox::Outbox};
 
 const BEAT: Duration = Duration::from_secs(15);
 
@@ -23,8 +23,6 @@ pub struct EventReader {
     number: u64,
     /// At most [`BEAT`], and often enough to keep the session's lease.
     between_beats: Duration,
-    /// When something was said last.
-    said: Instant,
     /// Looked at when it fires, and not set anew with each event.
     beat: Pin<Box<Sleep>>,
     greeted: bool,
@@ -37,10 +35,33 @@ impl EventReader {
             number: outbox.attach(last_seen),
             outbox,
             between_beats,
-            said: Instant::now(),
             beat: Box::pin(tokio::time::sleep(between_beats)),
             greeted: false,
         }
+    }
+
+    /// The way past this stream.
+    #[must_use]
+    pub fn shortcut(&self) -> Shortcut {
+        Shortcut {
+            outbox: self.outbox.clone(),
+            number: self.number,
+        }
+    }
+}
+
+/// The way past a stream to its reader. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Shortcut {
+    outbox: Arc<Outbox>,
+    number: u64,
+}
+
+impl Shortcut {
+    /// Whoever takes the stream lays this line, and writes to the same place. Poses may go into the line as soon as a look into
+    /// the stream has found nothing, and until it finds something; none does any more when the stream has been dropped.
+    pub fn lay(&self, line: Arc<dyn Line>) {
+        self.outbox.lay(self.number, line);
     }
 }
 
@@ -55,19 +76,17 @@ impl Stream for EventReader {
         }
         let polled = self.outbox.poll(self.number, cx);
         if polled.is_ready() {
-            self.said = Instant::now();
             return polled;
         }
         while self.beat.as_mut().poll(cx).is_ready() {
-            let (now, due) = (Instant::now(), self.said + self.between_beats);
+            let (now, due) = (Instant::now(), self.outbox.told_at() + self.between_beats);
             if due > now {
-                self.beat.as_mut().reset(due);
+                self.beat.as_mut().reset(due.into());
                 continue;
             }
-            self.said = now;
-            self.outbox.sign();
+            self.outbox.beat();
             let next = now + self.between_beats;
-            self.beat.as_mut().reset(next);
+            self.beat.as_mut().reset(next.into());
             return Poll::Ready(Some(Bytes::from_static(b": beat\n\n")));
         }
         Poll::Pending

@@ -203,7 +203,7 @@ impl Registry {
             session: SessionId(u64::from(object.0.saturating_sub(FIRST_MOVER))),
             token,
             stage: stage.clone(),
-            outbox: Arc::default(),
+            outbox: Arc::new(stage.outbox()),
             quality: Arc::default(),
         };
         tables.sessions.insert(entry.session, entry.clone());

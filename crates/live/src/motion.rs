@@ -77,6 +77,9 @@ impl Pose {
     /// The angle between two orientations in radians.
     #[must_use]
     pub fn turned_rad(&self, other: &Self) -> f64 {
+        if self.orientation == other.orientation {
+            return 0.0;
+        }
         let dot: f64 = (0..4).map(|i| self.orientation[i] * other.orientation[i]).sum();
         2.0 * dot.abs().min(1.0).acos()
     }

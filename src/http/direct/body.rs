@@ -5,7 +5,7 @@
 
 use std::{
     future::poll_fn,
-    io::{self, IoSlice, Write},
+    io::{self, IoSlice},
     mem::MaybeUninit,
     pin::Pin,
     task::{Context, Poll},
@@ -17,13 +17,14 @@ use axum::{
 };
 use bytes::Bytes;
 use http_body_util::Either;
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::io::{AsyncRead, ReadBuf};
 
-use super::{Direct, MAX_HEAD_BYTES, head_lines, wire};
-use crate::http::blob_body::BlobBody;
+use super::{
+    Direct, MAX_HEAD_BYTES, head_lines,
+    wire::{self, CHUNK_END, ChunkHead},
+};
+use crate::{http::blob_body::BlobBody, live::Shortcut};
 
-/// A chunk's length and what ends it.
-const CHUNK_HEAD_BYTES: usize = 24;
 /// What is no longer is written as one with what stands around it.
 const COPIED_BYTES: usize = 1 << 10;
 
@@ -43,7 +44,7 @@ enum Framing {
 /// What comes next of a body.
 enum Part {
     Data(Bytes),
-    /// Nothing at once, and the head waits to be sent.
+    /// Nothing at once, and something else waits to be sent.
     Later,
     End,
 }
@@ -54,6 +55,8 @@ pub(in crate::http) struct Answer {
     head: Vec<u8>,
     framing: Framing,
     body: AnyBody,
+    /// How it may be said past the body.
+    shortcut: Option<Shortcut>,
     /// Whether it is the last one here.
     pub(super) last: bool,
 }
@@ -65,7 +68,7 @@ impl Answer {
     }
 }
 
-impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
+impl Direct {
     /// Asks the router.
     pub(super) async fn answered(&mut self, request: Box<Request<Body>>) -> io::Result<Box<Answer>> {
         let method = request.method().clone();
@@ -83,12 +86,14 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
                 .insert(header::CONNECTION, HeaderValue::from_static("close"));
         }
         let mut head = head_lines(parts.status, &parts.headers);
+        let shortcut = parts.extensions.remove();
         let framing = frame(&method, &parts, &body, &mut head);
         wire::end_head(&mut head);
         Ok(Box::new(Answer {
             head,
             framing,
             body,
+            shortcut,
             last,
         }))
     }
@@ -100,6 +105,9 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
             Framing::Length(left) => left,
             Framing::Chunks | Framing::None => 0,
         };
+        if let Some(shortcut) = answer.shortcut.take().filter(|_| framing == Framing::Chunks) {
+            shortcut.lay(self.io.get_ref().shared().clone());
+        }
         loop {
             // What is there at once goes with the head.
             let next = match framing {
@@ -107,28 +115,34 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
                 _ => poll_fn(|cx| self.poll_part(&mut answer.body, !head.is_empty(), cx)).await?,
             };
             let ends = matches!(next, Part::End);
+            if ends {
+                // Nobody says anything past it after its end.
+                answer.body = Either::Left(BlobBody::Empty);
+            }
+            let rest = self.io.get_ref().shared().take_turn();
+            wire::write_all(&mut self.io, &mut [IoSlice::new(&rest)]).await?;
             let (data, line_end) = match (next, framing) {
                 // An empty chunk would be the end.
                 (Part::Data(data), _) if data.is_empty() => continue,
                 (Part::Data(data), Framing::Chunks) => {
-                    head.reserve(CHUNK_HEAD_BYTES + data.len().min(COPIED_BYTES));
-                    write!(head, "{:x}\r\n", data.len())?;
-                    (data, "\r\n")
+                    head.reserve(ChunkHead::MOST_BYTES + data.len().min(COPIED_BYTES) + CHUNK_END.len());
+                    head.extend_from_slice(ChunkHead::of(data.len()).bytes());
+                    (data, CHUNK_END)
                 }
                 (Part::Data(data), _) => {
                     left = left.checked_sub(data.len() as u64).ok_or(io::ErrorKind::InvalidData)?;
-                    (data, "")
+                    (data, &b""[..])
                 }
-                (Part::End, Framing::Chunks) => (Bytes::from_static(b"0\r\n\r\n"), ""),
-                (Part::End | Part::Later, _) => (Bytes::new(), ""),
+                (Part::End, Framing::Chunks) => (Bytes::from_static(b"0\r\n\r\n"), &b""[..]),
+                (Part::End | Part::Later, _) => (Bytes::new(), &b""[..]),
             };
             if data.len() <= COPIED_BYTES {
                 // To copy a little takes less than to have it gathered.
                 head.extend_from_slice(&data);
-                head.extend_from_slice(line_end.as_bytes());
+                head.extend_from_slice(line_end);
                 wire::write_all(&mut self.io, &mut [IoSlice::new(&head)]).await?;
             } else {
-                let slices = [&head[..], &data, line_end.as_bytes()];
+                let slices = [&head[..], &data, line_end];
                 wire::write_all(&mut self.io, &mut slices.map(IoSlice::new)).await?;
             }
             if ends {
@@ -143,11 +157,18 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
     }
 
     fn poll_part(&mut self, body: &mut AnyBody, head_waits: bool, cx: &mut Context<'_>) -> Poll<io::Result<Part>> {
+        let shared = self.io.get_ref().shared();
+        if shared.has_rest() {
+            return Poll::Ready(Ok(Part::Later));
+        }
         match poll_data(body, cx) {
             Poll::Ready(None) => Poll::Ready(Ok(Part::End)),
             Poll::Ready(Some(data)) => Poll::Ready(data.map(Part::Data)),
             Poll::Pending if head_waits => Poll::Ready(Ok(Part::Later)),
-            Poll::Pending => self.poll_gone(cx).map(Err),
+            Poll::Pending => {
+                shared.free();
+                self.poll_gone(cx).map(Err)
+            }
         }
     }
 

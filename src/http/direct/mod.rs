@@ -7,11 +7,12 @@
 //! connection from then on. This way needs no rule for it, and what both would read differently cannot be.
 //!
 //! * `head`: what is simple. `wire`: heads of answers, and how bytes are written. `body`: bodies of other answers.
-//! * `rewind`: a connection whose first bytes have been read.
+//! * `socket`: a connection that others may write to beside its task. `rewind`: one whose first bytes have been read.
 
 mod body;
 mod head;
 mod rewind;
+mod socket;
 mod wire;
 
 use std::{
@@ -23,16 +24,17 @@ use std::{
 };
 
 use axum::{body::Body, http::Request};
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::io::{AsyncRead, ReadBuf};
 
 use self::head::{Head, MAX_HEAD_BYTES};
 pub(super) use self::{
     body::Answer,
     head::Simple,
     rewind::Rewind,
+    socket::Socket,
     wire::{Ready, head_lines},
 };
-use super::{ending::Heard, front::Front, peer::Peer};
+use super::{ending::Heard, front::Front, peer::Peer, quiet::Quiet};
 
 /// A head that comes in more pieces than this is hyper's.
 const MOST_PIECES: u32 = 8;
@@ -49,8 +51,8 @@ pub(super) enum Outcome {
 }
 
 /// A connection that is answered without hyper.
-pub(super) struct Direct<T> {
-    io: T,
+pub(super) struct Direct {
+    io: Quiet<Socket>,
     /// What has come and is not answered; without room of its own while there is nothing.
     said: Vec<u8>,
     /// How many reads it took.
@@ -73,8 +75,8 @@ enum Next {
     End,
 }
 
-impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
-    pub(super) fn new(io: T, front: Front, peer: Peer, stopping: Heard) -> Self {
+impl Direct {
+    pub(super) fn new(io: Quiet<Socket>, front: Front, peer: Peer, stopping: Heard) -> Self {
         Self {
             io,
             said: Vec::new(),
@@ -110,7 +112,7 @@ impl<T: AsyncRead + AsyncWrite + Unpin> Direct<T> {
     }
 
     /// The connection for whoever goes on with it, and who is at its other end.
-    pub(super) fn leave(self) -> (Rewind<T>, Peer) {
+    pub(super) fn leave(self) -> (Rewind<Quiet<Socket>>, Peer) {
         (Rewind::new(self.io, self.said), self.peer)
     }
 

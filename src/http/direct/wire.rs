@@ -37,6 +37,31 @@ pub(in crate::http) fn head_lines(status: StatusCode, headers: &HeaderMap) -> Ve
     lines
 }
 
+/// What ends a chunk.
+pub(super) const CHUNK_END: &[u8] = b"\r\n";
+
+/// What begins a chunk: its length.
+pub(super) struct ChunkHead {
+    line: [u8; Self::MOST_BYTES],
+    length: usize,
+}
+
+impl ChunkHead {
+    pub(super) const MOST_BYTES: usize = 2 * size_of::<usize>() + 2;
+
+    pub(super) fn of(chunk_bytes: usize) -> Self {
+        let mut line = [0; Self::MOST_BYTES];
+        let mut left = &mut line[..];
+        write!(left, "{chunk_bytes:x}\r\n").expect("it is as long as the longest length");
+        let length = Self::MOST_BYTES - left.len();
+        Self { line, length }
+    }
+
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.line[..self.length]
+    }
+}
+
 /// Ends a head, with the time.
 pub(super) fn end_head(lines: &mut Vec<u8>) {
     thread_local! {

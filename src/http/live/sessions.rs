@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 
 use axum::{
+    Extension,
     body::Body,
     extract::{Request, State},
     http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
@@ -231,11 +232,14 @@ pub(in crate::http) async fn events(
             .and_then(|text| text.parse().ok())
             .unwrap_or(u64::MAX)
     });
-    let body = if method == Method::HEAD {
-        Body::empty()
+    let (body, shortcut) = if method == Method::HEAD {
+        (Body::empty(), None)
     } else {
-        let told = session.events(last_seen).map(Ok::<_, Infallible>);
-        Body::from_stream(told.take_until(visitor.refused(session.scene().clone())))
+        let events = session.events(last_seen);
+        let shortcut = events.shortcut();
+        let told = events.map(Ok::<_, Infallible>);
+        let admitted = told.take_until(visitor.refused(session.scene().clone()));
+        (Body::from_stream(admitted), Some(shortcut))
     };
     let kept_apart = [
         (header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream")),
@@ -245,5 +249,5 @@ pub(in crate::http) async fn events(
         ),
         (X_ACCEL_BUFFERING, HeaderValue::from_static("no")),
     ];
-    Ok((kept_apart, body).into_response())
+    Ok((kept_apart, shortcut.map(Extension), body).into_response())
 }

@@ -34,7 +34,7 @@ use super::{
     keeping::{DoorToKeep, Keeping},
     message::{Message, StageHandle},
     outbox::Outbox,
-    poses::Poses,
+    poses::Delivery,
     statics::{self, View},
     terrain::Terrain,
 };
@@ -75,6 +75,7 @@ async fn run(
         scene: scene.clone(),
         terrain,
         people: BTreeMap::new(),
+        late: BTreeMap::new(),
         unreadable: None,
         proving: false,
         ticked: false,
@@ -111,6 +112,8 @@ struct Stage {
     terrain: Terrain,
     world: Journal,
     people: BTreeMap<SessionId, Person>,
+    /// The newest of the poses of each session that came too fast.
+    late: BTreeMap<SessionId, Sent>,
     /// A newer revision that could not be read.
     unreadable: Option<Revision>,
     /// Somebody is finding out what closed doors hide.
@@ -130,8 +133,6 @@ struct Stage {
 struct Person {
     outbox: Arc<Outbox>,
     poses: Bucket,
-    /// The newest of the poses that came too fast. Boxed: few have one.
-    late: Option<Box<Sent>>,
     view: Option<watch::Sender<View>>,
 }
 
@@ -251,7 +252,6 @@ impl Stage {
         let person = Person {
             outbox,
             poses: Bucket::full(POSES.0, POSES.1, now_ms),
-            late: None,
             view,
         };
         self.people.insert(session, person);
@@ -263,12 +263,12 @@ impl Stage {
         if let Some(person) = self.people.get_mut(&session) {
             person.outbox.sign();
             if !person.poses.take(1.0, now_ms) {
-                person.late = Some(Box::new(sent));
+                self.late.insert(session, sent);
                 self.live.0.tally.floods.fetch_add(1, Ordering::Relaxed);
                 let retry_ms = person.poses.wait_ms(1.0);
                 return Err(LiveError::Flooded { retry_ms });
             }
-            person.late = None;
+            self.late.remove(&session);
         }
         self.apply(session, sent).await
     }
@@ -305,21 +305,25 @@ impl Stage {
     fn close(&mut self, session: SessionId) {
         self.world.close(session, self.live.now_ms());
         self.people.remove(&session);
+        self.late.remove(&session);
         self.live.0.registry.end_session(session);
     }
 
     /// Puts what the rules have said into the outboxes.
     fn deliver(&mut self) {
         let events = self.world.events();
+        if events.is_empty() {
+            return;
+        }
         self.live
             .0
             .tally
             .events
             .fetch_add(events.len() as u64, Ordering::Relaxed);
-        let mut poses = Poses::default();
+        let mut delivery = Delivery::begin();
         for (session, event) in events {
             if let Some(person) = self.people.get(&session) {
-                person.outbox.push_with(&event, &mut poses);
+                person.outbox.push_with(&event, &mut delivery);
             }
         }
     }

@@ -15,20 +15,17 @@ impl Stage {
     pub(super) async fn tick(&mut self, handle: &StageHandle) {
         self.follow(handle).await;
         self.end_silent_sessions();
-        let late: Vec<_> = self
-            .people
-            .iter_mut()
-            .filter_map(|(s, p)| Some((*s, p.late.take()?)))
-            .collect();
-        for (session, sent) in late {
+        for (session, sent) in std::mem::take(&mut self.late) {
             // It was refused once already; what is wrong with it would have been told then.
-            _ = self.apply(session, *sent).await;
+            _ = self.apply(session, sent).await;
         }
         self.end_silent_movers(handle);
         self.world.tick(self.live.now_ms());
         self.ticked = true;
         self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
-        self.resync();
+        if handle.has_somebody_missed() {
+            self.resync();
+        }
     }
 
     /// Ends sessions that are silent and whose streams are not read, now and then.

@@ -60,8 +60,11 @@ impl Journal {
 
     /// What sessions are told since the last call, in order.
     pub fn events(&mut self) -> Vec<(SessionId, Event)> {
-        let mut said = std::mem::take(&mut self.said);
-        said.extend(self.world.events());
+        let (mut said, unwritten) = (std::mem::take(&mut self.said), self.world.events());
+        if said.is_empty() {
+            return unwritten;
+        }
+        said.extend(unwritten);
         said
     }
 

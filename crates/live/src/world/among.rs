@@ -29,7 +29,18 @@ impl World {
         let (Some(crowding), Some(crowd)) = (self.rules.crowd, &mut self.crowd) else {
             return;
         };
-        for (id, session) in &mut self.sessions {
+        // Whoever has not moved, and has no crowd around, still has none while nobody has come into another cell.
+        let all = std::mem::take(&mut self.somebody_came);
+        let some = self.in_crowd.union(&self.stirred_sessions).copied();
+        let sessions: Vec<_> = if all {
+            self.sessions.keys().copied().collect()
+        } else {
+            some.collect()
+        };
+        for id in sessions {
+            let Some(session) = self.sessions.get_mut(&id) else {
+                continue;
+            };
             let near = session
                 .eye
                 .watched
@@ -37,23 +48,28 @@ impl World {
                 .map(|cell| self.movers_in[cell.index()].len());
             if near.sum::<usize>() < crowding.least {
                 session.among = None;
+                self.in_crowd.remove(&id);
                 continue;
             }
-            let eye = self.movers[&session.object].pose.position;
+            self.in_crowd.insert(id);
+            let eye = session.eye.position;
             let holds = |among: &Among| {
                 distance_m(among.from, eye) <= crowding.moved_m && now_ms - among.at_ms < crowding.lasts_ms
             };
             if session.among.as_deref().is_some_and(holds) {
                 continue;
             }
-            session.restless = true;
+            if !session.restless {
+                session.restless = true;
+                self.unsettled.push(id);
+            }
             session.among = Some(Box::new(Among {
                 view: View::from(crowd, eye, session.aoi.leave_m),
                 from: eye,
                 at_ms: now_ms,
             }));
             if crowding.cull_below > 0.0 {
-                self.stirred_sessions.insert(*id);
+                self.stirred_sessions.insert(id);
             }
         }
     }

@@ -113,6 +113,12 @@ pub struct World {
     /// Sessions and movers whose relations may have changed since the last tick.
     stirred_sessions: BTreeSet<SessionId>,
     stirred_movers: BTreeSet<ObjectId>,
+    /// Sessions that are restless, each once.
+    unsettled: Vec<SessionId>,
+    /// Sessions with a crowd around.
+    in_crowd: BTreeSet<SessionId>,
+    /// Somebody is in other cells than when crowds were looked at last.
+    somebody_came: bool,
     /// Not told yet.
     gone: BTreeMap<(SessionId, Gone), Vec<ObjectId>>,
     doors: BTreeMap<ObjectId, Door>,
@@ -157,6 +163,9 @@ impl World {
             crowd: rules.crowd.map(|_| Crowd::new(&reach)),
             stirred_sessions: BTreeSet::new(),
             stirred_movers: BTreeSet::new(),
+            unsettled: Vec::new(),
+            in_crowd: BTreeSet::new(),
+            somebody_came: false,
             gone: BTreeMap::new(),
             doors: BTreeMap::new(),
             unscreened: BTreeSet::new(),

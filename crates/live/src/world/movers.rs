@@ -242,6 +242,7 @@ impl World {
         if mover.cells == cells {
             return;
         }
+        self.somebody_came = true;
         let before = std::mem::replace(&mut mover.cells, cells);
         for cell in &before {
             self.movers_in[cell.index()].remove(&object);
@@ -264,6 +265,7 @@ impl World {
         self.abroad -= usize::from(mover.abroad);
         self.leave_crowd(object);
         self.stirred_movers.remove(&object);
+        self.somebody_came = true;
         for cell in &mover.cells {
             self.movers_in[cell.index()].remove(&object);
         }

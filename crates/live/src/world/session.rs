@@ -62,7 +62,7 @@ impl Session {
             doors: BTreeMap::new(),
             bytes,
             among: None,
-            restless: true,
+            restless: false,
             told_from: None,
         }
     }

@@ -121,6 +121,7 @@ impl World {
             }
         }
         self.stirred_sessions.remove(&id);
+        self.in_crowd.remove(&id);
         self.gone.retain(|(session, _), _| *session != id);
         self.destroy(session.object);
         let driven: Vec<_> = self

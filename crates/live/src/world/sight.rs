@@ -21,6 +21,8 @@ use crate::{
 /// From where a participant looks, and what of it sees.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Eye {
+    /// Where the participant was when it looked, which it does with each pose.
+    pub(super) position: [f64; 3],
     /// Cells that the participant may be in, rising.
     pub(super) cells: Vec<CellId>,
     /// Cells that can be seen into from these, rising.
@@ -77,21 +79,27 @@ impl Eye {
         };
         Self {
             watched: sees.iter().copied().filter(reaches).collect(),
+            position: ball.center,
             cells: under,
             sees,
         }
     }
 
+    /// Whether it sees into one of these cells, which rise. A large mover touches many more cells than most participants see.
     fn sees_any(&self, cells: &[CellId]) -> bool {
-        cells.iter().any(|cell| self.sees.binary_search(cell).is_ok())
+        let [few, many] = if self.sees.len() < cells.len() {
+            [&self.sees, cells]
+        } else {
+            [cells, &self.sees]
+        };
+        few.iter().any(|cell| many.binary_search(cell).is_ok())
     }
 }
 
 impl World {
     /// How a session stands to a mover that it does not drive itself.
     pub(super) fn sight(&self, session: &Session, mover: &Mover, since_ms: Option<Ms>, now_ms: Ms) -> Sight {
-        let eye = self.movers[&session.object].pose.position;
-        let away_m = distance_m(eye, mover.pose.position_at(now_ms));
+        let away_m = distance_m(session.eye.position, mover.pose.position_at(now_ms));
         let inside = session.aoi.holds(away_m, since_ms, now_ms, self.rules.shortest_stay_ms);
         let seen = mover.is_awake()
             && session.eye.sees_any(&mover.cells)

@@ -54,10 +54,10 @@ impl World {
 
     fn judge(&mut self, now_ms: Ms) {
         for id in std::mem::take(&mut self.stirred_sessions) {
-            let Some(session) = self.sessions.get_mut(&id) else {
+            self.unsettle(id);
+            let Some(session) = self.sessions.get(&id) else {
                 continue;
             };
-            session.restless = true;
             let watched = session.eye.watched.iter();
             let near = watched.flat_map(|cell| self.movers_in[cell.index()].iter().copied());
             let mut objects: Vec<_> = near.chain(session.shown.keys().copied()).collect();
@@ -84,10 +84,18 @@ impl World {
         }
     }
 
-    fn judge_pair(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
-        if let Some(session) = self.sessions.get_mut(&id) {
+    /// Something that a session sees, or how it looks, may have changed.
+    fn unsettle(&mut self, id: SessionId) {
+        if let Some(session) = self.sessions.get_mut(&id)
+            && !session.restless
+        {
             session.restless = true;
+            self.unsettled.push(id);
         }
+    }
+
+    fn judge_pair(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
+        self.unsettle(id);
         let (session, mover) = (&self.sessions[&id], &self.movers[&object]);
         if mover.owner == Some(id) {
             return;
@@ -97,7 +105,7 @@ impl World {
             (Sight::Seen, None) => self.show(id, object, now_ms),
             (Sight::Unseen(reason), Some(_)) => self.hide(id, object, reason),
             // Who is beyond the area and only stays for the shortest stay must be looked at again.
-            (Sight::Seen, Some(_)) if self.away_of(session, mover, now_ms) > session.aoi.leave_m => {
+            (Sight::Seen, Some(_)) if away_m(session, mover, now_ms) > session.aoi.leave_m => {
                 self.stirred_sessions.insert(id);
             }
             _ => {}
@@ -106,21 +114,22 @@ impl World {
 
     /// From a participant to a mover, metres.
     pub(super) fn away_m(&self, id: SessionId, object: ObjectId, now_ms: Ms) -> f64 {
-        self.away_of(&self.sessions[&id], &self.movers[&object], now_ms)
-    }
-
-    fn away_of(&self, session: &Session, mover: &Mover, now_ms: Ms) -> f64 {
-        let eye = self.movers[&session.object].pose.position;
-        distance_m(eye, mover.pose.position_at(now_ms))
+        away_m(&self.sessions[&id], &self.movers[&object], now_ms)
     }
 
     /// Sends the poses that sessions would extrapolate wrongly, the most urgent first, within their bytes.
     fn tell_poses(&mut self, now_ms: Ms) {
-        for (id, session) in &mut self.sessions {
-            if session.shown.is_empty() || !session.restless {
+        let mut unsettled = std::mem::take(&mut self.unsettled);
+        unsettled.sort_unstable();
+        for id in unsettled {
+            let Some(session) = self.sessions.get_mut(&id) else {
+                continue;
+            };
+            if session.shown.is_empty() {
+                session.restless = false;
                 continue;
             }
-            let eye = self.movers[&session.object].pose.position;
+            let eye = session.eye.position;
             let from = session.among.is_none().then_some(eye);
             let stays = from.is_some() && session.told_from == from;
             session.told_from = from;
@@ -147,7 +156,7 @@ impl World {
                     });
                 }
                 let Some(sent) = shown.sent else {
-                    due.push((f64::INFINITY, *object));
+                    due.push((f64::INFINITY, *object, mover.pose));
                     continue;
                 };
                 let wrong = distance_m(sent.position_at(now_ms), position) > pace::tolerance_m(away_m)
@@ -155,20 +164,19 @@ impl World {
                 if wrong {
                     shown.priority += seen.unwrap_or(1.0) * pace::priority(away_m, mover.radius_m);
                     if now_ms - shown.sent_at_ms >= shown.attention.period_ms {
-                        due.push((shown.priority, *object));
+                        due.push((shown.priority, *object, mover.pose));
                     }
                 }
             }
             if !rates.is_empty() {
-                self.events.push((*id, Event::Rate { objects: rates }));
+                self.events.push((id, Event::Rate { objects: rates }));
             }
             due.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             let mut objects = Vec::new();
-            for (_, object) in due {
+            for (_, object, pose) in due {
                 if !session.bytes.take(POSE_BYTES, now_ms) {
                     break;
                 }
-                let pose = self.movers[&object].pose;
                 objects.push(ObjectPose { object, pose });
                 if let Some(shown) = session.shown.get_mut(&object) {
                     shown.sent = Some(pose);
@@ -178,8 +186,16 @@ impl World {
             }
             if !objects.is_empty() {
                 let t_ms = now_ms;
-                self.events.push((*id, Event::ObjectPos { t_ms, objects }));
+                self.events.push((id, Event::ObjectPos { t_ms, objects }));
+            }
+            if session.restless {
+                self.unsettled.push(id);
             }
         }
     }
+}
+
+/// From a participant to a mover, metres.
+fn away_m(session: &Session, mover: &Mover, now_ms: Ms) -> f64 {
+    distance_m(session.eye.position, mover.pose.position_at(now_ms))
 }

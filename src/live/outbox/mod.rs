@@ -1,0 +1,316 @@
+//! What has a session not heard yet?
+//!
+//! Events that must not be lost wait in a queue; poses wait in a table with one place for each mover, where the newest
+//! wins ([`waiting`]). A reader gets the queue first and the poses after it, so that a pose never names a mover whose info is
+//! still to come, or that is gone. What it got stays for a while, under its number, for a reader that was cut off ([`told`]). What
+//! many sessions are told alike is held once for all of them.
+//!
+//! Both are bounded: when too much waits or too much was missed, everything is dropped, and the rules are asked to tell
+//! all anew, once there is a reader. So a stuck reader costs this much memory, and nobody else anything.
+//!
+//! Poses for a reader that has heard everything and waits are written at once into its [`Line`], where it has one: nobody is woken,
+//! and they wait nowhere. As soon as a line takes no more, the reader's task sees to the rest.
+
+mod told;
+mod waiting;
+
+#[cfg(test)]
+mod tests;
+
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc, Mutex, MutexGuard,
+        atomic::{AtomicBool, Ordering},
+    },
+    task::{Context, Poll, Waker},
+    time::{Duration, Instant},
+};
+
+use belvedere_live::event::{Event, Void};
+use bytes::Bytes;
+
+use self::{
+    told::{Said, Told},
+    waiting::Waiting,
+};
+use super::{
+    line::{Line, Taken},
+    poses::Delivery,
+};
+
+/// So many bytes may wait for a reader.
+const QUEUE_BYTES: usize = 256 << 10;
+/// A piece of the stream is cut at the first event beyond this.
+const PIECE_BYTES: usize = 32 << 10;
+
+/// The events of one session.
+#[derive(Debug, Default)]
+pub(super) struct Outbox {
+    state: Mutex<State>,
+    somebody_missed: Arc<AtomicBool>,
+}
+
+#[derive(Debug)]
+struct State {
+    /// Events to be read.
+    queue: VecDeque<Said>,
+    queue_bytes: usize,
+    poses: Waiting,
+    told: Told,
+    missed: Option<Void>,
+    reader: Reader,
+    closed: bool,
+    last_sign: Instant,
+}
+
+#[derive(Debug)]
+struct Reader {
+    /// Which reader is the last one.
+    number: u64,
+    attached: bool,
+    /// There while the reader waits, and nothing waits for it.
+    waker: Option<Waker>,
+    line: Option<Arc<dyn Line>>,
+    /// When it was told something last.
+    told_at: Instant,
+}
+
+impl Reader {
+    fn none(number: u64) -> Self {
+        Self {
+            number,
+            attached: false,
+            waker: None,
+            line: None,
+            told_at: Instant::now(),
+        }
+    }
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            queue: VecDeque::new(),
+            queue_bytes: 0,
+            poses: Waiting::None,
+            told: Told::default(),
+            missed: None,
+            reader: Reader::none(0),
+            closed: false,
+            last_sign: Instant::now(),
+        }
+    }
+}
+
+impl Outbox {
+    /// An empty one, which says to whoever looks after several of them that a reader has missed something.
+    pub(super) fn new(somebody_missed: Arc<AtomicBool>) -> Self {
+        Self {
+            state: Mutex::default(),
+            somebody_missed,
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().expect("nobody panics while holding this lock")
+    }
+
+    /// Puts an event in.
+    pub(super) fn push(&self, event: &Event) {
+        self.push_with(event, &mut Delivery::begin());
+    }
+
+    /// The same for one of many that are told of the same poses.
+    pub(super) fn push_with(&self, event: &Event, delivery: &mut Delivery) {
+        let mut state = self.state();
+        match event {
+            Event::Resync { .. } => state.clear(),
+            _ if state.missed.is_some() => return,
+            Event::ObjectPos { t_ms, objects } => {
+                let written = delivery.poses.all(*t_ms, objects);
+                if !state.tell_at_once(Said::poses(written.data.clone()), delivery) {
+                    state.poses.add(&written);
+                    state.wake();
+                }
+                return;
+            }
+            Event::ObjectGone { objects, .. } => state.poses.remove(objects),
+            _ => {}
+        }
+        let data = serde_json::to_string(event).expect("an event holds nothing that JSON cannot say");
+        // Without the room that was not needed: it is kept.
+        let data = Bytes::from(data.into_boxed_str().into_boxed_bytes());
+        state.queue_bytes += data.len();
+        let name = event.name();
+        state.queue.push_back(Said { name, data });
+        if state.queue_bytes > QUEUE_BYTES {
+            state.miss(Void::Missed);
+            self.somebody_missed.store(true, Ordering::Release);
+        }
+        state.wake();
+    }
+
+    /// Whether more than half of the room is left.
+    pub(super) fn has_room(&self) -> bool {
+        self.state().queue_bytes < QUEUE_BYTES / 2
+    }
+
+    /// Why a reader that is there must be told everything anew; none when it need not be.
+    pub(super) fn wants_resync(&self) -> Option<Void> {
+        let state = self.state();
+        state.missed.filter(|_| state.reader.attached)
+    }
+
+    /// The session has ended: its reader hears what waits, and then the end.
+    pub(super) fn close(&self) {
+        let mut state = self.state();
+        state.closed = true;
+        state.wake();
+    }
+
+    /// The session has shown that it lives.
+    pub(super) fn sign(&self) {
+        self.state().last_sign = Instant::now();
+    }
+
+    /// How long it has not.
+    pub(super) fn silent_for(&self) -> Duration {
+        self.state().last_sign.elapsed()
+    }
+
+    /// Makes way for a reader that has heard everything up to `last_seen`; gives its number.
+    pub(super) fn attach(&self, last_seen: Option<u64>) -> u64 {
+        let mut state = self.state();
+        match last_seen {
+            Some(last_seen) if state.told.go_back_to(last_seen) => {}
+            // Nobody has heard anything yet.
+            None if state.told.is_nothing() => {}
+            Some(_) => state.miss(Void::Missed),
+            None => state.miss(Void::Unknown),
+        }
+        if state.missed.is_some() {
+            self.somebody_missed.store(true, Ordering::Release);
+        }
+        state.wake();
+        state.last_sign = Instant::now();
+        state.reader = Reader {
+            attached: true,
+            ..Reader::none(state.reader.number + 1)
+        };
+        state.reader.number
+    }
+
+    /// From now on a reader's poses may be written past its task.
+    pub(super) fn lay(&self, reader: u64, line: Arc<dyn Line>) {
+        let mut state = self.state();
+        if state.reader.number == reader && state.reader.attached {
+            state.reader.line = Some(line);
+        }
+    }
+
+    pub(super) fn detach(&self, reader: u64) {
+        let mut state = self.state();
+        if state.reader.number == reader {
+            state.reader = Reader::none(reader);
+        }
+    }
+
+    /// The next piece of the stream; none when it has ended for this reader.
+    pub(super) fn poll(&self, reader: u64, cx: &Context<'_>) -> Poll<Option<Bytes>> {
+        let mut state = self.state();
+        if state.reader.number != reader {
+            return Poll::Ready(None);
+        }
+        if let Some(piece) = state.piece() {
+            state.has_told(Instant::now());
+            return Poll::Ready(Some(piece));
+        }
+        if state.closed {
+            return Poll::Ready(None);
+        }
+        state.reader.waker = Some(cx.waker().clone());
+        Poll::Pending
+    }
+
+    /// When the reader was told something last.
+    pub(super) fn told_at(&self) -> Instant {
+        self.state().reader.told_at
+    }
+
+    /// The reader hears that there is nothing to hear.
+    pub(super) fn beat(&self) {
+        self.state().has_told(Instant::now());
+    }
+}
+
+impl State {
+    fn wake(&mut self) {
+        if let Some(waker) = self.reader.waker.take() {
+            waker.wake();
+        }
+    }
+
+    fn has_told(&mut self, now: Instant) {
+        self.last_sign = now;
+        self.reader.told_at = now;
+    }
+
+    fn clear(&mut self) {
+        self.queue.clear();
+        self.queue_bytes = 0;
+        self.poses = Waiting::None;
+        self.told.clear();
+        self.missed = None;
+    }
+
+    fn miss(&mut self, why: Void) {
+        self.clear();
+        self.missed = Some(why);
+    }
+
+    /// Tells a reader that waits for nothing else, where its line takes it.
+    fn tell_at_once(&mut self, said: Said, delivery: &mut Delivery) -> bool {
+        let (Some(line), true) = (&self.reader.line, self.reader.waker.is_some()) else {
+            return false;
+        };
+        let piece = &mut delivery.piece;
+        piece.clear();
+        self.told.write_next(&said, piece);
+        match line.take(piece) {
+            Taken::Nothing => return false,
+            Taken::All => {}
+            Taken::Begun => self.wake(),
+        }
+        self.told.keep(said);
+        self.has_told(delivery.begun);
+        true
+    }
+
+    /// Takes out what is to be read next.
+    fn piece(&mut self) -> Option<Bytes> {
+        if !self.told.has_more() && self.queue.is_empty() && self.poses.is_none() {
+            return None;
+        }
+        let mut piece = Vec::new();
+        self.told.write_again(&mut piece, PIECE_BYTES);
+        while piece.len() < PIECE_BYTES
+            && let Some(said) = self.queue.pop_front()
+        {
+            self.queue_bytes -= said.data.len();
+            self.told.write_next(&said, &mut piece);
+            self.told.keep(said);
+        }
+        if self.queue.is_empty() {
+            // Most sessions have nothing to wait for most of the time.
+            self.queue = VecDeque::new();
+        }
+        if piece.len() < PIECE_BYTES
+            && let Some(said) = self.poses.take()
+        {
+            self.told.write_next(&said, &mut piece);
+            self.told.keep(said);
+        }
+        (!piece.is_empty()).then(|| piece.into())
+    }
+}

@@ -1,0 +1,236 @@
+//! Does every reader hear what it is to hear, in order, however slow it is?
+
+use std::{sync::atomic::AtomicUsize, task::Wake};
+
+use belvedere_live::{
+    Ms,
+    event::{Gone, ObjectPose},
+    motion::Pose,
+};
+use belvedere_scene::ObjectId;
+
+use super::*;
+
+/// Says what was written into it; takes it as it is told.
+#[derive(Debug)]
+struct Pipe(Mutex<(String, Taken)>);
+
+impl Pipe {
+    fn new(takes: Taken) -> Arc<Self> {
+        Arc::new(Self(Mutex::new((String::new(), takes))))
+    }
+
+    fn heard(&self) -> String {
+        std::mem::take(&mut self.0.lock().unwrap().0)
+    }
+}
+
+impl Line for Pipe {
+    fn take(&self, piece: &[u8]) -> Taken {
+        let (heard, takes) = &mut *self.0.lock().unwrap();
+        if *takes != Taken::Nothing {
+            heard.push_str(str::from_utf8(piece).unwrap());
+        }
+        *takes
+    }
+}
+
+/// How often it was woken.
+#[derive(Debug, Default)]
+struct Woken(AtomicUsize);
+
+impl Wake for Woken {
+    fn wake(self: Arc<Self>) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+const O: ObjectId = ObjectId(5);
+
+fn pos(t_ms: Ms) -> Event {
+    Event::ObjectPos {
+        t_ms,
+        objects: vec![ObjectPose {
+            object: O,
+            pose: Pose::resting(t_ms, [t_ms as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]),
+        }],
+    }
+}
+
+fn gone() -> Event {
+    Event::ObjectGone {
+        objects: vec![O],
+        reason: Gone::Hidden,
+    }
+}
+
+/// What a reader hears at once.
+fn read(outbox: &Outbox, reader: u64) -> String {
+    let mut text = String::new();
+    while let Poll::Ready(Some(piece)) = outbox.poll(reader, &Context::from_waker(Waker::noop())) {
+        text.push_str(std::str::from_utf8(&piece).unwrap());
+    }
+    text
+}
+
+fn names(text: &str) -> Vec<&str> {
+    text.lines().filter_map(|line| line.strip_prefix("event: ")).collect()
+}
+
+#[test]
+fn of_poses_only_the_newest_is_told_and_none_of_what_is_gone() {
+    let outbox = Outbox::default();
+    let reader = outbox.attach(None);
+    (0..100).for_each(|t_ms| outbox.push(&pos(t_ms)));
+    let text = read(&outbox, reader);
+    assert_eq!(names(&text), ["object-pos"]);
+    assert!(text.contains(r#""position":[99.0"#), "{text}");
+    outbox.push(&pos(100));
+    outbox.push(&gone());
+    assert_eq!(names(&read(&outbox, reader)), ["object-gone"]);
+}
+
+#[test]
+fn what_many_are_told_alike_is_held_once_and_each_hears_it_in_its_own_order() {
+    let outboxes: [Outbox; 3] = Default::default();
+    let readers = outboxes.each_ref().map(|outbox| outbox.attach(None));
+    outboxes[2].push(&gone());
+    let mut delivery = Delivery::begin();
+    outboxes
+        .iter()
+        .for_each(|outbox| outbox.push_with(&pos(7), &mut delivery));
+    let heard = [0, 1, 2].map(|i| read(&outboxes[i], readers[i]));
+    assert_eq!(heard[0], heard[1]);
+    assert!(
+        heard[0].starts_with("id: 1\nevent: object-pos\ndata: {"),
+        "{}",
+        heard[0]
+    );
+    assert!(heard[2].contains("id: 2\nevent: object-pos\ndata: {"), "{}", heard[2]);
+    let kept = outboxes
+        .each_ref()
+        .map(|outbox| outbox.state().told.last().unwrap().data.clone());
+    assert!(kept.iter().all(|data| data.as_ptr() == kept[0].as_ptr()));
+    // What came later to one of them is nobody else's.
+    outboxes
+        .iter()
+        .for_each(|outbox| outbox.push_with(&pos(8), &mut delivery));
+    outboxes[0].push(&gone());
+    outboxes[1].push(&pos(9));
+    assert_eq!(names(&read(&outboxes[0], readers[0])), ["object-gone"]);
+    let [newest, shared] = [1, 2].map(|i| read(&outboxes[i], readers[i]));
+    assert!(newest.contains("\"position\":[9.0") && shared.contains("\"position\":[8.0"));
+}
+
+#[test]
+fn a_reader_that_was_cut_off_goes_on_after_what_it_has_heard() {
+    let outbox = Outbox::default();
+    let first = outbox.attach(None);
+    for _ in 0..3 {
+        outbox.push(&gone());
+    }
+    assert!(read(&outbox, first).starts_with("id: 1\nevent: object-gone\ndata: {"));
+    outbox.push(&gone());
+    let second = outbox.attach(Some(2));
+    let text = read(&outbox, second);
+    assert!(text.starts_with("id: 3\n") && text.contains("id: 4\n"), "{text}");
+    assert_eq!(names(&text).len(), 2);
+    assert_eq!(
+        outbox.poll(first, &Context::from_waker(Waker::noop())),
+        Poll::Ready(None)
+    );
+}
+
+#[test]
+fn who_has_missed_too_much_is_told_anew() {
+    let outbox = Outbox::default();
+    let first = outbox.attach(None);
+    outbox.push(&gone());
+    read(&outbox, first);
+    for (last_seen, why) in [
+        (None, Void::Unknown),
+        (Some(77), Void::Missed),
+        (Some(u64::MAX), Void::Missed),
+    ] {
+        let reader = outbox.attach(last_seen);
+        assert_eq!(outbox.wants_resync(), Some(why));
+        outbox.push(&gone());
+        assert_eq!(read(&outbox, reader), "", "void until everything is told anew");
+        outbox.push(&Event::Resync { reason: why });
+        assert_eq!(names(&read(&outbox, reader)), ["resync"]);
+    }
+}
+
+#[test]
+fn a_stuck_reader_costs_bounded_memory() {
+    let outbox = Outbox::default();
+    let reader = outbox.attach(None);
+    for _ in 0..100_000 {
+        outbox.push(&gone());
+        assert!(outbox.state().queue_bytes <= QUEUE_BYTES);
+    }
+    assert_eq!(outbox.wants_resync(), Some(Void::Missed));
+    outbox.detach(reader);
+    assert_eq!(outbox.wants_resync(), None, "nobody would hear it");
+}
+
+#[test]
+fn the_end_comes_after_what_waits() {
+    let outbox = Outbox::default();
+    let reader = outbox.attach(None);
+    outbox.push(&gone());
+    outbox.close();
+    let cx = Context::from_waker(Waker::noop());
+    assert!(matches!(outbox.poll(reader, &cx), Poll::Ready(Some(_))));
+    assert_eq!(outbox.poll(reader, &cx), Poll::Ready(None));
+}
+
+#[test]
+fn poses_go_into_the_line_of_a_reader_that_has_heard_all_else() {
+    let (outbox, pipe) = (Outbox::default(), Pipe::new(Taken::All));
+    let reader = outbox.attach(None);
+    outbox.lay(reader, pipe.clone());
+    outbox.push(&pos(1));
+    assert_eq!(pipe.heard(), "", "nobody knows whether the reader waits");
+    assert!(read(&outbox, reader).starts_with("id: 1\n"));
+    outbox.push(&pos(2));
+    assert!(pipe.heard().starts_with("id: 2\nevent: object-pos\ndata: {\"t_ms\":2,"));
+    assert_eq!(read(&outbox, reader), "");
+    outbox.push(&gone());
+    outbox.push(&pos(3));
+    assert_eq!(pipe.heard(), "", "what must not be lost comes before");
+    assert_eq!(names(&read(&outbox, reader)), ["object-gone", "object-pos"]);
+    outbox.push(&pos(4));
+    assert!(pipe.heard().starts_with("id: 5\n"));
+    // Whoever comes back hears it again, and the line has gone with its reader.
+    let again = outbox.attach(Some(4));
+    assert!(read(&outbox, again).starts_with("id: 5\n"));
+    outbox.push(&pos(5));
+    outbox.lay(reader, pipe.clone());
+    outbox.push(&pos(6));
+    assert_eq!(pipe.heard(), "");
+    assert!(read(&outbox, again).contains("\"position\":[6.0"));
+}
+
+#[test]
+fn what_a_line_does_not_take_is_the_task_s() {
+    for (takes, told) in [(Taken::Nothing, false), (Taken::Begun, true)] {
+        let (outbox, pipe, woken) = (Outbox::default(), Pipe::new(takes), Arc::new(Woken::default()));
+        let reader = outbox.attach(None);
+        outbox.lay(reader, pipe.clone());
+        let waker = Waker::from(woken.clone());
+        assert_eq!(outbox.poll(reader, &Context::from_waker(&waker)), Poll::Pending);
+        outbox.push(&pos(1));
+        assert_eq!(woken.0.load(Ordering::Relaxed), 1, "{takes:?}");
+        assert_eq!(!pipe.heard().is_empty(), told);
+        outbox.push(&pos(2));
+        assert_eq!(pipe.heard(), "", "until the task has looked");
+        let text = read(&outbox, reader);
+        assert_eq!(names(&text), ["object-pos"], "the newest alone");
+        let first = if told { 2 } else { 1 };
+        assert!(
+            text.starts_with(&format!("id: {first}\n")) && text.contains("\"position\":[2.0"),
+            "{text}"
+        );
+    }
+}
