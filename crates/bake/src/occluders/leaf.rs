@@ -42,9 +42,12 @@ fn leaf(door: u32, triangles: &[Triangle]) -> Wall {
         (b - a).cross(c - a)
     });
     let normal = least(Vec3::AXES.into_iter().chain(unlike(faces)), length);
+    // Of an edge through the door rounding would choose the direction.
     let edges = triangles.iter().flat_map(|triangle| {
         let [a, b, c] = triangle.corners;
-        [b - a, c - b, a - c].map(|edge| edge.reject_from_normalized(normal))
+        let along = |edge: &Vec3| edge.dot(normal).abs() < 0.5 * edge.length();
+        let edges = [b - a, c - b, a - c].into_iter().filter(along);
+        edges.map(|edge| edge.reject_from_normalized(normal))
     });
     let across = |first: Vec3| [first, normal.cross(first)];
     let first = least(
@@ -93,14 +96,20 @@ mod tests {
 
     /// A door of 1 × 2 m, this thick, turned.
     fn door(thick_m: f32, turn: Quat) -> Vec<Triangle> {
-        let faces = [-0.5, 0.5].map(|side| {
-            let at = |u: f32, v: f32| Vec3::new(3.0, 0.0, 1.0) + turn * Vec3::new(u, v, side * thick_m);
-            [
-                Triangle::between([at(0.0, 0.0), at(1.0, 0.0), at(1.0, 2.0)]),
-                Triangle::between([at(0.0, 0.0), at(1.0, 2.0), at(0.0, 2.0)]),
-            ]
-        });
-        faces.concat()
+        let at = |[u, v, w]: [f32; 3]| Vec3::new(3.0, 0.0, 1.0) + turn * Vec3::new(u, 2.0 * v, (w - 0.5) * thick_m);
+        // Each side of a cube by its first axis: two triangles where that is 0, two where it is 1.
+        let side = |(axis, end): (usize, f32)| {
+            let corner = |v: f32, w: f32| {
+                let mut corner = [end; 3];
+                corner[(axis + 1) % 3] = v;
+                corner[(axis + 2) % 3] = w;
+                at(corner)
+            };
+            let [a, b, c, d] = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+            [Triangle::between([a, b, c]), Triangle::between([a, c, d])]
+        };
+        let sides = (0..3).flat_map(|axis| [(axis, 0.0), (axis, 1.0)]);
+        sides.flat_map(side).collect()
     }
 
     #[test]
@@ -116,6 +125,9 @@ mod tests {
                     let triangles = door(thick_m, turn);
                     let leaf = leaf(7, &triangles);
                     assert_eq!(leaf.door, Some(7));
+                    for axis in leaf.axes {
+                        assert!(axis.dot(leaf.normal).abs() < 1e-5, "{turn}: {axis}");
+                    }
                     let corners = triangles.iter().flat_map(|triangle| triangle.corners);
                     let off_m = corners.map(|corner| (leaf.normal.dot(corner) - leaf.offset).abs());
                     let furthest_m = off_m.fold(0.0, f32::max);
