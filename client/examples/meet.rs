@@ -65,7 +65,11 @@ fn tell(event: &SessionEvent) {
         SessionEvent::Told(LiveEvent::Appear(somebody)) => {
             println!("{} appears: {}", somebody.info.object, somebody.info.source_node);
         }
-        SessionEvent::Told(LiveEvent::Vanish { objects, reason }) => println!("{reason:?}: {objects:?}"),
+        SessionEvent::Told(LiveEvent::Vanish { objects, reason }) => {
+            for object in objects {
+                println!("{object} is gone: {reason:?}");
+            }
+        }
         SessionEvent::Told(LiveEvent::Door { object, open }) => println!("the door {object} opens: {open}"),
         SessionEvent::Told(_) => {}
         SessionEvent::Cut(cause) => println!("comes back after: {cause}"),

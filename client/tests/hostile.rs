@@ -129,7 +129,8 @@ async fn a_tree_that_offers_no_sessions_is_asked_once() {
 async fn what_is_no_event_stream_ends_the_session() {
     let rooms: SceneName = "rooms".parse().expect("a name");
     let link = "Link: </o/bundle/>; rel=\"bundles\", </v1/scenes/rooms/sessions>; rel=\"sessions\"\r\n";
-    let opened = br#"{"session": "s1", "token": "t", "object": "o100000000", "events_url": "/v1/sessions/s1/events"}"#;
+    let opened =
+        br#"{"session": "s1", "token": "secret", "object": "o100000000", "events_url": "/v1/sessions/s1/events"}"#;
     let (source, _) = server(vec![
         answer("200 OK", link, b""),
         whole(opened),
@@ -139,6 +140,7 @@ async fn what_is_no_event_stream_ends_the_session() {
     let mut session = offered.expect("sessions");
     session.stand(Stand::upright([0.0; 3]), [0.0; 3]);
     assert!(matches!(session.advance().await, Some(SessionEvent::Opened(_))));
+    assert!(!format!("{session:?}").contains("secret"), "{session:?}");
     let lost = session.advance().await;
     assert!(
         matches!(lost, Some(SessionEvent::Lost(Error::Document { .. }))),

@@ -1,6 +1,6 @@
 //! Which requests does a live session make? Those of `docs/LIVE.md`, each with its token.
 
-use std::time::Duration;
+use std::{fmt, time::Duration};
 
 use belvedere_scene::{ObjectId, SceneName};
 use reqwest::{
@@ -66,10 +66,26 @@ impl Default for Participant {
 #[derive(Debug, Deserialize)]
 pub(super) struct Opened {
     pub(super) session: String,
-    pub(super) token: String,
+    token: Token,
     pub(super) object: ObjectId,
     pub(super) events_url: String,
     pub(super) hush: Option<Hush>,
+}
+
+/// What a session's requests are believed by; it is not shown to who looks at a session.
+#[derive(Deserialize)]
+struct Token(String);
+
+impl fmt::Debug for Token {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Token(…)")
+    }
+}
+
+impl Token {
+    fn header(&self) -> String {
+        format!("Bearer {}", self.0)
+    }
 }
 
 /// What came of a pose.
@@ -155,7 +171,7 @@ impl Wire {
         let mut request = self
             .source
             .request(Method::GET, path)
-            .header(AUTHORIZATION, format!("Bearer {}", opened.token))
+            .header(AUTHORIZATION, opened.token.header())
             .header(ACCEPT, "text/event-stream");
         if !last_id.is_empty() {
             request = request.header("Last-Event-ID", last_id);
@@ -183,7 +199,7 @@ impl Wire {
             request = request.header(CONTENT_TYPE, "application/json").body(body.to_string());
         }
         if let Some(opened) = as_ {
-            request = request.header(AUTHORIZATION, format!("Bearer {}", opened.token));
+            request = request.header(AUTHORIZATION, opened.token.header());
         }
         request.send().await.map_err(|cause| failed(path, &cause))
     }
