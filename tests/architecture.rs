@@ -97,6 +97,19 @@ const FORBIDDEN: &[(&str, &[&str], &str)] = &[
         "the strategy is a function of what it is told, so that a simulated line and a real one carry out the same",
     ),
     (
+        "client/src/live/state",
+        &[
+            "tokio",
+            "reqwest",
+            "async fn",
+            "std::fs",
+            "std::time",
+            "std::env",
+            "println!",
+        ],
+        "what a session is told adds up without a server",
+    ),
+    (
         "crates/verify/src",
         &[
             "belvedere_bake",

@@ -93,6 +93,9 @@ pub enum Error {
         /// What was asked for.
         expected: u64,
     },
+    /// What needs a live session was asked for while none was open.
+    #[error("no live session is open")]
+    NoSession,
     /// The scene has no cells; a publisher never writes that.
     #[error("the scene has no cells")]
     NoCells,

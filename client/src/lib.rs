@@ -23,12 +23,17 @@
 //! immutable object is verified against the hash in its name. Three things hand to each other: a [`Client`] follows
 //! pointers and opens a [`Scene`], which is one revision and never changes under its reader; a [`Walk`] goes through it from
 //! cell to cell and fetches what changes. An [`Explorer`] needs to be told only where the eye is: it carries out the
-//! [`strategy`]. [`tour`] measures what visitors get to see by it.
+//! [`strategy`]. [`tour`] measures what visitors get to see by it. A [`live::Session`] meets who else is in the scene, where a
+//! server offers that.
+//!
+//! Two examples run against any server: `cargo run -p belvedere-client --example stroll` walks through a scene, and
+//! `--example meet` says who else walks there.
 
 mod atlas;
 mod error;
 mod explorer;
 mod fetch;
+pub mod live;
 mod packs;
 mod scene;
 mod source;

@@ -9,8 +9,11 @@ use std::{
     },
 };
 
-use belvedere_client::{ByteSource, Error, HttpSource, Retrying};
-use belvedere_scene::BlobName;
+use belvedere_client::{
+    ByteSource, Error, HttpSource, Retrying,
+    live::{LiveEvent, Participant, Session, SessionEvent, Stand},
+};
+use belvedere_scene::{BlobName, SceneName};
 use bytes::Bytes;
 
 const CONTENT: &[u8] = b"0123456789";
@@ -110,4 +113,76 @@ async fn bundles_are_offered_by_who_says_so() {
     assert!(!source.offers_bundles());
     source.get("/v1/scenes/museum/index.json").await.unwrap();
     assert!(Retrying::new(source.clone()).offers_bundles());
+}
+
+#[tokio::test]
+async fn a_tree_that_offers_no_sessions_is_asked_once() {
+    let rooms: SceneName = "rooms".parse().expect("a name");
+    let only_bundles = answer("200 OK", "Link: </o/bundle/>; rel=\"bundles\"\r\n", b"");
+    let (source, asked) = server(vec![only_bundles]);
+    let offered = Session::offered(source, &rooms, Participant::default()).await.unwrap();
+    assert!(offered.is_none());
+    assert_eq!(asked.load(Ordering::Relaxed), 1);
+}
+
+#[tokio::test]
+async fn what_is_no_event_stream_ends_the_session() {
+    let rooms: SceneName = "rooms".parse().expect("a name");
+    let link = "Link: </o/bundle/>; rel=\"bundles\", </v1/scenes/rooms/sessions>; rel=\"sessions\"\r\n";
+    let opened =
+        br#"{"session": "s1", "token": "secret", "object": "o100000000", "events_url": "/v1/sessions/s1/events"}"#;
+    let (source, _) = server(vec![
+        answer("200 OK", link, b""),
+        whole(opened),
+        answer("200 OK", "Content-Type: text/html\r\n", b"data: {}\n\n"),
+    ]);
+    let offered = Session::offered(source, &rooms, Participant::default()).await.unwrap();
+    let mut session = offered.expect("sessions");
+    session.stand(Stand::upright([0.0; 3]), [0.0; 3]);
+    assert!(matches!(session.advance().await, Some(SessionEvent::Opened(_))));
+    assert!(!format!("{session:?}").contains("secret"), "{session:?}");
+    let lost = session.advance().await;
+    assert!(
+        matches!(lost, Some(SessionEvent::Lost(Error::Document { .. }))),
+        "{lost:?}"
+    );
+    assert!(
+        session.advance().await.is_none(),
+        "nothing happens until one stands somewhere"
+    );
+    assert!(!session.is_open());
+}
+
+#[tokio::test]
+async fn events_that_are_damaged_are_told_and_the_others_are_not_lost() {
+    let rooms: SceneName = "rooms".parse().expect("a name");
+    let opened = br#"{"session": "s1", "token": "t", "object": "o100000000", "events_url": "/v1/sessions/s1/events"}"#;
+    let told = b"event: door\ndata: {\n\nevent: door\ndata: {\"object\": \"o5\", \"open\": false}\n\n";
+    let (source, _) = server(vec![
+        answer("200 OK", "Link: </v1/scenes/rooms/sessions>; rel=sessions\r\n", b""),
+        whole(opened),
+        answer("200 OK", "Content-Type: text/event-stream\r\n", told),
+        answer("404 Not Found", "", b""),
+    ]);
+    let offered = Session::offered(source, &rooms, Participant::default()).await.unwrap();
+    let mut session = offered.expect("sessions");
+    session.stand(Stand::upright([0.0; 3]), [0.0; 3]);
+    let mut happened = Vec::new();
+    while let Some(event) = session.advance().await {
+        let closed = session.company().closed_doors().len();
+        happened.push((event, closed));
+    }
+    assert!(
+        matches!(
+            happened[..],
+            [
+                (SessionEvent::Opened(_), _),
+                (SessionEvent::Problem(Error::Document { .. }), _),
+                (SessionEvent::Told(LiveEvent::Door { open: false, .. }), 1),
+                (SessionEvent::Cut(Error::Fetch { .. }), 1),
+                (SessionEvent::Lost(Error::Missing(_)), 0),
+            ]
+        ),
+        "{happened:?}"
+    );
 }

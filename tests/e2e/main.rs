@@ -11,6 +11,7 @@ mod growing;
 mod live;
 #[path = "../http/live_wire.rs"]
 mod live_wire;
+mod meeting;
 mod meshing;
 mod private;
 mod program;

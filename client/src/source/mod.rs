@@ -19,11 +19,12 @@ mod shelf;
 
 pub use disk_cache::DiskCache;
 pub use retrying::Retrying;
+pub(crate) use retrying::about;
 
 use bytes::Bytes;
 use flate2::read::GzDecoder;
 use reqwest::{
-    StatusCode,
+    Method, RequestBuilder, Response, StatusCode,
     header::{ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_RANGE, LINK, RANGE},
 };
 
@@ -120,7 +121,7 @@ impl HttpSource {
 
 impl HttpSource {
     /// Asks for a path, all of it or a part; answers with success only.
-    async fn ask(&self, path: &str, range: Option<&Range<u64>>) -> Result<reqwest::Response, Error> {
+    async fn ask(&self, path: &str, range: Option<&Range<u64>>) -> Result<Response, Error> {
         let request = self.http.get(format!("{}{path}", self.base));
         let request = match range {
             // A range of what is compressed would be one of other bytes.
@@ -130,16 +131,7 @@ impl HttpSource {
             None => request.header(ACCEPT_ENCODING, "gzip"),
         };
         let answer = request.send().await.map_err(|cause| failed(path, &cause))?;
-        let status = answer.status();
-        if status == StatusCode::NOT_FOUND {
-            return Err(Error::Missing(path.to_owned()));
-        }
-        if status.is_client_error() && !MAY_CHANGE.contains(&status) {
-            return Err(Error::Refused {
-                path: path.to_owned(),
-                status: status.as_u16(),
-            });
-        }
+        let answer = succeeded(path, answer)?;
         let links = answer
             .headers()
             .get_all(LINK)
@@ -151,11 +143,31 @@ impl HttpSource {
         {
             self.bundles.store(true, Ordering::Relaxed);
         }
-        answer.error_for_status().map_err(|cause| failed(path, &cause))
+        Ok(answer)
+    }
+
+    /// A request for a path, to be completed and sent.
+    pub(crate) fn request(&self, method: Method, path: &str) -> RequestBuilder {
+        self.http.request(method, format!("{}{path}", self.base))
     }
 }
 
-fn failed(path: &str, cause: &reqwest::Error) -> Error {
+/// An answer, if it is one of success.
+pub(crate) fn succeeded(path: &str, answer: Response) -> Result<Response, Error> {
+    let status = answer.status();
+    if status == StatusCode::NOT_FOUND {
+        return Err(Error::Missing(path.to_owned()));
+    }
+    if status.is_client_error() && !MAY_CHANGE.contains(&status) {
+        return Err(Error::Refused {
+            path: path.to_owned(),
+            status: status.as_u16(),
+        });
+    }
+    answer.error_for_status().map_err(|cause| failed(path, &cause))
+}
+
+pub(crate) fn failed(path: &str, cause: &reqwest::Error) -> Error {
     Error::Fetch {
         path: path.to_owned(),
         cause: chain(cause),

@@ -3,7 +3,7 @@
 
 use std::{
     future::Future,
-    hash::{BuildHasher, RandomState},
+    hash::{BuildHasher, Hash, RandomState},
     ops::Range,
     time::Duration,
 };
@@ -79,9 +79,14 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
 
 /// How long to wait after so many tries: between half and one and a half of what they have on average.
 fn wait(path: &str, tried: u32) -> Duration {
+    about(FIRST_WAIT * (1 << (tried - 1)), (path, tried))
+}
+
+/// Between half and one and a half of a time, each time another.
+pub(crate) fn about(mean: Duration, what: impl Hash) -> Duration {
     // Keys of this map are as random as anything in the standard library.
-    let share = RandomState::new().hash_one((path, tried)) as f64 / u64::MAX as f64;
-    FIRST_WAIT.mul_f64(f64::from(1 << (tried - 1)) * (0.5 + share))
+    let share = RandomState::new().hash_one(what) as f64 / u64::MAX as f64;
+    mean.mul_f64(0.5 + share)
 }
 
 #[cfg(test)]

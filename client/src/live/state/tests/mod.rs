@@ -1,0 +1,5 @@
+//! What others are told, and what is made of it, without a server.
+
+mod company;
+mod speaking;
+mod sse;
