@@ -15,6 +15,7 @@
 //! be cut freely. Guarantee: conservative; walls down to [`Tolerance::hole_m`]. Cost: a ray and a few box tests where a
 //! proof is short, at most [`MAX_STEPS`] wall tests where there is none.
 //!
+//! [`Body::separates`]: crate::occluders::Body::separates
 //! [`Tolerance::hole_m`]: crate::occluders::Tolerance::hole_m
 
 use std::ops::ControlFlow;
@@ -55,9 +56,9 @@ pub struct Proofs {
 /// Why something cannot be seen.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Witness {
-    /// This body of [`Occluders::bodies`] blocks every sight line.
+    /// This body of [`Occluders::bodies`](crate::occluders::Occluders::bodies) blocks every sight line.
     Body(u32),
-    /// These walls of [`Occluders::walls`] do, one after the other: what an opening of one lets through, another stops.
+    /// These walls of [`Occluders::walls`](crate::occluders::Occluders::walls) do, one after the other: what an opening of one lets through, another stops.
     Walls(Vec<u32>),
     /// Several bodies do together ([`super::fusion`]).
     Fused,
