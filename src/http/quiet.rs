@@ -37,7 +37,7 @@ impl Patience {
 /// Something over which bytes may move that do not come past here.
 pub(super) trait Moves {
     /// Whether some have since the last call.
-    fn has_moved(&self) -> bool {
+    fn take_moved(&self) -> bool {
         false
     }
 }
@@ -81,7 +81,7 @@ impl<T: Moves> Quiet<T> {
 
     /// Fails when there has been no progress for too long.
     fn wait<R>(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<R>> {
-        if self.io.has_moved() {
+        if self.io.take_moved() {
             self.has_written();
         }
         if self.uploads.going_on() {

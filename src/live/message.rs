@@ -139,7 +139,7 @@ impl StageHandle {
     }
 
     /// Whether a reader may have missed something since the last call.
-    pub(super) fn has_somebody_missed(&self) -> bool {
+    pub(super) fn take_somebody_missed(&self) -> bool {
         self.shared.somebody_missed.swap(false, Ordering::AcqRel)
     }
 

@@ -236,7 +236,9 @@ async fn a_session_that_has_ended_is_opened_anew_after_a_while() {
     let server = data.serve_with(&["--lease-s", "1"]);
     let cable = Cable::to(server.address()).await;
     let mut person = Person::enter(&cable.base, "West", [2.5, 1.5, 2.5]).await;
-    while !person.session.is_open() {
+    let end = Instant::now() + PATIENCE;
+    while person.was_told(|event| matches!(event, LiveEvent::Hello(_))) == 0 {
+        assert!(Instant::now() < end, "never greeted: {:?}", person.told);
         person.live().await;
     }
     cable.cut();

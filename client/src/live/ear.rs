@@ -16,7 +16,10 @@ use crate::{
 
 /// Before coming back, unless the stream says otherwise.
 const FIRST_WAIT_MS: u64 = 1000;
-const LONGEST_WAIT: Duration = Duration::from_secs(30);
+/// A stream that says less is not believed.
+const SHORTEST_WAIT_MS: u64 = 100;
+/// With what [`about`] adds it is shorter than a lease.
+const LONGEST_WAIT: Duration = Duration::from_secs(10);
 
 /// Why nothing was heard.
 #[derive(Debug)]
@@ -32,7 +35,7 @@ pub(super) enum Silence {
 pub(super) struct Ear {
     stream: Option<Response>,
     parser: Parser,
-    /// Since an event came.
+    /// So many streams were cut before anything came, beats too.
     in_vain: u32,
 }
 
@@ -48,12 +51,9 @@ impl Ear {
     /// Waits for the next events, at least one.
     pub(super) async fn hear(&mut self, wire: &Wire, opened: &Opened) -> Result<Vec<Message>, Silence> {
         let heard = self.read(wire, opened).await;
-        match &heard {
-            Ok(_) => self.in_vain = 0,
-            Err(_) => {
-                self.in_vain += 1;
-                self.stream = None;
-            }
+        if heard.is_err() {
+            self.in_vain += 1;
+            self.stream = None;
         }
         heard
     }
@@ -85,6 +85,7 @@ impl Ear {
                     cause: "the stream of events has ended".to_owned(),
                 }));
             };
+            self.in_vain = 0;
             let messages = self.parser.read(&bytes).map_err(|cause| {
                 Silence::Ended(Error::Document {
                     path: path(),
@@ -98,8 +99,28 @@ impl Ear {
     }
 
     fn wait(&self, opened: &Opened) -> Duration {
-        let first = Duration::from_millis(self.parser.retry_ms().unwrap_or(FIRST_WAIT_MS));
-        let mean = first.saturating_mul(1 << (self.in_vain - 1).min(10));
-        about(mean.min(LONGEST_WAIT), (&opened.session, self.in_vain))
+        let mean = mean_wait(self.parser.retry_ms(), self.in_vain);
+        about(mean, (&opened.session, self.in_vain))
+    }
+}
+
+/// How long to wait, give or take half of it, after so many streams in vain, where the stream has asked for so long.
+fn mean_wait(asked_ms: Option<u64>, in_vain: u32) -> Duration {
+    let first = Duration::from_millis(asked_ms.unwrap_or(FIRST_WAIT_MS).max(SHORTEST_WAIT_MS));
+    let doubled = first.saturating_mul(1 << in_vain.saturating_sub(1).min(10));
+    doubled.min(LONGEST_WAIT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_time_in_vain_doubles_the_wait_within_bounds() {
+        let waits_ms = |asked_ms, in_vain: [u32; 4]| in_vain.map(|n| mean_wait(asked_ms, n).as_millis());
+        assert_eq!(waits_ms(None, [1, 2, 3, 9]), [1000, 2000, 4000, 10_000]);
+        assert_eq!(waits_ms(Some(3000), [1, 2, 3, u32::MAX]), [3000, 6000, 10_000, 10_000]);
+        assert_eq!(waits_ms(Some(0), [1, 2, 3, 4]), [100, 200, 400, 800]);
+        assert_eq!(waits_ms(Some(u64::MAX), [1, 2, 3, 4]), [10_000; 4]);
     }
 }

@@ -21,10 +21,12 @@ use super::{
     },
     wire::{Answered, Opened, Participant, Wire},
 };
-use crate::{Error, HttpSource};
+use crate::{Error, HttpSource, source::about};
 
 /// Before a session is opened anew.
 const AGAIN_AFTER: Duration = Duration::from_secs(5);
+/// After a pose that nobody answered nothing is said for so long.
+const AFTER_A_FAILURE_MS: f64 = 1000.0;
 
 /// Takes part in one scene. Dropped without [`Session::close`], it ends with its lease.
 #[derive(Debug)]
@@ -64,7 +66,7 @@ pub enum SessionEvent {
     Told(LiveEvent),
     /// The stream of events was cut; it is resumed.
     Cut(Error),
-    /// The session has ended, and nobody is known any more; it is opened anew when one stands somewhere five seconds
+    /// The session has ended, and nobody is known any more; it is opened anew when one stands somewhere about five seconds
     /// later.
     Lost(Error),
     /// Something went wrong, and the session goes on.
@@ -154,8 +156,11 @@ impl Session {
             if let Some(event) = self.events.pop_front() {
                 return Some(event);
             }
-            if let Ok(brought) = self.tasks.join_next().await? {
-                self.take(brought);
+            match self.tasks.join_next().await? {
+                Ok(brought) => self.take(brought),
+                // Without its tasks a session would be deaf or mute for ever.
+                Err(ended) if ended.is_panic() => std::panic::resume_unwind(ended.into_panic()),
+                Err(_) => {}
             }
         }
     }
@@ -198,7 +203,7 @@ impl Session {
         match brought {
             Brought::Opened(Ok(opened)) => self.begin(opened),
             Brought::Opened(Err(cause)) => {
-                self.line = again();
+                self.line = self.again();
                 self.events.push_back(SessionEvent::Problem(cause));
             }
             Brought::Heard(ear, heard, when) => self.hear(ear, heard, when),
@@ -269,24 +274,29 @@ impl Session {
             Ok(Answered::Heard { .. }) => {}
             Ok(Answered::TooMuch { pause }) => self.speaker.pause(now_ms + pause.as_secs_f64() * 1e3),
             Err(cause @ (Error::Missing(_) | Error::Refused { status: 401 | 403, .. })) => self.lose(cause),
-            // The next pose says more than this one would have.
-            Err(cause) => self.events.push_back(SessionEvent::Problem(cause)),
+            // It may not have been heard: what is to be said then is said, though not at once.
+            Err(cause) => {
+                self.speaker.pause(now_ms + AFTER_A_FAILURE_MS);
+                self.events.push_back(SessionEvent::Problem(cause));
+            }
         }
     }
 
     fn lose(&mut self, cause: Error) {
-        self.line = again();
+        self.line = self.again();
         // What is under way concerns a session that is no more.
         self.tasks = JoinSet::new();
         let now_ms = self.now_ms();
         self.company.take(&LiveEvent::Resync, now_ms);
         self.events.push_back(SessionEvent::Lost(cause));
     }
-}
 
-fn again() -> Line {
-    Line::Closed {
-        again: Instant::now() + AGAIN_AFTER,
+    /// Not all at once, where many were refused together.
+    fn again(&self) -> Line {
+        let after = about(AGAIN_AFTER, (&self.who.name, self.now_ms().to_bits()));
+        Line::Closed {
+            again: Instant::now() + after,
+        }
     }
 }
 

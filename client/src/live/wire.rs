@@ -4,8 +4,8 @@ use std::{fmt, time::Duration};
 
 use belvedere_scene::{ObjectId, SceneName};
 use reqwest::{
-    Method, Response,
-    header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE, LINK, RETRY_AFTER},
+    Method, Response, StatusCode,
+    header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE, HeaderValue, LINK, RETRY_AFTER},
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
@@ -18,6 +18,11 @@ use crate::{
     Error, HttpSource,
     source::{failed, succeeded},
 };
+
+/// Whoever has said too much is silent no longer, whatever it was asked for.
+const LONGEST_PAUSE: Duration = Duration::from_secs(30);
+/// No answer but a stream is longer.
+const MOST_ANSWER_BYTES: usize = 64 << 10;
 
 /// Two radii: what comes nearer than the one is told of, what goes beyond the other no longer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -138,10 +143,11 @@ impl Wire {
     pub(super) async fn say(&self, opened: &Opened, pose: &Pose) -> Result<Answered, Error> {
         let path = format!("/v1/sessions/{}/pose", opened.session);
         let answer = self.send(Method::PUT, &path, &json!(pose), Some(opened)).await?;
-        let after = answer.headers().get(RETRY_AFTER).and_then(|after| after.to_str().ok());
-        if let Some(after_s) = after.and_then(|after| after.parse().ok()) {
+        if answer.status() == StatusCode::TOO_MANY_REQUESTS {
+            let after = answer.headers().get(RETRY_AFTER).and_then(|after| after.to_str().ok());
+            let after_s = after.and_then(|after| after.parse().ok()).unwrap_or(1);
             return Ok(Answered::TooMuch {
-                pause: Duration::from_secs(after_s),
+                pause: Duration::from_secs(after_s).min(LONGEST_PAUSE),
             });
         }
         let Posed { hush } = read(&path, succeeded(&path, answer)?).await?;
@@ -173,8 +179,11 @@ impl Wire {
             .request(Method::GET, path)
             .header(AUTHORIZATION, opened.token.header())
             .header(ACCEPT, "text/event-stream");
-        if !last_id.is_empty() {
-            request = request.header("Last-Event-ID", last_id);
+        // An id that no header can hold is none: the server tells everything anew.
+        if let Ok(id) = HeaderValue::from_str(last_id)
+            && !last_id.is_empty()
+        {
+            request = request.header("Last-Event-ID", id);
         }
         let answer = request.send().await.map_err(|cause| failed(path, &cause))?;
         let answer = succeeded(path, answer)?;
@@ -214,10 +223,17 @@ fn sessions_of(link: &str) -> Option<String> {
         .then(|| target.to_owned())
 }
 
-async fn read<T: DeserializeOwned>(path: &str, answer: Response) -> Result<T, Error> {
-    let bytes = answer.bytes().await.map_err(|cause| failed(path, &cause))?;
-    serde_json::from_slice(&bytes).map_err(|cause| Error::Document {
+async fn read<T: DeserializeOwned>(path: &str, mut answer: Response) -> Result<T, Error> {
+    let wrong = |cause: String| Error::Document {
         path: path.to_owned(),
-        cause: cause.to_string(),
-    })
+        cause,
+    };
+    let mut bytes = Vec::new();
+    while let Some(chunk) = answer.chunk().await.map_err(|cause| failed(path, &cause))? {
+        if bytes.len() + chunk.len() > MOST_ANSWER_BYTES {
+            return Err(wrong(format!("the answer has more than {MOST_ANSWER_BYTES} bytes")));
+        }
+        bytes.extend_from_slice(&chunk);
+    }
+    serde_json::from_slice(&bytes).map_err(|cause| wrong(cause.to_string()))
 }

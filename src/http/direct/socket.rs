@@ -122,7 +122,7 @@ impl Line for Shared {
 }
 
 impl Moves for Socket {
-    fn has_moved(&self) -> bool {
+    fn take_moved(&self) -> bool {
         self.shared.others_wrote.swap(false, Ordering::Relaxed)
     }
 }
@@ -208,9 +208,9 @@ mod tests {
         let shared = socket.shared();
         assert_eq!(shared.take(b"early"), Taken::Nothing);
         shared.free();
-        assert!(!socket.has_moved());
+        assert!(!socket.take_moved());
         assert_eq!(shared.take(b"seventeen letters"), Taken::All);
-        assert!(socket.has_moved() && !socket.has_moved());
+        assert!(socket.take_moved() && !socket.take_moved());
         assert_eq!(shared.take_turn(), b"");
         assert_eq!(shared.take(b"late"), Taken::Nothing);
         assert_eq!(heard(&mut far, 23).await, b"11\r\nseventeen letters\r\n");

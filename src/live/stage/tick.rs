@@ -23,7 +23,7 @@ impl Stage {
         self.world.tick(self.live.now_ms());
         self.ticked = true;
         self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
-        if handle.has_somebody_missed() {
+        if handle.take_somebody_missed() {
             self.resync();
         }
     }

@@ -70,6 +70,10 @@ export class Company {
         if (event.open) this.closed.delete(event.object);
         else this.closed.add(event.object);
         break;
+      case "revision":
+        // Its doors are other objects, and all of them are open.
+        this.closed.clear();
+        break;
       case "resync":
         this.known.clear();
         this.closed.clear();

@@ -69,6 +69,9 @@ it("a company is what the events add up to, in one's own time", () => {
   expect([...company.closedDoors]).toEqual([5]);
   tell("door", { object: "o5", open: true }, 2500);
   expect([...company.closedDoors]).toEqual([]);
+  tell("door", { object: "o6", open: false }, 2500);
+  tell("revision", { revision: "0011223344556677" }, 2500);
+  expect([...company.closedDoors]).toEqual([]);
   tell("resync", { reason: "missed" }, 2500);
   expect(company.movers(2500)).toEqual([]);
 });

@@ -105,6 +105,27 @@ it("says how good the picture is to who asked for it, while it is open", async (
   ]);
 });
 
+it("says again, after a pause, what was not heard", async () => {
+  const { parts, sent, clock } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  const said = () => sent.filter(({ url }) => url.endsWith("/pose")).length;
+  const standAt = async (now_ms: number) => {
+    clock.now_ms = now_ms;
+    session?.update(self(9));
+    await new Promise((done) => setTimeout(done));
+  };
+  clock.poseStatus = 503;
+  await standAt(1000);
+  await standAt(1500);
+  expect(said()).toBe(1);
+  clock.poseStatus = 200;
+  await standAt(2100);
+  await standAt(2300);
+  expect(said()).toBe(2);
+});
+
 it("opens anew, after a pause, when the session has ended", async () => {
   const { parts, sent, clock, events } = server(LINK);
   const session = await Session.offered(parts);

@@ -44,6 +44,8 @@ export const AOI = { enter_m: 50, leave_m: 60 } as const;
 const MAX_SPEED_MPS = 5.5;
 const STREAM_CLOSED = 2;
 const AGAIN_AFTER_MS = 5000;
+/** After a pose that was not heard nothing is said for so long. */
+const AFTER_A_FAILURE_MS = 1000;
 
 export class Session {
   private readonly speaker = new Speaker();
@@ -171,9 +173,9 @@ export class Session {
           .optional(readHush);
         // Whoever was woken meanwhile is watched: the stream may overtake the answer.
         if (hush && wakes === this.wakes) this.speaker.keepQuiet(hush);
-      }
+      } else this.speaker.pause(this.parts.now_ms() + AFTER_A_FAILURE_MS);
     } catch {
-      // The next pose says more than this one would have.
+      this.speaker.pause(this.parts.now_ms() + AFTER_A_FAILURE_MS);
     } finally {
       this.sending = false;
     }

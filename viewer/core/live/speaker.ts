@@ -15,10 +15,12 @@ const LONGEST_MS = 2000;
 export class Speaker {
   private said: MoverPose | undefined;
   private hush: Hush | undefined;
+  /** What was said last may not have been heard; it is not said again before. */
+  private silentUntil_ms = 0;
 
   /** The pose to send now, or `undefined` when there is nothing to say. */
   speak(now_ms: number, position: Vec3, orientation: Quaternion, velocity: Vec3): MoverPose | undefined {
-    if (this.isHushed(now_ms, position)) return undefined;
+    if (now_ms < this.silentUntil_ms || this.isHushed(now_ms, position)) return undefined;
     const { said } = this;
     if (said) {
       if (now_ms - said.t_ms < SHORTEST_PERIOD_MS) return undefined;
@@ -34,6 +36,12 @@ export class Speaker {
     this.hush = hush;
     // Who is looked at again must be found where it is.
     if (!hush) this.said = undefined;
+  }
+
+  /** What was said last was not heard: it is said again, but not before then. */
+  pause(until_ms: number): void {
+    this.silentUntil_ms = until_ms;
+    this.said = undefined;
   }
 
   private isHushed(now_ms: number, position: Vec3): boolean {

@@ -99,11 +99,9 @@ impl Company {
                 self.hidden_order.clear();
                 self.closed.clear();
             }
-            LiveEvent::Cell(_)
-            | LiveEvent::Hush(_)
-            | LiveEvent::Wake
-            | LiveEvent::Revision(_)
-            | LiveEvent::Network(_) => {}
+            // Its doors are other objects, and all of them are open.
+            LiveEvent::Revision(_) => self.closed.clear(),
+            LiveEvent::Cell(_) | LiveEvent::Hush(_) | LiveEvent::Wake | LiveEvent::Network(_) => {}
         }
     }
 

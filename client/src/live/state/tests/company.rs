@@ -133,6 +133,12 @@ fn doors_rates_and_a_new_beginning() {
         company.take(&told("door", &data), 5000.0);
     }
     assert!(company.closed_doors().iter().eq([&ObjectId(2)]));
+    company.take(&told("revision", r#"{"revision": "0011223344556677"}"#), 5000.0);
+    assert!(
+        company.closed_doors().is_empty(),
+        "a new revision begins with open doors"
+    );
+    company.take(&told("door", r#"{"object": "o3", "open": false}"#), 5000.0);
     company.take(&told("resync", r#"{"reason": "missed"}"#), 5000.0);
     assert!(company.closed_doors().is_empty() && company.movers(5000.0).next().is_none());
 }
