@@ -1,12 +1,15 @@
 //! Why can an object not be seen from a view cell? The proof, in terms of what is published.
 //!
-//! A cell too large for one proof is halved, as the bake does: an object that is hidden from every part is hidden.
+//! A cell too large for one proof is halved, and at last cut into parts together with the object, as the bake does: an object
+//! whose parts are all hidden from every part is hidden.
 
 use belvedere_bake::{
     occluders::{Region, Wall},
     visibility::{
         conservative::{ConservativeSettings, Observer},
+        narrow::Scout,
         prover::Witness,
+        surface::Surface,
     },
 };
 use belvedere_scene::{Bounds, ObjectId};
@@ -15,8 +18,30 @@ use serde::Serialize;
 
 use super::Blockers;
 
-/// A cell is cut into at most two to the power of so many parts.
-const HALVINGS: u32 = 5;
+/// How hard a proof is tried.
+const SETTINGS: ConservativeSettings = ConservativeSettings {
+    halvings: 5,
+    cuts: 1 << 14,
+    steps: u32::MAX,
+    ..ConservativeSettings::ON_LINE
+};
+
+/// Knows the faces of one object.
+struct Faces(Option<Surface>);
+
+impl Scout for Faces {
+    fn glances(&mut self, _: u32, _: &Region) -> bool {
+        false
+    }
+
+    fn surface(&self, _: u32) -> Option<Surface> {
+        self.0.clone()
+    }
+
+    fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
+        false
+    }
+}
 
 /// What blocks every sight line from a part of a cell to the box around an object. All lengths in world space, metres.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -51,38 +76,24 @@ pub struct Plane {
 
 impl Blockers {
     /// What hides an object from all of a region while all doors are open, each reason once; `None` when
-    /// that cannot be proved, or there is no such object.
+    /// that cannot be proved, or there is no such object. Of an object whose triangles are not known, in world space, the box
+    /// around it is looked at.
     #[must_use]
-    pub fn hiding(&self, eye: &Region, object: ObjectId) -> Option<Vec<Hiding>> {
+    pub fn hiding(&self, eye: &Region, object: ObjectId, triangles: &[[DVec3; 3]]) -> Option<Vec<Hiding>> {
         // An object without geometry is seen by nobody, but there is nothing that hides it.
         self.scenery.targets.get(object.0 as usize)?.as_ref()?;
-        let mut observer = Observer::new(&self.scenery, ConservativeSettings::ON_LINE);
-        let mut found = Vec::new();
-        self.prove(&mut observer, eye, object, HALVINGS, &mut found)
-            .then_some(found)
-    }
-
-    /// Adds what hides an object from a part of the cell; says whether it is hidden from all of the part.
-    fn prove(
-        &self,
-        observer: &mut Observer,
-        eye: &Region,
-        object: ObjectId,
-        halvings: u32,
-        found: &mut Vec<Hiding>,
-    ) -> bool {
-        if let Some(witness) = observer.witness(eye, object.0) {
+        let relative = |p: DVec3| (self.frame.enter(p) - self.origin).as_vec3();
+        let faces = Surface::of_triangles(triangles.iter().map(|corners| corners.map(relative)));
+        let mut observer = Observer::new(&self.scenery, SETTINGS);
+        let found = observer.reasons(eye, object.0, &mut Faces(faces))?;
+        let mut told: Vec<Hiding> = Vec::new();
+        for witness in found {
             let hiding = self.told(&witness);
-            if !found.contains(&hiding) {
-                found.push(hiding);
+            if !told.contains(&hiding) {
+                told.push(hiding);
             }
-            return true;
         }
-        halvings > 0
-            && eye
-                .halves()
-                .iter()
-                .all(|half| self.prove(observer, half, object, halvings - 1, found))
+        Some(told)
     }
 
     fn told(&self, witness: &Witness) -> Hiding {

@@ -69,6 +69,12 @@ async fn a_sight_line_shows_what_is_seen_and_a_wall_is_named_that_hides() {
 
     let refused = data.fails(&["inspect", "rooms", "--cell", cell, "--object", "o99"]);
     assert!(refused.contains("no object o99"), "{refused}");
-    let without_cell = data.run(&["inspect", "rooms", "--object", "o1"]);
-    assert_eq!(without_cell.status.code(), Some(2));
+
+    let seen_from = |object: &str| -> Value {
+        let json = data.ok(&["inspect", "rooms", "--object", object, "--json"]);
+        serde_json::from_str(&json).unwrap()
+    };
+    let is_listed = |object: &str| seen_from(object)["cells"].as_array().unwrap().contains(&cell.into());
+    assert!(is_listed(id("beyond")), "{}", seen_from(id("beyond")));
+    assert!(!is_listed(id("outside")), "{}", seen_from(id("outside")));
 }

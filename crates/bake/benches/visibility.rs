@@ -18,7 +18,9 @@ use belvedere_bake::{
     visibility::{
         self, Method,
         conservative::{ConservativeSettings, Observer, Scenery},
+        narrow::Scout,
         prover::Proofs,
+        surface::Surface,
     },
     world::World,
 };
@@ -27,8 +29,16 @@ use glam::Vec3;
 const CELLS: usize = 48;
 /// Rays for the truth, from each cell.
 const RAYS: usize = 1_000_000;
-/// … and so many at each object that they did not see and that no proof hides.
-const AIMED: usize = 400_000;
+/// … and so many at each object that they did not see and that no proof hides, …
+const AIMED: usize = 4_000;
+/// … after so many between each of the parts that a proof could not separate, …
+const BETWEEN: usize = 32;
+/// … of so many in all.
+const REFERENCE_CUTS: u32 = 1 << 18;
+
+/// The object that covers the museum, and the height of its lower ceilings, in metres.
+const ROOF: &str = "Outside/roof";
+const CEILING_M: f32 = 4.0;
 
 /// Questions on line …
 const QUESTIONS: usize = 500;
@@ -77,7 +87,7 @@ fn settings() -> [(&'static str, ConservativeSettings); 6] {
         },
         fusion: false,
         halvings: 0,
-        target_halvings: 0,
+        cuts: 0,
         steps: u32::MAX,
     };
     [
@@ -113,11 +123,24 @@ fn interior() {
     let scenery = Scenery::of(&world);
     let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, &Silent);
     let graph = cells::build_refined(&world, &viewpoints, &CellSettings::default(), &estimate, &Silent).unwrap();
-    let step = graph.cells.len().div_ceil(CELLS);
-    let chosen = graph.cells.iter().step_by(step);
-    let eyes: Vec<_> = chosen.map(|cell| Region::of_cell(&world, cell)).collect();
+    let eyes: Vec<_> = graph.cells.iter().map(|cell| Region::of_cell(&world, cell)).collect();
+    let roof = scene
+        .objects
+        .iter()
+        .position(|object| scene.models[object.model].name == ROOF)
+        .unwrap();
+    let roof = Scenery::targets_of(&world)[roof].clone().unwrap();
+    let in_rooms = |eye: &Region| {
+        let middle = eye.center();
+        let under = middle.cmpgt(roof.min) | glam::BVec3::new(false, true, false);
+        under.all() && middle.x < roof.max.x && middle.z < roof.max.z && middle.y < CEILING_M
+    };
+    let (rooms, around): (Vec<_>, Vec<_>) = eyes.into_iter().partition(in_rooms);
     table_head();
-    compare("museum", &world, &eyes);
+    for (name, eyes) in [("museum, in rooms", rooms), ("museum, around them", around)] {
+        let step = eyes.len().div_ceil(CELLS);
+        compare(name, &world, &eyes.into_iter().step_by(step).collect::<Vec<_>>());
+    }
 }
 
 fn table_head() {
@@ -135,9 +158,15 @@ fn compare(name: &str, world: &World, cells: &[Region]) {
     let rays_ms = cpu_ms() - start_ms;
     let known = truth.clone();
     let by_rays: usize = truth.iter().map(Vec::len).sum();
-    let mut observer = Observer::new(&scenery, Method::Conservative.proofs());
+    let settings_of_reference = ConservativeSettings {
+        cuts: REFERENCE_CUTS,
+        ..Method::Conservative.proofs()
+    };
+    let mut observer = Observer::new(&scenery, settings_of_reference);
     for (cell, seen) in cells.iter().zip(&mut truth) {
-        let open = observer.visible(cell, &[]);
+        let mut reference = Reference::new(world, seen);
+        let open = observer.visible_or_found(cell, &reference.seen.clone(), &mut reference);
+        *seen = reference.seen;
         look_at(world, cell, &open, seen);
     }
     let seen: usize = truth.iter().map(Vec::len).sum();
@@ -146,13 +175,15 @@ fn compare(name: &str, world: &World, cells: &[Region]) {
             let mut observer = Observer::new(&scenery, settings);
             let asked = cells.iter().zip(&known);
             asked
-                .map(|(cell, known)| observer.visible(cell, known))
+                .map(|(cell, known)| observer.visible_or_found(cell, known, &mut Faces(world)))
                 .collect::<Vec<_>>()
         });
         let mut each_ms: Vec<f64> = cells
             .iter()
             .zip(&known)
-            .map(|(cell, known)| timed(|| Observer::new(&scenery, settings).visible(cell, known)).0)
+            .map(|(cell, known)| {
+                timed(|| Observer::new(&scenery, settings).visible_or_found(cell, known, &mut Faces(world))).0
+            })
             .collect();
         each_ms.sort_by(f64::total_cmp);
         let open: usize = sets.iter().map(Vec::len).sum();
@@ -177,6 +208,71 @@ fn compare(name: &str, world: &World, cells: &[Region]) {
         by_rays as f64 / count,
         seen as f64 / count,
     );
+}
+
+/// Knows faces, and casts no rays.
+struct Faces<'a>(&'a World);
+
+impl Scout for Faces<'_> {
+    fn glances(&mut self, _: u32, _: &Region) -> bool {
+        false
+    }
+
+    fn surface(&self, object: u32) -> Option<Surface> {
+        Surface::of(self.0, object)
+    }
+
+    fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
+        false
+    }
+}
+
+/// Casts rays at parts of objects until one is seen.
+struct Reference<'a> {
+    world: &'a World,
+    seen: Vec<u32>,
+    unit: Box<dyn FnMut() -> f32>,
+}
+
+impl<'a> Reference<'a> {
+    fn new(world: &'a World, seen: &[u32]) -> Self {
+        Self {
+            world,
+            seen: seen.to_vec(),
+            unit: Box::new(units()),
+        }
+    }
+}
+
+impl Scout for Reference<'_> {
+    fn glances(&mut self, _: u32, _: &Region) -> bool {
+        false
+    }
+
+    fn surface(&self, object: u32) -> Option<Surface> {
+        Surface::of(self.world, object)
+    }
+
+    fn looks(&mut self, object: u32, eye: &Region, part: &Surface, _: &[Region]) -> bool {
+        let polygons: Vec<_> = part.polygons().collect();
+        let mut passed = Vec::new();
+        let unit = &mut self.unit;
+        let found = (0..BETWEEN).any(|_| {
+            let snapped = [0; 3].map(|_| if unit() < 0.6 { unit() } else { unit().round() });
+            let eye = within(eye, Vec3::from(snapped));
+            // Most places are near a corner.
+            let polygon = polygons[(unit() * polygons.len() as f32) as usize];
+            let weights: Vec<f32> = polygon.iter().map(|_| unit().powi(4)).collect();
+            let sum = polygon.iter().zip(&weights).map(|(corner, weight)| *weight * *corner);
+            let target = sum.sum::<Vec3>() / weights.iter().sum::<f32>();
+            let hit = self.world.cast(eye, target - eye, f32::MAX, &mut passed);
+            passed.iter().chain(&hit).any(|hit| hit.object == object)
+        });
+        if found {
+            self.seen.push(object);
+        }
+        found
+    }
 }
 
 /// Adds to what was seen from a cell what aimed rays see of these objects: from corners, edges and faces of the cell to

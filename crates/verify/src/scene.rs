@@ -179,6 +179,18 @@ impl Scene {
         self.error_m
     }
 
+    /// The triangles of an object in world space; none when there is no such object.
+    #[must_use]
+    pub fn triangles_of(&self, object: usize) -> Vec<[DVec3; 3]> {
+        let Some(placed) = self.objects.get(object) else {
+            return Vec::new();
+        };
+        let model = self.model_of(object);
+        let triangles = model.patches.iter().flat_map(|patch| &patch.triangles);
+        let place = |i: u32| placed.world_from_object.transform_point3(model.position(i));
+        triangles.map(|corners| corners.map(place)).collect()
+    }
+
     /// How many triangles are drawn, instances counted.
     #[must_use]
     pub fn triangle_count(&self) -> usize {

@@ -1,4 +1,5 @@
-//! `belvedere inspect SCENE --cell C --object O`: why is the object in the cell's visible set, or why is it not?
+//! `belvedere inspect SCENE --cell C --object O`: why is the object in the cell's visible set, or why is it not? Without a
+//! cell: in which sets is it?
 //!
 //! What is seen is shown by a sight line of the oracle (`belvedere-verify`); what is hidden, by what hides it. What is
 //! neither is said to be neither.
@@ -10,6 +11,7 @@ use belvedere_scene::{
     record::{Guarantee, Visible},
 };
 use belvedere_verify::line::{SightLine, sight_line};
+use glam::DVec3;
 use serde::Serialize;
 
 use super::{Opened, cell, object};
@@ -61,11 +63,7 @@ pub(super) async fn explain(
     json: bool,
 ) -> anyhow::Result<()> {
     let (entry, record) = cell(scene, in_cell).await?;
-    let known = scene.pointer.objects;
-    anyhow::ensure!(
-        about.0 < known,
-        "there is no object {about}; the scene has {known}, the first is o0"
-    );
+    ensure_known(scene, about)?;
     let listed = record
         .visible()
         .iter()
@@ -81,15 +79,16 @@ pub(super) async fn explain(
         hidden: None,
         eyes: 0,
     };
-    // The likelier answer first; the other only when there is none.
+    // The likelier answer first; the other only when there is none. Faces take longer to read than the box around them.
     if explained.listed.is_none() {
-        explained.hidden = hidden(scene, &entry, about).await?;
+        explained.hidden = hidden(scene, &entry, about, Vec::new()).await?;
     }
     if explained.hidden.is_none() {
         explained.eyes = EYES;
-        explained.sight_line = look(data, name, in_cell, about).await?;
-        if explained.listed.is_some() && explained.sight_line.is_none() {
-            explained.hidden = hidden(scene, &entry, about).await?;
+        let (sight_line, faces) = look(data, name, in_cell, about).await?;
+        explained.sight_line = sight_line;
+        if explained.sight_line.is_none() {
+            explained.hidden = hidden(scene, &entry, about, faces).await?;
         }
     }
     if json {
@@ -99,25 +98,80 @@ pub(super) async fn explain(
     }
 }
 
+/// In which cells' sets an object is.
+#[derive(Debug, Serialize)]
+struct SeenFrom {
+    object: ObjectId,
+    source_node: String,
+    cells: Vec<CellId>,
+    /// How many cells the scene has.
+    of: u32,
+}
+
+pub(super) async fn seen_from(scene: &Opened, about: ObjectId, json: bool) -> anyhow::Result<()> {
+    ensure_known(scene, about)?;
+    let of = scene.pointer.cells;
+    let mut cells = Vec::new();
+    for id in (0..of).map(CellId) {
+        let (_, record) = cell(scene, id).await?;
+        if record.visible().iter().any(|visible| visible.object == about) {
+            cells.push(id);
+        }
+    }
+    let found = SeenFrom {
+        object: about,
+        source_node: object(scene, about).await?.source_node,
+        cells,
+        of,
+    };
+    if json {
+        return print_json(&found);
+    }
+    let SeenFrom { source_node, cells, .. } = &found;
+    let names: Vec<_> = cells.iter().map(ToString::to_string).collect();
+    print(&format!(
+        "{about} ({source_node}) is in the sets of {} of {of} cells: {}\n`--cell` with any cell says why, or why not",
+        cells.len(),
+        names.join(" ")
+    ))
+}
+
+fn ensure_known(scene: &Opened, object: ObjectId) -> anyhow::Result<()> {
+    let known = scene.pointer.objects;
+    anyhow::ensure!(
+        object.0 < known,
+        "there is no object {object}; the scene has {known}, the first is o0"
+    );
+    Ok(())
+}
+
+/// A sight line to the object, if one is found, and the object's triangles as they are published, in world space.
 async fn look(
     data: &DataFolder,
     name: &SceneName,
     in_cell: CellId,
     about: ObjectId,
-) -> anyhow::Result<Option<SightLine>> {
+) -> anyhow::Result<(Option<SightLine>, Vec<[DVec3; 3]>)> {
     let published = load::published(data, name, Some(in_cell)).await?;
-    let line = tokio::task::spawn_blocking(move || {
+    let looking = tokio::task::spawn_blocking(move || {
         let mut cells = published.cells.iter();
-        cells.find_map(|cell| sight_line(&published.scene, cell, about.0, EYES, SIZE_PX))
+        let line = cells.find_map(|cell| sight_line(&published.scene, cell, about.0, EYES, SIZE_PX));
+        (line, published.scene.triangles_of(about.0 as usize))
     });
-    Ok(line.await?)
+    Ok(looking.await?)
 }
 
-async fn hidden(scene: &Opened, cell: &CellEntry, about: ObjectId) -> anyhow::Result<Option<Vec<Reason>>> {
+/// What hides an object, of which these triangles are known, or only the box around it.
+async fn hidden(
+    scene: &Opened,
+    cell: &CellEntry,
+    about: ObjectId,
+    triangles: Vec<[DVec3; 3]>,
+) -> anyhow::Result<Option<Vec<Reason>>> {
     let blockers = scene.reader.blockers().await?;
     let blockers = blockers.context("the scene was baked without occluders: bake it again")?;
     let eye = blockers.region(&cell.bounds, &cell.planes);
-    let found = tokio::task::spawn_blocking(move || blockers.hiding(&eye, about)).await?;
+    let found = tokio::task::spawn_blocking(move || blockers.hiding(&eye, about, &triangles)).await?;
     let Some(found) = found else {
         return Ok(None);
     };
@@ -170,13 +224,13 @@ impl Explained {
             (None, None) => {
                 let why = match (&self.listed, self.guarantee) {
                     (Some(_), Guarantee::Conservative) => "; so the record, which is conservative, lists it",
+                    (None, Guarantee::Conservative) => {
+                        "; the bake, which knows the cell and the source to more digits, proved it"
+                    }
                     (None, Guarantee::Sampled) => "; rays did not see it either, and the record is sampled",
                     _ => "",
                 };
-                lines.push(format!(
-                    "not seen by {} eyes, and not proved hidden from the box around the cell{why}",
-                    self.eyes
-                ));
+                lines.push(format!("not seen by {} eyes, and not proved hidden{why}", self.eyes));
             }
         }
         lines.join("\n")

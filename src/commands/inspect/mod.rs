@@ -29,8 +29,8 @@ pub(super) struct Args {
     /// Show one cell of a published scene
     #[arg(long)]
     cell: Option<CellId>,
-    /// Say why an object can be seen from that cell, or why not
-    #[arg(long, requires = "cell")]
+    /// Say why an object can be seen from that cell, or why not; without a cell, from which cells it may be seen
+    #[arg(long)]
     object: Option<ObjectId>,
     #[command(flatten)]
     place: PlaceArgs,
@@ -43,8 +43,8 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let file = Path::new(&args.what);
     if file.is_file() {
         anyhow::ensure!(
-            args.cell.is_none(),
-            "a source file has no cells yet: bake it, then inspect the scene"
+            args.cell.is_none() && args.object.is_none(),
+            "a source file has neither cells nor objects yet: bake it, then inspect the scene"
         );
         return file::inspect(file, args.json);
     }
@@ -65,7 +65,8 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     match (args.cell, args.object) {
         (Some(cell), Some(object)) => explain::explain(&data, &name, &scene, (cell, object), args.json).await,
         (Some(cell), None) => inspect_cell(&scene, cell, args.json).await,
-        (None, _) => inspect_scene(&scene, serde_json::from_value(baked.report)?, args.json).await,
+        (None, Some(object)) => explain::seen_from(&scene, object, args.json).await,
+        (None, None) => inspect_scene(&scene, serde_json::from_value(baked.report)?, args.json).await,
     }
 }
 

@@ -139,14 +139,109 @@ impl Region {
         }
     }
 
-    /// Two boxes that together are the box around it, cut across its longest edge.
+    /// Two regions that together are all of it, cut across the longest edge of its box.
     #[must_use]
     pub fn halves(&self) -> [Self; 2] {
         let axis = (self.max - self.min).max_position();
         let middle = self.center()[axis];
+        if !self.points.is_empty() {
+            let section = self.section(axis, middle);
+            return [1.0, -1.0].map(|side: f32| {
+                let beside = self.points.iter().filter(|p| side * (middle - p[axis]) > 0.0);
+                Self::hull(beside.chain(&section).copied().collect())
+            });
+        }
         let (mut low, mut high) = (self.max, self.min);
         low[axis] = middle;
         high[axis] = middle;
         [Self::of_box(self.min, low), Self::of_box(high, self.max)]
+    }
+
+    /// Corners of what a plane across an axis has in common with a hull.
+    fn section(&self, axis: usize, at: f32) -> Vec<Vec3> {
+        let mut met: Vec<Vec3> = self.points.iter().filter(|p| p[axis] == at).copied().collect();
+        for a in self.points.iter().filter(|p| p[axis] < at) {
+            for b in self.points.iter().filter(|p| p[axis] > at) {
+                let mut cut = *a + (at - a[axis]) / (b[axis] - a[axis]) * (*b - *a);
+                cut[axis] = at;
+                met.push(cut);
+            }
+        }
+        outline(met, (axis + 1) % 3, (axis + 2) % 3)
+    }
+}
+
+/// The corners of the convex hull of points of a plane, along two of its axes (Andrew 1979).
+fn outline(mut points: Vec<Vec3>, u: usize, v: usize) -> Vec<Vec3> {
+    points.sort_by(|a, b| a[u].total_cmp(&b[u]).then(a[v].total_cmp(&b[v])));
+    points.dedup();
+    if points.len() < 3 {
+        return points;
+    }
+    let turns_left = |a: Vec3, b: Vec3, c: Vec3| (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]) > 0.0;
+    let chain = |points: &mut dyn Iterator<Item = &Vec3>| {
+        let mut chain: Vec<Vec3> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain[..] {
+                if turns_left(a, b, *point) {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(*point);
+        }
+        chain.pop();
+        chain
+    };
+    let mut corners = chain(&mut points.iter());
+    corners.extend(chain(&mut points.iter().rev()));
+    corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A prism over a hexagon, 4 m across and 3 m high.
+    fn prism() -> Region {
+        let corners = (0..6).flat_map(|i| {
+            let turn = std::f32::consts::FRAC_PI_3 * i as f32 + 0.2;
+            [0.0, 3.0].map(|y| Vec3::new(2.0 * turn.cos(), y, 2.0 * turn.sin()))
+        });
+        Region::hull(corners.collect())
+    }
+
+    #[test]
+    fn halves_of_a_hull_are_hulls() {
+        let mut parts = vec![prism()];
+        for _ in 0..5 {
+            parts = parts.iter().flat_map(Region::halves).collect();
+        }
+        assert_eq!(parts.len(), 32);
+        let directions = (0..64).map(|i| {
+            let turn = 0.1 * i as f32;
+            Vec3::new(turn.cos(), (0.37 * i as f32).sin(), turn.sin()).normalize()
+        });
+        for direction in directions {
+            // What leans furthest out is the same before and after.
+            let [_, whole] = prism().heights(direction, 0.0);
+            let together = parts.iter().map(|part| part.heights(direction, 0.0)[1]);
+            let together = together.fold(f32::NEG_INFINITY, f32::max);
+            assert!(
+                (whole - together).abs() < 1e-4,
+                "{whole} and {together} along {direction}"
+            );
+        }
+        assert!(
+            parts.iter().all(|part| part.points.len() <= 32),
+            "no more corners than need be"
+        );
+    }
+
+    #[test]
+    fn halves_of_a_box_are_boxes() {
+        let [low, high] = Region::of_box(Vec3::ZERO, Vec3::new(1.0, 4.0, 2.0)).halves();
+        assert_eq!(low, Region::of_box(Vec3::ZERO, Vec3::new(1.0, 2.0, 2.0)));
+        assert_eq!(high, Region::of_box(Vec3::new(0.0, 2.0, 0.0), Vec3::new(1.0, 4.0, 2.0)));
     }
 }

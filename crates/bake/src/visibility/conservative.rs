@@ -5,36 +5,35 @@
 //! ([`super::fusion`]), so cost grows with what is visible. What is left is asked about once more with the shadows of all
 //! that is left; bodies of hidden objects take no part (occluded occluders are redundant). Then walls are looked through.
 //! What is still left is asked about from halves of the region, coarse to fine, as long as that pays: seen from the region
-//! is what is seen from one of its halves.
+//! is what is seen from one of its halves. At last each object is asked about alone ([`super::narrow`]).
 //!
 //! Guarantee: never misses an object, see [`super::prover`] and [`super::fusion`] for what is assumed.
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 use glam::Vec3;
-use obvhs::bvh2::Bvh2;
 
+pub use self::scenery::Scenery;
 use super::{
-    blocker::Blocker,
     fusion::Shadows,
-    prover::{Proofs, Prover, Witness},
-    segment,
+    narrow::{Answer, Blind, Limits, Scout, narrow},
+    prover::{Proofs, Prover},
 };
-use crate::{
-    occluders::{Occluders, Region},
-    world::World,
-};
+use crate::occluders::Region;
+
+mod reasons;
+mod scenery;
 
 /// Halves are asked about as long as at least one out of so many questions was settled.
 const PAYS: usize = 16;
-
-/// This share of all objects may lie below the floor that things stand on: the ground itself, or what is below it.
-const BELOW: f32 = 0.1;
 
 /// So many objects are asked about at once whether openings hide them, …
 const SAMPLE: usize = 32;
 /// … and no more when fewer than one out of so many were.
 const RARE: usize = 16;
+
+/// No object, and no region to look at it from, is cut more often.
+const MOST_CUTS: u32 = 1024;
 
 /// Which proofs are used, and how finely.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,8 +44,8 @@ pub struct ConservativeSettings {
     pub fusion: bool,
     /// How often a region is halved for what could not be proved hidden from all of it.
     pub halvings: u32,
-    /// How often the box around an object is halved, when the whole of it could not be proved hidden.
-    pub target_halvings: u32,
+    /// How often the region and objects may be cut into parts, for all objects together that could not be proved hidden as a whole.
+    pub cuts: u32,
     /// All questions about openings of one region together take at most so many tests of a wall.
     pub steps: u32,
 }
@@ -65,78 +64,9 @@ impl ConservativeSettings {
         },
         fusion: true,
         halvings: 0,
-        target_halvings: 0,
+        cuts: 0,
         steps: 1500,
     };
-}
-
-/// All objects as boxes, and what hides them.
-pub struct Scenery {
-    /// What hides.
-    pub blocker: Blocker,
-    /// The box around each object; `None` for one without geometry, which nobody sees.
-    pub targets: Vec<Option<Region>>,
-    tree: Bvh2,
-    /// Nearly all objects stand at or above this height, in metres.
-    floor_m: f32,
-    /// Bodies of each object.
-    bodies_of: Vec<std::ops::Range<u32>>,
-}
-
-impl Scenery {
-    /// Prepares a world for questions.
-    #[must_use]
-    pub fn of(world: &World) -> Self {
-        Self::with(world, Occluders::of(world))
-    }
-
-    /// Prepares a world in which just these hide.
-    #[must_use]
-    pub fn with(world: &World, occluders: Occluders) -> Self {
-        Self::new(occluders, Self::targets_of(world))
-    }
-
-    /// The box around each object of a world.
-    #[must_use]
-    pub fn targets_of(world: &World) -> Vec<Option<Region>> {
-        let bounds = world.object_bounds().iter();
-        bounds
-            .map(|b| (!b.is_empty()).then(|| Region::around(world, b)))
-            .collect()
-    }
-
-    /// Prepares occluders, whose bodies stand in the order of their objects, and the boxes of objects.
-    #[must_use]
-    pub fn new(occluders: Occluders, targets: Vec<Option<Region>>) -> Self {
-        let with_geometry = (0u32..)
-            .zip(&targets)
-            .filter_map(|(object, t)| Some((object, t.as_ref()?)));
-        let tree = segment::numbered_tree(with_geometry.map(|(object, t)| (object, [t.min, t.max])), 0.0);
-        let bodies_of = (0..targets.len() as u32)
-            .map(|object| {
-                let first = occluders.bodies.partition_point(|b| b.object < object) as u32;
-                let end = occluders.bodies.partition_point(|b| b.object <= object) as u32;
-                first..end
-            })
-            .collect();
-        Self {
-            blocker: Blocker::new(occluders),
-            floor_m: floor_m(&targets),
-            targets,
-            tree,
-            bodies_of,
-        }
-    }
-}
-
-/// The height that all objects but the lowest [`BELOW`] stand at or above.
-fn floor_m(targets: &[Option<Region>]) -> f32 {
-    let mut bottoms: Vec<f32> = targets.iter().flatten().map(|target| target.min.y).collect();
-    bottoms.sort_unstable_by(f32::total_cmp);
-    bottoms
-        .get((BELOW * bottoms.len() as f32) as usize)
-        .copied()
-        .unwrap_or(0.0)
 }
 
 /// Asks what can be seen from regions of one scenery.
@@ -147,6 +77,8 @@ pub struct Observer<'a> {
     shadows: Shadows,
     /// Objects that are known to be visible, whatever is proved.
     known: Vec<bool>,
+    /// How often each object may still be cut.
+    cuts_left: Vec<u32>,
 }
 
 /// What is looked at next.
@@ -166,6 +98,7 @@ impl<'a> Observer<'a> {
             prover: Prover::new(&scenery.blocker, settings.proofs),
             shadows: Shadows::default(),
             known: vec![false; scenery.targets.len()],
+            cuts_left: vec![0; scenery.targets.len()],
         }
     }
 
@@ -176,12 +109,12 @@ impl<'a> Observer<'a> {
 
     /// Objects that may be seen from a region, rising. `seen` are known to be visible: nobody has to ask about them.
     pub fn visible(&mut self, eye: &Region, seen: &[u32]) -> Vec<u32> {
-        self.visible_or_found(eye, seen, &mut |_| false)
+        self.visible_or_found(eye, seen, &mut Blind)
     }
 
-    /// The same, with somebody who looks for what the cheap proofs leave open before the dear ones begin, and says whether
-    /// it was seen.
-    pub fn visible_or_found(&mut self, eye: &Region, seen: &[u32], look: &mut dyn FnMut(u32) -> bool) -> Vec<u32> {
+    /// The same, with somebody who looks for what cheap proofs leave open before the dear ones begin, and for what these leave
+    /// open.
+    pub fn visible_or_found(&mut self, eye: &Region, seen: &[u32], scout: &mut dyn Scout) -> Vec<u32> {
         for object in seen {
             self.known[*object as usize] = true;
         }
@@ -189,40 +122,24 @@ impl<'a> Observer<'a> {
         let mut open = self.not_hidden(eye);
         self.fuse(eye, &mut open);
         for object in self.questions(&open) {
-            self.known[object as usize] = look(object);
+            self.known[object as usize] = scout.glances(object, eye);
+        }
+        let questions = self.questions(&open);
+        let cuts = self.settings.cuts / questions.len().max(1) as u32;
+        for object in questions {
+            self.cuts_left[object as usize] = cuts.min(MOST_CUTS);
         }
         // Objects that are already known to be visible are no question any more; but they still take part in hiding
         // others.
         let mut visible: Vec<u32> = open.iter().copied().filter(|o| self.known[*o as usize]).collect();
         visible.extend(seen.iter().filter(|o| open.binary_search(o).is_err()));
-        self.refine(eye, &mut open, None, self.settings.halvings, &mut visible);
+        self.refine(eye, &mut open, None, self.settings.halvings, scout, &mut visible);
         for object in visible.iter().chain(seen) {
             self.known[*object as usize] = false;
         }
         visible.sort_unstable();
         visible.dedup();
         visible
-    }
-
-    /// Openings through which an object might be seen from a region; `None` when it is hidden from there.
-    pub fn ways_to(&mut self, eye: &Region, object: u32) -> Option<Vec<Region>> {
-        let target = self.scenery.targets[object as usize].as_ref()?;
-        let hidden = self.prover.hides(eye, target).is_some();
-        (!hidden).then(|| self.prover.leak().to_vec())
-    }
-
-    /// Why an object cannot be seen from a region, if that can be proved for the region as a whole.
-    pub fn witness(&mut self, eye: &Region, object: u32) -> Option<Witness> {
-        let target = self.scenery.targets[object as usize].as_ref()?;
-        if let Some(witness) = self.prover.hides(eye, target) {
-            return Some(witness);
-        }
-        if !self.settings.fusion {
-            return None;
-        }
-        let mut open = self.not_hidden(eye);
-        self.fuse(eye, &mut open);
-        open.binary_search(&object).is_err().then_some(Witness::Fused)
     }
 
     /// Objects that neither one body or wall nor, if wanted, the bodies of nearer ones together hide from all of the
@@ -353,14 +270,23 @@ impl<'a> Observer<'a> {
         open.retain(|object| hidden.binary_search(object).is_err());
     }
 
-    /// Whether each part of a target is hidden, be it by different things.
-    fn hides_in_parts(&mut self, eye: &Region, target: &Region, halvings: u32) -> bool {
-        halvings > 0
-            && target.halves().iter().all(|part| {
-                (self.settings.fusion && self.shadows.hide(part))
-                    || self.prover.hides(eye, part).is_some()
-                    || self.hides_in_parts(eye, part, halvings - 1)
-            })
+    /// What comes of cutting this part of the region and an object into parts. One of so many that are asked about.
+    fn narrowed(&mut self, eye: &Region, object: u32, of: usize, scout: &mut dyn Scout) -> Answer {
+        let cuts_left = &mut self.cuts_left[object as usize];
+        let Some(target) = self.scenery.targets[object as usize]
+            .as_ref()
+            .filter(|_| *cuts_left > 0)
+        else {
+            return Answer::Open;
+        };
+        let limits = Limits {
+            cuts: *cuts_left,
+            steps: self.prover.budget() / of as u32,
+        };
+        let shadows = self.settings.fusion.then_some(&self.shadows);
+        let (answer, cuts) = narrow(&mut self.prover, shadows, eye, (object, target), limits, scout);
+        *cuts_left -= cuts;
+        answer
     }
 
     fn questions(&self, open: &[u32]) -> Vec<u32> {
@@ -376,6 +302,7 @@ impl<'a> Observer<'a> {
         open: &mut Vec<u32>,
         asked: Option<usize>,
         halvings: u32,
+        scout: &mut dyn Scout,
         visible: &mut Vec<u32>,
     ) {
         self.look_through_openings(eye, open);
@@ -385,10 +312,10 @@ impl<'a> Observer<'a> {
         }
         let pays = asked.is_none_or(|asked| (asked - questions.len()) * PAYS >= asked);
         if halvings == 0 || !pays {
-            let parts = if pays { self.settings.target_halvings } else { 0 };
+            let mut left = questions.len();
             questions.retain(|object| {
-                let target = self.scenery.targets[*object as usize].as_ref();
-                !target.is_some_and(|target| self.hides_in_parts(eye, target, parts))
+                left -= 1;
+                !matches!(self.narrowed(eye, *object, left + 1, scout), Answer::Hidden(_))
             });
             // What is left is in the set, whatever can be proved from other parts.
             for object in &questions {
@@ -408,7 +335,7 @@ impl<'a> Observer<'a> {
                 }
             }
             self.fuse(&half, &mut left);
-            self.refine(&half, &mut left, Some(asked), halvings - 1, visible);
+            self.refine(&half, &mut left, Some(asked), halvings - 1, scout, visible);
         }
     }
 }

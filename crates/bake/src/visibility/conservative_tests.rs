@@ -7,8 +7,10 @@ use glam::{DMat4, DVec3, Vec3};
 use super::{
     Method,
     conservative::{ConservativeSettings, Observer, Scenery},
+    narrow::{Blind, Scout},
     prover::Proofs,
     random::Random,
+    surface::Surface,
     targets,
 };
 use crate::{
@@ -25,7 +27,7 @@ const ONE_BODY: ConservativeSettings = ConservativeSettings {
     },
     fusion: false,
     halvings: 0,
-    target_halvings: 0,
+    cuts: 0,
     steps: u32::MAX,
 };
 const FUSED: ConservativeSettings = ConservativeSettings {
@@ -106,7 +108,28 @@ impl Town {
 
     fn not_hidden(&self, settings: ConservativeSettings) -> Vec<Vec<u32>> {
         let mut observer = Observer::new(&self.scenery, settings);
-        self.cells.iter().map(|cell| observer.visible(cell, &[])).collect()
+        let mut faces = Faces(&self.world);
+        let cells = self.cells.iter();
+        cells
+            .map(|cell| observer.visible_or_found(cell, &[], &mut faces))
+            .collect()
+    }
+}
+
+/// Knows the faces of objects, and sees nothing.
+struct Faces<'a>(&'a World);
+
+impl Scout for Faces<'_> {
+    fn glances(&mut self, _: u32, _: &Region) -> bool {
+        false
+    }
+
+    fn surface(&self, object: u32) -> Option<Surface> {
+        Surface::of(self.0, object)
+    }
+
+    fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
+        false
     }
 }
 
@@ -319,14 +342,14 @@ fn a_witness_is_named_for_what_is_hidden_and_none_for_what_is_seen() {
     for (cell, seen) in town.cells.iter().zip(&town.seen) {
         let sets = observer.visible(cell, &[]);
         for object in 0..town.world.object_bounds().len() as u32 {
-            let witness = observer.witness(cell, object);
-            assert!(witness.is_none() || seen.binary_search(&object).is_err());
+            let reasons = observer.reasons(cell, object, &mut Blind);
+            assert!(reasons.is_none() || seen.binary_search(&object).is_err());
             assert_eq!(
-                witness.is_none(),
+                reasons.is_none(),
                 sets.binary_search(&object).is_ok(),
                 "object {object}"
             );
-            named += usize::from(witness.is_some());
+            named += usize::from(reasons.is_some_and(|reasons| !reasons.is_empty()));
         }
     }
     assert!(named > 0);

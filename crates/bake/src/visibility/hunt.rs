@@ -1,15 +1,15 @@
 //! Is there a sight line to an object that nobody has seen and nobody can prove hidden?
 //!
-//! Sight lines are drawn in three ways: between places on the border of the cell and places on the object; through the
-//! openings that the proofs could not close ([`super::prover`]), which are as narrow as what can be seen through them; and,
-//! again and again, beside those that got nearest to the object, each time changed a little less. Only the last is
-//! what Wonka et al., *Guided visibility sampling* (2006), call guided; that proofs say where to look is added here.
+//! First sight lines are drawn between places on the border of the cell and places on the object, and, again and again, beside
+//! those that got nearest to it, each time changed a little less (Wonka et al., *Guided visibility sampling*, 2006). Then
+//! between parts of both that no proof separates, and through the openings that it could not close ([`super::narrow`]), which
+//! are as narrow as what can be seen through them: proofs say where to look.
 //!
 //! Guarantee: none; what is found was seen by a ray.
 
 use glam::Vec3;
 
-use super::{random::Random, sampler::Sampler, targets::on_object};
+use super::{random::Random, sampler::Sampler, surface::Surface, targets::on_object};
 use crate::occluders::Region;
 
 /// The share of coordinates that lie on a border, where views begin and end.
@@ -27,9 +27,8 @@ struct Attempt {
     left: f32,
 }
 
-/// Casts up to so many rays at an object from a part of the cell, `ways` being openings that may lead to it. Whether a
-/// sight line to it is known now.
-pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: &[Region], rays: u32) -> bool {
+/// Casts up to so many rays at an object from a part of the cell. Whether a sight line to it is known now.
+pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, rays: u32) -> bool {
     let lookout = sampler.lookout();
     let world = sampler.sights.world;
     let bounds = world.object_bounds()[object as usize];
@@ -53,18 +52,8 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
             let Some(target) = on_object(world, object, random) else {
                 break;
             };
-            if ways.is_empty() || i % 2 == 0 {
-                let eye = lookout.clamp(place_in(part, random));
-                (eye, target, sampler.look_at(object, eye, target))
-            } else {
-                let [near, far] = through(ways, target, random);
-                let Some(eye) = meeting(part, near, far, random) else {
-                    continue;
-                };
-                let eye = lookout.clamp(eye);
-                let target = eye + (far - near).normalize_or_zero() * (target - eye).length();
-                (eye, target, sampler.aim(eye, target))
-            }
+            let eye = lookout.clamp(place_in(part, random));
+            (eye, target, sampler.look_at(object, eye, target))
         };
         let Some(left) = aimed.map(|aimed| aimed.left()) else {
             continue;
@@ -73,6 +62,37 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
         if place < KEPT {
             best.truncate(KEPT - 1);
             best.insert(place, Attempt { eye, target, left });
+        }
+    }
+    sampler.knows(object)
+}
+
+/// Casts so many rays between a part of the cell and a part of an object, every other one through openings that may lie on the
+/// way. Whether a sight line to the object is known now.
+pub(super) fn look_between(
+    sampler: &mut Sampler<'_>,
+    object: u32,
+    from: &Region,
+    part: &Surface,
+    ways: &[Region],
+    rays: u32,
+) -> bool {
+    let lookout = sampler.lookout();
+    for i in 0..rays {
+        if sampler.knows(object) {
+            break;
+        }
+        let random = &mut sampler.state.random;
+        let target = part.point(random);
+        if ways.is_empty() || i % 2 == 0 {
+            let eye = lookout.clamp(place_in(from, random));
+            sampler.look_at(object, eye, target);
+        } else {
+            let [near, far] = through(ways, target, random);
+            if let Some(eye) = meeting(from, near, far, random) {
+                let eye = lookout.clamp(eye);
+                sampler.aim(eye, eye + (far - near));
+            }
         }
     }
     sampler.knows(object)

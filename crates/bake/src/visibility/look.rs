@@ -1,8 +1,8 @@
 //! What does one cell see?
 //!
 //! 1. Uniform rays look around ([`Sampler::look_around`]).
-//! 2. What no ray has seen is proved hidden, where that can be proved ([`Observer::visible_or_found`]), and hunted where
-//!    not ([`hunt`]). What is left is neither seen nor hidden.
+//! 2. What no ray has seen is proved hidden, where that can be proved, and looked for where not ([`Observer::visible_or_found`],
+//!    [`mod@hunt`]). What is left is neither seen nor hidden.
 //! 3. Doors are closed one by one ([`doors`]), and what was seen is measured ([`measure`]).
 //!
 //! The answer is a function of the cell's [`Surroundings`] and the settings alone, so it can be remembered under their digest.
@@ -13,12 +13,14 @@ use super::{
     CellVisibility, SampledSettings, SeenObject,
     conservative::{ConservativeSettings, Observer},
     doors,
-    hunt::hunt,
+    hunt::{hunt, look_between},
     kept,
     measure::measure,
+    narrow::Scout,
     random::Random,
     sampler::{CellState, Sampler, Scratch},
     sights::Sights,
+    surface::Surface,
     surroundings::{Atlas, Surroundings},
 };
 use crate::{
@@ -28,20 +30,12 @@ use crate::{
 };
 
 /// Changes whenever the same surroundings would give another answer.
-const VERSION: usize = 8;
+const VERSION: usize = 9;
 
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 48;
-/// No object is hunted with more rays from one part of the cell …
-const MOST_RAYS: u32 = 512;
-/// … nor with fewer.
-const LEAST_RAYS: u32 = 24;
-/// Hunting from the whole cell takes so many times as many rays as looking around may, and from its parts …
-const USUAL: u32 = 2;
-/// … so many times.
-const THOROUGH: u32 = 8;
-/// The cell is halved so often when it is hunted from its parts.
-const HALVINGS: u32 = 4;
+/// Rays between two parts of a cell and an object that no proof separates.
+const LOOK: u32 = 4;
 
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,50 +54,7 @@ pub(super) struct Looker<'a> {
     pub(super) sights: &'a Sights<'a>,
     pub(super) proofs: ConservativeSettings,
     pub(super) sampled: SampledSettings,
-    pub(super) effort: Effort,
     pub(super) memory: &'a dyn Memory,
-}
-
-/// How hard rays look for what nobody can prove hidden.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Effort {
-    /// From the cell as a whole.
-    Usual,
-    /// From its parts too, because rays are all there is.
-    Thorough,
-}
-
-impl Effort {
-    /// How one of so many objects is hunted, when looking around may take so many rays.
-    fn hunt(self, rays_per_cell: u32, objects: usize) -> Hunt {
-        let share = |times: u32| rays_per_cell.saturating_mul(times) / (objects.max(1) as u32);
-        match self {
-            Self::Usual => Hunt {
-                rays: share(USUAL).clamp(LEAST_RAYS, MOST_RAYS / 2),
-                parts: 1,
-                halvings: 0,
-            },
-            Self::Thorough => {
-                let rays = (share(THOROUGH) / (1 << HALVINGS)).clamp(LEAST_RAYS, MOST_RAYS);
-                Hunt {
-                    rays,
-                    parts: share(THOROUGH) / rays + 1,
-                    halvings: HALVINGS,
-                }
-            }
-        }
-    }
-}
-
-/// How one object is hunted.
-#[derive(Debug, Clone, Copy)]
-struct Hunt {
-    /// Rays from each part of the cell.
-    rays: u32,
-    /// From at most so many parts.
-    parts: u32,
-    /// The cell is halved at most so often.
-    halvings: u32,
 }
 
 impl Looker<'_> {
@@ -133,7 +84,7 @@ impl Looker<'_> {
     /// A digest of all that decides the answer.
     fn key(&self, surroundings: &Surroundings) -> Digest {
         let mut digester = Digester::default();
-        let settings = format!("{:?} {:?} {:?}", self.proofs, self.sampled, self.effort);
+        let settings = format!("{:?} {:?}", self.proofs, self.sampled);
         digester.count(VERSION).text(&settings);
         digester.add(surroundings.digest);
         digester.finish()
@@ -150,18 +101,11 @@ impl Looker<'_> {
             .filter_map(|object| surroundings.number_of(object))
             .collect();
         let mut observer = Observer::new(&surroundings.scenery, self.proofs);
-        let not_hidden = observer.visible_or_found(eye, &known, &mut |number| {
-            let object = surroundings.objects[number as usize];
-            hunt(&mut sampler, eye, object, &[], FIRST_LOOK)
-        });
-        let open = not_hidden
-            .iter()
-            .map(|number| (*number, surroundings.objects[*number as usize]));
-        let open: Vec<_> = open.filter(|(_, object)| !sampler.knows(*object)).collect();
-        let how = self.effort.hunt(self.sampled.rays_per_cell, open.len());
-        for prey in open {
-            search(&mut sampler, &mut observer, eye, prey, &mut how.clone());
-        }
+        let mut hunter = Hunter {
+            surroundings,
+            sampler: &mut sampler,
+        };
+        let not_hidden = observer.visible_or_found(eye, &known, &mut hunter);
         sampler.follow();
         let measured = measure(&mut sampler, &uniform);
         let sightings: BTreeMap<u32, _> = sampler.state.seen.iter().map(|s| (s.object, *s)).collect();
@@ -194,30 +138,34 @@ impl Looker<'_> {
     }
 }
 
-/// Hunts an object, of which its number in the surroundings is known too, from a part of the cell, unless it is hidden from
-/// there, then from its halves, and so on.
-fn search(
-    sampler: &mut Sampler<'_>,
-    observer: &mut Observer<'_>,
-    part: &Region,
-    prey @ (number, object): (u32, u32),
-    how: &mut Hunt,
-) -> bool {
-    if how.parts == 0 {
-        return false;
+/// Looks with rays.
+struct Hunter<'h, 'a> {
+    surroundings: &'h Surroundings,
+    sampler: &'h mut Sampler<'a>,
+}
+
+impl Scout for Hunter<'_, '_> {
+    fn glances(&mut self, number: u32, eye: &Region) -> bool {
+        hunt(
+            self.sampler,
+            eye,
+            self.surroundings.objects[number as usize],
+            FIRST_LOOK,
+        )
     }
-    let Some(ways) = observer.ways_to(part, number) else {
-        return false;
-    };
-    how.parts -= 1;
-    if hunt(sampler, part, object, &ways, how.rays) || how.halvings == 0 {
-        return sampler.knows(object);
+
+    fn surface(&self, number: u32) -> Option<Surface> {
+        Surface::of(self.sampler.sights.world, self.surroundings.objects[number as usize])
     }
-    how.halvings -= 1;
-    let found = part
-        .halves()
-        .iter()
-        .any(|half| search(sampler, observer, half, prey, how));
-    how.halvings += 1;
-    found
+
+    fn looks(&mut self, number: u32, eye: &Region, part: &Surface, ways: &[Region]) -> bool {
+        look_between(
+            self.sampler,
+            self.surroundings.objects[number as usize],
+            eye,
+            part,
+            ways,
+            LOOK,
+        )
+    }
 }

@@ -6,8 +6,8 @@ use super::{conservative::ConservativeSettings, prover::Proofs};
 
 /// Cells are halved so often for what could not be proved hidden from all of them.
 const HALVINGS: u32 = 4;
-/// … and so often the boxes of what is left then.
-const TARGET_HALVINGS: u32 = 3;
+/// … and cells and the objects that are left then so often, to ask about parts of both.
+const CUTS: u32 = 1 << 14;
 
 /// How visible sets are computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -59,7 +59,7 @@ impl Method {
             proofs: Proofs { bodies, walls },
             fusion: bodies,
             halvings: HALVINGS,
-            target_halvings: TARGET_HALVINGS,
+            cuts: CUTS,
             steps: u32::MAX,
         }
     }

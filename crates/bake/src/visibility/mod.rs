@@ -9,8 +9,10 @@ pub mod blocker;
 pub mod conservative;
 pub mod epsilon;
 pub mod fusion;
+pub mod narrow;
 pub mod prover;
 pub mod screen;
+pub mod surface;
 
 mod crossing;
 mod doors;
@@ -55,7 +57,7 @@ use crate::{
 };
 use conservative::ConservativeSettings;
 pub use glance::glance;
-use look::{Effort, Found, Looker};
+use look::{Found, Looker};
 pub use method::{Method, UnknownMethod};
 use sampler::Scratch;
 use sights::Sights;
@@ -107,6 +109,13 @@ fn share_of(cells: usize) -> u32 {
     let each = (ALL / cells.max(1)).clamp(1 << 14, 1 << 20);
     1 << each.ilog2()
 }
+
+/// Each cell may take so many times as many tests of walls as rays, …
+const STEPS: u32 = 16;
+/// … and cut regions and objects into parts once for so many rays, …
+const RAYS_PER_CUT: u32 = 6;
+/// … or so many times as often, where rays are all there is.
+const THOROUGH: u32 = 4;
 
 /// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
 /// anything may fetch a few things too many, last of all.
@@ -201,19 +210,21 @@ pub fn compute(
 ) -> Result<Visibility, Cancelled> {
     let count = views.graph.cells.len();
     progress.start(Stage::Visibility, count as u64);
+    let usual_cuts = share_of(count) / RAYS_PER_CUT;
     let mut looker = Looker {
         atlas: &views.atlas,
         sights: &views.sights,
         proofs: ConservativeSettings {
-            steps: share_of(count),
+            steps: STEPS * share_of(count),
+            cuts: usual_cuts
+                * if settings.method == Method::Sampled {
+                    THOROUGH
+                } else {
+                    1
+                },
             ..settings.method.proofs()
         },
         sampled: settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count)),
-        effort: if settings.method == Method::Sampled {
-            Effort::Thorough
-        } else {
-            Effort::Usual
-        },
         memory,
     };
     let mut found = look(&looker, count, progress)?;
@@ -221,7 +232,7 @@ pub fn compute(
     if settings.method == Method::Auto && ratio > WORTH {
         // Nothing but rays will do: they look once more, harder.
         progress.start(Stage::Visibility, count as u64);
-        looker.effort = Effort::Thorough;
+        looker.proofs.cuts = usual_cuts * THOROUGH;
         found = look(&looker, count, progress)?;
         ratio = tightness(&found);
     }

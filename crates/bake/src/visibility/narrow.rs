@@ -1,0 +1,247 @@
+//! Does any sight line lead from a region to an object, if neither a proof for all of both nor a ray said so?
+//!
+//! A proof fails where openings are seen at a slant by some eyes, or where some of the object is seen past a jamb. So both ends
+//! are cut, coarse to fine, whichever is longer: eyes into halves of their region (the subcells of Cohen-Or & Zadicario,
+//! *Visibility streaming for network-based walkthroughs*, 1998), and what they look at into what of the object's surface lies in
+//! either half of its box ([`super::surface`]). The object is hidden when a proof holds for each pair of parts. What a proof
+//! leaves open is narrow by then, and so is the way to it: a few rays between the two parts often find the sight line
+//! ([`Scout`]).
+//!
+//! Guarantee: conservative, as [`super::prover`] is. Parts of the surface are looked at with a margin, so that a body does not
+//! hide the face that it lies behind. Cost: at most as many pairs of parts as [`Limits`] allow.
+
+use std::{collections::VecDeque, rc::Rc};
+
+use super::{
+    fusion::Shadows,
+    prover::{Prover, Witness},
+    surface::Surface,
+};
+use crate::occluders::Region;
+
+/// Looks for sight lines to what proofs leave open.
+pub trait Scout {
+    /// Whether the object is seen from the region when one looks at it a few times.
+    fn glances(&mut self, object: u32, eye: &Region) -> bool;
+
+    /// The object's faces, where they are known.
+    fn surface(&self, object: u32) -> Option<Surface>;
+
+    /// Whether a sight line leads from a part of the region to a part of the object's surface, `ways` being openings that may
+    /// lie on it.
+    fn looks(&mut self, object: u32, eye: &Region, part: &Surface, ways: &[Region]) -> bool;
+}
+
+/// Knows no faces and sees nothing: for who has nothing but boxes.
+pub struct Blind;
+
+impl Scout for Blind {
+    fn glances(&mut self, _: u32, _: &Region) -> bool {
+        false
+    }
+
+    fn surface(&self, _: u32) -> Option<Surface> {
+        None
+    }
+
+    fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
+        false
+    }
+}
+
+/// How much one question may cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// So many pairs of parts may be cut.
+    pub cuts: u32,
+    /// All proofs together may take so many tests of a wall.
+    pub steps: u32,
+}
+
+/// What came of a question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// No sight line leads there, for these reasons.
+    Hidden(Vec<Witness>),
+    /// The scout found one.
+    Seen,
+    /// Nobody knows.
+    Open,
+}
+
+/// Asks about one object, around which `target` is; says too how often it cut. `shadows` are those that bodies cast for all of the
+/// region or a larger one.
+pub fn narrow(
+    prover: &mut Prover<'_>,
+    shadows: Option<&Shadows>,
+    eye: &Region,
+    (object, target): (u32, &Region),
+    limits: Limits,
+    scout: &mut dyn Scout,
+) -> (Answer, u32) {
+    let margin_m = prover.margin_m();
+    let surface = scout.surface(object).unwrap_or_else(|| Surface::of_box(target));
+    let steps_at_end = prover.budget().saturating_sub(limits.steps);
+    let mut cuts = 0;
+    let mut pairs = VecDeque::from([(eye.clone(), Rc::new(surface))]);
+    let mut witnesses = Vec::new();
+    while let Some((eye, part)) = pairs.pop_front() {
+        let target = part.around(margin_m);
+        // Shadows begin a little behind what casts them, so these need no margin.
+        let hidden = if shadows.is_some_and(|shadows| shadows.hide(&part.around(0.0))) {
+            Some(Witness::Fused)
+        } else {
+            prover.hides_if_it_pays(&eye, &target)
+        };
+        if let Some(witness) = hidden {
+            if !witnesses.contains(&witness) {
+                witnesses.push(witness);
+            }
+            continue;
+        }
+        if scout.looks(object, &eye, &part, prover.leak()) {
+            return (Answer::Seen, cuts);
+        }
+        if cuts == limits.cuts || prover.budget() <= steps_at_end {
+            return (Answer::Open, cuts);
+        }
+        cuts += 1;
+        if longest_m(&eye) >= longest_m(&target) {
+            pairs.extend(eye.halves().map(|half| (half, Rc::clone(&part))));
+        } else {
+            let parts = part.halves().into_iter().filter(|half| !half.is_empty());
+            pairs.extend(parts.map(|half| (eye.clone(), Rc::new(half))));
+        }
+    }
+    (Answer::Hidden(witnesses), cuts)
+}
+
+fn longest_m(region: &Region) -> f32 {
+    (region.max - region.min).max_element()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::{
+        cells::plan::Builder,
+        visibility::{
+            conservative::Scenery,
+            prover::{Proofs, Prover},
+            random::Random,
+        },
+        world::World,
+    };
+
+    /// Knows the faces of a world.
+    struct Faces<'a>(&'a World);
+
+    impl Scout for Faces<'_> {
+        fn glances(&mut self, _: u32, _: &Region) -> bool {
+            false
+        }
+
+        fn surface(&self, object: u32) -> Option<Surface> {
+            Surface::of(self.0, object)
+        }
+
+        fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
+            false
+        }
+    }
+
+    const LIMITS: Limits = Limits {
+        cuts: 4096,
+        steps: u32::MAX,
+    };
+    const PROOFS: Proofs = Proofs {
+        bodies: true,
+        walls: true,
+    };
+    const WALL: u32 = 0;
+    const FRAME: u32 = 1;
+    const BEHIND: u32 = 2;
+
+    /// A wall across x at 0 with a door; a frame 5 cm behind it that leaves more than the door open; and a board behind the
+    /// wall, beside the door.
+    fn wall_frame_and_board() -> World {
+        let mut builder = Builder::default();
+        let mut panel = |name: &str, x: f32, doorway: [[f32; 2]; 2]| {
+            let [[z0, z1], [_, top]] = doorway;
+            let spans = [
+                ([-10.0, z0], [0.0, 3.0]),
+                ([z1, 20.0], [0.0, 3.0]),
+                ([z0, z1], [top, 3.0]),
+            ];
+            let (mut corners, mut indices) = (Vec::new(), Vec::new());
+            for ([z0, z1], [y0, y1]) in spans {
+                let first = corners.len() as u32;
+                corners.extend([[x, y0, z0], [x, y0, z1], [x, y1, z1], [x, y1, z0]]);
+                // It faces the eye, where x is less.
+                indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+            }
+            builder.mesh(name, corners, indices);
+        };
+        panel("wall", 0.0, [[4.0, 5.0], [0.0, 2.0]]);
+        panel("frame", 0.05, [[3.5, 5.5], [0.0, 2.4]]);
+        let board = [[1.0, 0.5, 0.0], [1.0, 0.5, 1.0], [1.0, 1.5, 1.0]];
+        builder.mesh("board", board.to_vec(), vec![0, 1, 2]);
+        World::new(&builder.scene).unwrap()
+    }
+
+    fn ask(world: &World, eye: &Region, object: u32, scout: &mut dyn Scout) -> Answer {
+        let scenery = Scenery::of(world);
+        let mut prover = Prover::new(&scenery.blocker, PROOFS);
+        let target = scenery.targets[object as usize].clone().unwrap();
+        narrow(&mut prover, None, eye, (object, &target), LIMITS, scout).0
+    }
+
+    fn eye(world: &World) -> Region {
+        let [min, max] = [[-6.0, 1.0, 0.0], [-5.0, 1.5, 1.0]].map(|p| world.relative(p));
+        Region::of_box(min, max)
+    }
+
+    #[test]
+    fn a_wall_is_not_seen_through_its_own_door() {
+        let world = wall_frame_and_board();
+        let eye = eye(&world);
+        assert_eq!(ask(&world, &eye, FRAME, &mut Blind), Answer::Open, "its box is");
+        assert!(matches!(
+            ask(&world, &eye, FRAME, &mut Faces(&world)),
+            Answer::Hidden(_)
+        ));
+        assert!(matches!(ask(&world, &eye, BEHIND, &mut Blind), Answer::Hidden(_)));
+        assert_eq!(ask(&world, &eye, WALL, &mut Faces(&world)), Answer::Open);
+    }
+
+    #[test]
+    fn nothing_that_a_ray_sees_is_hidden_whatever_the_eye() {
+        let world = wall_frame_and_board();
+        let mut random = Random::stream(11, 0);
+        let (mut hidden, mut seen) = (0, 0);
+        for _ in 0..60 {
+            let corner = Vec3::new(-7.0, 0.0, -4.0) + random.cube() * Vec3::new(6.0, 1.5, 10.0);
+            let eye = Region::of_box(corner, corner + 0.01 + random.cube());
+            for object in [FRAME, BEHIND] {
+                let surface = Surface::of(&world, object).unwrap();
+                let mut passed = Vec::new();
+                let is_seen = (0..4000).any(|_| {
+                    let from = eye.min + random.cube() * (eye.max - eye.min);
+                    let towards = surface.point(&mut random) - from;
+                    let hit = world.cast(from, towards, f32::MAX, &mut passed);
+                    hit.is_some_and(|hit| hit.object == object)
+                });
+                let answer = ask(&world, &eye, object, &mut Faces(&world));
+                assert!(
+                    !(is_seen && matches!(answer, Answer::Hidden(_))),
+                    "{object} from {eye:?}"
+                );
+                hidden += usize::from(matches!(answer, Answer::Hidden(_)));
+                seen += usize::from(is_seen);
+            }
+        }
+        assert!(hidden > 20 && seen > 5, "{hidden} hidden, {seen} seen");
+    }
+}
