@@ -33,7 +33,7 @@ const SAMPLE: usize = 32;
 const RARE: usize = 16;
 
 /// No object, and no region to look at it from, is cut more often.
-const MOST_CUTS: u32 = 1024;
+const MOST_CUTS: u32 = 256;
 
 /// Which proofs are used, and how finely.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,6 +140,13 @@ impl<'a> Observer<'a> {
         visible.sort_unstable();
         visible.dedup();
         visible
+    }
+
+    /// Openings through which an object might be seen from a region; `None` when it is hidden from there.
+    pub fn ways_to(&mut self, eye: &Region, object: u32) -> Option<Vec<Region>> {
+        let target = self.scenery.targets[object as usize].as_ref()?;
+        let hidden = self.prover.hides(eye, target).is_some();
+        (!hidden).then(|| self.prover.leak().to_vec())
     }
 
     /// Objects that neither one body or wall nor, if wanted, the bodies of nearer ones together hide from all of the

@@ -1,8 +1,8 @@
 //! Is there a sight line to an object that nobody has seen and nobody can prove hidden?
 //!
-//! First sight lines are drawn between places on the border of the cell and places on the object, and, again and again, beside
-//! those that got nearest to it, each time changed a little less (Wonka et al., *Guided visibility sampling*, 2006). Then
-//! between parts of both that no proof separates, and through the openings that it could not close ([`super::narrow`]), which
+//! Sight lines are drawn between places on the border of the cell and places on the object, and, again and again, beside
+//! those that got nearest to it, each time changed a little less (Wonka et al., *Guided visibility sampling*, 2006); between
+//! parts of both that no proof separates ([`super::narrow`]); and through the openings that proofs could not close, which
 //! are as narrow as what can be seen through them: proofs say where to look.
 //!
 //! Guarantee: none; what is found was seen by a ray.
@@ -27,8 +27,9 @@ struct Attempt {
     left: f32,
 }
 
-/// Casts up to so many rays at an object from a part of the cell. Whether a sight line to it is known now.
-pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, rays: u32) -> bool {
+/// Casts up to so many rays at an object from a part of the cell, `ways` being openings that may lead to it. Whether a
+/// sight line to it is known now.
+pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: &[Region], rays: u32) -> bool {
     let lookout = sampler.lookout();
     let world = sampler.sights.world;
     let bounds = world.object_bounds()[object as usize];
@@ -52,8 +53,18 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, rays: 
             let Some(target) = on_object(world, object, random) else {
                 break;
             };
-            let eye = lookout.clamp(place_in(part, random));
-            (eye, target, sampler.look_at(object, eye, target))
+            if ways.is_empty() || i % 2 == 0 {
+                let eye = lookout.clamp(place_in(part, random));
+                (eye, target, sampler.look_at(object, eye, target))
+            } else {
+                let [near, far] = through(ways, target, random);
+                let Some(eye) = meeting(part, near, far, random) else {
+                    continue;
+                };
+                let eye = lookout.clamp(eye);
+                let target = eye + (far - near).normalize_or_zero() * (target - eye).length();
+                (eye, target, sampler.aim(eye, target))
+            }
         };
         let Some(left) = aimed.map(|aimed| aimed.left()) else {
             continue;

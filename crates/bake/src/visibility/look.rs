@@ -37,6 +37,16 @@ const FIRST_LOOK: u32 = 48;
 /// Rays between two parts of a cell and an object that no proof separates.
 const LOOK: u32 = 4;
 
+/// Where rays are all there is, objects that nobody has seen are hunted from parts of the cell, with so many times as many rays in
+/// all as looking around may take, …
+const THOROUGH: u32 = 8;
+/// … no more from one part …
+const MOST_RAYS: u32 = 512;
+/// … and no fewer.
+const LEAST_RAYS: u32 = 24;
+/// The cell is halved so often for that.
+const HALVINGS: u32 = 4;
+
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
@@ -54,7 +64,33 @@ pub(super) struct Looker<'a> {
     pub(super) sights: &'a Sights<'a>,
     pub(super) proofs: ConservativeSettings,
     pub(super) sampled: SampledSettings,
+    /// Whether rays are all there is, so that they look harder.
+    pub(super) thorough: bool,
     pub(super) memory: &'a dyn Memory,
+}
+
+/// How one object is hunted.
+#[derive(Debug, Clone, Copy)]
+struct Hunt {
+    /// Rays from each part of the cell.
+    rays: u32,
+    /// From at most so many parts.
+    parts: u32,
+    /// The cell is halved at most so often.
+    halvings: u32,
+}
+
+impl Hunt {
+    /// For one of so many objects, when looking around may take so many rays.
+    fn one_of(objects: usize, rays_per_cell: u32) -> Self {
+        let share = rays_per_cell.saturating_mul(THOROUGH) / (objects.max(1) as u32);
+        let rays = (share >> HALVINGS).clamp(LEAST_RAYS, MOST_RAYS);
+        Self {
+            rays,
+            parts: share / rays + 1,
+            halvings: HALVINGS,
+        }
+    }
 }
 
 impl Looker<'_> {
@@ -84,7 +120,7 @@ impl Looker<'_> {
     /// A digest of all that decides the answer.
     fn key(&self, surroundings: &Surroundings) -> Digest {
         let mut digester = Digester::default();
-        let settings = format!("{:?} {:?}", self.proofs, self.sampled);
+        let settings = format!("{:?} {:?} {}", self.proofs, self.sampled, self.thorough);
         digester.count(VERSION).text(&settings);
         digester.add(surroundings.digest);
         digester.finish()
@@ -106,6 +142,15 @@ impl Looker<'_> {
             sampler: &mut sampler,
         };
         let not_hidden = observer.visible_or_found(eye, &known, &mut hunter);
+        if self.thorough {
+            let numbers = not_hidden.iter();
+            let open = numbers.map(|number| (*number, surroundings.objects[*number as usize]));
+            let open: Vec<_> = open.filter(|(_, object)| !sampler.knows(*object)).collect();
+            let how = Hunt::one_of(open.len(), self.sampled.rays_per_cell);
+            for prey in open {
+                search(&mut sampler, &mut observer, eye, prey, &mut how.clone());
+            }
+        }
         sampler.follow();
         let measured = measure(&mut sampler, &uniform);
         let sightings: BTreeMap<u32, _> = sampler.state.seen.iter().map(|s| (s.object, *s)).collect();
@@ -138,6 +183,34 @@ impl Looker<'_> {
     }
 }
 
+/// Hunts an object, of which its number in the surroundings is known too, from a part of the cell, unless it is hidden from
+/// there, then from its halves, and so on.
+fn search(
+    sampler: &mut Sampler<'_>,
+    observer: &mut Observer<'_>,
+    part: &Region,
+    prey @ (number, object): (u32, u32),
+    how: &mut Hunt,
+) -> bool {
+    if how.parts == 0 {
+        return false;
+    }
+    let Some(ways) = observer.ways_to(part, number) else {
+        return false;
+    };
+    how.parts -= 1;
+    if hunt(sampler, part, object, &ways, how.rays) || how.halvings == 0 {
+        return sampler.knows(object);
+    }
+    how.halvings -= 1;
+    let found = part
+        .halves()
+        .iter()
+        .any(|half| search(sampler, observer, half, prey, how));
+    how.halvings += 1;
+    found
+}
+
 /// Looks with rays.
 struct Hunter<'h, 'a> {
     surroundings: &'h Surroundings,
@@ -146,12 +219,8 @@ struct Hunter<'h, 'a> {
 
 impl Scout for Hunter<'_, '_> {
     fn glances(&mut self, number: u32, eye: &Region) -> bool {
-        hunt(
-            self.sampler,
-            eye,
-            self.surroundings.objects[number as usize],
-            FIRST_LOOK,
-        )
+        let object = self.surroundings.objects[number as usize];
+        hunt(self.sampler, eye, object, &[], FIRST_LOOK)
     }
 
     fn surface(&self, number: u32) -> Option<Surface> {

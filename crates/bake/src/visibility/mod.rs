@@ -112,10 +112,8 @@ fn share_of(cells: usize) -> u32 {
 
 /// Each cell may take so many times as many tests of walls as rays, …
 const STEPS: u32 = 16;
-/// … and cut regions and objects into parts once for so many rays, …
+/// … and cut regions and objects into parts once for so many rays.
 const RAYS_PER_CUT: u32 = 6;
-/// … or so many times as often, where rays are all there is.
-const THOROUGH: u32 = 4;
 
 /// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
 /// anything may fetch a few things too many, last of all.
@@ -210,21 +208,16 @@ pub fn compute(
 ) -> Result<Visibility, Cancelled> {
     let count = views.graph.cells.len();
     progress.start(Stage::Visibility, count as u64);
-    let usual_cuts = share_of(count) / RAYS_PER_CUT;
     let mut looker = Looker {
         atlas: &views.atlas,
         sights: &views.sights,
         proofs: ConservativeSettings {
             steps: STEPS * share_of(count),
-            cuts: usual_cuts
-                * if settings.method == Method::Sampled {
-                    THOROUGH
-                } else {
-                    1
-                },
+            cuts: share_of(count) / RAYS_PER_CUT,
             ..settings.method.proofs()
         },
         sampled: settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count)),
+        thorough: settings.method == Method::Sampled,
         memory,
     };
     let mut found = look(&looker, count, progress)?;
@@ -232,7 +225,7 @@ pub fn compute(
     if settings.method == Method::Auto && ratio > WORTH {
         // Nothing but rays will do: they look once more, harder.
         progress.start(Stage::Visibility, count as u64);
-        looker.proofs.cuts = usual_cuts * THOROUGH;
+        looker.thorough = true;
         found = look(&looker, count, progress)?;
         ratio = tightness(&found);
     }

@@ -16,11 +16,25 @@ const MOST_FACES: usize = 1024;
 const CORNERS: f32 = 0.4;
 
 /// Convex polygons, relative to the world's origin, in metres.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Surface {
     corners: Vec<Vec3>,
     /// Where each polygon's corners end.
     ends: Vec<u32>,
+    /// The box around all corners.
+    min: Vec3,
+    max: Vec3,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            corners: Vec::new(),
+            ends: Vec::new(),
+            min: Vec3::INFINITY,
+            max: Vec3::NEG_INFINITY,
+        }
+    }
 }
 
 impl Surface {
@@ -55,8 +69,13 @@ impl Surface {
     }
 
     fn push(&mut self, polygon: &[Vec3]) {
-        self.corners.extend_from_slice(polygon);
+        polygon.iter().for_each(|corner| self.add(*corner));
         self.ends.push(self.corners.len() as u32);
+    }
+
+    fn add(&mut self, corner: Vec3) {
+        self.corners.push(corner);
+        (self.min, self.max) = (self.min.min(corner), self.max.max(corner));
     }
 
     /// Whether there is nothing of it.
@@ -68,19 +87,14 @@ impl Surface {
     /// The box around it, so much larger on all sides; it is not empty.
     #[must_use]
     pub fn around(&self, margin_m: f32) -> Region {
-        let corners = self.corners.iter();
-        let [min, max] = corners.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[min, max], p| {
-            [min.min(*p), max.max(*p)]
-        });
-        Region::rounded(min - margin_m, max + margin_m)
+        Region::rounded(self.min - margin_m, self.max + margin_m)
     }
 
     /// What lies on either side of the middle of its box, across the longest edge.
     #[must_use]
     pub fn halves(&self) -> [Self; 2] {
-        let around = self.around(0.0);
-        let axis = (around.max - around.min).max_position();
-        let middle = around.center()[axis];
+        let axis = (self.max - self.min).max_position();
+        let middle = 0.5 * (self.min[axis] + self.max[axis]);
         [1.0, -1.0].map(|side| {
             let mut half = Self::default();
             for polygon in self.polygons() {
@@ -98,12 +112,12 @@ impl Surface {
             let b = polygon[(i + 1) % polygon.len()];
             let (here_m, there_m) = (inside_m(*a), inside_m(b));
             if here_m >= 0.0 {
-                self.corners.push(*a);
+                self.add(*a);
             }
             if here_m * there_m < 0.0 {
                 let mut cut = *a + here_m / (here_m - there_m) * (b - *a);
                 cut[axis] = at;
-                self.corners.push(cut);
+                self.add(cut);
             }
         }
         if self.corners.len() > first {
