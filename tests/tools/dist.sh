@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 work=$(mktemp -d)
 trap 'rm -rf "$work" dist/belvedere-0.0.0-test.tar.gz*' EXIT
-program=${1:-$work/program}
+program=$(realpath -m "${1:-$work/program}")
 [ $# -gt 0 ] || printf '#!/bin/sh\necho belvedere 0.0.0\n' >"$program"
 
 deploy/dist.sh "$program" 0.0.0 test
