@@ -2,7 +2,7 @@
 //!
 //! 1. Uniform rays look around ([`Sampler::look_around`]).
 //! 2. What no ray has seen is proved hidden, where that can be proved, and looked for where not ([`Observer::visible_or_found`],
-//!    [`mod@hunt`]). What is left is neither seen nor hidden.
+//!    [`hunt()`]). What is left is neither seen nor hidden.
 //! 3. Doors are closed one by one ([`doors`]), and what was seen is measured ([`measure`]).
 //!
 //! The answer is a function of the cell's [`Surroundings`] and the settings alone, so it can be remembered under their digest.
