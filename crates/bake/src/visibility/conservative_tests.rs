@@ -321,17 +321,20 @@ fn more_proofs_leave_less_and_all_of_them_little_more_than_rays_see() {
 }
 
 #[test]
-fn what_an_observer_knows_to_be_visible_changes_no_set() {
+fn what_an_observer_knows_to_be_visible_makes_sets_hardly_larger() {
     let [town, _] = towns();
     let settings = Method::Conservative.proofs();
     let unaided = town.not_hidden(settings);
     let mut observer = Observer::new(&town.scenery, settings);
+    let (mut extra, mut all) = (0, 0);
     for ((cell, seen), unaided) in town.cells.iter().zip(&town.seen).zip(&unaided) {
-        let aided = observer.visible(cell, seen);
+        let aided = observer.visible_or_found(cell, seen, &mut Faces(&town.world));
         assert!(seen.iter().all(|o| aided.binary_search(o).is_ok()));
-        let extra: Vec<_> = aided.iter().filter(|o| unaided.binary_search(o).is_err()).collect();
-        assert!(extra.is_empty(), "{extra:?}");
+        // Which proofs are tried depends on what worked for other objects.
+        extra += aided.iter().filter(|o| unaided.binary_search(o).is_err()).count();
+        all += unaided.len();
     }
+    assert!(extra * 100 <= all, "{extra} beside {all}");
 }
 
 #[test]
