@@ -12,7 +12,8 @@ backend default {
     .host = "127.0.0.1";
     .port = "8080";
     .probe = {
-        .url = "/readyz";
+        # Not /readyz: while the catalogue is away, what is known is served.
+        .url = "/healthz";
         .interval = 5s;
         .timeout = 2s;
     }
@@ -58,6 +59,11 @@ sub vcl_backend_response {
     # What has just gone stale is sent once more while it is asked for anew, and for an hour when the origin is away.
     set beresp.grace = 1h;
     set beresp.keep = 1d;
+    # Links into private scenes: nothing is sent once they have expired.
+    if (bereq.url ~ "^/s/") {
+        set beresp.grace = 0s;
+        set beresp.keep = 0s;
+    }
     if (beresp.status >= 400) {
         set beresp.ttl = 0s;
         set beresp.uncacheable = true;

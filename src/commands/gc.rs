@@ -23,6 +23,8 @@ struct Collected {
     dry_run: bool,
     revisions: u64,
     blobs: u64,
+    /// Files of writes that were broken off.
+    unfinished: u64,
     bytes: u64,
     kept_blobs: u64,
 }
@@ -41,6 +43,14 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         collected.revisions = data.catalogue().forget_old_revisions(args.keep).await?;
         data.catalogue().blobs_in_use(u32::MAX).await?
     };
+    // Without it a bake may begin that finds a blob and takes it for its own.
+    let still_alone = async || {
+        anyhow::ensure!(
+            no_bake.holds().await,
+            "the catalogue was away meanwhile, so something may be baked now; run gc again"
+        );
+        Ok(())
+    };
     for (name, size) in data.store().list().await? {
         if needed.contains(&name) {
             collected.kept_blobs += 1;
@@ -49,12 +59,16 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         collected.blobs += 1;
         collected.bytes += size;
         if !args.dry_run {
-            // Without it a bake may begin that finds this blob and takes it for its own.
-            anyhow::ensure!(
-                no_bake.holds().await,
-                "the catalogue was away meanwhile, so something may be baked now; run gc again"
-            );
+            still_alone().await?;
             data.store().delete(&name).await?;
+        }
+    }
+    for file in data.store().unfinished().await? {
+        collected.unfinished += 1;
+        collected.bytes += file.bytes;
+        if !args.dry_run {
+            still_alone().await?;
+            file.remove().await?;
         }
     }
     if args.json {
@@ -62,9 +76,10 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     }
     let verb = if args.dry_run { "would remove" } else { "removed" };
     print(&format!(
-        "{verb} {} revisions and {} blobs ({}); {} blobs are needed",
+        "{verb} {} revisions, {} blobs and {} files that were never finished ({}); {} blobs are needed",
         collected.revisions,
         collected.blobs,
+        collected.unfinished,
         bytes(collected.bytes),
         collected.kept_blobs,
     ))

@@ -54,6 +54,20 @@ impl Dialect {
         }
     }
 
+    /// SQL for this moment or, where the clock has been set back, a millisecond after that time, which may be `NULL`.
+    pub(super) fn now_after(self, time: &str) -> String {
+        let now = self.now();
+        match self {
+            Self::Sqlite => {
+                format!("max({now}, coalesce(strftime('%Y-%m-%dT%H:%M:%fZ', {time}, '+0.001 seconds'), ''))")
+            }
+            Self::Postgres => format!(
+                "greatest({now}, to_char(CAST({time} AS timestamptz) AT TIME ZONE 'UTC' + interval '1 millisecond', \
+                 'YYYY-MM-DD\"T\"HH24:MI:SS.MS\"Z\"'))"
+            ),
+        }
+    }
+
     fn migrations(self) -> Migrator {
         let mut migrations = match self {
             Self::Sqlite => sqlx::migrate!("migrations/sqlite"),
@@ -291,6 +305,22 @@ mod tests {
         let row = row.fetch_one(&catalogue.pool).await.unwrap();
         let (now, before): (String, String) = (row.get("now"), row.get("later"));
         assert!(now.len() == "2026-01-01T00:00:00.000Z".len() && before.len() == now.len() && before < now);
+    }
+
+    #[tokio::test]
+    async fn a_time_after_another_is_later_whatever_the_clock_says() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let sql = format!("SELECT {} AS after", Dialect::Sqlite.now_after("$1"));
+        for ms in (0..1000).map(|ms| format!("{ms:03}")) {
+            let time = format!("2999-12-31T23:59:58.{ms}Z");
+            let row = sqlx::query(sqlx::AssertSqlSafe(sql.clone())).bind(&time);
+            let after: String = row.fetch_one(&catalogue.pool).await.unwrap().get("after");
+            assert!(after > time && after.starts_with("2999"), "{after} after {time}");
+        }
+        let row = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(None::<&str>);
+        let now: String = row.fetch_one(&catalogue.pool).await.unwrap().get("after");
+        assert!(now.starts_with("20"), "{now}");
     }
 
     #[tokio::test]

@@ -74,7 +74,7 @@ pub struct Baked {
 pub struct KeptRevision {
     /// Which.
     pub revision: Revision,
-    /// When it was published last.
+    /// When it was published last; later than what was published before, also where the clock has been set back.
     pub published_at: String,
     /// Whether it is what is served.
     pub current: bool,
@@ -96,10 +96,12 @@ impl Catalogue {
         }
         // The revision first, since it keeps whoever publishes the same revision waiting until this is done.
         let sql = AssertSqlSafe(format!(
-            "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES ($1, $2, $3, $4, $5, $6) \
+            "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report, published_at) \
+             VALUES ($1, $2, $3, $4, $5, $6, {}) \
              ON CONFLICT (scene, revision) DO UPDATE SET pointer = excluded.pointer, source_key = excluded.source_key, \
-             sources = excluded.sources, report = excluded.report, published_at = {}",
-            self.dialect.now()
+             sources = excluded.sources, report = excluded.report, published_at = excluded.published_at",
+            self.dialect
+                .now_after("(SELECT max(published_at) FROM revisions WHERE scene = $1)")
         ));
         sqlx::query(sql)
             .bind(scene)

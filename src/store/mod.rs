@@ -6,8 +6,8 @@
 //!
 //! **Order of writing.** Variants first, the identity file last, each in one step: a blob exists exactly when its
 //! identity file does. Whoever names blobs in a place that lasts calls [`BlobStore::sync`] before: one request to the disk for
-//! thousands of files. A crash before leaves variants that nobody reads, which [`BlobStore::list`] names so that they can be
-//! collected, and a loss of power may leave files without their bytes; `put` compares what is there and mends it. A bucket
+//! thousands of files. A crash before leaves variants that nobody reads, which [`BlobStore::list`] names, and parts of files, which
+//! [`BlobStore::unfinished`] names, so that both can be collected, and a loss of power may leave files without their bytes; `put` compares what is there and mends it. A bucket
 //! that has taken an object keeps it whole, so there `put` compares lengths and `sync` has nothing to do.
 //!
 //! **Trust.** An identity is hashed when it is loaded, and its variants are decoded; bytes that are not what their name
@@ -24,10 +24,12 @@ mod forms;
 mod open;
 mod sync;
 mod tree;
+mod unfinished;
 
 use std::{
     collections::BTreeMap,
     fs::File,
+    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -48,6 +50,8 @@ use error::io;
 use forms::ByBytes;
 pub use forms::{Derived, Representation, Representations};
 pub use tree::BucketTree;
+pub use unfinished::Unfinished;
+use unfinished::generic;
 
 use crate::media;
 
@@ -80,6 +84,13 @@ pub struct CacheUse {
     pub bytes: u64,
 }
 
+#[derive(Debug)]
+struct Folder {
+    path: PathBuf,
+    /// Opened, if its files are not synced one by one.
+    synced_at_once: Option<Arc<File>>,
+}
+
 /// Immutable objects by name. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct BlobStore {
@@ -89,10 +100,8 @@ pub struct BlobStore {
 #[derive(Debug)]
 struct Inner {
     objects: Arc<dyn ObjectStore>,
-    /// Where they are, if that is a folder whose files are not synced one by one.
-    folder: Option<Arc<File>>,
-    /// Whether they are in a bucket, which keeps what it has taken whole, and hands it out by itself.
-    is_bucket: bool,
+    /// Where they are, if that is no bucket, which keeps what it has taken whole, and hands it out by itself.
+    folder: Option<Folder>,
     cache: Cache<BlobName, Arc<Representations>, ByBytes>,
     hits: AtomicU64,
     misses: AtomicU64,
@@ -151,17 +160,18 @@ impl BlobStore {
     /// # Errors
     /// When the disk fails.
     pub async fn sync(&self) -> Result<(), StoreError> {
-        let Some(folder) = self.inner.folder.clone() else {
+        let Some(folder) = self
+            .inner
+            .folder
+            .as_ref()
+            .and_then(|folder| folder.synced_at_once.clone())
+        else {
             return Ok(());
         };
         let synced = tokio::task::spawn_blocking(move || sync::all(&folder)).await;
-        synced.expect("syncing does not panic and is not aborted").map_err(|e| {
-            let source = object_store::Error::Generic {
-                store: "folder",
-                source: Box::new(e),
-            };
-            io("write its blobs out to the disk".to_owned(), source)
-        })
+        synced
+            .expect("syncing does not panic and is not aborted")
+            .map_err(|e| io("write its blobs out to the disk".to_owned(), generic(e)))
     }
 
     /// How many bytes are stored of a blob; `None` when there is no such blob.
@@ -317,7 +327,7 @@ impl BlobStore {
         if self.stored_len(name).await? != Some(bytes.len() as u64) {
             return Ok(false);
         }
-        if self.inner.is_bucket {
+        if self.inner.folder.is_none() {
             return Ok(true);
         }
         if self.read(&identity_key(name)).await?.as_ref() != Some(bytes) {
@@ -343,7 +353,7 @@ impl BlobStore {
     }
 
     async fn write(&self, key: &Key, bytes: Bytes) -> Result<(), StoreError> {
-        let options = if self.inner.is_bucket {
+        let options = if self.inner.folder.is_none() {
             tree::told(key.as_ref(), media::FOR_EVER)
         } else {
             // Files have no header fields.

@@ -1,7 +1,6 @@
 //! How is a store opened? In a folder, which is made, or in a bucket, which must be there.
 
 use std::{
-    fs::File,
     path::Path,
     sync::{Arc, atomic::AtomicU64},
 };
@@ -10,7 +9,7 @@ use bytes::Bytes;
 use object_store::{ObjectStore, local::LocalFileSystem, path::Path as Key};
 use quick_cache::{OptionsBuilder, sync::Cache};
 
-use super::{BlobStore, Bucket, Inner, MARKER, StoreError, forms::ByBytes, io, sync};
+use super::{BlobStore, Bucket, Folder, Inner, MARKER, StoreError, forms::ByBytes, io, sync, unfinished::generic};
 
 impl BlobStore {
     /// The store in the folder `{data}/o`, which is made when it is not there.
@@ -23,10 +22,6 @@ impl BlobStore {
             what: format!("open the folder {}", folder.display()),
             source: Arc::new(source),
         };
-        let generic = |e: std::io::Error| object_store::Error::Generic {
-            store: "folder",
-            source: Box::new(e),
-        };
         tokio::fs::create_dir_all(&folder)
             .await
             .map_err(generic)
@@ -35,8 +30,12 @@ impl BlobStore {
             .map_err(failed)?
             .with_fsync(!sync::AT_ONCE);
         let opened = tokio::fs::File::open(&folder).await.map_err(generic).map_err(failed)?;
-        let opened = sync::AT_ONCE.then_some(Arc::new(opened.into_std().await));
-        let store = Self::over(Arc::new(local), opened, false, cache_bytes);
+        let synced_at_once = sync::AT_ONCE.then_some(Arc::new(opened.into_std().await));
+        let folder = Folder {
+            path: folder,
+            synced_at_once,
+        };
+        let store = Self::over(Arc::new(local), Some(folder), cache_bytes);
         if store.probe().await.is_err() {
             store.mark().await?;
         }
@@ -48,7 +47,7 @@ impl BlobStore {
     /// # Errors
     /// When the bucket does not answer, or not to these keys.
     pub async fn open_bucket(bucket: &Bucket, cache_bytes: u64) -> Result<Self, StoreError> {
-        let store = Self::over(bucket.open("o")?, None, true, cache_bytes);
+        let store = Self::over(bucket.open("o")?, None, cache_bytes);
         match store.probe().await {
             Ok(()) => {}
             // What else is wrong is no reason to write.
@@ -77,7 +76,7 @@ impl BlobStore {
     }
 
     /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.
-    fn over(objects: Arc<dyn ObjectStore>, folder: Option<Arc<File>>, is_bucket: bool, cache_bytes: u64) -> Self {
+    fn over(objects: Arc<dyn ObjectStore>, folder: Option<Folder>, cache_bytes: u64) -> Self {
         /// Only a hint for the cache's tables.
         const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
         /// Few shards, so that one large blob still fits into its share of the limit.
@@ -92,7 +91,6 @@ impl BlobStore {
             inner: Arc::new(Inner {
                 objects,
                 folder,
-                is_bucket,
                 cache: Cache::with_options(
                     options,
                     ByBytes,

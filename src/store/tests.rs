@@ -111,6 +111,23 @@ async fn what_a_crash_left_behind_is_listed_but_not_served() {
 }
 
 #[tokio::test]
+async fn parts_of_files_that_a_crash_left_behind_are_found_and_removed() {
+    let (data, store) = store().await;
+    let bytes = text(100);
+    let name = named(&bytes, "json");
+    store.put(&name, bytes).await.unwrap();
+    let left = data.path().join("o").join(format!("{name}.gz#1"));
+    std::fs::write(&left, b"half").unwrap();
+    let found = store.unfinished().await.unwrap();
+    assert_eq!(found.iter().map(|file| file.bytes).collect::<Vec<_>>(), [4]);
+    for file in found {
+        file.remove().await.unwrap();
+    }
+    assert!(!left.exists() && store.get(&name).await.unwrap().is_some());
+    assert!(store.unfinished().await.unwrap().is_empty());
+}
+
+#[tokio::test]
 async fn hot_blobs_are_read_from_memory_within_the_limit() {
     let (data, store) = store().await;
     let bytes = text(100);

@@ -161,8 +161,10 @@ impl Drop for Server {
         let _ = self.child.wait();
         if !std::thread::panicking() && !self.may_warn {
             let log = self.log.lock().expect("the log");
+            // How long a query takes says something about the machine alone.
             let loud = log
                 .lines()
+                .filter(|line| !line.contains("slow statement"))
                 .find(|line| line.contains(" WARN ") || line.contains(" ERROR ") || line.contains("panicked"));
             assert_eq!(loud, None, "the server's log holds a warning");
         }

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use sqlx::{Connection, Executor, SqliteConnection};
+
 use crate::{
     scene::{CELLS, Server, glb, publish},
     wire::{get, send},
@@ -93,6 +95,21 @@ async fn a_new_revision_appears_without_a_restart() {
     .await;
     assert_eq!(stale.status, 409);
     stale.problem();
+}
+
+#[tokio::test]
+async fn a_revision_is_newer_than_those_before_also_where_the_clock_was_set_back() {
+    let server = Server::start().await;
+    let file = server.data.path().join(belvedere::db::FILE_NAME);
+    let mut sqlite = SqliteConnection::connect(&format!("sqlite:{}", file.display()))
+        .await
+        .unwrap();
+    let later = "UPDATE revisions SET published_at = '2999-12-31T23:59:59.999Z'";
+    sqlite.execute(later).await.unwrap();
+    let newer = publish(&server.catalogue, &server.blobs, "Another row").await;
+    let kept = server.catalogue.kept_revisions(&newer.scene).await.unwrap();
+    assert_eq!(kept.iter().map(|kept| kept.current).collect::<Vec<_>>(), [true, false]);
+    assert_eq!(kept[0].published_at, "3000-01-01T00:00:00.000Z");
 }
 
 #[tokio::test]

@@ -60,8 +60,13 @@ async fn many_publish_the_same_and_each_revision_is_whole() {
         stored
     );
 
+    // As if the clock had been set back since.
+    database
+        .sql("UPDATE revisions SET published_at = '2999-12-31T23:59:59.999Z'")
+        .await;
     let newer = scene::publish(&nodes[1], &blobs, "Another row").await;
     let kept = nodes[2].kept_revisions(&pointer.scene).await.unwrap();
+    assert_eq!(kept[0].published_at, "3000-01-01T00:00:00.000Z");
     let kept: Vec<_> = kept.iter().map(|kept| (kept.revision, kept.current)).collect();
     assert_eq!(kept, [(newer.revision, true), (pointer.revision, false)]);
     assert!(nodes[2].make_current(&pointer.scene, pointer.revision).await.unwrap());
