@@ -2,12 +2,25 @@
  * Does a point lie in a convex cell, and does it surely lie in no other? A cell is a box, or where a box and some
  * half-spaces meet. The arithmetic is that of every other client, to the last bit: see docs/FORMAT.md.
  */
-import { type Bounds, distanceToBounds, dot, type Plane, planesOfBounds, type Vec3 } from "./geometry.ts";
+import {
+  add,
+  type Bounds,
+  distanceToBounds,
+  dot,
+  type Plane,
+  planesOfBounds,
+  scale,
+  subtract,
+  type Vec3,
+} from "./geometry.ts";
 
 /** A point no further outside a half-space than this is inside: rounding must leave no gaps between cells. */
 const TOUCH_M = 1e-6;
 /** Published cells overlap by less than this, so a point that lies deeper than this in one lies in no other. */
 const SURE_M = 2e-3;
+
+/** Turns that projections onto slanted walls take at most to agree. */
+const MOST_TURNS = 32;
 
 /** What is known of the shape of a cell. */
 export interface Convex {
@@ -40,4 +53,34 @@ export function holdsAlone(cell: Convex, point: Vec3): boolean {
     if (!(min[axis] + SURE_M < point[axis] && point[axis] < max[axis] - SURE_M)) return false;
   }
   return cell.planes.every((plane) => outside(plane, point) < -SURE_M);
+}
+
+/**
+ * The point of a cell that is nearest to a point, as far from its walls as `off_m` or else in their middle. Boxes at once;
+ * slanted walls by projecting onto them in turns (Boyle & Dykstra, A method for finding projections onto the intersection
+ * of convex sets in Hilbert spaces, 1986).
+ */
+export function nearestPoint({ bounds, planes }: Convex, point: Vec3, off_m: number): Vec3 {
+  const clamp = (at: Vec3): Vec3 => [
+    between(at[0], bounds.min[0], bounds.max[0], off_m),
+    between(at[1], bounds.min[1], bounds.max[1], off_m),
+    between(at[2], bounds.min[2], bounds.max[2], off_m),
+  ];
+  const onto = (plane: Plane) => (at: Vec3) =>
+    subtract(at, scale(plane.normal, Math.max(0, outside(plane, at) + off_m)));
+  const steps = [clamp, ...planes.map(onto)].map((project) => ({ project, owed: [0, 0, 0] as Vec3 }));
+  let at = point;
+  for (let turn = 0; turn < (planes.length > 0 ? MOST_TURNS : 1); turn += 1) {
+    for (const step of steps) {
+      const from = add(at, step.owed);
+      at = step.project(from);
+      step.owed = subtract(from, at);
+    }
+  }
+  return at;
+}
+
+function between(value: number, min: number, max: number, off: number): number {
+  const room = Math.min(off, (max - min) / 2);
+  return Math.min(max - room, Math.max(min + room, value));
 }

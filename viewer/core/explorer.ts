@@ -7,6 +7,7 @@
 import { CellIndex } from "./cellindex.ts";
 import type { CellRecord } from "./cellrecord.ts";
 import { CellRecords } from "./cellrecords.ts";
+import { nearestPoint } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import { areSame, farObjects } from "./farobjects.ts";
 import type { FrameBudget } from "./framebudget.ts";
@@ -95,6 +96,7 @@ export class Explorer implements NavigationSpace, Surveyed {
         events.changed();
         void this.arrive(entry);
       },
+      located: events.changed,
       problem: events.problem,
     });
     this.ahead = new LookAhead(this.records, this.directory, () => this.replan());
@@ -110,6 +112,12 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Whether the eye is inside that cell. */
   get inside(): boolean {
     return this.whereabouts.inside;
+  }
+
+  /** Where a walker can stand who comes down from somewhere: the nearest point of the nearest cell, off its walls. */
+  footing(position: Vec3, body_m: number): Vec3 | undefined {
+    const { cell } = this.whereabouts;
+    return cell && nearestPoint(cell, position, body_m);
   }
 
   /** Where the eye was last. */

@@ -42,6 +42,19 @@ describe("a walker", () => {
     expect(who.position[1]).toBeCloseTo(1.6, 2);
   });
 
+  it("comes down to the floor when it lands, though it wants to go nowhere", () => {
+    const hall: Bounds = { min: [0, 0, 0], max: [10, 12, 10] };
+    const who = walker([hall], [5, 11, 5]);
+    stroll(who, 1, IDLE);
+    expect(who.position[1]).toBe(11);
+    who.mode = "fly";
+    who.land([5, 11, 5], 0);
+    stroll(who, 3, IDLE);
+    expect(who.mode).toBe("walk");
+    expect(who.position[1]).toBeCloseTo(1.7, 3);
+    expect(who.step(1 / 60, IDLE)).toBe(false);
+  });
+
   it("slides along a wall and keeps off it", () => {
     const who = walker(ROOMS, [3, 1.6, 1]);
     who.look(-Math.PI / 2 + 0.5, 0);

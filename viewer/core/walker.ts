@@ -47,7 +47,7 @@ export const WALK_SPEED_MPS = 2.2;
 export const FAST_FACTOR = 2.5;
 const FLY_FACTOR = 2;
 /** Distance that a walker keeps from walls, so that the near plane never cuts into one. */
-const BODY_RADIUS_M = 0.22;
+export const BODY_RADIUS_M = 0.22;
 /** How fast a walker is pushed off a wall, or rises and falls to stand on the floor. */
 const SETTLE_MPS = 6;
 /** Gap between hulls that still counts as touching. */
@@ -58,6 +58,8 @@ const PORTAL_SLACK_M = 0.05;
 const EYE_HEIGHT_M = 1.7;
 /** … unless they start so high that they are not meant to stand on it. */
 const HOVER_FROM_M = 3;
+/** Who comes down by less in a frame has landed. */
+const LANDED_M = 1e-4;
 /** How quickly the wanted velocity is reached, as a rate per second. */
 const RESPONSE_PER_S = 12;
 
@@ -123,6 +125,8 @@ export class Walker {
   private cell: number | undefined;
   /** Height of the eye above the floor; `undefined` before the floor was felt, `"hover"` when it does not matter. */
   private eyeHeight_m: number | "hover" | undefined;
+  /** Whether it comes down although it wants to go nowhere. */
+  private landing = false;
 
   constructor(private readonly space: NavigationSpace) {}
 
@@ -136,7 +140,16 @@ export class Walker {
     this.position = position;
     this.velocity = [0, 0, 0];
     this.eyeHeight_m = undefined;
+    this.landing = false;
     this.cell = cell;
+  }
+
+  /** Comes down from somewhere in a cell until it stands on the floor. */
+  land(position: Vec3, cell: number): void {
+    this.place(position, cell);
+    this.mode = "walk";
+    this.eyeHeight_m = EYE_HEIGHT_M;
+    this.landing = true;
   }
 
   /** Tells the walker in which cell it stands when it has lost its way or left the cells. */
@@ -166,10 +179,12 @@ export class Walker {
     const cell = this.here();
     if (this.mode === "fly" || !cell || !insidePlanes(cell.planes, this.position, SEAM_M)) {
       this.position = add(this.position, displacement);
-    } else if (length(displacement) > 0) {
+    } else if (length(displacement) > 0 || this.landing) {
       this.walk(cell, displacement, seconds);
     }
-    return length(subtract(this.position, before)) > 1e-7;
+    const way_m = length(subtract(this.position, before));
+    if (this.landing && seconds > 0 && way_m < LANDED_M) this.landing = false;
+    return way_m > 1e-7;
   }
 
   private here(): NavigationCell | undefined {

@@ -9,6 +9,8 @@ const FURTHEST_M = 0.5;
 export interface WhereaboutsEvents {
   /** The eye is in another cell than before. */
   readonly entered: (entry: CellEntry) => void;
+  /** The index has answered, or the eye has left its cell or come back into it. */
+  readonly located: () => void;
   readonly problem: (error: unknown) => void;
 }
 
@@ -73,11 +75,15 @@ export class Whereabouts {
       this.events.problem(error);
     } finally {
       this.asking = false;
+      if (!this.closed) this.events.located();
     }
   }
 
   private enter(entry: CellEntry, inside: boolean): void {
-    this.isInside = inside;
+    if (inside !== this.isInside) {
+      this.isInside = inside;
+      this.events.located();
+    }
     if (this.current?.cell === entry.cell) return;
     this.current = entry;
     this.events.entered(entry);

@@ -4,6 +4,9 @@
  * a normal and a depth, so that light, fog and what stands half in the ground are as for the mesh. What each who wears the
  * model colours for itself takes its tint. Frames of a movement lie below each other: they count on as views do.
  *
+ * From so near that a pixel of the pictures covers several of the screen, mixing would make ghosts of what is solid, since
+ * views disagree by whole pixels: there most of the views decide what is covered, and the nearest one how it looks.
+ *
  * Space: the *ball* is the model's space, moved and scaled so that the ball around the model has radius 1.
  */
 import { DoubleSide, MeshStandardMaterial, type Texture } from "three";
@@ -14,6 +17,12 @@ import type { Impostor } from "../core/impostordocument.ts";
  * drawn as it covers (interleaved gradient noise: Jimenez, Next generation post processing in Call of Duty, 2014).
  */
 const LEAST_COVERAGE = { from: 0.08, to: 0.72 };
+/** Near is whose pictures' pixels are so large on the screen, wholly from twice as large; objects are drawn by their meshes then. */
+const NEAR_PX = 1.5;
+/** From how much coverage on a pixel of who is near is drawn. */
+const NEAR_COVERAGE = 0.5;
+/** How much more the nearest view counts for who is near: weights, which sum to 1, are raised to this power. */
+const NEAR_POWER = 8;
 /** Of what impostors are made for: leaves, bark, stone. */
 const ROUGHNESS = 0.9;
 
@@ -76,7 +85,8 @@ uniform float atlasViews;
 uniform float atlasFrames;
 uniform float viewSize;
 ${VARYINGS}${AXES}
-// Sums over the views: colour and coverage, normal in the ball, and how far along the ray.
+// Sums over the views: coverage, and by what each counts colour, normal in the ball, and how far along the ray.
+float seenCoverage = 0.0;
 vec4 seenColour = vec4(0.0);
 vec3 seenNormal = vec3(0.0);
 float seenWay = 0.0;
@@ -87,7 +97,7 @@ vec2 inAtlas(vec2 place, vec2 tile, float lod) {
   return (tile + inView) / vec2(atlasViews, atlasViews * atlasFrames);
 }
 
-void addView(vec4 view, float weight, vec3 onSquare, float lod) {
+void addView(vec4 view, float weight, vec3 onSquare, float lod, float nearness) {
   vec3 viewTowards = view.xyz;
   vec3 viewRight = rightOf(viewTowards);
   mat3 ballFromView = mat3(viewRight, cross(viewTowards, viewRight), viewTowards);
@@ -108,7 +118,8 @@ void addView(vec4 view, float weight, vec3 onSquare, float lod) {
   colour.rgb *= mix(vTint, vec3(1.0), shape.a);
   vec2 slope = shape.rg * 2.0 - 1.0;
   vec3 normal = vec3(slope, sqrt(max(0.0, 1.0 - dot(slope, slope))));
-  float share = weight * colour.a;
+  seenCoverage += weight * colour.a;
+  float share = pow(weight, mix(1.0, ${NEAR_POWER}.0, nearness)) * colour.a;
   seenColour += vec4(share * colour.rgb, share);
   seenNormal += share * (ballFromView * normal);
   seenWay += share * way;
@@ -116,14 +127,17 @@ void addView(vec4 view, float weight, vec3 onSquare, float lod) {
 `;
 
 const LOOK = /* glsl */ `
-float lod = clamp(log2(length(fwidth(vPlace)) * 0.5 * viewSize), 0.0, log2(viewSize) - 2.0);
+float texels = log2(length(fwidth(vPlace)) * 0.5 * viewSize);
+float lod = clamp(texels, 0.0, log2(viewSize) - 2.0);
+float nearness = clamp(-texels - log2(${NEAR_PX}), 0.0, 1.0);
 vec3 squareRight = rightOf(vTowards);
 vec3 onSquare = vPlace.x * squareRight + vPlace.y * cross(vTowards, squareRight);
-addView(vViewA, vViewWeights.x, onSquare, lod);
-addView(vViewB, vViewWeights.y, onSquare, lod);
-addView(vViewC, vViewWeights.z, onSquare, lod);
+addView(vViewA, vViewWeights.x, onSquare, lod, nearness);
+addView(vViewB, vViewWeights.y, onSquare, lod, nearness);
+addView(vViewC, vViewWeights.z, onSquare, lod, nearness);
 float grain = fract(52.9829189 * fract(dot(floor(gl_FragCoord.xy), vec2(0.06711056, 0.00583715))));
-if (seenColour.a < mix(${LEAST_COVERAGE.from}, ${LEAST_COVERAGE.to}, grain)) discard;
+float leastCoverage = mix(mix(${LEAST_COVERAGE.from}, ${LEAST_COVERAGE.to}, grain), ${NEAR_COVERAGE}, nearness);
+if (seenCoverage < leastCoverage) discard;
 diffuseColor.rgb *= seenColour.rgb / seenColour.a;
 float way = seenWay / seenColour.a;
 gl_FragDepth = 0.5 + 0.5 * (vDepth.x + way * vDepthAlong.x) / (vDepth.y + way * vDepthAlong.y);

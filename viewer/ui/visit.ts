@@ -13,7 +13,7 @@ import { PRIORITY } from "../core/priority.ts";
 import type { PublishedScene } from "../core/published.ts";
 import { QualityHistory } from "../core/quality.ts";
 import type { Eye } from "../core/scheduler.ts";
-import { IDLE, Walker } from "../core/walker.ts";
+import { BODY_RADIUS_M, IDLE, Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
 import type { Matrix4, Object3D, Stage } from "../three/stage.ts";
@@ -163,11 +163,19 @@ export class Visit {
     this.moved = true;
   }
 
+  /** Flies, or comes down to walk: onto the floor of the cell that is nearest. */
   toggleFly(): void {
+    const { walker, explorer } = this;
     if (this.frozen) return;
-    this.walker.mode = this.walker.mode === "fly" ? "walk" : "fly";
-    if (this.walker.mode === "walk") this.walker.place(this.walker.position, this.explorer.cellId);
-    this.parts.display.mode(this.walker.mode);
+    if (walker.mode === "walk") walker.mode = "fly";
+    else {
+      const { cellId } = explorer;
+      const footing = explorer.footing(walker.position, BODY_RADIUS_M);
+      if (footing && cellId !== undefined) walker.land(footing, cellId);
+      else walker.mode = "walk";
+    }
+    this.moved = true;
+    this.parts.display.mode(walker.mode);
   }
 
   /** Whether what is shown stays that of one place, while one flies about. */
@@ -292,6 +300,8 @@ export class Visit {
     const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
     this.lastFrame_ms = now_ms;
     this.budget.beginFrame(frame_ms);
+    // Before the eye is followed: what the index knows already it has answered since the last frame.
+    this.report(now_ms);
     const started_ms = performance.now();
     const { stage } = this.parts;
     controls.turnByKeys(seconds);
@@ -319,7 +329,6 @@ export class Visit {
     if (this.dirty) stage.render(this.drewLastFrame && moving ? frame_ms : undefined);
     this.drewLastFrame = this.dirty && moving;
     this.dirty = false;
-    this.report(now_ms);
   }
 
   private runErrand(errand: Errand, seconds: number): boolean {

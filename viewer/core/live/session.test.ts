@@ -92,6 +92,31 @@ it("opens once, listens with its token, speaks, moves doors and leaves", async (
   expect(sent.slice(2).every(({ token }) => token === "Bearer t")).toBe(true);
 });
 
+it("ends a session whose opening was under way when one left, and listens to nothing", async () => {
+  const { parts, sent, streams, events } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.update(self(0));
+  session?.close();
+  await vi.waitFor(() => expect(sent.at(-1)?.method).toBe("DELETE"));
+  expect(sent.at(-1)).toMatchObject({ url: "https://host/sub/v1/sessions/s1", token: "Bearer t" });
+  session?.update(self(0));
+  expect(sent.filter(({ method }) => method === "POST").length).toBe(1);
+  expect(session?.isOpen).toBe(false);
+  expect(streams).toEqual([]);
+  expect(events).toEqual([]);
+});
+
+it("ends a session that it cannot listen to", async () => {
+  const { parts, sent } = server(LINK);
+  const refused = () => {
+    throw new Error("event streams are forbidden here");
+  };
+  const session = await Session.offered({ ...parts, listen: refused });
+  session?.update(self(0));
+  await vi.waitFor(() => expect(sent.at(-1)?.method).toBe("DELETE"));
+  expect(session?.isOpen).toBe(false);
+});
+
 it("says how good the picture is to who asked for it, while it is open", async () => {
   const { parts, sent } = server(LINK);
   const session = await Session.offered(parts);

@@ -104,15 +104,19 @@ export class Session {
     void this.send(url, "PUT", { quality }, opened.token).catch(() => {});
   }
 
-  /** Leaves; `keepalive` lets the request outlive the page. */
+  /** Leaves, also a session whose opening is under way; `keepalive` lets the request outlive the page. */
   close(): void {
     this.closed = true;
     const { opened } = this;
     this.opened = undefined;
     if (!opened) return;
     opened.stream.close();
-    const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}`);
-    void this.send(url, "DELETE", undefined, opened.token).catch(() => {});
+    this.end(opened.session, opened.token);
+  }
+
+  private end(session: string, token: string): void {
+    const url = this.parts.tree.resolve(`/v1/sessions/${session}`);
+    void this.send(url, "DELETE", undefined, token).catch(() => {});
   }
 
   private async open(self: Participant): Promise<void> {
@@ -123,20 +127,31 @@ export class Session {
       const { position, orientation } = self;
       const asked = { position, orientation, aoi: AOI, max_speed_mps: MAX_SPEED_MPS, t_ms };
       const answer = await this.send(this.url, "POST", asked);
-      if (!answer.ok) return;
-      const json = Json.parse(await answer.text(), "the session");
-      const session = json.field("session").text();
-      const token = json.field("token").text();
-      const events = json.field("events_url").text();
-      this.speaker.keepQuiet(json.field("hush").optional(readHush));
-      const stream = this.parts.listen(`${this.parts.tree.resolve(events)}?token=${encodeURIComponent(token)}`);
-      this.opened = { session, token, stream };
-      this.listen(this.opened);
-      if (this.closed) this.close();
+      if (answer.ok) this.enter(Json.parse(await answer.text(), "the session"));
     } catch {
       // A server that is away may come back; the walk goes on without company meanwhile.
     } finally {
       this.busy = false;
+    }
+  }
+
+  /** Listens to a session that the server has opened; whoever has left meanwhile, or cannot listen, ends it. */
+  private enter(json: Json): void {
+    const session = json.field("session").text();
+    const token = json.field("token").text();
+    if (this.closed) {
+      this.end(session, token);
+      return;
+    }
+    try {
+      const events = this.parts.tree.resolve(json.field("events_url").text());
+      this.speaker.keepQuiet(json.field("hush").optional(readHush));
+      const stream = this.parts.listen(`${events}?token=${encodeURIComponent(token)}`);
+      this.opened = { session, token, stream };
+      this.listen(this.opened);
+    } catch (error) {
+      this.end(session, token);
+      throw error;
     }
   }
 

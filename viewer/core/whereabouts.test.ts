@@ -1,0 +1,24 @@
+import { expect, it, vi } from "vitest";
+import type { CellIndex } from "./cellindex.ts";
+import type { CellEntry } from "./documents.ts";
+import { Whereabouts } from "./whereabouts.ts";
+
+it("tells when the index has answered, though the eye is still nearest to the same cell", async () => {
+  const entry = { cell: 7 } as CellEntry;
+  let distance_m = 0;
+  const index = { nextDoor: () => undefined, locate: async () => ({ entry, distance_m }) } as unknown as CellIndex;
+  const entered = vi.fn();
+  const told: { locating: boolean; inside: boolean }[] = [];
+  const whereabouts = new Whereabouts(index, {
+    entered,
+    located: () => told.push({ locating: whereabouts.locating, inside: whereabouts.inside }),
+    problem: () => {},
+  });
+  whereabouts.follow([0, 0, 0]);
+  await vi.waitFor(() => expect(told.at(-1)).toEqual({ locating: false, inside: true }));
+  distance_m = 3;
+  whereabouts.follow([0, 9, 0]);
+  expect(whereabouts.locating).toBe(true);
+  await vi.waitFor(() => expect(told.at(-1)).toEqual({ locating: false, inside: false }));
+  expect(entered).toHaveBeenCalledTimes(1);
+});
