@@ -18,7 +18,7 @@ use belvedere_bake::{
     visibility::{
         self, Method,
         conservative::{ConservativeSettings, Observer, Scenery},
-        narrow::Scout,
+        narrow::{Faces, Scout},
         prover::Proofs,
         surface::Surface,
     },
@@ -208,23 +208,6 @@ fn compare(name: &str, world: &World, cells: &[Region]) {
         by_rays as f64 / count,
         seen as f64 / count,
     );
-}
-
-/// Knows faces, and casts no rays.
-struct Faces<'a>(&'a World);
-
-impl Scout for Faces<'_> {
-    fn glances(&mut self, _: u32, _: &Region) -> bool {
-        false
-    }
-
-    fn surface(&self, object: u32) -> Option<Surface> {
-        Surface::of(self.0, object)
-    }
-
-    fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
-        false
-    }
 }
 
 /// Casts rays at parts of objects until one is seen.

@@ -7,10 +7,9 @@ use glam::{DMat4, DVec3, Vec3};
 use super::{
     Method,
     conservative::{ConservativeSettings, Observer, Scenery},
-    narrow::{Blind, Scout},
+    narrow::{Blind, Faces},
     prover::Proofs,
     random::Random,
-    surface::Surface,
     targets,
 };
 use crate::{
@@ -113,23 +112,6 @@ impl Town {
         cells
             .map(|cell| observer.visible_or_found(cell, &[], &mut faces))
             .collect()
-    }
-}
-
-/// Knows the faces of objects, and sees nothing.
-struct Faces<'a>(&'a World);
-
-impl Scout for Faces<'_> {
-    fn glances(&mut self, _: u32, _: &Region) -> bool {
-        false
-    }
-
-    fn surface(&self, object: u32) -> Option<Surface> {
-        Surface::of(self.0, object)
-    }
-
-    fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
-        false
     }
 }
 

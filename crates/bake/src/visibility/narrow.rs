@@ -17,7 +17,7 @@ use super::{
     prover::{Prover, Witness},
     surface::Surface,
 };
-use crate::occluders::Region;
+use crate::{occluders::Region, world::World};
 
 /// Looks for sight lines to what proofs leave open.
 pub trait Scout {
@@ -42,6 +42,23 @@ impl Scout for Blind {
 
     fn surface(&self, _: u32) -> Option<Surface> {
         None
+    }
+
+    fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
+        false
+    }
+}
+
+/// Knows the faces of a world's objects, which are numbered as there, and sees nothing.
+pub struct Faces<'a>(pub &'a World);
+
+impl Scout for Faces<'_> {
+    fn glances(&mut self, _: u32, _: &Region) -> bool {
+        false
+    }
+
+    fn surface(&self, object: u32) -> Option<Surface> {
+        Surface::of(self.0, object)
     }
 
     fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
@@ -132,25 +149,7 @@ mod tests {
             prover::{Proofs, Prover},
             random::Random,
         },
-        world::World,
     };
-
-    /// Knows the faces of a world.
-    struct Faces<'a>(&'a World);
-
-    impl Scout for Faces<'_> {
-        fn glances(&mut self, _: u32, _: &Region) -> bool {
-            false
-        }
-
-        fn surface(&self, object: u32) -> Option<Surface> {
-            Surface::of(self.0, object)
-        }
-
-        fn looks(&mut self, _: u32, _: &Region, _: &Surface, _: &[Region]) -> bool {
-            false
-        }
-    }
 
     const LIMITS: Limits = Limits {
         cuts: 4096,
