@@ -113,7 +113,7 @@ fn share_of(cells: usize) -> u32 {
 /// Each cell may take so many times as many tests of walls as rays, …
 const STEPS: u32 = 16;
 /// … and cut regions and objects into parts once for so many rays.
-const RAYS_PER_CUT: u32 = 6;
+const RAYS_PER_CUT: u32 = 12;
 
 /// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
 /// anything may fetch a few things too many, last of all.
