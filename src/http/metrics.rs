@@ -60,6 +60,7 @@ struct LiveMetrics {
     movers: Gauge,
     hushed: Gauge,
     events: Counter,
+    at_once: Counter,
     resyncs: Counter,
     floods: Counter,
     expired: Counter,
@@ -113,6 +114,11 @@ impl LiveMetrics {
         }
         let counters = [
             ("live_events", "Events for sessions", &self.events),
+            (
+                "live_events_at_once",
+                "Events written into connections without waking their tasks",
+                &self.at_once,
+            ),
             ("live_resyncs", "Readers that had missed too much", &self.resyncs),
             ("live_floods", "Poses that came too fast", &self.floods),
             ("live_expired_sessions", "Sessions whose lease ran out", &self.expired),
@@ -137,6 +143,7 @@ impl LiveMetrics {
         gauge(&self.hushed, counts.now.hushed);
         let counter = |counter: &Counter, value| counter.inner().store(value, Ordering::Relaxed);
         counter(&self.events, counts.events);
+        counter(&self.at_once, counts.at_once);
         counter(&self.resyncs, counts.resyncs);
         counter(&self.floods, counts.floods);
         counter(&self.expired, counts.expired);

@@ -105,6 +105,7 @@ pub struct Sources {
 #[derive(Debug, Default)]
 struct Tally {
     events: AtomicU64,
+    at_once: AtomicU64,
     resyncs: AtomicU64,
     floods: AtomicU64,
     expired: AtomicU64,
@@ -117,6 +118,8 @@ pub struct LiveCounts {
     pub now: Counts,
     /// Events put into outboxes.
     pub events: u64,
+    /// Events written into connections without waking the tasks that own them.
+    pub at_once: u64,
     /// Readers that had missed too much.
     pub resyncs: u64,
     /// Poses that came too fast.
@@ -172,6 +175,7 @@ impl Live {
             now: self.0.registry.counts(),
             quality: self.0.registry.quality(),
             events: tally.events.load(Ordering::Relaxed),
+            at_once: tally.at_once.load(Ordering::Relaxed),
             resyncs: tally.resyncs.load(Ordering::Relaxed),
             floods: tally.floods.load(Ordering::Relaxed),
             expired: tally.expired.load(Ordering::Relaxed),

@@ -64,6 +64,33 @@ async fn the_stream_has_what_proxies_and_browsers_need() {
 }
 
 #[tokio::test]
+async fn who_has_heard_all_is_told_of_poses_without_being_woken() {
+    let server = Server::start().await;
+    let (a, b) = (
+        Person::enter(server.address, 0.5).await,
+        Person::enter(server.address, 0.9).await,
+    );
+    let mut stream = a.listen().await;
+    stream.wait("object-info").await;
+    let mut at_once = 0;
+    // Whether its task has come to rest when the pose comes is the machine's affair.
+    for step in 1..100 {
+        let x = 0.9 - f64::from(step % 2) * 0.3;
+        b.stand_at(x).await;
+        stream.wait_for(&b.object, x).await;
+        let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+        let line = metrics
+            .lines()
+            .find_map(|line| line.strip_prefix("belvedere_live_events_at_once_total "));
+        at_once = line.expect("a metric").parse().unwrap();
+        if at_once > 2 {
+            break;
+        }
+    }
+    assert!(at_once > 2, "{at_once} of 99");
+}
+
+#[tokio::test]
 async fn who_comes_back_hears_what_was_missed_or_everything() {
     let server = Server::start().await;
     let a = Person::enter(server.address, 0.5).await;

@@ -121,19 +121,20 @@ impl Outbox {
         self.push_with(event, &mut Delivery::begin());
     }
 
-    /// The same for one of many that are told of the same poses.
-    pub(super) fn push_with(&self, event: &Event, delivery: &mut Delivery) {
+    /// The same for one of many that are told of the same poses. Says whether the reader has it already.
+    pub(super) fn push_with(&self, event: &Event, delivery: &mut Delivery) -> bool {
         let mut state = self.state();
         match event {
             Event::Resync { .. } => state.clear(),
-            _ if state.missed.is_some() => return,
+            _ if state.missed.is_some() => return false,
             Event::ObjectPos { t_ms, objects } => {
                 let written = delivery.poses.all(*t_ms, objects);
-                if !state.tell_at_once(Said::poses(written.data.clone()), delivery) {
+                let told = state.tell_at_once(Said::poses(written.data.clone()), delivery);
+                if !told {
                     state.poses.add(&written);
                     state.wake();
                 }
-                return;
+                return told;
             }
             Event::ObjectGone { objects, .. } => state.poses.remove(objects),
             _ => {}
@@ -149,6 +150,7 @@ impl Outbox {
             self.somebody_missed.store(true, Ordering::Release);
         }
         state.wake();
+        false
     }
 
     /// Whether more than half of the room is left.

@@ -96,9 +96,9 @@ fn what_many_are_told_alike_is_held_once_and_each_hears_it_in_its_own_order() {
     let readers = outboxes.each_ref().map(|outbox| outbox.attach(None));
     outboxes[2].push(&gone());
     let mut delivery = Delivery::begin();
-    outboxes
-        .iter()
-        .for_each(|outbox| outbox.push_with(&pos(7), &mut delivery));
+    for outbox in &outboxes {
+        assert!(!outbox.push_with(&pos(7), &mut delivery), "it has no line");
+    }
     let heard = [0, 1, 2].map(|i| read(&outboxes[i], readers[i]));
     assert_eq!(heard[0], heard[1]);
     assert!(
@@ -112,9 +112,9 @@ fn what_many_are_told_alike_is_held_once_and_each_hears_it_in_its_own_order() {
         .map(|outbox| outbox.state().told.last().unwrap().data.clone());
     assert!(kept.iter().all(|data| data.as_ptr() == kept[0].as_ptr()));
     // What came later to one of them is nobody else's.
-    outboxes
-        .iter()
-        .for_each(|outbox| outbox.push_with(&pos(8), &mut delivery));
+    for outbox in &outboxes {
+        assert!(!outbox.push_with(&pos(8), &mut delivery), "it has no line");
+    }
     outboxes[0].push(&gone());
     outboxes[1].push(&pos(9));
     assert_eq!(names(&read(&outboxes[0], readers[0])), ["object-gone"]);

@@ -109,7 +109,7 @@ impl Stage {
     async fn rebase(&mut self, terrain: Terrain, handle: &StageHandle) -> Result<(), ReadError> {
         let ground = terrain.ground().await?;
         let sights = terrain.sights_around(&ground, self.world.eyes()).await?;
-        self.deliver();
+        self.deliver().await;
         let pointer = &terrain.published.pointer;
         for person in self.people.values() {
             person.outbox.push(&Event::Revision {

@@ -1,10 +1,11 @@
 //! The task that owns a scene: the only one that touches its rules.
 //!
 //! It takes messages, ticks, follows new revisions and ends leases. Poses that come too fast are refused, and the newest
-//! of them is taken in the next tick. What changes the rules' world goes through its [`Journal`], so that all of it can be
+//! of them is taken in the next tick. What moves when nothing was told for a tick is told at once. What changes the rules' world goes through its [`Journal`], so that all of it can be
 //! recorded.
 
 mod abroad;
+mod deliver;
 mod ground;
 mod tick;
 
@@ -34,7 +35,6 @@ use super::{
     keeping::{DoorToKeep, Keeping},
     message::{Message, StageHandle},
     outbox::Outbox,
-    poses::Delivery,
     statics::{self, View},
     terrain::Terrain,
 };
@@ -79,6 +79,8 @@ async fn run(
         unreadable: None,
         proving: false,
         ticked: false,
+        moved: false,
+        told_at: Instant::now(),
         people_counted: Instant::now(),
         movers_counted: Instant::now(),
         keeping: Keeping::new(&live.0.sources.catalogue, scene),
@@ -93,14 +95,21 @@ async fn run(
     loop {
         tokio::select! {
             message = inbox.recv() => match message {
-                Some(message) => stage.take(message).await,
+                Some(message) => {
+                    stage.take(message).await;
+                    // What comes together is told together.
+                    if inbox.is_empty() && stage.hurries() {
+                        stage.tick(handle).await;
+                        ticks.reset();
+                    }
+                }
                 None => return Ok(()),
             },
             _ = ticks.tick(), if !stage.world.is_empty() => stage.tick(handle).await,
             _ = rounds.tick(), if stage.abroad.is_some() => stage.exchange(handle).await,
         }
         stage.find_screens(handle);
-        stage.deliver();
+        stage.deliver().await;
         stage.record().await;
         handle.count(stage.world.counts());
     }
@@ -120,6 +129,10 @@ struct Stage {
     proving: bool,
     /// Something has been written for which a tick has passed.
     ticked: bool,
+    /// Somebody has moved since the last tick.
+    moved: bool,
+    /// When something was told last, or might have been told at once.
+    told_at: Instant,
     /// When silent sessions were looked for.
     people_counted: Instant,
     /// When silent movers were looked for.
@@ -208,6 +221,7 @@ impl Stage {
 
     fn move_to(&mut self, object: ObjectId, sent: Sent) -> Result<Moved, LiveError> {
         let moved = self.world.move_to(object, sent, self.live.now_ms())?;
+        self.moved = true;
         self.keeping.moved(object, sent);
         Ok(moved)
     }
@@ -276,6 +290,7 @@ impl Stage {
     async fn apply(&mut self, session: SessionId, sent: Sent) -> Result<Seen, LiveError> {
         self.learn(self.world.unknown_to(session, sent.position)).await?;
         let seen = self.world.pose(session, sent, self.live.now_ms())?;
+        self.moved = true;
         self.show_statics(session, false);
         Ok(seen)
     }
@@ -307,24 +322,5 @@ impl Stage {
         self.people.remove(&session);
         self.late.remove(&session);
         self.live.0.registry.end_session(session);
-    }
-
-    /// Puts what the rules have said into the outboxes.
-    fn deliver(&mut self) {
-        let events = self.world.events();
-        if events.is_empty() {
-            return;
-        }
-        self.live
-            .0
-            .tally
-            .events
-            .fetch_add(events.len() as u64, Ordering::Relaxed);
-        let mut delivery = Delivery::begin();
-        for (session, event) in events {
-            if let Some(person) = self.people.get(&session) {
-                person.outbox.push_with(&event, &mut delivery);
-            }
-        }
     }
 }

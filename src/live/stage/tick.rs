@@ -12,6 +12,16 @@ use super::{Live, Stage, StageHandle};
 const LONGEST_PAUSE: Duration = Duration::from_secs(10);
 
 impl Stage {
+    /// Whether somebody has moved after nothing was told for a tick: then the next need not be waited for. Never more often than
+    /// once a tick.
+    pub(super) fn hurries(&mut self) -> bool {
+        let hurries = self.moved && self.told_at.elapsed() >= self.live.0.settings.tick;
+        if hurries {
+            self.told_at = Instant::now();
+        }
+        hurries
+    }
+
     pub(super) async fn tick(&mut self, handle: &StageHandle) {
         self.follow(handle).await;
         self.end_silent_sessions();
@@ -20,11 +30,12 @@ impl Stage {
             _ = self.apply(session, sent).await;
         }
         self.end_silent_movers(handle);
+        self.moved = false;
         self.world.tick(self.live.now_ms());
         self.ticked = true;
         self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
         if handle.take_somebody_missed() {
-            self.resync();
+            self.resync().await;
         }
     }
 
@@ -58,7 +69,7 @@ impl Stage {
         }
     }
 
-    fn resync(&mut self) {
+    async fn resync(&mut self) {
         let waiting: Vec<_> = self
             .people
             .iter()
@@ -68,11 +79,11 @@ impl Stage {
             return;
         }
         // What the tick has just said belongs before.
-        self.deliver();
+        self.deliver().await;
         for (session, reason) in waiting {
             self.live.0.tally.resyncs.fetch_add(1, Ordering::Relaxed);
             self.world.resync(session, reason, self.live.now_ms());
-            self.deliver();
+            self.deliver().await;
             self.tell_network(session);
             self.show_statics(session, true);
         }

@@ -163,7 +163,9 @@ impl World {
                     || sent.turned_rad(&mover.pose) > pace::TOLERANCE_RAD;
                 if wrong {
                     shown.priority += seen.unwrap_or(1.0) * pace::priority(away_m, mover.radius_m);
-                    if now_ms - shown.sent_at_ms >= shown.attention.period_ms {
+                    // Ticks do not come to the millisecond.
+                    let since_ms = now_ms - shown.sent_at_ms + self.rules.tick_ms / 2;
+                    if since_ms >= shown.attention.period_ms {
                         due.push((shown.priority, *object, mover.pose));
                     }
                 }
