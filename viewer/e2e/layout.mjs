@@ -76,10 +76,11 @@ async function nameControls(page, where) {
   for (const { role, name } of met) insist(name?.value?.trim(), `${where}: a ${role.value} has no name`);
 }
 
-async function hitControls(page, where, least) {
+async function hitControls(page, where, touch) {
+  const least = touch ? TARGET_PX.touch : TARGET_PX.mouse;
   const small = await page.evaluate((px) => {
-    const buttons = [...document.querySelectorAll("#page button")];
-    const sized = buttons.map((one) => [one.getAttribute("aria-label") ?? one.id, one.getBoundingClientRect()]);
+    const controls = [...document.querySelectorAll("#page :is(button, select)")];
+    const sized = controls.map((one) => [one.getAttribute("aria-label") ?? one.id, one.getBoundingClientRect()]);
     return sized.filter(([, box]) => box.width > 0 && Math.min(box.width, box.height) < px).map(([name]) => name);
   }, least);
   insist(small.length === 0, `${where}: smaller than ${least} px are ${small.join(", ")}`);
@@ -89,11 +90,11 @@ async function panels(page, name, touch) {
   await page.goto(url);
   await settle(page, "the first cell");
   await roomFor(page, `${name}-start`, "hud", "intro", "tools");
-  await hitControls(page, name, touch ? TARGET_PX.touch : TARGET_PX.mouse);
   for (const fold of FOLDS) {
     if ((await button(page, fold).getAttribute("aria-expanded")) === "false") await button(page, fold).click();
   }
   await roomFor(page, `${name}-unfolded`, "hud", "choices", "tools");
+  await hitControls(page, name, touch);
   await button(page, "Map").click();
   await roomFor(page, `${name}-map`, "map", "tools");
   await button(page, "How to move").click();
@@ -135,6 +136,7 @@ async function atDoor(page, name, touch) {
   await settle(page, "the rooms");
   await page.locator("#door").waitFor({ timeout });
   await roomFor(page, `${name}-door`, "door", "toast", "tools");
+  await hitControls(page, `${name} at a door`, touch);
   await page.locator("#map-toggle").click();
   await roomFor(page, `${name}-door-map`, "door", "map");
   await page.locator("#map-toggle").click();

@@ -19,7 +19,7 @@ import { explain, NoSuchScene } from "../ui/problem.ts";
 import { type Display, type Moving, type Readings, Visit } from "../ui/visit.ts";
 import { STYLE } from "./style.ts";
 
-const HOW_TO_MOVE = "Move with W, A, S, D or the arrow keys; drag to look around.";
+const HOW_TO_MOVE = "Move with W, A, S, D or the arrow keys; drag to look around, or press R and V.";
 
 export class BelvedereScene extends HTMLElement {
   static readonly observedAttributes = ["src"];

@@ -9,6 +9,7 @@ import type { Announcer } from "./announcer.ts";
 import type { LiveCompany } from "./company.ts";
 import { write } from "./dom.ts";
 import { element } from "./elements.ts";
+import { keepFocus } from "./focus.ts";
 import { writeDoor } from "./format.ts";
 import { lowerButton } from "./gamepad.ts";
 import type { Visit } from "./visit.ts";
@@ -81,9 +82,8 @@ export class DoorHint {
 
   private hide(): void {
     if (this.button.hidden) return;
-    // Who used it by its button goes on by keys.
-    if (document.activeElement === this.button) element("view", HTMLCanvasElement).focus({ preventScroll: true });
     this.button.hidden = true;
+    keepFocus();
     for (const topic of ["door", "moved"]) this.parts.announcer.say(topic, "");
   }
 }

@@ -1,5 +1,6 @@
 /** How does one learn what can be done here? A panel with all keys, and one line for who has just come. */
 import { element } from "./elements.ts";
+import { keepFocus } from "./focus.ts";
 
 export class HelpPanel {
   private readonly panel = element("help", HTMLElement);
@@ -17,9 +18,10 @@ export class HelpPanel {
     return !this.panel.hidden;
   }
 
-  /** Opens or closes it. It has the focus while it is open; then what had it before. */
+  /** Opens or closes it. Opening gives it the focus, and closing gives that back. */
   toggle(open = !this.open): void {
     if (open === this.open) return;
+    const hadFocus = this.panel.contains(document.activeElement);
     if (open) this.before = document.activeElement;
     this.panel.hidden = !open;
     this.button.setAttribute("aria-expanded", String(open));
@@ -27,7 +29,8 @@ export class HelpPanel {
     if (open) {
       this.welcomed();
       this.panel.focus({ preventScroll: true });
-    } else if (this.before instanceof HTMLElement) this.before.focus({ preventScroll: true });
+    } else if (hadFocus && this.before instanceof HTMLElement) this.before.focus({ preventScroll: true });
+    keepFocus();
   }
 
   /** Who has found out how to move needs no first line any more. */

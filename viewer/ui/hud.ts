@@ -9,7 +9,7 @@ import { writeBytes, writeShare } from "./format.ts";
 import type { Display, Moving, Readings } from "./visit.ts";
 
 const MODES: Readonly<Record<Moving, string>> = {
-  walk: "",
+  walk: "Walking: walls stop you.",
   fly: "Flying: walls do not stop you. F or the button: walk.",
   frozen: "Frozen: what is shown stays as it is. G or the inspector: go on.",
 };
@@ -55,6 +55,7 @@ export class Hud implements Display {
     const note = element("mode", HTMLParagraphElement);
     note.hidden = mode === "walk";
     write(note, MODES[mode]);
+    this.announcer.say("mode", MODES[mode]);
     const toggle = element("fly-toggle", HTMLButtonElement);
     toggle.setAttribute("aria-pressed", String(mode !== "walk"));
     toggle.disabled = mode === "frozen";

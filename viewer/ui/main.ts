@@ -21,6 +21,7 @@ import { LiveCompany } from "./company.ts";
 import { Controls } from "./controls.ts";
 import { DoorHint } from "./doorhint.ts";
 import { element } from "./elements.ts";
+import { focusWorld, giveBackFocus, keepFocus } from "./focus.ts";
 import { Fold } from "./fold.ts";
 import { HelpPanel } from "./help.ts";
 import { Hud } from "./hud.ts";
@@ -90,7 +91,7 @@ function offerViewpoints(viewpoints: readonly Viewpoint[], goTo: (viewpoint: Vie
     const viewpoint = viewpoints[Number(select.value)];
     if (select.value !== "" && viewpoint) goTo(viewpoint);
     select.value = "";
-    element("view", HTMLCanvasElement).focus();
+    focusWorld();
   };
   element("viewpoint-choice", HTMLLabelElement).hidden = false;
   element("choices", HTMLElement).hidden = false;
@@ -147,7 +148,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     toggled: (open) => {
       document.body.classList.toggle("inspecting", open);
       inspectorToggle.setAttribute("aria-pressed", String(open));
-      canvas.focus({ preventScroll: true });
+      keepFocus();
     },
   });
   document.body.append(panel.element);
@@ -156,6 +157,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const map = new MapPanel(visit, (open) => {
     mapToggle.setAttribute("aria-pressed", String(open));
     if (open) makeRoom(help, ...folds);
+    keepFocus();
   });
   element("middle", HTMLDivElement).append(map.element);
   mapToggle.onclick = () => map.toggle();
@@ -227,7 +229,8 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   void company.join();
   window.belvedere = inspector({ visit, company, encodedBytes: () => encoded_bytes, problems });
   addEventListener("keydown", ({ key }) => key === "Tab" && document.body.classList.add("tabbing"));
-  canvas.focus();
+  giveBackFocus(element("page", HTMLDivElement));
+  focusWorld();
 }
 
 async function main(): Promise<void> {
