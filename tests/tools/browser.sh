@@ -11,7 +11,7 @@ serve_museum
 "$belvedere" bake viewer/e2e/worlds/square.dcg --scene square --data "$data"
 story() { BELVEDERE_URL="$1/?scene=museum" ARTIFACTS="$PWD/artifacts/$2" node "viewer/e2e/$3.mjs"; }
 echo "walking through $base"
-for name in walk inspector smooth reach embed crowd; do story "$base" served "$name"; done
+for name in walk keys layout inspector smooth reach embed crowd; do story "$base" served "$name"; done
 
 for scene in museum doored; do "$belvedere" publish "$scene" --data "$data" --to "$work/tree"; done
 python3 -u -m http.server --bind 127.0.0.1 --directory "$work/tree" 0 >"$work/plain.log" 2>&1 &
@@ -24,5 +24,5 @@ for _ in $(seq 100); do
 done
 tree="http://127.0.0.1:$port"
 echo "walking through the static tree"
-for name in walk smooth embed; do story "$tree" static "$name"; done
+for name in walk keys smooth embed; do story "$tree" static "$name"; done
 BELVEDERE_STATIC="$tree/" story "$base" served company

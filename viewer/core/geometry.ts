@@ -31,6 +31,28 @@ export function distanceToBounds(bounds: Bounds, point: Vec3): number {
   return Math.sqrt(squared);
 }
 
+/** The point of a box that is nearest to another; that itself when it is inside. */
+export function nearestInBounds({ min, max }: Bounds, point: Vec3): Vec3 {
+  const clamp = (axis: 0 | 1 | 2) => Math.min(max[axis], Math.max(min[axis], point[axis]));
+  return [clamp(0), clamp(1), clamp(2)];
+}
+
+/** How far a ray goes until it meets a box, in lengths of its direction; zero from inside, infinite when it never does. */
+export function rayToBounds({ min, max }: Bounds, origin: Vec3, direction: Vec3): number {
+  let [enters, leaves] = [0, Number.POSITIVE_INFINITY];
+  for (const axis of [0, 1, 2] as const) {
+    const rate = direction[axis];
+    if (Math.abs(rate) < 1e-12) {
+      if (origin[axis] < min[axis] || origin[axis] > max[axis]) return Number.POSITIVE_INFINITY;
+      continue;
+    }
+    const [a, b] = [(min[axis] - origin[axis]) / rate, (max[axis] - origin[axis]) / rate];
+    enters = Math.max(enters, Math.min(a, b));
+    leaves = Math.min(leaves, Math.max(a, b));
+  }
+  return enters <= leaves ? enters : Number.POSITIVE_INFINITY;
+}
+
 /** The middle of a convex polygon's corners. */
 export function centre(points: readonly Vec3[]): Vec3 {
   const sum = points.reduce<Vec3>((total, point) => add(total, point), [0, 0, 0]);

@@ -187,6 +187,14 @@ export class Walker {
     return way_m > 1e-7;
   }
 
+  /** Whether a straight line from the eye towards a point leads to an opening of a door; nothing hinders who is in no cell. */
+  leadsTo(point: Vec3, door: number): boolean {
+    const cell = this.here();
+    if (this.mode === "fly" || !cell || !insidePlanes(cell.planes, this.position, SEAM_M)) return true;
+    const end = sweep(this.space, { position: this.position, cell }, subtract(point, this.position), "stop");
+    return end.cell.portals?.some((portal) => portal.door === door) ?? false;
+  }
+
   private here(): NavigationCell | undefined {
     return this.cell === undefined ? undefined : this.space.cell(this.cell);
   }

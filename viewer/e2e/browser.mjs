@@ -30,6 +30,13 @@ export function insist(fact, sentence) {
   if (!fact) throw new Error(sentence);
 }
 
+/** The address of another scene on the same server, or on the one at `base`. */
+export function addressOf(scene, base = url) {
+  const address = new URL(base);
+  address.searchParams.set("scene", scene);
+  return address.href;
+}
+
 export const picture = (name) => join(artifacts, `${name}.png`);
 export const state = (page) => page.evaluate(() => window.belvedere.state());
 

@@ -4,19 +4,14 @@
  * `BELVEDERE_STATIC`, where given, a static tree of it, in which doors move too and nobody complains. Environment: see
  * `browser.mjs`.
  */
-import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+import { addressOf, insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
 
-const doored = (base) => {
-  const address = new URL(base);
-  address.searchParams.set("scene", "doored");
-  return address.href;
-};
 const WEST = [2, 1.65, 3];
 const EAST = [10, 1.65, 3];
 const BEFORE_THE_DOOR = [3, 1.65, 3];
 
 async function enter(page, base, position, yaw) {
-  await page.goto(doored(base));
+  await page.goto(addressOf("doored", base));
   await settle(page, "the rooms");
   await page.evaluate(([p, angle]) => window.belvedere.teleport(p, angle, 0), [position, yaw]);
   return page;

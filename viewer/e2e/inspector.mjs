@@ -80,7 +80,6 @@ await tell("inspector", async (open) => {
   await page.mouse.click(500, 400);
   await says(page, "picked", /^o\d+ “.*”, model m\d+/);
   await pretendSlowLine(page);
-  await page.keyboard.press("Escape");
   await page.locator("#view").focus();
   await page.keyboard.press("KeyI");
   insist(await page.locator("#inspector").isHidden(), "the inspector does not close");

@@ -91,13 +91,13 @@ async function byPhone(page) {
 
 async function byGamepad(page) {
   await page.addInitScript(() => {
-    window.pad = { axes: [0, 0, 0, 0], buttons: [] };
+    window.pad = { id: "some pad", axes: [0, 0, 0, 0], buttons: [] };
     navigator.getGamepads = () => [null, window.pad];
   });
   await page.goto(url);
   const start = await settle(page, "the first cell");
   await page.evaluate(() => {
-    window.pad = { axes: [0, -1, 0.6, 0], buttons: [] };
+    window.pad = { id: "some pad", axes: [0, -1, 0.6, 0], buttons: [] };
   });
   await until(
     page,

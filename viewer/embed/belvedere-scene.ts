@@ -16,10 +16,10 @@ import { Controls } from "../ui/controls.ts";
 import { make, write } from "../ui/dom.ts";
 import { writeBytes } from "../ui/format.ts";
 import { explain, NoSuchScene } from "../ui/problem.ts";
-import { type Display, type Readings, Visit } from "../ui/visit.ts";
+import { type Display, type Moving, type Readings, Visit } from "../ui/visit.ts";
 import { STYLE } from "./style.ts";
 
-const HOW_TO_MOVE = "Move with W, A, S, D or the arrow keys; drag to look around.";
+const HOW_TO_MOVE = "Move with W, A, S, D or the arrow keys; drag to look around, or press R and V.";
 
 export class BelvedereScene extends HTMLElement {
   static readonly observedAttributes = ["src"];
@@ -59,7 +59,7 @@ export class BelvedereScene extends HTMLElement {
   private async show(): Promise<void> {
     this.leave();
     const { attempt } = this;
-    const canvas = make("canvas", { tabindex: "0", "aria-label": `A world. ${HOW_TO_MOVE}` });
+    const canvas = make("canvas", { tabindex: "0", role: "application", "aria-label": `A world. ${HOW_TO_MOVE}` });
     const stick = make("div", { class: "stick", hidden: true, "aria-hidden": "true" }, make("i"));
     const caption = make("p", { role: "status" });
     const root = this.shadowRoot ?? this.attachShadow({ mode: "open" });
@@ -95,7 +95,12 @@ export class BelvedereScene extends HTMLElement {
     const controls = new Controls(canvas, stick, {
       keys: this,
       turn: (yaw, pitch) => visit.turn(yaw, pitch),
-      command: (code) => code === "KeyF" && visit.toggleFly(),
+      command: (command) => {
+        if (command === "fly") visit.toggleFly();
+        else if (command === "level") visit.level();
+        else return false;
+        return true;
+      },
       tap: () => {},
     });
     visit.begin(controls);
@@ -133,7 +138,7 @@ class Caption implements Display {
 
   title(): void {}
 
-  mode(mode: "fly" | "walk"): void {
+  mode(mode: Moving): void {
     this.line.hidden = mode !== "fly";
     write(this.line, mode === "fly" ? "Flying: walls do not stop you. F to walk." : "");
   }

@@ -24,7 +24,8 @@ canvas {
   outline: none;
 }
 canvas:focus-visible {
-  box-shadow: inset 0 0 0 2px #e8b96a;
+  outline: 2px solid #e8b96a;
+  outline-offset: -2px;
 }
 p {
   position: absolute;
@@ -36,7 +37,7 @@ p {
   max-width: calc(100% - 24px);
   box-sizing: border-box;
   border-radius: 10px;
-  background: rgb(17 21 27 / 78%);
+  background: rgb(17 21 27 / 88%);
 }
 p:empty {
   display: none;

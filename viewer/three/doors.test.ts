@@ -18,8 +18,11 @@ it("a closed leaf stays where it was published, an open one keeps its hinge and 
   expect(hinge().distanceTo(new Vector3(2, 1, 5.05))).toBeCloseTo(0, 9);
   expect(free().x).toBeLessThan(ajar);
   expect(free().x).toBeLessThan(2.2);
+  expect(door.leaf().max[0]).toBeLessThan(2.3);
   door.turn(false, "at once");
   expect(free().x).toBeCloseTo(3, 9);
+  expect(door.leaf()).toEqual(LEAF);
+  expect([door.step(0.1), door.step(0.1)]).toEqual([true, false]);
 });
 
 it("send rates go from green to red", () => {

@@ -2,7 +2,7 @@
  * How does a door open? Its leaf, which is published closed, swings about one of its upright edges. The edge is the end of
  * its longer side, in the order of the axes: nothing published says where its hinges are.
  */
-import { Matrix4 } from "three";
+import { Box3, Matrix4, Vector3 } from "three";
 import type { Bounds } from "../core/geometry.ts";
 
 const OPEN_RAD = 1.4;
@@ -11,12 +11,16 @@ const SWING_S = 0.7;
 export class DoorSwing {
   /** 0 closed, 1 open. */
   private share: number;
+  /** Where the leaf was when `step` last told. */
+  private told: number;
 
   constructor(
-    private readonly bounds: Bounds,
+    /** Of the leaf where it was published, which closes the doorway. */
+    readonly bounds: Bounds,
     private target: 0 | 1,
   ) {
     this.share = target;
+    this.told = target;
   }
 
   /** Starts to open or close it; `at once` without a swing. */
@@ -25,13 +29,20 @@ export class DoorSwing {
     if (how === "at once") this.share = this.target;
   }
 
-  /** Goes on for a frame; answers whether the leaf moved. */
+  /** Goes on for a frame; answers whether the leaf has moved since it was asked last. */
   step(seconds: number): boolean {
-    const left = this.target - this.share;
-    if (left === 0) return false;
-    const most = seconds / SWING_S;
+    const [left, most] = [this.target - this.share, seconds / SWING_S];
     this.share += Math.min(most, Math.max(-most, left));
-    return true;
+    const moved = this.share !== this.told;
+    this.told = this.share;
+    return moved;
+  }
+
+  /** Of the leaf where it is now. */
+  leaf(): Bounds {
+    const { min, max } = this.bounds;
+    const box = new Box3(new Vector3(...min), new Vector3(...max)).applyMatrix4(this.matrix());
+    return { min: box.min.toArray(), max: box.max.toArray() };
   }
 
   /** What moves the leaf from where it was published to where it is, in world space. */

@@ -7,6 +7,7 @@ import { Company, type Mover } from "../core/live/company.ts";
 import type { LiveEvent } from "../core/live/events.ts";
 import { type Participant, Session } from "../core/live/session.ts";
 import type { PlacedObject } from "../core/objects.ts";
+import type { DoorPlace } from "../core/reach.ts";
 import { Avatars } from "../three/avatars.ts";
 import { DoorSwing } from "../three/doors.ts";
 import type { Visit } from "./visit.ts";
@@ -57,6 +58,11 @@ export class LiveCompany {
   /** Those in sight. */
   get movers(): readonly Mover[] {
     return this.people;
+  }
+
+  /** The doors that were met, and where they stand. */
+  *doorPlaces(): Iterable<DoorPlace> {
+    for (const [door, swing] of this.doors) yield { door, doorway: swing.bounds, leaf: swing.leaf() };
   }
 
   /** Joins, where that is possible; a server that cannot be asked is one without company. */

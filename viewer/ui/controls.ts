@@ -5,37 +5,35 @@
 
 import { IDLE, type Intent } from "../core/walker.ts";
 import { readPads } from "./gamepad.ts";
+import { type Command, commandOf, isForControl, MOTIONS } from "./keys.ts";
 
 export interface ControlEvents {
   /** Whose keys count. */
   readonly keys: EventTarget;
   /** Turn by these angles in radians. */
   readonly turn: (yaw: number, pitch: number) => void;
-  /** A letter was pressed that does not move anything, as its `KeyboardEvent.code`. */
-  readonly command: (code: string) => void;
+  /** A key or a button went down that does not move anything; answers whether that is of use here. */
+  readonly command: (command: Command) => boolean;
   /** A click or a tap without dragging, in CSS pixels from the corner of the canvas. */
   readonly tap: (x: number, y: number) => void;
+  /** Where on the page there is room for the stick; unless given, all over it. */
+  readonly room?: () => DOMRect;
 }
 
 const RADIANS_PER_PX = 0.0032;
 const TOUCH_RADIANS_PER_PX = 0.006;
-const KEY_TURN_RAD_PER_S = 1.7;
+const [KEY_TURN_RAD_PER_S, KEY_TILT_RAD_PER_S] = [1.7, 1.1];
 const STICK_RADIUS_PX = 48;
 /** A press that is shorter and moves less is a click. */
 const [TAP_MS, TAP_PX] = [400, 6];
 
-const KEYS: Record<string, Partial<Record<"forward" | "right" | "up" | "turn", number>>> = {
-  KeyW: { forward: 1 },
-  ArrowUp: { forward: 1 },
-  KeyS: { forward: -1 },
-  ArrowDown: { forward: -1 },
-  KeyA: { right: -1 },
-  KeyD: { right: 1 },
-  KeyE: { up: 1 },
-  KeyQ: { up: -1 },
-  ArrowLeft: { turn: 1 },
-  ArrowRight: { turn: -1 },
-};
+const EVERYWHERE = { left: -Infinity, top: -Infinity, right: Infinity, bottom: Infinity };
+
+/** Where the middle of the stick goes so that all of it stays between two edges; half-way where they are too close. */
+function inside(wanted: number, from: number, to: number): number {
+  if (to - from < 2 * STICK_RADIUS_PX) return (from + to) / 2;
+  return Math.min(to - STICK_RADIUS_PX, Math.max(from + STICK_RADIUS_PX, wanted));
+}
 
 export class Controls {
   private readonly ending = new AbortController();
@@ -75,7 +73,7 @@ export class Controls {
   intent(): Intent {
     const sum = { forward: 0, right: 0, up: 0 };
     for (const code of this.held) {
-      const key = KEYS[code];
+      const key = MOTIONS[code];
       sum.forward += key?.forward ?? 0;
       sum.right += key?.right ?? 0;
       sum.up += key?.up ?? 0;
@@ -89,23 +87,28 @@ export class Controls {
     return { forward, right, up, fast: this.fast || pads.fast };
   }
 
-  /** Reads gamepads, and turns by them and by held keys; call it once in a frame. */
+  /** Reads gamepads, does what their buttons say, and turns by them and by held keys; call it once in a frame. */
   turnByKeys(seconds: number): void {
+    const before = this.pads.commands;
     this.pads = readPads(navigator.getGamepads?.() ?? []);
-    let turn = 0;
-    for (const code of this.held) turn += KEYS[code]?.turn ?? 0;
-    const [yaw, pitch] = [turn * KEY_TURN_RAD_PER_S + this.pads.yaw, this.pads.pitch];
+    for (const command of this.pads.commands) if (!before.has(command)) this.events.command(command);
+    let [yaw, pitch] = [this.pads.yaw, this.pads.pitch];
+    for (const code of this.held) {
+      yaw += (MOTIONS[code]?.turn ?? 0) * KEY_TURN_RAD_PER_S;
+      pitch += (MOTIONS[code]?.tilt ?? 0) * KEY_TILT_RAD_PER_S;
+    }
     if (yaw !== 0 || pitch !== 0) this.events.turn(yaw * seconds, pitch * seconds);
   }
 
   private press(event: KeyboardEvent): void {
     this.fast = event.shiftKey;
-    const elsewhere = event.target instanceof Element && event.target.closest("select, button, a, input");
-    if (elsewhere || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (KEYS[event.code]) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target instanceof Element && isForControl(event.target, event.code)) return;
+    const command = commandOf(event);
+    if (MOTIONS[event.code]) {
       this.held.add(event.code);
       event.preventDefault();
-    } else if (!event.repeat) this.events.command(event.code);
+    } else if (command && !event.repeat && this.events.command(command)) event.preventDefault();
   }
 
   private release(event: KeyboardEvent): void {
@@ -178,8 +181,9 @@ export class Controls {
   private showStick(): void {
     this.stick.hidden = this.stickPointer === undefined;
     if (!this.stickPointer) return;
-    this.stick.style.left = `${this.stickPointer.x}px`;
-    this.stick.style.top = `${this.stickPointer.y}px`;
+    const { left, top, right, bottom } = this.events.room?.() ?? EVERYWHERE;
+    this.stick.style.left = `${inside(this.stickPointer.x, left, right)}px`;
+    this.stick.style.top = `${inside(this.stickPointer.y, top, bottom)}px`;
     const knob = this.stick.firstElementChild as HTMLElement | null;
     const { x, y } = this.stickOffset;
     if (knob) knob.style.transform = `translate(${x * STICK_RADIUS_PX}px, ${y * STICK_RADIUS_PX}px)`;

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { writeBytes, writeShare } from "./format.ts";
+import { writeBytes, writeDoor, writeShare } from "./format.ts";
 
 it.each([
   [0, "0 B"],
@@ -17,4 +17,14 @@ it("what was fetched is set against the whole, when the whole is known", () => {
   expect(writeShare(1.2e6, 35.4e6)).toBe("1.2 MB of 35.4 MB · 3.4 %");
   expect(writeShare(113e3, 112e3)).toBe("113 kB of 112 kB · 101 %");
   expect(writeShare(5, undefined)).toBe("5 B");
+});
+
+it.each([
+  ["door:front", "door “front”"],
+  ["door: garden_gate", "door “garden gate”"],
+  ["door:3", "door 3"],
+  ["door:Front door", "Front door"],
+  ["door", "the door"],
+])("a door named %s is written as %s", (sourceNode, text) => {
+  expect(writeDoor(sourceNode)).toBe(text);
 });

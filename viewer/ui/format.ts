@@ -1,4 +1,4 @@
-/** How are numbers written for people? */
+/** How are numbers and doors written for people? */
 
 const UNITS = ["B", "kB", "MB", "GB", "TB"];
 
@@ -19,4 +19,15 @@ export function writeShare(fetched: number, whole: number | undefined): string {
   if (!whole) return writeBytes(fetched);
   const percent = (100 * fetched) / whole;
   return `${writeBytes(fetched)} of ${writeBytes(whole)} · ${percent.toFixed(percent < 10 ? 1 : 0)} %`;
+}
+
+/** A door by its name in the source: `door “front”`, `door 3`, `Front door`; `the door` when it has none. */
+export function writeDoor(sourceNode: string): string {
+  const name = sourceNode
+    .replace(/^door:?\s*/i, "")
+    .replaceAll("_", " ")
+    .trim();
+  if (name === "") return "the door";
+  if (/\bdoor\b/i.test(name)) return name;
+  return /^\d+$/.test(name) ? `door ${name}` : `door “${name}”`;
 }

@@ -1,7 +1,8 @@
 import { expect, it } from "vitest";
-import { type Pad, readPads } from "./gamepad.ts";
+import { lowerButton, type Pad, readPads } from "./gamepad.ts";
 
 const pad = (axes: number[], ...pressed: number[]): Pad => ({
+  id: "some pad",
   axes,
   buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i) })),
 });
@@ -18,4 +19,15 @@ it("pushing the left stick away walks on, the right one to the right turns right
   expect(intent.right).toBeCloseTo(0.412, 3);
   expect(yaw).toBeLessThan(0);
   expect(pitch).toBeGreaterThan(0);
+});
+
+it("buttons command, whichever pad they are on", () => {
+  expect([...readPads([pad([], 0), null, pad([], 3)]).commands]).toEqual(["door", "fly"]);
+  expect(readPads([pad([], 1)]).commands.size).toBe(0);
+});
+
+it("the lower button is named as it is printed on the pad", () => {
+  expect(lowerButton([null, null])).toBeUndefined();
+  expect(lowerButton([null, pad([])])).toBe("A");
+  expect(lowerButton([{ ...pad([]), id: "DualSense (Vendor: 054c Product: 0ce6)" }])).toBe("×");
 });

@@ -1,8 +1,10 @@
-/** What does the person with a gamepad want? Left stick walks, right stick looks, shoulders go down and up. */
+/** What does the person with a gamepad want? Left stick walks, right stick looks, shoulders go down and up, and buttons command. */
 import type { Intent } from "../core/walker.ts";
+import { type Command, PAD_COMMANDS } from "./keys.ts";
 
 /** What of a `Gamepad` in the standard mapping is needed. */
 export interface Pad {
+  readonly id: string;
   readonly axes: readonly number[];
   readonly buttons: readonly { readonly pressed: boolean }[];
 }
@@ -12,6 +14,8 @@ export interface PadWish {
   /** Radians a second. */
   readonly yaw: number;
   readonly pitch: number;
+  /** What held buttons ask for. */
+  readonly commands: ReadonlySet<Command>;
 }
 
 /** Sticks never rest exactly in the middle. */
@@ -23,6 +27,7 @@ const [LEFT_SHOULDER, RIGHT_SHOULDER, RIGHT_TRIGGER] = [4, 5, 7];
 export function readPads(pads: readonly (Pad | null)[]): PadWish {
   let [forward, right, up, yaw, pitch] = [0, 0, 0, 0, 0];
   let fast = false;
+  const commands = new Set<Command>();
   for (const pad of pads) {
     if (!pad) continue;
     const pressed = (button: number) => (pad.buttons[button]?.pressed ? 1 : 0);
@@ -32,8 +37,15 @@ export function readPads(pads: readonly (Pad | null)[]): PadWish {
     yaw -= tilt(pad.axes[2]) * TURN_RAD_PER_S;
     pitch -= tilt(pad.axes[3]) * TURN_RAD_PER_S;
     fast ||= pressed(RIGHT_TRIGGER) === 1;
+    for (const [button, command] of Object.entries(PAD_COMMANDS)) if (pressed(Number(button))) commands.add(command);
   }
-  return { intent: { forward, right, up, fast }, yaw, pitch };
+  return { intent: { forward, right, up, fast }, yaw, pitch, commands };
+}
+
+/** What is printed on the lower button of the first connected pad. */
+export function lowerButton(pads: readonly (Pad | null)[]): string | undefined {
+  const pad = pads.find((one) => one !== null);
+  return pad && (/054c|playstation|dualshock|dualsense/i.test(pad.id) ? "×" : "A");
 }
 
 /** A stick's tilt beyond its dead zone, from −1 to 1. */

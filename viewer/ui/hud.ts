@@ -2,12 +2,17 @@
  * What does a walker want to know at a glance? The cell, how much of the scene is visible from it, bytes fetched against
  * the whole scene, and exactly how much of this cell is still to come.
  */
+import type { Announcer } from "./announcer.ts";
 import { write } from "./dom.ts";
 import { element } from "./elements.ts";
 import { writeBytes, writeShare } from "./format.ts";
-import type { Display, Readings } from "./visit.ts";
+import type { Display, Moving, Readings } from "./visit.ts";
 
-const ANNOUNCE_AFTER_MS = 800;
+const MODES: Readonly<Record<Moving, string>> = {
+  walk: "Walking: walls stop you.",
+  fly: "Flying: walls do not stop you. F or the button: walk.",
+  frozen: "Frozen: what is shown stays as it is. G or the inspector: go on.",
+};
 
 export class Hud implements Display {
   private readonly cell = element("cell", HTMLSpanElement);
@@ -17,12 +22,12 @@ export class Hud implements Display {
   private readonly loading = element("loading", HTMLDivElement);
   private readonly progress = element("progress", HTMLProgressElement);
   private readonly progressText = element("progress-text", HTMLSpanElement);
-  private readonly live = element("live", HTMLParagraphElement);
-  private announcement: ReturnType<typeof setTimeout> | undefined;
-  private announced = "";
+
+  constructor(private readonly announcer: Announcer) {}
 
   title(text: string): void {
     element("title", HTMLHeadingElement).textContent = text;
+    element("view", HTMLCanvasElement).setAttribute("aria-label", text);
     document.title = `${text} · Belvedere`;
   }
 
@@ -37,7 +42,7 @@ export class Hud implements Display {
     this.loading.classList.toggle("done", readings.settled);
     this.progress.value = total_bytes === 0 ? 1 : loaded_bytes / total_bytes;
     write(this.progressText, `${writeBytes(loaded_bytes)} of ${writeBytes(total_bytes)}`);
-    if (readings.settled) this.announce(`Cell ${cell}, ${visible}`);
+    if (readings.settled) this.announcer.say("cell", `Cell ${cell}, ${visible}`);
   }
 
   /** How many other people are in sight. */
@@ -46,23 +51,13 @@ export class Hud implements Display {
     write(element("people", HTMLElement), count === 1 ? "one other person" : `${count} other people`);
   }
 
-  mode(mode: "fly" | "walk"): void {
-    element("mode", HTMLParagraphElement).hidden = mode !== "fly";
-  }
-
-  toggleHelp(shown?: boolean): void {
-    const help = element("help", HTMLElement);
-    help.hidden = !(shown ?? help.hidden);
-    element("help-toggle", HTMLButtonElement).setAttribute("aria-expanded", String(!help.hidden));
-  }
-
-  /** Tells a screen reader, once things are quiet. */
-  private announce(text: string): void {
-    if (text === this.announced) return;
-    this.announced = text;
-    clearTimeout(this.announcement);
-    this.announcement = setTimeout(() => {
-      this.live.textContent = text;
-    }, ANNOUNCE_AFTER_MS);
+  mode(mode: Moving): void {
+    const note = element("mode", HTMLParagraphElement);
+    note.hidden = mode === "walk";
+    write(note, MODES[mode]);
+    this.announcer.say("mode", MODES[mode]);
+    const toggle = element("fly-toggle", HTMLButtonElement);
+    toggle.setAttribute("aria-pressed", String(mode !== "walk"));
+    toggle.disabled = mode === "frozen";
   }
 }

@@ -5,6 +5,8 @@
 import { addressOfScene, readPose, readRevision, treeBase, writePose } from "../core/address.ts";
 import type { SceneSummary, Viewpoint } from "../core/documents.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
+import { length } from "../core/geometry.ts";
+import type { PlacedObject } from "../core/objects.ts";
 import { fetchSceneList, PublishedScene } from "../core/published.ts";
 import { RequestLog } from "../core/requestlog.ts";
 import { Shelf } from "../core/shelf.ts";
@@ -13,12 +15,19 @@ import { FetchError } from "../core/transfer.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { Stage } from "../three/stage.ts";
+import { describeInto } from "./alternative.ts";
+import { Announcer } from "./announcer.ts";
 import { LiveCompany } from "./company.ts";
 import { Controls } from "./controls.ts";
+import { DoorHint } from "./doorhint.ts";
 import { element } from "./elements.ts";
+import { focusWorld, giveBackFocus, keepFocus } from "./focus.ts";
+import { Fold } from "./fold.ts";
+import { HelpPanel } from "./help.ts";
 import { Hud } from "./hud.ts";
 import { inspector } from "./inspect.ts";
 import { InspectorPanel } from "./inspector/panel.ts";
+import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
 import { explain, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
 import { Visit } from "./visit.ts";
@@ -82,7 +91,7 @@ function offerViewpoints(viewpoints: readonly Viewpoint[], goTo: (viewpoint: Vie
     const viewpoint = viewpoints[Number(select.value)];
     if (select.value !== "" && viewpoint) goTo(viewpoint);
     select.value = "";
-    element("view", HTMLCanvasElement).focus();
+    focusWorld();
   };
   element("viewpoint-choice", HTMLLabelElement).hidden = false;
   element("choices", HTMLElement).hidden = false;
@@ -94,13 +103,25 @@ interface Network {
   readonly throttle: Throttle;
 }
 
+/** Whether one panel at a time is all that there is room for. */
+function isSmall(): boolean {
+  return matchMedia("(max-width: 640px), (max-height: 480px)").matches;
+}
+
+/** Closes these where there is no room for more. */
+function makeRoom(...others: readonly { toggle(open: boolean): void }[]): void {
+  if (isSmall()) for (const other of others) other.toggle(false);
+}
+
 /** Whether the page's address leaves a way of drawing on. */
 function isUsed(name: string): boolean {
   return new URL(location.href).searchParams.get(name) !== "off";
 }
 
 function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[], network: Network): void {
-  const hud = new Hud();
+  const canvas = element("view", HTMLCanvasElement);
+  const announcer = new Announcer(element("live", HTMLParagraphElement));
+  const hud = new Hud(announcer);
   const host = scene.tree.base.host;
   const visit = new Visit({
     scene,
@@ -127,39 +148,65 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     toggled: (open) => {
       document.body.classList.toggle("inspecting", open);
       inspectorToggle.setAttribute("aria-pressed", String(open));
-      element("view", HTMLCanvasElement).focus({ preventScroll: true });
+      keepFocus();
     },
   });
   document.body.append(panel.element);
   inspectorToggle.onclick = () => panel.toggle();
   const mapToggle = element("map-toggle", HTMLButtonElement);
-  const map = new MapPanel(visit, (open) => mapToggle.setAttribute("aria-pressed", String(open)));
-  document.body.append(map.element);
+  const map = new MapPanel(visit, (open) => {
+    mapToggle.setAttribute("aria-pressed", String(open));
+    if (open) makeRoom(help, ...folds);
+    keepFocus();
+  });
+  element("middle", HTMLDivElement).append(map.element);
   mapToggle.onclick = () => map.toggle();
   map.people = () => company.movers.map(({ position }) => position);
-  const tap = async (x: number, y: number) => {
-    const object = visit.pick(x, y);
-    panel.show(object);
-    if (!object || panel.open || visit.frozen) return;
+  const help = new HelpPanel((open) => {
+    if (open) makeRoom(map, ...folds);
+  });
+  const unfolded = (open: boolean) => open && makeRoom(help, map);
+  const folds = [
+    new Fold(element("hud-fold", HTMLButtonElement), element("figures", HTMLDListElement), !isSmall(), unfolded),
+    new Fold(element("choices-fold", HTMLButtonElement), element("places", HTMLDivElement), !isSmall(), unfolded),
+  ];
+  const use = async (object: PlacedObject) => {
     try {
       await company.use(object);
     } catch (error) {
-      showToast(error, host, () => void tap(x, y));
+      showToast(error, host, () => void use(object));
     }
   };
-  const commands: Record<string, () => void> = {
-    KeyF: () => visit.toggleFly(),
-    KeyH: () => hud.toggleHelp(),
-    KeyM: () => map.toggle(),
-    KeyI: () => panel.toggle(),
-    KeyG: () => panel.toggleFreeze(),
+  const tap = (x: number, y: number) => {
+    const object = visit.pick(x, y);
+    panel.show(object);
+    if (object && !panel.open && !visit.frozen) void use(object);
   };
-  const controls = new Controls(element("view", HTMLCanvasElement), element("stick", HTMLDivElement), {
+  const doors = new DoorHint({ visit, company, announcer, use: (door) => void use(door) });
+  element("fly-toggle", HTMLButtonElement).onclick = () => visit.toggleFly();
+  const commands: Record<Command, () => unknown> = {
+    door: () => doors.use(),
+    fly: () => visit.toggleFly(),
+    level: () => visit.level(),
+    help: () => help.toggle(),
+    map: () => map.toggle(),
+    inspector: () => panel.toggle(),
+    freeze: () => panel.toggleFreeze(),
+    close: () => [help, map, panel].find(({ open }) => open)?.toggle(false),
+  };
+  const room = element("free", HTMLDivElement);
+  const controls = new Controls(canvas, element("stick", HTMLDivElement), {
     keys: window,
     turn: (yaw, pitch) => visit.turn(yaw, pitch),
-    command: (code) => commands[code]?.(),
-    tap: (x, y) => void tap(x, y),
+    command: (command) => commands[command]() !== false,
+    tap,
+    room: () => room.getBoundingClientRect(),
   });
+  visit.onFrame(() => {
+    if (length(visit.walker.speed) > 0) help.welcomed();
+    return false;
+  });
+  describeInto(element("picture", HTMLParagraphElement), visit);
   const viewpoint = scene.manifest.viewpoints[0];
   const pose = readPose(location.hash);
   const seen = readRevision(location.hash);
@@ -176,14 +223,14 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     hideToast();
     visit.explorer.retry();
   });
-  element("help-toggle", HTMLButtonElement).onclick = () => hud.toggleHelp();
-  if (matchMedia("(max-width: 640px)").matches) hud.toggleHelp(false);
   offerScenes(scenes, scene.pointer.scene);
   offerViewpoints(scene.manifest.viewpoints, (chosen) => visit.goTo(chosen));
   visit.begin(controls);
   void company.join();
   window.belvedere = inspector({ visit, company, encodedBytes: () => encoded_bytes, problems });
-  element("view", HTMLCanvasElement).focus();
+  addEventListener("keydown", ({ key }) => key === "Tab" && document.body.classList.add("tabbing"));
+  giveBackFocus(element("page", HTMLDivElement));
+  focusWorld();
 }
 
 async function main(): Promise<void> {

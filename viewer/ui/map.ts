@@ -39,7 +39,11 @@ export class MapPanel {
     private readonly toggled: (open: boolean) => void,
   ) {
     this.element = make("aside", { id: "map", class: "card", "aria-label": "Map", hidden: true }, this.canvas);
-    this.canvas.onclick = ({ offsetX, offsetY }) => this.goTo({ x: offsetX, y: offsetY });
+    this.canvas.onclick = ({ offsetX, offsetY }) => {
+      // On small screens it is drawn smaller.
+      const shrunk = SIZE_PX / this.canvas.clientWidth;
+      this.goTo({ x: offsetX * shrunk, y: offsetY * shrunk });
+    };
     this.canvas.onkeydown = (event) => this.press(event);
     this.canvas.onwheel = (event) => {
       event.preventDefault();
@@ -50,7 +54,12 @@ export class MapPanel {
     };
   }
 
-  toggle(open: boolean = this.element.hidden === true): void {
+  get open(): boolean {
+    return !this.element.hidden;
+  }
+
+  toggle(open = !this.open): void {
+    if (open === this.open) return;
     this.element.hidden = !open;
     clearInterval(this.timer);
     this.toggled(open);

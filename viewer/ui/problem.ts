@@ -87,6 +87,8 @@ export function showProblem(
   const button = element("problem-retry", HTMLButtonElement);
   button.onclick = retry;
   element("problem", HTMLDivElement).hidden = false;
+  // Nothing behind it can be reached.
+  for (const behind of [element("view", HTMLCanvasElement), element("page", HTMLDivElement)]) behind.inert = true;
   button.focus();
 }
 
@@ -105,6 +107,7 @@ export function showNotice(text: string, action: string, act: () => void): void 
     toast.hidden = true;
     act();
   };
+  element("toast-close", HTMLButtonElement).onclick = hideToast;
   toast.hidden = false;
 }
 

@@ -33,10 +33,13 @@ export interface Readings {
   readonly settled: boolean;
 }
 
+/** How one gets about; what is frozen is flown around in. */
+export type Moving = "fly" | "walk" | "frozen";
+
 /** What tells it. */
 export interface Display {
   title(text: string): void;
-  mode(mode: "fly" | "walk"): void;
+  mode(mode: Moving): void;
   show(readings: Readings): void;
 }
 
@@ -163,6 +166,11 @@ export class Visit {
     this.moved = true;
   }
 
+  /** Looks straight ahead. */
+  level(): void {
+    this.turn(0, -this.walker.pitch);
+  }
+
   /** Flies, or comes down to walk: onto the floor of the cell that is nearest. */
   toggleFly(): void {
     const { walker, explorer } = this;
@@ -195,6 +203,7 @@ export class Visit {
     this.walker.place(add(this.ahead(-LOOK_BACK_M), [0, LOOK_DOWN_M, 0]));
     this.walker.look(yaw, -Math.atan2(LOOK_DOWN_M, LOOK_BACK_M));
     this.moved = true;
+    this.parts.display.mode("frozen");
   }
 
   /** While the view is frozen: leaves out of the picture what is above the eye, such as ceilings. */
@@ -212,6 +221,7 @@ export class Visit {
     this.cutAway(false);
     this.teleport(pose);
     if (mode === "walk") this.walker.place(pose.position, this.explorer.cellId);
+    this.parts.display.mode(mode);
   }
 
   /** Where the view was frozen. */

@@ -25,7 +25,13 @@ export interface PanelParts {
 const UPDATE_EVERY_MS = 250;
 
 export class InspectorPanel {
-  readonly element = make("aside", { id: "inspector", class: "card", "aria-label": "Inspector", hidden: true });
+  readonly element = make("aside", {
+    id: "inspector",
+    class: "card",
+    "aria-label": "Inspector",
+    "data-scrolls": true,
+    hidden: true,
+  });
   private readonly layers: Layers;
   private readonly ladder: Ladder;
   private readonly people: People;

@@ -1,0 +1,160 @@
+/**
+ * Can one walk without a mouse? Walks up to a door with keys alone, closes and opens it with Enter, with a gamepad and with its
+ * button, looks up and down, flies, asks for help, and listens to what a screen reader is told. `BELVEDERE_URL` names a tree that
+ * has the scene `doored` (`e2e/worlds`). Environment: see `browser.mjs`.
+ */
+import { addressOf, insist, picture, settle, state, tell, timeout } from "./browser.mjs";
+
+async function until(page, what, test, argument) {
+  try {
+    await page.waitForFunction(test, argument, { timeout, polling: 50 });
+  } catch {
+    throw new Error(`${what}: ${JSON.stringify(await state(page))}`);
+  }
+}
+
+const closed = (page, count) =>
+  until(page, `${count} closed doors are expected`, (n) => window.belvedere.state().closedDoors.length === n, count);
+
+async function hear(page, pattern) {
+  await page.locator("#live").filter({ hasText: pattern }).waitFor({ state: "attached", timeout });
+}
+
+/** Holds a key until the page is in a state. */
+async function hold(page, key, what, test, argument) {
+  await page.keyboard.down(key);
+  try {
+    await until(page, `holding ${key}: ${what}`, test, argument);
+  } finally {
+    await page.keyboard.up(key);
+  }
+}
+
+/** From the wall behind one to the door, in a live session or alone. */
+async function throughTheDoor(page) {
+  await page.goto(`${addressOf("doored")}#p=1,1.65,3&yaw=0&pitch=0`);
+  await settle(page, "the rooms");
+  await page.waitForTimeout(1000);
+  insist(await page.locator("#door").isHidden(), "a door is offered from the other end of the room");
+  await hold(page, "ArrowRight", "one does not turn", () => Math.abs(window.belvedere.state().yaw + 1.57) < 0.15);
+  await page.locator("#intro").waitFor({ timeout });
+  // A slow browser turns in long steps.
+  await page.evaluate(() => window.belvedere.teleport([1, 1.65, 3], -Math.PI / 2, 0));
+  await hold(page, "ArrowUp", "no door comes into reach", () => !document.querySelector("#door").hidden);
+  insist(await page.locator("#intro").isHidden(), "who walks is still told how to");
+  // Doors outlive servers: a walk that failed may have left it closed.
+  if ((await state(page)).closedDoors.length > 0) await page.keyboard.press("Enter");
+  await closed(page, 0);
+  await page.locator("#door").filter({ hasText: "close door “leaf”" }).waitFor({ timeout });
+  await hear(page, /Enter: close door “leaf”/);
+  await page.keyboard.press("Enter");
+  await closed(page, 1);
+  await hear(page, /door “leaf” is closed now/);
+  await page.locator("#door").filter({ hasText: "open door “leaf”" }).waitFor({ timeout });
+  await page.waitForTimeout(1000);
+  await page.screenshot({ path: picture("keys-door") });
+  const { width, height } = page.viewportSize();
+  // Without motion, too, its leaf is in the doorway, where it can be hit.
+  await page.mouse.click(width / 2, height / 2);
+  await closed(page, 0);
+  await page.locator("#door").click();
+  await closed(page, 1);
+  await page.evaluate(() => {
+    window.pad.buttons = [{ pressed: true }];
+  });
+  await closed(page, 0);
+  await page.waitForTimeout(500);
+  insist((await state(page)).closedDoors.length === 0, "a button that is held is pressed again and again");
+  await page.evaluate(() => {
+    window.pad.buttons = [];
+  });
+  await hold(page, "KeyW", "one does not get through", () => window.belvedere.state().position[0] > 8);
+  insist(await page.locator("#door").isHidden(), "a door behind one's back is offered");
+}
+
+async function look(page) {
+  await hold(page, "PageUp", "one does not look up", () => window.belvedere.state().pitch > 0.3);
+  await hold(page, "KeyV", "one does not look down", () => window.belvedere.state().pitch < -0.3);
+  await page.keyboard.press("KeyC");
+  await until(page, "one does not look straight ahead", () => window.belvedere.state().pitch === 0);
+  await page.keyboard.press("KeyF");
+  await page.getByText("Flying: walls do not stop you").waitFor({ timeout });
+  await hear(page, /Flying: walls do not stop you/);
+  insist((await page.locator("#fly-toggle").getAttribute("aria-pressed")) === "true", "the fly button shows nothing");
+  await page.keyboard.press("KeyG");
+  await page.getByText("Frozen: what is shown stays").waitFor({ timeout });
+  insist(await page.locator("#fly-toggle").isDisabled(), "one can walk about in a frozen picture");
+  await page.locator("#view").focus();
+  await page.keyboard.press("KeyG");
+  await page.keyboard.press("Escape");
+  insist(await page.locator("#inspector").isHidden(), "Escape does not close the inspector");
+  await page.keyboard.press("KeyF");
+}
+
+const inTheWorld = (page) => page.evaluate(() => document.activeElement?.id === "view");
+
+async function panels(page) {
+  const panel = page.getByRole("region", { name: "How to move" });
+  await page.locator("#map-toggle").focus();
+  await page.keyboard.press("?");
+  await panel.waitFor({ timeout });
+  insist(await panel.evaluate((it) => it === document.activeElement), "the help has not got the focus");
+  await page.keyboard.press("Escape");
+  insist(await panel.isHidden(), "Escape does not close the help");
+  const back = await page.evaluate(() => document.activeElement?.id);
+  insist(back === "map-toggle", `after the help the focus is at ${back}`);
+  await page.keyboard.press("Enter");
+  const map = page.locator("#map");
+  await map.waitFor({ timeout });
+  await page.locator("#map canvas").focus();
+  await page.keyboard.press("Escape");
+  insist(await map.isHidden(), "Escape does not close the map");
+  insist(await inTheWorld(page), "after the map the focus is lost");
+  await page.locator("#map-toggle").click();
+  await map.waitFor({ timeout });
+  insist(await inTheWorld(page), "who clicks a button cannot go on by keys");
+  await page.locator("#map-toggle").click();
+}
+
+/** What a screen reader finds at the canvas, and in which order Tab goes through the page. */
+async function described(page) {
+  const canvas = page.getByRole("application", { name: "doored" });
+  await canvas.waitFor({ timeout });
+  await page
+    .locator("#picture")
+    .filter({ hasText: /^Facing (north|south|east|west).*Ahead: / })
+    .waitFor({
+      state: "attached",
+      timeout,
+    });
+  await canvas.focus();
+  const order = [];
+  for (let i = 0; i < 8; i += 1) {
+    order.push(await page.evaluate(() => document.activeElement?.id));
+    const ring = await page.evaluate(() => getComputedStyle(document.activeElement).outlineStyle);
+    insist(i === 0 || ring !== "none", `the focus cannot be seen at ${order.at(-1)}`);
+    await page.keyboard.press("Tab");
+  }
+  const expected = "view hud-fold choices-fold scenes fly-toggle map-toggle inspector-toggle help-toggle";
+  insist(order.join(" ") === expected, `Tab goes to ${order.join(" ")}`);
+  await canvas.focus();
+  await page.keyboard.press("Shift");
+  const ring = await canvas.evaluate((it) => getComputedStyle(it).outlineStyle);
+  insist(ring !== "none", "the focus cannot be seen at the canvas");
+  await page.screenshot({ path: picture("keys-focus") });
+}
+
+await tell("keys", async (open) => {
+  const page = await open({ viewport: { width: 1280, height: 720 }, reducedMotion: "reduce" });
+  await page.addInitScript(() => {
+    window.pad = { id: "some pad", axes: [0, 0, 0, 0], buttons: [] };
+    navigator.getGamepads = () => [window.pad];
+  });
+  await throughTheDoor(page);
+  await look(page);
+  await panels(page);
+  await described(page);
+  const { problems } = await state(page);
+  insist(problems.length === 0, `the viewer reports: ${problems.join("; ")}`);
+  console.log("keys alone lead through a door, and a screen reader is told of it");
+});

@@ -1,0 +1,155 @@
+/**
+ * Do panels leave room for each other? Opens them on phones, held upright and aslant, and on a desk, and insists that none covers
+ * another, nor the stick, nor leaves the page, that each can be closed or folded, and that every control has a name and can be hit.
+ * Environment: see `browser.mjs`.
+ */
+import { addressOf, insist, picture, settle, tell, timeout, url } from "./browser.mjs";
+
+const phone = (width, height) => ({
+  viewport: { width, height },
+  hasTouch: true,
+  isMobile: true,
+  deviceScaleFactor: 2,
+});
+const SIZES = {
+  "360x640": phone(360, 640),
+  "390x844": phone(390, 844),
+  "640x360": phone(640, 360),
+  "1280x720": { viewport: { width: 1280, height: 720 } },
+};
+const PANELS = ["hud", "choices", "door", "intro", "mode", "toast", "map", "help", "tools", "inspector", "stick"];
+const FOLDS = ["What is loaded", "Where to go"];
+/** What is smaller than this cannot be read or used. */
+const LEAST_PX = 90;
+/** Fingers miss what is smaller. */
+const TARGET_PX = { touch: 44, mouse: 24 };
+
+function boxes(page) {
+  return page.evaluate((ids) => {
+    const found = ids.map((id) => [id, document.getElementById(id)?.getBoundingClientRect()]);
+    return found
+      .filter(([, box]) => box && box.width > 0)
+      .map(([id, { left, top, right, bottom }]) => ({ id, left, top, right, bottom }));
+  }, PANELS);
+}
+
+/** Insists that all of these are shown, and nothing that is shown covers anything else. */
+async function roomFor(page, name, ...wanted) {
+  await page.waitForTimeout(400);
+  await page.screenshot({ path: picture(`layout-${name}`) });
+  const shown = await boxes(page);
+  const { width, height } = page.viewportSize();
+  for (const id of wanted) {
+    const box = shown.find((one) => one.id === id);
+    insist(box, `${name}: ${id} is not shown`);
+    const tall = box.bottom - box.top >= LEAST_PX || !["map", "help", "inspector"].includes(id);
+    insist(tall, `${name}: ${id} is only ${box.bottom - box.top} px high`);
+  }
+  for (const [i, a] of shown.entries()) {
+    const out = a.left < -0.5 || a.top < -0.5 || a.right > width + 0.5 || a.bottom > height + 0.5;
+    insist(!out, `${name}: ${a.id} leaves the page: ${JSON.stringify(a)}`);
+    for (const b of shown.slice(i + 1)) {
+      const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const along = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      insist(across <= 0.5 || along <= 0.5, `${name}: ${a.id} and ${b.id} overlap: ${JSON.stringify([a, b])}`);
+    }
+  }
+}
+
+/** Touches the page where it would walk, with the stick drawn. */
+async function touching(page, x, y, then) {
+  const touches = await page.context().newCDPSession(page);
+  await touches.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x, y }] });
+  await then();
+  await touches.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+}
+
+const button = (page, name) => page.getByRole("button", { name, exact: true });
+
+/** Every control in the tree that screen readers get. */
+async function nameControls(page, where) {
+  const session = await page.context().newCDPSession(page);
+  const { nodes } = await session.send("Accessibility.getFullAXTree");
+  const controls = /^(button|checkbox|combobox|application|link|progressbar|DisclosureTriangle|textbox|slider)$/;
+  const met = nodes.filter(({ ignored, role }) => !ignored && controls.test(role?.value));
+  insist(met.length >= 6, `${where}: only ${met.length} controls are told to screen readers`);
+  for (const { role, name } of met) insist(name?.value?.trim(), `${where}: a ${role.value} has no name`);
+}
+
+async function hitControls(page, where, touch) {
+  const least = touch ? TARGET_PX.touch : TARGET_PX.mouse;
+  const small = await page.evaluate((px) => {
+    const controls = [...document.querySelectorAll("#page :is(button, select)")];
+    const sized = controls.map((one) => [one.getAttribute("aria-label") ?? one.id, one.getBoundingClientRect()]);
+    return sized.filter(([, box]) => box.width > 0 && Math.min(box.width, box.height) < px).map(([name]) => name);
+  }, least);
+  insist(small.length === 0, `${where}: smaller than ${least} px are ${small.join(", ")}`);
+}
+
+async function panels(page, name, touch) {
+  await page.goto(url);
+  await settle(page, "the first cell");
+  await roomFor(page, `${name}-start`, "hud", "intro", "tools");
+  for (const fold of FOLDS) {
+    if ((await button(page, fold).getAttribute("aria-expanded")) === "false") await button(page, fold).click();
+  }
+  await roomFor(page, `${name}-unfolded`, "hud", "choices", "tools");
+  await hitControls(page, name, touch);
+  await button(page, "Map").click();
+  await roomFor(page, `${name}-map`, "map", "tools");
+  await button(page, "How to move").click();
+  await roomFor(page, `${name}-help`, "help", "tools");
+  await nameControls(page, `${name} with its help`);
+  await page.keyboard.press("Escape");
+  for (const fold of FOLDS) {
+    if ((await button(page, fold).getAttribute("aria-expanded")) === "false") await button(page, fold).click();
+    await button(page, fold).click();
+  }
+  insist(await page.locator("#figures").isHidden(), `${name}: what is loaded does not fold`);
+  insist(await page.locator("#places").isHidden(), `${name}: where to go does not fold`);
+  if (await page.locator("#map").isVisible()) await button(page, "Map").click();
+  await button(page, "Fly").click();
+  insist((await button(page, "Fly").getAttribute("aria-pressed")) === "true", `${name}: the fly button shows nothing`);
+  insist((await page.evaluate(() => window.belvedere.state().mode)) === "fly", `${name}: its button does not fly`);
+  await roomFor(page, `${name}-fly`, "mode", "tools", "choices", "hud");
+  await button(page, "Fly").click();
+  if (touch) {
+    for (const [x, y] of [
+      [8, 90],
+      [60, page.viewportSize().height - 20],
+    ]) {
+      await touching(page, x, y, () => roomFor(page, `${name}-stick-${x}`, "stick"));
+    }
+  }
+  await button(page, "Inspector").click();
+  await roomFor(page, `${name}-inspector`, "inspector", "hud");
+  await nameControls(page, `${name} with the inspector`);
+  await button(page, "Close the inspector").click();
+  insist(await page.locator("#inspector").isHidden(), `${name}: the inspector does not close`);
+  await page.reload();
+  await settle(page, "the same again");
+  insist(await page.locator("#figures").isHidden(), `${name}: it is forgotten what was folded`);
+}
+
+async function atDoor(page, name, touch) {
+  await page.goto(`${addressOf("doored")}#p=4,1.65,3&yaw=-90&pitch=0&rev=0123456789abcdef`);
+  await settle(page, "the rooms");
+  await page.locator("#door").waitFor({ timeout });
+  await roomFor(page, `${name}-door`, "door", "toast", "tools");
+  await hitControls(page, `${name} at a door`, touch);
+  await page.locator("#map-toggle").click();
+  await roomFor(page, `${name}-door-map`, "door", "map");
+  await page.locator("#map-toggle").click();
+  if (touch)
+    await touching(page, 20, page.viewportSize().height / 2, () => roomFor(page, `${name}-door-stick`, "stick"));
+}
+
+await tell("layout", async (open) => {
+  for (const [name, options] of Object.entries(SIZES)) {
+    const page = await open(options);
+    await panels(page, name, options.hasTouch);
+    await atDoor(page, name, options.hasTouch);
+    await page.close();
+  }
+  console.log(`panels leave room for each other at ${Object.keys(SIZES).join(", ")}`);
+});

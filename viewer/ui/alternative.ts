@@ -1,0 +1,62 @@
+/** What does the picture show, in words? For who cannot see it: the direction of the view and the largest things in it. */
+import { add, type Bounds, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import { write } from "./dom.ts";
+import { writeDoor } from "./format.ts";
+import type { Visit } from "./visit.ts";
+
+/** Something that may be in the picture. */
+export interface Thing {
+  readonly name: string;
+  readonly bounds: Bounds;
+}
+
+export interface View {
+  readonly position: Vec3;
+  readonly yaw: number;
+}
+
+const UPDATE_EVERY_MS = 1000;
+const MOST_THINGS = 6;
+/** What is further off the middle of the picture is left out, cosine. */
+const ASIDE = 0.8;
+/** Looking along −Z, and then turning left. */
+const DIRECTIONS = ["north", "north-west", "west", "south-west", "south", "south-east", "east", "north-east"];
+
+/** For example: “Facing west. Ahead: chest, lamp.” */
+export function describe(view: View, things: Iterable<Thing>): string {
+  const names = [...new Set(largestAhead(view, things))].slice(0, MOST_THINGS);
+  const facing = `Facing ${direction(view.yaw)}.`;
+  return names.length > 0 ? `${facing} Ahead: ${names.join(", ")}.` : `${facing} Nothing is known of what is ahead.`;
+}
+
+function direction(yaw: number): string {
+  const step = Math.round((yaw / (2 * Math.PI)) * DIRECTIONS.length);
+  return DIRECTIONS[((step % DIRECTIONS.length) + DIRECTIONS.length) % DIRECTIONS.length] ?? "";
+}
+
+/** Names of what stands ahead, by how large it looks. */
+function largestAhead({ position, yaw }: View, things: Iterable<Thing>): string[] {
+  const seen: { name: string; size: number }[] = [];
+  for (const { name, bounds } of things) {
+    const way = subtract(scale(add(bounds.min, bounds.max), 0.5), position);
+    const distance_m = Math.max(length(way), 1e-3);
+    const straight = (-Math.sin(yaw) * way[0] - Math.cos(yaw) * way[2]) / distance_m;
+    if (straight >= ASIDE && name) seen.push({ name, size: length(subtract(bounds.max, bounds.min)) / distance_m });
+  }
+  return seen.sort((a, b) => b.size - a.size).map(({ name }) => name);
+}
+
+/** Keeps a description of the canvas up to date. */
+export function describeInto(line: HTMLElement, visit: Visit): void {
+  let again_ms = 0;
+  visit.onFrame((now_ms) => {
+    if (now_ms < again_ms) return false;
+    again_ms = now_ms + UPDATE_EVERY_MS;
+    const things = visit.explorer.visible.map(({ entry }) => ({
+      name: entry.door ? writeDoor(entry.sourceNode) : entry.sourceNode,
+      bounds: entry.bounds,
+    }));
+    write(line, describe(visit.walker, things));
+    return false;
+  });
+}

@@ -1,0 +1,89 @@
+/**
+ * Which door can one open from here, and how does one learn of it? A button says so while a door is in reach; Enter, the lower
+ * button of a gamepad and a click on it do the same.
+ */
+
+import type { PlacedObject } from "../core/objects.ts";
+import { doorInReach } from "../core/reach.ts";
+import type { Announcer } from "./announcer.ts";
+import type { LiveCompany } from "./company.ts";
+import { write } from "./dom.ts";
+import { element } from "./elements.ts";
+import { keepFocus } from "./focus.ts";
+import { writeDoor } from "./format.ts";
+import { lowerButton } from "./gamepad.ts";
+import type { Visit } from "./visit.ts";
+
+export interface DoorHintParts {
+  readonly visit: Visit;
+  readonly company: LiveCompany;
+  readonly announcer: Announcer;
+  /** Opens a door that is closed, and the reverse. */
+  readonly use: (door: PlacedObject) => void;
+}
+
+const UPDATE_EVERY_MS = 120;
+
+export class DoorHint {
+  private readonly button = element("door", HTMLButtonElement);
+  private readonly label = element("door-text", HTMLSpanElement);
+  private readonly padButton = element("door-pad", HTMLElement);
+  private door: PlacedObject | undefined;
+  private wasShut = false;
+  private updateAgain_ms = 0;
+
+  constructor(private readonly parts: DoorHintParts) {
+    this.button.onclick = () => this.use();
+    parts.visit.onFrame((now_ms) => {
+      if (now_ms >= this.updateAgain_ms) {
+        this.updateAgain_ms = now_ms + UPDATE_EVERY_MS;
+        this.update();
+      }
+      return false;
+    });
+  }
+
+  /** Uses the door in reach; answers whether there is one. */
+  use(): boolean {
+    if (this.door) this.parts.use(this.door);
+    return this.door !== undefined;
+  }
+
+  private update(): void {
+    const { explorer } = this.parts.visit;
+    const found = this.find();
+    const door = found === undefined ? undefined : explorer.placed(found);
+    const isSame = door !== undefined && door.entry.object === this.door?.entry.object;
+    this.door = door;
+    if (!door) {
+      this.hide();
+      return;
+    }
+    const shut = explorer.isShut(door.entry.object);
+    const name = writeDoor(door.entry.sourceNode);
+    const action = `${shut ? "open" : "close"} ${name}`;
+    write(this.label, action);
+    const printed = lowerButton(navigator.getGamepads?.() ?? []);
+    this.padButton.hidden = printed === undefined;
+    write(this.padButton, printed ?? "");
+    this.button.hidden = false;
+    const { announcer } = this.parts;
+    if (isSame && shut !== this.wasShut) announcer.say("moved", `${name} is ${shut ? "closed" : "open"} now`);
+    else if (!isSame) announcer.say("moved", "");
+    announcer.say("door", `Enter: ${action}`);
+    this.wasShut = shut;
+  }
+
+  private find(): number | undefined {
+    const { visit, company } = this.parts;
+    if (visit.frozen) return undefined;
+    return doorInReach(company.doorPlaces(), visit.walker, (point, door) => visit.walker.leadsTo(point, door));
+  }
+
+  private hide(): void {
+    if (this.button.hidden) return;
+    this.button.hidden = true;
+    keepFocus();
+    for (const topic of ["door", "moved"]) this.parts.announcer.say(topic, "");
+  }
+}
