@@ -16,11 +16,12 @@ use glam::Vec3;
 pub use self::scenery::Scenery;
 use super::{
     fusion::Shadows,
-    narrow::{Answer, Blind, Limits, Scout, narrow},
+    narrow::{Blind, Scout},
     prover::{Proofs, Prover},
 };
 use crate::occluders::Region;
 
+mod parts;
 mod reasons;
 mod scenery;
 
@@ -31,9 +32,6 @@ const PAYS: usize = 16;
 const SAMPLE: usize = 32;
 /// … and no more when fewer than one out of so many were.
 const RARE: usize = 16;
-
-/// No object, and no region to look at it from, is cut more often.
-const MOST_CUTS: u32 = 256;
 
 /// Which proofs are used, and how finely.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,7 +125,7 @@ impl<'a> Observer<'a> {
         let questions = self.questions(&open);
         let cuts = self.settings.cuts / questions.len().max(1) as u32;
         for object in questions {
-            self.cuts_left[object as usize] = cuts.min(MOST_CUTS);
+            self.cuts_left[object as usize] = cuts;
         }
         // Objects that are already known to be visible are no question any more; but they still take part in hiding
         // others.
@@ -277,25 +275,6 @@ impl<'a> Observer<'a> {
         open.retain(|object| hidden.binary_search(object).is_err());
     }
 
-    /// What comes of cutting this part of the region and an object into parts. One of so many that are asked about.
-    fn narrowed(&mut self, eye: &Region, object: u32, of: usize, scout: &mut dyn Scout) -> Answer {
-        let cuts_left = &mut self.cuts_left[object as usize];
-        let Some(target) = self.scenery.targets[object as usize]
-            .as_ref()
-            .filter(|_| *cuts_left > 0)
-        else {
-            return Answer::Open;
-        };
-        let limits = Limits {
-            cuts: *cuts_left,
-            steps: self.prover.budget() / of as u32,
-        };
-        let shadows = self.settings.fusion.then_some(&self.shadows);
-        let (answer, cuts) = narrow(&mut self.prover, shadows, eye, (object, target), limits, scout);
-        *cuts_left -= cuts;
-        answer
-    }
-
     fn questions(&self, open: &[u32]) -> Vec<u32> {
         let unknown = open.iter().filter(|object| !self.known[**object as usize]);
         unknown.copied().collect()
@@ -313,17 +292,13 @@ impl<'a> Observer<'a> {
         visible: &mut Vec<u32>,
     ) {
         self.look_through_openings(eye, open);
-        let mut questions = self.questions(open);
+        let questions = self.questions(open);
         if questions.is_empty() {
             return;
         }
         let pays = asked.is_none_or(|asked| (asked - questions.len()) * PAYS >= asked);
         if halvings == 0 || !pays {
-            let mut left = questions.len();
-            questions.retain(|object| {
-                left -= 1;
-                !matches!(self.narrowed(eye, *object, left + 1, scout), Answer::Hidden(_))
-            });
+            let questions = self.not_hidden_in_parts(eye, questions, scout);
             // What is left is in the set, whatever can be proved from other parts.
             for object in &questions {
                 self.known[*object as usize] = true;

@@ -66,12 +66,12 @@ impl Scout for Faces<'_> {
     }
 }
 
-/// How much one question may cost.
+/// How far a question is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// So many pairs of parts may be cut.
+    /// So many pairs of parts may be cut, those that were cut before included.
     pub cuts: u32,
-    /// All proofs together may take so many tests of a wall.
+    /// All proofs together may take so many more tests of a wall.
     pub steps: u32,
 }
 
@@ -82,55 +82,79 @@ pub enum Answer {
     Hidden(Vec<Witness>),
     /// The scout found one.
     Seen,
-    /// Nobody knows.
+    /// Nobody knows yet.
     Open,
 }
 
-/// Asks about one object, around which `target` is; says too how often it cut. `shadows` are those that bodies cast for all of the
-/// region or a larger one.
-pub fn narrow(
-    prover: &mut Prover<'_>,
-    shadows: Option<&Shadows>,
-    eye: &Region,
-    (object, target): (u32, &Region),
-    limits: Limits,
-    scout: &mut dyn Scout,
-) -> (Answer, u32) {
-    let margin_m = prover.margin_m();
-    let surface = scout.surface(object).unwrap_or_else(|| Surface::of_box(target));
-    let steps_at_end = prover.budget().saturating_sub(limits.steps);
-    let mut cuts = 0;
-    let mut pairs = VecDeque::from([(eye.clone(), Rc::new(surface))]);
-    let mut witnesses = Vec::new();
-    while let Some((eye, part)) = pairs.pop_front() {
-        let target = part.around(margin_m);
-        // Shadows begin a little behind what casts them, so these need no margin.
-        let hidden = if shadows.is_some_and(|shadows| shadows.hide(&part.around(0.0))) {
-            Some(Witness::Fused)
-        } else {
-            prover.hides_if_it_pays(&eye, &target)
-        };
-        if let Some(witness) = hidden {
-            if !witnesses.contains(&witness) {
-                witnesses.push(witness);
-            }
-            continue;
-        }
-        if scout.looks(object, &eye, &part, prover.leak()) {
-            return (Answer::Seen, cuts);
-        }
-        if cuts == limits.cuts || prover.budget() <= steps_at_end {
-            return (Answer::Open, cuts);
-        }
-        cuts += 1;
-        if longest_m(&eye) >= longest_m(&target) {
-            pairs.extend(eye.halves().map(|half| (half, Rc::clone(&part))));
-        } else {
-            let parts = part.halves().into_iter().filter(|half| !half.is_empty());
-            pairs.extend(parts.map(|half| (eye.clone(), Rc::new(half))));
+/// Whether an object is seen from a region, as far as that was followed.
+#[derive(Debug)]
+pub struct Question {
+    /// The object.
+    pub object: u32,
+    /// Parts of the region, each with what of the object is still to be looked at from there.
+    pairs: VecDeque<(Region, Rc<Surface>)>,
+    witnesses: Vec<Witness>,
+    cuts: u32,
+}
+
+impl Question {
+    /// Asks about an object, around which `target` is.
+    pub fn new(eye: &Region, (object, target): (u32, &Region), scout: &dyn Scout) -> Self {
+        let surface = scout.surface(object).unwrap_or_else(|| Surface::of_box(target));
+        Self {
+            object,
+            pairs: VecDeque::from([(eye.clone(), Rc::new(surface))]),
+            witnesses: Vec::new(),
+            cuts: 0,
         }
     }
-    (Answer::Hidden(witnesses), cuts)
+
+    /// How many pairs of parts were cut.
+    pub fn cuts(&self) -> u32 {
+        self.cuts
+    }
+
+    /// Goes on where it stopped. `shadows` are those that bodies cast for all of the region or a larger one.
+    pub fn follow(
+        &mut self,
+        prover: &mut Prover<'_>,
+        shadows: Option<&Shadows>,
+        limits: Limits,
+        scout: &mut dyn Scout,
+    ) -> Answer {
+        let margin_m = prover.margin_m();
+        let steps_at_end = prover.budget().saturating_sub(limits.steps);
+        while let Some((eye, part)) = self.pairs.pop_front() {
+            let target = part.around(margin_m);
+            // Shadows begin a little behind what casts them, so these need no margin.
+            let hidden = if shadows.is_some_and(|shadows| shadows.hide(&part.around(0.0))) {
+                Some(Witness::Fused)
+            } else {
+                prover.hides(&eye, &target)
+            };
+            if let Some(witness) = hidden {
+                if !self.witnesses.contains(&witness) {
+                    self.witnesses.push(witness);
+                }
+                continue;
+            }
+            if scout.looks(self.object, &eye, &part, prover.leak()) {
+                return Answer::Seen;
+            }
+            if self.cuts == limits.cuts || prover.budget() <= steps_at_end {
+                self.pairs.push_front((eye, part));
+                return Answer::Open;
+            }
+            self.cuts += 1;
+            if longest_m(&eye) >= longest_m(&target) {
+                self.pairs.extend(eye.halves().map(|half| (half, Rc::clone(&part))));
+            } else {
+                let parts = part.halves().into_iter().filter(|half| !half.is_empty());
+                self.pairs.extend(parts.map(|half| (eye.clone(), Rc::new(half))));
+            }
+        }
+        Answer::Hidden(std::mem::take(&mut self.witnesses))
+    }
 }
 
 fn longest_m(region: &Region) -> f32 {
@@ -194,7 +218,7 @@ mod tests {
         let scenery = Scenery::of(world);
         let mut prover = Prover::new(&scenery.blocker, PROOFS);
         let target = scenery.targets[object as usize].clone().unwrap();
-        narrow(&mut prover, None, eye, (object, &target), LIMITS, scout).0
+        Question::new(eye, (object, &target), scout).follow(&mut prover, None, LIMITS, scout)
     }
 
     fn eye(world: &World) -> Region {

@@ -44,10 +44,6 @@ const BODIES: usize = 0;
 const WALLS: usize = 1;
 /// How many bodies on the first ray are tried, from the eye on.
 const BODIES_TRIED: usize = 16;
-/// Openings are no longer looked through when that has settled less than one out of so many questions …
-const RARE: u32 = 16;
-/// … of at least so many.
-const TRIED: u32 = 128;
 /// Which proofs may be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Proofs {
@@ -82,9 +78,6 @@ pub struct Prover<'a> {
     steps_left: u32,
     /// Tests of a wall for all questions about openings.
     budget: u32,
-    /// How many such questions were asked where that had to pay, and how many of them a proof settled.
-    tried: u32,
-    settled: u32,
     /// The openings on the longest way that the last question left open.
     leak: Vec<Region>,
 }
@@ -102,8 +95,6 @@ impl<'a> Prover<'a> {
             recent: vec![Default::default(); SECTORS],
             steps_left: 0,
             budget: u32::MAX,
-            tried: 0,
-            settled: 0,
             leak: Vec::new(),
         }
     }
@@ -118,7 +109,6 @@ impl<'a> Prover<'a> {
     /// From now on all questions about openings together take no more tests of a wall than this.
     pub fn allow(&mut self, steps: u32) {
         self.budget = steps;
-        (self.tried, self.settled) = (0, 0);
     }
 
     /// How many tests of a wall questions about openings may still take.
@@ -169,19 +159,6 @@ impl<'a> Prover<'a> {
     pub fn hides(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
         self.hides_by_one(eye, target)
             .or_else(|| self.hides_by_openings(eye, target))
-    }
-
-    /// Such a proof, through openings only as long as that pays: out of doors it hardly ever does.
-    pub fn hides_if_it_pays(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
-        let by_one = self.hides_by_one(eye, target);
-        if by_one.is_some() || (self.tried >= TRIED && self.settled * RARE < self.tried) {
-            self.leak.clear();
-            return by_one;
-        }
-        let found = self.hides_by_openings(eye, target);
-        self.tried += 1;
-        self.settled += u32::from(found.is_some());
-        found
     }
 
     /// Such a proof with what worked lately, one body or one wall: the cheapest, for groups of targets.
