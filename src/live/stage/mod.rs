@@ -1,8 +1,8 @@
 //! The task that owns a scene: the only one that touches its rules.
 //!
 //! It takes messages, ticks, follows new revisions and ends leases. Poses that come too fast are refused, and the newest
-//! of them is taken in the next tick. What moves when nothing was told for a tick is told at once. What changes the rules' world goes through its [`Journal`], so that all of it can be
-//! recorded.
+//! of them is taken in the next tick. What moves when nothing was told for a tick is told at once. What changes the
+//! rules' world goes through its [`Journal`], so that all of it can be recorded.
 
 mod abroad;
 mod deliver;
