@@ -14,7 +14,7 @@ use tokio::{
 use crate::{
     live_wire::Person,
     scene::{Server, glb},
-    wire::{Answer, get, send},
+    wire::{Answer, get, metric, send},
 };
 
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -314,11 +314,7 @@ fn heads_with_anything_done_to_them_are_answered_alike_both_ways() {
 }
 
 async fn connections(address: SocketAddr) -> u64 {
-    let metrics = String::from_utf8(get(address, "/metrics").await.body).unwrap();
-    let line = metrics
-        .lines()
-        .find_map(|line| line.strip_prefix("belvedere_http_connections "));
-    line.unwrap().parse().unwrap()
+    metric(address, "belvedere_http_connections").await.parse().unwrap()
 }
 
 #[tokio::test]

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::{
     live_wire::{Person, ask, json},
     scene::{Server, publish},
-    wire::get,
+    wire::{get, metric},
 };
 
 #[tokio::test]
@@ -78,11 +78,8 @@ async fn who_has_heard_all_is_told_of_poses_without_being_woken() {
         let x = 0.9 - f64::from(step % 2) * 0.3;
         b.stand_at(x).await;
         stream.wait_for(&b.object, x).await;
-        let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
-        let line = metrics
-            .lines()
-            .find_map(|line| line.strip_prefix("belvedere_live_events_at_once_total "));
-        at_once = line.expect("a metric").parse().unwrap();
+        let counted = metric(server.address, "belvedere_live_events_at_once_total").await;
+        at_once = counted.parse().unwrap();
         if at_once > 2 {
             break;
         }
@@ -391,12 +388,7 @@ async fn metrics_say_who_is_there() {
 async fn who_likes_to_says_how_much_it_has_of_what_it_sees() {
     let server = Server::start().await;
     let address = server.address;
-    let metric = async |name: &str| -> String {
-        let text = String::from_utf8(get(address, "/metrics").await.body).unwrap();
-        let start = format!("belvedere_live_quality_{name} ");
-        let line = text.lines().find(|line| line.starts_with(&start)).unwrap();
-        line[start.len()..].to_owned()
-    };
+    let metric = async |name: &str| metric(address, &format!("belvedere_live_quality_{name}")).await;
     assert_eq!(metric("sessions").await, "0");
     for shares in [&[0.25, 1.0][..], &[0.5]] {
         let opened = json(

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::{
     live_wire::{Person, ask, json},
     scene::Server,
-    wire::{get, send},
+    wire::{metric, send},
 };
 
 /// A body, and where the answer says that it is wrong.
@@ -304,11 +304,8 @@ async fn a_flood_of_sessions_takes_no_more_room_than_there_is_and_goes_with_its_
         }
     }
     assert!(objects.len() >= ROOM && objects.is_sorted(), "{objects:?}");
-    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
-    let sessions = metrics
-        .lines()
-        .find_map(|line| line.strip_prefix("belvedere_live_sessions "));
-    let open: usize = sessions.expect("a metric").parse().unwrap();
+    let sessions = metric(server.address, "belvedere_live_sessions").await;
+    let open: usize = sessions.parse().unwrap();
     assert!(open <= ROOM, "{open} of {ROOM}");
     // Who was sent away has taken no id, of which there are so many and no more.
     let last = loop {

@@ -98,3 +98,10 @@ pub(crate) async fn send(address: SocketAddr, method: &str, path: &str, headers:
 pub(crate) async fn get(address: SocketAddr, path: &str) -> Answer {
     send(address, "GET", path, &[]).await
 }
+
+/// What one of a server's metrics says.
+pub(crate) async fn metric(address: SocketAddr, name: &str) -> String {
+    let text = String::from_utf8(get(address, "/metrics").await.body).unwrap();
+    let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
+    line.unwrap_or_else(|| panic!("no {name} in {text}")).to_owned()
+}

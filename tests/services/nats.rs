@@ -13,7 +13,7 @@ use crate::{
     boxes::two_rooms,
     live_wire::{Person, Stream, ask, json},
     program::{Data, Server, THREE_ROOMS},
-    wire::get,
+    wire::{self, get},
 };
 
 /// Longer than anything here takes.
@@ -110,11 +110,7 @@ async fn ready(server: &Server, line: &str) {
 
 /// One of a server's metrics.
 async fn metric(server: &Server, name: &str) -> u64 {
-    let text = String::from_utf8(get(address(server), "/metrics").await.body).expect("a text");
-    let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
-    line.unwrap_or_else(|| panic!("no {name} in {text}"))
-        .parse()
-        .expect("a number")
+    wire::metric(address(server), name).await.parse().expect("a number")
 }
 
 fn rooms() -> Data {

@@ -21,6 +21,16 @@ export const cross = (a: Vec3, b: Vec3): Vec3 => [
   a[0] * b[1] - a[1] * b[0],
 ];
 
+/** Where an eye looks that is turned and raised so far, of length one. Angles are zero along −Z, and rise to the left and upwards. */
+export const direction = (yaw: number, pitch = 0): Vec3 => [
+  -Math.sin(yaw) * Math.cos(pitch),
+  Math.sin(pitch),
+  -Math.cos(yaw) * Math.cos(pitch),
+];
+
+/** The middle of a box. */
+export const middle = ({ min, max }: Bounds): Vec3 => scale(add(min, max), 0.5);
+
 /** Distance from a point to the box in metres, zero inside. */
 export function distanceToBounds(bounds: Bounds, point: Vec3): number {
   let squared = 0;

@@ -3,12 +3,13 @@
  * between.
  */
 import {
-  add,
   type Bounds,
+  direction,
   distanceToBounds,
+  dot,
+  middle,
   nearestInBounds,
   rayToBounds,
-  scale,
   subtract,
   type Vec3,
 } from "./geometry.ts";
@@ -51,12 +52,12 @@ export function doorInReach(
 
 /** How far it is to a door that is looked at; further than any of these when it is only near. */
 function rank({ doorway, leaf }: DoorPlace, { position, yaw, pitch }: Gaze): number | undefined {
-  const ahead: Vec3 = [-Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), -Math.cos(yaw) * Math.cos(pitch)];
+  const ahead = direction(yaw, pitch);
   const seen_m = Math.min(...[doorway, leaf].map((box) => rayToBounds(box, position, ahead)));
   if (seen_m <= REACH_M) return seen_m;
   const near_m = distanceToBounds(doorway, position);
   if (near_m > BESIDE_M) return undefined;
-  const way = subtract(scale(add(doorway.min, doorway.max), 0.5), position);
-  const facing = (-Math.sin(yaw) * way[0] - Math.cos(yaw) * way[2]) / Math.max(Math.hypot(way[0], way[2]), 1e-9);
+  const way = subtract(middle(doorway), position);
+  const facing = dot(direction(yaw), way) / Math.max(Math.hypot(way[0], way[2]), 1e-9);
   return facing < BEHIND ? undefined : REACH_M + near_m;
 }

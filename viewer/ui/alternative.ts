@@ -1,5 +1,5 @@
 /** What does the picture show, in words? For who cannot see it: the direction of the view and the largest things in it. */
-import { add, type Bounds, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import { type Bounds, direction, dot, length, middle, subtract, type Vec3 } from "../core/geometry.ts";
 import { write } from "./dom.ts";
 import { writeDoor } from "./format.ts";
 import type { Visit } from "./visit.ts";
@@ -25,11 +25,11 @@ const DIRECTIONS = ["north", "north-west", "west", "south-west", "south", "south
 /** For example: “Facing west. Ahead: chest, lamp.” */
 export function describe(view: View, things: Iterable<Thing>): string {
   const names = [...new Set(largestAhead(view, things))].slice(0, MOST_THINGS);
-  const facing = `Facing ${direction(view.yaw)}.`;
+  const facing = `Facing ${quarter(view.yaw)}.`;
   return names.length > 0 ? `${facing} Ahead: ${names.join(", ")}.` : `${facing} Nothing is known of what is ahead.`;
 }
 
-function direction(yaw: number): string {
+function quarter(yaw: number): string {
   const step = Math.round((yaw / (2 * Math.PI)) * DIRECTIONS.length);
   return DIRECTIONS[((step % DIRECTIONS.length) + DIRECTIONS.length) % DIRECTIONS.length] ?? "";
 }
@@ -38,9 +38,9 @@ function direction(yaw: number): string {
 function largestAhead({ position, yaw }: View, things: Iterable<Thing>): string[] {
   const seen: { name: string; size: number }[] = [];
   for (const { name, bounds } of things) {
-    const way = subtract(scale(add(bounds.min, bounds.max), 0.5), position);
+    const way = subtract(middle(bounds), position);
     const distance_m = Math.max(length(way), 1e-3);
-    const straight = (-Math.sin(yaw) * way[0] - Math.cos(yaw) * way[2]) / distance_m;
+    const straight = dot(direction(yaw), way) / distance_m;
     if (straight >= ASIDE && name) seen.push({ name, size: length(subtract(bounds.max, bounds.min)) / distance_m });
   }
   return seen.sort((a, b) => b.size - a.size).map(({ name }) => name);

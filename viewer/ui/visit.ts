@@ -7,7 +7,7 @@ import type { FileRef, Viewpoint } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { FrameTimes } from "../core/frametimes.ts";
-import { add, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import { add, direction, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { PRIORITY } from "../core/priority.ts";
 import type { PublishedScene } from "../core/published.ts";
@@ -402,6 +402,6 @@ export class Visit {
   /** A point some metres ahead of the eye, at its height. */
   ahead(forward_m: number): Vec3 {
     const { yaw, position } = this.walker;
-    return add(position, [-Math.sin(yaw) * forward_m, 0, -Math.cos(yaw) * forward_m]);
+    return add(position, scale(direction(yaw), forward_m));
   }
 }

@@ -50,15 +50,15 @@ impl Observer<'_> {
         seen
     }
 
-    /// Goes on with one of so many questions until it has been cut so often.
-    fn follow(&mut self, question: &mut Question, most: u32, of: u32, scout: &mut dyn Scout) -> Answer {
+    /// Goes on with one of so many questions until it has been cut so often, or its object may be cut no more.
+    pub(super) fn follow(&mut self, question: &mut Question, most: u32, of: u32, scout: &mut dyn Scout) -> Answer {
         let cuts_left = &mut self.cuts_left[question.object as usize];
         if *cuts_left == 0 {
             return Answer::Open;
         }
         let before = question.cuts();
         let limits = Limits {
-            cuts: most.min(before + *cuts_left),
+            cuts: most.min(before.saturating_add(*cuts_left)),
             steps: self.prover.budget() / of,
         };
         let shadows = self.settings.fusion.then_some(&self.shadows);

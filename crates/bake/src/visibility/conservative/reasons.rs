@@ -4,7 +4,7 @@ use super::Observer;
 use crate::{
     occluders::Region,
     visibility::{
-        narrow::{Answer, Limits, Question, Scout},
+        narrow::{Answer, Question, Scout},
         prover::Witness,
     },
 };
@@ -13,6 +13,7 @@ impl Observer<'_> {
     /// Why an object cannot be seen from a region, each reason once, if that can be proved: for all of the region, or for
     /// parts of it and of the object.
     pub fn reasons(&mut self, eye: &Region, object: u32, scout: &mut dyn Scout) -> Option<Vec<Witness>> {
+        self.cuts_left[object as usize] = self.settings.cuts;
         let mut found = Vec::new();
         self.explain(eye, object, self.settings.halvings, scout, &mut found)
             .then_some(found)
@@ -36,12 +37,8 @@ impl Observer<'_> {
             witnesses.extend(open.binary_search(&object).is_err().then_some(Witness::Fused));
         }
         if witnesses.is_empty() && halvings == 0 {
-            let limits = Limits {
-                cuts: self.settings.cuts,
-                steps: self.prover.budget(),
-            };
-            let shadows = self.settings.fusion.then_some(&self.shadows);
-            match Question::new(eye, (object, target), &*scout).follow(&mut self.prover, shadows, limits, scout) {
+            let mut question = Question::new(eye, (object, target), &*scout);
+            match self.follow(&mut question, u32::MAX, 1, scout) {
                 Answer::Hidden(parts) => witnesses = parts,
                 Answer::Seen | Answer::Open => return false,
             }
