@@ -119,6 +119,7 @@ pub fn bake(
         .collect();
     let hiders = Hiders::of(&world, cells::author::occluders(&world, &scene.authored, defects));
     let scenery = Scenery::with(&world, hiders.occluders());
+    note_leaky_doors(&scenery, &scene, defects);
     progress.advance(1);
     let graph = if scene.authored.cells.is_empty() {
         let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, progress);
@@ -187,6 +188,15 @@ fn how_cut(bounds: &[Bounds], (graph, is_drawn): (&CellGraph, bool), visibility:
     } else {
         graph.reason.clone()
     }
+}
+
+/// Notes doors that do not fill their frames.
+fn note_leaky_doors(scenery: &Scenery, scene: &SourceScene, defects: &mut Defects) {
+    let leaky: Vec<_> = scenery.blocker.occluders.leaky_doors().collect();
+    let kind = "door seen through when closed, for glass, holes or culled backs: hides only where it is opaque";
+    defects.note(kind, leaky.len() as u64, || {
+        scene.objects[leaky[0] as usize].source_node.clone()
+    });
 }
 
 /// Notes viewpoints from which nobody may look around.

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     defect::Defects,
-    occluders::{Body, MARGIN},
+    occluders::{Body, HOLE},
     source::{Authored, AuthoredShape},
     world::World,
 };
@@ -164,7 +164,7 @@ pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Resul
 /// The author's occluders as bodies. Whether one lies inside of what is drawn is taken on the author's word; it counts
 /// as a part of the smallest object around its middle. Only proofs use it: what a ray has seen stays seen.
 pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Body> {
-    let margin_m = f64::from(MARGIN * world.scale_m());
+    let margin_m = f64::from(HOLE * world.scale_m());
     let mut bodies = Vec::new();
     for shape in &authored.occluders {
         let Ok(hull) = Checked::of(shape).and_then(|solid| solid.hull()) else {

@@ -121,11 +121,11 @@ impl Body {
         }
     }
 
-    /// Whether some of a region may lie inside it.
+    /// Whether some of a region may lie inside it, were its faces so much further out.
     #[must_use]
-    pub fn may_hold(&self, eye: &Region) -> bool {
-        let boxes_meet = self.min.cmplt(eye.max).all() && self.max.cmpgt(eye.min).all();
-        let before = |plane: &Vec4| eye.heights(plane.truncate(), plane.w)[0] >= 0.0;
+    pub fn may_hold(&self, eye: &Region, further_m: f32) -> bool {
+        let boxes_meet = (self.min - further_m).cmplt(eye.max).all() && (self.max + further_m).cmpgt(eye.min).all();
+        let before = |plane: &Vec4| eye.heights(plane.truncate(), plane.w)[0] >= further_m;
         boxes_meet && !self.planes.iter().any(before)
     }
 

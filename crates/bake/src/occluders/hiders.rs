@@ -12,7 +12,7 @@ use std::{
 };
 
 use super::{
-    Body, MARGIN, Occluders, Tolerance, Wall,
+    Body, Occluders, Tolerance, Wall,
     leaf::leaves,
     planes::{self, Group},
     solids, tolerance_of,
@@ -78,7 +78,7 @@ impl<'a> Hiders<'a> {
     #[must_use]
     pub fn of(world: &'a World, authored: Vec<Body>) -> Self {
         let tolerance = tolerance_of(world);
-        let found = solids::bodies(world, MARGIN * world.scale_m());
+        let found = solids::bodies(world, tolerance.hole_m);
         let mut bodies = [&found[..], &authored].concat();
         bodies.sort_by_key(|body| body.object);
         let mut groups = planes::groups_by_area(world, tolerance);
@@ -107,7 +107,7 @@ impl<'a> Hiders<'a> {
             walls: walls.into_iter().map(Known::new).collect(),
             objects_of,
             groups_of,
-            leaves: leaves(world).map(Known::new).collect(),
+            leaves: leaves(world, tolerance).map(Known::new).collect(),
             made: Mutex::default(),
         }
     }

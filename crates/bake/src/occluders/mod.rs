@@ -41,13 +41,11 @@ pub struct Occluders {
     pub tolerance: Tolerance,
 }
 
-/// Bodies are this share of the scene's diagonal smaller than what they lie in.
-pub(crate) const MARGIN: f32 = 2e-6;
-/// Gaps in walls narrower than this share of the scene's diagonal are closed: a tenth of a millimetre in a museum.
-const HOLE: f32 = 2e-6;
+/// Gaps in walls narrower than this share of the scene's diagonal are closed, and bodies are so much smaller on every side than
+/// what they lie in: a tenth of a millimetre in a museum.
+pub(crate) const HOLE: f32 = 2e-6;
 
-/// A closed door fills its opening: gaps around the leaf up to this share of its longest edge are closed, six
-/// centimetres around a common door.
+/// Gaps around a closed door up to this share of its longest edge are closed: six centimetres around a common one.
 pub(crate) const DOOR_GAP: f32 = 0.03;
 
 impl Occluders {
@@ -60,6 +58,12 @@ impl Occluders {
     /// The leaves of doors, which stand last among the walls.
     pub(crate) fn leaves(&self) -> &[Arc<Wall>] {
         &self.walls[self.walls.partition_point(|wall| wall.door.is_none())..]
+    }
+
+    /// Doors that one sees through when they are closed, from one side at least.
+    pub(crate) fn leaky_doors(&self) -> impl Iterator<Item = u32> {
+        let leaky = self.leaves().iter().filter(|leaf| !leaf.is_filled());
+        leaky.filter_map(|leaf| leaf.door)
     }
 }
 

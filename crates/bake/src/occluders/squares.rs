@@ -87,6 +87,32 @@ pub(super) fn covered<'a>(
         .collect()
 }
 
+/// Takes out lines on both sides of which all squares are alike.
+pub(super) fn join(lines: &mut [Vec<f32>; 2], opaque: &mut [Vec<bool>; 2]) {
+    let counts = [lines[0].len() - 1, lines[1].len() - 1];
+    let kept = [0, 1].map(|axis| -> Vec<usize> {
+        let differs = |at: &usize| {
+            let mut across = (0..counts[1 - axis]).flat_map(|other| opaque.iter().map(move |squares| (squares, other)));
+            across.any(|(squares, other)| {
+                let square = |at: usize| match axis {
+                    0 => squares[other * counts[0] + at],
+                    _ => squares[at * counts[0] + other],
+                };
+                square(*at) != square(*at - 1)
+            })
+        };
+        std::iter::once(0).chain((1..counts[axis]).filter(differs)).collect()
+    });
+    for squares in opaque {
+        let rows = kept[1].iter().map(|row| &squares[row * counts[0]..]);
+        *squares = rows.flat_map(|row| kept[0].iter().map(|at| row[*at])).collect();
+    }
+    for (lines, kept) in lines.iter_mut().zip(&kept) {
+        let last = lines[lines.len() - 1];
+        *lines = kept.iter().map(|at| lines[*at]).chain([last]).collect();
+    }
+}
+
 /// Places of a square, as shares of its edges.
 const PLACES: [[f32; 2]; 5] = [[0.5, 0.5], [0.1, 0.1], [0.9, 0.1], [0.1, 0.9], [0.9, 0.9]];
 

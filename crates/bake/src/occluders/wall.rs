@@ -22,7 +22,7 @@ use crate::digest::{Digest, Digester};
 pub struct Tolerance {
     /// Faces within this distance of a plane lie in it, in metres.
     pub plane_m: f32,
-    /// Gaps narrower than this are closed, in metres.
+    /// Gaps narrower than this are closed, and bodies lie this far inside the geometry, in metres.
     pub hole_m: f32,
 }
 
@@ -153,6 +153,14 @@ impl Wall {
     #[must_use]
     pub fn hides(&self, way: Way) -> bool {
         !self.opaque[way as usize].is_empty()
+    }
+
+    /// Whether it is opaque from end to end, both ways.
+    pub(super) fn is_filled(&self) -> bool {
+        [Way::Against, Way::Along].into_iter().all(|way| {
+            let squares = self.opaque_squares(way);
+            squares.is_some_and(|squares| !squares.contains(&false))
+        })
     }
 
     /// Whether each square is opaque this way, rows along the first axis; `None` where it hides nothing.

@@ -18,6 +18,10 @@ use crate::occluders::{Body, Occluders, Tolerance};
 /// Bodies of one solid are nearer to each other than so many times the width of the holes that are closed.
 const TOUCHING: f32 = 4.0;
 
+/// Eyes no further behind a face than so many times the distance within which faces lie in one plane are before it: cells end at
+/// walls, but for rounding. Those further behind are inside what it bounds.
+pub(super) const AT_FACE: f32 = 2.0;
+
 /// What hides, ready for questions.
 pub struct Blocker {
     /// What it was made from.
@@ -32,12 +36,13 @@ impl Blocker {
     /// Makes occluders ready for questions.
     #[must_use]
     pub fn new(occluders: Occluders) -> Self {
-        let Tolerance { hole_m, .. } = occluders.tolerance;
+        let Tolerance { hole_m, plane_m } = occluders.tolerance;
+        let inset_m = hole_m - AT_FACE * plane_m;
         let hiding = (0u32..).zip(&occluders.bodies).filter(|(_, body)| body.hides);
         let bodies = segment::numbered_tree(hiding.map(|(number, b)| (number, [b.min, b.max])), 0.0);
         Self {
             walls: Stops::of(&occluders.walls, occluders.tolerance),
-            solids: Solids::of(&occluders.bodies, TOUCHING * hole_m),
+            solids: Solids::of(&occluders.bodies, TOUCHING * hole_m, inset_m),
             bodies,
             occluders,
         }

@@ -89,7 +89,7 @@ impl Town {
             Region::of_box(middle - half, middle + half)
         });
         let clear = places.filter(|place| {
-            let mut held = bodies.iter().filter(|body| body.may_hold(place));
+            let mut held = bodies.iter().filter(|body| body.may_hold(place, 0.0));
             held.all(|body| !body.hides)
         });
         self.cells = clear.step_by(40).take(CELLS).collect();
@@ -158,7 +158,7 @@ fn whatever_rays_see_is_in_every_conservative_set() {
     let reaching_into_houses = Town::with_cells_grown(City { blocks, ..City::DENSE }, 4.0);
     let indoors = reaching_into_houses.cells.iter().filter(|cell| {
         let bodies = &reaching_into_houses.scenery.blocker.occluders.bodies;
-        bodies.iter().any(|body| body.may_hold(cell))
+        bodies.iter().any(|body| body.may_hold(cell, 0.0))
     });
     assert!(indoors.count() > 0);
     for town in towns().into_iter().chain([reaching_into_houses]) {

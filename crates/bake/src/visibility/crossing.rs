@@ -8,6 +8,7 @@ use std::borrow::Borrow;
 
 use glam::{Vec2, Vec3};
 
+use super::blocker::AT_FACE;
 use crate::occluders::{Occluders, Rectangle, Region, Wall, Way};
 
 /// A wall hides only what lies further behind its plane than so many times the distance within which faces lie in it.
@@ -31,7 +32,7 @@ impl Crossing {
             .enumerate()
             .map(|(i, region)| {
                 let [low, high] = region.borrow().heights(wall.normal, wall.offset);
-                let beyond_m = if i == 1 { BEHIND * plane_m } else { -2.0 * plane_m };
+                let beyond_m = if i == 1 { BEHIND * plane_m } else { -AT_FACE * plane_m };
                 if low >= beyond_m {
                     1
                 } else if high <= -beyond_m {

@@ -42,6 +42,8 @@ mod oracle;
 mod screen_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod within_tests;
 
 use std::cmp::Ordering;
 

@@ -1,6 +1,6 @@
 //! Do closed doors hide one region from another?
 //!
-//! A leaf fills a doorway, but sight lines between two rooms diverge beyond it: they end in the masonry around, which is
+//! A leaf stands in a doorway, but sight lines between two rooms diverge beyond it: they end in the masonry around, which is
 //! many walls and bodies, none of which blocks them all. So the question is cut into easier ones, as portal sequences are
 //! (Teller & Séquin, *Visibility preprocessing for interactive walkthroughs*, 1991): all sight lines cross the leaf's plane inside
 //! a rectangle. What of it lies beside the leaf is hidden piece by piece: behind a wall in the same plane, from the eyes, or
@@ -9,6 +9,8 @@
 //! Guarantee: conservative, but for gaps narrower than 8 · 10⁻⁶ of the scene's diagonal, which are closed. Cost: a proof where
 //! one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf, and for all of them together at most
 //! [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
+
+use glam::Vec2;
 
 use super::{
     blocker::Blocker,
@@ -94,7 +96,7 @@ impl<'a> Screening<'a> {
             return false;
         };
         self.pieces_left = MOST_PIECES;
-        let pieces = self.leaves[number].beside(&between(leaf, eye, target));
+        let pieces = self.leaves[number].beside(way, &between(leaf, eye, target));
         pieces
             .iter()
             .all(|piece| self.is_blocked(number, way, piece, eye, target))
@@ -150,8 +152,8 @@ impl<'a> Leaf<'a> {
         })
     }
 
-    /// What of a rectangle in its plane it does not cover, cut along the edges of the doorway that it fills.
-    fn beside(&self, rectangle: &Rectangle) -> Vec<Rectangle> {
+    /// Where in a rectangle of its plane it stops no sight line, cut along its own edges and those of the doorway that it fills.
+    fn beside(&self, way: Way, rectangle: &Rectangle) -> Vec<Rectangle> {
         let spans = [0, 1].map(|axis| {
             let [low, high] = rectangle[axis];
             let edges = self.wall.lines[axis].iter().chain(&self.doorway[axis]).copied();
@@ -161,12 +163,12 @@ impl<'a> Leaf<'a> {
             cuts.dedup();
             cuts.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
         });
-        let in_leaf = |axis: usize, [low, high]: [f32; 2]| {
-            let lines = &self.wall.lines[axis];
-            (lines[0]..=lines[lines.len() - 1]).contains(&(0.5 * (low + high)))
+        let stopped = |[u, v]: &Rectangle| {
+            let middle = Vec2::new(u[0] + u[1], v[0] + v[1]) / 2.0;
+            self.wall.opaque_at(way, middle)
         };
         let all = spans[0].iter().flat_map(|u| spans[1].iter().map(move |v| [*u, *v]));
-        all.filter(|[u, v]| !(in_leaf(0, *u) && in_leaf(1, *v))).collect()
+        all.filter(|piece| !stopped(piece)).collect()
     }
 }
 
@@ -198,7 +200,8 @@ fn doorway(occluders: &Occluders, leaf: &Wall, axis: usize) -> Vec<f32> {
             lines.map(move |line| line * along.signum())
         })
     });
-    let beside_an_edge = |line: &f32| leaf.lines[axis].iter().any(|edge| (edge - line).abs() <= inside_m);
+    let edges = [leaf.lines[axis][0], leaf.lines[axis][leaf.lines[axis].len() - 1]];
+    let beside_an_edge = |line: &f32| edges.iter().any(|edge| (edge - line).abs() <= inside_m);
     let mut lines: Vec<_> = lines.filter(beside_an_edge).collect();
     lines.sort_by(f32::total_cmp);
     lines.dedup();

@@ -12,6 +12,17 @@ use crate::{
 
 const STEPS: u32 = 20_000;
 
+/// What a door is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Leaf {
+    Filled,
+    Glass,
+    /// A frame as thick as the leaf around a hole.
+    Hole,
+    /// A face to the west, with a culled back.
+    Sheet,
+}
+
 /// Rooms on both sides of a wall of this thickness at x = 0, with a door in it, and a window if there is one.
 struct House {
     world: World,
@@ -22,6 +33,46 @@ struct House {
     thick_m: f32,
 }
 
+impl Leaf {
+    fn add_to(self, builder: &mut Builder) -> u32 {
+        let whole = |builder: &mut Builder| builder.block("door", [-0.03, 0.0, -0.5], [0.03, 2.2, 0.5]);
+        match self {
+            Self::Filled => whole(builder),
+            Self::Glass => {
+                let door = whole(builder);
+                builder.paint(door, true, true);
+                door
+            }
+            Self::Sheet => {
+                let corners = [[0.0, -0.5], [0.0, 0.5], [2.2, 0.5], [2.2, -0.5]];
+                builder.quad("door", corners.map(|[y, z]| [0.0, y, z]))
+            }
+            Self::Hole => {
+                let bars = [
+                    ([0.0, -0.5], [1.4, 0.5]),
+                    ([1.8, -0.5], [2.2, 0.5]),
+                    ([1.4, -0.5], [1.8, -0.2]),
+                    ([1.4, 0.2], [1.8, 0.5]),
+                ];
+                let first = builder.scene.models.len();
+                for (min, max) in bars {
+                    builder.block("bar", [-0.03, min[0], min[1]], [0.03, max[0], max[1]]);
+                }
+                let bars: Vec<_> = builder
+                    .scene
+                    .models
+                    .drain(first..)
+                    .flat_map(|bar| bar.primitives)
+                    .collect();
+                builder.scene.objects.truncate(builder.scene.objects.len() - 4);
+                let door = builder.mesh("door", Vec::new(), Vec::new());
+                builder.scene.models[first].primitives = bars;
+                door
+            }
+        }
+    }
+}
+
 impl House {
     fn new(thick_m: f32, window: bool) -> Self {
         Self::turned(thick_m, window, 0.0)
@@ -29,6 +80,10 @@ impl House {
 
     /// Turned by this angle.
     fn turned(thick_m: f32, window: bool, angle: f64) -> Self {
+        Self::with(Leaf::Filled, thick_m, window, angle)
+    }
+
+    fn with(leaf: Leaf, thick_m: f32, window: bool, angle: f64) -> Self {
         let mut builder = Builder::default();
         builder.block("floor", [-6.0, -0.2, -4.0], [6.0, 0.0, 4.0]);
         builder.block("ceiling", [-6.0, 3.0, -4.0], [6.0, 3.2, 4.0]);
@@ -54,7 +109,7 @@ impl House {
             wall([0.0, 1.0], [1.0, 4.0]);
             wall([1.5, 1.0], [3.0, 4.0]);
         }
-        let door = builder.block("door", [-0.03, 0.0, -0.5], [0.03, 2.2, 0.5]);
+        let door = leaf.add_to(&mut builder);
         for object in &mut builder.scene.objects {
             object.world_from_object = DMat4::from_rotation_y(angle) * object.world_from_object;
         }
@@ -160,6 +215,46 @@ fn a_closed_door_that_stands_askew_hides_only_what_is_behind_it() {
         }
     }
     assert!(hidden.iter().all(|hidden| *hidden > 5), "{hidden:?}");
+}
+
+#[test]
+fn a_closed_door_hides_only_where_it_is_opaque() {
+    let mut random = Random::stream(7, 3);
+    for leaf in [Leaf::Filled, Leaf::Glass, Leaf::Hole, Leaf::Sheet] {
+        let house = House::with(leaf, 0.06, false, 0.0);
+        let mut closed = Screening::new(&house.blocker, &house.doors, u32::MAX);
+        let mut open = Screening::new(&house.blocker, &[], u32::MAX);
+        // From the west, and from the east.
+        let mut hidden_by_the_door = [0, 0];
+        for round in 0..300 {
+            let mut part = |side: f32| {
+                let low = [side * 1.5, 1.2, 0.0].map(|middle| middle + random.unit() - 0.5);
+                house.region(low, low.map(|low| low + 0.05 + 0.3 * random.unit()))
+            };
+            let from = round % 2;
+            let side = if from == 0 { -1.0 } else { 1.0 };
+            let (eye, target) = (part(side), part(-side));
+            if !closed.hides(&eye, &target) {
+                continue;
+            }
+            hidden_by_the_door[from] += usize::from(!open.hides(&eye, &target));
+            for _ in 0..500 {
+                let mut within = |region: &Region| {
+                    let share = Vec3::from_array([0; 3].map(|_| random.unit()));
+                    (region.min + share * (region.max - region.min)).as_dvec3()
+                };
+                let (from, to) = (within(&eye), within(&target));
+                let face = first_hiding_face(&house.shut, from, to);
+                assert!(face.is_some(), "{leaf:?}: {from} sees {to}");
+            }
+        }
+        let [west, east] = hidden_by_the_door;
+        match leaf {
+            Leaf::Filled | Leaf::Hole => assert!(west > 5 && east > 5, "{leaf:?}: {west}, {east}"),
+            Leaf::Glass => assert_eq!([west, east], [0, 0]),
+            Leaf::Sheet => assert!(west > 5 && east == 0, "{west}, {east}"),
+        }
+    }
 }
 
 #[test]

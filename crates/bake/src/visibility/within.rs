@@ -22,11 +22,13 @@ pub(super) struct Solids {
     tree: Bvh2,
     /// The first body of the solid that each body is part of.
     first: Vec<u32>,
+    /// Bodies lie so far inside what they fill.
+    inset_m: f32,
 }
 
 impl Solids {
-    /// Bodies of one object whose boxes are nearer to each other than a gap fill one solid.
-    pub(super) fn of(bodies: &[Body], gap_m: f32) -> Self {
+    /// Bodies of one object whose boxes are nearer to each other than a gap fill one solid. Each lies `inset_m` inside of it.
+    pub(super) fn of(bodies: &[Body], gap_m: f32, inset_m: f32) -> Self {
         let tree = segment::tree(bodies.iter().map(|b| [b.min, b.max]), 0.0);
         let mut solids = Groups::of_one(bodies.len());
         for (index, body) in (0u32..).zip(bodies) {
@@ -42,7 +44,7 @@ impl Solids {
             });
         }
         let first = (0..bodies.len() as u32).map(|body| solids.root(body)).collect();
-        Self { tree, first }
+        Self { tree, first, inset_m }
     }
 
     /// The solid that a body is part of.
@@ -61,8 +63,9 @@ impl Solids {
     /// The solids that may hold some of a region, rising.
     pub(super) fn around(&self, bodies: &[Body], eye: &Region) -> Vec<u32> {
         let mut solids = Vec::new();
-        each_in(&self.tree, eye, |body| {
-            if bodies[body as usize].may_hold(eye) {
+        let near = Region::of_box(eye.min - self.inset_m, eye.max + self.inset_m);
+        each_in(&self.tree, &near, |body| {
+            if bodies[body as usize].may_hold(eye, self.inset_m) {
                 solids.push(self.of_body(body));
             }
         });
@@ -110,7 +113,7 @@ mod tests {
             body(0, [9.0, 0.0, 0.0], [10.0, 4.0, 4.0]),
             body(1, [4.0, 0.0, 0.0], [8.0, 4.0, 4.0]),
         ];
-        let solids = Solids::of(&bodies, 0.01);
+        let solids = Solids::of(&bodies, 0.01, 0.0);
         assert_eq!([0, 1, 2, 3, 4].map(|body| solids.of_body(body)), [0, 0, 0, 3, 4]);
         let around =
             |min: [f32; 3], max: [f32; 3]| solids.around(&bodies, &Region::of_box(Vec3::from(min), Vec3::from(max)));
@@ -120,5 +123,14 @@ mod tests {
             "touching is not inside"
         );
         assert_eq!(around([3.9, 0.0, 0.0], [4.1, 1.0, 1.0]), [0, 4]);
+        let inside = Solids::of(&bodies, 0.01, 0.1);
+        let reaching = |x: f32| {
+            inside.around(
+                &bodies,
+                &Region::of_box(Vec3::new(-3.0, 0.0, 0.0), Vec3::new(x, 4.0, 4.0)),
+            )
+        };
+        assert_eq!(reaching(-0.05), [0], "what a body fills reaches further than the body");
+        assert!(reaching(-0.15).is_empty());
     }
 }

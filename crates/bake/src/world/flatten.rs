@@ -39,11 +39,12 @@ impl Placing {
         if self.mirrored {
             corners.swap(1, 2);
         }
-        Triangle {
+        let placed = Triangle {
             corners,
             object: self.object,
-            hides: if self.open { 0 } else { own.hides },
-        }
+            hides: own.hides,
+        };
+        if self.open { placed.opened() } else { placed }
     }
 
     /// The matrix to space relative to the origin.

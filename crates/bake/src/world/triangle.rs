@@ -6,6 +6,8 @@ use crate::source::Material;
 
 pub(super) const FRONT_HIDES: u8 = 1;
 pub(super) const BACK_HIDES: u8 = 2;
+/// What faces of doors hide when they are closed stands so many bits higher: sets are made with all doors open.
+const WHEN_CLOSED: u8 = 2;
 
 /// A triangle in space relative to [`World::origin`](super::World::origin), counter-clockwise seen from its front.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +33,7 @@ impl Triangle {
     /// Whether it hides anything from at least one side.
     #[must_use]
     pub fn hides(&self) -> bool {
-        self.hides != 0
+        self.hides & (FRONT_HIDES | BACK_HIDES) != 0
     }
 
     /// Whether its side that faces a point hides what is behind it.
@@ -56,6 +58,22 @@ impl Triangle {
     #[must_use]
     pub fn hides_from_back(&self) -> bool {
         self.hides & BACK_HIDES != 0
+    }
+
+    /// The same face of a door that is open.
+    pub(super) fn opened(self) -> Self {
+        Self {
+            hides: self.hides << WHEN_CLOSED,
+            ..self
+        }
+    }
+
+    /// The same face of a door that was open, when it is closed.
+    pub(crate) fn closed(self) -> Self {
+        Self {
+            hides: self.hides >> WHEN_CLOSED,
+            ..self
+        }
     }
 
     /// Its area in m².
