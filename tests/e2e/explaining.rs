@@ -70,6 +70,13 @@ async fn a_sight_line_shows_what_is_seen_and_a_wall_is_named_that_hides() {
     let refused = data.fails(&["inspect", "rooms", "--cell", cell, "--object", "o99"]);
     assert!(refused.contains("no object o99"), "{refused}");
 
+    assert_eq!(told("beyond"), told(id("beyond")), "by the name of its node");
+    let refused = data.fails(&["inspect", "rooms", "--cell", cell, "--object", "eyond"]);
+    assert!(
+        refused.contains("did you mean") && refused.contains(id("beyond").as_str()),
+        "{refused}"
+    );
+
     let seen_from = |object: &str| -> Value {
         let json = data.ok(&["inspect", "rooms", "--object", object, "--json"]);
         serde_json::from_str(&json).unwrap()

@@ -2,6 +2,7 @@
 
 mod explain;
 mod file;
+mod which;
 
 use std::{path::Path, sync::Arc};
 
@@ -15,6 +16,7 @@ use belvedere_scene::{
 };
 use serde::Serialize;
 
+use self::which::Which;
 use super::output::{bytes, no_such_cell, percent, print, print_json, table};
 use crate::{
     place::PlaceArgs,
@@ -29,9 +31,10 @@ pub(super) struct Args {
     /// Show one cell of a published scene
     #[arg(long)]
     cell: Option<CellId>,
-    /// Say why an object can be seen from that cell, or why not; without a cell, from which cells it may be seen
-    #[arg(long)]
-    object: Option<ObjectId>,
+    /// Say why an object, by its id or its node's name, can be seen from that cell, or why not; without a cell, from which cells
+    /// it may be seen
+    #[arg(long, value_name = "ID|NODE")]
+    object: Option<Which>,
     #[command(flatten)]
     place: PlaceArgs,
     /// Print as JSON
@@ -62,7 +65,11 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         reader: SceneReader::of(&baked.pointer, data.store().clone()),
         pointer: baked.pointer,
     };
-    match (args.cell, args.object) {
+    let object = match args.object {
+        Some(which) => Some(which.of(&scene).await?),
+        None => None,
+    };
+    match (args.cell, object) {
         (Some(cell), Some(object)) => explain::explain(&data, &name, &scene, (cell, object), args.json).await,
         (Some(cell), None) => inspect_cell(&scene, cell, args.json).await,
         (None, Some(object)) => explain::seen_from(&scene, object, args.json).await,
