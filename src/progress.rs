@@ -27,8 +27,6 @@ pub(crate) enum Show {
     Bars,
     /// One JSON object a line on standard output.
     Lines,
-    /// Not at all.
-    Nothing,
 }
 
 /// Shows the stages of a bake, times them, and carries the wish to stop.
@@ -190,7 +188,7 @@ mod tests {
 
     #[test]
     fn a_line_says_how_far_a_stage_is() {
-        let progress = BakeProgress::new(Show::Nothing);
+        let progress = BakeProgress::new(Show::Bars);
         let line = || progress.current().as_ref().map(Current::line);
         assert_eq!(line(), None);
         progress.start(Stage::Visibility, 40);

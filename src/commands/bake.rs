@@ -60,7 +60,7 @@ pub(super) struct Args {
     /// Publish a first revision with larger visible sets and without smooth LODs long before, and go on
     #[arg(long)]
     preview: bool,
-    /// Print the report as JSON
+    /// Print the report as JSON; how far it is goes to standard error
     #[arg(long)]
     json: bool,
     /// The most address space that this process may take, in MiB; beyond it, it is ended
@@ -80,11 +80,7 @@ pub(super) struct Args {
 
 impl Args {
     fn show(&self) -> Show {
-        match (self.tied, self.json) {
-            (true, _) => Show::Lines,
-            (false, true) => Show::Nothing,
-            (false, false) => Show::Bars,
-        }
+        if self.tied { Show::Lines } else { Show::Bars }
     }
 }
 
