@@ -107,7 +107,7 @@ impl<'a> Hiders<'a> {
             walls: walls.into_iter().map(Known::new).collect(),
             objects_of,
             groups_of,
-            leaves: leaves(world, tolerance).map(Known::new).collect(),
+            leaves: leaves(world, tolerance).into_iter().map(Known::new).collect(),
             made: Mutex::default(),
         }
     }

@@ -28,6 +28,8 @@ pub use self::{
 pub(crate) use self::{body::is_bottom, wall::Rectangle};
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::world::World;
 
 /// A blocker of sight lines.
@@ -48,6 +50,9 @@ pub(crate) const HOLE: f32 = 2e-6;
 /// Gaps around a closed door up to this share of its longest edge are closed: six centimetres around a common one.
 pub(crate) const DOOR_GAP: f32 = 0.03;
 
+/// A leaf fills its door when the diagonal of the one is at least this share of that of the other.
+const FILLS: f32 = 0.9;
+
 impl Occluders {
     /// Finds what hides in a world.
     #[must_use]
@@ -62,9 +67,28 @@ impl Occluders {
 
     /// Doors that one sees through when they are closed, from one side at least.
     pub(crate) fn leaky_doors(&self) -> impl Iterator<Item = u32> {
-        let leaky = self.leaves().iter().filter(|leaf| !leaf.is_filled());
-        leaky.filter_map(|leaf| leaf.door)
+        let leaky = |leaves: &&[Arc<Wall>]| {
+            let [min, max] = around(leaves);
+            let fills = |leaf: &Arc<Wall>| {
+                let [low, high] = leaf.around();
+                (high - low).length() >= FILLS * (max - min).length()
+            };
+            let ways = [Way::Against, Way::Along].into_iter();
+            !ways
+                .map(|way| leaves.iter().any(|leaf| leaf.is_filled(way) && fills(leaf)))
+                .all(|filled| filled)
+        };
+        let doors = self.leaves().chunk_by(|a, b| a.door == b.door);
+        doors.filter(leaky).filter_map(|leaves| leaves[0].door)
     }
+}
+
+/// The box around some walls: the lowest corner and the highest.
+fn around(walls: &[Arc<Wall>]) -> [Vec3; 2] {
+    let boxes = walls.iter().map(|wall| wall.around());
+    boxes.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[min, max], [low, high]| {
+        [min.min(low), max.max(high)]
+    })
 }
 
 /// What counts as coplanar and as no hole in a world.

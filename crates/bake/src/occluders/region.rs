@@ -1,7 +1,7 @@
 //! What do sight lines start from, pass through and end in? Convex regions.
 
 use belvedere_scene::{Bounds, convex::outside_m};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::{cells::ViewCell, world::World};
 
@@ -53,13 +53,12 @@ impl Region {
             .iter()
             .map(|half| -outside_m(half, center))
             .fold(f64::INFINITY, f64::min);
-        let (middle, reach) = (
-            world.relative(center),
-            around.min.abs().max(around.max.abs()).max_element(),
-        );
-        let grow = 1.0 + 8.0 * f32::EPSILON * reach / (inside_m as f32).max(f32::MIN_POSITIVE);
+        // Rounding to single precision moves a corner by less than one unit in the last place.
+        let reach_m = around.min.abs().max(around.max.abs()).max_element();
+        let grow = 1.0 + f64::from(2.0 * f32::EPSILON * reach_m) / inside_m.max(f64::from(f32::MIN_POSITIVE));
+        let grown = |p: [f64; 3]| DVec3::from(center).lerp(p.into(), grow).to_array();
         let points = cell.shape().points.into_iter();
-        Self::hull(points.map(|p| middle + grow * (world.relative(p) - middle)).collect())
+        Self::hull(points.map(|p| world.relative(grown(p))).collect())
     }
 
     /// The hull of points, which are not none.

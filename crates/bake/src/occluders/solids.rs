@@ -38,6 +38,8 @@ const MIN_SIZE_SHARE: f32 = 1.0 / 1000.0;
 const MIN_FILLED_SHARE: f32 = 1.0 / 250.0;
 /// What a body stands on counts as so many margins lower than it is.
 const STANDS_MARGINS: f32 = 4.0;
+/// A body is a box when its faces stand less than this share of a margin off the sides of one.
+const BOX_MARGINS: f32 = 0.25;
 /// Corners may stand this share of a part's size outside its faces for it to count as convex.
 const CONVEX: f32 = 1e-5;
 
@@ -93,7 +95,7 @@ impl Part<'_> {
             .convex_planes(open_below)
             .filter(|planes| planes.len() <= MAX_PLANES);
         let whole = convex.map(|planes| {
-            let is_box = planes.iter().all(|plane| is_axis(plane.truncate()));
+            let is_box = self.is_box(BOX_MARGINS * margin_m);
             body(self.min, self.max, if is_box { Vec::new() } else { planes })
         });
         let has_volume = |body: &Body| body.min.cmplt(body.max).all();
@@ -164,6 +166,16 @@ impl Part<'_> {
         foreign
     }
 
+    /// Whether it is closed and hides from outside; then 1 where its faces look outwards, and −1 where they look inwards and hide from
+    /// both sides.
+    pub(super) fn encloses(&self) -> Option<i32> {
+        let both_sides = self.triangles.iter().all(|triangle| triangle.hides_from_back());
+        let (volume_m3, loose) = self.volume_and_loose_edges();
+        let hides = self.triangles.iter().all(|triangle| triangle.hides_from_front());
+        let sign = if volume_m3 > 0.0 { 1 } else { -1 };
+        (hides && loose.is_empty() && volume_m3 != 0.0 && (sign > 0 || both_sides)).then_some(sign)
+    }
+
     /// Whether it has no bottom; `None` when it is open elsewhere or does not hide from outside.
     fn open_below(&self) -> Option<bool> {
         if !self.triangles.iter().all(|triangle| triangle.hides_from_front()) {
@@ -208,6 +220,18 @@ impl Part<'_> {
         (volume_m3, loose.map(|(edge, _)| edge).collect())
     }
 
+    /// Whether its faces lie on the sides of the box around it, but for so much.
+    fn is_box(&self, slack_m: f32) -> bool {
+        self.triangles.iter().all(|triangle| {
+            let [a, b, c] = triangle.corners;
+            let normal = (b - a).cross(c - a);
+            let axis = normal.abs().max_position();
+            let side = if normal[axis] > 0.0 { self.max } else { self.min };
+            let lies_on = |corner: &Vec3| (corner[axis] - side[axis]).abs() <= slack_m;
+            normal == Vec3::ZERO || triangle.corners.iter().all(lies_on)
+        })
+    }
+
     /// The planes of its faces and of a missing bottom, when it is convex.
     fn convex_planes(&self, open_below: bool) -> Option<Vec<Vec4>> {
         let tolerance_m = CONVEX * self.size_m();
@@ -238,10 +262,6 @@ impl Part<'_> {
     }
 }
 
-fn is_axis(normal: Vec3) -> bool {
-    normal.abs().max_element() > 1.0 - 1e-6
-}
-
 /// Lets a body that stands on top of another one of its object stand where that one does: who would pass below it meets
 /// the other.
 fn stand_on_each_other(bodies: &mut [Body], margin_m: f32) {
@@ -266,5 +286,41 @@ fn stand_on_each_other(bodies: &mut [Body], margin_m: f32) {
         if let Some(stands_m) = below {
             bodies[upper].stands_m = bodies[upper].stands_m.min(stands_m);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::plan::Builder;
+
+    /// The body of a block of 100 × 30 × 20 m that is turned by this, beside a plain.
+    fn body(turned: f64) -> (Body, f32) {
+        let mut builder = Builder::default();
+        let block = builder.block("block", [-50.0, 0.0, -10.0], [50.0, 30.0, 10.0]);
+        builder.scene.objects[block as usize].world_from_object = glam::DMat4::from_rotation_y(turned);
+        builder.quad(
+            "plain",
+            [
+                [-100., 0., -100.],
+                [-100., 0., 100.],
+                [100., 0., 100.],
+                [100., 0., -100.],
+            ],
+        );
+        let world = World::new(&builder.scene).unwrap();
+        let margin_m = 2e-6 * world.scale_m();
+        let mut bodies = bodies(&world, margin_m);
+        assert_eq!(bodies.len(), 1);
+        (bodies.remove(0), margin_m)
+    }
+
+    #[test]
+    fn a_block_that_hardly_stands_askew_is_no_box() {
+        assert!(body(0.0).0.planes.is_empty());
+        let (askew, margin_m) = body(8.7e-4);
+        let beside = Vec3::new(askew.min.x, 0.5 * (askew.min.y + askew.max.y), askew.max.z);
+        let out_m = askew.planes.iter().map(|plane| plane.dot(beside.extend(-1.0)));
+        assert!(out_m.fold(0.0, f32::max) > margin_m, "{askew:?}");
     }
 }

@@ -113,6 +113,44 @@ pub(super) fn join(lines: &mut [Vec<f32>; 2], opaque: &mut [Vec<bool>; 2]) {
     }
 }
 
+/// Takes away rows and columns at the ends of which less than half is opaque, up to this width at each: what a hinge adds to a leaf
+/// is no part of its edge.
+pub(super) fn trim(lines: &mut [Vec<f32>; 2], opaque: &mut [Vec<bool>; 2], most_m: f32) {
+    for axis in 0..2 {
+        let counts = [lines[0].len() - 1, lines[1].len() - 1];
+        let is_bare = |at: usize| {
+            let square = |other: usize| match axis {
+                0 => other * counts[0] + at,
+                _ => at * counts[0] + other,
+            };
+            let ends = lines[1 - axis].windows(2).enumerate();
+            let whole_m = lines[1 - axis][counts[1 - axis]] - lines[1 - axis][0];
+            let opaque = ends.filter(|(other, _)| opaque.iter().any(|squares| squares[square(*other)]));
+            opaque.map(|(_, ends)| ends[1] - ends[0]).sum::<f32>() < 0.5 * whole_m
+        };
+        let ends = [lines[axis][0] + most_m, lines[axis][counts[axis]] - most_m];
+        let low = (0..counts[axis])
+            .take_while(|at| lines[axis][at + 1] <= ends[0] && is_bare(*at))
+            .count();
+        let high = (0..counts[axis])
+            .rev()
+            .take_while(|at| lines[axis][*at] >= ends[1] && is_bare(*at))
+            .count();
+        if low + high == 0 || low + high >= counts[axis] {
+            continue;
+        }
+        let kept = low..counts[axis] - high;
+        for squares in opaque.iter_mut() {
+            let rows = squares.chunks(counts[0]).enumerate();
+            let rows = rows.filter(|(row, _)| axis == 0 || kept.contains(row));
+            let whole = 0..counts[0];
+            let columns = if axis == 0 { &kept } else { &whole };
+            *squares = rows.flat_map(|(_, row)| row[columns.clone()].to_vec()).collect();
+        }
+        lines[axis] = lines[axis][kept.start..=kept.end].to_vec();
+    }
+}
+
 /// Places of a square, as shares of its edges.
 const PLACES: [[f32; 2]; 5] = [[0.5, 0.5], [0.1, 0.1], [0.9, 0.1], [0.1, 0.9], [0.9, 0.9]];
 

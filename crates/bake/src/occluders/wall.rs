@@ -110,7 +110,7 @@ impl Wall {
         let first = if level.length_squared() > 1e-6 {
             level.normalize()
         } else {
-            Vec3::X
+            Vec3::X.reject_from_normalized(normal).normalize()
         };
         [first, normal.cross(first)]
     }
@@ -155,12 +155,10 @@ impl Wall {
         !self.opaque[way as usize].is_empty()
     }
 
-    /// Whether it is opaque from end to end, both ways.
-    pub(super) fn is_filled(&self) -> bool {
-        [Way::Against, Way::Along].into_iter().all(|way| {
-            let squares = self.opaque_squares(way);
-            squares.is_some_and(|squares| !squares.contains(&false))
-        })
+    /// Whether it is opaque this way from end to end.
+    pub(super) fn is_filled(&self, way: Way) -> bool {
+        let squares = self.opaque_squares(way);
+        squares.is_some_and(|squares| !squares.contains(&false))
     }
 
     /// Whether each square is opaque this way, rows along the first axis; `None` where it hides nothing.
@@ -200,6 +198,12 @@ impl Wall {
             let last = lines.partition_point(|line| *line < to);
             [first, last.max(first)]
         })
+    }
+
+    /// How many squares a rectangle meets.
+    pub(crate) fn squares_in(&self, rectangle: &Rectangle) -> usize {
+        let [u, v] = self.squares(rectangle, 0.0);
+        (u[1] + 1 - u[0]) * (v[1] + 1 - v[0])
     }
 
     fn count(&self, way: Way, u: [usize; 2], v: [usize; 2]) -> u32 {
@@ -400,6 +404,21 @@ mod tests {
             wall.openings(Way::Against, &[[3.0, 11.0], [0.5, 2.5]], 1e-3, 1)
                 .is_none()
         );
+    }
+
+    #[test]
+    fn a_wall_that_hardly_leans_has_its_grid_in_itself() {
+        for lean in [0.0, 1e-5, 5e-4, 9e-4, 2e-3] {
+            let normal = Vec3::new(lean, 1.0, 0.5 * lean).normalize();
+            let axes = Wall::axes_across(normal);
+            assert!(axes.iter().all(|axis| axis.dot(normal).abs() < 1e-6), "{lean}");
+            let squares = vec![true];
+            let lines = [vec![0.0, 50.0], vec![0.0, 50.0]];
+            let wall = Wall::new(normal, 4.0, axes, lines, [squares.clone(), squares]);
+            let point = wall.point(Vec2::new(40.0, 1.0));
+            let again = wall.point(wall.place(point));
+            assert!((again - point).length() < 1e-4, "{lean}: {again} for {point}");
+        }
     }
 
     #[test]

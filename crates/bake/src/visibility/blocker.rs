@@ -63,6 +63,7 @@ impl Blocker {
     pub fn doors(&self) -> Vec<u32> {
         let mut doors: Vec<_> = self.occluders.leaves().iter().filter_map(|wall| wall.door).collect();
         doors.sort_unstable();
+        doors.dedup();
         doors
     }
 

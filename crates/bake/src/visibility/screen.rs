@@ -3,14 +3,12 @@
 //! A leaf stands in a doorway, but sight lines between two rooms diverge beyond it: they end in the masonry around, which is
 //! many walls and bodies, none of which blocks them all. So the question is cut into easier ones, as portal sequences are
 //! (Teller & Séquin, *Visibility preprocessing for interactive walkthroughs*, 1991): all sight lines cross the leaf's plane inside
-//! a rectangle. What of it lies beside the leaf is hidden piece by piece: behind a wall in the same plane, from the eyes, or
-//! from the target. Pieces are halved where that fails.
+//! a rectangle. What of it lies beside the leaf, or in its openings, is hidden piece by piece: behind a wall in the same plane,
+//! from the eyes, or from the target. Pieces are halved where that fails.
 //!
-//! Guarantee: conservative, but for gaps narrower than 8 · 10⁻⁶ of the scene's diagonal, which are closed. Cost: a proof where
-//! one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf, and for all of them together at most
-//! [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
-
-use glam::Vec2;
+//! Guarantee: conservative, but for gaps narrower than 8 · 10⁻⁶ of the scene's diagonal, and those of up to [`DOOR_GAP`] around a
+//! leaf, which are closed. Cost: a proof where one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf,
+//! and for all of them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
 
 use super::{
     blocker::Blocker,
@@ -23,7 +21,10 @@ use crate::occluders::{DOOR_GAP, Occluders, Rectangle, Region, Wall, Way};
 /// width of gaps that count as closed.
 const BORDER: f32 = 2.0;
 /// So many pieces of the plane around a leaf are looked at.
-const MOST_PIECES: usize = 64;
+const MOST_PIECES: usize = 256;
+/// Openings of a leaf are told apart up to so many; a look at so many of its squares counts as a test.
+const MOST_OPENINGS: usize = 64;
+const SQUARES_A_TEST: usize = 64;
 /// All pieces together may take so many tests; each piece costs one, and one for each wall in the plane of its leaf.
 const MOST_TESTS: usize = 1_000_000;
 
@@ -95,14 +96,32 @@ impl<'a> Screening<'a> {
         } else {
             return false;
         };
+        if !leaf.hides(way) {
+            return false;
+        }
         self.pieces_left = MOST_PIECES;
-        let pieces = self.leaves[number].beside(way, &between(leaf, eye, target));
+        let pieces = self.leaves[number].cut(&between(leaf, eye, target));
         pieces
             .iter()
-            .all(|piece| self.is_blocked(number, way, piece, eye, target))
+            .all(|piece| self.is_stopped(number, way, piece, eye, target))
     }
 
-    /// Whether no sight line passes a piece of the plane of a leaf.
+    /// Whether no sight line passes a piece of the plane of a leaf: none of the openings of the leaf there.
+    fn is_stopped(&mut self, leaf: usize, way: Way, piece: &Rectangle, eye: &Region, target: &Region) -> bool {
+        let wall = self.leaves[leaf].wall;
+        let tests = wall.squares_in(piece).div_ceil(SQUARES_A_TEST);
+        if self.tests_left < tests {
+            return false;
+        }
+        self.tests_left -= tests;
+        let openings = wall.openings(way, piece, 0.0, MOST_OPENINGS);
+        let openings = openings.unwrap_or_else(|| vec![*piece]);
+        openings
+            .iter()
+            .all(|opening| self.is_blocked(leaf, way, opening, eye, target))
+    }
+
+    /// Whether no sight line passes an opening.
     fn is_blocked(&mut self, leaf: usize, way: Way, piece: &Rectangle, eye: &Region, target: &Region) -> bool {
         let tolerance = &self.blocker.occluders.tolerance;
         let (around, margin_m) = (&self.leaves[leaf], 2.0 * tolerance.plane_m);
@@ -121,7 +140,7 @@ impl<'a> Screening<'a> {
         }
         halves(piece)
             .iter()
-            .all(|half| self.is_blocked(leaf, way, half, eye, target))
+            .all(|half| self.is_stopped(leaf, way, half, eye, target))
     }
 }
 
@@ -152,23 +171,20 @@ impl<'a> Leaf<'a> {
         })
     }
 
-    /// Where in a rectangle of its plane it stops no sight line, cut along its own edges and those of the doorway that it fills.
-    fn beside(&self, way: Way, rectangle: &Rectangle) -> Vec<Rectangle> {
-        let spans = [0, 1].map(|axis| {
+    /// The parts of a rectangle of its plane, cut along its own ends and the edges of the doorway that it fills.
+    fn cut(&self, rectangle: &Rectangle) -> Vec<Rectangle> {
+        let [across, up] = [0, 1].map(|axis| {
             let [low, high] = rectangle[axis];
-            let edges = self.wall.lines[axis].iter().chain(&self.doorway[axis]).copied();
-            let inside = edges.filter(|line| low < *line && *line < high);
+            let lines = &self.wall.lines[axis];
+            let ends = [lines[0], lines[lines.len() - 1]];
+            let inside = ends.into_iter().chain(self.doorway[axis].iter().copied());
+            let inside = inside.filter(|line| low < *line && *line < high);
             let mut cuts: Vec<_> = inside.chain([low, high]).collect();
             cuts.sort_by(f32::total_cmp);
             cuts.dedup();
             cuts.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
         });
-        let stopped = |[u, v]: &Rectangle| {
-            let middle = Vec2::new(u[0] + u[1], v[0] + v[1]) / 2.0;
-            self.wall.opaque_at(way, middle)
-        };
-        let all = spans[0].iter().flat_map(|u| spans[1].iter().map(move |v| [*u, *v]));
-        all.filter(|piece| !stopped(piece)).collect()
+        across.iter().flat_map(|u| up.iter().map(move |v| [*u, *v])).collect()
     }
 }
 
