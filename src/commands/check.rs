@@ -1,5 +1,5 @@
 //! `belvedere serve --check-config`: what do the settings come to, and can they work? Looks at what is outside of them and
-//! changes nothing.
+//! leaves all as it was.
 
 use std::{io::ErrorKind, path::Path, time::Duration};
 
@@ -40,9 +40,19 @@ fn data(data: &Path) -> anyhow::Result<()> {
         Ok(about) if !about.is_dir() => anyhow::bail!("`data` must be a folder, and {} is none", data.display()),
         Ok(about) if about.permissions().readonly() => anyhow::bail!("`data` is read-only: {}", data.display()),
         Ok(_) => Ok(()),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) if error.kind() == ErrorKind::NotFound => can_be_made(data),
         Err(error) => Err(error).with_context(|| format!("`data` cannot be used: {}", data.display())),
     }
+}
+
+/// Whether the nearest folder above that is there takes another: makes one, and takes it away again.
+fn can_be_made(data: &Path) -> anyhow::Result<()> {
+    let above = data.ancestors().skip(1).find(|folder| folder.exists());
+    let tried = above
+        .unwrap_or(Path::new("."))
+        .join(format!(".belvedere-check-{}", std::process::id()));
+    let made = std::fs::create_dir(&tried).and_then(|()| std::fs::remove_dir(&tried));
+    made.with_context(|| format!("`data` cannot be made: {}", data.display()))
 }
 
 fn record(file: &Path) -> anyhow::Result<()> {

@@ -8,7 +8,7 @@ use super::LiveError;
 use crate::db::Catalogue;
 
 /// So many are drawn at once; a server that ends loses those that are left.
-const BLOCK: u32 = 1_000;
+const BLOCK: u32 = 10_000;
 
 #[derive(Debug)]
 pub(super) struct Ids {

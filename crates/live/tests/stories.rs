@@ -101,6 +101,23 @@ fn two_poses_within_a_moment_do_not_make_a_rocket() {
 }
 
 #[test]
+fn who_falls_silent_in_full_stride_stands_where_it_was_heard_of_last() {
+    let mut stage = Stage::rooms(3);
+    let (a, b) = (stage.enter(0.5), stage.enter(0.6));
+    for step in 1..=5 {
+        stage.tick();
+        stage.pose(b, 0.6 + 0.05 * f64::from(step));
+    }
+    stage.tick();
+    let belief = |stage: &Stage| stage.beliefs[&a].shown[&stage.avatar(b)];
+    assert!(!belief(&stage).is_resting());
+    stage.silence(1_500);
+    let shown = belief(&stage);
+    assert!(shown.is_resting(), "{shown:?}");
+    assert!((shown.position[0] - 0.85).abs() < 1e-9, "{shown:?}");
+}
+
+#[test]
 fn deep_in_a_crowd_little_is_seen_and_told_less_often_and_a_few_people_are_no_crowd() {
     let seen = |people: u32| {
         let mut stage = Stage::hall(40);

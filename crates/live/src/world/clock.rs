@@ -7,6 +7,8 @@ use crate::Ms;
 
 /// Clocks drift by less than this.
 const DRIFT: f64 = 5e-4;
+/// A clock that goes back by more than this was set anew: no pose is so long on its way.
+const SET_BACK_MS: Ms = 60_000;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SenderClock {
@@ -41,6 +43,7 @@ impl SenderClock {
             return Some(self.ours_ms);
         };
         self.offset_ms = match self.theirs_ms {
+            Some(last_ms) if theirs_ms < last_ms - SET_BACK_MS => (now_ms - theirs_ms) as f64,
             Some(last_ms) if theirs_ms < last_ms => return None,
             Some(_) => {
                 let drifted = self.offset_ms + DRIFT * (now_ms - self.read_at_ms) as f64;
@@ -76,6 +79,15 @@ mod tests {
         assert_eq!(clock.read(Some(350), 1_000_400), Some(1_000_295));
         assert_eq!(clock.read(Some(349), 1_000_500), None);
         assert_eq!(clock.theirs(1_000_295), 350);
+    }
+
+    #[test]
+    fn a_clock_that_was_far_ahead_locks_nobody_out() {
+        let mut clock = SenderClock::new(Some(1_000), 1_000_000);
+        assert_eq!(clock.read(Some(1 << 53), 1_000_100), Some(1_000_100));
+        assert_eq!(clock.read(Some(1_200), 1_000_200), Some(1_000_200));
+        assert_eq!(clock.read(Some(1_300), 1_000_310), Some(1_000_300));
+        assert_eq!(clock.read(Some(1_299), 1_000_400), None);
     }
 
     #[test]

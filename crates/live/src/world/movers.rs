@@ -35,6 +35,8 @@ pub struct NewMover {
     pub way: Option<Trajectory>,
 }
 
+/// Poses further apart than this say nothing of the speed, and who has not been heard of for so long stands.
+pub(super) const LONGEST_STEP_MS: Ms = 1_000;
 /// A pose that exceeds what was promised by less than this breaks no promise.
 const SLACK_M: f64 = 0.1;
 const SLACK: f64 = 1.05;
@@ -150,7 +152,7 @@ impl World {
         let estimate = || match elapsed_s {
             _ if teleported => [0.0; 3],
             0.0 => last.velocity,
-            1.0.. => [0.0; 3],
+            _ if t_ms - last.t_ms >= LONGEST_STEP_MS => [0.0; 3],
             _ => step.map(|x| x * per_s),
         };
         mover.pose = Pose {
