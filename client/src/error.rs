@@ -29,6 +29,12 @@ pub enum Error {
         /// What happened.
         cause: String,
     },
+    /// It could not be had before, and was not asked for again.
+    #[error("{cause} (not asked for again)")]
+    GivenUp {
+        /// What happened then.
+        cause: String,
+    },
     /// A folder for what was fetched cannot be used.
     #[error("cannot keep what is fetched in {}: {cause}", folder.display())]
     Cache {

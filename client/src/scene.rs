@@ -70,6 +70,7 @@ impl<S: ByteSource> Client<S> {
             pointer,
             manifest,
             index: Mutex::default(),
+            lost: Mutex::default(),
             models: Mutex::default(),
         })
     }
@@ -89,6 +90,8 @@ pub struct Scene<S> {
     manifest: Manifest,
     /// Pages and chunks that were read.
     index: Mutex<HashMap<BlobName, Arc<dyn Any + Send + Sync>>>,
+    /// Those that could not be had, and why.
+    lost: Mutex<HashMap<BlobName, String>>,
     models: Mutex<HashMap<ModelId, Arc<Model>>>,
 }
 
@@ -264,15 +267,34 @@ impl<S: ByteSource> Scene<S> {
         Ok(entry)
     }
 
-    /// A document of an index, fetched once.
+    /// Asks again for what could not be had.
+    pub(crate) async fn forgive(&self) {
+        self.lost.lock().await.clear();
+    }
+
+    /// A document of an index, fetched once; what is not there, or damaged, is not asked for again either.
     async fn indexed<T: DeserializeOwned + Send + Sync + 'static>(&self, name: &BlobName) -> Result<Arc<T>, Error> {
         let known = self.index.lock().await.get(name).cloned();
         if let Some(Ok(document)) = known.map(Arc::downcast) {
             return Ok(document);
         }
-        let read: Arc<T> = Arc::new(document(&name.url(), &self.blob(name).await?)?);
-        self.index.lock().await.insert(name.clone(), read.clone());
-        Ok(read)
+        if let Some(cause) = self.lost.lock().await.get(name) {
+            return Err(Error::GivenUp { cause: cause.clone() });
+        }
+        let read = self.blob(name).await;
+        match read.and_then(|bytes| document::<T>(&name.url(), &bytes)) {
+            Ok(read) => {
+                let read = Arc::new(read);
+                self.index.lock().await.insert(name.clone(), read.clone());
+                Ok(read)
+            }
+            Err(cause) => {
+                if !cause.is_transient() || matches!(cause, Error::Corrupt(_)) {
+                    self.lost.lock().await.insert(name.clone(), cause.to_string());
+                }
+                Err(cause)
+            }
+        }
     }
 }
 

@@ -134,6 +134,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 self.at = Some(located.cell);
                 self.show(cell);
             }
+            Err(Error::GivenUp { .. }) => {}
             Err(cause) => self.events.push(Event::Problem(cause)),
         }
         self.replan();
@@ -193,8 +194,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
     }
 
     /// Tries again what could not be had.
-    pub fn retry(&mut self) {
+    pub async fn retry(&mut self) {
         self.planner.residency.forgive();
+        self.scene.forgive().await;
         self.replan();
     }
 

@@ -9,7 +9,10 @@ use std::{
     sync::Arc,
 };
 
-use belvedere_scene::{BlobHash, ModelId, object::Model};
+use belvedere_scene::{
+    BlobHash, ModelId,
+    object::{Model, PackRef},
+};
 
 use super::{
     ahead::{HORIZON_S, is_due},
@@ -265,9 +268,7 @@ impl Planner {
     /// What nobody has asked for yet, in packs where they are worth it.
     fn missing(&self, wish: &Wish, packed: bool) -> Vec<FileRef> {
         let missing = self.parts(wish).filter(|part| part.cost_bytes(&self.residency) > 0.0);
-        missing
-            .map(|part| if packed { self.order_of(&part) } else { part.file() })
-            .collect()
+        missing.map(|part| self.order_of(&part, packed)).collect()
     }
 
     /// Draws a model so if all that this takes is here.
@@ -288,9 +289,11 @@ impl Planner {
         true
     }
 
-    /// A file alone, or the pack that is worth fetching for it and others.
-    fn order_of(&self, part: &Part) -> FileRef {
-        let pack = part.pack.filter(|pack| self.packs.contains(&(&pack.url).into()));
+    /// A file alone, or the pack that is worth fetching for it and others, or all that is left where it cannot be had alone.
+    fn order_of(&self, part: &Part, packed: bool) -> FileRef {
+        let is_lost = self.residency.state(part.key()) == State::Lost;
+        let is_worth = |pack: &&PackRef| is_lost || (packed && self.packs.contains(&(&pack.url).into()));
+        let pack = part.pack.filter(is_worth);
         let pack = pack.filter(|pack| self.residency.state((&pack.url).into()) == State::Away);
         pack.map_or_else(|| part.file(), |pack| FileRef::object(&pack.url, pack.bytes))
     }

@@ -21,6 +21,9 @@ use crate::{
     },
 };
 
+/// A request that fails takes at least so long.
+const FAILURE_MS: f64 = 1.0;
+
 /// A request whose answer is on the line.
 struct UnderWay {
     there_ms: f64,
@@ -107,6 +110,10 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             (bytes, requests) = (bytes + answer.bytes, requests + 1);
         }
         self.ledger.came(order, bytes, requests);
+        if fetched.iter().any(|(_, result)| result.is_err()) {
+            // Whatever comes of it, who fails does not fail again at the same moment.
+            there_ms = there_ms.max(now_ms + FAILURE_MS);
+        }
         let mut came = Vec::with_capacity(fetched.len());
         for (file, result) in fetched {
             let result = result.and_then(|bytes| self.check(&file, bytes, planner));

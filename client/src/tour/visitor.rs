@@ -23,7 +23,7 @@ use crate::{
         plan::{self, Held},
         planner::Planner,
         priority::Cause,
-        sight::Eye,
+        sight::{Eye, Seen},
     },
 };
 
@@ -106,6 +106,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         let asked_ms = self.courier.charge(self.now_ms);
         let at = match at {
             Ok(at) => at.cell,
+            Err(Error::GivenUp { .. }) => return,
             Err(cause) => return self.courier.tour.fail(cause),
         };
         if self.here == Some(at.cell) {
@@ -290,10 +291,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             .last()
             .is_none_or(|frame| frame.t_ms < self.now_ms);
         let is_told = is_after && self.here.is_some_and(|here| self.is_known(here));
-        if self.courier.tour.converged_ms.is_none()
-            && is_told
-            && self.in_sight().is_some_and(|(missing, _)| missing == 0)
-        {
+        if self.courier.tour.converged_ms.is_none() && is_told && self.has_all_that_can_be_had() {
             self.courier.tour.converged_ms = Some(self.now_ms);
         }
     }
@@ -307,6 +305,15 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             .iter()
             .filter(|seen| self.planner.residency.held(seen.model).is_some());
         Some((all - held.count(), all))
+    }
+
+    /// Whether something of every object in sight is there, but for what cannot be had; not when nothing can.
+    fn has_all_that_can_be_had(&self) -> bool {
+        let held = |seen: &&Seen| self.planner.residency.held(seen.model).is_some();
+        let seen = self.here.map_or(&[][..], |here| self.atlas.seen_from(here));
+        let can_come = |seen: &Seen| plan::first_goal(seen, &self.planner.residency).is_some();
+        let has_any = seen.iter().any(|seen| held(&seen)) || self.in_sight().is_some_and(|(missing, _)| missing == 0);
+        has_any && seen.iter().filter(|seen| !held(seen)).all(|seen| !can_come(seen))
     }
 
     fn frame(&self, t_ms: f64) -> Frame {

@@ -231,3 +231,30 @@ fn a_wish_that_nobody_has_any_more_is_told_from_one_that_stands() {
     let again = plan::first_wishes(&here, &planner.residency);
     assert_eq!(again.len(), 1);
 }
+
+#[test]
+fn what_cannot_be_had_alone_comes_with_its_pack_or_not_at_all() {
+    let mut here = [seen(1, 1.0)];
+    let model = Arc::make_mut(&mut here[0].geometry);
+    model.levels.truncate(1);
+    let alone = FileRef::object(&model.levels[0].url, model.levels[0].bytes);
+    let pack = PackRef {
+        url: name("pack", "pack"),
+        bytes: 100 * model.levels[0].bytes,
+        from: 0,
+    };
+    model.levels[0].pack = Some(pack.clone());
+    let mut planner = within(u64::MAX);
+    let mut asked = Vec::new();
+    for _ in 0..4 {
+        planner.plan(&view(&here, Vec::new()), f64::INFINITY);
+        let Some(order) = planner.next(&mut Vec::new()) else {
+            break;
+        };
+        for file in order.files {
+            planner.residency.lose(file.name.key());
+            asked.push(file.name.key());
+        }
+    }
+    assert_eq!(asked, [alone.name.key(), (&pack.url).into()]);
+}
