@@ -41,10 +41,29 @@ await tell("embed", async (open) => {
   const [x, y, z] = start.position;
   await ready(page, "another link", `../${base.search}#p=${[x + 1, y, z].join()}&yaw=90&pitch=0`);
   insist(Math.abs((await pose(page)).position[0] - x - 1) < 0.01, "the pose of the link is not taken");
+  const refused = await page.evaluate(() => {
+    const element = document.querySelector("belvedere-scene");
+    try {
+      element.pose = { yaw: 1 };
+    } catch (error) {
+      return String(error);
+    }
+    return "nothing";
+  });
+  insist(refused.includes("position"), `a pose without a place is taken: ${refused}`);
   await page.evaluate(() => document.querySelector("belvedere-scene").remove());
   const lost = await open(undefined, /status of 404/);
   await lost.goto(new URL("embed/example.html", base).href);
   await lost.evaluate(() => document.querySelector("belvedere-scene").setAttribute("src", "../nowhere/?scene=none"));
   await lost.locator("belvedere-scene p").getByText("missing").waitFor({ timeout });
+  // An element of a script, which has no link at first.
+  await lost.evaluate(() => {
+    document.querySelector("belvedere-scene").remove();
+    document.body.append(document.createElement("belvedere-scene"));
+  });
+  await lost.waitForTimeout(300);
+  const late = `../${base.search}`;
+  await ready(lost, "a link that came late", late);
+  insist((await lost.evaluate(() => document.querySelector("belvedere-scene").src)) === late, "src is not told");
   console.log("one tag shows a world, and says so where it cannot");
 });

@@ -14,16 +14,19 @@ import { webCryptoDigest } from "../core/verify.ts";
 import { Stage } from "../three/stage.ts";
 import { Controls } from "../ui/controls.ts";
 import { make, write } from "../ui/dom.ts";
+import { Doors } from "../ui/doors.ts";
 import { writeBytes } from "../ui/format.ts";
 import { explain, NoSuchScene } from "../ui/problem.ts";
 import { type Display, type Moving, type Readings, Visit } from "../ui/visit.ts";
 import { STYLE } from "./style.ts";
 
-const HOW_TO_MOVE = "Move with W, A, S, D or the arrow keys; drag to look around, or press R and V.";
+const HOW_TO_MOVE =
+  "Move with W, A, S, D or the arrow keys; drag to look around, or press R and V; Enter opens and closes doors.";
 
 export class BelvedereScene extends HTMLElement {
   static readonly observedAttributes = ["src"];
   private visit: Visit | undefined;
+  private canvas: HTMLCanvasElement | undefined;
   /** Which attempt to show something is the current one. */
   private attempt = 0;
 
@@ -36,7 +39,21 @@ export class BelvedereScene extends HTMLElement {
   }
 
   attributeChangedCallback(_name: string, before: string | null, after: string | null): void {
-    if (this.isConnected && before !== after && before !== null) void this.show();
+    // What stands in the page's text is there before the element is connected.
+    if (this.attempt > 0 && this.isConnected && before !== after) void this.show();
+  }
+
+  /** The link to a viewer that is shown. */
+  get src(): string {
+    return this.getAttribute("src") ?? "";
+  }
+
+  set src(src: string) {
+    this.setAttribute("src", src);
+  }
+
+  override focus(options?: FocusOptions): void {
+    this.canvas?.focus(options);
   }
 
   /** Where the eye is, once the scene is open. */
@@ -46,8 +63,14 @@ export class BelvedereScene extends HTMLElement {
     return { position, yaw, pitch };
   }
 
-  set pose(pose: Pose) {
-    this.visit?.teleport(pose);
+  /** Goes there; angles that are not given are zero. */
+  set pose(pose: Partial<Pose> | undefined) {
+    const { position, yaw = 0, pitch = 0 } = pose ?? {};
+    const numbers = [...(position ?? []), yaw, pitch];
+    if (position?.length !== 3 || !numbers.every(Number.isFinite)) {
+      throw new TypeError("a pose is { position: [x, y, z], yaw, pitch }, in metres and radians");
+    }
+    this.visit?.teleport({ position, yaw, pitch });
   }
 
   private leave(): void {
@@ -62,6 +85,7 @@ export class BelvedereScene extends HTMLElement {
     const canvas = make("canvas", { tabindex: "0", role: "application", "aria-label": `A world. ${HOW_TO_MOVE}` });
     const stick = make("div", { class: "stick", hidden: true, "aria-hidden": "true" }, make("i"));
     const caption = make("p", { role: "status" });
+    this.canvas = canvas;
     const root = this.shadowRoot ?? this.attachShadow({ mode: "open" });
     const style = new CSSStyleSheet();
     style.replaceSync(STYLE);
@@ -92,16 +116,21 @@ export class BelvedereScene extends HTMLElement {
     const first = scene.manifest.viewpoints[0];
     if (pose) visit.teleport(pose);
     else if (first) visit.goTo(first);
+    const doors = new Doors(visit);
     const controls = new Controls(canvas, stick, {
       keys: this,
       turn: (yaw, pitch) => visit.turn(yaw, pitch),
       command: (command) => {
         if (command === "fly") visit.toggleFly();
         else if (command === "level") visit.level();
+        else if (command === "door") return doors.useInReach();
         else return false;
         return true;
       },
-      tap: () => {},
+      tap: (x, y) => {
+        const entry = visit.pick(x, y)?.entry;
+        if (entry?.door) doors.use(entry.object);
+      },
     });
     visit.begin(controls);
     return visit;

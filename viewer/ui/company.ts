@@ -1,15 +1,14 @@
 /**
- * Who else is here, and how do doors move? Joins a live session where one is offered, draws people and swings doors. In a
- * static tree there is nobody, and doors open and close for oneself alone.
+ * Who else is here, and which doors do they close? Joins a live session where one is offered, and draws people. In a static tree
+ * there is nobody, and doors open and close for oneself alone.
  */
 import { length, subtract } from "../core/geometry.ts";
 import { Company, type Mover } from "../core/live/company.ts";
 import type { LiveEvent } from "../core/live/events.ts";
 import { type Participant, Session } from "../core/live/session.ts";
 import type { PlacedObject } from "../core/objects.ts";
-import type { DoorPlace } from "../core/reach.ts";
 import { Avatars } from "../three/avatars.ts";
-import { DoorSwing } from "../three/doors.ts";
+import type { Doors } from "./doors.ts";
 import type { Visit } from "./visit.ts";
 
 /** Who is nearer than this is not drawn: one would look at a figure from inside. */
@@ -18,6 +17,7 @@ const REPORT_EVERY_MS = 5000;
 
 export interface LivePartsOfPage {
   readonly visit: Visit;
+  readonly doors: Doors;
   /** How many other people are in sight, when that changes. */
   readonly counted: (people: number) => void;
   /** The scene was published anew while one was in it. */
@@ -29,9 +29,6 @@ export class LiveCompany {
   showRates = false;
   private readonly company = new Company();
   private readonly avatars: Avatars;
-  private readonly doors = new Map<number, DoorSwing>();
-  private readonly closedHere = new Set<number>();
-  private readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
   private readonly reports = new URL(location.href).searchParams.get("report") === "quality";
   private reportAgain_ms = 0;
   private session: Session | undefined;
@@ -44,7 +41,7 @@ export class LiveCompany {
       fetch: (file) => parts.visit.fetch(file),
     });
     parts.visit.add(this.avatars.root);
-    parts.visit.onFrame((now_ms, seconds) => this.frame(now_ms, seconds));
+    parts.visit.onFrame((now_ms) => this.frame(now_ms));
     addEventListener("pagehide", () => this.session?.close());
     // A page that comes back from the browser's memory has left its session.
     addEventListener("pageshow", ({ persisted }) => void (persisted && this.join()));
@@ -58,11 +55,6 @@ export class LiveCompany {
   /** Those in sight. */
   get movers(): readonly Mover[] {
     return this.people;
-  }
-
-  /** The doors that were met, and where they stand. */
-  *doorPlaces(): Iterable<DoorPlace> {
-    for (const [door, swing] of this.doors) yield { door, doorway: swing.bounds, leaf: swing.leaf() };
   }
 
   /** Joins, where that is possible; a server that cannot be asked is one without company. */
@@ -85,13 +77,9 @@ export class LiveCompany {
   /** Opens a door that is closed, and the reverse. Answers whether the object is a door. */
   async use({ entry }: PlacedObject): Promise<boolean> {
     if (!entry.door) return false;
-    const open = this.parts.visit.explorer.isShut(entry.object);
-    if (this.session?.isOpen) await this.session.setDoor(entry.object, open);
-    else {
-      if (open) this.closedHere.delete(entry.object);
-      else this.closedHere.add(entry.object);
-      this.shut();
-    }
+    const { doors, visit } = this.parts;
+    if (this.session?.isOpen) await this.session.setDoor(entry.object, visit.explorer.isShut(entry.object));
+    else doors.use(entry.object);
     return true;
   }
 
@@ -100,13 +88,7 @@ export class LiveCompany {
     this.company.take(event, performance.now());
     const published = event.kind === "revision" || event.kind === "hello" ? event.revision : undefined;
     if (published !== undefined && published !== scene.pointer.revision) this.parts.outdated();
-    if (event.kind === "door" || event.kind === "resync") this.shut();
-  }
-
-  private shut(): void {
-    const closed = this.session?.isOpen ? this.company.closedDoors : this.closedHere;
-    this.parts.visit.explorer.shutExactly(closed);
-    for (const [object, door] of this.doors) door.turn(!closed.has(object), this.calm.matches ? "at once" : "swinging");
+    if (event.kind === "door" || event.kind === "resync") this.parts.doors.shutExactly(this.company.closedDoors);
   }
 
   /** Visitors who asked for it with `?report=quality` say now and then what they get to see. */
@@ -118,7 +100,7 @@ export class LiveCompany {
     this.session.report(here);
   }
 
-  private frame(now_ms: number, seconds: number): boolean {
+  private frame(now_ms: number): boolean {
     this.session?.update(this.self());
     this.report(now_ms);
     this.people = this.company.movers(now_ms);
@@ -129,26 +111,7 @@ export class LiveCompany {
     const eye = this.parts.visit.walker.position;
     const outside = this.people.filter(({ position }) => length(subtract(position, eye)) > NEAREST_M);
     const walked = this.avatars.show(outside, { eye: this.parts.visit.eye, now_ms, rates: this.showRates });
-    return this.swing(seconds) || walked;
-  }
-
-  /** Hangs doors that were not met before, which stand in the doorways that they close, and moves those that swing. */
-  private swing(seconds: number): boolean {
-    const { visit } = this.parts;
-    let moved = false;
-    for (const object of visit.explorer.doors) {
-      const placed = this.doors.has(object) ? undefined : visit.explorer.placed(object);
-      if (!placed) continue;
-      const door = new DoorSwing(placed.entry.bounds, visit.explorer.isShut(object) ? 0 : 1);
-      this.doors.set(object, door);
-      visit.move(object, door.matrix());
-    }
-    for (const [object, door] of this.doors) {
-      if (!door.step(seconds)) continue;
-      visit.move(object, door.matrix());
-      moved = true;
-    }
-    return moved;
+    return walked;
   }
 
   private self(): Participant {

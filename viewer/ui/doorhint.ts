@@ -4,10 +4,9 @@
  */
 
 import type { PlacedObject } from "../core/objects.ts";
-import { doorInReach } from "../core/reach.ts";
 import type { Announcer } from "./announcer.ts";
-import type { LiveCompany } from "./company.ts";
 import { write } from "./dom.ts";
+import type { Doors } from "./doors.ts";
 import { element } from "./elements.ts";
 import { keepFocus } from "./focus.ts";
 import { writeDoor } from "./format.ts";
@@ -16,7 +15,7 @@ import type { Visit } from "./visit.ts";
 
 export interface DoorHintParts {
   readonly visit: Visit;
-  readonly company: LiveCompany;
+  readonly doors: Doors;
   readonly announcer: Announcer;
   /** Opens a door that is closed, and the reverse. */
   readonly use: (door: PlacedObject) => void;
@@ -75,9 +74,8 @@ export class DoorHint {
   }
 
   private find(): number | undefined {
-    const { visit, company } = this.parts;
-    if (visit.frozen) return undefined;
-    return doorInReach(company.doorPlaces(), visit.walker, (point, door) => visit.walker.leadsTo(point, door));
+    const { visit, doors } = this.parts;
+    return visit.frozen ? undefined : doors.inReach();
   }
 
   private hide(): void {

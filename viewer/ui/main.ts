@@ -20,6 +20,7 @@ import { Announcer } from "./announcer.ts";
 import { LiveCompany } from "./company.ts";
 import { Controls } from "./controls.ts";
 import { DoorHint } from "./doorhint.ts";
+import { Doors } from "./doors.ts";
 import { element } from "./elements.ts";
 import { focusWorld, giveBackFocus, keepFocus } from "./focus.ts";
 import { Fold } from "./fold.ts";
@@ -135,7 +136,9 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     },
   });
   const inspectorToggle = element("inspector-toggle", HTMLButtonElement);
+  const doors = new Doors(visit);
   const company = new LiveCompany({
+    doors,
     visit,
     counted: (people) => hud.people(people),
     outdated: () =>
@@ -182,10 +185,10 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     panel.show(object);
     if (object && !panel.open && !visit.frozen) void use(object);
   };
-  const doors = new DoorHint({ visit, company, announcer, use: (door) => void use(door) });
+  const hint = new DoorHint({ visit, doors, announcer, use: (door) => void use(door) });
   element("fly-toggle", HTMLButtonElement).onclick = () => visit.toggleFly();
   const commands: Record<Command, () => unknown> = {
-    door: () => doors.use(),
+    door: () => hint.use(),
     fly: () => visit.toggleFly(),
     level: () => visit.level(),
     help: () => help.toggle(),

@@ -42,6 +42,9 @@ pub(super) struct Args {
     json: bool,
 }
 
+/// What a bake takes, a smooth LOD can hold.
+const LARGEST_M: f32 = 1e9;
+
 #[derive(Debug, Serialize)]
 struct Report {
     meshes: Vec<MeshReport>,
@@ -94,6 +97,16 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
 }
 
 fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<MeshReport> {
+    let corners = model
+        .primitives
+        .iter()
+        .flat_map(|primitive| primitive.positions.iter().flatten());
+    let reach_m = corners.fold(0.0f32, |reach_m, x| reach_m.max(x.abs()));
+    anyhow::ensure!(
+        reach_m <= LARGEST_M,
+        "mesh {} reaches {reach_m:e} m from its origin; at most {LARGEST_M:e} m are possible: scale it down",
+        model.name
+    );
     let chosen = publish::precision(model, 1.0);
     let precision = Precision {
         position_bits: args.bits.unwrap_or(chosen.position_bits),

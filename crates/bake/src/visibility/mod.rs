@@ -119,7 +119,7 @@ const RAYS_PER_CUT: u32 = 12;
 
 /// Conservative sets that hold at most so many times as many objects as rays have seen are published: who never misses
 /// anything may fetch a few things too many, last of all.
-pub const WORTH: f64 = 3.0;
+pub const WORTH: f64 = 6.0;
 /// An object that no ray has seen is taken to be visible along this share of sight lines.
 const UNSEEN_FRACTION: f32 = 1.0 / 64.0;
 
