@@ -73,10 +73,8 @@ impl Occluders {
                 let [low, high] = leaf.around();
                 (high - low).length() >= FILLS * (max - min).length()
             };
-            let ways = [Way::Against, Way::Along].into_iter();
-            !ways
-                .map(|way| leaves.iter().any(|leaf| leaf.is_filled(way) && fills(leaf)))
-                .all(|filled| filled)
+            let mut ways = [Way::Against, Way::Along].into_iter();
+            !ways.all(|way| leaves.iter().any(|leaf| leaf.is_filled(way) && fills(leaf)))
         };
         let doors = self.leaves().chunk_by(|a, b| a.door == b.door);
         doors.filter(leaky).filter_map(|leaves| leaves[0].door)

@@ -29,13 +29,20 @@ impl fmt::Display for DcgError {
             text,
             problem,
         } = self;
-        write!(f, "{file}, line {line}, column {column}: {problem}")?;
+        let told = format!("{file}, line {line}, column {column}: {problem}");
+        f.write_str(&printable(&told))?;
         if text.is_empty() {
             Ok(())
         } else {
-            write!(f, "\n    {text}")
+            write!(f, "\n    {}", printable(text))
         }
     }
+}
+
+/// What a terminal would take for an order becomes a replacement character.
+fn printable(text: &str) -> String {
+    let is_order = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    text.replace(is_order, "\u{fffd}")
 }
 
 impl std::error::Error for DcgError {}

@@ -318,3 +318,12 @@ fn a_text_that_says_what_it_was_given_grows_the_same_alone() {
     .unwrap_err();
     assert!(error.to_string().contains("it must be from 1 to 9"), "{error}");
 }
+
+#[test]
+fn what_a_terminal_would_obey_is_not_repeated() {
+    let told = read("rule main {\n  box(1, 1, 1) \u{1b}]0;title\u{7} \0\n}\n")
+        .unwrap_err()
+        .to_string();
+    assert!(told.contains("line 2"), "{told}");
+    assert!(!told.contains(['\u{1b}', '\u{7}', '\0']), "{told:?}");
+}
