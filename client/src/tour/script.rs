@@ -1,6 +1,6 @@
 //! Where is the visitor, and when? Poses in time, one JSON object a line, or a walk made up from the scene's cells.
 
-use belvedere_scene::{CellId, record::CellRecord};
+use belvedere_scene::{Bounds, CellId, record::CellRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::{ByteSource, Error, Scene};
@@ -43,6 +43,7 @@ impl Script {
     /// With the first line that is no pose, or whose time is not after that of the one before.
     pub fn parse(text: &str) -> Result<Self, ScriptError> {
         let mut poses: Vec<Pose> = Vec::new();
+        let text = text.trim_start_matches('\u{feff}');
         for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
             let wrong = |what: String| ScriptError::Line { line: number + 1, what };
             let pose: Pose = serde_json::from_str(line)
@@ -134,10 +135,11 @@ impl Script {
     }
 
     /// A walk from the scene's first viewpoint from cell to cell through their openings, at the height of that viewpoint
-    /// where there is room for it: never straight back, unless there is no other way. The same number gives the same walk.
+    /// where there is room for it: never straight back, unless there is no other way. The same number gives the same walk. From a
+    /// cell whose record cannot be had it goes on next door, where both cells meet.
     ///
     /// # Errors
-    /// When a record cannot be fetched or read.
+    /// When the index cannot be fetched or read.
     pub async fn wander<S: ByteSource>(
         scene: &Scene<S>,
         speed_mps: f64,
@@ -150,11 +152,14 @@ impl Script {
         let mut before: Option<CellId> = None;
         let (mut walked_m, mut random) = (0.0, seed);
         while walked_m < speed_mps * duration_s && places.len() < MOST_PLACES {
-            let record = scene.record(&cell).await?;
-            let Some((to, place)) = way_on(&record, before, start[1], &mut random) else {
-                break;
+            let told = match scene.record(&cell).await {
+                Ok(record) => way_on(&record, before, start[1], &mut random).map(|(to, place)| (to, Some(place))),
+                Err(_) if cell.adjacent.is_empty() => None,
+                Err(_) => Some((cell.adjacent[pick(cell.adjacent.len(), &mut random)], None)),
             };
+            let Some((to, place)) = told else { break };
             let middle = scene.cell(to).await?.ok_or(Error::NoCells)?;
+            let place = place.unwrap_or_else(|| where_both_meet(&cell.bounds, &middle.bounds, start[1]));
             let beyond = at_height(
                 middle.bounds.center(),
                 middle.bounds.min[1],
@@ -200,17 +205,33 @@ fn way_on(record: &CellRecord, before: Option<CellId>, height_m: f64, random: &m
     if ways.is_empty() {
         return None;
     }
-    // Splitmix64.
-    *random = random.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut mixed = *random;
-    mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    let way = ways[((mixed ^ (mixed >> 31)) % ways.len() as u64) as usize];
+    let way = ways[pick(ways.len(), random)];
     let count = way.polygon.len() as f64;
     let middle = [0, 1, 2].map(|i| way.polygon.iter().map(|p| p[i]).sum::<f64>() / count);
     let heights = way.polygon.iter().map(|p| p[1]);
     let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
     Some((way.to, at_height(middle, low, high, height_m)))
+}
+
+/// A number below this (splitmix64).
+fn pick(count: usize, random: &mut u64) -> usize {
+    *random = random.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut mixed = *random;
+    mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((mixed ^ (mixed >> 31)) % count as u64) as usize
+}
+
+/// The middle of what two boxes that touch share.
+fn where_both_meet(a: &Bounds, b: &Bounds, height_m: f64) -> [f64; 3] {
+    let shared = [0, 1, 2].map(|i| [a.min[i].max(b.min[i]), a.max[i].min(b.max[i])]);
+    let middle = shared.map(|[low, high]| 0.5 * (low + high));
+    at_height(
+        middle,
+        shared[1][0].min(shared[1][1]),
+        shared[1][1].max(shared[1][0]),
+        height_m,
+    )
 }
 
 fn at_height(mut place: [f64; 3], low: f64, high: f64, height_m: f64) -> [f64; 3] {
@@ -228,7 +249,7 @@ mod tests {
 
     #[test]
     fn poses_are_read_and_walked_in_straight_lines() {
-        let text = "{\"t_ms\": 0, \"position\": [0, 1, 0], \"orientation\": [0, 0, 0, 1]}\n\n{\"t_ms\": 1000, \"position\": [4, 1, 0]}\n";
+        let text = "\u{feff}{\"t_ms\": 0, \"position\": [0, 1, 0], \"orientation\": [0, 0, 0, 1]}\n\n{\"t_ms\": 1000, \"position\": [4, 1, 0]}\n";
         let script = Script::parse(text).unwrap();
         assert_eq!(script.at(-5.0), [0.0, 1.0, 0.0]);
         assert_eq!(script.at(250.0), [1.0, 1.0, 0.0]);

@@ -10,7 +10,7 @@ use belvedere_scene::{
     index::CellEntry,
     record::{Guarantee, Visible},
 };
-use belvedere_verify::line::{SightLine, sight_line};
+use belvedere_verify::line::{AIMED, SightLine, sight_line};
 use glam::DVec3;
 use serde::Serialize;
 
@@ -230,7 +230,10 @@ impl Explained {
                     (None, Guarantee::Sampled) => "; rays did not see it either, and the record is sampled",
                     _ => "",
                 };
-                lines.push(format!("not seen by {} eyes, and not proved hidden{why}", self.eyes));
+                lines.push(format!(
+                    "not seen by {} eyes nor along {AIMED} aimed lines, and not proved hidden{why}",
+                    self.eyes
+                ));
             }
         }
         lines.join("\n")

@@ -135,6 +135,8 @@ function names(module: Module, wanted: Wanted): string[] {
 
 function unknownCall(module: Module, call: Call): string {
   const known = names(module, call.wanted);
+  // Of an imported file only what it has itself can be called.
+  if (call.alias !== undefined) return unknown(call.wanted, call.name, known);
   if (call.wanted === "rule") known.push(...module.imports.map((item) => item.alias), ...Object.keys(SOLIDS));
   if (call.wanted === "function") known.push(...Object.keys(BUILT_INS));
   return unknown(call.wanted, call.name, known);

@@ -206,6 +206,8 @@ impl Program {
         let imports = self.modules[module].imports.iter().map(|import| import.alias.as_str());
         let own = self.names(module, call.wanted).into_iter();
         let names: Vec<&str> = match call.wanted {
+            // Of an imported file only what it has itself can be called.
+            _ if call.module.is_some() => own.collect(),
             Wanted::Shape => own.chain(imports).chain(SolidKind::names()).collect(),
             Wanted::Function => own.chain(BuiltIn::ALL.map(|(name, ..)| name)).collect(),
             Wanted::Material => own.collect(),
