@@ -1,19 +1,28 @@
 //! Is there a sight line to an object that nobody has seen and nobody can prove hidden?
 //!
-//! Sight lines are drawn between places on the border of the cell and places on the object, and, again and again, beside
-//! those that got nearest to it, each time changed a little less (Wonka et al., *Guided visibility sampling*, 2006); between
-//! parts of both that no proof separates ([`super::narrow`]); and through the openings that proofs could not close, which
-//! are as narrow as what can be seen through them: proofs say where to look.
+//! Sight lines are drawn between places on the border of the cell and places on the object; out of the object in any direction;
+//! and, again and again, beside those that got nearest to it, each time changed a little less (Wonka et al., *Guided
+//! visibility sampling*, 2006); between parts of both that no proof separates ([`super::narrow`]); and through the openings
+//! that proofs could not close, which are as narrow as what can be seen through them: proofs say where to look.
 //!
 //! Guarantee: none; what is found was seen by a ray.
 
 use glam::Vec3;
 
-use super::{random::Random, sampler::Sampler, surface::Surface, targets::on_object};
+use super::{
+    random::Random,
+    sampler::Sampler,
+    surface::Surface,
+    targets::{Lookout, on_object},
+};
 use crate::occluders::Region;
 
 /// The share of coordinates that lie on a border, where views begin and end.
 const CORNERS: f32 = 0.35;
+/// The share of eyes that stand in corners besides …
+const IN_CORNERS: f32 = 0.3;
+/// … and in openings.
+const IN_OPENINGS: f32 = 0.3;
 /// So many attempts are tried again.
 const KEPT: usize = 16;
 /// They are changed by halves of the cell and the object, then by quarters, and so on.
@@ -53,8 +62,14 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
             let Some(target) = on_object(world, object, random) else {
                 break;
             };
-            if ways.is_empty() || i % 2 == 0 {
-                let eye = lookout.clamp(place_in(part, random));
+            if i % 4 == 3 {
+                let Some(eye) = outward(part, target, random) else {
+                    continue;
+                };
+                let eye = lookout.clamp(eye);
+                (eye, target, sampler.look_at(object, eye, target))
+            } else if ways.is_empty() || i % 2 == 0 {
+                let eye = eye_in(part, lookout, random);
                 (eye, target, sampler.look_at(object, eye, target))
             } else {
                 let [near, far] = through(ways, target, random);
@@ -109,6 +124,20 @@ pub(super) fn look_between(
     sampler.knows(object)
 }
 
+/// An eye in a part of the cell, often in a corner: what a single body hides from all corners it hides from all of the box, so
+/// that more is seen from them than from elsewhere; or in one of the cell's openings, often on its border.
+fn eye_in(part: &Region, lookout: &Lookout, random: &mut Random) -> Vec3 {
+    let place = random.unit();
+    if place < IN_CORNERS {
+        let share = random.cube().round();
+        lookout.clamp(part.min + share * (part.max - part.min))
+    } else if place < IN_CORNERS + IN_OPENINGS {
+        lookout.in_portal(random)
+    } else {
+        lookout.clamp(place_in(part, random))
+    }
+}
+
 /// A place inside a box, on a face, on an edge or in a corner.
 fn place_in(region: &Region, random: &mut Random) -> Vec3 {
     let mut share = random.cube();
@@ -136,15 +165,32 @@ fn through(ways: &[Region], target: Vec3, random: &mut Random) -> [Vec3; 2] {
     }
 }
 
+/// Where one comes into a box from a place outside of it, in any direction: who is as near sees it best, however large the box.
+fn outward(region: &Region, place: Vec3, random: &mut Random) -> Option<Vec3> {
+    const DRAWS: usize = 8;
+    (0..DRAWS).find_map(|_| {
+        let way = random.direction();
+        let [enter, leave] = inside(region, place, way);
+        (0.0 < enter && enter <= leave).then(|| place + enter * way)
+    })
+}
+
 /// A place where the line through two places meets a box, on the side of the first.
 fn meeting(region: &Region, near: Vec3, far: Vec3, random: &mut Random) -> Option<Vec3> {
     let along = (far - near).try_normalize()?;
-    let (mut enter, mut leave) = (f32::NEG_INFINITY, 0.0f32);
+    let [enter, leave] = inside(region, near, along);
+    let leave = leave.min(0.0);
+    (enter <= leave && enter.is_finite()).then(|| near + (enter + (leave - enter) * random.unit()) * along)
+}
+
+/// From where to where a line is inside of a box, in lengths of its way; the second is less where it is nowhere.
+fn inside(region: &Region, place: Vec3, way: Vec3) -> [f32; 2] {
+    let (mut enter, mut leave) = (f32::NEG_INFINITY, f32::INFINITY);
     for axis in 0..3 {
-        let [a, b] = [region.min, region.max].map(|side| (side[axis] - near[axis]) / along[axis]);
+        let [a, b] = [region.min, region.max].map(|side| (side[axis] - place[axis]) / way[axis]);
         // A line in the plane of a side gives 0 / 0, which `min` and `max` leave out.
         enter = enter.max(a.min(b));
         leave = leave.min(a.max(b));
     }
-    (enter <= leave && enter.is_finite()).then(|| near + (enter + (leave - enter) * random.unit()) * along)
+    [enter, leave]
 }

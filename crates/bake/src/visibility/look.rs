@@ -2,7 +2,7 @@
 //!
 //! 1. Uniform rays look around ([`Sampler::look_around`]).
 //! 2. What no ray has seen is proved hidden, where that can be proved, and looked for where not ([`Observer::visible_or_found`],
-//!    [`hunt()`]). What is left is neither seen nor hidden.
+//!    [`hunt()`]), harder where rays are all there is ([`chase()`]). What is left is neither seen nor hidden.
 //! 3. Doors are closed one by one ([`doors`]), and what was seen is measured ([`measure`]).
 //!
 //! The answer is a function of the cell's [`Surroundings`] and the settings alone, so it can be remembered under their digest.
@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use super::{
     CellVisibility, SampledSettings, SeenObject,
+    chase::chase,
     conservative::{ConservativeSettings, Observer},
     doors,
     hunt::{hunt, look_between},
@@ -30,22 +31,12 @@ use crate::{
 };
 
 /// Changes whenever the same surroundings would give another answer.
-const VERSION: usize = 12;
+const VERSION: usize = 13;
 
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 48;
 /// Rays between two parts of a cell and an object that no proof separates.
 const LOOK: u32 = 4;
-
-/// Where rays are all there is, objects that nobody has seen are hunted from parts of the cell, with so many times as many rays in
-/// all as looking around may take, …
-const THOROUGH: u32 = 8;
-/// … no more from one part …
-const MOST_RAYS: u32 = 512;
-/// … and no fewer.
-const LEAST_RAYS: u32 = 24;
-/// The cell is halved so often for that.
-const HALVINGS: u32 = 4;
 
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,30 +58,6 @@ pub(super) struct Looker<'a> {
     /// Whether rays are all there is, so that they look harder.
     pub(super) thorough: bool,
     pub(super) memory: &'a dyn Memory,
-}
-
-/// How one object is hunted.
-#[derive(Debug, Clone, Copy)]
-struct Hunt {
-    /// Rays from each part of the cell.
-    rays: u32,
-    /// From at most so many parts.
-    parts: u32,
-    /// The cell is halved at most so often.
-    halvings: u32,
-}
-
-impl Hunt {
-    /// For one of so many objects, when looking around may take so many rays.
-    fn one_of(objects: usize, rays_per_cell: u32) -> Self {
-        let share = rays_per_cell.saturating_mul(THOROUGH) / (objects.max(1) as u32);
-        let rays = (share >> HALVINGS).clamp(LEAST_RAYS, MOST_RAYS);
-        Self {
-            rays,
-            parts: share / rays + 1,
-            halvings: HALVINGS,
-        }
-    }
 }
 
 impl Looker<'_> {
@@ -146,10 +113,7 @@ impl Looker<'_> {
             let numbers = not_hidden.iter();
             let open = numbers.map(|number| (*number, surroundings.objects[*number as usize]));
             let open: Vec<_> = open.filter(|(_, object)| !sampler.knows(*object)).collect();
-            let how = Hunt::one_of(open.len(), self.sampled.rays_per_cell);
-            for prey in open {
-                search(&mut sampler, &mut observer, eye, prey, &mut how.clone());
-            }
+            chase(&mut sampler, &mut observer, eye, open, self.sampled.rays_per_cell);
         }
         sampler.follow();
         let measured = measure(&mut sampler, &uniform);
@@ -181,34 +145,6 @@ impl Looker<'_> {
             remembered: false,
         }
     }
-}
-
-/// Hunts an object, of which its number in the surroundings is known too, from a part of the cell, unless it is hidden from
-/// there, then from its halves, and so on.
-fn search(
-    sampler: &mut Sampler<'_>,
-    observer: &mut Observer<'_>,
-    part: &Region,
-    prey @ (number, object): (u32, u32),
-    how: &mut Hunt,
-) -> bool {
-    if how.parts == 0 {
-        return false;
-    }
-    let Some(ways) = observer.ways_to(part, number) else {
-        return false;
-    };
-    how.parts -= 1;
-    if hunt(sampler, part, object, &ways, how.rays) || how.halvings == 0 {
-        return sampler.knows(object);
-    }
-    how.halvings -= 1;
-    let found = part
-        .halves()
-        .iter()
-        .any(|half| search(sampler, observer, half, prey, how));
-    how.halvings += 1;
-    found
 }
 
 /// Looks with rays.

@@ -14,6 +14,7 @@ pub mod prover;
 pub mod screen;
 pub mod surface;
 
+mod chase;
 mod crossing;
 mod doors;
 mod glance;
@@ -42,6 +43,8 @@ mod oracle;
 mod screen_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod views_tests;
 #[cfg(test)]
 mod within_tests;
 

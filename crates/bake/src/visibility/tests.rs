@@ -3,7 +3,7 @@ use std::collections::BTreeSet;
 use glam::Vec3;
 
 use super::{
-    oracle::{ItemBuffer, first_hiding_face},
+    oracle::first_hiding_face,
     random::Random,
     targets::{Lookout, facing},
     *,
@@ -25,7 +25,11 @@ fn quick() -> SampledSettings {
     }
 }
 
-fn bake(builder: &Builder, viewpoint: [f64; 3], settings: &SampledSettings) -> (World, CellGraph, Vec<CellVisibility>) {
+pub(super) fn bake(
+    builder: &Builder,
+    viewpoint: [f64; 3],
+    settings: &SampledSettings,
+) -> (World, CellGraph, Vec<CellVisibility>) {
     let world = World::new(&builder.scene).unwrap();
     let graph = cells::build(&world, &[viewpoint], &CellSettings::default(), &Silent).unwrap();
     let visible = sampled(&world, &graph, settings, &Silent).unwrap();
@@ -33,7 +37,7 @@ fn bake(builder: &Builder, viewpoint: [f64; 3], settings: &SampledSettings) -> (
 }
 
 /// What rays see from each cell.
-fn sampled(
+pub(super) fn sampled(
     world: &World,
     graph: &CellGraph,
     settings: &SampledSettings,
@@ -47,7 +51,7 @@ fn sampled(
     compute(&Views::of(world, graph, &hiders), &settings, &Forgetful, progress).map(|visibility| visibility.cells)
 }
 
-fn set_of(visible: &CellVisibility) -> BTreeSet<u32> {
+pub(super) fn set_of(visible: &CellVisibility) -> BTreeSet<u32> {
     visible.objects.iter().map(|seen| seen.object).collect()
 }
 
@@ -363,118 +367,4 @@ fn the_steps_announced_are_the_steps_made() {
     let graph = cells::build(&world, &[], &CellSettings::default(), &counted).unwrap();
     sampled(&world, &graph, &quick(), &counted).unwrap();
     assert_eq!(counted.0.into_inner(), counted.1.into_inner());
-}
-
-/// What item buffers of 512² pixels a face from many eyes see that the sets do not hold.
-fn missed_in_views(world: &World, graph: &CellGraph, visible: &[CellVisibility], eyes: usize) -> (usize, Vec<String>) {
-    use rayon::prelude::*;
-    let lookouts = Lookout::all(world, graph);
-    let missed: Vec<Vec<String>> = (0..graph.cells.len())
-        .into_par_iter()
-        .map_init(
-            || ItemBuffer::new(512, world.object_bounds().len()),
-            |buffer, cell| {
-                let set = set_of(&visible[cell]);
-                let mut random = Random::stream(7, cell as u64);
-                let mut missed = Vec::new();
-                for i in 0..eyes {
-                    let eye: Vec3 = match i % 3 {
-                        0 => lookouts[cell].uniform(&mut random),
-                        1 => lookouts[cell].surface(&mut random),
-                        _ => lookouts[cell].clamp(lookouts[cell].in_portal(&mut random)),
-                    };
-                    buffer.draw(world, eye);
-                    for object in 0..world.object_bounds().len() as u32 {
-                        let pixels = buffer.pixels[object as usize];
-                        if pixels > 0 && !set.contains(&object) && buffer.confirms(world, eye, object) {
-                            missed.push(format!("cell {cell} eye {eye}: object {object}, {pixels} px of 512²"));
-                        }
-                    }
-                }
-                missed
-            },
-        )
-        .collect();
-    (eyes * graph.cells.len(), missed.concat())
-}
-
-#[test]
-fn views_of_a_small_museum_show_nothing_unknown() {
-    let (world, graph, visible) = bake(&museum([2, 2], 8), [4.0, 1.6, 4.0], &SampledSettings::default());
-    let (_, missed) = missed_in_views(&world, &graph, &visible, 6);
-    assert!(
-        missed.is_empty(),
-        "{}: {:#?}",
-        missed.len(),
-        &missed[..missed.len().min(30)]
-    );
-}
-
-/// The scene that `BELVEDERE_SCENE` names, or a museum of a thousand things.
-fn measured_scene() -> Builder {
-    use crate::import::{FileError, Limits, SourceFiles, import};
-    struct Folder(std::path::PathBuf);
-    impl SourceFiles for Folder {
-        fn read(&self, relative: &str, _: u64) -> Result<Vec<u8>, FileError> {
-            std::fs::read(self.0.join(relative)).map_err(|_| FileError::Denied)
-        }
-    }
-    let Ok(path) = std::env::var("BELVEDERE_SCENE").map(std::path::PathBuf::from) else {
-        return museum([6, 7], 24);
-    };
-    let folder = Folder(path.parent().unwrap().to_owned());
-    let name = path.file_name().unwrap().to_str().unwrap();
-    let imported = import(
-        name,
-        std::fs::read(&path).unwrap(),
-        &folder,
-        &Limits::default(),
-        &Silent,
-    )
-    .unwrap();
-    Builder { scene: imported.scene }
-}
-
-/// Prints figures: run with `--ignored --nocapture a_large_scene`. `BELVEDERE_EYES` sets the number of eyes for each
-/// cell, `BELVEDERE_SCENE` a file to measure instead of the museum.
-#[test]
-#[ignore = "takes minutes: measures misses and cost on a large scene"]
-#[allow(clippy::disallowed_types, reason = "a measurement needs a clock")]
-fn a_large_scene_measured() {
-    let eyes = std::env::var("BELVEDERE_EYES").map_or(20, |v| v.parse().unwrap());
-    let builder = measured_scene();
-    let world = World::new(&builder.scene).unwrap();
-    let viewpoints: Vec<_> = builder
-        .scene
-        .viewpoints
-        .iter()
-        .map(|v| v.world_from_camera.w_axis.truncate().to_array())
-        .collect();
-    let start = std::time::Instant::now();
-    let graph = cells::build(&world, &viewpoints, &CellSettings::default(), &Silent).unwrap();
-    let cells_s = start.elapsed().as_secs_f64();
-    let start = std::time::Instant::now();
-    let settings = SampledSettings::for_cells(graph.cells.len());
-    let visible = sampled(&world, &graph, &settings, &Silent).unwrap();
-    let visibility_s = start.elapsed().as_secs_f64();
-    let objects = world.object_bounds().len();
-    let rays: u64 = visible.iter().map(|v| v.rays).sum();
-    let seen: usize = visible.iter().map(|v| v.objects.len()).sum();
-    let culled = 1.0 - seen as f64 / (objects * graph.cells.len()) as f64;
-    println!(
-        "{} cells, {objects} objects, {} triangles, voxel {} m: cells {cells_s:.1} s, visibility {visibility_s:.1} s, \
-         {:.1} M rays, {:.1} % culled, bound {:e}",
-        graph.cells.len(),
-        world.triangle_count(),
-        graph.voxel_m,
-        rays as f64 / 1e6,
-        100.0 * culled,
-        visible.iter().map(|v| v.miss_bound).fold(0.0, f64::max),
-    );
-    let (views, missed) = missed_in_views(&world, &graph, &visible, eyes);
-    println!("{views} views, {} misses", missed.len());
-    for line in missed.iter().take(40) {
-        println!("  {line}");
-    }
-    assert!(missed.is_empty());
 }
