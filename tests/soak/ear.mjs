@@ -63,7 +63,8 @@ export class Ear {
     this.#rest = blocks.pop();
     for (const block of blocks) {
       const fields = new Map(block.split("\n").map((line) => line.split(/: (.*)/s)));
-      if (fields.has("event")) this.#take(Number(fields.get("id")), fields.get("event"), JSON.parse(fields.get("data")));
+      if (fields.has("event"))
+        this.#take(Number(fields.get("id")), fields.get("event"), JSON.parse(fields.get("data")));
     }
   }
 

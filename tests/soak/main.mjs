@@ -4,13 +4,13 @@
  * answer is checked. Fails on any error, and when memory grows by more than 5 % after the first two minutes.
  */
 import path from "node:path";
-import { LEASE_S, Server } from "./server.mjs";
 import { Living } from "./living.mjs";
 import { Memory, MOST_GROWTH, SETTLED_MIN } from "./memory.mjs";
 import { Door, Moving } from "./moving.mjs";
 import { Publishing } from "./publishing.mjs";
 import { Reading } from "./reading.mjs";
 import { report } from "./report.mjs";
+import { LEASE_S, Server } from "./server.mjs";
 import { insist, keepDoing, sleep, Tally } from "./tally.mjs";
 import { Wire } from "./wire.mjs";
 

@@ -58,7 +58,8 @@ export class Publishing {
   /** The revision is the current one, and all of it is there. */
   async stands(scene, revision) {
     const { headers } = this.key;
-    const current = async () => (await this.wire.json("pointer", `/v1/scenes/${scene}`, { headers, want: [200, 404] })).revision;
+    const current = async () =>
+      (await this.wire.json("pointer", `/v1/scenes/${scene}`, { headers, want: [200, 404] })).revision;
     await until(async () => (await current()) === revision, `${scene} does not come to ${revision}`);
     await crawl(this.wire, scene, { headers });
   }

@@ -21,7 +21,9 @@ export function report({ tally, memory, metrics, ending }) {
 
   for (const [words, times] of tally.errors) console.log(`wrong ${times} times: ${words}`);
   for (const line of ending.complaints.slice(0, 20)) console.log(`the log: ${line}`);
-  console.log(`${tally.wrongs} errors, ${ending.complaints.length} complaints in the log, the server ended with ${ending.code}`);
+  console.log(
+    `${tally.wrongs} errors, ${ending.complaints.length} complaints in the log, the server ended with ${ending.code}`,
+  );
   return growth;
 }
 
