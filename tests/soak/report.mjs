@@ -20,10 +20,10 @@ export function report({ tally, memory, metrics, ending }) {
   console.log(`memory minute by minute: ${medians.map((x) => x.toFixed(1)).join(" ")}\n`);
 
   for (const [words, times] of tally.errors) console.log(`wrong ${times} times: ${words}`);
-  for (const line of ending.complaints.slice(0, 20)) console.log(`the log: ${line}`);
-  console.log(
-    `${tally.wrongs} errors, ${ending.complaints.length} complaints in the log, the server ended with ${ending.code}`,
-  );
+  for (const line of [...ending.errors, ...ending.warnings].slice(0, 20)) console.log(`the log: ${line}`);
+  const { errors, warnings, code } = ending;
+  const logged = `${errors.length} errors and ${warnings.length} warnings in its log`;
+  console.log(`${tally.wrongs} errors; the server ended with ${code}, ${logged}`);
   return growth;
 }
 

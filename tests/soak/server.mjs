@@ -61,12 +61,13 @@ export class Server {
     return (await run(this.#program, [...words, "--data", this.#data])).stdout;
   }
 
-  /** Ends it; what it ended with, and the lines of its log that complain. */
+  /** Ends it; what it ended with, and the lines of its log that warn or tell of errors. */
   async stop() {
     this.#process.kill("SIGTERM");
     const code = await this.#ended;
     const log = await readFile(this.#log, "utf8");
     await rm(this.#data, { recursive: true });
-    return { code, complaints: log.split("\n").filter((line) => /\b(WARN|ERROR)\b|panicked/.test(line)) };
+    const lines = (pattern) => log.split("\n").filter((line) => pattern.test(line));
+    return { code, warnings: lines(/ WARN /), errors: lines(/ ERROR |panicked/) };
   }
 }
