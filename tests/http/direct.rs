@@ -23,7 +23,7 @@ const SILENCE: Duration = Duration::from_millis(500);
 /// After a simple request a connection is still in front of hyper …
 const SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n";
 /// … and after this one, which is odd in several ways, it is hyper's for good.
-const NOT_SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nHost: t\r\nContent-Length: 0\r\nX: é\r\n\r\n";
+const NOT_SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nContent-Length: 0\r\nX: é\r\n\r\n";
 const LAST: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n";
 
 fn glb_url() -> String {
