@@ -90,6 +90,7 @@ fn usual() -> Vec<String> {
     let etag = format!("\"{}\"", BlobName::of(&glb(), "glb").unwrap().hash());
     let fields = [
         String::new(),
+        "If-None-Match: *\r\n".to_owned(),
         "Connection: keep-alive\r\n".to_owned(),
         "Accept-Encoding: gzip, zstd\r\n".to_owned(),
         "accept-encoding: gzip;q=0.5\r\nAccept-Encoding: zstd;q=0.1\r\n".to_owned(),
