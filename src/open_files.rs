@@ -42,7 +42,12 @@ mod tests {
 
     #[test]
     fn connections_leave_files_to_everything_else() {
-        for (most, wanted, room) in [(1 << 20, 10_000, 10_000), (1024, 10_000, 768), (64, 10_000, 32), (1024, 100, 100)] {
+        for (most, wanted, room) in [
+            (1 << 20, 10_000, 10_000),
+            (1024, 10_000, 768),
+            (64, 10_000, 32),
+            (1024, 100, 100),
+        ] {
             assert_eq!(share(most, wanted), room, "{wanted} of {most}");
         }
     }

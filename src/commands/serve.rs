@@ -206,7 +206,11 @@ fn with_room(limits: ConnectionLimits) -> ConnectionLimits {
     let connections = open_files::room_for(limits.connections);
     if connections < limits.connections {
         let wanted = limits.connections;
-        tracing::warn!(wanted, connections, "the limit on open files leaves room for fewer connections");
+        tracing::warn!(
+            wanted,
+            connections,
+            "the limit on open files leaves room for fewer connections"
+        );
     }
     ConnectionLimits { connections, ..limits }
 }

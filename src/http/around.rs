@@ -154,7 +154,11 @@ pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
 
 /// Whether there is the one `Host` that HTTP/1.1 demands, and none that is no host (RFC 9112 §3.2).
 fn names_its_host<B>(request: &axum::http::Request<B>) -> bool {
-    let mut hosts = request.headers().get_all(header::HOST).iter().map(HeaderValue::as_bytes);
+    let mut hosts = request
+        .headers()
+        .get_all(header::HOST)
+        .iter()
+        .map(HeaderValue::as_bytes);
     match (hosts.next(), hosts.next()) {
         (Some(host), None) => host.is_empty() || (!host.contains(&b'@') && Authority::try_from(host).is_ok()),
         (None, _) => request.version() != Version::HTTP_11,
@@ -240,7 +244,10 @@ mod tests {
             assert!(named(Version::HTTP_11, hosts), "{hosts:?}");
         }
         for hosts in [&["t", "t"][..], &["t", "u"], &["a b"], &["a/b"], &["me@t"]] {
-            assert!(!named(Version::HTTP_11, hosts) && !named(Version::HTTP_10, hosts), "{hosts:?}");
+            assert!(
+                !named(Version::HTTP_11, hosts) && !named(Version::HTTP_10, hosts),
+                "{hosts:?}"
+            );
         }
         assert!(!named(Version::HTTP_11, &[]));
         assert!(named(Version::HTTP_10, &[]) && named(Version::HTTP_2, &[]));

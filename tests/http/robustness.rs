@@ -112,7 +112,13 @@ async fn heads_that_are_not_http_end_the_connection_and_nothing_else() {
 #[tokio::test]
 async fn who_names_no_host_or_two_is_refused() {
     let server = Server::start().await;
-    for host in ["", "Host: a\r\nHost: b\r\n", "Host: t\r\nHost: t\r\n", "Host: a b\r\n", "Host: me@t\r\n"] {
+    for host in [
+        "",
+        "Host: a\r\nHost: b\r\n",
+        "Host: t\r\nHost: t\r\n",
+        "Host: a b\r\n",
+        "Host: me@t\r\n",
+    ] {
         let request = format!("GET /healthz HTTP/1.1\r\n{host}Connection: close\r\n\r\n");
         let answer = parse(&raw(server.address, request.as_bytes()).await);
         assert_eq!(answer.status, 400, "{host:?}");
