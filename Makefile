@@ -7,8 +7,9 @@ LISTEN ?= 127.0.0.1:8080
 DATA ?= data
 EVALUATION ?=
 STREAMS ?=
+MINUTES ?= 20
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist evaluation streams dist bless clean
+.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist evaluation streams soak dist bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -78,6 +79,13 @@ ifndef BINARY
 endif
 	$(CARGO) run --locked -p belvedere-evaluation --bin streams --config profile.dev.package.belvedere-evaluation.opt-level=2 -- \
 		--belvedere "$(or $(BINARY),$(or $(CARGO_TARGET_DIR),target)/release/belvedere)" $(STREAMS)
+
+## A server under a long mixed load: every answer is checked, and its memory must stay flat. MINUTES=20; another program: BINARY=path.
+soak: viewer
+ifndef BINARY
+	$(CARGO) build --release --locked --bin belvedere
+endif
+	node tests/soak/main.mjs "$(or $(BINARY),$(or $(CARGO_TARGET_DIR),target)/release/belvedere)" $(MINUTES)
 
 ## The page that the binary serves.
 viewer: viewer/dist/index.html

@@ -15,6 +15,7 @@
 //! * [`traces`]: where the time of requests and bakes goes, for a collector.
 //! * `epoch`: what time it is on the wall.
 //! * `media`: of which kind published files are, and how long they may be kept.
+//! * `open_files`: how many connections the system has room for.
 //! * `worlds`: the worlds that are built into the program.
 //! * `dashboard`: what a terminal shows of a server that runs in it.
 //! * [`commands`]: what the program can be told to do.
@@ -31,6 +32,7 @@ pub mod keys;
 pub mod links;
 pub mod live;
 mod media;
+mod open_files;
 pub mod place;
 mod progress;
 pub mod publish;

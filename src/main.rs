@@ -4,10 +4,19 @@ use std::process::ExitCode;
 
 use belvedere::commands::{self, Cli};
 use clap::Parser;
+use tokio::runtime::Builder;
 
-#[tokio::main]
-async fn main() -> ExitCode {
-    match commands::run(Cli::parse()).await {
+/// For what blocks, such as reads from a disk. The runtime would make hundreds when many objects are asked for at once, of which each
+/// holds memory and none makes a disk faster.
+const BLOCKING_THREADS: usize = 32;
+
+fn main() -> ExitCode {
+    let runtime = Builder::new_multi_thread()
+        .enable_all()
+        .max_blocking_threads(BLOCKING_THREADS)
+        .build()
+        .expect("the system has room for threads");
+    match runtime.block_on(commands::run(Cli::parse())) {
         Ok(()) => ExitCode::SUCCESS,
         Err(cause) => {
             eprintln!("belvedere: {}", commands::sentence(&cause));

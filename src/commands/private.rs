@@ -58,7 +58,12 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             if args.new_key && !made {
                 catalogue.replace_link_key(&scene, LinkKey::random()?.secret()).await?;
             }
-            let sentence = format!("scene {scene} is private; `belvedere sign {scene}` makes links to it");
+            let ended = if args.new_key && !made {
+                ", and no link that was made before holds"
+            } else {
+                ""
+            };
+            let sentence = format!("scene {scene} is private{ended}; `belvedere sign {scene}` makes links to it");
             say(args.json, &scene, true, None, &sentence)
         }
     }

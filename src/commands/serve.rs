@@ -20,11 +20,16 @@ use crate::{
     config::{Config, LogFormat, Settings},
     dashboard::{self, Screen},
     http::{
-        AppState, Metrics, OnLine, Pace, RequestLimits, accept::serve_connections, front::Front, metrics_text, tls::Tls,
+        AppState, Metrics, OnLine, Pace, RequestLimits,
+        accept::{ConnectionLimits, serve_connections},
+        front::Front,
+        metrics_text,
+        tls::Tls,
     },
     jobs::Jobs,
     keys::Keys,
     live::{Live, Recorder, Sources, nodes::Nodes},
+    open_files,
     published::Publications,
     traces::Traces,
 };
@@ -185,7 +190,8 @@ async fn serve_and_show(
         let showing = dashboard::show(screen, move || metrics_text(&state).ok());
         tokio::spawn(shutdown.run_until_cancelled_owned(showing));
     }
-    serve_connections(listener, Front::new(state), config.connections, tls, shutdown).await;
+    let limits = with_room(config.connections);
+    serve_connections(listener, Front::new(state), limits, tls, shutdown).await;
     working.await.context("the jobs broke off")?;
     leaving.await.context("other nodes were not told")?;
     if let Some(recorder) = recorder {
@@ -193,6 +199,20 @@ async fn serve_and_show(
     }
     traces.finish().await;
     Ok(())
+}
+
+/// As many connections as files may be open: more would leave none for anything else.
+fn with_room(limits: ConnectionLimits) -> ConnectionLimits {
+    let connections = open_files::room_for(limits.connections);
+    if connections < limits.connections {
+        let wanted = limits.connections;
+        tracing::warn!(
+            wanted,
+            connections,
+            "the limit on open files leaves room for fewer connections"
+        );
+    }
+    ConnectionLimits { connections, ..limits }
 }
 
 fn recorder(file: &Path) -> anyhow::Result<Recorder> {

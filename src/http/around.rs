@@ -20,7 +20,7 @@ use std::{
 use axum::{
     body::{Body, HttpBody},
     extract::{MatchedPath, Request, State},
-    http::{HeaderMap, HeaderName, HeaderValue, Method, Uri, header},
+    http::{HeaderMap, HeaderName, HeaderValue, Method, Uri, Version, header, uri::Authority},
     middleware::Next,
     response::{IntoResponse, Response},
 };
@@ -126,6 +126,13 @@ fn made_id() -> HeaderValue {
 }
 
 pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
+    if !names_its_host(request) {
+        let detail = "over HTTP/1.1 a request names its host, in one `Host` field".to_owned();
+        return Some(ApiError::BadRequest {
+            parameter: None,
+            detail,
+        });
+    }
     let uri = request.uri();
     let uri_bytes = uri.path().len() + uri.query().map_or(0, str::len);
     if uri_bytes > MAX_URI_BYTES {
@@ -143,6 +150,20 @@ pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
     (reads && announced_bytes(headers) > MAX_IGNORED_BODY_BYTES).then_some(ApiError::BodyTooLarge {
         most_bytes: MAX_IGNORED_BODY_BYTES,
     })
+}
+
+/// Whether there is the one `Host` that HTTP/1.1 demands, and none that is no host (RFC 9112 §3.2).
+fn names_its_host<B>(request: &axum::http::Request<B>) -> bool {
+    let mut hosts = request
+        .headers()
+        .get_all(header::HOST)
+        .iter()
+        .map(HeaderValue::as_bytes);
+    match (hosts.next(), hosts.next()) {
+        (Some(host), None) => host.is_empty() || (!host.contains(&b'@') && Authority::try_from(host).is_ok()),
+        (None, _) => request.version() != Version::HTTP_11,
+        (Some(_), Some(_)) => false,
+    }
 }
 
 /// Objects are cheaper to answer than to count, and probes must not be held up.
@@ -207,6 +228,29 @@ mod tests {
         let problem = response.extensions().get::<Problem>().unwrap();
         assert!(!String::from_utf8(problem.json("/x")).unwrap().contains("secret"));
         assert!(problem.cause.as_ref().unwrap().to_string().contains("secret"));
+    }
+
+    #[test]
+    fn a_request_names_one_host() {
+        let named = |version, hosts: &[&str]| {
+            let mut request = axum::http::Request::new(());
+            *request.version_mut() = version;
+            for host in hosts {
+                request.headers_mut().append(header::HOST, host.parse().unwrap());
+            }
+            names_its_host(&request)
+        };
+        for hosts in [&["t"][..], &["a.b:80"], &["[::1]:8080"], &[""]] {
+            assert!(named(Version::HTTP_11, hosts), "{hosts:?}");
+        }
+        for hosts in [&["t", "t"][..], &["t", "u"], &["a b"], &["a/b"], &["me@t"]] {
+            assert!(
+                !named(Version::HTTP_11, hosts) && !named(Version::HTTP_10, hosts),
+                "{hosts:?}"
+            );
+        }
+        assert!(!named(Version::HTTP_11, &[]));
+        assert!(named(Version::HTTP_10, &[]) && named(Version::HTTP_2, &[]));
     }
 
     #[tokio::test]

@@ -1,6 +1,13 @@
 //! How is a body read? Of the media types that are taken, up to a size, in the shape that is asked for.
 
-use axum::{body::Bytes, extract::Request, http::header};
+use std::error::Error;
+
+use axum::{
+    body::{Bytes, HttpBody},
+    extract::Request,
+    http::header,
+};
+use http_body_util::LengthLimitError;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
 
@@ -19,9 +26,20 @@ pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) ->
     if !taken {
         return Err(ApiError::UnsupportedMediaType);
     }
-    let limited = axum::body::to_bytes(request.into_body(), most_bytes).await;
-    limited.map_err(|_| ApiError::BodyTooLarge {
+    let too_large = || ApiError::BodyTooLarge {
         most_bytes: most_bytes as u64,
+    };
+    let body = request.into_body();
+    // Nobody is told to go on (100) with what will not be taken.
+    if body.size_hint().lower() > most_bytes as u64 {
+        return Err(too_large());
+    }
+    axum::body::to_bytes(body, most_bytes).await.map_err(|error| {
+        if error.source().is_some_and(|cause| cause.is::<LengthLimitError>()) {
+            too_large()
+        } else {
+            ApiError::bad_body("", "the body broke off, or says wrongly where it ends")
+        }
     })
 }
 

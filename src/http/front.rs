@@ -9,7 +9,7 @@ use std::{convert::Infallible, sync::Arc, time::Instant};
 use axum::{
     BoxError, Router,
     body::{Body, HttpBody},
-    http::Request,
+    http::{Request, StatusCode, header},
     response::Response,
 };
 use bytes::Bytes;
@@ -66,7 +66,11 @@ impl Front {
         }
         links::take(&self.0.state.publications, &mut request);
         request.extensions_mut().insert(peer.clone());
-        let response = self.0.router.clone().oneshot(request.map(Body::new)).await?;
+        let mut response = self.0.router.clone().oneshot(request.map(Body::new)).await?;
+        if matches!(response.status(), StatusCode::NOT_MODIFIED | StatusCode::NO_CONTENT) {
+            // The router counts the body that is not there; a 304 may only tell the length of the 200 (RFC 9110 §8.6).
+            response.headers_mut().remove(header::CONTENT_LENGTH);
+        }
         Ok(response.map(Either::Right))
     }
 

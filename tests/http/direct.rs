@@ -23,7 +23,7 @@ const SILENCE: Duration = Duration::from_millis(500);
 /// After a simple request a connection is still in front of hyper …
 const SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n";
 /// … and after this one, which is odd in several ways, it is hyper's for good.
-const NOT_SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nHost: t\r\nContent-Length: 0\r\nX: é\r\n\r\n";
+const NOT_SIMPLE: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nContent-Length: 0\r\nX: é\r\n\r\n";
 const LAST: &str = "GET /healthz HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n";
 
 fn glb_url() -> String {
@@ -90,6 +90,7 @@ fn usual() -> Vec<String> {
     let etag = format!("\"{}\"", BlobName::of(&glb(), "glb").unwrap().hash());
     let fields = [
         String::new(),
+        "If-None-Match: *\r\n".to_owned(),
         "Connection: keep-alive\r\n".to_owned(),
         "Accept-Encoding: gzip, zstd\r\n".to_owned(),
         "accept-encoding: gzip;q=0.5\r\nAccept-Encoding: zstd;q=0.1\r\n".to_owned(),

@@ -71,6 +71,20 @@ async fn too_much_of_anything_is_refused() {
 }
 
 #[tokio::test]
+async fn a_body_that_is_not_one_is_no_large_one() {
+    let server = Server::start().await;
+    let asked = |body: &str| format!("POST /v1/scenes/row/visible HTTP/1.1\r\nHost: t\r\nConnection: close\r\n{body}");
+    for (body, status) in [
+        ("Transfer-Encoding: chunked\r\n\r\nzz\r\nabc\r\n0\r\n\r\n", 400),
+        ("Content-Length: 2000000\r\nExpect: 100-continue\r\n\r\n", 413),
+    ] {
+        let answer = parse(&raw(server.address, asked(body).as_bytes()).await);
+        assert_eq!(answer.status, status, "{body:?}");
+        answer.problem();
+    }
+}
+
+#[tokio::test]
 async fn a_small_body_on_a_get_is_ignored() {
     let server = Server::start().await;
     let request = b"GET /healthz HTTP/1.1\r\nHost: t\r\nConnection: close\r\nContent-Length: 5\r\n\r\nhello";
@@ -93,6 +107,25 @@ async fn heads_that_are_not_http_end_the_connection_and_nothing_else() {
     let odd_value = b"GET /healthz HTTP/1.1\r\nHost: t\r\nConnection: close\r\nAccept-Encoding: \xff\xfe\r\n\r\n";
     assert_eq!(parse(&raw(server.address, odd_value).await).status, 200);
     assert_eq!(get(server.address, "/healthz").await.status, 200);
+}
+
+#[tokio::test]
+async fn who_names_no_host_or_two_is_refused() {
+    let server = Server::start().await;
+    for host in [
+        "",
+        "Host: a\r\nHost: b\r\n",
+        "Host: t\r\nHost: t\r\n",
+        "Host: a b\r\n",
+        "Host: me@t\r\n",
+    ] {
+        let request = format!("GET /healthz HTTP/1.1\r\n{host}Connection: close\r\n\r\n");
+        let answer = parse(&raw(server.address, request.as_bytes()).await);
+        assert_eq!(answer.status, 400, "{host:?}");
+        answer.problem();
+    }
+    let old = b"GET /healthz HTTP/1.0\r\n\r\n";
+    assert_eq!(parse(&raw(server.address, old).await).status, 200);
 }
 
 #[tokio::test]
