@@ -1,4 +1,5 @@
 /** What is wrong with a procedural model, where, and what would put it right? The same sentences as in Rust. */
+import { nearest } from "./spelling.ts";
 
 /** Longest part of a line that an error repeats, characters. */
 const MOST_SHOWN = 120;
@@ -26,17 +27,25 @@ export class DcgError extends Error {
     readonly text: string,
     readonly problem: string,
   ) {
-    super(`${file}, line ${line}, column ${column}: ${problem}${text ? `\n    ${text}` : ""}`);
+    super(printable(`${file}, line ${line}, column ${column}: ${problem}`) + (text ? `\n    ${printable(text)}` : ""));
   }
 
-  static at(file: string, source: string, at: number, problem: string): DcgError {
+  static at(file: string, whole: string, place: number, problem: string): DcgError {
+    // A mark of the byte order may stand before a text and is no part of it.
+    const source = whole.replace(/^\ufeff/, "");
+    const at = Math.max(0, place - (whole.length - source.length));
     const before = source.slice(0, at);
     const start = Math.max(before.lastIndexOf("\n"), before.lastIndexOf("\r")) + 1;
     const line = /^[^\r\n]*/.exec(source.slice(start))?.[0] ?? "";
-    const shown = [...line.trim()].slice(0, MOST_SHOWN).join("");
+    const shown = [...line.replace(/^[ \t]+|[ \t]+$/g, "")].slice(0, MOST_SHOWN).join("");
     const column = [...before.slice(start)].length + 1;
     return new DcgError(file, lineOf(source, at), column, shown, problem);
   }
+}
+
+/** What a terminal would take for an order becomes a replacement character. */
+function printable(text: string): string {
+  return text.replace(/[^\P{Cc}\n\t]/gu, "\ufffd");
 }
 
 /** The line in which a place lies, counted from 1. Lines end as on any machine, old ones too. */
@@ -46,7 +55,8 @@ export function lineOf(text: string, at: number): number {
 
 export function unknown(kind: string, name: string, known: Iterable<string>): string {
   const suggestion = nearest(name, known);
-  return `\`${name}\` is not a ${kind} here${suggestion === undefined ? "" : `; did you mean \`${suggestion}\`?`}`;
+  const article = /^[aeiou]/.test(kind) ? "an" : "a";
+  return `\`${name}\` is not ${article} ${kind} here${suggestion === undefined ? "" : `; did you mean \`${suggestion}\`?`}`;
 }
 
 export function expected(what: string, found: string): string {
@@ -61,8 +71,43 @@ export function twice(name: string, firstLine: number): string {
   return `\`${name}\` was already given on line ${firstLine}; rename one of the two`;
 }
 
+export function noStatement(word: string, known: Iterable<string>): string {
+  const suggestion = nearest(word, known);
+  const wayOut =
+    suggestion === undefined
+      ? `a rule is called with brackets, as in \`${word}()\``
+      : `did you mean \`${suggestion}\`?`;
+  return `no statement begins with \`${word}\`; ${wayOut}`;
+}
+
+export function withoutLet(name: string): string {
+  return `a value is named with \`let\`: write \`let ${name} = …\`; it never changes`;
+}
+
+export function otherKind(name: string, is: string, wanted: string): string {
+  return `\`${name}\` is a ${is}, and a ${wanted} is wanted here`;
+}
+
+export function unclosed(open: string, close: string): string {
+  return `this \`${open}\` has no \`${close}\``;
+}
+
 export function tooManyArguments(callee: string, most: number): string {
-  return `\`${callee}\` takes ${most} arguments; remove this one`;
+  const counted = most === 0 ? "no arguments" : most === 1 ? "1 argument" : `${most} arguments`;
+  return `\`${callee}\` takes ${counted}; remove this one`;
+}
+
+/** Of what is called like `usage`. */
+export function tooFewArguments(callee: string, usage: string): string {
+  return `\`${callee}\` needs more arguments; write ${usage}`;
+}
+
+export function namedArgument(callee: string, usage: string): string {
+  return `arguments of \`${callee}\` have no names; write ${usage}`;
+}
+
+export function missingNumber(callee: string, name: string, usage: string): string {
+  return `\`${callee}\` needs \`${name}\`; write ${usage}`;
 }
 
 export function missingArgument(callee: string, name: string): string {
@@ -83,38 +128,30 @@ export function shown(number: number): string {
 }
 
 export const DIVISION_BY_ZERO = "division by zero; test the divisor with `if` before";
+export const ELSE = "`else` follows the statement of an `if`; there is none before this";
+export const THEN = "`then` stands in values; the statement of an `if` follows its condition at once";
+export const EQUALS = "`=` gives a value a name; compare with `==`";
+export const COMPARED = "a comparison cannot follow another; join them with `and`, as in `a < b and b < c`";
+export const COMMENT = "comments begin with `//` and end with their line";
 export const POLYGON = "this polygon crosses itself or has no area; list its corners in order around it";
 
-/** The known name that is most like this one, when one is like it: at most a third of its letters differ. */
-export function nearest(name: string, known: Iterable<string>): string | undefined {
-  let least = Math.ceil([...name].length / 3);
-  let best: string | undefined;
-  for (const candidate of known) {
-    const found = distance(name, candidate);
-    if (found > least || (found === least && best !== undefined && candidate >= best)) continue;
-    least = found;
-    best = candidate;
-  }
-  return best;
-}
+/** What to write in place of a character that other languages have. */
+const IN_PLACE_OF: readonly (readonly [characters: string, wayOut: string])[] = [
+  [";", "nothing stands between statements, and `,` between arguments"],
+  [":", "arguments and properties are named with `=`"],
+  ["&", "write `and`"],
+  ["|", "write `or`"],
+  ["!", "write `not`, or `!=` between what should differ"],
+  ["?", "write `if … then … else …`"],
+  ["^", "write `power(x, whole)`"],
+  ["%", "write `mod(a, b)`"],
+  ["°", "angles are degrees anyway"],
+  ["'“”„‘’", 'texts stand between `"`'],
+  ["−–", "write `-`"],
+  ["×", "write `*`"],
+];
 
-/** Letters to insert, delete, replace or swap with the next (optimal string alignment). */
-function distance(first: string, second: string): number {
-  const a = [...first];
-  const b = [...second];
-  const rows: number[][] = [Array.from({ length: b.length + 1 }, (_, j) => j)];
-  const cell = (i: number, j: number) => rows[i]?.[j] ?? 0;
-  for (let i = 1; i <= a.length; i += 1) {
-    const row = [i];
-    rows.push(row);
-    for (let j = 1; j <= b.length; j += 1) {
-      const differs = a[i - 1] === b[j - 1] ? 0 : 1;
-      let least = Math.min(cell(i - 1, j) + 1, cell(i, j - 1) + 1, cell(i - 1, j - 1) + differs);
-      if (i > 1 && j > 1 && a[i - 1] === b[j - 2] && a[i - 2] === b[j - 1]) {
-        least = Math.min(least, cell(i - 2, j - 2) + 1);
-      }
-      row[j] = least;
-    }
-  }
-  return cell(a.length, b.length);
+export function noWord(character: string): string {
+  const known = IN_PLACE_OF.find(([characters]) => characters.includes(character));
+  return `\`${character}\` means nothing here; ${known?.[1] ?? "comments begin with `//`, colours with `#`"}`;
 }

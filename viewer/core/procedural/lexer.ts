@@ -1,5 +1,5 @@
 /** Which words does a text consist of? As `crates/scene/src/procedural/lexer.rs`. */
-import { Fault } from "./error.ts";
+import { COMMENT, Fault, noWord } from "./error.ts";
 import { MAX_NAME, reached } from "./limits.ts";
 
 export type Word =
@@ -52,8 +52,9 @@ export function words(text: string): Word[] {
     if (!taken) {
       if (first === '"') throw new Fault(at, 'this text has no end; close it with `"` on the same line');
       const character = String.fromCodePoint(text.codePointAt(at) ?? 0);
-      throw new Fault(at, `\`${character}\` means nothing here; comments begin with \`//\`, colours with \`#\``);
+      throw new Fault(at, noWord(character));
     }
+    if (text.startsWith("/*", at)) throw new Fault(at, COMMENT);
     found.push(wordOf(first, taken[0], taken[1] ?? "", at));
     at += taken[0].length;
   }
@@ -79,7 +80,8 @@ function wordOf(first: string, taken: string, inner: string, at: number): Word {
 function channelsOf(digits: string, at: number): [number, number, number] {
   const sound = /^(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})$/.test(digits);
   if (!sound) {
-    throw new Fault(at, `\`#${digits}\` is not a colour; write \`#rgb\` or \`#rrggbb\` with hexadecimal digits`);
+    const wayOut = "write `#rgb` or `#rrggbb` with hexadecimal digits; comments begin with `//`";
+    throw new Fault(at, `\`#${digits}\` is not a colour; ${wayOut}`);
   }
   const width = digits.length / 3;
   const channel = (i: number) => {

@@ -1,9 +1,19 @@
 /** What does each name of a file lead to? As `crates/scene/src/procedural/link.rs`. */
-import { argumentTwice, DcgError, Fault, missingArgument, tooManyArguments, unknown } from "./error.ts";
+import { argumentTwice, DcgError, Fault, missingArgument, otherKind, tooManyArguments, unknown } from "./error.ts";
 import { MAX_MODULES, reached } from "./limits.ts";
 import { parse } from "./parser/index.ts";
-import { SOLIDS } from "./solid/kinds.ts";
-import { type Argument, BUILT_INS, type Call, type Formal, type Module, rowOf, type Wanted } from "./syntax.ts";
+import { SOLIDS, solidNamed } from "./solid/kinds.ts";
+import {
+  type Argument,
+  BUILT_INS,
+  type Call,
+  type Formal,
+  isBuiltIn,
+  type Module,
+  rowOf,
+  TRANSFORMS,
+  type Wanted,
+} from "./syntax.ts";
 
 /** The text of a file, as an `import` names it; throws an error with a reason when it cannot be had. */
 export type Load = (path: string) => string;
@@ -133,11 +143,24 @@ function names(module: Module, wanted: Wanted): string[] {
   return list.map(({ name }) => name);
 }
 
+/** What else a name is that was called as something that it is not. */
+function otherKindOf(module: Module, { alias, name }: Call): string | undefined {
+  const kinds = ["rule", "function", "material"] as const;
+  const isOwn = alias === undefined;
+  const isKnown = (kind: Wanted) =>
+    names(module, kind).includes(name) || (kind === "function" && isOwn && isBuiltIn(name));
+  return kinds.find(isKnown) ?? (isOwn && solidNamed(name) ? "solid" : undefined);
+}
+
 function unknownCall(module: Module, call: Call): string {
   const known = names(module, call.wanted);
+  const is = otherKindOf(module, call);
+  if (is) return otherKind(call.name, is, call.wanted);
   // Of an imported file only what it has itself can be called.
   if (call.alias !== undefined) return unknown(call.wanted, call.name, known);
-  if (call.wanted === "rule") known.push(...module.imports.map((item) => item.alias), ...Object.keys(SOLIDS));
+  if (call.wanted === "rule") {
+    known.push(...module.imports.map((item) => item.alias), ...Object.keys(SOLIDS), ...TRANSFORMS);
+  }
   if (call.wanted === "function") known.push(...Object.keys(BUILT_INS));
   return unknown(call.wanted, call.name, known);
 }
@@ -163,5 +186,5 @@ function give(call: Call, formals: readonly Formal[]): void {
   call.slots = places.filter((place) => found[place] !== -1);
   call.missing = places.filter((place) => found[place] === -1);
   call.given = call.slots.map((place) => call.args[found[place] as number] as Argument);
-  call.row = rowOf("values", ...call.given.map(({ value }) => value));
+  call.row = rowOf("values", ...call.given);
 }

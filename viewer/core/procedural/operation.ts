@@ -25,12 +25,16 @@ export function random(path: number, sites: Int32Array, first: number, count: nu
 
 /**
  * Noise of so many octaves or more is remembered: layers of a landscape, and what stands on it, ask for the same points
- * again. Three numbers each, x, z and the noise, and two that say by which seed and octaves.
+ * again, and in the same order. So they lie in that order, where the processor finds the next one before it is asked for: x, z
+ * and the noise, and two numbers that say by which seed and octaves.
  */
 const LEAST_REMEMBERED = 3;
 const REMEMBERED = 65536;
 let numbers: Float64Array | undefined;
 let settings: Int32Array | undefined;
+/** Where the last point with each hash lies. */
+let places: Uint16Array | undefined;
+let next = 0;
 const point = new Float64Array(2);
 const bits = new Int32Array(point.buffer);
 
@@ -40,11 +44,13 @@ export function fractal(seed: number, x: number, z: number, octaves: number): nu
   if (octaves < LEAST_REMEMBERED) return computed(seed, x, z, octaves);
   numbers ??= new Float64Array(3 * REMEMBERED);
   settings ??= new Int32Array(2 * REMEMBERED);
+  places ??= new Uint16Array(REMEMBERED);
   point[0] = x;
   point[1] = z;
   const low = Math.imul(bits[0] as number, 0x9e3779b1) ^ Math.imul(bits[2] as number, 0x85ebca6b);
   const high = Math.imul(bits[1] as number, 0xc2b2ae35) ^ Math.imul(bits[3] as number, 0x27d4eb2f);
-  const place = (Math.imul(low ^ (low >>> 15), 0x2c1b3c6d) ^ Math.imul(high ^ (high >>> 13), 0x297a2d39)) >>> 16;
+  const hash = (Math.imul(low ^ (low >>> 15), 0x2c1b3c6d) ^ Math.imul(high ^ (high >>> 13), 0x297a2d39)) >>> 16;
+  const place = places[hash] as number;
   const isKnown =
     settings[2 * place] === seed &&
     settings[2 * place + 1] === octaves &&
@@ -52,11 +58,13 @@ export function fractal(seed: number, x: number, z: number, octaves: number): nu
     numbers[3 * place + 1] === z;
   if (isKnown) return numbers[3 * place + 2] as number;
   const noise = computed(seed, x, z, octaves);
-  numbers[3 * place] = x;
-  numbers[3 * place + 1] = z;
-  numbers[3 * place + 2] = noise;
-  settings[2 * place] = seed;
-  settings[2 * place + 1] = octaves;
+  numbers[3 * next] = x;
+  numbers[3 * next + 1] = z;
+  numbers[3 * next + 2] = noise;
+  settings[2 * next] = seed;
+  settings[2 * next + 1] = octaves;
+  places[hash] = next;
+  next = (next + 1) % REMEMBERED;
   return noise;
 }
 

@@ -28,17 +28,25 @@ export interface Module {
   room: number;
 }
 
+/** An expression, and where it begins: an argument with its name, if it has one. */
+export interface Written {
+  readonly at: At;
+  readonly of: Expr;
+}
+
 /** Expressions that are computed together. */
 export interface Row {
   readonly of: readonly Expr[];
+  /** Where each begins. */
+  readonly places: readonly At[];
   /** What is wanted of them: numbers, any values, or for the only one rows of numbers. */
   readonly as: "numbers" | "values" | "rows";
   /** What computes them at one go; `null` when that cannot be, `undefined` as long as nobody asked. */
   code: Code | null | undefined;
 }
 
-export function rowOf(as: Row["as"], ...of: Expr[]): Row {
-  return { of, as, code: undefined };
+export function rowOf(as: Row["as"], ...all: Written[]): Row {
+  return { of: all.map(({ of }) => of), places: all.map(({ at }) => at), as, code: undefined };
 }
 
 export interface Import {
@@ -58,7 +66,7 @@ export interface Global {
 /** What a file can be given from outside. */
 export interface Parameter {
   readonly formal: Formal;
-  readonly range?: readonly [Expr, Expr];
+  readonly range?: readonly [Written, Written];
 }
 
 /** What a rule, function or material can be given. */
@@ -70,28 +78,28 @@ export interface Formal {
 
 interface Declared {
   readonly name: string;
-  readonly at: At;
   readonly formals: Formal[];
   readonly slots: number;
 }
 
 export interface Rule extends Declared {
+  readonly at: At;
   /** Its geometry depends on its parameters alone and is shared. */
   readonly isPart: boolean;
   readonly levels: Row | undefined;
   /** Two opposite corners of a box that holds it. */
-  readonly within: readonly [Expr, Expr] | undefined;
+  readonly within: readonly [Written, Written] | undefined;
   readonly body: Statement;
   /** In place of the body when `levels` are used up. */
   readonly afterwards: Statement | undefined;
 }
 
 export interface FunctionRule extends Declared {
-  readonly value: Expr;
+  readonly value: Written;
 }
 
 export interface MaterialRule extends Declared {
-  readonly properties: readonly (readonly [Property, Expr])[];
+  readonly properties: readonly (readonly [Property, Written])[];
 }
 
 export const PROPERTIES = [
@@ -131,10 +139,8 @@ export interface Call {
   missing: number[];
 }
 
-export interface Argument {
+export interface Argument extends Written {
   readonly name: string | undefined;
-  readonly at: At;
-  readonly value: Expr;
 }
 
 export interface Use {
@@ -165,7 +171,7 @@ export type Statement =
       readonly body: Statement;
     }
   | { readonly kind: "paint"; readonly call: number; readonly body: Statement }
-  | { readonly kind: "called"; readonly name: string; readonly body: Statement }
+  | { readonly kind: "called"; readonly at: At; readonly name: string; readonly body: Statement }
   | { readonly kind: "call"; readonly call: number }
   | {
       readonly kind: "solid";
@@ -175,9 +181,9 @@ export type Statement =
       readonly lists: readonly Row[];
       readonly numbers: Row;
     }
-  | { readonly kind: "viewpoint"; readonly name: string }
+  | { readonly kind: "viewpoint"; readonly at: At; readonly name: string }
   | { readonly kind: "impostor"; readonly at: At; readonly numbers: Row }
-  | { readonly kind: "model"; readonly path: string }
+  | { readonly kind: "model"; readonly at: At; readonly path: string }
   | {
       readonly kind: "for";
       readonly at: At;
@@ -235,30 +241,30 @@ export type Expr =
       readonly at: At;
       readonly name: BuiltIn;
       readonly site: number;
-      readonly args: readonly Expr[];
+      readonly args: readonly Written[];
     }
   | { readonly kind: "call"; readonly call: number };
 
-/** Functions of the language: how many arguments they take at least and at most. */
+/** Functions of the language: the names by which documentation calls what they take. */
 export const BUILT_INS = {
-  abs: [1, 1],
-  atan2: [2, 2],
-  ceil: [1, 1],
-  clamp: [3, 3],
-  cos: [1, 1],
-  count: [1, 1],
-  floor: [1, 1],
-  fractal: [3, 3],
-  max: [2, 2],
-  min: [2, 2],
-  mix: [3, 3],
-  mod: [2, 2],
-  noise: [2, 2],
-  power: [2, 2],
-  random: [0, 2],
-  round: [1, 1],
-  sin: [1, 1],
-  sqrt: [1, 1],
+  abs: ["x"],
+  atan2: ["y", "x"],
+  ceil: ["x"],
+  clamp: ["x", "least", "most"],
+  cos: ["degrees"],
+  count: ["list"],
+  floor: ["x"],
+  fractal: ["x", "z", "octaves"],
+  max: ["a", "b"],
+  min: ["a", "b"],
+  mix: ["a", "b", "part"],
+  mod: ["a", "b"],
+  noise: ["x", "z"],
+  power: ["x", "whole"],
+  random: ["a", "b"],
+  round: ["x"],
+  sin: ["degrees"],
+  sqrt: ["x"],
 } as const;
 export type BuiltIn = keyof typeof BUILT_INS;
 

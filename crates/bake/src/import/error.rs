@@ -91,14 +91,6 @@ pub enum ImportError {
         /// What is wrong.
         error: Box<DcgError>,
     },
-    /// Rules are text.
-    #[error("{file} is not UTF-8 text: byte {byte} is not")]
-    RulesNotText {
-        /// The file.
-        file: String,
-        /// The first byte that is none.
-        byte: usize,
-    },
     /// A seed or parameters for something that does not grow.
     #[error("a seed and parameters are for rules (.dcg), and {file} is none: leave them out")]
     NoRules {

@@ -3,8 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use super::error::{DcgError, Problem, nearest};
+use super::error::DcgError;
 use super::link::Program;
+use super::problem::Problem;
+use super::spelling::nearest;
 use super::value::Value;
 
 impl Program {

@@ -1,7 +1,7 @@
 //! Which words does a text consist of?
 
-use super::error::Problem;
 use super::limits::{MAX_NAME, reached};
+use super::problem::Problem;
 
 /// A word and where it begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,6 +113,7 @@ impl<'t> Lexer<'t> {
                 self.at += 1;
                 Ok(Kind::Text(text))
             }
+            '/' if self.rest().starts_with("/*") => Err(Problem::Comment),
             _ => {
                 let symbol = SYMBOLS.into_iter().find(|symbol| self.rest().starts_with(symbol));
                 let symbol = symbol.ok_or(Problem::Character(first))?;

@@ -1,6 +1,6 @@
 //! How much may a model take, and how much of that has it taken?
 
-use super::error::Problem;
+use super::problem::Problem;
 
 /// Most bytes of one file of rules.
 pub const MAX_TEXT_BYTES: usize = 1 << 20;
@@ -102,7 +102,7 @@ pub(super) fn reached(what: &'static str, limit: u64) -> Problem {
         "operators in a row" => "compute a part of it before, with `let`",
         "letters in a name" => "choose a shorter one",
         "numbers kept" => "give parts, materials and files fewer different lists, and use shorter names",
-        "levels" | "nesting" => "stop the recursion earlier, with `if` or `levels`",
+        "levels" | "levels of nesting" => "stop the recursion earlier, with `if` or `levels`",
         "steps" => "repeat less, or grow it with less detail",
         "triangles" => "use fewer sides or steps, or a `part` for what is repeated",
         "placements" => "place fewer, or split the world into several files",

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::error::{DcgError, Problem, nearest};
+use super::error::DcgError;
 use super::limits::{MAX_MODULES, reached};
 use super::operation::BuiltIn;
 use super::parser::parse;
+use super::problem::Problem;
 use super::solid::SolidKind;
-use super::syntax::{At, Call, Formal, Module, Target, Wanted};
+use super::spelling::nearest;
+use super::syntax::{At, Call, Formal, Module, Target, Transform, Wanted};
 
 /// Gives the texts of files. Whoever implements it decides what a path may lead to.
 pub trait Loader {
@@ -202,13 +204,32 @@ impl Program {
         }
     }
 
+    /// What else a name is that was called as something that it is not.
+    fn other_kind(&self, module: usize, call: &Call) -> Option<&'static str> {
+        let has = |wanted| self.names(module, wanted).contains(&call.name.as_str());
+        let is_own = call.module.is_none();
+        if has(Wanted::Shape) {
+            Some("rule")
+        } else if has(Wanted::Function) || (is_own && BuiltIn::ALL.iter().any(|(known, ..)| *known == call.name)) {
+            Some("function")
+        } else if has(Wanted::Material) {
+            Some("material")
+        } else {
+            (is_own && SolidKind::named(&call.name).is_some()).then_some("solid")
+        }
+    }
+
     fn unknown(&self, module: usize, call: &Call) -> Problem {
         let imports = self.modules[module].imports.iter().map(|import| import.alias.as_str());
         let own = self.names(module, call.wanted).into_iter();
         let names: Vec<&str> = match call.wanted {
             // Of an imported file only what it has itself can be called.
             _ if call.module.is_some() => own.collect(),
-            Wanted::Shape => own.chain(imports).chain(SolidKind::names()).collect(),
+            Wanted::Shape => own
+                .chain(imports)
+                .chain(SolidKind::names())
+                .chain(Transform::NAMES)
+                .collect(),
             Wanted::Function => own.chain(BuiltIn::ALL.map(|(name, ..)| name)).collect(),
             Wanted::Material => own.collect(),
         };
@@ -217,6 +238,10 @@ impl Program {
             Wanted::Function => "function",
             Wanted::Material => "material",
         };
+        if let Some(is) = self.other_kind(module, call) {
+            let (name, wanted) = (call.name.clone(), kind);
+            return Problem::OtherKind { name, is, wanted };
+        }
         let suggestion = nearest(&call.name, names);
         Problem::Unknown {
             kind,
@@ -239,7 +264,7 @@ fn given(call: &Call, formals: &[&Formal]) -> Result<Vec<Option<usize>>, (At, Pr
                 let names = formals.iter().map(|formal| formal.name.as_str());
                 let (kind, suggestion) = ("parameter of what is called", nearest(name, names));
                 (
-                    argument.at,
+                    argument.value.at,
                     Problem::Unknown {
                         kind,
                         name: name.clone(),
@@ -251,9 +276,9 @@ fn given(call: &Call, formals: &[&Formal]) -> Result<Vec<Option<usize>>, (At, Pr
         match given.get_mut(place) {
             None => {
                 let (callee, most) = (call.name.clone(), formals.len());
-                return Err((argument.at, Problem::TooManyArguments { callee, most }));
+                return Err((argument.value.at, Problem::TooManyArguments { callee, most }));
             }
-            Some(Some(_)) => return Err((argument.at, Problem::ArgumentTwice(formals[place].name.clone()))),
+            Some(Some(_)) => return Err((argument.value.at, Problem::ArgumentTwice(formals[place].name.clone()))),
             Some(slot) => *slot = Some(i),
         }
     }

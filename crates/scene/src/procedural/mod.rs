@@ -10,7 +10,7 @@
 //! * [`evaluator`]: from a program and [`Settings`] to a [`Grown`] model, or only to its bounds.
 //! * [`solid`]: from the numbers of a terminal to triangles.
 //! * [`arithmetic`], [`random`], [`affine`]: what must give the same bits everywhere.
-//! * [`limits`] and [`error`]: what a model may take, and what is said when it is wrong.
+//! * [`limits`], [`problem`] and [`error`]: what a model may take, and what is said when it is wrong.
 //!
 //! Guarantee: the same texts, parameters, seed and level of detail give the same bits, on every platform and in both
 //! languages. Any text gives a model or an error, in bounded time and memory.
@@ -26,19 +26,22 @@ pub mod limits;
 mod link;
 mod operation;
 mod parser;
+mod problem;
 pub mod random;
 mod recipe;
 mod solid;
+mod spelling;
 mod syntax;
 #[cfg(test)]
 mod tests;
 mod value;
 
-pub use error::{DcgError, Problem};
+pub use error::DcgError;
 pub use evaluator::{PHASE, Settings, bounds, grow};
 pub use grown::{Grown, Instance, Part, Placement, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};
+pub use problem::Problem;
 pub use recipe::Recipe;
 pub use solid::Mesh;
 pub use value::Value;

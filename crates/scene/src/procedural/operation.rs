@@ -48,26 +48,26 @@ pub(super) enum BuiltIn {
 }
 
 impl BuiltIn {
-    /// Name, least and most arguments of each.
-    pub(super) const ALL: [(&'static str, Self, usize, usize); 18] = [
-        ("abs", Self::Abs, 1, 1),
-        ("atan2", Self::Atan2, 2, 2),
-        ("ceil", Self::Ceil, 1, 1),
-        ("clamp", Self::Clamp, 3, 3),
-        ("cos", Self::Cos, 1, 1),
-        ("count", Self::Count, 1, 1),
-        ("floor", Self::Floor, 1, 1),
-        ("fractal", Self::Fractal, 3, 3),
-        ("max", Self::Max, 2, 2),
-        ("min", Self::Min, 2, 2),
-        ("mix", Self::Mix, 3, 3),
-        ("mod", Self::Mod, 2, 2),
-        ("noise", Self::Noise, 2, 2),
-        ("power", Self::Power, 2, 2),
-        ("random", Self::Random, 0, 2),
-        ("round", Self::Round, 1, 1),
-        ("sin", Self::Sin, 1, 1),
-        ("sqrt", Self::Sqrt, 1, 1),
+    /// Name, least count of arguments and the names by which documentation calls them.
+    pub(super) const ALL: [(&'static str, Self, usize, &'static [&'static str]); 18] = [
+        ("abs", Self::Abs, 1, &["x"]),
+        ("atan2", Self::Atan2, 2, &["y", "x"]),
+        ("ceil", Self::Ceil, 1, &["x"]),
+        ("clamp", Self::Clamp, 3, &["x", "least", "most"]),
+        ("cos", Self::Cos, 1, &["degrees"]),
+        ("count", Self::Count, 1, &["list"]),
+        ("floor", Self::Floor, 1, &["x"]),
+        ("fractal", Self::Fractal, 3, &["x", "z", "octaves"]),
+        ("max", Self::Max, 2, &["a", "b"]),
+        ("min", Self::Min, 2, &["a", "b"]),
+        ("mix", Self::Mix, 3, &["a", "b", "part"]),
+        ("mod", Self::Mod, 2, &["a", "b"]),
+        ("noise", Self::Noise, 2, &["x", "z"]),
+        ("power", Self::Power, 2, &["x", "whole"]),
+        ("random", Self::Random, 0, &["a", "b"]),
+        ("round", Self::Round, 1, &["x"]),
+        ("sin", Self::Sin, 1, &["degrees"]),
+        ("sqrt", Self::Sqrt, 1, &["x"]),
     ];
 }
 
@@ -79,11 +79,12 @@ pub(super) fn random(path: u32, site: u32) -> f64 {
 /// Octaves of noise, each half as high and half as wide as the one before.
 ///
 /// # Errors
-/// The first coordinate, without its sign, that is too large.
-pub(super) fn fractal(seed: u32, [mut x, mut z]: [f64; 2], octaves: u32) -> Result<f64, f64> {
+/// The axis of the first coordinate that is too large, and the coordinate without its sign.
+pub(super) fn fractal(seed: u32, [mut x, mut z]: [f64; 2], octaves: u32) -> Result<f64, (usize, f64)> {
     let (mut weight, mut sum) = (1.0, 0.0);
     for octave in 0..octaves {
-        if let Some(far) = [x.abs(), z.abs()].into_iter().find(|far| *far > MAX_NOISE) {
+        let mut sizes = [x.abs(), z.abs()].into_iter().enumerate();
+        if let Some(far) = sizes.find(|(_, size)| *size > MAX_NOISE) {
             return Err(far);
         }
         sum += weight * noise(seed.wrapping_add(octave), x, z);

@@ -18,7 +18,7 @@ pub(super) struct Module {
     pub(super) imports: Vec<Import>,
     pub(super) parameters: Vec<Parameter>,
     /// `let` outside of rules: value `i` of these lies behind the parameters.
-    pub(super) globals: Vec<Named<Expr>>,
+    pub(super) globals: Vec<Named<Written>>,
     pub(super) rules: Vec<Rule>,
     pub(super) functions: Vec<Function>,
     pub(super) materials: Vec<MaterialRule>,
@@ -51,11 +51,18 @@ pub(super) struct Import {
     pub(super) module: usize,
 }
 
+/// An expression, and where it begins: an argument with its name, if it has one.
+#[derive(Debug, Clone)]
+pub(super) struct Written {
+    pub(super) at: At,
+    pub(super) of: Expr,
+}
+
 /// What a file can be given from outside.
 #[derive(Debug, Clone)]
 pub(super) struct Parameter {
     pub(super) formal: Formal,
-    pub(super) range: Option<(Expr, Expr)>,
+    pub(super) range: Option<[Written; 2]>,
     /// Where its own value stands in the text, with the blanks behind it.
     pub(super) default: Range<usize>,
 }
@@ -65,7 +72,7 @@ pub(super) struct Parameter {
 pub(super) struct Formal {
     pub(super) name: String,
     pub(super) at: At,
-    pub(super) default: Option<Expr>,
+    pub(super) default: Option<Written>,
 }
 
 #[derive(Debug, Clone)]
@@ -75,9 +82,9 @@ pub(super) struct Rule {
     /// Its geometry depends on its parameters alone and is shared.
     pub(super) is_part: bool,
     pub(super) formals: Vec<Formal>,
-    pub(super) levels: Option<Expr>,
+    pub(super) levels: Option<Written>,
     /// Two opposite corners of a box that holds it.
-    pub(super) within: Option<(Expr, Expr)>,
+    pub(super) within: Option<[Written; 2]>,
     pub(super) body: Statement,
     /// In place of the body when `levels` are used up.
     pub(super) then: Option<Statement>,
@@ -87,18 +94,16 @@ pub(super) struct Rule {
 #[derive(Debug, Clone)]
 pub(super) struct Function {
     pub(super) name: String,
-    pub(super) at: At,
     pub(super) formals: Vec<Formal>,
-    pub(super) value: Expr,
+    pub(super) value: Written,
     pub(super) slots: u32,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct MaterialRule {
     pub(super) name: String,
-    pub(super) at: At,
     pub(super) formals: Vec<Formal>,
-    pub(super) properties: Vec<(Property, Expr)>,
+    pub(super) properties: Vec<(Property, Written)>,
     pub(super) slots: u32,
 }
 
@@ -159,8 +164,7 @@ pub(super) struct Target {
 #[derive(Debug, Clone)]
 pub(super) struct Argument {
     pub(super) name: Option<String>,
-    pub(super) at: At,
-    pub(super) value: Expr,
+    pub(super) value: Written,
 }
 
 /// A global that is used before it may be known.
@@ -180,23 +184,23 @@ pub(super) enum Statement {
     Let {
         at: At,
         slot: u32,
-        value: Expr,
+        value: Written,
     },
     If {
         at: At,
-        condition: Expr,
+        condition: Written,
         then: Box<Statement>,
         otherwise: Option<Box<Statement>>,
     },
     Choose {
         at: At,
-        number: Expr,
+        number: Written,
         of: Vec<Statement>,
     },
     Place {
         transform: Transform,
         at: At,
-        by: Vec<Expr>,
+        by: Vec<Written>,
         body: Box<Statement>,
         plan: u32,
     },
@@ -205,6 +209,7 @@ pub(super) enum Statement {
         body: Box<Statement>,
     },
     Called {
+        at: At,
         name: String,
         body: Box<Statement>,
     },
@@ -215,20 +220,26 @@ pub(super) enum Statement {
     Solid {
         kind: SolidKind,
         at: At,
-        arguments: Vec<Option<Expr>>,
+        arguments: Vec<Option<Written>>,
         plan: u32,
     },
-    Viewpoint(String),
+    Viewpoint {
+        at: At,
+        name: String,
+    },
     Impostor {
         at: At,
-        arguments: Vec<Option<Expr>>,
+        arguments: Vec<Option<Written>>,
     },
-    Model(String),
+    Model {
+        at: At,
+        path: String,
+    },
     For {
         at: At,
         site: u32,
         slots: Vec<u32>,
-        over: Expr,
+        over: Written,
         body: Box<Statement>,
         plan: u32,
     },
@@ -236,23 +247,23 @@ pub(super) enum Statement {
         at: At,
         site: u32,
         slots: [u32; 2],
-        count: Expr,
-        over: [Expr; 2],
+        count: Written,
+        over: [Written; 2],
         body: Box<Statement>,
     },
     Edges {
         at: At,
         site: u32,
         slots: Vec<u32>,
-        polygon: Expr,
+        polygon: Written,
         body: Box<Statement>,
     },
     Heights {
         at: At,
         slots: [u32; 2],
-        over: [Expr; 2],
-        steps: [Expr; 2],
-        height: Expr,
+        over: [Written; 2],
+        steps: [Written; 2],
+        height: Written,
         plan: u32,
     },
 }
@@ -277,6 +288,10 @@ pub(super) enum Transform {
     Tilt,
     Roll,
     Scale,
+}
+
+impl Transform {
+    pub(super) const NAMES: [&'static str; 5] = ["move", "turn", "tilt", "roll", "scale"];
 }
 
 #[derive(Debug, Clone)]
@@ -307,7 +322,7 @@ pub(super) enum Expr {
         name: BuiltIn,
         at: At,
         site: u32,
-        arguments: Vec<Expr>,
+        arguments: Vec<Written>,
     },
     Call(usize),
     Plain(Box<Plain>),

@@ -29,10 +29,11 @@ type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
 
 export abstract class Enumerators extends Calls {
   /** `for`: over numbers from 0, or over the items of a list. */
-  protected repeat(scope: Scope, turtle: Turtle, { at, site, slots, over, body }: Kind<"for">): void {
+  protected repeat(scope: Scope, turtle: Turtle, { site, slots, over, body }: Kind<"for">): void {
     const path = step(scope.path, site);
     const inner = withPath(scope, path);
-    const value = this.single(scope, at, over);
+    const at = over.places[0] as At;
+    const value = this.single(scope, over);
     const isCount = typeof value === "number";
     const count = isCount ? Math.floor(this.within(scope, at, value, "a count", 0, MAX_COUNT)) : value.items.length;
     for (let i = 0; i < count; i += 1) {
@@ -56,10 +57,10 @@ export abstract class Enumerators extends Calls {
   }
 
   /** `scatter`: evenly over a rectangle around the origin, beginning anywhere. */
-  protected scatter(scope: Scope, turtle: Turtle, { at, site, slots, over, body }: Kind<"scatter">): void {
+  protected scatter(scope: Scope, turtle: Turtle, { site, slots, over, body }: Kind<"scatter">): void {
     const path = step(scope.path, site);
     const inner = withPath(scope, path);
-    this.rangedRow(scope, at, over, SCATTER);
+    this.rangedRow(scope, over, SCATTER);
     const members = Math.floor(this.taken(0));
     const extents = [this.taken(1), this.taken(2)] as const;
     const start = [fraction(step(path, 0)), fraction(step(path, 1))] as const;
@@ -74,10 +75,10 @@ export abstract class Enumerators extends Calls {
   }
 
   /** `edges`: along each edge of a polygon, with x along the edge and z outwards. */
-  protected followEdges(scope: Scope, turtle: Turtle, { at, site, slots, polygon, body }: Kind<"edges">): void {
+  protected followEdges(scope: Scope, turtle: Turtle, { site, slots, polygon, body }: Kind<"edges">): void {
     const path = step(scope.path, site);
     const inner = withPath(scope, path);
-    const count = this.takePolygon(scope, at, polygon);
+    const count = this.takePolygon(scope, polygon);
     outline(this.points, count);
     // What is drawn along the edges takes points of its own.
     const corners = this.points.slice(0, 2 * count);

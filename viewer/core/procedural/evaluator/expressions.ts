@@ -8,7 +8,7 @@ import { MAX_LIST, MAX_LIST_DEPTH, reached } from "../limits.ts";
 import { fractal, isWhole, MAX_NOISE, MAX_OCTAVES, MAX_POWER } from "../operation.ts";
 import type { Scope } from "../plain/machine.ts";
 import { fraction, step } from "../random.ts";
-import type { At, BuiltIn, Expr, Operator, Row } from "../syntax.ts";
+import type { At, Expr, Operator, Row, Written } from "../syntax.ts";
 import { type List, listOf, sizeOf, type Value } from "../value.ts";
 import { Plain } from "./plain.ts";
 
@@ -26,28 +26,34 @@ export abstract class Expressions extends Plain {
   protected abstract apply(scope: Scope, call: number): Value;
 
   /** The value of a row of one. */
-  protected single(scope: Scope, at: At, row: Row): Value {
+  protected single(scope: Scope, row: Row): Value {
     if (this.computes(scope, row) && this.paid(scope)) return this.taken(0);
-    return this.value(scope, at, row.of[0] as Expr);
+    return this.only(scope, row);
+  }
+
+  /** The same, node by node. */
+  protected only(scope: Scope, { of, places }: Row): Value {
+    return this.value(scope, places[0] as At, of[0] as Expr);
   }
 
   /** Puts the value of a row of one into a place on the stack. */
-  protected keepSingle(scope: Scope, at: At, row: Row, place: number): void {
+  protected keepSingle(scope: Scope, row: Row, place: number): void {
     if (this.computes(scope, row) && this.paid(scope)) this.stack.numbers[place] = this.taken(0);
-    else this.stack.set(place, this.value(scope, at, row.of[0] as Expr));
+    else this.stack.set(place, this.only(scope, row));
   }
 
   /** Computes a row of one that must be a number, the result; `what` it is for. */
-  protected singleNumber(scope: Scope, at: At, row: Row, what: string): void {
+  protected singleNumber(scope: Scope, row: Row, what: string): void {
     if (this.computes(scope, row) && this.paid(scope)) return;
-    this.give(this.number(scope, at, row.of[0] as Expr, what));
+    this.give(this.number(scope, row.places[0] as At, row.of[0] as Expr, what));
   }
 
   /** Computes a row of numbers, each within a range of its own: the results. */
-  protected rangedRow(scope: Scope, at: At, row: Row, ranges: readonly Range[]): void {
+  protected rangedRow(scope: Scope, row: Row, ranges: readonly Range[]): void {
     if (this.computes(scope, row) && this.areWithin(row.of.length, ranges) && this.paid(scope)) return;
     const numbers = row.of.map((expr, i) => {
       const { what, min, max } = ranges[i] as Range;
+      const at = row.places[i] as At;
       return this.within(scope, at, this.number(scope, at, expr, what), what, min, max);
     });
     this.give(...numbers);
@@ -118,13 +124,13 @@ export abstract class Expressions extends Plain {
     return value;
   }
 
-  protected condition(scope: Scope, at: At, expr: Expr): boolean {
+  private condition(scope: Scope, at: At, expr: Expr): boolean {
     return this.number(scope, at, expr, "a condition") !== 0;
   }
 
   /** A number within a range. */
-  protected ranged(scope: Scope, at: At, expr: Expr, what: string, min: number, max: number): number {
-    return this.within(scope, at, this.number(scope, at, expr, what), what, min, max);
+  protected ranged(scope: Scope, { at, of }: Written, what: string, min: number, max: number): number {
+    return this.within(scope, at, this.number(scope, at, of, what), what, min, max);
   }
 
   protected within(scope: Scope, at: At, value: number, what: string, min: number, max: number): number {
@@ -229,21 +235,27 @@ export abstract class Expressions extends Plain {
     throw this.error(scope.module, at, `this result is not a finite number here; ${wayOut}`);
   }
 
-  private builtIn(scope: Scope, { at, name, site, args }: Kind<"builtin">): number {
-    if (name === "count") return this.list(scope, at, args[0] as Expr, "what is counted").items.length;
-    const a = this.operand(scope, at, args[0]);
-    const b = this.operand(scope, at, args[1]);
-    const c = this.operand(scope, at, args[2]);
-    if (name !== "random") return this.finite(scope, at, this.applied(scope, at, name, a, b, c));
+  private builtIn(scope: Scope, expr: Kind<"builtin">): number {
+    const { at, name, site, args } = expr;
+    if (name === "count") {
+      const { at, of } = args[0] as Written;
+      return this.list(scope, at, of, "what is counted").items.length;
+    }
+    const a = this.operand(scope, args[0]);
+    const b = this.operand(scope, args[1]);
+    const c = this.operand(scope, args[2]);
+    if (name !== "random") return this.finite(scope, at, this.applied(scope, expr, a, b, c));
     const part = fraction(step(scope.path, site));
     return args.length === 0 ? part : this.finite(scope, at, a + (b - a) * part);
   }
 
-  private operand(scope: Scope, at: At, expr: Expr | undefined): number {
-    return expr ? this.number(scope, at, expr, "an argument of this function") : 0;
+  private operand(scope: Scope, written: Written | undefined): number {
+    return written ? this.number(scope, written.at, written.of, "an argument of this function") : 0;
   }
 
-  private applied(scope: Scope, at: At, name: BuiltIn, a: number, b: number, c: number): number {
+  private applied(scope: Scope, expr: Kind<"builtin">, a: number, b: number, c: number): number {
+    const { name } = expr;
+    const place = (argument: number) => expr.args[argument]?.at ?? expr.at;
     switch (name) {
       case "abs":
         return Math.abs(a);
@@ -262,22 +274,22 @@ export abstract class Expressions extends Plain {
       case "min":
         return a < b ? a : b;
       case "mod":
-        if (b === 0) throw this.error(scope.module, at, DIVISION_BY_ZERO);
+        if (b === 0) throw this.error(scope.module, place(1), DIVISION_BY_ZERO);
         return a - b * Math.floor(a / b);
       case "noise":
-        return this.fractal(scope, at, a, b, 1);
+        return this.fractal(scope, expr, a, b, 1);
       case "fractal":
-        return this.fractal(scope, at, a, b, c);
+        return this.fractal(scope, expr, a, b, c);
       case "power":
-        this.within(scope, at, b, "a power", -MAX_POWER, MAX_POWER);
+        this.within(scope, place(1), b, "a power", -MAX_POWER, MAX_POWER);
         if (isWhole(b)) return power(a, b);
-        throw this.error(scope.module, at, "a power must be a whole number; roots are taken by `sqrt`");
+        throw this.error(scope.module, place(1), "a power must be a whole number; roots are taken by `sqrt`");
       case "round":
         return Math.floor(a + 0.5);
       case "sin":
         return sine(a);
       case "sqrt":
-        if (a < 0) throw this.error(scope.module, at, "what a root is taken of must be 0 or more");
+        if (a < 0) throw this.error(scope.module, place(0), "what a root is taken of must be 0 or more");
         return Math.sqrt(a);
       case "count":
       case "mix":
@@ -286,21 +298,23 @@ export abstract class Expressions extends Plain {
     }
   }
 
-  private fractal(scope: Scope, at: At, x: number, z: number, octaves: number): number {
-    const count = Math.floor(this.within(scope, at, octaves, "octaves", 1, MAX_OCTAVES));
+  private fractal(scope: Scope, { at, args }: Kind<"builtin">, x: number, z: number, octaves: number): number {
+    const count = Math.floor(this.within(scope, args[2]?.at ?? at, octaves, "octaves", 1, MAX_OCTAVES));
     this.count(scope, at, count);
+    const what = "a coordinate of noise, without its sign,";
     for (let [octave, u, v] = [0, Math.abs(x), Math.abs(z)]; octave < count; octave += 1, u *= 2, v *= 2) {
-      this.within(scope, at, u, "a coordinate of noise, without its sign,", 0, MAX_NOISE);
-      this.within(scope, at, v, "a coordinate of noise, without its sign,", 0, MAX_NOISE);
+      this.within(scope, (args[0] as Written).at, u, what, 0, MAX_NOISE);
+      this.within(scope, (args[1] as Written).at, v, what, 0, MAX_NOISE);
     }
     return fractal(this.seed, x, z, count);
   }
 
   /** Between two numbers, or item by item between two lists. */
   private mix(scope: Scope, { at, args }: Kind<"builtin">): Value {
-    const from = this.value(scope, at, args[0] as Expr);
-    const to = this.value(scope, at, args[1] as Expr);
-    const part = this.number(scope, at, args[2] as Expr, "the third argument of `mix`");
+    const [first, second, third] = args as readonly [Written, Written, Written];
+    const from = this.value(scope, first.at, first.of);
+    const to = this.value(scope, second.at, second.of);
+    const part = this.number(scope, third.at, third.of, "the third argument of `mix`");
     this.count(scope, at, sizeOf(from));
     return this.mixed(scope, at, from, to, part);
   }

@@ -50,16 +50,16 @@ class Evaluator extends Places {
         for (const inner of statement.of) this.visit(scope, turtle, inner);
         return;
       case "let":
-        this.keepSingle(scope, statement.at, statement.value, scope.base + statement.slot);
+        this.keepSingle(scope, statement.value, scope.base + statement.slot);
         return;
       case "if": {
-        this.singleNumber(scope, statement.at, statement.condition, "a condition");
+        this.singleNumber(scope, statement.condition, "a condition");
         const chosen = this.taken(0) === 0 ? statement.no : statement.yes;
         if (chosen) this.visit(scope, turtle, chosen);
         return;
       }
       case "choose": {
-        this.singleNumber(scope, statement.at, statement.number, "what is chosen by");
+        this.singleNumber(scope, statement.number, "what is chosen by");
         const number = Math.floor(this.taken(0));
         const chosen = statement.of[Math.max(0, Math.min(number, statement.of.length - 1))];
         if (chosen) this.visit(scope, turtle, chosen);
@@ -72,7 +72,7 @@ class Evaluator extends Places {
         this.visit(scope, this.turtles.painted(turtle, this.surface(scope, statement.call)), statement.body);
         return;
       case "called":
-        this.visitCalled(scope, turtle, statement.name, statement.body);
+        this.visitCalled(scope, turtle, statement);
         return;
       case "call":
         this.follow(scope, turtle, statement.call);
@@ -81,16 +81,16 @@ class Evaluator extends Places {
         this.draw(scope, turtle, statement);
         return;
       case "viewpoint":
-        this.countPlacements(scope, 0, 1);
-        this.keepName(scope.module, statement.name);
+        this.countPlacements(scope, statement.at, 1);
+        this.keepName(scope.module, statement.at, statement.name);
         this.growing(this.part).viewpoints.push({ name: statement.name, frame: this.turtles.frame(turtle) });
         return;
       case "impostor":
         this.growing(this.part).impostor = this.wish(scope, statement);
         return;
       case "model":
-        this.countPlacements(scope, 0, 1);
-        this.keepName(scope.module, statement.path);
+        this.countPlacements(scope, statement.at, 1);
+        this.keepName(scope.module, statement.at, statement.path);
         this.growing(this.part).models.push({ path: statement.path, frame: this.turtles.frame(turtle) });
         return;
       case "for":
@@ -114,13 +114,8 @@ class Evaluator extends Places {
       case "call":
       case "paint":
         return this.module(scope.module).calls[statement.call]?.at ?? 0;
-      case "called":
-        return this.placeOf(scope, statement.body);
       case "group":
         return statement.of[0] ? this.placeOf(scope, statement.of[0]) : 0;
-      case "viewpoint":
-      case "model":
-        return 0;
       default:
         return statement.at;
     }

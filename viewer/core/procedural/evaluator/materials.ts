@@ -5,7 +5,7 @@ import { Known } from "../known.ts";
 import { reached } from "../limits.ts";
 import type { Scope } from "../plain/machine.ts";
 import { stepName } from "../random.ts";
-import type { At, Expr, MaterialRule } from "../syntax.ts";
+import type { MaterialRule, Written } from "../syntax.ts";
 import { sizesOf, type Value } from "../value.ts";
 import { Modules } from "./modules.ts";
 
@@ -38,10 +38,10 @@ export abstract class Materials extends Modules {
     const surface = { ...PLAIN, name: rule.name };
     for (const [property, value] of rule.properties) {
       if (property === "colour" || property === "emissive") {
-        surface[property] = this.colour(scope, rule.at, value);
+        surface[property] = this.colour(scope, value);
         continue;
       }
-      const share = this.ranged(scope, rule.at, value, property, 0, 1);
+      const share = this.ranged(scope, value, property, 0, 1);
       if (property === "double_sided") surface.doubleSided = share !== 0;
       else if (property === "recolour") surface.recolour = share !== 0;
       else surface[property] = share;
@@ -50,8 +50,8 @@ export abstract class Materials extends Modules {
   }
 
   /** Linear light of a colour. */
-  private colour(scope: Scope, at: At, expr: Expr): Channels {
-    const value = this.value(scope, at, expr);
+  private colour(scope: Scope, { at, of }: Written): Channels {
+    const value = this.value(scope, at, of);
     const channels = typeof value === "number" ? [] : value.items;
     const isShare = (channel: Value) => typeof channel === "number" && channel >= 0 && channel <= 1;
     if (channels.length !== 3 || !channels.every(isShare)) {

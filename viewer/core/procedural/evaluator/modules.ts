@@ -5,7 +5,7 @@ import { reached } from "../limits.ts";
 import type { Scope } from "../plain/machine.ts";
 import { step } from "../random.ts";
 import { Globals } from "../stack.ts";
-import type { At, Call, Expr, Formal, Parameter, Row } from "../syntax.ts";
+import type { At, Call, Formal, Parameter, Row } from "../syntax.ts";
 import { sizeOf, sizesOf, stepValue, type Value } from "../value.ts";
 import { Terminals } from "./terminals.ts";
 
@@ -15,10 +15,16 @@ export interface Instance {
   readonly path: number;
 }
 
-/** Where something is called. */
-interface Caller {
+/** A place in one of the files. */
+interface Place {
   readonly module: number;
   readonly at: At;
+}
+
+/** A value, and the place that says it. */
+export interface Given {
+  readonly value: Value;
+  readonly place: Place;
 }
 
 /** What is called with arguments. */
@@ -51,7 +57,7 @@ export abstract class Modules extends Terminals {
     const rule = this.module(call.module).functions[call.index];
     if (!rule) throw new Error("a function call leads to a function");
     const inner = this.bound(scope, call, rule, depth, step(scope.path, call.site));
-    const value = this.value(inner, rule.at, rule.value);
+    const value = this.value(inner, rule.value.at, rule.value.of);
     this.stack.close(inner.base);
     return value;
   }
@@ -64,8 +70,7 @@ export abstract class Modules extends Terminals {
     const inner: Scope = { module: call.module, instance, base, path, depth, level: 0 };
     this.bindArguments(scope, call, base);
     for (const slot of call.missing) {
-      const { at, initial } = formals[slot] as Formal;
-      this.keepSingle(inner, at, initial as Row, base + slot);
+      this.keepSingle(inner, formals[slot]?.initial as Row, base + slot);
     }
     return inner;
   }
@@ -77,8 +82,8 @@ export abstract class Modules extends Terminals {
       for (let i = 0; i < slots.length; i += 1) numbers[base + (slots[i] as number)] = this.taken(i);
       return;
     }
-    given.forEach(({ at, value }, i) => {
-      this.stack.set(base + (slots[i] as number), this.value(scope, at, value));
+    given.forEach(({ at, of }, i) => {
+      this.stack.set(base + (slots[i] as number), this.value(scope, at, of));
     });
   }
 
@@ -87,14 +92,13 @@ export abstract class Modules extends Terminals {
     if (call.alias === undefined) return scope.instance;
     const known = this.defaultInstances.get(call.module);
     if (known !== undefined) return known;
-    const given = this.module(call.module).parameters.map(() => undefined);
-    const { instance } = this.instance(call.module, given, { module: scope.module, at: call.at });
+    const { instance } = this.instance(call.module, [], { module: scope.module, at: call.at });
     this.defaultInstances.set(call.module, instance);
     return instance;
   }
 
   /** A file with values for its parameters. Equal values, same instance. */
-  protected instance(module: number, given: readonly (Value | undefined)[], caller?: Caller): Instance {
+  protected instance(module: number, given: readonly (Given | undefined)[], caller?: Place): Instance {
     const { parameters, globals } = this.module(module);
     const instance = this.instances.length;
     const values = new Globals(parameters.length + globals.length);
@@ -103,9 +107,8 @@ export abstract class Modules extends Terminals {
     const own: Value[] = [];
     let known = this.knownInstances.at(module);
     parameters.forEach((parameter, slot) => {
-      const { at, initial } = parameter.formal;
-      const value = given[slot] ?? this.single(scope, at, initial as Row);
-      this.checkRange(scope, parameter, value, (given[slot] === undefined ? undefined : caller) ?? { module, at });
+      const { value, place } = given[slot] ?? this.ownValue(scope, parameter);
+      this.checkRange(scope, parameter, value, place);
       scope.path = stepValue(scope.path, value);
       known = known.of(value);
       own.push(value);
@@ -118,7 +121,7 @@ export abstract class Modules extends Terminals {
       return { instance: known.index, path: scope.path };
     }
     globals.forEach((global, i) => {
-      const value = this.single(scope, global.at, global.value);
+      const value = this.single(scope, global.value);
       this.keep(module, global.at, sizeOf(value));
       values.set(parameters.length + i, value);
     });
@@ -127,19 +130,24 @@ export abstract class Modules extends Terminals {
     return { instance, path: scope.path };
   }
 
-  /** What is given from outside has no place but the parameter's own. */
-  private checkRange(scope: Scope, { formal, range }: Parameter, value: Value, where: Caller): void {
+  private ownValue(scope: Scope, { formal: { at, initial } }: Parameter): Given {
+    const value = this.single(scope, initial as Row);
+    return { value, place: { module: scope.module, at: initial?.places[0] ?? at } };
+  }
+
+  private checkRange(scope: Scope, { formal, range }: Parameter, value: Value, place: Place): void {
     if (!range) return;
-    const { module } = scope;
-    const ends = range as readonly [Expr, Expr];
-    const min = this.number(scope, formal.at, ends[0], "the least value");
-    const max = this.number(scope, formal.at, ends[1], "the most value");
-    if (min > max) throw this.error(module, formal.at, "this range must be from the least value to the most");
+    const [least, most] = range;
+    const min = this.number(scope, least.at, least.of, "the least value");
+    const max = this.number(scope, most.at, most.of, "the most value");
+    if (min > max) {
+      throw this.error(scope.module, least.at, "this range must be from the least value to the most");
+    }
     if (typeof value !== "number") {
-      throw this.error(module, formal.at, "a parameter with a range must be a number, and this is a list");
+      throw this.error(place.module, place.at, "a parameter with a range must be a number, and this is a list");
     }
     if (value < min || value > max) {
-      throw this.error(where.module, where.at, outOfRange(`\`${formal.name}\``, value, min, max));
+      throw this.error(place.module, place.at, outOfRange(`\`${formal.name}\``, value, min, max));
     }
   }
 }

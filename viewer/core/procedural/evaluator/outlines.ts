@@ -23,27 +23,26 @@ export abstract class Outlines extends Expressions {
   }
 
   /** Takes the points of a list; how many there are. */
-  protected takePoints(scope: Scope, at: At, row: Row): number {
+  protected takePoints(scope: Scope, row: Row): number {
     if (this.computes(scope, row) && row.code?.width === 3 && this.takeRows(row) && this.paid(scope)) {
       return row.code.lengths.length;
     }
-    const { items } = this.listed(scope, at, row);
+    const { items } = this.listed(scope, row);
     this.makeRoom(3 * items.length);
     items.forEach((item, i) => {
-      this.points.set(this.point3(scope, at, item), 3 * i);
+      this.points.set(this.point3(scope, row.places[0] as At, item), 3 * i);
     });
     return items.length;
   }
 
   /** Takes the corners `[x, z]` of a list that is an outline; how many there are. */
-  protected takeCorners(scope: Scope, at: At, row: Row, least: number): number {
-    return this.takePlainCorners(scope, row, least) ?? this.takeOutline(scope, at, this.listed(scope, at, row), least);
+  protected takeCorners(scope: Scope, row: Row, least: number): number {
+    return this.takePlainCorners(scope, row, least) ?? this.takeOutline(scope, row, this.listed(scope, row), least);
   }
 
   /** The same of a polygon, which may be anything. */
-  protected takePolygon(scope: Scope, at: At, row: Row): number {
-    const value = () => this.value(scope, at, row.of[0] as Row["of"][number]);
-    return this.takePlainCorners(scope, row, 3) ?? this.takeOutline(scope, at, value(), 3);
+  protected takePolygon(scope: Scope, row: Row): number {
+    return this.takePlainCorners(scope, row, 3) ?? this.takeOutline(scope, row, this.only(scope, row), 3);
   }
 
   private takePlainCorners(scope: Scope, row: Row, least: number): number | undefined {
@@ -53,20 +52,21 @@ export abstract class Outlines extends Expressions {
     return isOutline && this.takeRows(row) && this.paid(scope) ? count : undefined;
   }
 
-  private takeOutline(scope: Scope, at: At, value: Value, least: number): number {
+  private takeOutline(scope: Scope, { places }: Row, value: Value, least: number): number {
     const items = typeof value === "number" ? [] : value.items;
     const corners = items.map(coordinates);
     const count = corners.length;
     if (count < least || count > MAX_CORNERS || corners.some((corner) => corner.length !== 2)) {
-      const wanted = "a list of `[x, z]`: two or more in a profile, three or more around a polygon, up to 256";
-      throw this.shape(scope, at, "this outline", wanted);
+      const wanted = "a list of `[x, z]`, each from -1000000 to 1000000";
+      const counts = "two or more in a profile, three or more around a polygon, up to 256";
+      throw this.shape(scope, places[0] as At, "this outline", `${wanted}: ${counts}`);
     }
     this.points.set(corners.flat());
     return count;
   }
 
   /** Faces between so many points. */
-  protected facesOf(scope: Scope, at: At, row: Row, points: number): Faces {
+  protected facesOf(scope: Scope, row: Row, points: number): Faces {
     const code = this.codeFor(scope, row);
     if (code?.faces && code.faces.last < points && this.affords(scope, code) && this.paid(scope)) return code.faces;
     if (code && this.computes(scope, row) && this.takeFaces(code, points) && this.paid(scope)) {
@@ -78,10 +78,10 @@ export abstract class Outlines extends Expressions {
       return this.faces;
     }
     this.faces.clear();
-    for (const face of this.listed(scope, at, row).items) {
+    for (const face of this.listed(scope, row).items) {
       for (const corner of typeof face === "number" ? [undefined] : face.items) {
         if (typeof corner !== "number" || !(corner >= 0 && corner < points)) {
-          throw this.shape(scope, at, "a face", "a list of numbers of points, counted from 0");
+          throw this.shape(scope, row.places[0] as At, "a face", "a list of numbers of points, counted from 0");
         }
         this.faces.add(corner);
       }
@@ -131,14 +131,14 @@ export abstract class Outlines extends Expressions {
     if (numbers > this.points.length) this.points = new Float64Array(numbers);
   }
 
-  private listed(scope: Scope, at: At, row: Row): List {
-    return this.list(scope, at, row.of[0] as Row["of"][number], "the corners of a solid");
+  private listed(scope: Scope, row: Row): List {
+    return this.list(scope, row.places[0] as At, row.of[0] as Row["of"][number], "the corners of a solid");
   }
 
   protected point3(scope: Scope, at: At, value: Value): readonly number[] {
     const point = coordinates(value);
     if (point.length === 3) return point;
-    throw this.shape(scope, at, "a point", "`[x, y, z]`");
+    throw this.shape(scope, at, "a point", "`[x, y, z]`, each from -1000000 to 1000000");
   }
 }
 

@@ -9,7 +9,7 @@ import { stepName } from "../random.ts";
 import type { At, Call, Rule, Statement } from "../syntax.ts";
 import { sizesOf, stepValue, type Value } from "../value.ts";
 import { Materials } from "./materials.ts";
-import type { Instance } from "./modules.ts";
+import type { Given, Instance } from "./modules.ts";
 import { PHASE, type Turtle } from "./state.ts";
 
 /** What is known of a part besides its geometry. */
@@ -18,6 +18,8 @@ interface Account {
   /** Parts, glTF files and viewpoints placed in it, with all that they contain. */
   placements: number;
 }
+
+type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
 
 export abstract class Parts extends Materials {
   private readonly accounts: Account[] = [];
@@ -49,7 +51,11 @@ export abstract class Parts extends Materials {
     for (const name of [...parameters.keys()].sort()) {
       if (!names.includes(name)) throw this.error(0, 0, unknown("parameter", name, names));
     }
-    const given = names.map((name) => parameters.get(name));
+    // What is given from outside has no place but the parameter's own.
+    const given = this.module(0).parameters.map(({ formal: { name, at } }) => {
+      const value = parameters.get(name);
+      return value === undefined ? undefined : { value, place: { module: 0, at } };
+    });
     this.growFile(0, this.instance(0, given), 0, this.turtles.first(0));
     this.usage.parts = this.parts.length;
     this.usage.materials = this.materials.length;
@@ -68,7 +74,7 @@ export abstract class Parts extends Materials {
     scope.level = level;
     let { body } = rule;
     if (rule.levels) {
-      this.singleNumber(scope, rule.at, rule.levels, "`levels`");
+      this.singleNumber(scope, rule.levels, "`levels`");
       if (level >= this.taken(0)) {
         if (!rule.afterwards) return;
         body = rule.afterwards;
@@ -93,7 +99,7 @@ export abstract class Parts extends Materials {
       known.index = part;
       this.notePhase(part, rule.formals);
       const scope = { ...inner, path };
-      const declared = rule.within?.map((corner) => this.point3(scope, rule.at, this.value(scope, rule.at, corner)));
+      const declared = rule.within?.map(({ at, of }) => this.point3(scope, at, this.value(scope, at, of)));
       this.inside(part, turtle, true, (within) => this.visit(scope, within, rule.body));
       if (declared && exceeds(this.boundsOf(part), around(declared))) {
         const problem = `part \`${rule.name}\` reaches beyond what it declares with \`within\`; widen that`;
@@ -121,11 +127,12 @@ export abstract class Parts extends Materials {
   }
 
   protected placeFile(scope: Scope, turtle: Turtle, call: Call, depth: number): void {
-    const given: Value[] = [];
-    call.given.forEach(({ at, value }, i) => {
-      given[call.slots[i] as number] = this.value(scope, at, value);
+    const given: Given[] = [];
+    const { module } = scope;
+    call.given.forEach(({ at, of }, i) => {
+      given[call.slots[i] as number] = { value: this.value(scope, at, of), place: { module, at } };
     });
-    const made = this.instance(call.module, given, { module: scope.module, at: call.at });
+    const made = this.instance(call.module, given, { module, at: call.at });
     const known = this.knownFiles.at(made.instance).at(this.turtles.material(turtle));
     if (known.index === undefined) {
       this.checkParts(scope, call.at);
@@ -154,12 +161,12 @@ export abstract class Parts extends Materials {
   }
 
   /** Statements whose geometry is named: a part of its own that is not shared. */
-  protected visitCalled(scope: Scope, turtle: Turtle, name: string, body: Statement): void {
-    const part = this.begin(scope, 0, name, true);
-    this.keepName(scope.module, name);
+  protected visitCalled(scope: Scope, turtle: Turtle, { at, name, body }: Kind<"called">): void {
+    const part = this.begin(scope, at, name, true);
+    this.keepName(scope.module, at, name);
     this.inside(part, turtle, false, (within) => this.visit(scope, within, body));
     this.finish(part);
-    this.placeKnown(scope, 0, turtle, part);
+    this.placeKnown(scope, at, turtle, part);
   }
 
   private checkParts(scope: Scope, at: At): void {

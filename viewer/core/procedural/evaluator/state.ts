@@ -88,8 +88,8 @@ export class State {
   }
 
   /** The same of a name. */
-  protected keepName(module: number, name: string): void {
-    this.keep(module, 0, Math.floor(utf8Length(name) / LETTERS));
+  protected keepName(module: number, at: At, name: string): void {
+    this.keep(module, at, Math.floor(utf8Length(name) / LETTERS));
   }
 
   /** Counts what lists take to be compared; `at` is where they are given. */
@@ -110,7 +110,7 @@ export class State {
   /** Why {@link enters} said no. */
   protected refused(scope: Scope, at: At): Error {
     const { nesting, steps } = this.limits;
-    const problem = this.nesting > nesting ? reached("nesting", nesting) : reached("steps", steps);
+    const problem = this.nesting > nesting ? reached("levels of nesting", nesting) : reached("steps", steps);
     return this.error(scope.module, at, problem);
   }
 

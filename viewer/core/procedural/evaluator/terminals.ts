@@ -62,19 +62,19 @@ export abstract class Terminals extends Outlines {
   protected draw(scope: Scope, turtle: Turtle, { at, solid, lists, numbers }: Kind<"solid">): void {
     switch (solid) {
       case "box":
-        this.rangedRow(scope, at, numbers, RANGES.box);
+        this.rangedRow(scope, numbers, RANGES.box);
         this.addBox(scope, at, turtle, this.taken(0), this.taken(1), this.taken(2));
         return;
       case "cone":
-        this.rangedRow(scope, at, numbers, RANGES.cone);
+        this.rangedRow(scope, numbers, RANGES.cone);
         this.addCone(scope, at, turtle, this.taken(1), 2);
         return;
       case "cylinder":
-        this.rangedRow(scope, at, numbers, RANGES.cylinder);
+        this.rangedRow(scope, numbers, RANGES.cylinder);
         this.addCone(scope, at, turtle, this.taken(0), 1);
         return;
       case "sphere":
-        this.rangedRow(scope, at, numbers, RANGES.sphere);
+        this.rangedRow(scope, numbers, RANGES.sphere);
         this.addSphere(scope, at, turtle, this.taken(0), this.sides(1));
         return;
       case "lathe":
@@ -84,13 +84,13 @@ export abstract class Terminals extends Outlines {
         this.addPrism(scope, at, turtle, lists[0] as Row, numbers);
         return;
       case "polygon": {
-        const points = this.takePoints(scope, at, lists[0] as Row);
-        this.addMesh(scope, at, turtle, points, this.wholeFace(points));
+        const points = this.takePoints(scope, lists[0] as Row);
+        this.addMesh(scope, at, turtle, lists[0] as Row, points, this.wholeFace(points));
         return;
       }
       case "mesh": {
-        const points = this.takePoints(scope, at, lists[0] as Row);
-        this.addMesh(scope, at, turtle, points, this.facesOf(scope, at, lists[1] as Row, points));
+        const points = this.takePoints(scope, lists[0] as Row);
+        this.addMesh(scope, at, turtle, lists[1] as Row, points, this.facesOf(scope, lists[1] as Row, points));
         return;
       }
     }
@@ -147,15 +147,15 @@ export abstract class Terminals extends Outlines {
   }
 
   private addLathe(scope: Scope, at: At, turtle: Turtle, list: Row, numbers: Row): void {
-    const count = this.takeCorners(scope, at, list, 2);
+    const count = this.takeCorners(scope, list, 2);
     let [widest, low, high] = [0, Infinity, -Infinity];
     for (let i = 0; i < 2 * count; i += 2) {
       const [radius, y] = [this.points[i] as number, this.points[i + 1] as number];
-      if (radius < 0) throw this.shape(scope, at, "a radius of a profile", "0 or more");
+      if (radius < 0) throw this.shape(scope, list.places[0] as At, "a radius of a profile", "0 or more");
       [widest, low, high] = [Math.max(widest, radius), Math.min(low, y), Math.max(high, y)];
     }
     // The other numbers may call functions, but those draw nothing: the points stay.
-    this.rangedRow(scope, at, numbers, RANGES.lathe);
+    this.rangedRow(scope, numbers, RANGES.lathe);
     const sides = this.sides(0);
     this.extent.upright(widest, low, high, widest);
     if (!this.begins(scope, at, turtle, widest === 0 ? 0 : 2 * count * sides)) return;
@@ -164,9 +164,9 @@ export abstract class Terminals extends Outlines {
   }
 
   private addPrism(scope: Scope, at: At, turtle: Turtle, list: Row, numbers: Row): void {
-    const count = this.takeCorners(scope, at, list, 3);
+    const count = this.takeCorners(scope, list, 3);
     this.count(scope, at, looksAt(count));
-    this.rangedRow(scope, at, numbers, RANGES.prism);
+    this.rangedRow(scope, numbers, RANGES.prism);
     const height = this.taken(0);
     this.extent.points(this.points, count, 2);
     this.extent.span(1, 0, height);
@@ -175,43 +175,44 @@ export abstract class Terminals extends Outlines {
     try {
       writePrism(this.writer, this.points, count, height);
     } catch (error) {
-      throw this.located(scope, at, error);
+      throw this.located(scope, list, error);
     }
     this.ends();
   }
 
-  private addMesh(scope: Scope, at: At, turtle: Turtle, points: number, faces: Faces): void {
-    if (!faces.areSound) this.refuseFaces(scope, at, faces);
+  /** Its polygons are said by `list`. */
+  private addMesh(scope: Scope, at: At, turtle: Turtle, list: Row, points: number, faces: Faces): void {
+    if (!faces.areSound) this.refuseFaces(scope, at, list, faces);
     this.count(scope, at, faces.looks);
     this.extent.points(this.points, points, 3);
     if (!this.begins(scope, at, turtle, faces.length)) return;
     try {
       writeMesh(this.writer, this.points, faces);
     } catch (error) {
-      throw this.located(scope, at, error);
+      throw this.located(scope, list, error);
     }
     this.ends();
   }
 
   /** Says what is wrong with the first face that is not sound, if counting those before comes so far. */
-  private refuseFaces(scope: Scope, at: At, { ends, count }: Faces): void {
+  private refuseFaces(scope: Scope, at: At, { places }: Row, { ends, count }: Faces): void {
     for (let face = 0; face < count; face += 1) {
       const corners = (ends[face] as number) - (face === 0 ? 0 : (ends[face - 1] as number));
       if (corners < 3 || corners > MAX_CORNERS) {
-        throw this.shape(scope, at, "a face", "three corners or more, up to 256");
+        throw this.shape(scope, places[0] as At, "a face", "three corners or more, up to 256");
       }
       this.count(scope, at, looksAt(corners));
     }
   }
 
   /** Where it is that a polygon cannot be filled. */
-  private located(scope: Scope, at: At, error: unknown): unknown {
-    return error instanceof Fault ? this.error(scope.module, at, error.problem) : error;
+  private located(scope: Scope, { places }: Row, error: unknown): unknown {
+    return error instanceof Fault ? this.error(scope.module, places[0] as At, error.problem) : error;
   }
 
   /** A sample for each grid point, and one more around them for the slopes at the border. */
   protected drawHeights(scope: Scope, turtle: Turtle, { at, slots, over, height }: Kind<"heights">): void {
-    this.rangedRow(scope, at, over, FIELD);
+    this.rangedRow(scope, over, FIELD);
     const size = [this.taken(0), this.taken(1)] as const;
     const steps = [Math.floor(this.taken(2)), Math.floor(this.taken(3))] as const;
     const limit = this.limits.triangles;
@@ -225,7 +226,7 @@ export abstract class Terminals extends Outlines {
       this.assign(scope, slots[1], size[1] * ((j - 1) / steps[1] - 0.5));
       for (let i = 0; i < row; i += 1) {
         this.assign(scope, slots[0], size[0] * ((i - 1) / steps[0] - 0.5));
-        this.rangedRow(scope, at, height, HEIGHT);
+        this.rangedRow(scope, height, HEIGHT);
         const y = this.taken(0);
         heights[j * row + i] = y;
         // Without the samples around the rectangle.
@@ -242,15 +243,16 @@ export abstract class Terminals extends Outlines {
 
   /** What a part asks for. */
   protected wish(scope: Scope, { at, numbers }: Kind<"impostor">): Wish {
-    this.rangedRow(scope, at, numbers, WISH);
+    this.rangedRow(scope, numbers, WISH);
+    const place = (argument: number) => numbers.places[argument] as At;
     const views = Math.floor(this.taken(0));
     const size_px = this.taken(1);
     const frames = Math.floor(this.taken(3));
-    if (![16, 32, 64, 128].includes(size_px)) throw this.shape(scope, at, "size", "16, 32, 64 or 128");
+    if (![16, 32, 64, 128].includes(size_px)) throw this.shape(scope, place(1), "size", "16, 32, 64 or 128");
     if (views * size_px * frames > MOST_HEIGHT_PX) {
       throw this.shape(scope, at, "views * size * frames", `at most ${MOST_HEIGHT_PX}`);
     }
-    if (frames > 1 && !this.phased.has(this.part)) throw this.error(scope.module, at, NO_PHASE);
+    if (frames > 1 && !this.phased.has(this.part)) throw this.error(scope.module, place(3), NO_PHASE);
     return { views, size_px, below: this.taken(2) !== 0, frames, stride: this.taken(4) };
   }
 }

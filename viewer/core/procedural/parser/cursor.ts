@@ -1,11 +1,11 @@
 /** How are words read one after the other? The cursor knows the next word, and which values are in reach. */
-import { expected, Fault, lineOf, reserved } from "../error.ts";
+import { expected, Fault, lineOf, reserved, unclosed } from "../error.ts";
 import { described, type Word } from "../lexer.ts";
 import { MAX_CHAIN, MAX_NESTING, reached } from "../limits.ts";
 import type { At, Module } from "../syntax.ts";
 
 /** Words of expressions, which no value can be called. */
-const OPERATORS = ["if", "then", "else", "and", "or", "not"];
+export const OPERATORS = ["if", "then", "else", "and", "or", "not"];
 
 export interface NamedAt {
   readonly name: string;
@@ -67,6 +67,13 @@ export class Cursor {
 
   expectWord(word: string): void {
     if (!this.takesWord(word)) throw this.expected(`\`${word}\``);
+  }
+
+  /** A comma between items, unless the bracket that was opened closes behind this one. */
+  separated(opened: At, open: string, close: string): void {
+    if (this.isSymbol(close) || this.takes(",")) return;
+    if (this.next.kind === "end") throw new Fault(opened, unclosed(open, close));
+    throw this.expected(`\`,\` or \`${close}\``);
   }
 
   name(what: string): NamedAt {

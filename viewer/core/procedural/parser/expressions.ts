@@ -1,5 +1,5 @@
 /** How is a value written? Operators by rising strength: `or`, `and`, `not`, comparisons, `+ −`, `* /`, a sign, `[item]`. */
-import { Fault, tooManyArguments, unknown } from "../error.ts";
+import { COMPARED, EQUALS, Fault, namedArgument, tooFewArguments, tooManyArguments } from "../error.ts";
 import {
   type Argument,
   type At,
@@ -9,8 +9,9 @@ import {
   type Operator,
   rowOf,
   type Wanted,
+  type Written,
 } from "../syntax.ts";
-import { Cursor } from "./cursor.ts";
+import { Cursor, OPERATORS } from "./cursor.ts";
 
 const COMPARISONS: readonly Operator[] = ["==", "!=", "<=", ">=", "<", ">"];
 const SUMS: readonly Operator[] = ["+", "-"];
@@ -18,13 +19,26 @@ const PRODUCTS: readonly Operator[] = ["*", "/"];
 
 export class ExpressionParser extends Cursor {
   expression(): Expr {
+    const value = this.valueBeforeSign();
+    if (this.isSymbol("=")) throw new Fault(this.next.at, EQUALS);
+    return value;
+  }
+
+  /** A value, and where it begins. */
+  written(): Written {
+    const { at } = this.next;
+    return { at, of: this.expression() };
+  }
+
+  /** A value behind which `=` may stand. */
+  valueBeforeSign(): Expr {
     return this.nested(() => {
       if (!this.takesWord("if")) return this.disjunction();
       const condition = this.expression();
       this.expectWord("then");
       const yes = this.expression();
       this.expectWord("else");
-      return { kind: "if", condition, yes, no: this.expression() };
+      return { kind: "if", condition, yes, no: this.valueBeforeSign() };
     });
   }
 
@@ -50,7 +64,11 @@ export class ExpressionParser extends Cursor {
     if (this.takesWord("not")) return this.nested(() => ({ kind: "not", of: this.negation() }));
     const left = this.sum();
     const found = this.operator(COMPARISONS);
-    return found ? { kind: "binary", ...found, left, right: this.sum() } : left;
+    if (!found) return left;
+    const right = this.sum();
+    const { at } = this.next;
+    if (this.operator(COMPARISONS)) throw new Fault(at, COMPARED);
+    return { kind: "binary", ...found, left, right };
   }
 
   private sum(): Expr {
@@ -104,12 +122,15 @@ export class ExpressionParser extends Cursor {
       const items: Expr[] = [];
       while (!this.takes("]")) {
         items.push(this.expression());
-        if (!this.isSymbol("]")) this.expect(",");
+        this.separated(word.at, "[", "]");
       }
       return { kind: "list", items, at: word.at };
     }
+    if (this.isSymbol(".")) throw this.expected("a value; a number begins with a digit, as in `0.5`");
     if (word.kind !== "name") throw this.expected("a value");
     if (word.text === "if") throw this.expected("a value; put brackets around `if … then … else …` here");
+    if (word.text === "not") throw this.expected("a value; put brackets around `not …` here");
+    if (OPERATORS.includes(word.text)) throw this.expected("a value");
     const { name, at } = this.name("a value");
     return this.isSymbol("(") || this.isSymbol(".") ? this.application(name, at) : this.variable(name, at);
   }
@@ -126,17 +147,17 @@ export class ExpressionParser extends Cursor {
   /** A function with its arguments. */
   private application(name: string, at: At): Expr {
     if (!isBuiltIn(name)) return { kind: "call", call: this.call(name, at, "function") };
-    const [least, most] = BUILT_INS[name];
+    const formals = BUILT_INS[name];
     const site = this.site();
     const args = this.args();
-    const surplus = args[most];
-    if (surplus) throw new Fault(surplus.at, tooManyArguments(name, most));
-    const named = args.find((argument) => argument.name !== undefined);
-    if (named) throw new Fault(named.at, unknown("parameter of this function", named.name ?? "", []));
-    if (args.length < least || (name === "random" && args.length === 1)) {
-      throw this.expected(`${most} arguments of \`${name}\` before this`);
-    }
-    return { kind: "builtin", name, at, site, args: args.map((argument) => argument.value) };
+    const counts = name === "random" ? [0, 2] : [formals.length];
+    return {
+      kind: "builtin",
+      name,
+      at,
+      site,
+      args: unnamed(name, at, args, counts, `\`${name}(${formals.join(", ")})\``),
+    };
   }
 
   /** The rest of a call, from behind its first name on; its place in the table of calls. */
@@ -163,6 +184,7 @@ export class ExpressionParser extends Cursor {
 
   /** Arguments in brackets. */
   args(): Argument[] {
+    const opened = this.next.at;
     this.expect("(");
     const args: Argument[] = [];
     while (!this.takes(")")) {
@@ -172,8 +194,8 @@ export class ExpressionParser extends Cursor {
       else if (args.at(-1)?.name !== undefined) {
         throw new Fault(next.at, "an argument without a name cannot follow one with a name; name this one too");
       }
-      args.push({ name: isNamed ? next.text : undefined, at: next.at, value: this.expression() });
-      if (!this.isSymbol(")")) this.expect(",");
+      args.push({ name: isNamed ? next.text : undefined, at: next.at, of: this.expression() });
+      this.separated(opened, "(", ")");
     }
     return args;
   }
@@ -183,4 +205,21 @@ export class ExpressionParser extends Cursor {
     const operator = known.find((symbol) => this.takes(symbol));
     return operator && { operator, at };
   }
+}
+
+/** Arguments of what has no names for them: one of these counts of them, or else it is to be called like `usage`. */
+export function unnamed(
+  callee: string,
+  at: At,
+  args: readonly Argument[],
+  counts: readonly number[],
+  usage: string,
+): readonly Written[] {
+  const most = counts.at(-1) ?? 0;
+  const named = args.find((argument) => argument.name !== undefined);
+  if (named) throw new Fault(named.at, namedArgument(callee, usage));
+  const surplus = args[most];
+  if (surplus) throw new Fault(surplus.at, tooManyArguments(callee, most));
+  if (!counts.includes(args.length)) throw new Fault(at, tooFewArguments(callee, usage));
+  return args;
 }

@@ -2,16 +2,9 @@
 import { DcgError, Fault, reserved, twice, unknown } from "../error.ts";
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
-import { solidNamed } from "../solid/kinds.ts";
-import { type Expr, type Formal, isBuiltIn, type Module, PROPERTIES, type Property, rowOf } from "../syntax.ts";
+import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";
 import type { NamedAt } from "./cursor.ts";
-import { StatementParser } from "./statements.ts";
-
-const STATEMENTS =
-  "called choose edges else for heights if impostor let model move paint roll scale scatter tilt turn viewpoint".split(
-    " ",
-  );
-const DECLARATIONS = ["import", "parameter", "material", "function", "rule", "part"];
+import { DECLARATIONS, isReserved, StatementParser } from "./statements.ts";
 
 /** Reads a file. */
 export function parse(file: string, text: string): Module {
@@ -53,7 +46,7 @@ class Parser extends StatementParser {
       } else if (this.takesWord("let")) {
         const { name, at } = this.declaredValue("a name for the value");
         this.expect("=");
-        this.module.globals.push({ name, at, value: rowOf("values", this.expression()) });
+        this.module.globals.push({ name, at, value: rowOf("values", this.written()) });
       } else {
         this.module.body.push(this.statement());
       }
@@ -73,7 +66,7 @@ class Parser extends StatementParser {
   /** A name for what is called by a word of its own. */
   private declared(what: string): NamedAt {
     const { name, at } = this.declaredValue(what);
-    if (solidNamed(name) || isBuiltIn(name) || STATEMENTS.includes(name) || DECLARATIONS.includes(name)) {
+    if (isReserved(name)) {
       throw new Fault(at, reserved(name));
     }
     return { name, at };
@@ -99,58 +92,57 @@ class Parser extends StatementParser {
   private parameter(): void {
     const { name, at } = this.declaredValue("a name for the parameter");
     this.expect("=");
-    const formal = { name, at, initial: rowOf("values", this.expression()) };
+    const formal = { name, at, initial: rowOf("values", this.written()) };
     if (!this.takesWord("from")) {
       this.module.parameters.push({ formal });
       return;
     }
-    const least = this.expression();
-    this.expectWord("to");
-    this.module.parameters.push({ formal, range: [least, this.expression()] });
+    this.module.parameters.push({ formal, range: this.span() });
   }
 
   private formals(): Formal[] {
+    const opened = this.next.at;
     this.expect("(");
     const formals: Formal[] = [];
     while (!this.takes(")")) {
       const { name, at } = this.name("a name for a parameter");
       const first = formals.find((formal) => formal.name === name);
       if (first) throw new Fault(at, twice(name, this.line(first.at)));
-      const initial = this.takes("=") ? rowOf("values", this.expression()) : undefined;
+      const initial = this.takes("=") ? rowOf("values", this.written()) : undefined;
       this.bind(name);
       formals.push(initial ? { name, at, initial } : { name, at });
-      if (!this.isSymbol(")")) this.expect(",");
+      this.separated(opened, "(", ")");
     }
     return formals;
   }
 
   private material(): void {
-    const { name, at } = this.declared("a name for the material");
+    const { name } = this.declared("a name for the material");
     const [{ formals, properties }, slots] = this.framed(() => {
       const formals = this.isSymbol("(") ? this.formals() : [];
-      const properties: [Property, Expr][] = [];
+      const properties: [Property, Written][] = [];
       this.expect("{");
       while (!this.takes("}")) {
         const { name, at } = this.name("a property, such as `colour`");
         const property = PROPERTIES.find((known) => known === name);
         if (!property) throw new Fault(at, unknown("property of a material", name, PROPERTIES));
         this.expect("=");
-        properties.push([property, this.expression()]);
+        properties.push([property, this.written()]);
         this.takes(",");
       }
       return { formals, properties };
     });
-    this.module.materials.push({ name, at, formals, properties, slots });
+    this.module.materials.push({ name, formals, properties, slots });
   }
 
   private functionRule(): void {
-    const { name, at } = this.declared("a name for the function");
+    const { name } = this.declared("a name for the function");
     const [{ formals, value }, slots] = this.framed(() => {
       const formals = this.formals();
       this.expect("=");
-      return { formals, value: this.expression() };
+      return { formals, value: this.written() };
     });
-    this.module.functions.push({ name, at, formals, value, slots });
+    this.module.functions.push({ name, formals, value, slots });
   }
 
   private rule(isPart: boolean): void {
@@ -158,7 +150,7 @@ class Parser extends StatementParser {
     const [parts, slots] = this.framed(() => {
       const formals = this.formals();
       const levelsAt = this.next.at;
-      const levels = this.takesWord("levels") ? rowOf("numbers", this.expression()) : undefined;
+      const levels = this.takesWord("levels") ? rowOf("numbers", this.written()) : undefined;
       if (isPart && levels) {
         const wayOut = "write a rule with `levels` and call it in the part";
         throw new Fault(levelsAt, `a part cannot have \`levels\`; ${wayOut}`);
@@ -168,18 +160,25 @@ class Parser extends StatementParser {
       if (saysWithin && !isPart) {
         throw new Fault(withinAt, "only a part can say `within`; write `part` in place of `rule`, or leave it out");
       }
-      const within = saysWithin ? this.corners() : undefined;
+      const within = saysWithin ? this.span() : undefined;
       const body = this.block();
-      const afterwards = this.takesWord("then") ? this.statement() : undefined;
+      const thenAt = this.next.at;
+      const saysThen = this.takesWord("then");
+      if (saysThen && !levels) {
+        const wayOut = "give it `levels`";
+        throw new Fault(thenAt, `\`then\` says what a rule draws when its \`levels\` are used up; ${wayOut}`);
+      }
+      const afterwards = saysThen ? this.statement() : undefined;
       return { formals, levels, within, body, afterwards };
     });
     this.module.rules.push({ name, at, isPart, slots, ...parts });
   }
 
-  private corners(): [Expr, Expr] {
-    const least = this.expression();
+  /** `LEAST to MOST` */
+  private span(): [Written, Written] {
+    const least = this.written();
     this.expectWord("to");
-    return [least, this.expression()];
+    return [least, this.written()];
   }
 
   /** Finds the globals that were used, now that all of them are known. */

@@ -1,11 +1,34 @@
 /** What is done at a place? Groups, selections, values, transforms, materials, calls, solids and enumerators. */
-import { argumentTwice, expected, Fault, missingArgument, tooManyArguments, unknown } from "../error.ts";
+import {
+  argumentTwice,
+  ELSE,
+  Fault,
+  missingNumber,
+  noStatement,
+  THEN,
+  tooManyArguments,
+  unclosed,
+  unknown,
+  withoutLet,
+} from "../error.ts";
 import { type Formals, IMPOSTOR, listsOf, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
-import { type At, type Expr, rowOf, type Statement, TRANSFORMS, type Transform } from "../syntax.ts";
-import { ExpressionParser } from "./expressions.ts";
+import { type At, isBuiltIn, rowOf, type Statement, TRANSFORMS, type Transform, type Written } from "../syntax.ts";
+import { ExpressionParser, unnamed } from "./expressions.ts";
 
 const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
+/** Words with which a statement begins. */
+const STATEMENTS =
+  "called choose edges else for heights if impostor let model move paint roll scale scatter tilt turn viewpoint".split(
+    " ",
+  );
+/** Words with which a declaration begins. */
+export const DECLARATIONS = ["import", "parameter", "material", "function", "rule", "part"];
 const VALUE_NAME = "a name for the value";
+
+/** Words that nothing else can be called by, since statements and values begin with them. */
+export function isReserved(name: string): boolean {
+  return solidNamed(name) !== undefined || isBuiltIn(name) || STATEMENTS.includes(name) || DECLARATIONS.includes(name);
+}
 
 export class StatementParser extends ExpressionParser {
   statement(): Statement {
@@ -22,16 +45,16 @@ export class StatementParser extends ExpressionParser {
       case "let": {
         const { name } = this.name(VALUE_NAME);
         this.expect("=");
-        const value = rowOf("values", this.expression());
+        const value = rowOf("values", this.written());
         return { kind: "let", at, slot: this.bind(name), value };
       }
       case "if": {
-        const condition = rowOf("numbers", this.expression());
+        const condition = rowOf("numbers", this.written());
         const yes = this.inner();
         return { kind: "if", at, condition, yes, no: this.takesWord("else") ? this.inner() : undefined };
       }
       case "choose": {
-        const number = rowOf("numbers", this.expression());
+        const number = rowOf("numbers", this.written());
         return { kind: "choose", at, number, of: this.statements() };
       }
       case "for":
@@ -43,30 +66,33 @@ export class StatementParser extends ExpressionParser {
       case "heights":
         return this.heights(at);
       case "paint": {
+        if (this.next.kind === "name" && isReserved(this.next.text)) throw this.expected("a material");
         const material = this.name("a material");
         const call = this.call(material.name, material.at, "material");
         return { kind: "paint", call, body: this.inner() };
       }
       case "called": {
         const name = this.text("a name in quotes");
-        return { kind: "called", name, body: this.inner() };
+        return { kind: "called", at, name, body: this.inner() };
       }
       case "viewpoint":
-        return { kind: "viewpoint", name: this.text("the viewpoint's name in quotes") };
+        return { kind: "viewpoint", at, name: this.text("the viewpoint's name in quotes") };
       case "impostor": {
         const numbers = this.givenTo("impostor", "parameter of an impostor", IMPOSTOR, at);
         return { kind: "impostor", at, numbers: rowOf("numbers", ...numbers) };
       }
       case "model":
-        return { kind: "model", path: this.text("a glTF file in quotes") };
+        return { kind: "model", at, path: this.text("a glTF file in quotes") };
     }
     const transform = TRANSFORMS.find((known) => known === word.text);
     if (transform) return this.placed(transform, at);
     const solid = solidNamed(word.text);
     if (solid) return this.solid(solid, at);
     if (this.isSymbol("(") || this.isSymbol(".")) return { kind: "call", call: this.call(word.text, at, "rule") };
-    this.skip(-1);
-    throw this.expected(A_STATEMENT);
+    if (word.text === "else") throw new Fault(at, ELSE);
+    if (word.text === "then") throw new Fault(at, THEN);
+    const isNamed = this.isSymbol("=");
+    throw new Fault(at, isNamed ? withoutLet(word.text) : noStatement(word.text, [...STATEMENTS, ...DECLARATIONS]));
   }
 
   private inner(): Statement {
@@ -75,10 +101,14 @@ export class StatementParser extends ExpressionParser {
 
   /** Statements in braces; what they bind is out of reach behind them. */
   private statements(): Statement[] {
+    const opened = this.next.at;
     this.expect("{");
     return this.enclosed(() => {
       const of: Statement[] = [];
-      while (!this.takes("}")) of.push(this.statement());
+      while (!this.takes("}")) {
+        if (this.next.kind === "end") throw new Fault(opened, unclosed("{", "}"));
+        of.push(this.statement());
+      }
       return of;
     });
   }
@@ -90,18 +120,10 @@ export class StatementParser extends ExpressionParser {
   private placed(transform: Transform, at: At): Statement {
     const args = this.args();
     const counts = { move: [3], scale: [1, 3], turn: [1], tilt: [1], roll: [1] }[transform];
-    if (!counts.includes(args.length) || args.some((argument) => argument.name !== undefined)) {
-      const usual = { move: "`move(x, y, z)`", scale: "`scale(factor)` or `scale(x, y, z)`" };
-      const wanted = transform === "move" || transform === "scale" ? usual[transform] : `\`${transform}(degrees)\``;
-      throw new Fault(at, expected(wanted, `\`${transform}\` with ${args.length} arguments`));
-    }
-    return {
-      kind: "place",
-      at,
-      transform,
-      by: rowOf("numbers", ...args.map((argument) => argument.value)),
-      body: this.inner(),
-    };
+    const usual = { move: "`move(x, y, z)`", scale: "`scale(factor)` or `scale(x, y, z)`" };
+    const usage = transform === "move" || transform === "scale" ? usual[transform] : `\`${transform}(degrees)\``;
+    const by = rowOf("numbers", ...unnamed(transform, at, args, counts, usage));
+    return { kind: "place", at, transform, by, body: this.inner() };
   }
 
   private solid(solid: SolidKind, at: At): Statement {
@@ -113,8 +135,8 @@ export class StatementParser extends ExpressionParser {
   }
 
   /** Arguments in brackets, each at the place of its formal; what is not given is what it is then. */
-  private givenTo(callee: string, what: string, formals: Formals, at: At): Expr[] {
-    const found: (Expr | undefined)[] = formals.map(() => undefined);
+  private givenTo(callee: string, what: string, formals: Formals, at: At): Written[] {
+    const found: (Written | undefined)[] = formals.map(() => undefined);
     this.args().forEach((argument, place) => {
       const { name } = argument;
       const index = name === undefined ? place : formals.findIndex(([known]) => known === name);
@@ -125,11 +147,14 @@ export class StatementParser extends ExpressionParser {
       const formal = formals[index];
       if (!formal) throw new Fault(argument.at, tooManyArguments(callee, formals.length));
       if (found[index]) throw new Fault(argument.at, argumentTwice(formal[0]));
-      found[index] = argument.value;
+      found[index] = argument;
     });
     const missing = formals.find(([, initial], i) => initial === undefined && !found[i]);
-    if (missing) throw new Fault(at, missingArgument(callee, missing[0]));
-    return found.map((given, i) => given ?? { kind: "number", value: formals[i]?.[1] ?? 0 });
+    if (missing) {
+      const needed = formals.filter(([, initial]) => initial === undefined).map(([name]) => name);
+      throw new Fault(at, missingNumber(callee, missing[0], `\`${callee}(${needed.join(", ")})\``));
+    }
+    return found.map((given, i) => given ?? { at, of: { kind: "number", value: formals[i]?.[1] ?? 0 } });
   }
 
   /** Names of values, separated by commas, not yet in reach. */
@@ -146,17 +171,17 @@ export class StatementParser extends ExpressionParser {
   }
 
   /** `WIDTH by DEPTH` */
-  private extent(): [Expr, Expr] {
-    const width = this.expression();
+  private extent(): [Written, Written] {
+    const width = this.written();
     this.expectWord("by");
-    return [width, this.expression()];
+    return [width, this.written()];
   }
 
   private repetition(at: At): Statement {
     const names = this.names();
     this.expectWord("in");
     const site = this.site();
-    const over = rowOf("values", this.expression());
+    const over = rowOf("values", this.written());
     return this.enclosed(() => {
       const slots = names.map((name) => this.bind(name));
       return { kind: "for", at, site, slots, over, body: this.statement() };
@@ -165,7 +190,7 @@ export class StatementParser extends ExpressionParser {
 
   private scattering(at: At): Statement {
     const site = this.site();
-    const count = this.expression();
+    const count = this.written();
     this.expectWord("as");
     const [x, z] = this.twoNames();
     this.expectWord("in");
@@ -183,11 +208,16 @@ export class StatementParser extends ExpressionParser {
     }
     this.expectWord("in");
     const site = this.site();
-    const polygon = rowOf("rows", this.expression());
+    const polygon = rowOf("rows", this.written());
     return this.enclosed(() => {
       const slots = names.map((name) => this.bind(name));
       return { kind: "edges", at, site, slots, polygon, body: this.statement() };
     });
+  }
+
+  private writtenBeforeSign(): Written {
+    const { at } = this.next;
+    return { at, of: this.valueBeforeSign() };
   }
 
   private heights(at: At): Statement {
@@ -195,11 +225,13 @@ export class StatementParser extends ExpressionParser {
     this.expectWord("in");
     const extent = this.extent();
     this.expectWord("steps");
-    const over = rowOf("numbers", ...extent, ...this.extent());
+    const along = this.writtenBeforeSign();
+    this.expectWord("by");
+    const over = rowOf("numbers", ...extent, along, this.writtenBeforeSign());
     this.expect("=");
     return this.enclosed(() => {
       const slots: [number, number] = [this.bind(x), this.bind(z)];
-      return { kind: "heights", at, slots, over, height: rowOf("numbers", this.expression()) };
+      return { kind: "heights", at, slots, over, height: rowOf("numbers", this.written()) };
     });
   }
 }

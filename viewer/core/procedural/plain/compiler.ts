@@ -2,7 +2,7 @@
  * Which code computes a row of expressions at one go? Most of what rules compute is numbers made of numbers; functions are
  * written out where they are called. As `made_plain` in `crates/scene/src/procedural/evaluator/plain.rs`.
  */
-import type { Expr, FunctionRule, Module, Row } from "../syntax.ts";
+import type { Expr, FunctionRule, Module, Row, Written } from "../syntax.ts";
 import * as code from "./code.ts";
 
 /** Thrown at what cannot be computed at one go. */
@@ -277,12 +277,12 @@ class Compiler {
     const { name, args, site } = expr;
     if (name === "count") {
       this.take(nesting + 1);
-      const [where, slot] = this.listed(args[0] as Expr, reach);
+      const [where, slot] = this.listed((args[0] as Written).of, reach);
       return this.made(code.COUNT, to, where, 0, slot);
     }
     const take = name === "mix" ? this.value : this.number;
-    const [a = 0, b = 0] = args.slice(0, 2).map((argument) => take.call(this, argument, nesting, reach));
-    const third = args[2] && this.number(args[2], nesting, reach);
+    const [a = 0, b = 0] = args.slice(0, 2).map(({ of }) => take.call(this, of, nesting, reach));
+    const third = args[2] && this.number(args[2].of, nesting, reach);
     const sites = [...reach.sites, site];
     if (name === "random") {
       return args.length === 0
@@ -313,6 +313,6 @@ class Compiler {
     for (const slot of call.missing) {
       given[slot] = this.value(rule.formals[slot]?.initial?.of[0] as Expr, nesting, inner);
     }
-    return this.value(rule.value, nesting, inner, to);
+    return this.value(rule.value.of, nesting, inner, to);
   }
 }

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
-use belvedere_scene::procedural::{Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow};
+use belvedere_scene::procedural::{DcgError, Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow};
 
 use super::uri::relative_path;
 use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles};
@@ -103,11 +103,8 @@ fn planted(
 
 /// Reads rules and what they import.
 fn program(path: &str, bytes: Vec<u8>, ground: Ground) -> Result<Program, ImportError> {
-    let text = String::from_utf8(bytes).map_err(|cause| ImportError::RulesNotText {
-        file: path.to_owned(),
-        byte: cause.utf8_error().valid_up_to(),
-    })?;
     let file = path.rsplit_once('/').map_or(path, |(_, file)| file);
+    let text = DcgError::text_of(file, bytes)?;
     Ok(Program::read(file, text, &Beside::of(path, ground))?)
 }
 
@@ -214,7 +211,12 @@ impl Loader for Beside<'_> {
             .files
             .read(&path, MAX_TEXT_BYTES as u64)
             .map_err(|cause| cause.to_string())?;
-        String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())
+        DcgError::text_of(&path, bytes).map_err(|error| {
+            let DcgError {
+                line, column, problem, ..
+            } = *error;
+            format!("line {line}, column {column}: {problem}")
+        })
     }
 }
 

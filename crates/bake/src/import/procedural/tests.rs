@@ -275,7 +275,7 @@ fn a_part_that_cannot_be_grown_alone_has_one_pose_and_one_without_a_phase_none()
     );
     let said = refused.map(|_| ()).unwrap_err().to_string();
     assert!(
-        said.contains("line 2, column 3: `frames` needs a parameter `phase`"),
+        said.contains("line 2, column 12: `frames` needs a parameter `phase`"),
         "{said}"
     );
 }

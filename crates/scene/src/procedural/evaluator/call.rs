@@ -49,7 +49,7 @@ impl<'p> Evaluator<'p> {
             level: 0,
         };
         self.bind((scope, call), &inner, (&function.formals, function.slots))?;
-        let value = self.value(&inner, function.at, &function.value)?;
+        let value = self.written(&inner, &function.value)?;
         self.stack.truncate(inner.base);
         Ok(value)
     }
@@ -74,12 +74,12 @@ impl<'p> Evaluator<'p> {
         self.stack.resize(inner.base + slots as usize, Value::NONE);
         for (slot, given) in call.given.iter().enumerate() {
             if let Some(argument) = given.map(|i| &call.arguments[i]) {
-                self.stack[inner.base + slot] = self.value(scope, argument.at, &argument.value)?;
+                self.stack[inner.base + slot] = self.written(scope, &argument.value)?;
             }
         }
         for (slot, (formal, given)) in formals.iter().zip(&call.given).enumerate() {
             if let (None, Some(default)) = (given, &formal.default) {
-                self.stack[inner.base + slot] = self.value(inner, formal.at, default)?;
+                self.stack[inner.base + slot] = self.written(inner, default)?;
             }
         }
         Ok(())
@@ -90,7 +90,7 @@ impl<'p> Evaluator<'p> {
         let id = self.first_rule[scope.module] + index;
         scope.level = self.open[id];
         let body = match &rule.levels {
-            Some(levels) if f64::from(scope.level) >= self.number(&scope, rule.at, levels, "`levels`")? => {
+            Some(levels) if f64::from(scope.level) >= self.number(&scope, levels.at, &levels.of, "`levels`")? => {
                 rule.then.as_ref()
             }
             _ => Some(&rule.body),

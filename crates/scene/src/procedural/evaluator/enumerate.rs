@@ -4,10 +4,10 @@
 use super::straight::Turns;
 use super::{Evaluator, Outcome, Scope, Turtle};
 use crate::procedural::affine::Affine;
-use crate::procedural::error::Problem;
+use crate::procedural::problem::Problem;
 use crate::procedural::random::{fraction, step};
 use crate::procedural::solid::outline;
-use crate::procedural::syntax::{At, Expr, Statement};
+use crate::procedural::syntax::{At, Statement, Written};
 use crate::procedural::value::Value;
 
 /// Most members of one population.
@@ -17,22 +17,24 @@ const MAX_EXTENT: f64 = 1e6;
 /// The plastic number's inverse and its square: steps of the most even sequence in the plane (Roberts 2018).
 const EVEN_STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
-/// A scope, a place in the text and the word that the enumerator adds to the path.
-type Site<'s> = (&'s Scope, At, u32);
+/// A scope and the word that the enumerator adds to the path.
+type Site<'s> = (&'s Scope, u32);
 
 impl<'p> Evaluator<'p> {
     /// `for`: over numbers from 0, or over the items of a list.
     pub(super) fn repeat(
         &mut self,
-        (scope, at, site): Site,
+        (scope, site): Site,
         turtle: &Turtle,
-        (slots, over): (&'p [u32], &'p Expr),
+        (slots, over): (&'p [u32], &'p Written),
         (plan, body): (u32, &'p Statement),
     ) -> Outcome<()> {
         let path = step(scope.path, site);
-        match self.value(scope, at, over)? {
+        match self.written(scope, over)? {
             Value::Number(count) => {
-                let count = self.within((scope, at), count, "a count", (0.0, MAX_COUNT))?.floor() as u32;
+                let count = self
+                    .within((scope, over.at), count, "a count", (0.0, MAX_COUNT))?
+                    .floor() as u32;
                 let turns = Turns {
                     count: if slots.len() == 1 { count as usize } else { 0 },
                     path: Some(path),
@@ -44,7 +46,7 @@ impl<'p> Evaluator<'p> {
                         path: step(path, i),
                         ..*scope
                     };
-                    self.assign((scope, at), slots, Value::Number(i.into()))?;
+                    self.assign((scope, over.at), slots, Value::Number(i.into()))?;
                     self.visit(&inner, turtle, body)?;
                 }
             }
@@ -60,7 +62,7 @@ impl<'p> Evaluator<'p> {
                         path: step(path, i as u32),
                         ..*scope
                     };
-                    self.assign((scope, at), slots, item.clone())?;
+                    self.assign((scope, over.at), slots, item.clone())?;
                     self.visit(&inner, turtle, body)?;
                 }
             }
@@ -88,15 +90,15 @@ impl<'p> Evaluator<'p> {
     /// `scatter`: evenly over a rectangle around the origin, beginning anywhere.
     pub(super) fn scatter(
         &mut self,
-        (scope, at, site): Site,
+        (scope, site): Site,
         turtle: &Turtle,
-        (slots, count, over): ([u32; 2], &'p Expr, &'p [Expr; 2]),
+        (slots, count, over): ([u32; 2], &'p Written, &'p [Written; 2]),
         body: &'p Statement,
     ) -> Outcome<()> {
         let path = step(scope.path, site);
-        let count = self.ranged((scope, at), count, "a count", (0.0, MAX_COUNT))?.floor() as u32;
-        let width = self.ranged((scope, at), &over[0], "a width", (0.0, MAX_EXTENT))?;
-        let depth = self.ranged((scope, at), &over[1], "a depth", (0.0, MAX_EXTENT))?;
+        let count = self.ranged(scope, count, "a count", (0.0, MAX_COUNT))?.floor() as u32;
+        let width = self.ranged(scope, &over[0], "a width", (0.0, MAX_EXTENT))?;
+        let depth = self.ranged(scope, &over[1], "a depth", (0.0, MAX_EXTENT))?;
         let start = [0, 1].map(|axis| fraction(step(path, axis)));
         for i in 0..count {
             let inner = Scope {
@@ -115,14 +117,14 @@ impl<'p> Evaluator<'p> {
     /// `edges`: along each edge of a polygon, with x along the edge and z outwards.
     pub(super) fn follow_edges(
         &mut self,
-        (scope, at, site): Site,
+        (scope, site): Site,
         turtle: &Turtle,
-        (slots, polygon): (&'p [u32], &'p Expr),
+        (slots, polygon): (&'p [u32], &'p Written),
         body: &'p Statement,
     ) -> Outcome<()> {
         let path = step(scope.path, site);
-        let polygon = self.value(scope, at, polygon)?;
-        let corners = outline(&self.polygon(scope, at, &polygon)?);
+        let corners = self.written(scope, polygon)?;
+        let corners = outline(&self.polygon(scope, polygon.at, &corners)?);
         for (i, &[x, z]) in corners.iter().enumerate() {
             let [to_x, to_z] = corners[(i + 1) % corners.len()];
             let (dx, dz) = (to_x - x, to_z - z);

@@ -1,10 +1,10 @@
 //! What is the value of an expression?
 
 use super::{Evaluator, Outcome, Scope};
-use crate::procedural::error::Problem;
 use crate::procedural::limits::{MAX_LIST, MAX_LIST_DEPTH, reached};
 use crate::procedural::operation::{BuiltIn, MAX_NOISE, MAX_OCTAVES, MAX_POWER, Operator, fractal, random, truth};
-use crate::procedural::syntax::{At, Expr};
+use crate::procedural::problem::Problem;
+use crate::procedural::syntax::{At, Expr, Written};
 use crate::procedural::value::Value;
 
 impl<'p> Evaluator<'p> {
@@ -47,6 +47,10 @@ impl<'p> Evaluator<'p> {
         Ok(value)
     }
 
+    pub(super) fn written(&mut self, scope: &Scope, written: &'p Written) -> Outcome<Value> {
+        self.value(scope, written.at, &written.of)
+    }
+
     /// A value that must be a number; `what` it is for.
     pub(super) fn number(&mut self, scope: &Scope, at: At, expr: &'p Expr, what: &'static str) -> Outcome<f64> {
         match expr {
@@ -69,20 +73,25 @@ impl<'p> Evaluator<'p> {
         }
     }
 
-    pub(super) fn condition(&mut self, scope: &Scope, at: At, expr: &'p Expr) -> Outcome<bool> {
+    /// The same, said of where it is written.
+    pub(super) fn number_of(&mut self, scope: &Scope, written: &'p Written, what: &'static str) -> Outcome<f64> {
+        self.number(scope, written.at, &written.of, what)
+    }
+
+    fn condition(&mut self, scope: &Scope, at: At, expr: &'p Expr) -> Outcome<bool> {
         Ok(self.number(scope, at, expr, "a condition")? != 0.0)
     }
 
     /// A number within a range.
     pub(super) fn ranged(
         &mut self,
-        (scope, at): (&Scope, At),
-        expr: &'p Expr,
+        scope: &Scope,
+        written: &'p Written,
         what: &'static str,
-        (min, max): (f64, f64),
+        range: (f64, f64),
     ) -> Outcome<f64> {
-        let value = self.number(scope, at, expr, what)?;
-        self.within((scope, at), value, what, (min, max))
+        let value = self.number_of(scope, written, what)?;
+        self.within((scope, written.at), value, what, range)
     }
 
     pub(super) fn within(
@@ -204,9 +213,10 @@ impl<'p> Evaluator<'p> {
         }
     }
 
-    fn built_in(&mut self, scope: &Scope, at: At, name: BuiltIn, site: u32, arguments: &'p [Expr]) -> Outcome<f64> {
+    fn built_in(&mut self, scope: &Scope, at: At, name: BuiltIn, site: u32, arguments: &'p [Written]) -> Outcome<f64> {
         if name == BuiltIn::Count {
-            let list = self.items(scope, at, &arguments[0], "what is counted")?;
+            let Written { at, of } = &arguments[0];
+            let list = self.items(scope, *at, of, "what is counted")?;
             return Ok(if let Value::List(items, _) = list {
                 items.len() as f64
             } else {
@@ -215,18 +225,19 @@ impl<'p> Evaluator<'p> {
         }
         let mut numbers = [0.0; 3];
         for (number, argument) in numbers.iter_mut().zip(arguments) {
-            *number = self.number(scope, at, argument, "an argument of this function")?;
+            *number = self.number_of(scope, argument, "an argument of this function")?;
         }
         let [a, b, c] = numbers;
+        let wrong = |argument: usize, problem| self.error(scope.module, arguments[argument].at, problem);
         let result = match name {
-            BuiltIn::Mod if b == 0.0 => return self.error(scope.module, at, Problem::DivisionByZero),
-            BuiltIn::Noise => self.fractal((scope, at), [a, b], 1.0)?,
-            BuiltIn::Fractal => self.fractal((scope, at), [a, b], c)?,
+            BuiltIn::Mod if b == 0.0 => return wrong(1, Problem::DivisionByZero),
+            BuiltIn::Noise => self.fractal((scope, at), arguments, [a, b], 1.0)?,
+            BuiltIn::Fractal => self.fractal((scope, at), arguments, [a, b], c)?,
             BuiltIn::Power => {
-                self.within((scope, at), b, "a power", (-MAX_POWER, MAX_POWER))?;
+                self.within((scope, arguments[1].at), b, "a power", (-MAX_POWER, MAX_POWER))?;
                 if b != b.floor() {
                     let (what, wanted) = ("a power", "a whole number; roots are taken by `sqrt`");
-                    return self.error(scope.module, at, Problem::Shape { what, wanted });
+                    return wrong(1, Problem::Shape { what, wanted });
                 }
                 name.of(a, b, c)
             }
@@ -234,33 +245,35 @@ impl<'p> Evaluator<'p> {
             BuiltIn::Random => a + (b - a) * random(scope.path, site),
             BuiltIn::Sqrt if a < 0.0 => {
                 let (what, wanted) = ("what a root is taken of", "0 or more");
-                return self.error(scope.module, at, Problem::Shape { what, wanted });
+                return wrong(0, Problem::Shape { what, wanted });
             }
             _ => name.of(a, b, c),
         };
         self.finite(scope, at, result, "this result")
     }
 
-    fn fractal(&mut self, (scope, at): (&Scope, At), place: [f64; 2], octaves: f64) -> Outcome<f64> {
-        let octaves = self
-            .within((scope, at), octaves, "octaves", (1.0, MAX_OCTAVES))?
-            .floor() as u32;
+    fn fractal(
+        &mut self,
+        (scope, at): (&Scope, At),
+        arguments: &[Written],
+        place: [f64; 2],
+        octaves: f64,
+    ) -> Outcome<f64> {
+        let octaves_at = arguments.get(2).map_or(at, |argument| argument.at);
+        let octaves = self.within((scope, octaves_at), octaves, "octaves", (1.0, MAX_OCTAVES))?;
+        let octaves = octaves.floor() as u32;
         self.count(scope, at, octaves.into())?;
-        fractal(self.settings.seed, place, octaves).or_else(|far| {
-            self.within(
-                (scope, at),
-                far,
-                "a coordinate of noise, without its sign,",
-                (0.0, MAX_NOISE),
-            )
+        fractal(self.settings.seed, place, octaves).or_else(|(axis, far)| {
+            let what = "a coordinate of noise, without its sign,";
+            self.within((scope, arguments[axis].at), far, what, (0.0, MAX_NOISE))
         })
     }
 
     /// Between two numbers, or item by item between two lists.
-    fn mix(&mut self, scope: &Scope, at: At, arguments: &'p [Expr]) -> Outcome<Value> {
-        let from = self.value(scope, at, &arguments[0])?;
-        let to = self.value(scope, at, &arguments[1])?;
-        let part = self.number(scope, at, &arguments[2], "the third argument of `mix`")?;
+    fn mix(&mut self, scope: &Scope, at: At, arguments: &'p [Written]) -> Outcome<Value> {
+        let from = self.written(scope, &arguments[0])?;
+        let to = self.written(scope, &arguments[1])?;
+        let part = self.number_of(scope, &arguments[2], "the third argument of `mix`")?;
         self.count(scope, at, from.size() as u64)?;
         self.mixed((scope, at), &from, &to, part)
     }

@@ -2,11 +2,11 @@
 
 use super::{Evaluator, Outcome, Scope, listed};
 use crate::procedural::arithmetic::linear_light;
-use crate::procedural::error::Problem;
 use crate::procedural::grown::Surface;
 use crate::procedural::limits::reached;
+use crate::procedural::problem::Problem;
 use crate::procedural::random::step_name;
-use crate::procedural::syntax::{At, Expr, MaterialRule, Property};
+use crate::procedural::syntax::{MaterialRule, Property, Written};
 use crate::procedural::value::Value;
 
 impl<'p> Evaluator<'p> {
@@ -61,34 +61,34 @@ impl<'p> Evaluator<'p> {
             ..Surface::default()
         };
         for (property, value) in &rule.properties {
-            let mut share = |name| self.ranged((scope, rule.at), value, name, (0.0, 1.0));
+            let mut share = |name| self.ranged(scope, value, name, (0.0, 1.0));
             match property {
                 Property::Roughness => surface.roughness = share("roughness")?,
                 Property::Metallic => surface.metallic = share("metallic")?,
                 Property::Opacity => surface.opacity = share("opacity")?,
                 Property::DoubleSided => surface.double_sided = share("double_sided")? != 0.0,
                 Property::Recolour => surface.recolour = share("recolour")? != 0.0,
-                Property::Colour => surface.colour = self.colour(scope, rule.at, value)?,
-                Property::Emissive => surface.emissive = self.colour(scope, rule.at, value)?,
+                Property::Colour => surface.colour = self.colour(scope, value)?,
+                Property::Emissive => surface.emissive = self.colour(scope, value)?,
             }
         }
         Ok(surface)
     }
 
     /// Linear light of a colour.
-    fn colour(&mut self, scope: &Scope, at: At, expr: &'p Expr) -> Outcome<[f64; 3]> {
-        let value = self.value(scope, at, expr)?;
+    fn colour(&mut self, scope: &Scope, written: &'p Written) -> Outcome<[f64; 3]> {
+        let value = self.written(scope, written)?;
         let channels = match &value {
             Value::List(items, _) if items.len() == 3 => items.iter().map(|item| match item {
                 Value::Number(channel) if (0.0..=1.0).contains(channel) => Some(linear_light(*channel)),
                 _ => None,
             }),
-            _ => return self.error(scope.module, at, COLOUR),
+            _ => return self.error(scope.module, written.at, COLOUR),
         };
         let channels: Option<Vec<f64>> = channels.collect();
         match channels.as_deref() {
             Some(&[r, g, b]) => Ok([r, g, b]),
-            _ => self.error(scope.module, at, COLOUR),
+            _ => self.error(scope.module, written.at, COLOUR),
         }
     }
 }

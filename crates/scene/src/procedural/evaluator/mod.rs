@@ -7,7 +7,8 @@
 //! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times.
 //! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values.
 //! * [`straight`] does at one go what makes no choice.
-//! * [`expression`] computes values, [`plain`] many of them at one go, [`terminal`] makes solids and [`material`] surfaces of them.
+//! * [`expression`] computes values, [`plain`] many of them at one go, [`terminal`] makes solids and [`material`] surfaces of
+//!   them, [`wish`] pictures.
 
 mod call;
 mod enumerate;
@@ -19,6 +20,7 @@ mod plain;
 mod statement;
 mod straight;
 mod terminal;
+mod wish;
 
 pub use part::PHASE;
 use straight::Plans;
@@ -26,10 +28,11 @@ use straight::Plans;
 use std::collections::{BTreeMap, HashMap};
 
 use super::affine::Affine;
-use super::error::{DcgError, Problem};
+use super::error::DcgError;
 use super::grown::{Grown, Part, Surface};
 use super::limits::{FINEST, Limits, MAX_KEPT, Usage, reached};
 use super::link::Program;
+use super::problem::Problem;
 use super::solid::Tools;
 use super::syntax::{At, Rule};
 use super::value::Value;
@@ -252,7 +255,7 @@ impl<'p> Evaluator<'p> {
     fn refused(&self, scope: &Scope, at: At) -> Outcome<()> {
         let Limits { nesting, steps, .. } = self.settings.limits;
         let reached = if self.nesting > nesting {
-            reached("nesting", nesting.into())
+            reached("levels of nesting", nesting.into())
         } else {
             reached("steps", steps)
         };

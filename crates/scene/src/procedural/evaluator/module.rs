@@ -3,20 +3,24 @@
 use super::part::PHASE;
 use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle, listed};
 use crate::procedural::affine::Affine;
-use crate::procedural::error::Problem;
 use crate::procedural::grown::Part;
-use crate::procedural::syntax::{At, Call};
+use crate::procedural::problem::Problem;
+use crate::procedural::syntax::{At, Call, Parameter};
 use crate::procedural::value::Value;
+
+/// A value, and the module and place that say it.
+type Given = (Value, (usize, At));
 
 impl<'p> Evaluator<'p> {
     /// Grows the first file with the parameters from outside.
     pub(super) fn grow_model(&mut self) -> Outcome<()> {
         self.program.refuse_unknown(self.settings.parameters.keys())?;
         let module = &self.program.modules[0];
-        let given = module
-            .parameters
-            .iter()
-            .map(|p| self.settings.parameters.get(&p.formal.name).cloned());
+        let given = module.parameters.iter().map(|Parameter { formal, .. }| {
+            let value = self.settings.parameters.get(&formal.name)?;
+            // What is given from outside has no place but the parameter's own.
+            Some((value.clone(), (0, formal.at)))
+        });
         let turtle = Turtle {
             frame: Affine::IDENTITY,
             material: 0,
@@ -45,7 +49,10 @@ impl<'p> Evaluator<'p> {
         let mut given = Vec::new();
         for argument in &call.given {
             given.push(match argument.map(|i| &call.arguments[i]) {
-                Some(argument) => Some(self.value(scope, argument.at, &argument.value)?),
+                Some(argument) => {
+                    let value = self.written(scope, &argument.value)?;
+                    Some((value, (scope.module, argument.value.at)))
+                }
                 None => None,
             });
         }
@@ -109,7 +116,7 @@ impl<'p> Evaluator<'p> {
     fn instance(
         &mut self,
         module: usize,
-        given: Vec<Option<Value>>,
+        given: Vec<Option<Given>>,
         caller: Option<(usize, At)>,
     ) -> Outcome<(usize, u32)> {
         let file = &self.program.modules[module];
@@ -130,43 +137,12 @@ impl<'p> Evaluator<'p> {
             level: 0,
         };
         for (slot, (parameter, given)) in file.parameters.iter().zip(given).enumerate() {
-            let is_given = given.is_some();
-            let value = match (given, &parameter.formal.default) {
-                (Some(value), _) => value,
-                (None, Some(default)) => self.value(&scope, parameter.formal.at, default)?,
-                (None, None) => Value::NONE,
+            let (value, place) = match (given, &parameter.formal.default) {
+                (Some(given), _) => given,
+                (None, Some(default)) => (self.written(&scope, default)?, (module, default.at)),
+                (None, None) => (Value::NONE, (module, parameter.formal.at)),
             };
-            if let Some((least, most)) = &parameter.range {
-                let min = self.number(&scope, parameter.formal.at, least, "the least value")?;
-                let max = self.number(&scope, parameter.formal.at, most, "the most value")?;
-                if min > max {
-                    let (what, wanted) = ("this range", "from the least value to the most");
-                    return self.error(module, parameter.formal.at, Problem::Shape { what, wanted });
-                }
-                let Value::Number(number) = value else {
-                    return self.error(
-                        module,
-                        parameter.formal.at,
-                        Problem::NotANumber("a parameter with a range"),
-                    );
-                };
-                if number < min || number > max {
-                    let what = format!("`{}`", parameter.formal.name);
-                    // What is given from outside has no place but the parameter's own.
-                    let own = (module, parameter.formal.at);
-                    let (module, at) = caller.filter(|_| is_given).unwrap_or(own);
-                    return self.error(
-                        module,
-                        at,
-                        Problem::OutOfRange {
-                            what,
-                            value: number,
-                            min,
-                            max,
-                        },
-                    );
-                }
-            }
+            self.check_range(&scope, parameter, &value, place)?;
             scope.path = value.step(scope.path);
             self.instances[instance].values[slot] = Some(value);
         }
@@ -185,12 +161,38 @@ impl<'p> Evaluator<'p> {
             return Ok((known, scope.path));
         }
         for (i, global) in file.globals.iter().enumerate() {
-            let value = self.value(&scope, global.at, &global.value)?;
+            let value = self.written(&scope, &global.value)?;
             self.keep((module, global.at), value.size())?;
             self.instances[instance].values[file.parameters.len() + i] = Some(value);
         }
         self.keep(place, key.len())?;
         self.known.insert(key, instance);
         Ok((instance, scope.path))
+    }
+
+    fn check_range(
+        &mut self,
+        scope: &Scope,
+        parameter: &'p Parameter,
+        value: &Value,
+        (module, at): (usize, At),
+    ) -> Outcome<()> {
+        let Some([least, most]) = &parameter.range else {
+            return Ok(());
+        };
+        let min = self.number_of(scope, least, "the least value")?;
+        let max = self.number_of(scope, most, "the most value")?;
+        if min > max {
+            let (what, wanted) = ("this range", "from the least value to the most");
+            return self.error(scope.module, least.at, Problem::Shape { what, wanted });
+        }
+        let Value::Number(value) = *value else {
+            return self.error(module, at, Problem::NotANumber("a parameter with a range"));
+        };
+        if min <= value && value <= max {
+            return Ok(());
+        }
+        let what = format!("`{}`", parameter.formal.name);
+        self.error(module, at, Problem::OutOfRange { what, value, min, max })
     }
 }

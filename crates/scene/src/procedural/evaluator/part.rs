@@ -5,12 +5,12 @@
 use super::{Account, Evaluator, Outcome, Scope, Turtle, listed};
 use crate::Bounds;
 use crate::procedural::affine::Affine;
-use crate::procedural::error::Problem;
 use crate::procedural::grown::{Part, Placement};
 use crate::procedural::limits::reached;
+use crate::procedural::problem::Problem;
 use crate::procedural::random::step_name;
 use crate::procedural::recipe::Recipe;
-use crate::procedural::syntax::{At, Expr, Rule, Statement};
+use crate::procedural::syntax::{At, Rule, Statement, Written};
 use crate::procedural::value::Value;
 
 /// The parameter by which a part or a file moves: the share of a round of its movement that is over.
@@ -97,12 +97,12 @@ impl<'p> Evaluator<'p> {
     }
 
     fn declared_bounds(&mut self, scope: &Scope, rule: &'p Rule) -> Outcome<Option<Bounds>> {
-        let Some((least, most)) = &rule.within else {
+        let Some([least, most]) = &rule.within else {
             return Ok(None);
         };
-        let mut corner = |expr: &'p Expr| {
-            let value = self.value(scope, rule.at, expr)?;
-            self.point3(scope, rule.at, &value)
+        let mut corner = |written: &'p Written| {
+            let value = self.written(scope, written)?;
+            self.point3(scope, written.at, &value)
         };
         Ok(Some(Bounds::around([corner(least)?, corner(most)?])))
     }
@@ -127,16 +127,16 @@ impl<'p> Evaluator<'p> {
     /// Statements whose geometry is named: a part of its own that is not shared.
     pub(super) fn visit_called(
         &mut self,
-        scope: &Scope,
+        (scope, at): (&Scope, At),
         turtle: &Turtle,
         name: &str,
         body: &'p Statement,
     ) -> Outcome<()> {
-        let part = self.begin((scope, 0), name, true)?;
-        self.keep_name((scope.module, 0), name)?;
+        let part = self.begin((scope, at), name, true)?;
+        self.keep_name((scope.module, at), name)?;
         self.inside(part, turtle.material, false, |e, turtle| e.visit(scope, turtle, body))?;
         self.accounts[part].finished = true;
-        self.place_known((scope, 0), turtle, part)
+        self.place_known((scope, at), turtle, part)
     }
 
     pub(super) fn check_parts(&self, (scope, at): (&Scope, At)) -> Outcome<()> {

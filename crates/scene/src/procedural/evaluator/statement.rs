@@ -1,8 +1,9 @@
 //! What does a node do when the traversal comes to it?
 
+use super::terminal::outline_at;
 use super::{Evaluator, Outcome, Scope, Turtle};
-use crate::procedural::error::Problem;
-use crate::procedural::syntax::{At, Expr, Statement, Transform};
+use crate::procedural::problem::Problem;
+use crate::procedural::syntax::{At, Statement, Transform, Written};
 use crate::procedural::value::Value;
 
 /// Farthest move and largest scale, so that a model stays within reach of numbers.
@@ -28,8 +29,8 @@ impl<'p> Evaluator<'p> {
     fn act(&mut self, scope: &Scope, turtle: &Turtle, statement: &'p Statement) -> Outcome<()> {
         match statement {
             Statement::Group { of, .. } => of.iter().try_for_each(|inner| self.visit(scope, turtle, inner)),
-            Statement::Let { slot, value, at } => {
-                let value = self.value(scope, *at, value)?;
+            Statement::Let { slot, value, .. } => {
+                let value = self.written(scope, value)?;
                 *self.local(scope, *slot) = value;
                 Ok(())
             }
@@ -37,14 +38,14 @@ impl<'p> Evaluator<'p> {
                 condition,
                 then,
                 otherwise,
-                at,
-            } => match (self.condition(scope, *at, condition)?, otherwise) {
+                ..
+            } => match (self.number_of(scope, condition, "a condition")? != 0.0, otherwise) {
                 (true, _) => self.visit(scope, turtle, then),
                 (false, Some(otherwise)) => self.visit(scope, turtle, otherwise),
                 (false, None) => Ok(()),
             },
-            Statement::Choose { number, of, at } => {
-                let number = self.number(scope, *at, number, "what is chosen by")?.floor();
+            Statement::Choose { number, of, .. } => {
+                let number = self.number_of(scope, number, "what is chosen by")?.floor();
                 let last = of.len() as f64 - 1.0;
                 match of.get(number.clamp(0.0, last.max(0.0)) as usize) {
                     Some(chosen) => self.visit(scope, turtle, chosen),
@@ -65,17 +66,17 @@ impl<'p> Evaluator<'p> {
                 let material = self.surface(scope, *call)?;
                 self.visit(scope, &Turtle { material, ..*turtle }, body)
             }
-            Statement::Called { name, body } => self.visit_called(scope, turtle, name, body),
+            Statement::Called { at, name, body } => self.visit_called((scope, *at), turtle, name, body),
             Statement::Call { call, .. } => self.follow(scope, turtle, *call),
             Statement::Solid {
                 kind, at, arguments, ..
             } => {
                 let solid = self.solid((scope, *at), *kind, arguments)?;
-                self.add((scope, *at), turtle, &solid)
+                self.add((scope, *at, outline_at(*kind, arguments, *at)), turtle, &solid)
             }
-            Statement::Viewpoint(name) => {
-                self.count_placements((scope, 0), 1)?;
-                self.keep_name((scope.module, 0), name)?;
+            Statement::Viewpoint { at, name } => {
+                self.count_placements((scope, *at), 1)?;
+                self.keep_name((scope.module, *at), name)?;
                 self.parts[self.part].viewpoints.push((name.clone(), turtle.frame));
                 Ok(())
             }
@@ -84,35 +85,35 @@ impl<'p> Evaluator<'p> {
                 self.parts[self.part].impostor = Some(wish);
                 Ok(())
             }
-            Statement::Model(path) => {
-                self.count_placements((scope, 0), 1)?;
-                self.keep_name((scope.module, 0), path)?;
+            Statement::Model { at, path } => {
+                self.count_placements((scope, *at), 1)?;
+                self.keep_name((scope.module, *at), path)?;
                 self.parts[self.part].models.push((path.clone(), turtle.frame));
                 Ok(())
             }
             Statement::For {
-                at,
                 site,
                 slots,
                 over,
                 body,
                 plan,
-            } => self.repeat((scope, *at, *site), turtle, (slots, over), (*plan, body)),
+                ..
+            } => self.repeat((scope, *site), turtle, (slots, over), (*plan, body)),
             Statement::Scatter {
-                at,
                 site,
                 slots,
                 count,
                 over,
                 body,
-            } => self.scatter((scope, *at, *site), turtle, (*slots, count, over), body),
+                ..
+            } => self.scatter((scope, *site), turtle, (*slots, count, over), body),
             Statement::Edges {
-                at,
                 site,
                 slots,
                 polygon,
                 body,
-            } => self.follow_edges((scope, *at, *site), turtle, (slots, polygon), body),
+                ..
+            } => self.follow_edges((scope, *site), turtle, (slots, polygon), body),
             Statement::Heights {
                 at,
                 slots,
@@ -122,7 +123,7 @@ impl<'p> Evaluator<'p> {
                 plan,
             } => {
                 let solid = self.heights((scope, *at), *slots, (over, steps), (*plan, height))?;
-                self.add((scope, *at), turtle, &solid)
+                self.add((scope, *at, *at), turtle, &solid)
             }
         }
     }
@@ -132,11 +133,11 @@ impl<'p> Evaluator<'p> {
         (scope, at): (&Scope, At),
         turtle: &Turtle,
         transform: Transform,
-        by: &'p [Expr],
+        by: &'p [Written],
     ) -> Outcome<Turtle> {
         let mut numbers = [0.0; 3];
-        for (number, expr) in numbers.iter_mut().zip(by) {
-            *number = self.ranged((scope, at), expr, "a transform", (-MAX_LENGTH, MAX_LENGTH))?;
+        for (number, written) in numbers.iter_mut().zip(by) {
+            *number = self.ranged(scope, written, "a transform", (-MAX_LENGTH, MAX_LENGTH))?;
         }
         let [x, y, z] = numbers;
         let frame = match transform {
@@ -146,16 +147,20 @@ impl<'p> Evaluator<'p> {
             Transform::Roll => turtle.frame.turned(2, x),
             Transform::Scale => {
                 let factors = if by.len() == 1 { [x; 3] } else { [x, y, z] };
-                if factors.iter().any(|factor| factor.abs() < MIN_SCALE) {
+                if let Some(least) = by.iter().zip(numbers).find(|(_, factor)| factor.abs() < MIN_SCALE) {
                     let (what, wanted) = ("a scale", "0.000001 or more, or as much below 0");
-                    return self.error(scope.module, at, Problem::Shape { what, wanted });
+                    return self.error(scope.module, least.0.at, Problem::Shape { what, wanted });
                 }
                 turtle.frame.scaled(factors)
             }
         };
         let numbers = frame.axes.iter().chain([&frame.origin]).flatten();
         if numbers.into_iter().any(|v| v.is_nan() || v.abs() > MAX_LENGTH) {
-            return self.error(scope.module, at, Problem::NotFinite("the place to which this leads"));
+            let (what, wanted) = (
+                "the place to which this leads",
+                "within 1000000000 m, and no more times as large",
+            );
+            return self.error(scope.module, at, Problem::Shape { what, wanted });
         }
         Ok(Turtle { frame, ..*turtle })
     }
@@ -164,6 +169,9 @@ impl<'p> Evaluator<'p> {
     fn place(&self, scope: &Scope, statement: &Statement) -> At {
         match statement {
             Statement::Let { at, .. }
+            | Statement::Called { at, .. }
+            | Statement::Viewpoint { at, .. }
+            | Statement::Model { at, .. }
             | Statement::If { at, .. }
             | Statement::Choose { at, .. }
             | Statement::Place { at, .. }
@@ -176,9 +184,7 @@ impl<'p> Evaluator<'p> {
             Statement::Call { call, .. } | Statement::Paint { call, .. } => {
                 self.program.modules[scope.module].calls[*call].at
             }
-            Statement::Called { body, .. } => self.place(scope, body),
             Statement::Group { of, .. } => of.first().map_or(0, |first| self.place(scope, first)),
-            Statement::Viewpoint(_) | Statement::Model(_) => 0,
         }
     }
 }

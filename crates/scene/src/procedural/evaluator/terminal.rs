@@ -3,27 +3,29 @@
 use std::sync::Arc;
 
 use super::{Evaluator, Outcome, Scope, Turtle};
-use crate::impostor::Wish;
-use crate::procedural::error::Problem;
 use crate::procedural::limits::{FINEST, MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached};
-use crate::procedural::solid::{Faces, Heights, IMPOSTOR, Mesh, SIDES, Solid, SolidKind, Writer};
-use crate::procedural::syntax::{At, Expr};
+use crate::procedural::problem::Problem;
+use crate::procedural::solid::{Faces, Heights, Mesh, SIDES, Solid, SolidKind, Writer};
+use crate::procedural::syntax::{At, Expr, Written};
 use crate::procedural::value::Value;
 
 /// Largest length of a solid, metres.
 pub(super) const MAX_LENGTH: f64 = 1e6;
-/// Shortest way of a round of steps.
-const LEAST_STRIDE: f64 = 1e-3;
 /// Most vertices of a mesh, so that indices and their differences stay within 32 bits.
 const MAX_VERTICES: usize = 1 << 30;
 
-type Place<'s> = (&'s Scope, At);
+pub(super) type Place<'s> = (&'s Scope, At);
 /// A solid and its arguments.
-type Given<'p> = (SolidKind, &'p [Option<Expr>]);
+type Given<'p> = (SolidKind, &'p [Option<Written>]);
 
 impl<'p> Evaluator<'p> {
-    /// Adds a solid to the part that is being made.
-    pub(super) fn add(&mut self, (scope, at): Place, turtle: &Turtle, solid: &Solid) -> Outcome<()> {
+    /// Adds a solid to the part that is being made. Its polygons, which may cross themselves, stand at a place of their own.
+    pub(super) fn add(
+        &mut self,
+        (scope, at, outline_at): (&Scope, At, At),
+        turtle: &Turtle,
+        solid: &Solid,
+    ) -> Outcome<()> {
         let part = &mut self.parts[self.part];
         part.bounds = part.bounds.union(&turtle.frame.bounds(&solid.extent()));
         if self.measuring {
@@ -55,135 +57,105 @@ impl<'p> Evaluator<'p> {
         if mesh.positions.len() > MAX_VERTICES {
             return self.error(scope.module, at, reached("triangles", limit));
         }
-        written.or_else(|problem| self.error(scope.module, at, problem))
+        written.or_else(|problem| self.error(scope.module, outline_at, problem))
     }
 
-    pub(super) fn solid(&mut self, place: Place, kind: SolidKind, arguments: &'p [Option<Expr>]) -> Outcome<Solid> {
+    pub(super) fn solid(&mut self, place: Place, kind: SolidKind, arguments: &'p [Option<Written>]) -> Outcome<Solid> {
         let given = (kind, arguments);
+        let scope = place.0;
         Ok(match kind {
             SolidKind::Box => Solid::Box([
-                self.length(place, given, 0)?,
-                self.length(place, given, 1)?,
-                self.length(place, given, 2)?,
+                self.length(scope, given, 0)?,
+                self.length(scope, given, 1)?,
+                self.length(scope, given, 2)?,
             ]),
             SolidKind::Cone => Solid::Cone {
-                radii: [self.length(place, given, 0)?, self.length(place, given, 2)?],
-                height: self.length(place, given, 1)?,
-                sides: self.sides(place, given, 3)?,
-                closed: self.flag(place, given, 4)?,
+                radii: [self.length(scope, given, 0)?, self.length(scope, given, 2)?],
+                height: self.length(scope, given, 1)?,
+                sides: self.sides(scope, given, 3)?,
+                closed: self.flag(scope, given, 4)?,
             },
             SolidKind::Cylinder => {
-                let radius = self.length(place, given, 0)?;
+                let radius = self.length(scope, given, 0)?;
                 Solid::Cone {
                     radii: [radius, radius],
-                    height: self.length(place, given, 1)?,
-                    sides: self.sides(place, given, 2)?,
-                    closed: self.flag(place, given, 3)?,
+                    height: self.length(scope, given, 1)?,
+                    sides: self.sides(scope, given, 2)?,
+                    closed: self.flag(scope, given, 3)?,
                 }
             }
             SolidKind::Sphere => Solid::Sphere {
-                radius: self.length(place, given, 0)?,
-                sides: self.sides(place, given, 1)?,
+                radius: self.length(scope, given, 0)?,
+                sides: self.sides(scope, given, 1)?,
             },
             SolidKind::Lathe => {
-                let profile = self.corners(place, arguments[0].as_ref(), 2)?;
+                let profile = self.corners(scope, arguments[0].as_ref(), 2)?;
                 if profile.iter().any(|[radius, _]| *radius < 0.0) {
-                    return self.error(place.0.module, place.1, shape("a radius of a profile", "0 or more"));
+                    let at = outline_at(kind, arguments, place.1);
+                    return self.error(scope.module, at, shape("a radius of a profile", "0 or more"));
                 }
                 Solid::Lathe {
                     profile,
-                    sides: self.sides(place, given, 1)?,
-                    smooth: self.flag(place, given, 2)?,
+                    sides: self.sides(scope, given, 1)?,
+                    smooth: self.flag(scope, given, 2)?,
                 }
             }
             SolidKind::Prism => {
-                let footprint = self.corners(place, arguments[0].as_ref(), 3)?;
+                let footprint = self.corners(scope, arguments[0].as_ref(), 3)?;
                 self.count_ears(place, footprint.len())?;
-                let height = self.length(place, given, 1)?;
+                let height = self.length(scope, given, 1)?;
                 Solid::Prism { footprint, height }
             }
             SolidKind::Polygon => {
-                let points = self.points(place, arguments[0].as_ref())?;
+                let points = self.points(scope, arguments[0].as_ref())?;
                 let faces = Faces::one(points.len() as u32);
-                self.mesh(place, points, faces)?
+                self.mesh(place, outline_at(kind, arguments, place.1), (points, faces))?
             }
             SolidKind::Mesh => {
-                let points = self.points(place, arguments[0].as_ref())?;
-                let faces = self.faces(place, arguments[1].as_ref(), points.len())?;
-                self.mesh(place, points, faces)?
+                let points = self.points(scope, arguments[0].as_ref())?;
+                let faces = self.faces(scope, arguments[1].as_ref(), points.len())?;
+                self.mesh(place, outline_at(kind, arguments, place.1), (points, faces))?
             }
         })
     }
 
-    /// What a part asks for.
-    pub(super) fn impostor(&mut self, place: Place, arguments: &'p [Option<Expr>]) -> Outcome<Wish> {
-        let [least, most] = [Wish::LEAST_VIEWS, Wish::MOST_VIEWS].map(f64::from);
-        let mut number = |index, range| self.formal(place, IMPOSTOR[index], &arguments[index], range);
-        let views = number(0, (least, most))?.floor() as u32;
-        let size_px = number(1, (0.0, MAX_LENGTH))?;
-        let below = number(2, (0.0, 1.0))? != 0.0;
-        let frames = number(3, (1.0, f64::from(Wish::MOST_FRAMES)))?.floor() as u32;
-        let stride = number(4, (LEAST_STRIDE, MAX_LENGTH))?;
-        let (module, at) = (place.0.module, place.1);
-        let Some(size_px) = Wish::SIZES_PX.into_iter().find(|size| f64::from(*size) == size_px) else {
-            return self.error(module, at, shape("size", "16, 32, 64 or 128"));
-        };
-        let wish = Wish {
-            views,
-            size_px,
-            below,
-            frames,
-            stride,
-        };
-        if !wish.fits() {
-            return self.error(module, at, shape("views * size * frames", "at most 4096"));
-        }
-        if frames > 1 && !self.accounts[self.part].has_phase {
-            return self.error(module, at, Problem::NoPhase);
-        }
-        Ok(wish)
-    }
-
     /// An argument, or what it is when it is not given.
-    fn argument(&mut self, place: Place, (kind, arguments): Given<'p>, index: usize, most: f64) -> Outcome<f64> {
-        self.formal(place, kind.formals()[index], &arguments[index], (0.0, most))
+    fn argument(&mut self, scope: &Scope, (kind, arguments): Given<'p>, index: usize, most: f64) -> Outcome<f64> {
+        self.formal(scope, kind.formals()[index], &arguments[index], (0.0, most))
     }
 
-    fn formal(
+    pub(super) fn formal(
         &mut self,
-        place: Place,
+        scope: &Scope,
         (name, default): (&'static str, Option<f64>),
-        given: &'p Option<Expr>,
+        given: &'p Option<Written>,
         range: (f64, f64),
     ) -> Outcome<f64> {
         match given {
-            Some(expr) => self.ranged(place, expr, name, range),
+            Some(written) => self.ranged(scope, written, name, range),
             None => Ok(default.unwrap_or_default()),
         }
     }
 
-    fn length(&mut self, place: Place, given: Given<'p>, index: usize) -> Outcome<f64> {
-        self.argument(place, given, index, MAX_LENGTH)
+    fn length(&mut self, scope: &Scope, given: Given<'p>, index: usize) -> Outcome<f64> {
+        self.argument(scope, given, index, MAX_LENGTH)
     }
 
-    fn flag(&mut self, place: Place, given: Given<'p>, index: usize) -> Outcome<bool> {
-        Ok(self.argument(place, given, index, 1.0)? != 0.0)
+    fn flag(&mut self, scope: &Scope, given: Given<'p>, index: usize) -> Outcome<bool> {
+        Ok(self.argument(scope, given, index, 1.0)? != 0.0)
     }
 
     /// Sides of a round solid; by the level of detail when nobody says how many.
-    fn sides(&mut self, place: Place, given: Given<'p>, index: usize) -> Outcome<u32> {
-        let sides = self.argument(place, given, index, MAX_SIDES)?;
+    fn sides(&mut self, scope: &Scope, given: Given<'p>, index: usize) -> Outcome<u32> {
+        let sides = self.argument(scope, given, index, MAX_SIDES)?;
         Ok(sides_of(sides, self.settings.detail))
     }
 
-    fn mesh(&mut self, place: Place, points: Vec<[f64; 3]>, faces: Faces) -> Outcome<Solid> {
+    fn mesh(&mut self, place: Place, outline_at: At, (points, faces): (Vec<[f64; 3]>, Faces)) -> Outcome<Solid> {
         for face in faces.iter() {
             if face.len() < 3 || face.len() > MAX_CORNERS {
-                return self.error(
-                    place.0.module,
-                    place.1,
-                    shape("a face", "three corners or more, up to 256"),
-                );
+                let wanted = "three corners or more, up to 256";
+                return self.error(place.0.module, outline_at, shape("a face", wanted));
             }
             self.count_ears(place, face.len())?;
         }
@@ -198,20 +170,19 @@ impl<'p> Evaluator<'p> {
     /// `heights`: a sample for each grid point, and one more around them for the slopes at the border.
     pub(super) fn heights(
         &mut self,
-        place: Place,
+        (scope, at): Place,
         slots: [u32; 2],
-        (over, steps): (&'p [Expr; 2], &'p [Expr; 2]),
-        (plan, height): (u32, &'p Expr),
+        (over, steps): (&'p [Written; 2], &'p [Written; 2]),
+        (plan, height): (u32, &'p Written),
     ) -> Outcome<Solid> {
         let over = [
-            self.ranged(place, &over[0], "a width", (1e-3, MAX_LENGTH))?,
-            self.ranged(place, &over[1], "a depth", (1e-3, MAX_LENGTH))?,
+            self.ranged(scope, &over[0], "a width", (1e-3, MAX_LENGTH))?,
+            self.ranged(scope, &over[1], "a depth", (1e-3, MAX_LENGTH))?,
         ];
         let steps = [
-            self.ranged(place, &steps[0], "steps", (1.0, MAX_STEPS))?.floor() as u32,
-            self.ranged(place, &steps[1], "steps", (1.0, MAX_STEPS))?.floor() as u32,
+            self.ranged(scope, &steps[0], "steps", (1.0, MAX_STEPS))?.floor() as u32,
+            self.ranged(scope, &steps[1], "steps", (1.0, MAX_STEPS))?.floor() as u32,
         ];
-        let (scope, at) = place;
         let limit = self.settings.limits.triangles;
         if self.usage.triangles + 2 * u64::from(steps[0]) * u64::from(steps[1]) > limit {
             return self.error(scope.module, at, reached("triangles", limit));
@@ -220,59 +191,69 @@ impl<'p> Evaluator<'p> {
         for j in 0..steps[1] + 3 {
             let z = over[1] * ((f64::from(j) - 1.0) / f64::from(steps[1]) - 0.5);
             let x = |i: u32| over[0] * ((f64::from(i) - 1.0) / f64::from(steps[0]) - 0.5);
-            if self.row(scope, (plan, slots, height), (x, z), (steps[0] + 3, &mut heights)) {
+            if self.row(scope, (plan, slots, &height.of), (x, z), (steps[0] + 3, &mut heights)) {
                 continue;
             }
             *self.local(scope, slots[1]) = Value::Number(z);
             for i in 0..steps[0] + 3 {
                 let x = x(i);
                 *self.local(scope, slots[0]) = Value::Number(x);
-                heights.push(self.ranged(place, height, "a height", (-MAX_LENGTH, MAX_LENGTH))?);
+                heights.push(self.ranged(scope, height, "a height", (-MAX_LENGTH, MAX_LENGTH))?);
             }
         }
         Ok(Solid::Heights(Heights { over, steps, heights }))
     }
 
-    fn listed(&mut self, (scope, at): Place, expr: Option<&'p Expr>) -> Outcome<Value> {
-        match expr {
-            Some(expr) => self.items(scope, at, expr, "the corners of a solid"),
-            None => Ok(Value::list(Vec::new())),
-        }
+    fn listed(&mut self, scope: &Scope, written: &'p Written) -> Outcome<Value> {
+        self.items(scope, written.at, &written.of, "the corners of a solid")
     }
 
-    fn points(&mut self, place: Place, expr: Option<&'p Expr>) -> Outcome<Vec<[f64; 3]>> {
-        if let Some(Expr::Plain(plain)) = expr
-            && let Some(points) = self.plain_rows(place.0, plain, 0..=usize::MAX)
+    fn points(&mut self, scope: &Scope, written: Option<&'p Written>) -> Outcome<Vec<[f64; 3]>> {
+        let Some(written) = written else {
+            return Ok(Vec::new());
+        };
+        if let Expr::Plain(plain) = &written.of
+            && let Some(points) = self.plain_rows(scope, plain, 0..=usize::MAX)
         {
             return Ok(points);
         }
-        let list = self.listed(place, expr)?;
+        let list = self.listed(scope, written)?;
         let Value::List(items, _) = list else {
             return Ok(Vec::new());
         };
-        items.iter().map(|item| self.point3(place.0, place.1, item)).collect()
+        items.iter().map(|item| self.point3(scope, written.at, item)).collect()
     }
 
-    fn faces(&mut self, (scope, at): Place, expr: Option<&'p Expr>, points: usize) -> Outcome<Faces> {
-        if let Some(Expr::Plain(plain)) = expr
+    fn faces(&mut self, scope: &Scope, written: Option<&'p Written>, points: usize) -> Outcome<Faces> {
+        let Some(written) = written else {
+            return Ok(Faces::default());
+        };
+        if let Expr::Plain(plain) = &written.of
             && let Some(faces) = self.plain_faces(scope, plain, points)
         {
             return Ok(faces);
         }
-        let list = self.listed((scope, at), expr)?;
-        match faces_of(&list, points) {
-            Some(faces) => Ok(faces),
-            None => self.error(
-                scope.module,
-                at,
-                shape("a face", "a list of numbers of points, counted from 0"),
-            ),
-        }
+        let list = self.listed(scope, written)?;
+        faces_of(&list, points).map_or_else(
+            || {
+                let wanted = "a list of numbers of points, counted from 0";
+                self.error(scope.module, written.at, shape("a face", wanted))
+            },
+            Ok,
+        )
     }
 
     pub(super) fn point3(&self, scope: &Scope, at: At, value: &Value) -> Outcome<[f64; 3]> {
-        self.coordinates(value)
-            .map_or_else(|| self.error(scope.module, at, shape("a point", "`[x, y, z]`")), Ok)
+        self.coordinates(value).map_or_else(
+            || {
+                self.error(
+                    scope.module,
+                    at,
+                    shape("a point", "`[x, y, z]`, each from -1000000 to 1000000"),
+                )
+            },
+            Ok,
+        )
     }
 
     /// Corners `[x, z]` of a polygon.
@@ -280,14 +261,17 @@ impl<'p> Evaluator<'p> {
         self.corners_of((scope, at), value, 3)
     }
 
-    fn corners(&mut self, place: Place, expr: Option<&'p Expr>, least: usize) -> Outcome<Vec<[f64; 2]>> {
-        if let Some(Expr::Plain(plain)) = expr
-            && let Some(corners) = self.plain_rows(place.0, plain, least..=MAX_CORNERS)
+    fn corners(&mut self, scope: &Scope, written: Option<&'p Written>, least: usize) -> Outcome<Vec<[f64; 2]>> {
+        let Some(written) = written else {
+            return Ok(Vec::new());
+        };
+        if let Expr::Plain(plain) = &written.of
+            && let Some(corners) = self.plain_rows(scope, plain, least..=MAX_CORNERS)
         {
             return Ok(corners);
         }
-        let list = self.listed(place, expr)?;
-        self.corners_of(place, &list, least)
+        let list = self.listed(scope, written)?;
+        self.corners_of((scope, written.at), &list, least)
     }
 
     fn corners_of(&self, (scope, at): Place, value: &Value, least: usize) -> Outcome<Vec<[f64; 2]>> {
@@ -297,7 +281,7 @@ impl<'p> Evaluator<'p> {
             }
             _ => None,
         };
-        let wanted = "a list of `[x, z]`: two or more in a profile, three or more around a polygon, up to 256";
+        let wanted = "a list of `[x, z]`, each from -1000000 to 1000000: two or more in a profile, three or more around a polygon, up to 256";
         corners.map_or_else(|| self.error(scope.module, at, shape("this outline", wanted)), Ok)
     }
 
@@ -310,6 +294,12 @@ impl<'p> Evaluator<'p> {
         let numbers: Option<Vec<f64>> = items.iter().map(number).collect();
         numbers?.try_into().ok()
     }
+}
+
+/// Where the polygons of a solid are written.
+pub(super) fn outline_at(kind: SolidKind, arguments: &[Option<Written>], at: At) -> At {
+    let list = usize::from(kind == SolidKind::Mesh);
+    arguments[list].as_ref().map_or(at, |written| written.at)
 }
 
 /// As many sides as that is; by the level of detail when it is nothing.
@@ -336,6 +326,6 @@ fn faces_of(list: &Value, points: usize) -> Option<Faces> {
     Some(faces)
 }
 
-fn shape(what: &'static str, wanted: &'static str) -> Problem {
+pub(super) fn shape(what: &'static str, wanted: &'static str) -> Problem {
     Problem::Shape { what, wanted }
 }

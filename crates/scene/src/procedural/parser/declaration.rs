@@ -1,14 +1,17 @@
 //! What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body.
 
 use super::{Parsed, Parser, unknown};
-use crate::procedural::error::{Problem, line_of};
+use crate::procedural::error::line_of;
 use crate::procedural::lexer::Kind;
 use crate::procedural::operation::BuiltIn;
+use crate::procedural::problem::Problem;
 use crate::procedural::solid::SolidKind;
-use crate::procedural::syntax::{At, Formal, Function, Import, MaterialRule, Named, Parameter, Property, Rule};
+use crate::procedural::syntax::{
+    At, Formal, Function, Import, MaterialRule, Named, Parameter, Property, Rule, Written,
+};
 
 /// Words with which a statement begins.
-const STATEMENTS: [&str; 18] = [
+pub(super) const STATEMENTS: [&str; 18] = [
     "called",
     "choose",
     "edges",
@@ -29,7 +32,14 @@ const STATEMENTS: [&str; 18] = [
     "viewpoint",
 ];
 /// Words with which a declaration begins.
-const DECLARATIONS: [&str; 6] = ["import", "parameter", "material", "function", "rule", "part"];
+pub(super) const DECLARATIONS: [&str; 6] = ["import", "parameter", "material", "function", "rule", "part"];
+
+/// Words that nothing else can be called by, since statements and values begin with them.
+pub(super) fn is_reserved(name: &str) -> bool {
+    let is_function = BuiltIn::ALL.iter().any(|(known, ..)| *known == name);
+    is_function || SolidKind::named(name).is_some() || STATEMENTS.contains(&name) || DECLARATIONS.contains(&name)
+}
+
 impl<'t> Parser<'t> {
     pub(super) fn file(&mut self) -> Parsed<()> {
         loop {
@@ -43,7 +53,7 @@ impl<'t> Parser<'t> {
                     self.next += 1;
                     let (name, at) = self.declared_value("a name for the value")?;
                     self.expect("=")?;
-                    let value = self.expression()?;
+                    let value = self.written()?;
                     let name = name.to_owned();
                     self.module.globals.push(Named { name, at, value });
                 }
@@ -70,9 +80,7 @@ impl<'t> Parser<'t> {
     /// A name for what is called by a word of its own.
     fn declared(&mut self, what: &str) -> Parsed<(&'t str, At)> {
         let (name, at) = self.declared_value(what)?;
-        let is_solid = SolidKind::named(name).is_some();
-        let is_function = BuiltIn::ALL.iter().any(|(known, ..)| *known == name);
-        if is_solid || is_function || STATEMENTS.contains(&name) || DECLARATIONS.contains(&name) {
+        if is_reserved(name) {
             return Err((at, Problem::Reserved(name.to_owned())));
         }
         Ok((name, at))
@@ -109,12 +117,10 @@ impl<'t> Parser<'t> {
         let (name, at) = self.declared_value("a name for the parameter")?;
         self.expect("=")?;
         let from = self.peek().at as usize;
-        let default = Some(self.expression()?);
+        let default = Some(self.written()?);
         let to = self.peek().at as usize;
         let range = if self.takes_word("from") {
-            let least = self.expression()?;
-            self.expect_word("to")?;
-            Some((least, self.expression()?))
+            Some(self.span()?)
         } else {
             None
         };
@@ -128,7 +134,15 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
+    /// `LEAST to MOST`
+    fn span(&mut self) -> Parsed<[Written; 2]> {
+        let least = self.written()?;
+        self.expect_word("to")?;
+        Ok([least, self.written()?])
+    }
+
     fn formals(&mut self) -> Parsed<Vec<Formal>> {
+        let opened = self.peek().at;
         self.expect("(")?;
         let mut formals: Vec<Formal> = Vec::new();
         while !self.takes(")") {
@@ -138,23 +152,17 @@ impl<'t> Parser<'t> {
                 let name = name.to_owned();
                 return Err((at, Problem::Twice { name, first_line }));
             }
-            let default = if self.takes("=") {
-                Some(self.expression()?)
-            } else {
-                None
-            };
+            let default = if self.takes("=") { Some(self.written()?) } else { None };
             self.bind(name);
             let name = name.to_owned();
             formals.push(Formal { name, at, default });
-            if !self.is_symbol(")") {
-                self.expect(",")?;
-            }
+            self.separated(opened, ["(", ")"])?;
         }
         Ok(formals)
     }
 
     fn material(&mut self) -> Parsed<()> {
-        let (name, at) = self.declared("a name for the material")?;
+        let (name, _) = self.declared("a name for the material")?;
         let ((formals, properties), slots) = self.framed(|parser| {
             let formals = if parser.is_symbol("(") {
                 parser.formals()?
@@ -171,7 +179,7 @@ impl<'t> Parser<'t> {
                     return Err((at, unknown("property of a material", name, names)));
                 };
                 parser.expect("=")?;
-                properties.push((*property, parser.expression()?));
+                properties.push((*property, parser.written()?));
                 parser.takes(",");
             }
             Ok((formals, properties))
@@ -179,7 +187,6 @@ impl<'t> Parser<'t> {
         let name = name.to_owned();
         self.module.materials.push(MaterialRule {
             name,
-            at,
             formals,
             properties,
             slots,
@@ -188,16 +195,15 @@ impl<'t> Parser<'t> {
     }
 
     fn function(&mut self) -> Parsed<()> {
-        let (name, at) = self.declared("a name for the function")?;
+        let (name, _) = self.declared("a name for the function")?;
         let ((formals, value), slots) = self.framed(|parser| {
             let formals = parser.formals()?;
             parser.expect("=")?;
-            Ok((formals, parser.expression()?))
+            Ok((formals, parser.written()?))
         })?;
         let name = name.to_owned();
         self.module.functions.push(Function {
             name,
-            at,
             formals,
             value,
             slots,
@@ -211,7 +217,7 @@ impl<'t> Parser<'t> {
             let formals = parser.formals()?;
             let levels_at = parser.peek().at;
             let levels = if parser.takes_word("levels") {
-                Some(parser.expression()?)
+                Some(parser.written()?)
             } else {
                 None
             };
@@ -223,14 +229,16 @@ impl<'t> Parser<'t> {
                 if !is_part {
                     return Err((within_at, Problem::WithinOfRule));
                 }
-                let least = parser.expression()?;
-                parser.expect_word("to")?;
-                Some((least, parser.expression()?))
+                Some(parser.span()?)
             } else {
                 None
             };
             let body = parser.block()?;
+            let then_at = parser.peek().at;
             let then = if parser.takes_word("then") {
+                if levels.is_none() {
+                    return Err((then_at, Problem::ThenWithoutLevels));
+                }
                 Some(parser.statement()?)
             } else {
                 None

@@ -1,11 +1,13 @@
 //! How is a value written? Operators by rising strength: `or`, `and`, `not`, comparisons, `+ −`, `* /`, a sign, `[item]`.
 
-use super::{Parsed, Parser, unknown};
-use crate::procedural::error::Problem;
+use std::ops::RangeInclusive;
+
+use super::{OPERATORS, Parsed, Parser};
 use crate::procedural::lexer::Kind;
 use crate::procedural::limits::{MAX_CHAIN, reached};
 use crate::procedural::operation::{BuiltIn, Operator};
-use crate::procedural::syntax::{At, Call, Expr, Target, Use, Wanted};
+use crate::procedural::problem::Problem;
+use crate::procedural::syntax::{Argument, At, Call, Expr, Target, Use, Wanted, Written};
 
 /// Operators that may stand between two sides, by their symbols.
 const COMPARISONS: [(&str, Operator); 6] = [
@@ -21,6 +23,15 @@ const PRODUCTS: [(&str, Operator); 2] = [("*", Operator::Multiply), ("/", Operat
 
 impl Parser<'_> {
     pub(super) fn expression(&mut self) -> Parsed<Expr> {
+        let value = self.value_before_sign()?;
+        if self.is_symbol("=") {
+            return Err((self.peek().at, Problem::Equals));
+        }
+        Ok(value)
+    }
+
+    /// A value behind which `=` may stand.
+    pub(super) fn value_before_sign(&mut self) -> Parsed<Expr> {
         self.nested(|parser| {
             if !parser.takes_word("if") {
                 return Ok(parser.disjunction()?.made_plain());
@@ -29,7 +40,7 @@ impl Parser<'_> {
             parser.expect_word("then")?;
             let then = parser.expression()?;
             parser.expect_word("else")?;
-            Ok(Expr::If(Box::new([condition, then, parser.expression()?])))
+            Ok(Expr::If(Box::new([condition, then, parser.value_before_sign()?])))
         })
     }
 
@@ -62,7 +73,10 @@ impl Parser<'_> {
             None => Ok(left),
             Some((operator, at)) => {
                 let sides = Box::new([left, self.sum()?]);
-                Ok(Expr::Binary { operator, at, sides })
+                match self.operator(&COMPARISONS) {
+                    None => Ok(Expr::Binary { operator, at, sides }),
+                    Some((_, at)) => Err((at, Problem::Compared)),
+                }
             }
         }
     }
@@ -128,14 +142,14 @@ impl Parser<'_> {
                 let mut items = Vec::new();
                 while !self.takes("]") {
                     items.push(self.expression()?);
-                    if !self.is_symbol("]") {
-                        self.expect(",")?;
-                    }
+                    self.separated(token.at, ["[", "]"])?;
                 }
                 Ok(Expr::List(items, token.at))
             }
+            Kind::Symbol(".") => self.expected("a value; a number begins with a digit, as in `0.5`"),
             Kind::Name("if") => self.expected("a value; put brackets around `if … then … else …` here"),
-            Kind::Name(_) => {
+            Kind::Name("not") => self.expected("a value; put brackets around `not …` here"),
+            Kind::Name(name) if !OPERATORS.contains(&name) => {
                 let (name, at) = self.name("a value")?;
                 if self.is_symbol("(") || self.is_symbol(".") {
                     self.application(name, at)
@@ -166,21 +180,13 @@ impl Parser<'_> {
     /// A function with its arguments.
     fn application(&mut self, name: &str, at: At) -> Parsed<Expr> {
         let built_in = BuiltIn::ALL.iter().find(|(known, ..)| *known == name);
-        if let Some(&(name, function, least, most)) = built_in {
+        if let Some(&(name, function, least, formals)) = built_in {
             let site = self.site();
-            let arguments = self.arguments()?;
-            if let Some(surplus) = arguments.get(most) {
-                let callee = name.to_owned();
-                return Err((surplus.at, Problem::TooManyArguments { callee, most }));
-            }
-            if let Some(named) = arguments.iter().find(|argument| argument.name.is_some()) {
-                let name = named.name.clone().unwrap_or_default();
-                return Err((named.at, unknown("parameter of this function", &name, [])));
-            }
-            if arguments.len() < least || (function == BuiltIn::Random && arguments.len() == 1) {
-                return self.expected(format!("{most} arguments of `{name}` before this"));
-            }
-            let arguments = arguments.into_iter().map(|argument| argument.value).collect();
+            let (arguments, most) = (self.arguments()?, formals.len());
+            let is_half = function == BuiltIn::Random && arguments.len() == 1;
+            let usage = format!("`{name}({})`", formals.join(", "));
+            let least = if is_half { most } else { least };
+            let arguments = unnamed((name, at), arguments, (least..=most, usage))?;
             return Ok(Expr::BuiltIn {
                 name: function,
                 at,
@@ -229,4 +235,24 @@ impl Parser<'_> {
         }
         Ok(count + 1)
     }
+}
+
+/// Arguments of what has no names for them: so many of them, or else it is to be called like `usage`.
+pub(super) fn unnamed(
+    (callee, at): (&str, At),
+    arguments: Vec<Argument>,
+    (counts, usage): (RangeInclusive<usize>, String),
+) -> Parsed<Vec<Written>> {
+    let callee = callee.to_owned();
+    let most = *counts.end();
+    if let Some(named) = arguments.iter().find(|argument| argument.name.is_some()) {
+        return Err((named.value.at, Problem::NamedArgument { callee, usage }));
+    }
+    if let Some(surplus) = arguments.get(most) {
+        return Err((surplus.value.at, Problem::TooManyArguments { callee, most }));
+    }
+    if arguments.len() < *counts.start() {
+        return Err((at, Problem::TooFewArguments { callee, usage }));
+    }
+    Ok(arguments.into_iter().map(|argument| argument.value).collect())
 }

@@ -1,16 +1,20 @@
 //! How do words become nodes? A parser that looks one word ahead (recursive descent).
 //!
 //! Local names become slots while they are read; see [`syntax`](super::syntax). This file holds what the parser knows;
-//! [`declaration`] reads what a file consists of, [`statement`] and [`expression`] what stands inside of that.
+//! [`declaration`] reads what a file consists of, [`statement`], [`enumerator`] and [`expression`] what stands inside of
+//! that.
 
 mod declaration;
+mod enumerator;
 mod expression;
 mod statement;
 
-use super::error::{DcgError, Problem, nearest};
+use super::error::DcgError;
 use super::lexer::{Kind, Token, words};
 use super::limits::{MAX_NESTING, MAX_TEXT_BYTES, reached};
-use super::syntax::{Argument, At, Module};
+use super::problem::Problem;
+use super::spelling::nearest;
+use super::syntax::{Argument, At, Module, Written};
 
 type Parsed<T> = Result<T, (At, Problem)>;
 
@@ -120,6 +124,17 @@ impl<'t> Parser<'t> {
         }
     }
 
+    /// A comma between items, unless the bracket that was opened closes behind this one.
+    fn separated(&mut self, opened: At, [open, close]: [&'static str; 2]) -> Parsed<()> {
+        if self.is_symbol(close) || self.takes(",") {
+            return Ok(());
+        }
+        if self.peek().kind == Kind::End {
+            return Err((opened, Problem::Unclosed(open, close)));
+        }
+        self.expected(format!("`,` or `{close}`"))
+    }
+
     fn name(&mut self, what: &str) -> Parsed<(&'t str, At)> {
         let token = self.peek();
         match token.kind {
@@ -186,8 +201,16 @@ impl<'t> Parser<'t> {
         Ok((result, needed))
     }
 
+    /// A value, and where it begins.
+    fn written(&mut self) -> Parsed<Written> {
+        let at = self.peek().at;
+        let of = self.expression()?;
+        Ok(Written { at, of })
+    }
+
     /// Arguments in brackets.
     fn arguments(&mut self) -> Parsed<Vec<Argument>> {
+        let opened = self.peek().at;
         self.expect("(")?;
         let mut arguments: Vec<Argument> = Vec::new();
         while !self.takes(")") {
@@ -202,11 +225,10 @@ impl<'t> Parser<'t> {
             if name.is_none() && arguments.last().is_some_and(|last| last.name.is_some()) {
                 return Err((at, Problem::UnnamedAfterNamed));
             }
-            let value = self.expression()?;
-            arguments.push(Argument { name, at, value });
-            if !self.is_symbol(")") {
-                self.expect(",")?;
-            }
+            let of = self.expression()?;
+            let value = Written { at, of };
+            arguments.push(Argument { name, value });
+            self.separated(opened, ["(", ")"])?;
         }
         Ok(arguments)
     }

@@ -1,10 +1,13 @@
 //! What is done at a place? Groups, selections, values, transforms, materials, calls, solids and enumerators.
 
+use super::declaration::{DECLARATIONS, STATEMENTS, is_reserved};
+use super::expression::unnamed;
 use super::{Parsed, Parser, unknown};
-use crate::procedural::error::Problem;
 use crate::procedural::lexer::Kind;
+use crate::procedural::problem::Problem;
 use crate::procedural::solid::{Formals, IMPOSTOR, SolidKind};
-use crate::procedural::syntax::{At, Expr, Statement, Transform, Wanted};
+use crate::procedural::spelling::nearest;
+use crate::procedural::syntax::{At, Statement, Transform, Wanted, Written};
 
 impl<'t> Parser<'t> {
     pub(super) fn statement(&mut self) -> Parsed<Statement> {
@@ -24,7 +27,7 @@ impl<'t> Parser<'t> {
             "let" => {
                 let (name, _) = self.name("a name for the value")?;
                 self.expect("=")?;
-                let value = self.expression()?;
+                let value = self.written()?;
                 let slot = self.bind(name);
                 Ok(Statement::Let {
                     at: token.at,
@@ -34,7 +37,7 @@ impl<'t> Parser<'t> {
             }
             "if" => self.selection(token.at),
             "choose" => {
-                let number = self.expression()?;
+                let number = self.written()?;
                 let of = self.statements()?;
                 Ok(Statement::Choose {
                     at: token.at,
@@ -46,12 +49,15 @@ impl<'t> Parser<'t> {
             "scatter" => self.scattering(token.at),
             "edges" => self.edges(token.at),
             "heights" => self.heights(token.at),
-            "move" => self.placed(Transform::Move, token.at, 3),
-            "turn" => self.placed(Transform::Turn, token.at, 1),
-            "tilt" => self.placed(Transform::Tilt, token.at, 1),
-            "roll" => self.placed(Transform::Roll, token.at, 1),
-            "scale" => self.placed(Transform::Scale, token.at, 3),
+            "move" => self.placed(Transform::Move, token.at),
+            "turn" => self.placed(Transform::Turn, token.at),
+            "tilt" => self.placed(Transform::Tilt, token.at),
+            "roll" => self.placed(Transform::Roll, token.at),
+            "scale" => self.placed(Transform::Scale, token.at),
             "paint" => {
+                if matches!(self.peek().kind, Kind::Name(name) if is_reserved(name)) {
+                    return self.expected("a material");
+                }
                 let (name, at) = self.name("a material")?;
                 let call = self.call(name, at, Wanted::Material)?;
                 let body = self.inner()?;
@@ -60,11 +66,13 @@ impl<'t> Parser<'t> {
             "called" => {
                 let name = self.text("a name in quotes")?.to_owned();
                 let body = self.inner()?;
-                Ok(Statement::Called { name, body })
+                let at = token.at;
+                Ok(Statement::Called { at, name, body })
             }
-            "viewpoint" => Ok(Statement::Viewpoint(
-                self.text("the viewpoint's name in quotes")?.to_owned(),
-            )),
+            "viewpoint" => Ok(Statement::Viewpoint {
+                at: token.at,
+                name: self.text("the viewpoint's name in quotes")?.to_owned(),
+            }),
             "impostor" => Ok(Statement::Impostor {
                 at: token.at,
                 arguments: self.given("impostor", "parameter of an impostor", IMPOSTOR, token.at)?,
@@ -72,7 +80,8 @@ impl<'t> Parser<'t> {
             "model" => {
                 let path = self.text("a glTF file in quotes")?.to_owned();
                 self.module.models.push((token.at, path.clone()));
-                Ok(Statement::Model(path))
+                let at = token.at;
+                Ok(Statement::Model { at, path })
             }
             _ => match SolidKind::named(word) {
                 Some(kind) => self.solid(kind, token.at),
@@ -81,9 +90,13 @@ impl<'t> Parser<'t> {
                     let plan = self.plan();
                     Ok(Statement::Call { call, plan })
                 }
+                None if word == "else" => Err((token.at, Problem::Else)),
+                None if word == "then" => Err((token.at, Problem::Then)),
+                None if self.is_symbol("=") => Err((token.at, Problem::WithoutLet(word.to_owned()))),
                 None => {
-                    self.next -= 1;
-                    self.expected("a statement, such as `box(1, 2, 1)` or a rule with its arguments")
+                    let suggestion = nearest(word, STATEMENTS.into_iter().chain(DECLARATIONS));
+                    let word = word.to_owned();
+                    Err((token.at, Problem::NoStatement { word, suggestion }))
                 }
             },
         }
@@ -98,10 +111,14 @@ impl<'t> Parser<'t> {
 
     /// Statements in braces; what they bind is out of reach behind them.
     fn statements(&mut self) -> Parsed<Vec<Statement>> {
+        let opened = self.peek().at;
         self.expect("{")?;
         let reach = self.scope.len();
         let mut statements = Vec::new();
         while !self.takes("}") {
+            if self.peek().kind == Kind::End {
+                return Err((opened, Problem::Unclosed("{", "}")));
+            }
             statements.push(self.statement()?);
         }
         self.scope.truncate(reach);
@@ -115,7 +132,7 @@ impl<'t> Parser<'t> {
     }
 
     fn selection(&mut self, at: At) -> Parsed<Statement> {
-        let condition = self.expression()?;
+        let condition = self.written()?;
         let then = self.inner()?;
         let otherwise = if self.takes_word("else") {
             Some(self.inner()?)
@@ -130,23 +147,16 @@ impl<'t> Parser<'t> {
         })
     }
 
-    fn placed(&mut self, transform: Transform, at: At, most: usize) -> Parsed<Statement> {
+    fn placed(&mut self, transform: Transform, at: At) -> Parsed<Statement> {
         let word = format!("{transform:?}").to_lowercase();
         let arguments = self.arguments()?;
-        let fits = match transform {
-            Transform::Scale => [1, 3].contains(&arguments.len()),
-            _ => arguments.len() == most,
+        let (counts, usage) = match transform {
+            Transform::Move => (3..=3, "`move(x, y, z)`".to_owned()),
+            Transform::Scale if arguments.len() == 1 => (1..=1, String::new()),
+            Transform::Scale => (3..=3, "`scale(factor)` or `scale(x, y, z)`".to_owned()),
+            _ => (1..=1, format!("`{word}(degrees)`")),
         };
-        if !fits || arguments.iter().any(|argument| argument.name.is_some()) {
-            let expected = match transform {
-                Transform::Move => "`move(x, y, z)`".to_owned(),
-                Transform::Scale => "`scale(factor)` or `scale(x, y, z)`".to_owned(),
-                _ => format!("`{word}(degrees)`"),
-            };
-            let found = format!("`{word}` with {} arguments", arguments.len());
-            return Err((at, Problem::Expected { expected, found }));
-        }
-        let by = arguments.into_iter().map(|argument| argument.value).collect();
+        let by = unnamed((&word, at), arguments, (counts, usage))?;
         let body = self.inner()?;
         Ok(Statement::Place {
             transform,
@@ -175,22 +185,22 @@ impl<'t> Parser<'t> {
         formal: &'static str,
         formals: Formals,
         at: At,
-    ) -> Parsed<Vec<Option<Expr>>> {
-        let mut found: Vec<Option<Expr>> = vec![None; formals.len()];
+    ) -> Parsed<Vec<Option<Written>>> {
+        let mut found: Vec<Option<Written>> = vec![None; formals.len()];
         for (place, argument) in self.arguments()?.into_iter().enumerate() {
             let index = match &argument.name {
                 None => place,
                 Some(name) => formals.iter().position(|(known, _)| known == name).ok_or_else(|| {
                     let names = formals.iter().map(|(name, _)| *name);
-                    (argument.at, unknown(formal, name, names))
+                    (argument.value.at, unknown(formal, name, names))
                 })?,
             };
             match found.get_mut(index) {
                 None => {
                     let (callee, most) = (callee.to_owned(), formals.len());
-                    return Err((argument.at, Problem::TooManyArguments { callee, most }));
+                    return Err((argument.value.at, Problem::TooManyArguments { callee, most }));
                 }
-                Some(Some(_)) => return Err((argument.at, Problem::ArgumentTwice(formals[index].0.to_owned()))),
+                Some(Some(_)) => return Err((argument.value.at, Problem::ArgumentTwice(formals[index].0.to_owned()))),
                 Some(slot) => *slot = Some(argument.value),
             }
         }
@@ -199,127 +209,15 @@ impl<'t> Parser<'t> {
             .zip(&found)
             .find(|((_, default), given)| default.is_none() && given.is_none());
         if let Some(((name, _), _)) = missing {
+            let needed: Vec<&str> = formals
+                .iter()
+                .filter(|(_, default)| default.is_none())
+                .map(|(name, _)| *name)
+                .collect();
+            let usage = format!("`{callee}({})`", needed.join(", "));
             let (callee, name) = (callee.to_owned(), (*name).to_owned());
-            return Err((at, Problem::MissingArgument { callee, name }));
+            return Err((at, Problem::MissingNumber { callee, name, usage }));
         }
         Ok(found)
-    }
-
-    /// Names of values, separated by commas, not yet in reach.
-    fn names(&mut self) -> Parsed<Vec<&'t str>> {
-        let mut names = vec![self.name("a name for the value")?.0];
-        while self.takes(",") {
-            names.push(self.name("a name for the value")?.0);
-        }
-        Ok(names)
-    }
-
-    fn two_names(&mut self) -> Parsed<[&'t str; 2]> {
-        let (first, _) = self.name("a name for x")?;
-        self.expect(",")?;
-        Ok([first, self.name("a name for z")?.0])
-    }
-
-    /// `WIDTH by DEPTH`
-    fn extent(&mut self) -> Parsed<[Expr; 2]> {
-        let width = self.expression()?;
-        self.expect_word("by")?;
-        Ok([width, self.expression()?])
-    }
-
-    /// A statement in which these names are in reach.
-    fn with<const N: usize>(&mut self, names: [&'t str; N]) -> Parsed<([u32; N], Box<Statement>)> {
-        let reach = self.scope.len();
-        let slots = names.map(|name| self.bind(name));
-        let body = self.statement()?;
-        self.scope.truncate(reach);
-        Ok((slots, Box::new(body)))
-    }
-
-    fn with_all(&mut self, names: &[&'t str]) -> Parsed<(Vec<u32>, Box<Statement>)> {
-        let reach = self.scope.len();
-        let slots = names.iter().map(|name| self.bind(name)).collect();
-        let body = self.statement()?;
-        self.scope.truncate(reach);
-        Ok((slots, Box::new(body)))
-    }
-
-    fn repetition(&mut self, at: At) -> Parsed<Statement> {
-        let names = self.names()?;
-        self.expect_word("in")?;
-        let site = self.site();
-        let over = self.expression()?;
-        let (slots, body) = self.with_all(&names)?;
-        Ok(Statement::For {
-            at,
-            site,
-            slots,
-            over,
-            body,
-            plan: self.plan(),
-        })
-    }
-
-    fn scattering(&mut self, at: At) -> Parsed<Statement> {
-        let site = self.site();
-        let count = self.expression()?;
-        self.expect_word("as")?;
-        let names = self.two_names()?;
-        self.expect_word("in")?;
-        let over = self.extent()?;
-        let (slots, body) = self.with(names)?;
-        Ok(Statement::Scatter {
-            at,
-            site,
-            slots,
-            count,
-            over,
-            body,
-        })
-    }
-
-    fn edges(&mut self, at: At) -> Parsed<Statement> {
-        let names = self.names()?;
-        if names.len() > 2 {
-            return Err((
-                at,
-                Problem::Shape {
-                    what: "edges",
-                    wanted: "`edges length in …` or `edges length, number in …`",
-                },
-            ));
-        }
-        self.expect_word("in")?;
-        let site = self.site();
-        let polygon = self.expression()?;
-        let (slots, body) = self.with_all(&names)?;
-        Ok(Statement::Edges {
-            at,
-            site,
-            slots,
-            polygon,
-            body,
-        })
-    }
-
-    fn heights(&mut self, at: At) -> Parsed<Statement> {
-        let names = self.two_names()?;
-        self.expect_word("in")?;
-        let over = self.extent()?;
-        self.expect_word("steps")?;
-        let steps = self.extent()?;
-        self.expect("=")?;
-        let reach = self.scope.len();
-        let slots = names.map(|name| self.bind(name));
-        let height = self.expression()?;
-        self.scope.truncate(reach);
-        Ok(Statement::Heights {
-            at,
-            slots,
-            over,
-            steps,
-            height,
-            plan: self.plan(),
-        })
     }
 }

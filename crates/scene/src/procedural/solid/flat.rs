@@ -3,7 +3,7 @@
 use super::mesh::{Tools, Writer};
 use super::polygon::{Ears, is_convex, newell, outline};
 use super::{Faces, Heights};
-use crate::procedural::error::Problem;
+use crate::procedural::problem::Problem;
 
 /// Six faces, each with corners of its own.
 pub(super) fn write_box(writer: &mut Writer, [width, height, depth]: [f64; 3]) {

@@ -12,8 +12,8 @@ pub use mesh::Mesh;
 pub(super) use mesh::{Tools, Writer};
 pub(super) use polygon::outline;
 
-use super::error::Problem;
 use super::limits::FINEST;
+use super::problem::Problem;
 use crate::Bounds;
 use crate::impostor::Wish;
 

@@ -3,7 +3,7 @@
 //! Polygons lie in a plane with axes x and z and are seen from above, that is from +y: so that a turn from z to x is
 //! counter-clockwise.
 
-use crate::procedural::error::Problem;
+use crate::procedural::problem::Problem;
 
 /// Twice the signed area, positive when the corners are counter-clockwise.
 fn twice_area(corners: &[[f64; 2]]) -> f64 {

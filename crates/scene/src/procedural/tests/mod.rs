@@ -1,6 +1,7 @@
-//! Behaviour of the language: what grows out of a text, and what is said when it is wrong.
+//! Behaviour of the language: what grows out of a text.
 
 mod bounded;
+mod told;
 
 use super::{DcgError, Grown, Limits, NoImports, Program, Settings, Value, bounds, grow};
 
@@ -196,79 +197,6 @@ for i in 10 move(3 * i, 0, 0) turn(random(0, 360)) tree(random(2, 4))";
 }
 
 #[test]
-fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
-    for (text, wanted) in [
-        (
-            "rule branch() {}\n  brnach()",
-            "line 2, column 3: `brnach` is not a rule here; did you mean `branch`?",
-        ),
-        (
-            "box(1, 1, dpth = 1)",
-            "line 1, column 11: `dpth` is not a parameter of this solid here; did you mean `depth`?",
-        ),
-        (
-            "box(1, 1)",
-            "line 1, column 1: `box` needs `depth`; give it, or a default where `box` is defined",
-        ),
-        (
-            "let a = 1\nbox(a, a / (a - 1), a)",
-            "line 2, column 10: division by zero; test the divisor with `if` before",
-        ),
-        (
-            "let a = 1e308 * 10",
-            "line 1, column 15: this result is not a finite number here; keep its operands within range",
-        ),
-        (
-            "rule a() { b() } rule b() { a() } a()",
-            "line 1, column 29: more than 64 levels; stop the recursion earlier, with `if` or `levels`",
-        ),
-        (
-            "part a() { a() } a()",
-            "line 1, column 12: part `a` contains itself with the same parameters; count them down and stop with `if`",
-        ),
-        (
-            "box(1, 1, 1) rule box() {}",
-            "line 1, column 19: `box` is a word of the language; choose another name",
-        ),
-        (
-            "import \"x.dcg\" as x",
-            "line 1, column 8: \"x.dcg\" cannot be imported: there are no other files here",
-        ),
-        (
-            "paint brick box(1, 1, 1) material brik { }",
-            "line 1, column 7: `brick` is not a material here; did you mean `brik`?",
-        ),
-        (
-            "prism([[0, 0], [1, 1], [1, 0], [0, 1]], 1)",
-            "line 1, column 1: this polygon crosses itself or has no area; list its corners in order around it",
-        ),
-        (
-            "for i in 1e9 box(1, 1, 1)",
-            "line 1, column 1: a count is 1000000000; it must be from 0 to 1048576",
-        ),
-        (
-            "box(1, 1, 1",
-            "line 1, column 12: expected `,`, found the end of the file",
-        ),
-        (
-            "box(1, 1, 1) §",
-            "line 1, column 14: `§` means nothing here; comments begin with `//`, colours with `#`",
-        ),
-        (
-            "let a = [1, 2]\nbox(a[2], 1, 1)",
-            "line 2, column 6: there is no item 2: the list has 2, counted from 0",
-        ),
-        (
-            "rule r(a, b) {} r(1, c = 2)",
-            "line 1, column 22: `c` is not a parameter of what is called here; did you mean `a`?",
-        ),
-    ] {
-        let found = complaint(text);
-        assert_eq!(found.strip_prefix("test.dcg, "), Some(wanted), "{text}");
-    }
-}
-
-#[test]
 fn a_text_that_says_what_it_was_given_grows_the_same_alone() {
     let text = "parameter height = 2 // metres
         from 1 to 9
@@ -317,13 +245,4 @@ fn a_text_that_says_what_it_was_given_grows_the_same_alone() {
     )
     .unwrap_err();
     assert!(error.to_string().contains("it must be from 1 to 9"), "{error}");
-}
-
-#[test]
-fn what_a_terminal_would_obey_is_not_repeated() {
-    let told = read("rule main {\n  box(1, 1, 1) \u{1b}]0;title\u{7} \0\n}\n")
-        .unwrap_err()
-        .to_string();
-    assert!(told.contains("line 2"), "{told}");
-    assert!(!told.contains(['\u{1b}', '\u{7}', '\0']), "{told:?}");
 }

@@ -7,7 +7,7 @@ use super::code::{Operation, Register};
 use super::emit::Emitter;
 use crate::procedural::link::Program;
 use crate::procedural::operation::{BuiltIn, MAX_OCTAVES};
-use crate::procedural::syntax::{Call, Cost, Expr, Formal};
+use crate::procedural::syntax::{Call, Cost, Expr, Formal, Written};
 
 /// Most nodes that are made operations together, so that what calls much is not read again and again.
 const MOST_NODES: u32 = 1_024;
@@ -171,11 +171,11 @@ impl<'p> Compiler<'p> {
         }
     }
 
-    fn built_in(&mut self, name: BuiltIn, site: u32, arguments: &'p [Expr]) -> Option<Register> {
+    fn built_in(&mut self, name: BuiltIn, site: u32, arguments: &'p [Written]) -> Option<Register> {
         let mut of = [0; 3];
         if name == BuiltIn::Mix {
-            let [a, b] = [self.value(&arguments[0])?, self.value(&arguments[1])?];
-            let part = self.number(&arguments[2])?;
+            let [a, b] = [self.value(&arguments[0].of)?, self.value(&arguments[1].of)?];
+            let part = self.number(&arguments[2].of)?;
             // Between numbers, which have a size of one.
             self.count(1)?;
             return Some(self.emitter.between(a, b, part));
@@ -184,7 +184,7 @@ impl<'p> Compiler<'p> {
             return None;
         }
         for (of, argument) in of.iter_mut().zip(arguments) {
-            *of = self.number(argument)?;
+            *of = self.number(&argument.of)?;
         }
         let of = &of[..arguments.len()];
         Some(match (name, of) {
@@ -220,7 +220,7 @@ impl<'p> Compiler<'p> {
         }
         let function = &self.program.modules[self.module].functions[call.target.index?];
         let outer = self.call(call, &function.formals, Level::None)?;
-        let value = self.value(&function.value)?;
+        let value = self.value(&function.value.of)?;
         self.back(outer);
         Some(value)
     }
@@ -233,7 +233,7 @@ impl<'p> Compiler<'p> {
         let mut bound = Vec::new();
         for (slot, given) in call.given.iter().enumerate() {
             if let Some(argument) = given.map(|i| &call.arguments[i]) {
-                bound.push((slot as u32, self.value(&argument.value)?));
+                bound.push((slot as u32, self.value(&argument.value.of)?));
             }
         }
         let to = self.emitter.path(self.names.path, call.site);
@@ -248,7 +248,7 @@ impl<'p> Compiler<'p> {
         self.levels = self.levels.max(self.calls);
         for (slot, (formal, given)) in formals.iter().zip(&call.given).enumerate() {
             if let (None, Some(default)) = (given, &formal.default) {
-                let value = self.value(default)?;
+                let value = self.value(&default.of)?;
                 self.names.bound.push((slot as u32, value));
             }
         }

@@ -227,7 +227,7 @@ impl<'p> Evaluator<'p> {
                         frame: Affine::of_numbers(frame),
                         material: planned.paint.map_or(turtle.material, |paint| materials[paint]),
                     };
-                    self.add((scope, planned.at), &turtle, &planned.solid)?;
+                    self.add((scope, planned.at, planned.outline_at), &turtle, &planned.solid)?;
                 }
             }
             done += count;

@@ -8,7 +8,7 @@ use crate::procedural::evaluator::terminal::MAX_LENGTH;
 use crate::procedural::link::Program;
 use crate::procedural::operation::Operator;
 use crate::procedural::solid::Solid;
-use crate::procedural::syntax::{At, Cost, Expr, Statement, Transform};
+use crate::procedural::syntax::{At, Cost, Expr, Statement, Transform, Written};
 
 /// Twelve numbers: x, y and z of three axes and of an origin.
 pub(super) type Frame = [Register; 12];
@@ -35,6 +35,7 @@ pub(in crate::procedural::evaluator) struct Plan {
 #[derive(Debug)]
 pub(super) struct Planned {
     pub(super) at: At,
+    pub(super) outline_at: At,
     pub(super) frame: Frame,
     /// Which of the plan's paints it wears, if not the turtle's.
     pub(super) paint: Option<usize>,
@@ -131,7 +132,7 @@ impl<'p> Planner<'p> {
         match statement {
             Statement::Group { of, .. } => of.iter().try_for_each(|inner| self.statement(inner))?,
             Statement::Let { slot, value, .. } => {
-                let register = self.compiler.value(value)?;
+                let register = self.compiler.value(&value.of)?;
                 self.compiler.names.bound.push((*slot, register));
             }
             Statement::Place {
@@ -177,12 +178,12 @@ impl<'p> Planner<'p> {
         Some(())
     }
 
-    fn placed(&mut self, transform: Transform, by: &'p [Expr]) -> Option<Frame> {
+    fn placed(&mut self, transform: Transform, by: &'p [Written]) -> Option<Frame> {
         self.moves = true;
         let compiler = &mut self.compiler;
         let mut numbers = [0; 3];
-        for (number, expr) in numbers.iter_mut().zip(by) {
-            *number = compiler.number(expr)?;
+        for (number, written) in numbers.iter_mut().zip(by) {
+            *number = compiler.number(&written.of)?;
         }
         let mut frame = self.frame;
         let mut inputs = self.frame.to_vec();

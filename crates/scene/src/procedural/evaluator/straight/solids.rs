@@ -2,17 +2,17 @@
 
 use super::code::Register;
 use super::plan::{Planned, Planner};
-use crate::procedural::evaluator::terminal::MAX_LENGTH;
+use crate::procedural::evaluator::terminal::{MAX_LENGTH, outline_at};
 use crate::procedural::limits::{MAX_CORNERS, MAX_SIDES};
 use crate::procedural::solid::{Faces, Solid, SolidKind};
-use crate::procedural::syntax::{At, Expr};
+use crate::procedural::syntax::{At, Expr, Written};
 
 impl<'p> Planner<'p> {
-    pub(super) fn solid(&mut self, at: At, kind: SolidKind, arguments: &'p [Option<Expr>]) -> Option<()> {
+    pub(super) fn solid(&mut self, at: At, kind: SolidKind, arguments: &'p [Option<Written>]) -> Option<()> {
         let mut numbers = Vec::new();
         let mut formal = |planner: &mut Self, index: usize, most: f64| {
             let register = match &arguments[index] {
-                Some(expr) => planner.compiler.ranged(expr, (0.0, most))?,
+                Some(written) => planner.compiler.ranged(&written.of, (0.0, most))?,
                 None => planner
                     .compiler
                     .emitter
@@ -57,7 +57,7 @@ impl<'p> Planner<'p> {
                 Solid::Sphere { radius, sides }
             }
             SolidKind::Prism => {
-                let rows = self.rows::<2>(arguments[0].as_ref()?)?;
+                let rows = self.rows::<2>(&arguments[0].as_ref()?.of)?;
                 if !(3..=MAX_CORNERS).contains(&(rows.len() / 2)) {
                     return None;
                 }
@@ -68,7 +68,7 @@ impl<'p> Planner<'p> {
                 Solid::Prism { footprint, height: 0.0 }
             }
             SolidKind::Lathe => {
-                let rows = self.rows::<2>(arguments[0].as_ref()?)?;
+                let rows = self.rows::<2>(&arguments[0].as_ref()?.of)?;
                 if !(2..=MAX_CORNERS).contains(&(rows.len() / 2)) {
                     return None;
                 }
@@ -86,11 +86,11 @@ impl<'p> Planner<'p> {
                 }
             }
             SolidKind::Polygon | SolidKind::Mesh => {
-                numbers = self.rows::<3>(arguments[0].as_ref()?)?;
+                numbers = self.rows::<3>(&arguments[0].as_ref()?.of)?;
                 let points = vec![[0.0; 3]; numbers.len() / 3];
                 let faces = match kind {
                     SolidKind::Polygon => Faces::one(points.len() as u32),
-                    _ => self.faces(arguments[1].as_ref()?, points.len())?,
+                    _ => self.faces(&arguments[1].as_ref()?.of, points.len())?,
                 };
                 for face in faces.iter() {
                     if face.len() < 3 || face.len() > MAX_CORNERS {
@@ -103,6 +103,7 @@ impl<'p> Planner<'p> {
         };
         self.solids.push(Planned {
             at,
+            outline_at: outline_at(kind, arguments, at),
             frame: self.frame,
             paint: self.paint,
             numbers,

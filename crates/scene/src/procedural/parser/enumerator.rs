@@ -1,0 +1,133 @@
+//! What is done many times, and where? Loops, populations, edges of polygons and height fields.
+
+use super::{Parsed, Parser};
+use crate::procedural::problem::Problem;
+use crate::procedural::syntax::{At, Statement, Written};
+
+impl<'t> Parser<'t> {
+    /// Names of values, separated by commas, not yet in reach.
+    fn names(&mut self) -> Parsed<Vec<&'t str>> {
+        let mut names = vec![self.name("a name for the value")?.0];
+        while self.takes(",") {
+            names.push(self.name("a name for the value")?.0);
+        }
+        Ok(names)
+    }
+
+    fn two_names(&mut self) -> Parsed<[&'t str; 2]> {
+        let (first, _) = self.name("a name for x")?;
+        self.expect(",")?;
+        Ok([first, self.name("a name for z")?.0])
+    }
+
+    /// `WIDTH by DEPTH`
+    fn extent(&mut self) -> Parsed<[Written; 2]> {
+        let width = self.written()?;
+        self.expect_word("by")?;
+        Ok([width, self.written()?])
+    }
+
+    /// A statement in which these names are in reach.
+    fn with<const N: usize>(&mut self, names: [&'t str; N]) -> Parsed<([u32; N], Box<Statement>)> {
+        let reach = self.scope.len();
+        let slots = names.map(|name| self.bind(name));
+        let body = self.statement()?;
+        self.scope.truncate(reach);
+        Ok((slots, Box::new(body)))
+    }
+
+    fn with_all(&mut self, names: &[&'t str]) -> Parsed<(Vec<u32>, Box<Statement>)> {
+        let reach = self.scope.len();
+        let slots = names.iter().map(|name| self.bind(name)).collect();
+        let body = self.statement()?;
+        self.scope.truncate(reach);
+        Ok((slots, Box::new(body)))
+    }
+
+    pub(super) fn repetition(&mut self, at: At) -> Parsed<Statement> {
+        let names = self.names()?;
+        self.expect_word("in")?;
+        let site = self.site();
+        let over = self.written()?;
+        let (slots, body) = self.with_all(&names)?;
+        Ok(Statement::For {
+            at,
+            site,
+            slots,
+            over,
+            body,
+            plan: self.plan(),
+        })
+    }
+
+    pub(super) fn scattering(&mut self, at: At) -> Parsed<Statement> {
+        let site = self.site();
+        let count = self.written()?;
+        self.expect_word("as")?;
+        let names = self.two_names()?;
+        self.expect_word("in")?;
+        let over = self.extent()?;
+        let (slots, body) = self.with(names)?;
+        Ok(Statement::Scatter {
+            at,
+            site,
+            slots,
+            count,
+            over,
+            body,
+        })
+    }
+
+    pub(super) fn edges(&mut self, at: At) -> Parsed<Statement> {
+        let names = self.names()?;
+        if names.len() > 2 {
+            return Err((
+                at,
+                Problem::Shape {
+                    what: "edges",
+                    wanted: "`edges length in …` or `edges length, number in …`",
+                },
+            ));
+        }
+        self.expect_word("in")?;
+        let site = self.site();
+        let polygon = self.written()?;
+        let (slots, body) = self.with_all(&names)?;
+        Ok(Statement::Edges {
+            at,
+            site,
+            slots,
+            polygon,
+            body,
+        })
+    }
+
+    fn written_before_sign(&mut self) -> Parsed<Written> {
+        let at = self.peek().at;
+        let of = self.value_before_sign()?;
+        Ok(Written { at, of })
+    }
+
+    pub(super) fn heights(&mut self, at: At) -> Parsed<Statement> {
+        let names = self.two_names()?;
+        self.expect_word("in")?;
+        let over = self.extent()?;
+        self.expect_word("steps")?;
+        let along = self.written_before_sign()?;
+        self.expect_word("by")?;
+        let steps = [along, self.written_before_sign()?];
+        self.expect("=")?;
+        let reach = self.scope.len();
+        let slots = names.map(|name| self.bind(name));
+        let height = self.written()?;
+        self.scope.truncate(reach);
+        Ok(Statement::Heights {
+            at,
+            slots,
+            over,
+            steps,
+            height,
+            plan: self.plan(),
+        })
+    }
+}

@@ -1,0 +1,291 @@
+//! What can be wrong at a place of a text, and what would put it right?
+
+/// What is wrong at one place.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Problem {
+    /// A character that means nothing.
+    #[error("`{0}` means nothing here; {way_out}", way_out = in_place_of(*.0))]
+    Character(char),
+    /// A comment as other languages have it.
+    #[error("comments begin with `//` and end with their line")]
+    Comment,
+    /// A byte that is no part of a text.
+    #[error("the byte 0x{0:02x} is no part of a text; save the file as UTF-8")]
+    NotText(u8),
+    /// A text that does not end on its line.
+    #[error("this text has no end; close it with `\"` on the same line")]
+    OpenText,
+    /// A number that is none.
+    #[error("`{0}` is not a number; write `0.5`, `12` or `1e-3`")]
+    Number(String),
+    /// A colour that is none.
+    #[error("`#{0}` is not a colour; write `#rgb` or `#rrggbb` with hexadecimal digits; comments begin with `//`")]
+    Colour(String),
+    /// Something else was expected.
+    #[error("expected {expected}, found {found}")]
+    Expected {
+        /// What may stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A sign for giving names where values are compared.
+    #[error("`=` gives a value a name; compare with `==`")]
+    Equals,
+    /// A comparison of a comparison.
+    #[error("a comparison cannot follow another; join them with `and`, as in `a < b and b < c`")]
+    Compared,
+    /// What is opened and never closed.
+    #[error("this `{0}` has no `{1}`")]
+    Unclosed(&'static str, &'static str),
+    /// A word with which no statement begins.
+    #[error("no statement begins with `{word}`{suggestion}", suggestion = .suggestion.as_ref().map_or_else(
+        || format!("; a rule is called with brackets, as in `{word}()`"),
+        |name| format!("; did you mean `{name}`?"),
+    ))]
+    NoStatement {
+        /// The word.
+        word: String,
+        /// A known word like it.
+        suggestion: Option<String>,
+    },
+    /// A word of `if` where a statement begins.
+    #[error("`else` follows the statement of an `if`; there is none before this")]
+    Else,
+    /// The same.
+    #[error("`then` stands in values; the statement of an `if` follows its condition at once")]
+    Then,
+    /// A value without `let`.
+    #[error("a value is named with `let`: write `let {0} = …`; it never changes")]
+    WithoutLet(String),
+    /// A name that is known for something else.
+    #[error("`{name}` is a {is}, and a {wanted} is wanted here")]
+    OtherKind {
+        /// The name.
+        name: String,
+        /// What it is.
+        is: &'static str,
+        /// What it should be.
+        wanted: &'static str,
+    },
+    /// A name that is not known.
+    #[error("{name} is not {kind} here{suggestion}", name = quoted(.name), kind = with_article(.kind), suggestion = suggested(.suggestion))]
+    Unknown {
+        /// What was looked for.
+        kind: &'static str,
+        /// The name.
+        name: String,
+        /// A known name like it.
+        suggestion: Option<String>,
+    },
+    /// A name given twice.
+    #[error("`{name}` was already given on line {first_line}; rename one of the two")]
+    Twice {
+        /// The name.
+        name: String,
+        /// Where it was given first.
+        first_line: usize,
+    },
+    /// A name that the language uses itself.
+    #[error("`{0}` is a word of the language; choose another name")]
+    Reserved(String),
+    /// An argument too many.
+    #[error("`{callee}` takes {most}; remove this one", most = counted(*.most))]
+    TooManyArguments {
+        /// What is called.
+        callee: String,
+        /// How many there may be.
+        most: usize,
+    },
+    /// Too few arguments of what is written like `usage`.
+    #[error("`{callee}` needs more arguments; write {usage}")]
+    TooFewArguments {
+        /// What is called.
+        callee: String,
+        /// How it is called.
+        usage: String,
+    },
+    /// A name of an argument where they have none.
+    #[error("arguments of `{callee}` have no names; write {usage}")]
+    NamedArgument {
+        /// What is called.
+        callee: String,
+        /// How it is called.
+        usage: String,
+    },
+    /// An argument that is missing.
+    #[error("`{callee}` needs `{name}`; give it, or a default where `{callee}` is defined")]
+    MissingArgument {
+        /// What is called.
+        callee: String,
+        /// What it needs.
+        name: String,
+    },
+    /// A number that a solid needs.
+    #[error("`{callee}` needs `{name}`; write {usage}")]
+    MissingNumber {
+        /// The solid.
+        callee: String,
+        /// What it needs.
+        name: String,
+        /// How it is called.
+        usage: String,
+    },
+    /// An argument given twice.
+    #[error("`{0}` is given twice; remove one of the two")]
+    ArgumentTwice(String),
+    /// A placed argument after a named one.
+    #[error("an argument without a name cannot follow one with a name; name this one too")]
+    UnnamedAfterNamed,
+    /// `levels` on a part.
+    #[error("a part cannot have `levels`; write a rule with `levels` and call it in the part")]
+    LevelsOfPart,
+    /// `then` where nothing ends.
+    #[error("`then` says what a rule draws when its `levels` are used up; give it `levels`")]
+    ThenWithoutLevels,
+    /// `within` on a rule.
+    #[error("only a part can say `within`; write `part` in place of `rule`, or leave it out")]
+    WithinOfRule,
+    /// A file that imports itself.
+    #[error("\"{0}\" imports itself, directly or through others; move what both need to a third file")]
+    ImportCycle(String),
+    /// A glTF file that cannot be placed.
+    #[error("\"{path}\" cannot be placed: {reason}")]
+    Model {
+        /// The file.
+        path: String,
+        /// Why not.
+        reason: String,
+    },
+    /// A file that cannot be imported.
+    #[error("\"{path}\" cannot be imported: {reason}")]
+    Import {
+        /// The file.
+        path: String,
+        /// Why not.
+        reason: String,
+    },
+    /// A division by zero.
+    #[error("division by zero; test the divisor with `if` before")]
+    DivisionByZero,
+    /// A number that left the reals, or grew beyond them.
+    #[error("{0} is not a finite number here; keep its operands within range")]
+    NotFinite(&'static str),
+    /// A list in place of a number.
+    #[error("{0} must be a number, and this is a list")]
+    NotANumber(&'static str),
+    /// A number in place of a list.
+    #[error("{0} must be a list, and this is a number")]
+    NotAList(&'static str),
+    /// A list of another length or kind.
+    #[error("{what} must be {wanted}")]
+    Shape {
+        /// What is wrong.
+        what: &'static str,
+        /// What it should be.
+        wanted: &'static str,
+    },
+    /// An index outside of a list.
+    #[error("there is no item {index}: the list has {count}, counted from 0", index = shown(*.index))]
+    NoItem {
+        /// The index.
+        index: f64,
+        /// How many items there are.
+        count: usize,
+    },
+    /// A value outside of its range.
+    #[error("{what} is {value}; it must be from {min} to {max}", value = shown(*.value), min = shown(*.min), max = shown(*.max))]
+    OutOfRange {
+        /// Which.
+        what: String,
+        /// What it is.
+        value: f64,
+        /// The least it may be.
+        min: f64,
+        /// The most it may be.
+        max: f64,
+    },
+    /// A limit was reached.
+    #[error("more than {limit} {what}; {way_out}")]
+    Limit {
+        /// What is counted.
+        what: &'static str,
+        /// How many there may be.
+        limit: u64,
+        /// How to need less.
+        way_out: &'static str,
+    },
+    /// A value asked for before it is there.
+    #[error("`{0}` is not computed yet; move its `let` up")]
+    NotComputed(String),
+    /// A part that contains itself.
+    #[error("part `{0}` contains itself with the same parameters; count them down and stop with `if`")]
+    PartInItself(String),
+    /// A polygon that cannot be filled.
+    #[error("this polygon crosses itself or has no area; list its corners in order around it")]
+    Polygon,
+    /// Frames of what does not move.
+    #[error(
+        "`frames` needs a parameter `phase` of this part or file, by which it moves; give it one, such as `phase = 0`"
+    )]
+    NoPhase,
+    /// Geometry outside of what was declared.
+    #[error("part `{0}` reaches beyond what it declares with `within`; widen that")]
+    BeyondDeclared(String),
+}
+
+/// A number with few digits, as JavaScript writes it but for the `+` of large exponents.
+fn shown(number: f64) -> String {
+    let size = number.abs();
+    if size >= 1e21 || (size > 0.0 && size < 1e-6) {
+        format!("{number:e}")
+    } else {
+        number.to_string()
+    }
+}
+
+/// What to write in place of a character that other languages have.
+fn in_place_of(character: char) -> &'static str {
+    match character {
+        ';' => "nothing stands between statements, and `,` between arguments",
+        ':' => "arguments and properties are named with `=`",
+        '&' => "write `and`",
+        '|' => "write `or`",
+        '!' => "write `not`, or `!=` between what should differ",
+        '?' => "write `if … then … else …`",
+        '^' => "write `power(x, whole)`",
+        '%' => "write `mod(a, b)`",
+        '°' => "angles are degrees anyway",
+        '\'' | '“' | '”' | '„' | '‘' | '’' => "texts stand between `\"`",
+        '−' | '–' => "write `-`",
+        '×' => "write `*`",
+        _ => "comments begin with `//`, colours with `#`",
+    }
+}
+
+fn counted(arguments: usize) -> String {
+    match arguments {
+        0 => "no arguments".to_owned(),
+        1 => "1 argument".to_owned(),
+        _ => format!("{arguments} arguments"),
+    }
+}
+
+fn with_article(kind: &str) -> String {
+    let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) {
+        "an"
+    } else {
+        "a"
+    };
+    format!("{article} {kind}")
+}
+
+fn quoted(name: &str) -> String {
+    format!("`{name}`")
+}
+
+fn suggested(suggestion: &Option<String>) -> String {
+    suggestion
+        .as_ref()
+        .map_or(String::new(), |name| format!("; did you mean `{name}`?"))
+}

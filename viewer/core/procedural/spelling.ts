@@ -1,0 +1,35 @@
+/** Which known name was meant? */
+
+/** The known name that is most like this one, when one is like it: at most a third of its letters differ. */
+export function nearest(name: string, known: Iterable<string>): string | undefined {
+  let least = Math.ceil([...name].length / 3);
+  let best: string | undefined;
+  for (const candidate of known) {
+    const found = distance(name, candidate);
+    if (found > least || (found === least && best !== undefined && candidate >= best)) continue;
+    least = found;
+    best = candidate;
+  }
+  return best;
+}
+
+/** Letters to insert, delete, replace or swap with the next (optimal string alignment). */
+function distance(first: string, second: string): number {
+  const a = [...first];
+  const b = [...second];
+  const rows: number[][] = [Array.from({ length: b.length + 1 }, (_, j) => j)];
+  const cell = (i: number, j: number) => rows[i]?.[j] ?? 0;
+  for (let i = 1; i <= a.length; i += 1) {
+    const row = [i];
+    rows.push(row);
+    for (let j = 1; j <= b.length; j += 1) {
+      const differs = a[i - 1] === b[j - 1] ? 0 : 1;
+      let least = Math.min(cell(i - 1, j) + 1, cell(i, j - 1) + 1, cell(i - 1, j - 1) + differs);
+      if (i > 1 && j > 1 && a[i - 1] === b[j - 2] && a[i - 2] === b[j - 1]) {
+        least = Math.min(least, cell(i - 2, j - 2) + 1);
+      }
+      row[j] = least;
+    }
+  }
+  return cell(a.length, b.length);
+}
