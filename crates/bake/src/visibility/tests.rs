@@ -1,7 +1,5 @@
 use std::collections::BTreeSet;
 
-use glam::Vec3;
-
 use super::{
     oracle::first_hiding_face,
     random::Random,
