@@ -2,6 +2,8 @@
 //! file alike; a flag goes before the environment, that before the file, that before the default. A [`Config`] cannot
 //! exist unless it is usable.
 
+mod listen;
+
 use std::{
     net::SocketAddr,
     path::{Path, PathBuf},
@@ -28,7 +30,8 @@ use crate::{
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// Address to listen on; port 0 takes a free one and prints it [default: 127.0.0.1:8080]
-    #[arg(long, value_name = "ADDR", env = "BELVEDERE_LISTEN")]
+    #[arg(long, value_name = "ADDR", env = "BELVEDERE_LISTEN", value_parser = listen::address)]
+    #[serde(default, deserialize_with = "listen::deserialize")]
     pub listen: Option<SocketAddr>,
     /// Where catalogue and blobs are.
     #[command(flatten)]
