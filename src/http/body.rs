@@ -1,9 +1,9 @@
 //! How is a body read? Of the media types that are taken, up to a size, in the shape that is asked for.
 
-use std::error::Error;
+use std::{error::Error, time::Duration};
 
 use axum::{
-    body::{Bytes, HttpBody},
+    body::{Body, Bytes, HttpBody},
     extract::Request,
     http::header,
 };
@@ -16,6 +16,8 @@ use super::error::ApiError;
 pub(super) const JSON: &str = "application/json";
 /// The size of a usual body.
 const MAX_BODY_BYTES: usize = 64 << 10;
+/// How long a body may take: less than a request, so that it is told from an answer that takes long.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The body, of one of these media types or of none that is stated.
 pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) -> Result<Bytes, ApiError> {
@@ -26,15 +28,20 @@ pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) ->
     if !taken {
         return Err(ApiError::UnsupportedMediaType);
     }
+    whole(request.into_body(), most_bytes, PATIENCE).await
+}
+
+/// All of a body that is no larger and takes no longer.
+async fn whole(body: Body, most_bytes: usize, patience: Duration) -> Result<Bytes, ApiError> {
     let too_large = || ApiError::BodyTooLarge {
         most_bytes: most_bytes as u64,
     };
-    let body = request.into_body();
     // Nobody is told to go on (100) with what will not be taken.
     if body.size_hint().lower() > most_bytes as u64 {
         return Err(too_large());
     }
-    axum::body::to_bytes(body, most_bytes).await.map_err(|error| {
+    let read = tokio::time::timeout(patience, axum::body::to_bytes(body, most_bytes)).await;
+    read.map_err(|_| ApiError::BodyTooSlow)?.map_err(|error| {
         if error.source().is_some_and(|cause| cause.is::<LengthLimitError>()) {
             too_large()
         } else {
@@ -67,4 +74,18 @@ fn pointer(path: &Path) -> String {
         Segment::Enum { .. } | Segment::Unknown => None,
     });
     names.flat_map(|name| ["/".to_owned(), name]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use futures_util::stream;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn half_a_body_is_not_waited_for_for_ever() {
+        let half = Body::from_stream(stream::pending::<Result<Bytes, std::io::Error>>());
+        let read = whole(half, 9, Duration::from_millis(10)).await;
+        assert!(matches!(read, Err(ApiError::BodyTooSlow)));
+    }
 }

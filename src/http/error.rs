@@ -71,6 +71,8 @@ pub enum ApiError {
     LinkExpired,
     /// The bytes of an upload came too slowly.
     UploadTooSlow,
+    /// A body did not come whole in time.
+    BodyTooSlow,
     /// What is asked for cannot be, as things are; why.
     Conflict(String),
     /// Too many requests in a row.
@@ -289,6 +291,12 @@ impl ApiError {
                 "upload-too-slow",
                 "The upload came too slowly",
                 "send at least 1024 bytes a second".to_owned(),
+            ),
+            Self::BodyTooSlow => (
+                S::REQUEST_TIMEOUT,
+                "body-too-slow",
+                "The body came too slowly",
+                "send all of it within 20 seconds".to_owned(),
             ),
             Self::Conflict(detail) => (S::CONFLICT, "conflict", "This cannot be done now", detail.clone()),
             Self::Flooded { detail, .. } => (
