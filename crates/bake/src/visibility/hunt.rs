@@ -62,7 +62,7 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
             let Some(target) = on_object(world, object, random) else {
                 break;
             };
-            if i % 4 == 3 {
+            if i % 8 == 3 {
                 let Some(eye) = outward(part, target, random) else {
                     continue;
                 };
@@ -72,12 +72,17 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
                 let eye = eye_in(part, lookout, random);
                 (eye, target, sampler.look_at(object, eye, target))
             } else {
-                let [near, far] = through(ways, target, random);
-                let Some(eye) = meeting(part, near, far, random) else {
+                let line = if i % 4 == 1 {
+                    across(part, ways, [min, max], random)
+                } else {
+                    let [near, far] = through(ways, target, random);
+                    meeting(part, near, far, random).map(|eye| [eye, eye + (far - near)])
+                };
+                let Some([eye, towards]) = line else {
                     continue;
                 };
                 let eye = lookout.clamp(eye);
-                let target = eye + (far - near).normalize_or_zero() * (target - eye).length();
+                let target = eye + (towards - eye).normalize_or_zero() * (target - eye).length();
                 (eye, target, sampler.aim(eye, target))
             }
         };
@@ -172,6 +177,19 @@ fn outward(region: &Region, place: Vec3, random: &mut Random) -> Option<Vec3> {
         let way = random.direction();
         let [enter, leave] = inside(region, place, way);
         (0.0 < enter && enter <= leave).then(|| place + enter * way)
+    })
+}
+
+/// A line through an opening, in any direction, that leads from the region on one side of it to a box on the other: where it leaves the
+/// region, and where it passes the opening.
+fn across(region: &Region, ways: &[Region], [min, max]: [Vec3; 2], random: &mut Random) -> Option<[Vec3; 2]> {
+    const DRAWS: usize = 16;
+    let bounds = Region::of_box(min, max);
+    (0..DRAWS).find_map(|_| {
+        let place = place_in(&ways[random.below(ways.len())], random);
+        let way = random.direction();
+        let [[enter, leave], [from, to]] = [inside(region, place, way), inside(&bounds, place, -way)];
+        (0.0 < enter && enter <= leave && from <= to && to > 0.0).then(|| [place + enter * way, place])
     })
 }
 
