@@ -127,7 +127,7 @@ fn made_id() -> HeaderValue {
 
 pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
     if !names_its_host(request) {
-        let detail = "over HTTP/1.1 a request names its host, in one `Host` field".to_owned();
+        let detail = "a request names one host in one `Host` field, such as `example.org:8080`".to_owned();
         return Some(ApiError::BadRequest {
             parameter: None,
             detail,

@@ -45,7 +45,10 @@ async fn whole(body: Body, most_bytes: usize, patience: Duration) -> Result<Byte
         if error.source().is_some_and(|cause| cause.is::<LengthLimitError>()) {
             too_large()
         } else {
-            ApiError::bad_body("", "the body broke off, or says wrongly where it ends")
+            ApiError::BadRequest {
+                parameter: None,
+                detail: "the body broke off, or says wrongly where it ends".to_owned(),
+            }
         }
     })
 }

@@ -59,6 +59,7 @@ export class Living {
     await this.own(me, "area", "PUT", "/aoi", { enter_m: 20, leave_m: 25 });
     await this.own(me, "quality", "PUT", "/quality", { quality: Math.random() }, [204]);
     await this.walk(me, soak, 5);
+    insist(ear.streaming, "the stream ended before its session");
     await this.close(me);
     await until(() => !ear.streaming, "the stream goes on after its session");
     ear.settle();
@@ -77,6 +78,7 @@ export class Living {
     for (let turn = 0; turn < 4 && !soak.over; turn += 1) {
       ear.listen();
       await this.walk(me, soak, 4);
+      insist(ear.streaming, "the stream ended before its session");
       ear.drop();
       await this.walk(me, soak, 2 * Math.random());
     }

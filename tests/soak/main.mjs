@@ -63,5 +63,5 @@ const metrics = server.gone ? "" : (await wire.ask("metrics", "/metrics")).body.
 const ending = await server.stop();
 
 const grown = report({ tally, memory, metrics, ending });
-const failed = tally.wrongs > 0 || ending.code !== 0 || ending.errors.length > 0 || grown > MOST_GROWTH;
+const failed = tally.wrongs > 0 || ending.code !== 0 || ending.errors.length > 0 || !(grown <= MOST_GROWTH);
 process.exit(failed ? 1 : 0);

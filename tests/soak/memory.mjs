@@ -49,6 +49,11 @@ export class Memory {
     );
   }
 
+  /** Whether there are two minutes that count. */
+  settled() {
+    return this.minutes().length >= SETTLED_MIN + 2;
+  }
+
   /** Of one figure: its median of the first minute that counts, of the last, and of the worst, and how it grew. */
   account(figure) {
     const medians = this.minutes().map((samples) => median(samples.map((sample) => sample[figure])));

@@ -2,6 +2,7 @@
 import http2 from "node:http2";
 import { check, crawl } from "./objects.mjs";
 import { insist, pick, sleep } from "./tally.mjs";
+import { PATIENCE_MS } from "./wire.mjs";
 
 const ENCODINGS = ["gzip", "zstd", "gzip, deflate, br, zstd", "zstd;q=0.5, gzip;q=0.8", "identity", "br"];
 
@@ -177,6 +178,7 @@ export class Reading {
   async #overSecond(session, url) {
     const stream = session.request({ ":path": url, "accept-encoding": pick(ENCODINGS) });
     const pieces = [];
+    stream.setTimeout(PATIENCE_MS, () => stream.destroy(new Error(`${url} over HTTP/2: no answer`)));
     const headers = await new Promise((resolve, reject) => {
       let head;
       stream.on("response", (heard) => {

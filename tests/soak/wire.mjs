@@ -3,7 +3,7 @@ import http from "node:http";
 import { insist } from "./tally.mjs";
 
 /** Far longer than any answer takes, so that one that never comes is an error and not the end of the load. */
-const PATIENCE_MS = 60_000;
+export const PATIENCE_MS = 60_000;
 
 export class Wire {
   #agent = new http.Agent({ keepAlive: true });

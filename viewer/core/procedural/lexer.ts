@@ -1,5 +1,5 @@
 /** Which words does a text consist of? As `crates/scene/src/procedural/lexer.rs`. */
-import { COMMENT, Fault, noWord } from "./error.ts";
+import { COMMENT, Fault, noWord, shown } from "./error.ts";
 import { MAX_NAME, reached } from "./limits.ts";
 
 export type Word =
@@ -17,7 +17,7 @@ export function described(word: Word): string {
     case "symbol":
       return `\`${word.text}\``;
     case "number":
-      return `the number ${word.value}`;
+      return `the number ${shown(word.value)}`;
     case "text":
       return `"${word.text}"`;
     case "colour":

@@ -1,13 +1,13 @@
 //! Where rays are all there is: what else is visible of what neither rays have seen nor proofs hide?
 //!
 //! Objects are hunted ([`hunt()`]) from the cell and, coarse to fine, from those parts of it from which no proof hides them, in
-//! rounds, each with twice as many rays as the one before. What a round finds shows along about as small a share of sight
+//! rounds, each with twice as many rays as the one before, as far as [`MOST_RAYS`] and [`LEAST_RAYS`] allow. What a round finds shows along about as small a share of sight
 //! lines as its rays could just meet; so as long as rounds find something, there are likely more such things, and
 //! where two in a row find nothing, few (the argument of Good, *The population frequencies of species and the estimation of
 //! population parameters*, 1953).
 //!
-//! Guarantee: whatever is found was seen by a ray. Cost: twelve times as many rays as looking around may take where nothing is
-//! found, sixty times at most.
+//! Guarantee: whatever is found was seen by a ray. Cost: about twelve times as many rays as looking around may take where nothing is
+//! found, sixty times at most, but in each round no fewer than [`LEAST_RAYS`] for an object.
 
 use super::{conservative::Observer, hunt::hunt, sampler::Sampler};
 use crate::occluders::Region;

@@ -63,10 +63,8 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
                 break;
             };
             if i % 8 == 3 {
-                let Some(eye) = outward(part, target, random) else {
-                    continue;
-                };
-                let eye = lookout.clamp(eye);
+                let out = outward(part, target, random).map(|eye| lookout.clamp(eye));
+                let eye = out.unwrap_or_else(|| eye_in(part, lookout, random));
                 (eye, target, sampler.look_at(object, eye, target))
             } else if ways.is_empty() || i % 2 == 0 {
                 let eye = eye_in(part, lookout, random);
@@ -130,14 +128,15 @@ pub(super) fn look_between(
 }
 
 /// An eye in a part of the cell, often in a corner: what a single body hides from all corners it hides from all of the box, so
-/// that more is seen from them than from elsewhere; or in one of the cell's openings, often on its border.
+/// that more is seen from them than from elsewhere; or in an opening of the cell, often on its border, as far as that lies there.
 fn eye_in(part: &Region, lookout: &Lookout, random: &mut Random) -> Vec3 {
     let place = random.unit();
-    if place < IN_CORNERS {
+    let opening = (place < IN_OPENINGS).then(|| lookout.in_portal(random));
+    if let Some(eye) = opening.filter(|eye| eye.clamp(part.min, part.max) == *eye) {
+        eye
+    } else if place > 1.0 - IN_CORNERS {
         let share = random.cube().round();
         lookout.clamp(part.min + share * (part.max - part.min))
-    } else if place < IN_CORNERS + IN_OPENINGS {
-        lookout.in_portal(random)
     } else {
         lookout.clamp(place_in(part, random))
     }

@@ -1,7 +1,7 @@
 //! Which words does a text consist of?
 
 use super::limits::{MAX_NAME, reached};
-use super::problem::Problem;
+use super::problem::{Problem, shown};
 
 /// A word and where it begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ impl std::fmt::Display for Kind<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Self::Name(name) => write!(f, "`{name}`"),
-            Self::Number(number) => write!(f, "the number {number}"),
+            Self::Number(number) => write!(f, "the number {}", shown(*number)),
             Self::Text(text) => write!(f, "\"{text}\""),
             Self::Colour(_) => write!(f, "a colour"),
             Self::Symbol(symbol) => write!(f, "`{symbol}`"),

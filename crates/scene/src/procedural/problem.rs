@@ -235,7 +235,7 @@ pub enum Problem {
 }
 
 /// A number with few digits, as JavaScript writes it but for the `+` of large exponents.
-fn shown(number: f64) -> String {
+pub(super) fn shown(number: f64) -> String {
     let size = number.abs();
     if size >= 1e21 || (size > 0.0 && size < 1e-6) {
         format!("{number:e}")

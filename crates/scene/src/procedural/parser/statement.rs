@@ -152,8 +152,10 @@ impl<'t> Parser<'t> {
         let arguments = self.arguments()?;
         let (counts, usage) = match transform {
             Transform::Move => (3..=3, "`move(x, y, z)`".to_owned()),
-            Transform::Scale if arguments.len() == 1 => (1..=1, String::new()),
-            Transform::Scale => (3..=3, "`scale(factor)` or `scale(x, y, z)`".to_owned()),
+            Transform::Scale => {
+                let counts = if arguments.len() == 1 { 1..=1 } else { 3..=3 };
+                (counts, "`scale(factor)` or `scale(x, y, z)`".to_owned())
+            }
             _ => (1..=1, format!("`{word}(degrees)`")),
         };
         let by = unnamed((&word, at), arguments, (counts, usage))?;
