@@ -16,7 +16,7 @@ use crate::{
     source::Topology,
 };
 
-pub(super) fn quick() -> SampledSettings {
+fn quick() -> SampledSettings {
     SampledSettings {
         rays_per_cell: 40_000,
         ..SampledSettings::default()
