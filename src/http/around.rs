@@ -127,11 +127,8 @@ fn made_id() -> HeaderValue {
 
 pub(super) fn refused<B>(request: &axum::http::Request<B>) -> Option<ApiError> {
     if !names_its_host(request) {
-        let detail = "a request names one host in one `Host` field, such as `example.org:8080`".to_owned();
-        return Some(ApiError::BadRequest {
-            parameter: None,
-            detail,
-        });
+        let detail = "a request names one host in one `Host` field, such as `example.org:8080`";
+        return Some(ApiError::bad_request(detail));
     }
     let uri = request.uri();
     let uri_bytes = uri.path().len() + uri.query().map_or(0, str::len);

@@ -41,14 +41,14 @@ async fn whole(body: Body, most_bytes: usize, patience: Duration) -> Result<Byte
         return Err(too_large());
     }
     let read = tokio::time::timeout(patience, axum::body::to_bytes(body, most_bytes)).await;
-    read.map_err(|_| ApiError::BodyTooSlow)?.map_err(|error| {
+    let too_slow = |_| ApiError::BodyTooSlow {
+        most_s: patience.as_secs(),
+    };
+    read.map_err(too_slow)?.map_err(|error| {
         if error.source().is_some_and(|cause| cause.is::<LengthLimitError>()) {
             too_large()
         } else {
-            ApiError::BadRequest {
-                parameter: None,
-                detail: "the body broke off, or says wrongly where it ends".to_owned(),
-            }
+            ApiError::bad_request("the body broke off, or says wrongly where it ends")
         }
     })
 }
@@ -89,6 +89,6 @@ mod tests {
     async fn half_a_body_is_not_waited_for_for_ever() {
         let half = Body::from_stream(stream::pending::<Result<Bytes, std::io::Error>>());
         let read = whole(half, 9, Duration::from_millis(10)).await;
-        assert!(matches!(read, Err(ApiError::BodyTooSlow)));
+        assert!(matches!(read, Err(ApiError::BodyTooSlow { .. })));
     }
 }

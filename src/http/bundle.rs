@@ -109,14 +109,14 @@ fn alone(part: &Bytes, whole: &Bytes) -> Bytes {
 
 fn members(text: &str) -> Result<Vec<Member>, ApiError> {
     if text.split('+').count() > MAX_MEMBERS {
-        return Err(ApiError::bad_path(format!(
+        return Err(ApiError::bad_request(format!(
             "a bundle has at most {MAX_MEMBERS} members"
         )));
     }
     let read = |member: &str| {
         let shown: String = member.chars().take(100).collect();
         member.parse().map_err(|()| {
-            ApiError::bad_path(format!(
+            ApiError::bad_request(format!(
                 "`{shown}` is no member of a bundle: it must be {{hash}}.{{ext}}, {{hash}}.r{{n}}.slod or \
                  {{hash}}.{{ext}}@{{from}}-{{to}}; `+` stands between members"
             ))
@@ -144,14 +144,14 @@ pub(super) async fn bundle(
         let forms = forms.ok_or_else(|| ApiError::NotFound(format!("object `{blob}`")))?;
         read += forms.identity.bytes.len() as u64;
         if read > MAX_READ_BYTES {
-            return Err(ApiError::bad_path(format!(
+            return Err(ApiError::bad_request(format!(
                 "the objects that a bundle is cut from have at most {MAX_READ_BYTES} bytes together; ask for fewer at once"
             )));
         }
         let bytes = member.bytes(&forms)?;
         length += bytes.len() as u64;
         if length > MAX_BYTES {
-            return Err(ApiError::bad_path(format!(
+            return Err(ApiError::bad_request(format!(
                 "a bundle has at most {MAX_BYTES} bytes; fetch what is large alone"
             )));
         }

@@ -72,7 +72,10 @@ pub enum ApiError {
     /// The bytes of an upload came too slowly.
     UploadTooSlow,
     /// A body did not come whole in time.
-    BodyTooSlow,
+    BodyTooSlow {
+        /// How long it may take, in seconds.
+        most_s: u64,
+    },
     /// What is asked for cannot be, as things are; why.
     Conflict(String),
     /// Too many requests in a row.
@@ -155,7 +158,7 @@ impl Problem {
 
 impl ApiError {
     /// A path segment that cannot be read.
-    pub(super) fn bad_path(detail: impl ToString) -> Self {
+    pub(super) fn bad_request(detail: impl ToString) -> Self {
         Self::BadRequest {
             parameter: None,
             detail: detail.to_string(),
@@ -292,11 +295,11 @@ impl ApiError {
                 "The upload came too slowly",
                 "send at least 1024 bytes a second".to_owned(),
             ),
-            Self::BodyTooSlow => (
+            Self::BodyTooSlow { most_s } => (
                 S::REQUEST_TIMEOUT,
                 "body-too-slow",
                 "The body came too slowly",
-                "send all of it within 20 seconds".to_owned(),
+                format!("send all of it within {most_s} seconds"),
             ),
             Self::Conflict(detail) => (S::CONFLICT, "conflict", "This cannot be done now", detail.clone()),
             Self::Flooded { detail, .. } => (

@@ -61,10 +61,10 @@ impl From<PathRejection> for ApiError {
             | ErrorKind::ParseErrorAtKey {
                 key: _, value: detail, ..
             }
-            | ErrorKind::DeserializeError { message: detail, .. } => Self::bad_path(detail),
-            ErrorKind::InvalidUtf8InPathParam { key } => Self::bad_path(format!("`{key}` in the path is not UTF-8")),
+            | ErrorKind::DeserializeError { message: detail, .. } => Self::bad_request(detail),
+            ErrorKind::InvalidUtf8InPathParam { key } => Self::bad_request(format!("`{key}` in the path is not UTF-8")),
             ErrorKind::ParseErrorAtIndex { value, .. } | ErrorKind::ParseError { value, .. } => {
-                Self::bad_path(format!("`{value}` in the path cannot be read"))
+                Self::bad_request(format!("`{value}` in the path cannot be read"))
             }
             other => Self::Internal(anyhow::anyhow!("a route and its handler disagree: {other}")),
         }
@@ -97,7 +97,7 @@ impl Query {
         let decode = |text: &str| {
             let decoded = percent_decode_str(text).decode_utf8();
             decoded.map(|text| text.into_owned()).map_err(|_| {
-                ApiError::bad_path(format!(
+                ApiError::bad_request(format!(
                     "`{text}` in the query is not UTF-8 when its escapes are decoded"
                 ))
             })

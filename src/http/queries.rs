@@ -163,7 +163,7 @@ pub(super) async fn level(
 ) -> Result<Response, ApiError> {
     let digits = level.len() <= 9 && level.bytes().all(|b| b.is_ascii_digit());
     let number: Option<u32> = level.parse().ok().filter(|_| digits);
-    let number = number.ok_or_else(|| ApiError::bad_path("a level of detail is a whole number; 0 is the finest"))?;
+    let number = number.ok_or_else(|| ApiError::bad_request("a level of detail is a whole number; 0 is the finest"))?;
     let form = query.form()?;
     let published = visitor.scene(&scene).await?;
     let info = published.reader.object_info(object).await?;

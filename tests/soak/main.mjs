@@ -5,7 +5,7 @@
  */
 import path from "node:path";
 import { Living } from "./living.mjs";
-import { Memory, MOST_GROWTH, SETTLED_MIN } from "./memory.mjs";
+import { LEAST_MIN, MOST_GROWTH, Memory } from "./memory.mjs";
 import { Door, Moving } from "./moving.mjs";
 import { Publishing } from "./publishing.mjs";
 import { Reading } from "./reading.mjs";
@@ -20,7 +20,7 @@ const PEOPLE = 40;
 const [program, minutesAsked] = process.argv.slice(2);
 insist(program, "usage: node tests/soak/main.mjs PROGRAM [MINUTES]");
 const minutes = Number(minutesAsked ?? 20);
-insist(minutes >= SETTLED_MIN + 2, `a soak takes ${SETTLED_MIN + 2} minutes at least`);
+insist(minutes >= LEAST_MIN, `a soak takes ${LEAST_MIN} minutes at least`);
 
 const soak = { over: false, tally: new Tally() };
 const { tally } = soak;

@@ -3,7 +3,9 @@ import { readdirSync, readFileSync } from "node:fs";
 
 const MIB = 1 << 20;
 /** The first minutes are not counted: what is made once is made there. */
-export const SETTLED_MIN = 2;
+const SETTLED_MIN = 2;
+/** So many minutes tell whether memory grows: those, and two to compare. */
+export const LEAST_MIN = SETTLED_MIN + 2;
 export const MOST_GROWTH = 0.05;
 
 export class Memory {
@@ -51,7 +53,7 @@ export class Memory {
 
   /** Whether there are two minutes that count. */
   settled() {
-    return this.minutes().length >= SETTLED_MIN + 2;
+    return this.minutes().length >= LEAST_MIN;
   }
 
   /** Of one figure: its median of the first minute that counts, of the last, and of the worst, and how it grew. */

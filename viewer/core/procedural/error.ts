@@ -130,6 +130,7 @@ export function shown(number: number): string {
 export const DIVISION_BY_ZERO = "division by zero; test the divisor with `if` before";
 export const ELSE = "`else` follows the statement of an `if`; there is none before this";
 export const THEN = "`then` stands in values; the statement of an `if` follows its condition at once";
+export const THEN_WITHOUT_LEVELS = "`then` says what a rule draws when its `levels` are used up; give it `levels`";
 export const EQUALS = "`=` gives a value a name; compare with `==`";
 export const COMPARED = "a comparison cannot follow another; join them with `and`, as in `a < b and b < c`";
 export const COMMENT = "comments begin with `//` and end with their line";

@@ -1,10 +1,10 @@
 //! Where rays are all there is: what else is visible of what neither rays have seen nor proofs hide?
 //!
 //! Objects are hunted ([`hunt()`]) from the cell and, coarse to fine, from those parts of it from which no proof hides them, in
-//! rounds, each with twice as many rays as the one before, as far as [`MOST_RAYS`] and [`LEAST_RAYS`] allow. What a round finds shows along about as small a share of sight
-//! lines as its rays could just meet; so as long as rounds find something, there are likely more such things, and
-//! where two in a row find nothing, few (the argument of Good, *The population frequencies of species and the estimation of
-//! population parameters*, 1953).
+//! rounds, each with twice as many rays as the one before, as far as [`MOST_RAYS`] and [`LEAST_RAYS`] allow. What a round finds
+//! shows along about as small a share of sight lines as its rays could just meet; so as long as rounds find something, there
+//! are likely more such things, and where two in a row find nothing, few (the argument of Good, *The population frequencies of
+//! species and the estimation of population parameters*, 1953).
 //!
 //! Guarantee: whatever is found was seen by a ray. Cost: about twelve times as many rays as looking around may take where nothing is
 //! found, sixty times at most, but in each round no fewer than [`LEAST_RAYS`] for an object.
@@ -32,8 +32,6 @@ struct Effort {
     rays: u32,
     /// From at most so many parts.
     parts: u32,
-    /// The cell is halved at most so often.
-    halvings: u32,
 }
 
 impl Effort {
@@ -42,7 +40,6 @@ impl Effort {
         Self {
             rays: each,
             parts: rays / each + 1,
-            halvings: HALVINGS,
         }
     }
 }
@@ -60,7 +57,7 @@ pub(super) fn chase(
         let effort = Effort::of(rays.saturating_mul(times) / prey.len() as u32);
         let before = prey.len();
         for one in &prey {
-            search(sampler, observer, eye, *one, &mut effort.clone());
+            search(sampler, observer, (eye, HALVINGS), *one, &mut effort.clone());
         }
         // Others may have been found on the way.
         sampler.follow();
@@ -70,11 +67,11 @@ pub(super) fn chase(
     }
 }
 
-/// Hunts an object from a part of the cell, unless it is hidden from there, then from its halves, and so on.
+/// Hunts an object from a part of the cell, unless it is hidden from there, then from its halves, which may be halved once less.
 fn search(
     sampler: &mut Sampler<'_>,
     observer: &mut Observer<'_>,
-    part: &Region,
+    (part, halvings): (&Region, u32),
     prey @ (number, object): (u32, u32),
     effort: &mut Effort,
 ) -> bool {
@@ -85,14 +82,10 @@ fn search(
         return false;
     };
     effort.parts -= 1;
-    if hunt(sampler, part, object, &ways, effort.rays) || effort.halvings == 0 {
-        return sampler.knows(object);
-    }
-    effort.halvings -= 1;
-    let found = part
-        .halves()
-        .iter()
-        .any(|half| search(sampler, observer, half, prey, effort));
-    effort.halvings += 1;
-    found
+    hunt(sampler, part, object, &ways, effort.rays)
+        || (halvings > 0
+            && part
+                .halves()
+                .iter()
+                .any(|half| search(sampler, observer, (half, halvings - 1), prey, effort)))
 }

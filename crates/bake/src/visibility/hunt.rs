@@ -62,12 +62,10 @@ pub(super) fn hunt(sampler: &mut Sampler<'_>, part: &Region, object: u32, ways: 
             let Some(target) = on_object(world, object, random) else {
                 break;
             };
-            if i % 8 == 3 {
-                let out = outward(part, target, random).map(|eye| lookout.clamp(eye));
-                let eye = out.unwrap_or_else(|| eye_in(part, lookout, random));
-                (eye, target, sampler.look_at(object, eye, target))
-            } else if ways.is_empty() || i % 2 == 0 {
-                let eye = eye_in(part, lookout, random);
+            let out_of_it = i % 8 == 3;
+            if ways.is_empty() || i % 2 == 0 || out_of_it {
+                let out = out_of_it.then(|| outward(part, target, random)).flatten();
+                let eye = out.map_or_else(|| eye_in(part, lookout, random), |eye| lookout.clamp(eye));
                 (eye, target, sampler.look_at(object, eye, target))
             } else {
                 let line = if i % 4 == 1 {

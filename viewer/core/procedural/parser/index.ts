@@ -1,5 +1,5 @@
 /** What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body. */
-import { DcgError, Fault, reserved, twice, unknown } from "../error.ts";
+import { DcgError, Fault, reserved, THEN_WITHOUT_LEVELS, twice, unknown } from "../error.ts";
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
 import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";
@@ -164,10 +164,7 @@ class Parser extends StatementParser {
       const body = this.block();
       const thenAt = this.next.at;
       const saysThen = this.takesWord("then");
-      if (saysThen && !levels) {
-        const wayOut = "give it `levels`";
-        throw new Fault(thenAt, `\`then\` says what a rule draws when its \`levels\` are used up; ${wayOut}`);
-      }
+      if (saysThen && !levels) throw new Fault(thenAt, THEN_WITHOUT_LEVELS);
       const afterwards = saysThen ? this.statement() : undefined;
       return { formals, levels, within, body, afterwards };
     });
