@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { writeBytes, writeDoor, writeProgress, writeShare } from "./format.ts";
+import { writeBytes, writeDoor, writeProgress, writeShare, writeTime } from "./format.ts";
 
 it.each([
   [0, "0 B"],
@@ -24,6 +24,10 @@ it("progress says where it is not exact", () => {
   expect(writeProgress({ ...progress, bound: "exact" })).toBe("3.1 MB of 4.0 MB");
   expect(writeProgress({ ...progress, bound: "least" })).toBe("3.1 MB of at least 4.0 MB");
   expect(writeProgress({ ...progress, bound: "most", isAbout: true })).toBe("about 3.1 MB of at most 4.0 MB");
+});
+
+it("times are minutes and seconds", () => {
+  expect([0, 7_999, 3_690_000].map(writeTime)).toEqual(["0:00", "0:07", "61:30"]);
 });
 
 it.each([

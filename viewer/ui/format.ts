@@ -28,6 +28,12 @@ export function writeProgress({ loaded_bytes, isAbout, total_bytes, bound }: Pro
   return `${isAbout ? "about " : ""}${writeBytes(loaded_bytes)} of ${total}`;
 }
 
+/** Minutes and seconds: `0:07`, `61:30`. */
+export function writeTime(time_ms: number): string {
+  const seconds = Math.floor(time_ms / 1000);
+  return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
+}
+
 /** A door by its name in the source: `door “front”`, `door 3`, `Front door`; `the door` when it has none. */
 export function writeDoor(sourceNode: string): string {
   const name = sourceNode

@@ -31,6 +31,7 @@ import { InspectorPanel } from "./inspector/panel.ts";
 import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
 import { explain, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
+import { Recording } from "./recording.ts";
 import { Visit } from "./visit.ts";
 
 /** So much is kept on this device from visit to visit. */
@@ -144,8 +145,10 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     outdated: () =>
       showNotice("This world was published anew while you were in it.", "Show it", () => location.reload()),
   });
+  const recording = new Recording(visit, announcer);
   const panel = new InspectorPanel({
     visit,
+    recording,
     company,
     ...network,
     toggled: (open) => {
@@ -195,6 +198,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     map: () => map.toggle(),
     inspector: () => panel.toggle(),
     freeze: () => panel.toggleFreeze(),
+    record: () => recording.toggle(),
     close: () => [help, map, panel].find(({ open }) => open)?.toggle(false),
   };
   const room = element("free", HTMLDivElement);
@@ -230,7 +234,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   offerViewpoints(scene.manifest.viewpoints, (chosen) => visit.goTo(chosen));
   visit.begin(controls);
   void company.join();
-  window.belvedere = inspector({ visit, company, encodedBytes: () => encoded_bytes, problems });
+  window.belvedere = inspector({ visit, company, recording, encodedBytes: () => encoded_bytes, problems });
   addEventListener("keydown", ({ key }) => key === "Tab" && document.body.classList.add("tabbing"));
   giveBackFocus(element("page", HTMLDivElement));
   focusWorld();
