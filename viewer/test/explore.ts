@@ -90,6 +90,7 @@ export class HereGrowing implements Growing {
 
 export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
   readonly memory_limit_bytes?: number;
+  readonly most_triangles?: number;
   readonly spoil?: (files: Files) => void;
   readonly uses?: Uses;
   readonly growing?: Growing;
@@ -101,6 +102,7 @@ export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
 /** An explorer of the published rooms. */
 export async function explore({
   memory_limit_bytes = 1e9,
+  most_triangles,
   spoil,
   uses = {},
   growing = new HereGrowing(),
@@ -123,7 +125,7 @@ export async function explore({
     scene,
     host,
     budget,
-    { memory_limit_bytes, target_px: 1.5, uses, growing },
+    { memory_limit_bytes, target_px: 1.5, uses, growing, ...(most_triangles !== undefined && { most_triangles }) },
     { changed: () => {}, problem: (error) => problems.push(error) },
   );
   host.missing = () => explorer.missing;
