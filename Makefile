@@ -107,6 +107,7 @@ tools:
 bless:
 	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-bake --test golden_smooth
 	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-scene --test golden_impostors --test golden_population --test golden_procedural --test golden_views
+	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-client --test golden_strategy
 
 clean:
 	$(CARGO) clean

@@ -14,7 +14,7 @@ use clap::{Args, ValueEnum};
 use serde::Deserialize;
 
 use crate::{
-    http::{accept::ConnectionLimits, tls::TlsFiles},
+    http::{NotAnOrigin, Origin, accept::ConnectionLimits, tls::TlsFiles},
     jobs::JobSettings,
     live::{
         LiveSettings, NotAToken,
@@ -109,6 +109,16 @@ pub struct Settings {
     /// How many uploads may wait or be baked [default: 64]
     #[arg(long, value_name = "N", env = "BELVEDERE_MAX_JOBS")]
     pub max_jobs: Option<u32>,
+    /// Let the viewer show trees of these origins too (`?base=`), like `https://worlds.example.org`; with commas between
+    /// [default: those of its own only]
+    #[arg(
+        long,
+        value_name = "ORIGIN",
+        env = "BELVEDERE_BASE_ORIGINS",
+        value_delimiter = ','
+    )]
+    #[serde(default)]
+    pub base_origins: Vec<String>,
     /// Record what happens in live sessions into this file, or go on with it, for `belvedere audit`
     #[arg(long, value_name = "FILE", env = "BELVEDERE_RECORD")]
     pub record: Option<PathBuf>,
@@ -191,6 +201,9 @@ pub enum ConfigError {
     /// The bucket's address cannot be used.
     #[error(transparent)]
     Bucket(#[from] NoBucket),
+    /// What should be an origin of trees is none.
+    #[error("`base_origins` is not right: {0}")]
+    Origin(#[from] NotAnOrigin),
     /// What should be the address of NATS servers is none.
     #[error("`nats` is not right: {0}")]
     Nats(#[from] NotNats),
@@ -233,6 +246,8 @@ pub struct Config {
     pub live: LiveSettings,
     /// Other servers with sessions in the same scenes, if there may be some.
     pub nodes: Option<NodeSettings>,
+    /// Whose trees the viewer may show beside those of this server.
+    pub base_origins: Vec<Origin>,
     /// Where live sessions are recorded, if they are.
     pub record: Option<PathBuf>,
     /// Where traces go, if they go anywhere.
@@ -292,6 +307,11 @@ impl Settings {
             bake_minutes: self.bake_minutes.or(fallback.bake_minutes),
             max_jobs_per_key: self.max_jobs_per_key.or(fallback.max_jobs_per_key),
             max_jobs: self.max_jobs.or(fallback.max_jobs),
+            base_origins: if self.base_origins.is_empty() {
+                fallback.base_origins
+            } else {
+                self.base_origins
+            },
             record: self.record.or(fallback.record),
             nats: self.nats.or(fallback.nats),
             node: self.node.or(fallback.node),
@@ -395,6 +415,13 @@ impl TryFrom<Settings> for Config {
             jobs,
             live,
             nodes,
+            base_origins: settings
+                .base_origins
+                .iter()
+                .map(|origin| origin.trim())
+                .filter(|origin| !origin.is_empty())
+                .map(str::parse)
+                .collect::<Result<_, _>>()?,
             record: settings.record,
             traces,
             poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),
@@ -468,6 +495,22 @@ mod tests {
         };
         let error = Config::try_from(settings).unwrap_err().to_string();
         assert_eq!(error, "`max_connections` must be from 1 to 1000000; got 0");
+    }
+
+    #[test]
+    fn origins_of_other_trees_are_named_or_none() {
+        let with = |origins: &[&str]| {
+            Config::try_from(Settings {
+                base_origins: origins.iter().map(ToString::to_string).collect(),
+                ..Settings::default()
+            })
+        };
+        let origins = with(&["https://worlds.example.org/", " http://127.0.0.1:9000", ""]).unwrap();
+        let told: Vec<_> = origins.base_origins.iter().map(ToString::to_string).collect();
+        assert_eq!(told, ["https://worlds.example.org", "http://127.0.0.1:9000"]);
+        assert!(with(&["*"]).unwrap_err().to_string().starts_with("`base_origins` is not right: \"*\""));
+        let merged = Settings::default().or(file("base_origins = [\"https://a.example\"]").unwrap());
+        assert_eq!(Config::try_from(merged).unwrap().base_origins.len(), 1);
     }
 
     #[test]

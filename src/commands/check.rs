@@ -83,6 +83,8 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
     let name = config.nodes.as_ref().and_then(|nodes| nodes.name.as_ref());
     let traces = config.traces.as_ref();
     let or_not = |set: Option<String>| set.unwrap_or_else(|| "not set".to_owned());
+    let origins: Vec<_> = config.base_origins.iter().map(ToString::to_string).collect();
+    let origins = Some(origins.join(",")).filter(|origins| !origins.is_empty());
     vec![
         ("listen", config.listen.to_string()),
         ("tls_cert", file(tls.map(|tls| tls.cert.as_path()))),
@@ -116,6 +118,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ("bake_minutes", (jobs.time.as_secs() / 60).to_string()),
         ("max_jobs_per_key", jobs.open_of_a_key.to_string()),
         ("max_jobs", jobs.open_of_all.to_string()),
+        ("base_origins", or_not(origins)),
         ("record", file(config.record.as_deref())),
         ("otlp", or_not(traces.map(|traces| traces.collector.to_string()))),
         (

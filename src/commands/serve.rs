@@ -20,7 +20,7 @@ use crate::{
     config::{Config, LogFormat, Settings},
     dashboard::{self, Screen},
     http::{
-        AppState, Metrics, OnLine, Pace, RequestLimits,
+        AppState, Metrics, OnLine, Pace, PagePolicy, RequestLimits,
         accept::{ConnectionLimits, serve_connections},
         front::Front,
         metrics_text,
@@ -180,6 +180,7 @@ async fn serve_and_show(
             timeout: config.request_timeout,
         },
         on_line: OnLine::default(),
+        page_policy: PagePolicy::reading(&config.base_origins),
     };
     if nothing_yet {
         tracing::info!(data = %config.place.data.display(), "nothing is published yet; `belvedere bake FILE --scene NAME` does that");

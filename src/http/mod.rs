@@ -13,6 +13,7 @@
 //! * `uploads`, `rollback`: how what is published changes. `owner`: by whom. `pace`, `peer`: how often, and from where.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
 //! * `visitor`: for whom what is there. `links`: who comes through a link into a private scene.
+//! * `viewer`: its page and scripts. `policy`: what these may load, and from where.
 //! * `momentary`: answers that no cache keeps.
 //! * [`accept`]: the accept loop with its limits and its `ending`. [`tls`]: certificates. `direct`: simple requests without TLS,
 //!   answered in front of hyper. `quiet`: how long a peer is waited for.
@@ -44,6 +45,7 @@ mod openapi;
 mod owner;
 mod pace;
 mod peer;
+mod policy;
 mod queries;
 mod quiet;
 mod ranges;
@@ -64,6 +66,7 @@ pub use error::ApiError;
 pub use metrics::{Metrics, metrics_text};
 pub use openapi::OPENAPI_JSON;
 pub use pace::Pace;
+pub use policy::{NotAnOrigin, Origin, PagePolicy};
 pub use viewer::viewer_files;
 pub use visible::OnLine;
 
@@ -96,6 +99,8 @@ pub struct AppState {
     pub limits: RequestLimits,
     /// Limits on what is computed on line.
     pub on_line: OnLine,
+    /// From where the viewer's page may read.
+    pub page_policy: PagePolicy,
 }
 
 /// Limits on one request.

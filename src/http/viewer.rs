@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 use axum::{
     body::Body,
+    extract::State,
     http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header},
     response::{IntoResponse, Response},
 };
@@ -14,6 +15,7 @@ use rust_embed::RustEmbed;
 use super::{
     conditional::{self, Verdict},
     error::ApiError,
+    policy::PagePolicy,
 };
 use crate::media;
 
@@ -27,12 +29,6 @@ const PLACEHOLDER: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-
 in <code>viewer/</code>, then build the server again. What is published: <a href=\"/v1/scenes\">/v1/scenes</a>; \
 what can be asked: <a href=\"/openapi.json\">/openapi.json</a>.</p></html>";
 
-/// three.js needs no `eval`, but mesh decoders are WebAssembly, which has a keyword of its own. Some decoders run in
-/// workers made from blobs; textures and GLBs come as blobs.
-const CONTENT_SECURITY_POLICY: &str = "default-src 'self'; script-src 'self' blob: 'wasm-unsafe-eval'; \
-worker-src 'self' blob:; connect-src 'self' blob: data:; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; font-src 'self' data:; \
-object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
-
 /// The viewer's files by path, for a static tree; empty when the program was built without the viewer.
 pub fn viewer_files() -> impl Iterator<Item = (Cow<'static, str>, Cow<'static, [u8]>)> {
     Dist::iter().filter_map(|path| Dist::get(&path).map(|file| (path, file.data)))
@@ -44,14 +40,19 @@ pub(super) fn has(path: &str) -> bool {
 }
 
 /// `GET /` and every address that no other route has: a file of the viewer.
-pub(super) async fn file(method: Method, uri: Uri, headers: HeaderMap) -> Result<Response, ApiError> {
+pub(super) async fn file(
+    State(policy): State<PagePolicy>,
+    method: Method,
+    uri: Uri,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
     let path = match uri.path() {
         "/" => "index.html",
         path => path.trim_start_matches('/'),
     };
     let Some(file) = Dist::get(path) else {
         return if path == "index.html" && uri.path() == "/" {
-            Ok((page_headers("text/html; charset=utf-8", media::PAGE), PLACEHOLDER).into_response())
+            Ok((page_headers("text/html; charset=utf-8", media::PAGE, &policy), PLACEHOLDER).into_response())
         } else {
             Err(ApiError::NoRoute)
         };
@@ -62,7 +63,7 @@ pub(super) async fn file(method: Method, uri: Uri, headers: HeaderMap) -> Result
     let life = media::life(path);
     let hash = belvedere_scene::BlobHash(file.metadata.sha256_hash());
     let etag = format!("\"{hash}\"");
-    let mut answer = page_headers(media::kind(path), life);
+    let mut answer = page_headers(media::kind(path), life, &policy);
     answer.insert(
         header::ETAG,
         HeaderValue::try_from(&etag).expect("a tag is quoted hex digits"),
@@ -83,14 +84,13 @@ pub(super) async fn file(method: Method, uri: Uri, headers: HeaderMap) -> Result
     }
 }
 
-fn page_headers(content_type: &'static str, life: &'static str) -> HeaderMap {
+fn page_headers(content_type: &'static str, life: &'static str, policy: &PagePolicy) -> HeaderMap {
     [
-        (header::CONTENT_TYPE, content_type),
-        (header::CACHE_CONTROL, life),
-        (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
-        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CONTENT_TYPE, HeaderValue::from_static(content_type)),
+        (header::CACHE_CONTROL, HeaderValue::from_static(life)),
+        (header::CONTENT_SECURITY_POLICY, policy.header()),
+        (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
     ]
     .into_iter()
-    .map(|(name, value)| (name, HeaderValue::from_static(value)))
     .collect()
 }

@@ -40,6 +40,13 @@ export function anglesOf(orientation: readonly number[]): { yaw: number; pitch: 
   return { yaw: Math.atan2(-ahead[0], -ahead[2]), pitch: Math.asin(Math.min(1, Math.max(-1, ahead[1]))) };
 }
 
+/** The unit quaternion x, y, z, w of who looks so: turned about the vertical first, then raised. */
+export function orientationOf(yaw: number, pitch: number): [number, number, number, number] {
+  const [sinYaw, cosYaw] = [Math.sin(yaw / 2), Math.cos(yaw / 2)];
+  const [sinPitch, cosPitch] = [Math.sin(pitch / 2), Math.cos(pitch / 2)];
+  return [cosYaw * sinPitch, sinYaw * cosPitch, -sinYaw * sinPitch, cosYaw * cosPitch];
+}
+
 /** The tree that a page shows: the one named by `?base=`, else the folder in which the page lies. */
 export function treeBase(page: string): string {
   const named = new URL(page).searchParams.get("base");

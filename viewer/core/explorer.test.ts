@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { explore } from "../test/explore.ts";
+import { explore, type SetUp } from "../test/explore.ts";
 import { type Files, PITCH_M } from "../test/fixture.ts";
 import type { Vec3 } from "./geometry.ts";
 
@@ -16,9 +16,66 @@ describe("an explorer", () => {
     const record = await explorer.record(0);
     expect(explorer.visible.length).toBe(record.lpvs.length + record.opvs.length);
     expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
-    const { loaded_bytes, total_bytes } = explorer.progress();
-    expect(total_bytes).toBe(record.visibleCoarsestBytes);
-    expect(loaded_bytes).toBe(total_bytes);
+    const bytes = record.visibleCoarsestBytes;
+    expect(explorer.progress()).toEqual({ loaded_bytes: bytes, isAbout: false, total_bytes: bytes, bound: "exact" });
+  });
+
+  it("knows from the first moment how much it will be", async () => {
+    const kinds: SetUp[] = [{ packed: true }, { smooth: true, impostor: true }, { grown: true, populated: true }];
+    for (const options of kinds) {
+      const { explorer, scene, go } = await explore(options);
+      const told: (number | string | undefined)[][] = [];
+      go(ROOM_0);
+      expect(explorer.progress()).toBeUndefined();
+      for (let calm = 0; calm < 5; calm = explorer.pending === 0 ? calm + 1 : 0) {
+        await new Promise((resolve) => setTimeout(resolve, 1));
+        const { loaded_bytes, total_bytes, bound } = explorer.progress() ?? {};
+        if (total_bytes !== undefined) told.push([loaded_bytes, total_bytes, bound]);
+      }
+      const { visibleCoarsestBytes } = await explorer.record(0);
+      expect(told.length).toBeGreaterThan(3);
+      expect(new Set(told.map(([, total, bound]) => `${total} ${bound}`))).toEqual(
+        new Set([`${visibleCoarsestBytes} exact`]),
+      );
+      const loaded = told.map(([bytes]) => Number(bytes));
+      // What stands in for entries is estimated.
+      if (!options.populated) expect(loaded).toEqual([...loaded].sort((a, b) => a - b));
+      expect([loaded[0], loaded.at(-1)]).toEqual([0, visibleCoarsestBytes]);
+      expect(scene.manifest.whole).toBeUndefined();
+    }
+  });
+
+  it("has something of all that lies ahead when one gets there, in three steps", async () => {
+    const { explorer, host, go, quiet } = await explore({ rooms: 12 });
+    go(ROOM_0, [1.5, 0, 0]);
+    await quiet();
+    // The doorway ahead, and the room beyond it.
+    expect([1, 2, 3, 5].map((cell) => explorer.prepares(cell))).toEqual([true, true, false, false]);
+    for (const cell of [1, 2]) {
+      const { lpvs, opvs } = await explorer.record(cell);
+      for (const { object } of [...lpvs, ...opvs]) {
+        expect(explorer.holds(explorer.placed(object)?.model.model ?? -1), `o${object}`).toBe(true);
+      }
+    }
+    const before = host.uploads.length;
+    go(room(1), [1.5, 0, 0]);
+    await quiet();
+    expect(host.uploads.slice(before).every(({ missing }) => missing === 0)).toBe(true);
+  });
+
+  it("refines no further than its triangles suffice", async () => {
+    const sharp = await explore();
+    const blunt = await explore({ most_triangles: 400 });
+    for (const { go, quiet } of [sharp, blunt]) {
+      go(ROOM_0);
+      await quiet();
+    }
+    const triangles = ({ explorer }: typeof sharp) =>
+      explorer.visible.reduce((sum, { model }) => sum + (explorer.models.of(model.model).held?.triangles ?? 0), 0);
+    expect(sharp.explorer.refinedTo_px).toBe(1.5);
+    expect(blunt.explorer.refinedTo_px).toBeGreaterThan(1.5);
+    expect(triangles(blunt)).toBeLessThan(triangles(sharp));
+    expect(blunt.explorer).toMatchObject({ settled: true, missing: 0 });
   });
 
   it("brings the coarsest level of everything before any finer one", async () => {
@@ -158,6 +215,22 @@ describe("an explorer", () => {
       expect(tight.most_bytes).toBeLessThanOrEqual(limit_bytes);
       expect(tight.host.evicted).not.toEqual([]);
       expect([tight.explorer.missing, tight.problems, tight.again]).toEqual([0, [], 0]);
+    });
+
+    it("draws more coarsely what came finer before anything is missing, and fetches none of it again", async () => {
+      // The balls' finest level fits beside what is coarsest in ten rooms, and not in eleven.
+      const { explorer, host, problems, requests, go, quiet } = await explore({ memory_limit_bytes: 101e3, rooms: 16 });
+      const finest: number[] = [];
+      for (let i = 0; i <= 10; i += 1) {
+        go(room(i));
+        await quiet();
+        expect(explorer).toMatchObject({ missing: 0, holes: 0, settled: true });
+        finest.push(host.details.size);
+      }
+      expect(finest).toEqual([...Array(10).fill(1), 0]);
+      expect([host.evicted, host.blunted, problems]).toEqual([[], [3], []]);
+      expect(explorer.models.of(3).held).toEqual(explorer.residency.base(3)?.grade);
+      expect(new Set(requests).size).toBe(requests.length);
     });
 
     it("says so when not even the coarsest levels fit, and goes on with what does", async () => {

@@ -11,19 +11,20 @@ import { nearestPoint } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import { areSame, farObjects } from "./farobjects.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import type { Vec3 } from "./geometry.ts";
+import { length, subtract, type Vec3 } from "./geometry.ts";
 import { type Growing, growing } from "./growing.ts";
 import { LookAhead } from "./lookahead.ts";
 import { type ModelHost, ModelLoads, type ModelNotes } from "./modelloads.ts";
 import { MetCells } from "./navigation.ts";
 import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject, type Uses } from "./objects.ts";
-import { PRIORITY, purposeOf } from "./priority.ts";
-import { firstProgress, type Progress, type Shares, shares, sharpProgress } from "./progress.ts";
+import { PRIORITY, type Want } from "./priority.ts";
+import { firstProgress, type Progress, type Scope, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
 import { MemoryShortError, ResidencySet } from "./residency.ts";
-import { type Eye, plan, shrink, type Want } from "./scheduler.ts";
-import { isSameSight, NOTHING_IN_SIGHT, type Sight } from "./sight.ts";
+import { shrink, targetWithin, wanted } from "./scheduler.ts";
+import type { Eye } from "./screenerror.ts";
+import { isSameSight, NOTHING_IN_SIGHT, type Shares, type Sight, shares } from "./sight.ts";
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import type { Surveyed } from "./survey.ts";
@@ -34,6 +35,8 @@ export interface ExplorerOptions {
   readonly memory_limit_bytes: number;
   /** Models are refined until their error covers at most so many pixels. */
   readonly target_px: number;
+  /** Triangles of all that is visible; models are refined less where it would take more. Unlimited unless given. */
+  readonly most_triangles?: number;
   readonly uses?: Uses;
   /** Grows models; a worker unless said otherwise. */
   readonly growing?: Growing;
@@ -46,6 +49,18 @@ export interface ExplorerEvents {
   readonly problem: (error: unknown) => void;
 }
 
+/** Who has moved so far, or goes so much faster or elsewhere, looks anew at what is wanted. */
+const [MOVED_M, CHANGED_MPS] = [0.25, 0.5];
+
+/** What the record of a cell says of it. */
+interface Told {
+  readonly cell: number;
+  /** What no closed door hides, the most important first. */
+  readonly ids: readonly number[];
+  readonly coarsest_bytes: number;
+  readonly isHiding: boolean;
+}
+
 export class Explorer implements NavigationSpace, Surveyed {
   readonly directory: ObjectDirectory;
   readonly residency: ResidencySet;
@@ -56,7 +71,12 @@ export class Explorer implements NavigationSpace, Surveyed {
   private readonly whereabouts: Whereabouts;
   private sight: Sight = NOTHING_IN_SIGHT;
   private readonly ahead: LookAhead;
+  private told: Told | undefined;
   private eye: Eye | undefined;
+  private velocity_mps: Vec3 = [0, 0, 0];
+  /** The eye and its velocity as it was last looked at what is wanted; nothing when that is out of date. */
+  private planned: { readonly eye: Eye; readonly velocity_mps: Vec3 } | undefined;
+  private target_px: number;
   /** What is drawn by impostors. */
   private far: ReadonlySet<number> = new Set();
   /** How often a cell was entered, or looked at anew because of a door. */
@@ -72,6 +92,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly options: ExplorerOptions,
     private readonly events: ExplorerEvents,
   ) {
+    this.target_px = options.target_px;
     this.directory = new ObjectDirectory(scene, options.uses);
     this.index = new CellIndex(scene);
     this.records = new CellRecords(scene, this.index);
@@ -99,7 +120,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       located: events.changed,
       problem: events.problem,
     });
-    this.ahead = new LookAhead(this.records, this.directory, () => this.replan());
+    this.ahead = new LookAhead(this.records, this.directory, this, () => this.replan());
     const objects = this.directory.whole();
     if (objects) this.show({ cell: undefined, objects, count: objects.length });
   }
@@ -125,9 +146,14 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.eye;
   }
 
-  /** The cell that is prepared because the walker heads for it. */
-  get cellAhead(): number | undefined {
-    return this.ahead.cell;
+  /** Whether a cell is prepared because one may be there soon. */
+  prepares(cell: number): boolean {
+    return this.ahead.prepares(cell);
+  }
+
+  /** Models are refined until their error covers so many pixels, as far as there are triangles for it. */
+  get refinedTo_px(): number {
+    return this.target_px;
   }
 
   /** What can be seen, as far as it is known. */
@@ -169,21 +195,22 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.visible.filter(isHole).length;
   }
 
-  /** Towards the first picture. */
-  progress(): Progress {
-    return firstProgress(this.visible, (model) => this.loads.of(model));
+  /** Towards the first picture; nothing while nobody knows what can be seen. */
+  progress(): Progress | undefined {
+    const scope = this.scope();
+    return scope && firstProgress(scope, (model) => this.loads.of(model));
   }
 
   /** Towards a picture that is as sharp as it will get from here. */
-  sharpProgress(): Progress {
-    if (!this.eye) return { loaded_bytes: 0, total_bytes: 0 };
-    return sharpProgress(this.visible, (model) => this.loads.of(model), this.eye, this.options.target_px);
+  sharpProgress(): Progress | undefined {
+    const scope = this.scope();
+    return scope && this.eye && sharpProgress(scope, (model) => this.loads.of(model), this.eye, this.target_px);
   }
 
   /** Shares of the visible objects that are here, and that are as sharp as the eye can tell. */
   quality(): Shares | undefined {
     if (!this.eye || !this.showsCurrent) return undefined;
-    return shares(this.sight, (model) => this.loads.of(model), this.eye, this.options.target_px);
+    return shares(this.sight, (model) => this.loads.of(model), this.eye, this.target_px);
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */
@@ -232,12 +259,13 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.records.read(cell, PRIORITY.document);
   }
 
-  /** Follows the eye; cheap enough to call in every frame in which it moved. */
-  follow(eye: Eye, velocity: Vec3): void {
+  /** Follows the eye; cheap enough to call in every frame. */
+  follow(eye: Eye, velocity_mps: Vec3): void {
+    const before = this.eye;
     this.eye = eye;
-    this.whereabouts.follow(eye.position);
-    this.lookAhead(velocity);
-    this.replan();
+    this.velocity_mps = velocity_mps;
+    if (!before || before.position !== eye.position) this.whereabouts.follow(eye.position);
+    if (!this.isPlanned(eye)) this.replan();
   }
 
   /** Doors in the openings of the cells that were met. */
@@ -261,6 +289,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   retry(): void {
     this.loads.forgive();
     this.directory.forgive();
+    this.ahead.forget();
     this.whereabouts.again();
     this.replan();
   }
@@ -284,10 +313,11 @@ export class Explorer implements NavigationSpace, Surveyed {
       neighbours.catch(() => {});
       const record = await this.records.read(cell, PRIORITY.document);
       const ids = whole ? [] : this.records.seenFrom(record);
+      if (!whole && !hasLeft()) this.hear(record, ids);
       const see = (objects: readonly PlacedObject[]) => {
         if (!whole && !hasLeft()) this.show({ cell, objects, count: ids.length });
       };
-      see(await this.directory.behold(ids, see));
+      see(await this.directory.behold(ids, undefined, see));
       const resolved = this.directory.resolve(ids, PRIORITY.finer).then(see);
       // Should a neighbour fail first, that is what is told.
       resolved.catch(() => {});
@@ -313,30 +343,56 @@ export class Explorer implements NavigationSpace, Surveyed {
     this.events.changed();
   }
 
-  /** Learns what is visible from the neighbour that the walker heads for. */
-  private lookAhead(velocity: Vec3): void {
-    const record = this.cellId !== undefined && this.records.known(this.cellId);
-    if (record && this.eye && !this.scene.manifest.whole) this.ahead.look(record, this.eye.position, velocity);
+  /** What can be seen from the current cell, as far as that is known. */
+  private scope(): Scope | undefined {
+    const { sight, told, directory } = this;
+    if (this.scene.manifest.whole) return { ...sight, told_bytes: undefined, isHiding: false };
+    if (!told || told.cell !== this.cellId) return undefined;
+    const isShown = sight.cell === told.cell && sight.count === told.ids.length;
+    const objects = isShown ? sight.objects : told.ids.flatMap((id) => directory.beheld(id) ?? []);
+    return { objects, count: told.ids.length, told_bytes: told.coarsest_bytes, isHiding: told.isHiding };
   }
 
+  private hear(record: CellRecord, ids: readonly number[]): void {
+    const isHiding = ids.length < record.lpvs.length + record.opvs.length;
+    this.told = { cell: record.cell, ids, coarsest_bytes: record.visibleCoarsestBytes, isHiding };
+    this.events.changed();
+  }
+
+  /** Whether what is wanted from near by was looked at. */
+  private isPlanned({ position, height_px, viewAngle_rad }: Eye): boolean {
+    if (!this.planned) return false;
+    const { eye, velocity_mps } = this.planned;
+    const isSame = height_px === eye.height_px && viewAngle_rad === eye.viewAngle_rad;
+    const isNear = length(subtract(position, eye.position)) < MOVED_M;
+    return isSame && isNear && length(subtract(this.velocity_mps, velocity_mps)) < CHANGED_MPS;
+  }
+
+  /** Makes what is under way equal to what is wanted. */
   private replan(): void {
-    if (!this.eye || this.closed) return;
-    const { target_px } = this.options;
-    const { objects, count } = this.sight;
-    const isAllKnown = objects.length === count;
-    const wants = plan(objects, this.loads, this.eye, target_px).filter(
-      ({ priority }) => isAllKnown || purposeOf(priority) === "coarsest",
-    );
-    const planned = new Set(wants.map(({ object }) => object.model.model));
-    const soon = this.ahead.objects.filter(
-      ({ model }) => !planned.has(model.model) && !this.residency.held(model.model),
-    );
-    const later = PRIORITY.prefetch - PRIORITY.coarsest;
-    const early = plan(soon, this.loads, this.eye, target_px);
-    wants.push(...early.map((want) => ({ ...want, priority: want.priority + later })));
-    if (this.loads.short) this.makeDo(wants);
-    this.loads.follow(wants);
-    const far = farObjects(objects, (model) => this.loads.of(model), this.eye, target_px, this.far);
+    const { eye, velocity_mps, ahead, loads, sight } = this;
+    if (!eye || this.closed) return;
+    this.planned = { eye, velocity_mps };
+    const { most_triangles } = this.options;
+    this.target_px = this.options.target_px;
+    if (most_triangles !== undefined) {
+      this.target_px = targetWithin(sight.objects, eye, this.target_px, most_triangles);
+    }
+    const { bytes_per_s } = this.scene.queue;
+    const looksAhead = this.cellId !== undefined && this.cellId === sight.cell;
+    if (looksAhead && this.cellId !== undefined) ahead.look(this.cellId, eye.position, velocity_mps);
+    const view = {
+      eye,
+      here: sight.objects,
+      isAllKnown: sight.objects.length === sight.count,
+      ahead: looksAhead ? ahead.known : [],
+    };
+    const wants = wanted(view, loads, this.target_px, bytes_per_s);
+    // What lies ahead is of no use before something of all that can be seen is here.
+    if (looksAhead && view.isAllKnown && !wants.some(({ cause }) => cause.kind === "missing")) ahead.learn(bytes_per_s);
+    if (loads.short) this.makeDo(wants);
+    loads.follow(wants);
+    const far = farObjects(sight.objects, (model) => loads.of(model), eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;
     this.far = far;
     this.host.drawFar(far);
@@ -344,7 +400,7 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Memory does not hold what is visible: draws something more coarsely, or says that even that does not help. */
   private makeDo(wants: Want[]): void {
-    const smaller = shrink(this.visible, (model) => this.residency.held(model));
+    const smaller = shrink(this.visible, (model) => this.residency.base(model));
     if (smaller) wants.unshift(smaller);
     else if (this.loads.pending === 0 && this.shortIn !== this.sight.cell) {
       this.shortIn = this.sight.cell;

@@ -3,7 +3,8 @@ import type { Model } from "./documents.ts";
 import { areSame, farObjects } from "./farobjects.ts";
 import { type Grade, goalOf, gradesOf, type Holding, impostorGrade, isHereWellEnough, levelGrade } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
-import { type Eye, plan, type Stock } from "./scheduler.ts";
+import { plan, type Stock } from "./scheduler.ts";
+import type { Eye } from "./screenerror.ts";
 import { costAlone_bytes } from "./travel.ts";
 
 const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
@@ -53,7 +54,12 @@ function tree(id: number, distance_m: number): PlacedObject {
   return { entry, model: TREE };
 }
 
-const holding = (held: Grade | undefined, hasImpostor: boolean): Holding => ({ held, failed: NONE, hasImpostor });
+const holding = (held: Grade | undefined, hasImpostor: boolean): Holding => ({
+  held,
+  taken: 0,
+  failed: NONE,
+  hasImpostor,
+});
 const stock = (of: Holding): Stock => ({ of: () => of, costOf: costAlone_bytes });
 const wanted = (visible: PlacedObject[], of: Holding) =>
   plan(visible, stock(of), EYE, TARGET_PX).map(({ grade }) => `${grade.kind} ${grade.number}`);
@@ -79,7 +85,7 @@ describe("impostors among grades", () => {
     expect(isHereWellEnough(TREE, holding(COARSEST, true), 0.1)).toBe(true);
     expect(isHereWellEnough(TREE, holding(COARSEST, true), 0.09)).toBe(false);
     expect(isHereWellEnough(TREE, holding(COARSEST, false), 0.1)).toBe(false);
-    const lost: Holding = { held: COARSEST, failed: new Set(["impostor 0"]) };
+    const lost: Holding = { held: COARSEST, taken: 0, failed: new Set(["impostor 0"]) };
     expect(goalOf(TREE, 0.1, lost, costAlone_bytes)).toEqual(FINEST);
   });
 });
@@ -98,7 +104,7 @@ describe("the plan with impostors", () => {
     expect(wanted(grove(30), holding(FINEST, true))).toEqual([]);
     expect(wanted(grove(30), holding(COARSEST, false))).toEqual(["level 0"]);
     expect(wanted(grove(1), holding(FINEST, false))).toEqual([]);
-    expect(wanted(grove(30), { held: FINEST, failed: new Set(["impostor 0"]) })).toEqual([]);
+    expect(wanted(grove(30), { held: FINEST, taken: 0, failed: new Set(["impostor 0"]) })).toEqual([]);
   });
 });
 

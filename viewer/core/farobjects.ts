@@ -5,7 +5,7 @@
  */
 import { type Holding, impostorGrade } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
-import { type Eye, errorOf_px } from "./scheduler.ts";
+import { type Eye, errorOf_px } from "./screenerror.ts";
 
 /** Pictures stay until their error is so many times what will do. */
 const STAYS = 1.25;

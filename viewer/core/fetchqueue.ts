@@ -10,7 +10,7 @@ import { purposeOf } from "./priority.ts";
 import type { RequestLog, RequestTrace } from "./requestlog.ts";
 import type { Shelf } from "./shelf.ts";
 import { type Fetch, FetchError, join, pause, transfer } from "./transfer.ts";
-import { compressed_bytes } from "./travel.ts";
+import { compressed_bytes, leftOf } from "./travel.ts";
 import { type Digest, type Verdict, verify } from "./verify.ts";
 
 export interface FetchQueueOptions {
@@ -85,6 +85,8 @@ export class FetchQueue {
   /** Transfers under way, and how many of them are bundles. */
   private transfers = 0;
   private bundles = 0;
+  /** What of it is on the line, documents apart. */
+  private readonly line = { requests: 0, bytes: 0 };
   private offersBundles = false;
   private refusedBundles = false;
   private pumping = false;
@@ -139,6 +141,11 @@ export class FetchQueue {
     return small ? bytes + NAME_BYTES : compressed_bytes({ url, bytes }) + request_bytes;
   }
 
+  /** How fast the line is; infinite while nobody knows. */
+  get bytes_per_s(): number {
+    return this.meter.bytes_per_s;
+  }
+
   /** Compares bytes that came in pieces with the hash in the URL of the whole. */
   verdict(url: string, bytes: ArrayBuffer): Promise<Verdict> {
     return verify(url, bytes, this.options.digest);
@@ -188,11 +195,18 @@ export class FetchQueue {
         this.waiting.delete(download.url);
         this.running.set(download.url, download);
       }
-      this.transfers += 1;
       const [first] = next;
+      const requests = first && this.isOnLine(first) ? 1 : 0;
+      const bytes = requests * next.reduce((sum, download) => sum + (download.bytes ?? 0), 0);
+      const count = (sign: 1 | -1) => {
+        this.transfers += sign;
+        this.line.requests += sign * requests;
+        this.line.bytes += sign * bytes;
+      };
+      count(1);
       const run = next.length > 1 ? this.runBundle(next) : first && this.run(first);
       void run?.finally(() => {
-        this.transfers -= 1;
+        count(-1);
         this.pump();
       });
     }
@@ -204,10 +218,15 @@ export class FetchQueue {
     // Half of the transfers are left for what is large, or turns out to be urgent.
     const full = 2 * this.bundles >= this.options.concurrency;
     const first = inLine.find((one) => !full || purposeOf(one.priority) === "document" || !this.mayCome(one));
-    if (!first) return [];
+    if (!first || (this.isOnLine(first) && !this.meter.hasRoom(this.line.requests, this.line.bytes))) return [];
     if (full || !this.mayCome(first)) return [first];
     const purpose = purposeOf(first.priority);
     return together(inLine.filter((one) => purposeOf(one.priority) === purpose && this.mayCome(one)));
+  }
+
+  /** Whether a download takes its share of the line: documents always go, and what is kept does not travel. */
+  private isOnLine({ url, priority }: Download): boolean {
+    return purposeOf(priority) !== "document" && !this.shelf?.has(url);
   }
 
   /** Whether a download may come in a bundle. */
@@ -333,7 +352,7 @@ export class FetchQueue {
     receive: (piece: Uint8Array) => void,
   ): Promise<void> {
     const { fetch, stall_ms } = this.options;
-    const trace = this.meter.starts();
+    const trace = this.meter.starts(leftOf(url));
     try {
       const headers = await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
         trace.receives(piece.byteLength);

@@ -28,6 +28,16 @@ export const direction = (yaw: number, pitch = 0): Vec3 => [
   -Math.cos(yaw) * Math.cos(pitch),
 ];
 
+/** The box around points, of which there is at least one. */
+export function boundsOf(points: readonly Vec3[]): Bounds {
+  const reach = (most: (...values: number[]) => number): Vec3 => [
+    most(...points.map(([x]) => x)),
+    most(...points.map(([, y]) => y)),
+    most(...points.map(([, , z]) => z)),
+  ];
+  return { min: reach(Math.min), max: reach(Math.max) };
+}
+
 /** The middle of a box. */
 export const middle = ({ min, max }: Bounds): Vec3 => scale(add(min, max), 0.5);
 
@@ -61,12 +71,6 @@ export function rayToBounds({ min, max }: Bounds, origin: Vec3, direction: Vec3)
     leaves = Math.min(leaves, Math.max(a, b));
   }
   return enters <= leaves ? enters : Number.POSITIVE_INFINITY;
-}
-
-/** The middle of a convex polygon's corners. */
-export function centre(points: readonly Vec3[]): Vec3 {
-  const sum = points.reduce<Vec3>((total, point) => add(total, point), [0, 0, 0]);
-  return scale(sum, 1 / Math.max(points.length, 1));
 }
 
 /** A half-space: points with `dot(normal, p) <= offset` are inside. The normal has length 1. */

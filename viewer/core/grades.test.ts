@@ -50,7 +50,9 @@ function model(levels: number[], rungs: number[], { pictures = 0, packed = false
 
 const grade = (of: Model, name: string) => gradesOf(of).find((one) => nameOf(one) === name) as Grade;
 const chosen = (of: Model, most_error: number, held?: string, failed = NOTHING_FAILED) => {
-  const goal = goalOf(of, most_error, { held: held ? grade(of, held) : undefined, failed }, costAlone_bytes);
+  const drawn = held ? grade(of, held) : undefined;
+  const taken = drawn?.kind === "rung" ? drawn.number + 1 : 0;
+  const goal = goalOf(of, most_error, { held: drawn, taken, failed }, costAlone_bytes);
   return goal && nameOf(goal);
 };
 
@@ -68,11 +70,11 @@ describe("the grade of a model", () => {
   it("counts requests, and none for what stands in a pack; and how much kinds of files shrink", () => {
     const even = model([9000, 4000, 1000], [600, 1200, 2400]);
     expect(chosen(even, 0.4)).toBe("level 2");
-    const one = cost_bytes(even, grade(even, "rung 0"), undefined, costAlone_bytes);
+    const one = cost_bytes(even, grade(even, "rung 0"), 0, costAlone_bytes);
     expect(one).toBe(600 + 35 + 2 * HEADER_BYTES);
-    expect(cost_bytes(even, grade(even, "level 2"), undefined, costAlone_bytes)).toBe(470 + HEADER_BYTES);
+    expect(cost_bytes(even, grade(even, "level 2"), 0, costAlone_bytes)).toBe(470 + HEADER_BYTES);
     const packed = model([9000, 4000, 1000], [600, 1200, 2400], { packed: true });
-    expect(cost_bytes(packed, grade(packed, "level 2"), undefined, costAlone_bytes)).toBe(310);
+    expect(cost_bytes(packed, grade(packed, "level 2"), 0, costAlone_bytes)).toBe(310);
   });
 
   it("does not count again what is held", () => {
@@ -85,7 +87,7 @@ describe("the grade of a model", () => {
     const pictured = model([9000, 6000, 5000], [300, 700, 1500], { pictures: 100_000 });
     expect(chosen(pictured, 0)).toBe("level 0");
     const decoded: CostOf = (file) => (file.url.endsWith(".png") ? 0 : costAlone_bytes(file));
-    const goal = goalOf(pictured, 0, { held: undefined, failed: NOTHING_FAILED }, decoded);
+    const goal = goalOf(pictured, 0, { held: undefined, taken: 0, failed: NOTHING_FAILED }, decoded);
     expect(goal).toMatchObject({ kind: "rung", number: 2 });
   });
 
@@ -93,12 +95,12 @@ describe("the grade of a model", () => {
     const file = { url: "/o/a.dcg", bytes: 5000 };
     const what = { imports: new Map(), part: "a", parameters: {}, seed: 0, geometricError: 0 };
     const grows = { ...model([900, 200], []), rules: { file, ...what, triangles: 100 } };
-    expect(cost_bytes(grows, grade(grows, "grown 0"), undefined, costAlone_bytes)).toBe(1450 + HEADER_BYTES + 100);
+    expect(cost_bytes(grows, grade(grows, "grown 0"), 0, costAlone_bytes)).toBe(1450 + HEADER_BYTES + 100);
     expect(chosen(grows, 0)).toBe("level 0");
     const known: CostOf = (file) => (file.url.endsWith(".dcg") ? 0 : costAlone_bytes(file));
     const goal = (most_error: number, triangles: number) => {
       const model = { ...grows, rules: { ...grows.rules, triangles } };
-      return nameOf(goalOf(model, most_error, { held: undefined, failed: NOTHING_FAILED }, known) as Grade);
+      return nameOf(goalOf(model, most_error, { held: undefined, taken: 0, failed: NOTHING_FAILED }, known) as Grade);
     };
     expect(goal(0, 100)).toBe("grown 0");
     expect(goal(0, 2000)).toBe("level 0");
@@ -124,9 +126,9 @@ describe("the grade of a model", () => {
 
 it("a stream that is wanted whole is one file, and after some rungs the rungs that are missing", () => {
   const three = model([9000], [300, 700, 1500]);
-  const files = (held?: Grade) => filesOf(three, grade(three, "rung 2"), held).map(({ url }) => url);
+  const files = (taken = 0) => filesOf(three, grade(three, "rung 2"), taken).map(({ url }) => url);
   expect(files()).toEqual(["/o/a.slod", "/o/a.gltf"]);
-  expect(files(grade(three, "rung 0"))).toEqual(["/o/a.r1.slod", "/o/a.r2.slod", "/o/a.gltf"]);
+  expect(files(1)).toEqual(["/o/a.r1.slod", "/o/a.r2.slod", "/o/a.gltf"]);
 });
 
 it("small rungs come in one step, large ones each by itself, and a level at once", () => {
@@ -140,4 +142,10 @@ it("small rungs come in one step, large ones each by itself, and a level at once
   }
   expect(steps).toEqual(["rung 2", "rung 3", "rung 4"]);
   expect(nameOf(stepTowards(small, grade(small, "level 0"), held))).toBe("level 0");
+});
+
+it("no step is coarser than what is held", () => {
+  const large = model([90_000, 80_000], [20_000, 40_000, 60_000, 80_000]);
+  const step = (held: string) => nameOf(stepTowards(large, grade(large, "rung 3"), grade(large, held)));
+  expect([step("rung 0"), step("level 1")]).toEqual(["rung 1", "rung 2"]);
 });

@@ -29,6 +29,8 @@ export interface Grade {
 export interface Holding {
   /** What is drawn, if anything. */
   readonly held: Grade | undefined;
+  /** How many rungs of its smooth LOD have come and need not come again. */
+  readonly taken: number;
   /** Names of grades that could not be had: {@link nameOf}, or {@link ALL_RUNGS}. */
   readonly failed: ReadonlySet<string>;
   /** Whether its impostor is here, alone or beside what is held. */
@@ -119,8 +121,8 @@ export function texturesOf(model: Model, grade: Grade): readonly FileRef[] {
   return levelOf(model, grade)?.textures ?? NO_FILES;
 }
 
-/** What has to be fetched to draw a model so after what is held. */
-export function filesOf(model: Model, { kind, number }: Grade, held?: Grade): readonly FileRef[] {
+/** What has to be fetched to draw a model so after so many rungs. */
+export function filesOf(model: Model, { kind, number }: Grade, taken = 0): readonly FileRef[] {
   if (kind === "level") {
     const level = model.levels[number];
     return level ? [level, ...level.textures] : NO_FILES;
@@ -129,20 +131,19 @@ export function filesOf(model: Model, { kind, number }: Grade, held?: Grade): re
   if (kind === "grown") return model.rules ? [model.rules.file, ...model.rules.imports.values()] : NO_FILES;
   if (!model.smooth) return NO_FILES;
   const { materials, textures } = model.smooth;
-  return [...slicesOf(model.smooth, { number }, held), materials, ...textures];
+  return [...slicesOf(model.smooth, number, taken), materials, ...textures];
 }
 
-/** The rungs that follow those that are held, up to one; the whole stream, with one request, where that is all of it. */
-export function slicesOf({ url, bytes, rungs }: Smooth, { number }: Pick<Grade, "number">, held?: Grade): FileRef[] {
-  const first = held?.kind === "rung" ? held.number + 1 : 0;
-  if (first === 0 && number === rungs.length - 1) return [{ url, bytes }];
-  return rungs.slice(first, number + 1).map(({ url, from, to }) => ({ url, bytes: to - from }));
+/** The rungs that follow those that were taken, up to one; the whole stream, with one request, where that is all of it. */
+export function slicesOf({ url, bytes, rungs }: Smooth, number: number, taken: number): FileRef[] {
+  if (taken === 0 && number === rungs.length - 1) return [{ url, bytes }];
+  return rungs.slice(taken, number + 1).map(({ url, from, to }) => ({ url, bytes: to - from }));
 }
 
 /** Bytes that have still to travel until a model can be drawn so. */
-export function cost_bytes(model: Model, grade: Grade, held: Grade | undefined, costOf: CostOf): number {
+export function cost_bytes(model: Model, grade: Grade, taken: number, costOf: CostOf): number {
   const pack = grade.kind === "level" ? model.levels[grade.number]?.pack : undefined;
-  const [first, ...others] = filesOf(model, grade, held);
+  const [first, ...others] = filesOf(model, grade, taken);
   const cost = others.reduce((sum, file) => sum + costOf(file), 0);
   if (!first) return cost;
   if (grade.kind === "grown") return cost + costOf(first) + GROWN_TRIANGLE_BYTES * grade.triangles;
@@ -156,20 +157,23 @@ export function goalOf(model: Model, most_error: number, holding: Holding, costO
   let best: { grade: Grade; bytes: number } | undefined;
   for (const grade of gradesOf(model)) {
     if (isFailed(holding, grade) || !isGoodEnough(model, grade, most_error)) continue;
-    const bytes = cost_bytes(model, grade, holding.held, costOf);
+    const bytes = cost_bytes(model, grade, holding.taken, costOf);
     if (!best || bytes < best.bytes) best = { grade, bytes };
   }
   return best?.grade;
 }
 
-/** What to draw next on the way to a goal: a level at once, rungs in steps. */
+/** What to draw next on the way to a goal: a level at once, rungs in steps, none of them coarser than what is held. */
 export function stepTowards(model: Model, goal: Grade, held: Grade | undefined): Grade {
   if (goal.kind !== "rung" || !model.smooth) return goal;
   const { rungs } = model.smooth;
   const first = held?.kind === "rung" ? held.number + 1 : 0;
   const from = rungs[first]?.from ?? 0;
+  const most_error = held?.geometricError ?? Number.POSITIVE_INFINITY;
+  const isTooCoarse = (number: number) => (rungs[number]?.geometricError ?? 0) >= most_error;
+  const isSmall = (number: number) => (rungs[number]?.to ?? 0) - from <= STEP_BYTES;
   let number = first;
-  while (number < goal.number && (rungs[number + 1]?.to ?? 0) - from <= STEP_BYTES) number += 1;
+  while (number < goal.number && (isSmall(number + 1) || isTooCoarse(number))) number += 1;
   const rung = rungs[number];
   return rung ? rungGrade(rung, number) : goal;
 }

@@ -7,6 +7,8 @@
  * fast and distant one as much as a file.
  */
 
+import { LineSpeed } from "./linespeed.ts";
+
 /** About what the headers of a request and its answer take; `belvedere walk` counts the same. */
 export const HEADER_BYTES = 400;
 /** Nothing is gained by believing more. */
@@ -20,14 +22,16 @@ export interface LineTrace {
   ends(): void;
 }
 
-export interface Meter {
+export interface Meter extends Pick<LineSpeed, "bytes_per_s" | "hasRoom"> {
   /** What one more request costs. */
   readonly request_bytes: number;
-  starts(): LineTrace;
+  /** A request is sent; such a share of the bytes that come of it really travels. */
+  starts(left?: number): LineTrace;
 }
 
 export class LineMeter implements Meter {
   private wait_ms: number | undefined;
+  private readonly speed = new LineSpeed();
   private mean: { readonly life_ms: number; readonly bytes: number } | undefined;
 
   constructor(private readonly now_ms: () => number = () => performance.now()) {}
@@ -38,7 +42,15 @@ export class LineMeter implements Meter {
     return Math.min(MOST_BYTES, HEADER_BYTES + share ** 2 * this.mean.bytes);
   }
 
-  starts(): LineTrace {
+  get bytes_per_s(): number {
+    return this.speed.bytes_per_s;
+  }
+
+  hasRoom(requests: number, bytes: number): boolean {
+    return this.speed.hasRoom(requests, bytes);
+  }
+
+  starts(left = 1): LineTrace {
     const started_ms = this.now_ms();
     let bytes = 0;
     return {
@@ -47,7 +59,9 @@ export class LineMeter implements Meter {
         bytes += more;
       },
       ends: () => {
-        if (bytes > 0) this.lived(this.now_ms() - started_ms, bytes);
+        if (bytes === 0) return;
+        this.lived(this.now_ms() - started_ms, bytes);
+        this.speed.came(started_ms, this.now_ms(), left * bytes);
       },
     };
   }

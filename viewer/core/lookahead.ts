@@ -1,76 +1,89 @@
 /**
- * Which cell will the walker enter next, and what is visible from there? The one behind the nearest opening that lies ahead in the direction of travel, as
- * the ray through the last two viewpoints does it (Marvie & Bouatouch, A VRML97-X3D extension for massive scenery
- * management in virtual worlds, 2004, §6.1), but an opening need not be hit exactly.
+ * What can be seen from the cells that may be entered soon? Learns it in time (`approaches.ts`): documents of what is nearly
+ * due come before anything finer, those of the others last.
  */
-import type { CellRecord, Portal } from "./cellrecord.ts";
+import { type Approach, approaches, type KnownCells, whenToKnow } from "./approaches.ts";
 import type { CellRecords } from "./cellrecords.ts";
-import { centre, distanceToPolygon, dot, length, subtract, type Vec3 } from "./geometry.ts";
+import type { Vec3 } from "./geometry.ts";
 import type { ObjectDirectory, PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
+import type { Ahead } from "./scheduler.ts";
 
-/** An opening further away than this names no cell. */
-const RANGE_M = 6;
-/** Who moves more slowly stands. */
-const SLOWEST_MPS = 0.2;
-
-export function cellAhead(portals: readonly Portal[], position: Vec3, velocity: Vec3): number | undefined {
-  if (length(velocity) < SLOWEST_MPS) return undefined;
-  let best: { cell: number; distance_m: number } | undefined;
-  for (const portal of portals) {
-    const distance_m = distanceToPolygon(portal.polygon, position);
-    const heading = dot(velocity, subtract(centre(portal.polygon), position)) > 0;
-    if (heading && distance_m < Math.min(best?.distance_m ?? Number.POSITIVE_INFINITY, RANGE_M)) {
-      best = { cell: portal.to, distance_m };
-    }
-  }
-  return best?.cell;
+/** A cell that was asked for. */
+interface Place {
+  /** What can be seen from there; unknown while its documents travel. */
+  objects: readonly PlacedObject[] | undefined;
+  /** How urgent its documents are. */
+  priority: number;
 }
 
-interface Ahead {
-  readonly cell: number;
-  objects: readonly PlacedObject[];
-}
-
-/** Learns what is visible from the neighbour that the walker heads for. */
 export class LookAhead {
-  private ahead: Ahead | undefined;
+  private readonly places = new Map<number, Place>();
+  private coming: readonly Approach[] = [];
 
   /** `changed` is called when more is known. */
   constructor(
     private readonly records: CellRecords,
     private readonly directory: ObjectDirectory,
+    private readonly cells: KnownCells,
     private readonly changed: () => void,
   ) {}
 
-  get cell(): number | undefined {
-    return this.ahead?.cell;
+  /** Cells that may be entered and of which one knows what can be seen from there; of each model the most important object. */
+  get known(): Ahead[] {
+    return this.coming.flatMap((approach) => {
+      const objects = this.places.get(approach.cell)?.objects;
+      return objects ? { ...approach, objects } : [];
+    });
   }
 
-  get objects(): readonly PlacedObject[] {
-    return this.ahead?.objects ?? [];
+  /** Whether a cell is being prepared. */
+  prepares(cell: number): boolean {
+    return this.coming.some((approach) => approach.cell === cell) && this.places.has(cell);
   }
 
-  /** Looks from a cell, whose record this is. */
-  look(record: CellRecord, position: Vec3, velocity: Vec3): void {
-    const cell = cellAhead(record.portals, position, velocity);
-    if (cell === undefined || cell === this.ahead?.cell) return;
-    this.ahead = { cell, objects: [] };
-    void this.prepare(this.ahead);
+  /** Looks from a position in a cell. */
+  look(here: number, position: Vec3, velocity_mps: Vec3): void {
+    this.coming = approaches(here, this.cells, position, velocity_mps);
   }
 
-  forget(): void {
-    this.ahead = undefined;
-  }
-
-  private async prepare(ahead: Ahead): Promise<void> {
-    try {
-      const record = await this.records.read(ahead.cell, PRIORITY.prefetch);
-      ahead.objects = await this.directory.resolve(this.records.seenFrom(record), PRIORITY.prefetch);
-      if (this.ahead === ahead) this.changed();
-    } catch {
-      // As for neighbours: entering the cell asks again and reports what is wrong.
-      if (this.ahead === ahead) this.ahead = undefined;
+  /** Learns what can be seen from cells that it is time for. */
+  learn(bytes_per_s: number): void {
+    for (const { cell, in_s } of this.coming) {
+      const when = whenToKnow(in_s, bytes_per_s);
+      if (when === "not yet") continue;
+      const priority = when === "due" ? PRIORITY.due : PRIORITY.prefetch;
+      const place = this.places.get(cell) ?? { objects: undefined, priority: Number.POSITIVE_INFINITY };
+      if (place.objects || place.priority <= priority) continue;
+      place.priority = priority;
+      this.places.set(cell, place);
+      void this.read(cell, place);
     }
   }
+
+  /** Learns all of it anew. */
+  forget(): void {
+    this.places.clear();
+    this.coming = [];
+  }
+
+  private async read(cell: number, place: Place): Promise<void> {
+    const { priority } = place;
+    try {
+      const record = await this.records.read(cell, priority);
+      const ids = this.records.seenFrom(record);
+      const objects = await this.directory.behold(ids, { documents: priority, models: priority });
+      place.objects = ofEachModel(objects);
+      if (this.places.get(cell) === place) this.changed();
+    } catch {
+      // As for neighbours: entering the cell asks again and reports what is wrong.
+    }
+  }
+}
+
+/** Of each model the first object. */
+function ofEachModel(objects: readonly PlacedObject[]): PlacedObject[] {
+  const first = new Map<number, PlacedObject>();
+  for (const object of objects) if (!first.has(object.model.model)) first.set(object.model.model, object);
+  return [...first.values()];
 }

@@ -42,11 +42,7 @@ export class ModelFiles {
   private readonly lostTextures = new Set<string>();
   private readonly growths: GrowthQueue;
 
-  /** `heldOf` answers what is drawn of a model. */
-  constructor(
-    private readonly parts: ModelFilesParts,
-    private readonly heldOf: (model: number) => Grade | undefined,
-  ) {
+  constructor(private readonly parts: ModelFilesParts) {
     this.growths = new GrowthQueue(parts.growing);
   }
 
@@ -72,12 +68,12 @@ export class ModelFiles {
     return async () => ({ glb, state_bytes: 0 });
   }
 
-  /** The rungs after those that are held. From when they are decoded on, the load is not cancelled. */
+  /** The rungs after those that have come. From when they are decoded on, the load is not cancelled. */
   private async fetchRungs(load: Load): Promise<Make> {
     const { model, grade } = load;
     const { smooth } = model;
     if (!smooth) throw new Error(`m${model.model} has no smooth LOD`);
-    const next = slicesOf(smooth, grade, this.heldOf(model.model));
+    const next = slicesOf(smooth, grade.number, this.parts.smooth.taken(model.model));
     const [materials, ...rungs] = await Promise.all([
       this.fetchText(load, smooth.materials),
       ...next.map((file) => this.fetch(load, file)),

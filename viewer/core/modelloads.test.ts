@@ -5,9 +5,8 @@ import { gradesOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import { type ModelHost, ModelLoads } from "./modelloads.ts";
 import type { PlacedObject } from "./objects.ts";
-import { PRIORITY } from "./priority.ts";
+import type { Want } from "./priority.ts";
 import { ResidencySet } from "./residency.ts";
-import type { Want } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Tree } from "./tree.ts";
 
@@ -53,6 +52,7 @@ it("a load that is cancelled when all of it has come decodes nothing", async () 
         return { glb: new ArrayBuffer(1), state_bytes: 0 };
       },
       close: () => {},
+      taken: () => 0,
     } as unknown as SmoothLods,
     growing: {} as Growing,
     changed: () => {},
@@ -61,7 +61,7 @@ it("a load that is cancelled when all of it has come decodes nothing", async () 
     },
   });
   const rung = gradesOf(MODEL).find(({ kind, number }) => kind === "rung" && number === 0);
-  const want = { object: OBJECT, grade: rung, priority: PRIORITY.coarsest, error_px: undefined } as Want;
+  const want = { object: OBJECT, grade: rung, cause: { kind: "missing" }, priority: 0 } as Want;
   const arrive = () => {
     for (const answer of answers.values()) answer(new ArrayBuffer(2));
   };

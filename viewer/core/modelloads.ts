@@ -7,15 +7,15 @@ import type { FileRef } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { Footprint } from "./footprint.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import { ALL_RUNGS, type Holding, levelOf, nameOf } from "./grades.ts";
+import { ALL_RUNGS, type Holding, isFailed, levelOf, nameOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import type { Impostor } from "./impostordocument.ts";
 import { type Load, ModelFiles } from "./modelfiles.ts";
 import type { PlacedObject } from "./objects.ts";
 import { packsWorth } from "./packs.ts";
-import { purposeOf } from "./priority.ts";
-import type { ResidencySet } from "./residency.ts";
-import { reasonFor, type Stock, type Want } from "./scheduler.ts";
+import { type Cause, reasonFor, type Want } from "./priority.ts";
+import type { Gone, Part, ResidencySet, Terms } from "./residency.ts";
+import type { Stock } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import { FetchError } from "./transfer.ts";
 import type { CostOf } from "./travel.ts";
@@ -23,12 +23,17 @@ import type { Tree } from "./tree.ts";
 
 /** What draws: takes decoded levels and shows objects that use them. Knows nothing of cells or downloads. */
 export interface ModelHost {
-  /** Decodes a GLB and draws all shown objects of its model with it instead of the one before; answers its bytes. */
-  upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
+  /**
+   * Decodes a GLB and draws all shown objects of its model with it instead of the one before; answers its bytes. A base is
+   * kept while a detail is drawn; a new one takes the place of both.
+   */
+  upload(model: number, part: Part, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
   /** Whether a texture must be fetched: one that can be drawn and is not decoded already. */
   needsTexture(url: string): boolean;
   /** Decodes the pictures of an impostor and keeps them beside what its model is drawn with; answers their bytes. */
   uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
+  /** Draws a model by its base again. */
+  blunt(model: number): void;
   evict(model: number): void;
   /** Draws these of the shown objects by their impostors, and the others not. */
   drawFar(objects: ReadonlySet<number>): void;
@@ -60,9 +65,14 @@ export interface ModelNotes extends Stock {
   readonly notes: readonly string[];
 }
 
+/** Memory beside the meshes of a model: of its pictures, and of what refines its smooth LOD further. */
+interface Beside {
+  readonly pictures_bytes: number;
+  readonly stream_bytes: number;
+}
+
 const NONE: ReadonlySet<string> = new Set();
-/** What refines or comes early leaves this share of the memory free, for what the next cells cannot do without. */
-const SPARE = 0.25;
+const NOTHING_BESIDE: Beside = { pictures_bytes: 0, stream_bytes: 0 };
 /** After so many wants without memory, what is less urgent waits. */
 const REFUSALS = 4;
 
@@ -70,15 +80,14 @@ export class ModelLoads implements ModelNotes {
   private readonly loads = new Map<number, Load>();
   private readonly failed = new Map<number, Set<string>>();
   private readonly reasons = new Map<number, string>();
-  /** Memory of the impostors that are here. */
-  private readonly impostors_bytes = new Map<number, number>();
+  private readonly beside = new Map<number, Beside>();
   private readonly files: ModelFiles;
   private readonly footprint = new Footprint();
   private closed = false;
   private shortOfMemory = false;
 
   constructor(private readonly parts: ModelLoadsParts) {
-    this.files = new ModelFiles(parts, (model) => this.of(model).held);
+    this.files = new ModelFiles(parts);
   }
 
   /** Whether something visible of which nothing is held had to be left out for want of memory. */
@@ -92,7 +101,13 @@ export class ModelLoads implements ModelNotes {
 
   of(model: number): Holding {
     const held = this.parts.residency.held(model)?.grade;
-    return { held, failed: this.failed.get(model) ?? NONE, hasImpostor: this.impostors_bytes.has(model) };
+    const { pictures_bytes } = this.beside.get(model) ?? NOTHING_BESIDE;
+    return {
+      held,
+      taken: this.parts.smooth.taken(model),
+      failed: this.failed.get(model) ?? NONE,
+      hasImpostor: pictures_bytes > 0,
+    };
   }
 
   readonly costOf: CostOf = (file) => (this.files.isHere(file.url) ? 0 : this.parts.queue.cost_bytes(file));
@@ -144,31 +159,47 @@ export class ModelLoads implements ModelNotes {
     for (const want of starting) void this.start(want, worth);
   }
 
-  /** Promises memory to what will be fetched, the most urgent first; leaves out what there is none for. */
+  /**
+   * Promises memory to what will be fetched, the most urgent first; leaves out what there is none for. What refines leaves
+   * room for what lies ahead.
+   */
   private affordable(wants: readonly Want[]): Want[] {
+    const { residency } = this.parts;
     this.shortOfMemory = false;
+    const sizes = wants.map(({ object, grade }) => this.footprint.estimate_bytes(object.model, grade));
+    const reserve_bytes = wants.reduce((sum, { cause }, i) => sum + (cause.kind === "ahead" ? (sizes[i] ?? 0) : 0), 0);
     let refused = 0;
-    return wants.filter((want) => {
+    return wants.filter(({ object, cause }, i) => {
       if (refused >= REFUSALS) return false;
-      const { model } = want.object;
-      const { residency } = this.parts;
-      const first = purposeOf(want.priority) === "coarsest";
-      const terms = first
-        ? { spare_bytes: 0, within_steps: -1 }
-        : { spare_bytes: SPARE * residency.limit_bytes, within_steps: 1 };
-      const going = residency.promise(model.model, this.footprint.estimate_bytes(model, want.grade), terms);
-      for (const idle of going ?? []) this.drop(idle);
-      if (going) return true;
-      refused += 1;
-      this.shortOfMemory ||= first;
-      return false;
+      const gone = residency.promise(object.model.model, sizes[i] ?? 0, termsFor(cause, reserve_bytes));
+      if (gone) this.release(gone);
+      else {
+        refused += 1;
+        this.shortOfMemory ||= cause.kind === "missing";
+      }
+      return gone !== undefined;
     });
   }
 
-  private drop(model: number): void {
-    this.parts.host.evict(model);
-    this.impostors_bytes.delete(model);
-    this.parts.smooth.close(model);
+  private release({ details, models }: Gone): void {
+    const { host, residency, smooth } = this.parts;
+    for (const model of details) {
+      host.blunt(model);
+      const base = residency.base(model)?.grade;
+      const stream_bytes = smooth.rewind(model, base?.kind === "rung" ? base.number + 1 : 0);
+      this.keepBeside(model, { stream_bytes });
+    }
+    for (const model of models) {
+      host.evict(model);
+      smooth.close(model);
+      this.beside.delete(model);
+    }
+  }
+
+  private keepBeside(model: number, change: Partial<Beside>): void {
+    const beside = { ...(this.beside.get(model) ?? NOTHING_BESIDE), ...change };
+    this.beside.set(model, beside);
+    this.parts.residency.keepBeside(model, beside.pictures_bytes + beside.stream_bytes);
   }
 
   private cancel(load: Load): void {
@@ -235,12 +266,16 @@ export class ModelLoads implements ModelNotes {
       await this.files.fetchTextures(load, textures);
       if (load.state === "cancelled") return;
       load.state = "uploading";
-      const bytes = state_bytes + (await host.upload(model.model, glb, textures));
+      const base = residency.base(model.model)?.grade;
+      const isSound = base !== undefined && !isFailed(this.of(model.model), base);
+      const part = residency.partFor(model.model, grade, isSound);
+      const bytes = await host.upload(model.model, part, glb, textures);
       if (this.closed) return;
       if (grade.kind !== "rung") smooth.close(model.model);
-      this.footprint.learn(model, grade, bytes);
-      residency.hold(model.model, { grade, bytes: bytes + (this.impostors_bytes.get(model.model) ?? 0) });
-      for (const idle of residency.evict()) this.drop(idle);
+      this.footprint.learn(model, grade, bytes + state_bytes);
+      residency.hold(model.model, part, { grade, bytes });
+      this.keepBeside(model.model, { stream_bytes: state_bytes });
+      this.release(residency.evict());
     });
   }
 
@@ -263,10 +298,23 @@ export class ModelLoads implements ModelNotes {
       const bytes = await host.uploadImpostor(model.model, impostor, pictures);
       if (this.closed) return;
       this.footprint.learn(model, grade, bytes);
-      this.impostors_bytes.set(model.model, bytes);
-      const held = residency.held(model.model) ?? { grade, bytes: 0 };
-      residency.hold(model.model, { grade: held.grade, bytes: held.bytes + bytes });
-      for (const idle of residency.evict()) this.drop(idle);
+      if (!residency.held(model.model)) residency.hold(model.model, "base", { grade, bytes: 0 });
+      this.keepBeside(model.model, { pictures_bytes: bytes });
+      this.release(residency.evict());
     });
+  }
+}
+
+/** On which terms memory is promised; so much is needed for what lies ahead. */
+function termsFor(cause: Cause, reserve_bytes: number): Terms {
+  switch (cause.kind) {
+    case "missing":
+    case "coarser":
+      return { spare_bytes: 0, within_steps: 0, blunts: true };
+    case "ahead":
+      return { spare_bytes: 0, within_steps: cause.step === 3 ? 2 : 1, blunts: cause.due };
+    case "finer":
+    case "relief":
+      return { spare_bytes: reserve_bytes, within_steps: 2, blunts: false };
   }
 }

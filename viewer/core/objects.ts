@@ -28,6 +28,15 @@ export interface Uses {
   readonly rules?: boolean;
 }
 
+/** How urgent it is to know of objects. */
+export interface Urgency {
+  readonly documents: number;
+  /** What comes as early as the models themselves. */
+  readonly models: number;
+}
+
+const AT_ONCE: Urgency = { documents: PRIORITY.document, models: PRIORITY.coarsest };
+
 export class ObjectDirectory {
   private readonly objects = new Map<number, PlacedObject>();
   private readonly models = new Map<number, Model>();
@@ -52,6 +61,11 @@ export class ObjectDirectory {
   /** Objects whose entries and models have been read so far. */
   known(object: number): PlacedObject | undefined {
     return this.objects.get(object);
+  }
+
+  /** An object, or what stands for it, as far as either is known. */
+  beheld(id: number): PlacedObject | undefined {
+    return this.placed(id) ?? this.standIns?.known(id);
   }
 
   /** All objects of a small world, or `undefined` for a world with cells. */
@@ -81,13 +95,17 @@ export class ObjectDirectory {
    * The same as soon as can be: what stands for an object will do. `came` is told what there is while only some of them can
    * be drawn.
    */
-  async behold(ids: readonly number[], came: (some: PlacedObject[]) => void): Promise<PlacedObject[]> {
+  async behold(
+    ids: readonly number[],
+    urgency: Urgency = AT_ONCE,
+    came: (some: PlacedObject[]) => void = () => {},
+  ): Promise<PlacedObject[]> {
     const missing = ids.filter((id) => !this.beheld(id));
-    const beforeAll = inOrder(missing, PRIORITY.document);
+    const beforeAll = inOrder(missing, urgency.documents);
     const holders = await this.holders(missing, beforeAll);
     const tell = () => came(ids.flatMap((id) => this.beheld(id) ?? []));
     // What more important objects grow from is as urgent.
-    const amongModels = inOrder(ids, PRIORITY.coarsest);
+    const amongModels = inOrder(ids, urgency.models);
     await this.standIns?.read(holders, amongModels, tell);
     const bare = missing.filter((id) => !this.beheld(id));
     if (bare.length === missing.length) await this.read(holders, beforeAll);
@@ -156,11 +174,6 @@ export class ObjectDirectory {
     this.entries.delete(id);
     this.objects.set(id, object);
     return object;
-  }
-
-  /** An object, or what stands for it. */
-  private beheld(id: number): PlacedObject | undefined {
-    return this.placed(id) ?? this.standIns?.known(id);
   }
 
   private lacks(id: number): never {

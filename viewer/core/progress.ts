@@ -1,93 +1,121 @@
 /**
- * How much of what one can see is here? Exact, because the documents say how large everything is: bytes of levels or rungs
- * and of their textures, each once however many objects share them.
+ * How much of what one can see is here? Counted in bytes of published files, each once however many objects share them.
+ *
+ * The first picture is measured by coarsest levels, whatever stands for them: a rung, pictures or what was grown counts as
+ * the level that need not come any more. So the total is what the cell's record says, before anything else is known of the
+ * objects, and stays the same. Of the sharp picture nothing is known before their entries are: until then its total is at
+ * least what is known.
  */
+import type { FileRef } from "./documents.ts";
 import type { Grade, Holding } from "./grades.ts";
-import { filesOf, goalOf, isHereWellEnough } from "./grades.ts";
+import { coarsestLevel, filesOf, goalOf, isHereWellEnough } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
-import { type Eye, errorThatDoes, firstGoal } from "./scheduler.ts";
-import type { Sight } from "./sight.ts";
+import { type Eye, errorThatDoes } from "./screenerror.ts";
 import { costAlone_bytes } from "./travel.ts";
 
 export interface Progress {
   readonly loaded_bytes: number;
+  /** Whether that is estimated, as something is here whose size is still unknown. */
+  readonly isAbout: boolean;
   readonly total_bytes: number;
+  /** Whether the total is a bound only. */
+  readonly bound: "exact" | "least" | "most";
+}
+
+/** From 0 to 1; nothing is here while nobody knows what can be seen. */
+export function shareOf(progress: Progress | undefined): number {
+  if (!progress) return 0;
+  const { loaded_bytes, total_bytes } = progress;
+  return total_bytes === 0 ? 1 : Math.min(1, loaded_bytes / total_bytes);
+}
+
+/** What can be seen from a cell. */
+export interface Scope {
+  /** What is known of it; for some, what stands for them. */
+  readonly objects: readonly PlacedObject[];
+  /** How many objects it is. */
+  readonly count: number;
+  /** What the coarsest levels of all that can be seen with open doors take, where a record says so … */
+  readonly told_bytes: number | undefined;
+  /** … and whether closed doors hide some of that. */
+  readonly isHiding: boolean;
 }
 
 /** What is known of a model. */
 export type HoldingOf = (model: number) => Holding;
 
 /** Towards the first picture: something of everything visible. */
-export function firstProgress(visible: readonly PlacedObject[], holdingOf: HoldingOf): Progress {
-  return progressTowards(visible, holdingOf, (object, asked) => ({
-    grade: firstGoal(object, asked, costAlone_bytes),
-    does: true,
-  }));
+export function firstProgress(scope: Scope, holdingOf: HoldingOf): Progress {
+  const { objects, count, told_bytes, isHiding } = scope;
+  const files = new Files();
+  let [known, here] = [0, 0];
+  for (const { model } of objects) {
+    const isHeld = holdingOf(model.model).held !== undefined;
+    const coarsest = coarsestLevel(model);
+    if (coarsest) {
+      known += 1;
+      for (const file of [coarsest, ...coarsest.textures]) files.add(file, isHeld);
+    } else if (isHeld) here += 1;
+  }
+  const unknown = count - known;
+  const { loaded_bytes, total_bytes } = files;
+  if (told_bytes === undefined || (isHiding && unknown === 0)) {
+    return { loaded_bytes, isAbout: false, total_bytes, bound: unknown === 0 ? "exact" : "least" };
+  }
+  // What nobody knows of yet shares what is left of the total.
+  const others_bytes = unknown === 0 ? 0 : ((told_bytes - total_bytes) * here) / unknown;
+  return {
+    loaded_bytes: loaded_bytes + Math.max(0, Math.round(others_bytes)),
+    isAbout: here > 0,
+    total_bytes: told_bytes,
+    bound: isHiding ? "most" : "exact",
+  };
 }
 
 /** Towards the sharp picture: of everything visible what will do from here. */
-export function sharpProgress(
-  visible: readonly PlacedObject[],
-  holdingOf: HoldingOf,
-  eye: Eye,
-  target_px: number,
-): Progress {
-  return progressTowards(visible, holdingOf, (object, asked, holding) => {
+export function sharpProgress(scope: Scope, holdingOf: HoldingOf, eye: Eye, target_px: number): Progress {
+  const wanted = new Map<number, { object: PlacedObject; grade: Grade; does: boolean }>();
+  let known = 0;
+  for (const object of scope.objects) {
+    const { model } = object;
+    if (coarsestLevel(model)) known += 1;
+    const holding = holdingOf(model.model);
     const most_error = errorThatDoes(object, eye, target_px);
-    const grade = goalOf(object.model, most_error, asked, costAlone_bytes);
-    return { grade, does: isHereWellEnough(object.model, holding, most_error) };
-  });
-}
-
-/** Of what is visible, 0 to 1. */
-export interface Shares {
-  /** Of which anything is here. */
-  readonly here: number;
-  /** Of which enough is here, as far as the eye can tell. */
-  readonly sharp: number;
-}
-
-export function shares({ objects, count }: Sight, holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
-  let [here, sharp] = [0, 0];
-  for (const object of objects) {
-    const holding = holdingOf(object.model.model);
-    if (!holding.held) continue;
-    here += 1;
-    if (isHereWellEnough(object.model, holding, errorThatDoes(object, eye, target_px))) sharp += 1;
-  }
-  return count === 0 ? { here: 1, sharp: 1 } : { here: here / count, sharp: sharp / count };
-}
-
-/** The grade that is wanted of an object, and whether what is held, if anything, does. */
-type Wanted = (object: PlacedObject, asked: Holding, holding: Holding) => { grade: Grade | undefined; does: boolean };
-
-function progressTowards(visible: readonly PlacedObject[], holdingOf: HoldingOf, wantedOf: Wanted): Progress {
-  const wanted = new Map<number, { object: PlacedObject; grade: Grade; held: Grade | undefined; does: boolean }>();
-  for (const object of visible) {
-    const { model } = object.model;
-    const holding = holdingOf(model);
-    const { held, failed } = holding;
-    // What it takes from the beginning, so that the total does not depend on what is here; but nothing else is fetched for
-    // what has grown.
-    const asked = { held: undefined, failed };
-    const { grade, does } = held?.kind === "grown" ? { grade: held, does: true } : wantedOf(object, asked, holding);
-    const other = wanted.get(model);
+    // What it takes from the beginning, so that the total does not depend on what is here.
+    const bare = { held: undefined, taken: 0, failed: holding.failed };
+    const grade = goalOf(model, most_error, bare, costAlone_bytes);
+    const other = wanted.get(model.model);
     if (grade && (!other || grade.geometricError < other.grade.geometricError)) {
-      wanted.set(model, { object, grade, held, does: held !== undefined && does });
+      wanted.set(model.model, { object, grade, does: isHereWellEnough(model, holding, most_error) });
     }
   }
-  const files = new Map<string, { bytes: number; loaded: boolean }>();
-  for (const { object, grade, held, does } of wanted.values()) {
+  const files = new Files();
+  for (const { object, grade, does } of wanted.values()) {
+    const { held } = holdingOf(object.model.model);
     const here = new Set(held ? filesOf(object.model, held).map(({ url }) => url) : []);
-    for (const { url, bytes } of filesOf(object.model, grade)) {
-      const loaded = does || here.has(url) || (files.get(url)?.loaded ?? false);
-      files.set(url, { bytes, loaded });
-    }
+    for (const file of filesOf(object.model, grade)) files.add(file, does || here.has(file.url));
   }
-  let [loaded_bytes, total_bytes] = [0, 0];
-  for (const { bytes, loaded } of files.values()) {
-    total_bytes += bytes;
-    if (loaded) loaded_bytes += bytes;
+  const { loaded_bytes, total_bytes } = files;
+  return { loaded_bytes, isAbout: false, total_bytes, bound: known === scope.count ? "exact" : "least" };
+}
+
+/** Files, each once. */
+class Files {
+  private readonly files = new Map<string, { readonly bytes: number; readonly isHere: boolean }>();
+
+  add({ url, bytes }: FileRef, isHere: boolean): void {
+    this.files.set(url, { bytes, isHere: isHere || (this.files.get(url)?.isHere ?? false) });
   }
-  return { loaded_bytes, total_bytes };
+
+  get loaded_bytes(): number {
+    return this.sum(({ isHere }) => isHere);
+  }
+
+  get total_bytes(): number {
+    return this.sum(() => true);
+  }
+
+  private sum(counts: (file: { readonly isHere: boolean }) => boolean): number {
+    return [...this.files.values()].reduce((sum, file) => sum + (counts(file) ? file.bytes : 0), 0);
+  }
 }

@@ -1,65 +1,91 @@
 import { expect, it } from "vitest";
-import { FrameBudget } from "./framebudget.ts";
 import type { Grade } from "./grades.ts";
 import { ResidencySet } from "./residency.ts";
 
-const level = (number: number): Grade => ({ kind: "level", number, triangles: 1, geometricError: 0 });
-const ANY = { spare_bytes: 0, within_steps: -1 };
+const level = (number: number): Grade => ({ kind: "level", number, triangles: 1, geometricError: number });
+const ANY = { spare_bytes: 0, within_steps: 0, blunts: true };
+const NOTHING = { details: [], models: [] };
 
-it("holds one level of a model, the last that came", () => {
+/** Takes a grade in as what it should be. */
+function hold(set: ResidencySet, model: number, number: number, bytes: number): void {
+  set.hold(model, set.partFor(model, level(number), true), { grade: level(number), bytes });
+}
+
+it("holds of a model what came first, and the finest that came later", () => {
   const set = new ResidencySet(1000);
-  set.hold(1, { grade: level(2), bytes: 10 });
-  set.hold(1, { grade: level(0), bytes: 90 });
-  expect(set.held(1)).toMatchObject({ grade: level(0) });
-  expect(set.bytes).toBe(90);
+  hold(set, 1, 2, 10);
+  hold(set, 1, 1, 50);
+  hold(set, 1, 0, 90);
+  expect([set.held(1)?.grade, set.base(1)?.grade, set.bytes]).toEqual([level(0), level(2), 100]);
+  expect(set.grades()).toEqual({ 0: 1 });
+});
+
+it("what is coarser than the base, or comes where that is of no use, takes the place of all", () => {
+  const set = new ResidencySet(1000);
+  hold(set, 1, 1, 50);
+  hold(set, 1, 0, 90);
+  hold(set, 1, 2, 10);
+  expect([set.held(1)?.grade, set.bytes]).toEqual([level(2), 10]);
+  expect(set.partFor(1, level(0), false)).toBe("base");
 });
 
 it("what is visible stays, and nothing is promised beyond the limit", () => {
   const set = new ResidencySet(100);
   set.need(new Set([1, 2, 3]));
-  set.hold(1, { grade: level(0), bytes: 60 });
-  expect(set.promise(2, 30, ANY)).toEqual([]);
+  hold(set, 1, 0, 60);
+  expect(set.promise(2, 30, ANY)).toEqual(NOTHING);
   expect(set.promise(3, 20, ANY)).toBeUndefined();
   expect([set.bytes, set.promised_bytes]).toEqual([60, 30]);
   set.withdraw(2);
   expect(set.promise(3, 20, { ...ANY, spare_bytes: 21 })).toBeUndefined();
-  expect(set.promise(3, 20, { ...ANY, spare_bytes: 20 })).toEqual([]);
-  set.hold(3, { grade: level(0), bytes: 50 });
-  expect([set.bytes, set.promised_bytes, set.evict()]).toEqual([110, 0, []]);
+  expect(set.promise(3, 20, { ...ANY, spare_bytes: 20 })).toEqual(NOTHING);
+  hold(set, 3, 0, 50);
+  expect([set.bytes, set.promised_bytes, set.evict()]).toEqual([110, 0, NOTHING]);
 });
 
-it("what is needed furthest away goes first, then what was unused longest, and only as much as must", () => {
-  const set = new ResidencySet(200);
+it("details go before bases, what is needed furthest away first, and only as much as must", () => {
+  const set = new ResidencySet(240);
   for (const model of [1, 2, 3, 4]) {
     set.need(new Set([model]));
-    set.hold(model, { grade: level(0), bytes: 40 });
+    hold(set, model, 2, 40);
   }
+  hold(set, 1, 0, 20);
+  hold(set, 2, 0, 20);
+  hold(set, 4, 0, 20);
   const steps: Record<number, number> = { 1: 1, 2: 3, 3: 3 };
   set.need(new Set([4]), (model) => steps[model] ?? Number.POSITIVE_INFINITY);
-  expect(set.inOrderOfLeaving().map(([model]) => model)).toEqual([2, 3, 1]);
-  expect(set.promise(5, 60, ANY)).toEqual([2]);
-  expect(set.promise(6, 80, { ...ANY, within_steps: 1 })).toBeUndefined();
-  expect(set.promise(6, 80, ANY)).toEqual([3, 1]);
-  expect(set.grades()).toEqual({ 0: 1 });
+  const order = set.inOrderOfLeaving().map(({ model, part }) => [part, model]);
+  expect(order).toEqual([
+    ["detail", 2],
+    ["detail", 1],
+    ["base", 2],
+    ["base", 3],
+    ["base", 1],
+  ]);
+  expect(set.promise(5, 40, { ...ANY, blunts: false })).toEqual({ details: [2], models: [] });
+  expect(set.promise(6, 60, { ...ANY, within_steps: 3, blunts: false })).toBeUndefined();
+  expect(set.promise(6, 60, { ...ANY, blunts: false })).toEqual({ details: [1], models: [2] });
+  expect(set.promise(7, 20, ANY)).toEqual({ details: [4], models: [] });
+  expect([set.held(1)?.grade, set.held(2), set.held(4)?.grade]).toEqual([level(2), undefined, level(2)]);
+  expect(set.bytes + set.promised_bytes).toBeLessThanOrEqual(240);
 });
 
-it("decoding waits for the next frame once this one's time is used", async () => {
-  let now_ms = 0;
-  const budget = new FrameBudget(8, () => now_ms);
-  const done: number[] = [];
-  const work = (id: number) =>
-    budget.run(async () => {
-      now_ms += 5;
-      done.push(id);
-    });
-  const all = Promise.all([1, 2, 3, 4, 5].map(work));
-  const turn = () => new Promise((resolve) => setTimeout(resolve, 0));
-  await turn();
-  expect(done).toEqual([1, 2]);
-  budget.beginFrame(16);
-  await turn();
-  expect(done).toEqual([1, 2, 3, 4]);
-  budget.beginFrame(16);
-  await all;
-  expect(done).toEqual([1, 2, 3, 4, 5]);
+it("counts what stands beside meshes, which goes with the base", () => {
+  const set = new ResidencySet(100);
+  hold(set, 1, 0, 40);
+  set.keepBeside(1, 30);
+  set.keepBeside(1, 20);
+  expect(set.bytes).toBe(60);
+  expect(set.promise(2, 100, ANY)).toEqual({ details: [], models: [1] });
+  expect(set.bytes).toBe(0);
+});
+
+it("what turns out larger than was promised blunts even what is visible, and never makes a hole", () => {
+  const set = new ResidencySet(100);
+  set.need(new Set([1, 2]));
+  hold(set, 1, 2, 30);
+  hold(set, 1, 0, 40);
+  hold(set, 2, 2, 50);
+  expect(set.evict()).toEqual({ details: [1], models: [] });
+  expect(set.bytes).toBe(80);
 });

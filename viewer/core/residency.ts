@@ -1,22 +1,28 @@
 /**
- * What is held, what has been promised a place, and what goes when memory is short? For each model at most one level of
- * detail, or one rung, at a time.
+ * What is held, what has been promised a place, and what goes when memory is short? Of each model what came of it first, its
+ * *base*, and at most one finer grade, its *detail*, which can go at any time without leaving a hole.
  *
- * Guarantees: nothing is promised that would exceed the limit together with what is held and promised already; what
- * a visible object needs goes only when another grade of its model has taken its place. Models that nothing visible
- * needs are kept while memory allows; those go first that are needed furthest away, counted in steps from cell to
- * adjacent cell, and of these the longest unused (Marvie & Bouatouch, A VRML97-X3D extension for massive scenery
- * management in virtual worlds, 2004, §6.2).
+ * Guarantees, as in `client/src/strategy/residency.rs`: nothing is promised that would exceed the limit together with what
+ * is held and promised already, and the base of what is visible never goes. Details go first, then bases; of each those
+ * first that are needed furthest away, counted in steps from cell to adjacent cell, and of these the longest unused (Marvie
+ * & Bouatouch, A VRML97-X3D extension for massive scenery management in virtual worlds, 2004, §6.2).
  */
 import type { Grade } from "./grades.ts";
 
 export interface Held {
   readonly grade: Grade;
-  /** Memory of geometry and textures, and of what refines a smooth LOD further. */
+  /** Memory of its geometry and of textures that came with it. */
   readonly bytes: number;
 }
 
-interface Resident extends Held {
+/** Whether a mesh stays for good, or until memory is short. */
+export type Part = "base" | "detail";
+
+interface Resident {
+  base: Held;
+  detail: Held | undefined;
+  /** Memory of pictures beside a mesh, and of what refines a smooth LOD further. */
+  beside_bytes: number;
   lastNeeded: number;
 }
 
@@ -27,8 +33,25 @@ export type StepsTo = (model: number) => number;
 export interface Terms {
   /** So much must stay free beside it. */
   readonly spare_bytes: number;
-  /** What is needed within so many steps does not go for it. */
+  /** Bases of what is needed within so many steps do not go for it; those of what is visible never do. */
   readonly within_steps: number;
+  /** Whether details of what is visible go for it; those of all else may. */
+  readonly blunts: boolean;
+}
+
+/** What went for want of memory. */
+export interface Gone {
+  /** Models that are drawn by their base again. */
+  readonly details: readonly number[];
+  /** Models that are not drawn any more. */
+  readonly models: readonly number[];
+}
+
+/** Something that may go, and what comes free thereby. */
+export interface Leaving {
+  readonly model: number;
+  readonly part: Part;
+  readonly bytes: number;
 }
 
 /** Not even the coarsest levels of what can be seen from a place fit into the memory. */
@@ -43,6 +66,7 @@ export class MemoryShortError extends Error {
 const LETTERS = { level: "", impostor: "i", rung: "r", grown: "g" };
 
 const NOWHERE_NEAR: StepsTo = () => Number.POSITIVE_INFINITY;
+const NOTHING: Gone = { details: [], models: [] };
 
 export class ResidencySet {
   private readonly residents = new Map<number, Resident>();
@@ -69,8 +93,15 @@ export class ResidencySet {
     return this.residents.size;
   }
 
+  /** What a model is drawn with. */
   held(model: number): Held | undefined {
-    return this.residents.get(model);
+    const resident = this.residents.get(model);
+    return resident?.detail ?? resident?.base;
+  }
+
+  /** What of a model came first and stays. */
+  base(model: number): Held | undefined {
+    return this.residents.get(model)?.base;
   }
 
   /** Names the models that are visible now, and says how near the others are needed. */
@@ -88,22 +119,15 @@ export class ResidencySet {
    * Promises memory to what will be fetched, when there is room or can be made; answers what has gone for it, or
    * `undefined` when there is no room.
    */
-  promise(model: number, bytes: number, { spare_bytes, within_steps }: Terms): number[] | undefined {
-    const short = this.total + this.promised + bytes + spare_bytes - this.limit_bytes;
-    const going: number[] = [];
-    let freed = 0;
-    for (const [idle, { bytes: idle_bytes }] of short > 0 ? this.inOrderOfLeaving() : []) {
-      if (freed >= short || this.stepsTo(idle) <= within_steps) break;
-      if (idle === model) continue;
-      going.push(idle);
-      freed += idle_bytes;
-    }
-    if (freed < short) return undefined;
-    for (const idle of going) this.drop(idle);
+  promise(model: number, bytes: number, { spare_bytes, within_steps, blunts }: Terms): Gone | undefined {
+    const short_bytes = this.total + this.promised + bytes + spare_bytes - this.limit_bytes;
+    const mayGo = (steps: number, part: Part) => (part === "detail" ? steps > 0 || blunts : steps > within_steps);
+    const gone = short_bytes > 0 ? this.free(short_bytes, mayGo) : NOTHING;
+    if (!gone) return undefined;
     this.withdraw(model);
     this.promises.set(model, bytes);
     this.promised += bytes;
-    return going;
+    return gone;
   }
 
   /** Takes a promise back. */
@@ -112,47 +136,105 @@ export class ResidencySet {
     this.promises.delete(model);
   }
 
-  /** Takes a grade in instead of what was held of its model; the promise is kept thereby. */
-  hold(model: number, held: Held): void {
+  /** As what a grade will be held of its model; as its base too when the one that is there is of no use or finer. */
+  partFor(model: number, grade: Grade, baseIsSound: boolean): Part {
+    const base = this.base(model);
+    const stays = base && baseIsSound && grade.geometricError <= base.grade.geometricError;
+    return stays ? "detail" : "base";
+  }
+
+  /** Takes a grade in instead of what was held as that part of its model; the promise is kept thereby. A new base is alone. */
+  hold(model: number, part: Part, held: Held): void {
     this.withdraw(model);
-    this.total += held.bytes - (this.residents.get(model)?.bytes ?? 0);
-    this.residents.set(model, { ...held, lastNeeded: this.uses });
+    const before = this.residents.get(model);
+    const beside_bytes = before?.beside_bytes ?? 0;
+    const base = part === "detail" && before ? before.base : held;
+    const detail = base === held ? undefined : held;
+    this.total -= before ? sizeOf(before) : 0;
+    const resident = { base, detail, beside_bytes, lastNeeded: before?.lastNeeded ?? this.uses };
+    this.total += sizeOf(resident);
+    this.residents.set(model, resident);
   }
 
-  /** Drops idle models until the limit is kept, when what came was larger than what was promised; answers which ones. */
-  evict(): number[] {
-    const going: number[] = [];
-    for (const [model] of this.total + this.promised > this.limit_bytes ? this.inOrderOfLeaving() : []) {
-      if (this.total + this.promised <= this.limit_bytes) break;
-      this.drop(model);
-      going.push(model);
-    }
-    return going;
+  /** Says what is held beside the meshes of a model. */
+  keepBeside(model: number, bytes: number): void {
+    const resident = this.residents.get(model);
+    if (!resident) return;
+    this.total += bytes - resident.beside_bytes;
+    resident.beside_bytes = bytes;
   }
 
-  /** Idle models in the order in which they would go. */
-  inOrderOfLeaving(): (readonly [number, Held])[] {
-    const idle = [...this.residents].filter(([model]) => !this.needed.has(model) && !this.promises.has(model));
-    const steps = new Map(idle.map(([model]) => [model, this.stepsTo(model)]));
-    const further = (a: number, b: number) => {
-      const [stepsA = 0, stepsB = 0] = [steps.get(a), steps.get(b)];
-      return stepsA === stepsB ? 0 : stepsB - stepsA;
-    };
-    return idle.sort(([a, { lastNeeded }], [b, other]) => further(a, b) || lastNeeded - other.lastNeeded);
+  /** Frees memory until the limit is kept, when what came was larger than what was promised; answers what went. */
+  evict(): Gone {
+    const short_bytes = this.total + this.promised - this.limit_bytes;
+    if (short_bytes <= 0) return NOTHING;
+    const mayGo = (steps: number, part: Part) => part === "detail" || steps > 0;
+    return this.free(short_bytes, mayGo, "as much as may go") ?? NOTHING;
   }
 
-  /** How many models are held at each level, and at each rung, as `r0`, `r1` …, as an impostor alone, as `i0`, and grown here, as `g0`. */
+  /** What may go, in the order in which it would: details before bases, and nothing of what is visible. */
+  inOrderOfLeaving(): Leaving[] {
+    return this.leaving((steps) => steps > 0);
+  }
+
+  /** How many models are drawn by each level, and by each rung, as `r0`, `r1` …, as an impostor alone, as `i0`, and grown here, as `g0`. */
   grades(): Record<string, number> {
     const counts: Record<string, number> = {};
-    for (const { grade } of this.residents.values()) {
+    for (const { base, detail } of this.residents.values()) {
+      const { grade } = detail ?? base;
       const name = `${LETTERS[grade.kind]}${grade.number}`;
       counts[name] = (counts[name] ?? 0) + 1;
     }
     return counts;
   }
 
-  private drop(model: number): void {
-    this.total -= this.residents.get(model)?.bytes ?? 0;
-    this.residents.delete(model);
+  /** Makes so many bytes free out of what may go; nothing goes when that does not suffice, unless as much as may go is wanted. */
+  private free(
+    short_bytes: number,
+    mayGo: (steps: number, part: Part) => boolean,
+    otherwise?: "as much as may go",
+  ): Gone | undefined {
+    let freed_bytes = 0;
+    const gone: Leaving[] = [];
+    for (const one of this.leaving(mayGo)) {
+      if (freed_bytes >= short_bytes) break;
+      gone.push(one);
+      freed_bytes += one.bytes;
+    }
+    if (freed_bytes < short_bytes && !otherwise) return undefined;
+    for (const one of gone) this.drop(one);
+    const of = (part: Part) => gone.flatMap((one) => (one.part === part ? one.model : []));
+    const models = new Set(of("base"));
+    return { details: of("detail").filter((model) => !models.has(model)), models: [...models] };
   }
+
+  /** What is on its way to something finer stays. */
+  private leaving(mayGo: (steps: number, part: Part) => boolean): Leaving[] {
+    const residents = [...this.residents].filter(([model]) => !this.promises.has(model));
+    const far = residents.map(([model, resident]) => ({ model, resident, steps: this.stepsFrom(model) }));
+    far.sort((a, b) => b.steps - a.steps || a.resident.lastNeeded - b.resident.lastNeeded || a.model - b.model);
+    const parts = (part: Part) =>
+      far.flatMap(({ model, resident, steps }) => {
+        const bytes = part === "base" ? resident.base.bytes + resident.beside_bytes : resident.detail?.bytes;
+        return bytes !== undefined && mayGo(steps, part) ? { model, part, bytes } : [];
+      });
+    return [...parts("detail"), ...parts("base")];
+  }
+
+  /** 0 for what is visible, and for nothing else. */
+  private stepsFrom(model: number): number {
+    return this.needed.has(model) ? 0 : Math.max(1, Math.min(this.stepsTo(model), Number.MAX_SAFE_INTEGER));
+  }
+
+  private drop({ model, part, bytes }: Leaving): void {
+    const resident = this.residents.get(model);
+    if (!resident) return;
+    this.total -= bytes;
+    if (part === "detail") resident.detail = undefined;
+    else this.residents.delete(model);
+  }
+}
+
+function sizeOf({ base, detail, beside_bytes }: Resident): number {
+  return base.bytes + (detail?.bytes ?? 0) + beside_bytes;
 }

@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 import { type Grade, goalOf } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
-import { firstProgress, sharpProgress } from "./progress.ts";
-import { type Eye, errorThatDoes, plan, type Stock, screenError_px, shrink } from "./scheduler.ts";
+import { plan, type Stock, shrink } from "./scheduler.ts";
+import { type Eye, errorThatDoes, screenError_px } from "./screenerror.ts";
 import { costAlone_bytes } from "./travel.ts";
 
 const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
@@ -46,6 +46,7 @@ function holding(held: Record<number, number>, failed: Record<number, number[]> 
   return {
     of: (model) => ({
       held: held[model] === undefined ? undefined : level(held[model]),
+      taken: 0,
       failed: new Set((failed[model] ?? []).map((number) => `level ${number}`)),
     }),
     costOf: costAlone_bytes,
@@ -105,25 +106,6 @@ it("one millimetre at one metre covers about a pixel of a 1080 pixel picture und
 it("an eye inside an object's box wants the finest level", () => {
   const around = object(0, 0, -0.5, [0.001, 0.1]);
   const most_error = errorThatDoes(around, EYE, 1.5);
-  const nothing = { held: undefined, failed: new Set<string>() };
+  const nothing = { held: undefined, taken: 0, failed: new Set<string>() };
   expect(goalOf(around.model, most_error, nothing, costAlone_bytes)).toMatchObject({ kind: "level", number: 0 });
-});
-
-const having = (grade: Grade | undefined) => ({ held: grade, failed: new Set<string>() });
-
-it("progress counts each model and each texture once", () => {
-  const objects = [object(0, 0, 1, [0, 1], "t"), object(1, 0, 1, [0, 1], "t"), object(2, 2, 1, [0], "t")];
-  expect(firstProgress(objects, () => having(undefined))).toEqual({ loaded_bytes: 0, total_bytes: 1550 });
-  const first = firstProgress(objects, (model) => having(model === 0 ? level(0) : undefined));
-  expect(first.loaded_bytes).toBe(550);
-  expect(firstProgress(objects, () => having(level(0))).loaded_bytes).toBe(1550);
-});
-
-it("progress towards the sharp picture counts what the nearest of a model's objects needs", () => {
-  const [near, far] = [object(0, 0, 1, ERRORS), object(1, 0, 200, ERRORS)];
-  const sharp = (held: number) => sharpProgress([far, near], () => having(level(held)), EYE, 1.5);
-  expect(sharp(1)).toEqual({ loaded_bytes: 0, total_bytes: 1000 });
-  expect(sharp(0)).toEqual({ loaded_bytes: 1000, total_bytes: 1000 });
-  const alone = sharpProgress([far], () => having(level(1)), EYE, 1.5);
-  expect(alone).toEqual({ loaded_bytes: 250, total_bytes: 250 });
 });

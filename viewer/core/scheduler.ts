@@ -1,56 +1,40 @@
 /**
- * What should be fetched next? A pure function of what is visible, what is held and where the eye is.
+ * What should be fetched next? A pure function of what is visible, what is held and where the eye is; the same rules as in
+ * `client/src/strategy`, and `tests/golden/strategy.json` holds both to the same decisions.
  *
  * Rule 1: something of every visible object, at least as good as its coarsest level, comes before anything finer of
- * anything; objects come in the order of their visible solid angle, as the cell's record lists them. Rule 2: then models
- * are refined by screen error, the worst first, until their error covers at most `target_px` pixels. Objects that share a
- * model share one download, and the object that needs it most decides. Whether levels, rungs or pictures are fetched for
- * that, `grades` says. Rule 3: last come pictures of models of which many far objects are drawn by a mesh.
- *
- * Screen error (thesis on walkthroughs, §6.3): an error of `e` metres at distance `d` covers `e · h / (2 d tan(α/2))`
- * of `h` pixels under the vertical view angle `α`.
+ * anything; objects come in the order of their visible solid angle, as the cell's record lists them. Rule 2: then comes what
+ * can be seen from cells that may be entered soon, as soon as it is due (`approaches.ts`). Rule 3: then models are refined by
+ * screen error, the worst first, until their error covers at most `target_px` pixels. Objects that share a model share one
+ * download, and the object that needs it most decides. Whether levels, rungs or pictures are fetched for that, `grades`
+ * says. Rule 4: then come pictures of models of which many far objects are drawn by a mesh, and last what lies ahead and is
+ * not due.
  */
-import { distanceToBounds, type Vec3 } from "./geometry.ts";
+import { type Approach, HORIZON_S, isDue } from "./approaches.ts";
 import {
   coarsestLevel,
   cost_bytes,
   type Grade,
   goalOf,
+  gradesOf,
   type Holding,
   impostorGrade,
   isFailed,
+  isGoodEnough,
   isHereWellEnough,
   levelGrade,
-  nameOf,
   stepTowards,
 } from "./grades.ts";
-import { geometricError_m, type PlacedObject } from "./objects.ts";
-import { PRIORITY, purposeOf } from "./priority.ts";
+import type { PlacedObject } from "./objects.ts";
+import { type Cause, priorityOf, type Want } from "./priority.ts";
 import type { Held } from "./residency.ts";
+import { type Eye, errorOf_px, errorThatDoes } from "./screenerror.ts";
 import type { CostOf } from "./travel.ts";
 
 /** A triangle that need not be drawn in any picture is worth fetching so many bytes. */
 const BYTES_PER_TRIANGLE = 16;
-/** Behind every refinement, which lie within 100,000 of the start of their band. */
-const LAST_OF_BAND = 400_000;
-
-export interface Eye {
-  readonly position: Vec3;
-  /** Vertical view angle in radians. */
-  readonly viewAngle_rad: number;
-  /** Height of the picture in device pixels. */
-  readonly height_px: number;
-}
-
-/** A grade that should be fetched. */
-export interface Want {
-  readonly object: PlacedObject;
-  readonly grade: Grade;
-  /** Lower is more urgent. */
-  readonly priority: number;
-  /** How far off the held grade is; `undefined` when nothing is held. */
-  readonly error_px: number | undefined;
-}
+/** A target is doubled at most so often to keep to a budget of triangles. */
+const MOST_DOUBLINGS = 16;
 
 /** What is known while one plans. */
 export interface Stock {
@@ -58,53 +42,102 @@ export interface Stock {
   readonly costOf: CostOf;
 }
 
-/** How many pixels an error covers at an object's distance. */
-export function screenError_px(error_m: number, distance_m: number, eye: Eye): number {
-  if (error_m === 0) return 0;
-  return (error_m * eye.height_px) / (2 * Math.max(distance_m, 0.05) * Math.tan(eye.viewAngle_rad / 2));
+/** A cell that may be entered, and something of what can be seen from there, the most important first. */
+export interface Ahead extends Approach {
+  readonly objects: readonly PlacedObject[];
 }
 
-/** How many pixels the error of a grade of an object covers. */
-export function errorOf_px(object: PlacedObject, grade: Grade, eye: Eye): number {
-  return screenError_px(geometricError_m(object, grade), distanceToBounds(object.entry.bounds, eye.position), eye);
+/** What is known of a place. */
+export interface View {
+  readonly eye: Eye;
+  /** What is known of what can be seen, the most important first … */
+  readonly here: readonly PlacedObject[];
+  /** … and whether that is all. */
+  readonly isAllKnown: boolean;
+  /** In the order in which to care for them. */
+  readonly ahead: readonly Ahead[];
 }
 
-/** The error, in the space of an object's model, that covers `target_px` pixels. */
-export function errorThatDoes(object: PlacedObject, eye: Eye, target_px: number): number {
-  const px_per_unit = screenError_px(object.entry.scale, distanceToBounds(object.entry.bounds, eye.position), eye);
-  return target_px / px_per_unit;
+/** Everything to fetch, most urgent first: of what can be seen, and of what lies ahead. */
+export function wanted(view: View, stock: Stock, target_px: number, bytes_per_s: number): Want[] {
+  const { eye, here, isAllKnown } = view;
+  const wants = plan(here, stock, eye, target_px).filter(({ cause }) => isAllKnown || cause.kind === "missing");
+  const named = new Set(wants.map(({ object }) => object.model.model));
+  let before_bytes = 0;
+  for (const { cell, step, in_s, objects } of view.ahead) {
+    const others = objects.filter(({ model }) => !named.has(model.model));
+    const firsts = firstWants(others, stock);
+    before_bytes += firsts.reduce((sum, { object, grade }) => sum + costOf_bytes(object, grade, stock), 0);
+    const due = isDue(in_s, before_bytes, bytes_per_s);
+    if (!due && in_s >= HORIZON_S) continue;
+    const cause: Cause = { kind: "ahead", cell, step, in_s, due };
+    for (const { object, grade } of firsts) {
+      named.add(object.model.model);
+      wants.push(want(object, grade, cause, wants.length));
+    }
+  }
+  return wants.sort((a, b) => a.priority - b.priority);
 }
 
-/** Everything to fetch, most urgent first. While an object has nothing at all, nothing finer is in the plan. */
+/** Everything to fetch of what is visible, most urgent first. While an object has nothing at all, nothing finer is in the plan. */
 export function plan(visible: readonly PlacedObject[], stock: Stock, eye: Eye, target_px: number): Want[] {
-  const first = new Map<number, Want>();
+  const first = firstWants(visible, stock);
+  if (first.length > 0) return first;
   const finer = new Map<number, Want>();
+  for (const object of visible) {
+    const wish = refinement(object, stock, eye, target_px);
+    if (!wish) continue;
+    const { model } = object.model;
+    const other = finer.get(model);
+    const finest = other && wish.grade.geometricError > other.grade.geometricError ? other : wish;
+    finer.set(model, { ...finest, priority: Math.min(wish.priority, other?.priority ?? wish.priority) });
+  }
+  const wants = [...finer.values(), ...reliefs(visible, stock, eye, target_px, finer)];
+  return wants.sort((a, b) => a.priority - b.priority || a.object.model.model - b.object.model.model);
+}
+
+/** Something of every model of which nothing is held, each once. */
+export function firstWants(visible: readonly PlacedObject[], stock: Stock): Want[] {
+  const named = new Set<number>();
+  const wants: Want[] = [];
   visible.forEach((object, rank) => {
     const { model } = object;
+    if (named.has(model.model)) return;
     const holding = stock.of(model.model);
-    if (holding.held === undefined) {
-      const goal = first.has(model.model) ? undefined : firstGoal(object, holding, stock.costOf);
-      if (!goal) return;
-      const grade = stepTowards(model, goal, undefined);
-      first.set(model.model, { object, grade, priority: PRIORITY.coarsest + rank, error_px: undefined });
-      return;
-    }
-    const want = refinement(object, holding.held, holding, stock.costOf, eye, target_px);
-    const other = finer.get(model.model);
-    if (!want) return;
-    if (!other) finer.set(model.model, want);
-    else if (want.grade.geometricError <= other.grade.geometricError) {
-      finer.set(model.model, { ...want, priority: Math.min(want.priority, other.priority) });
-    }
+    const goal = holding.held === undefined ? firstGoal(object, holding, stock.costOf) : undefined;
+    if (!goal) return;
+    named.add(model.model);
+    wants.push(want(object, stepTowards(model, goal, undefined), { kind: "missing" }, rank));
   });
-  const wants =
-    first.size > 0 ? [...first.values()] : [...finer.values(), ...reliefs(visible, stock, eye, target_px, finer)];
-  return wants.sort((a, b) => a.priority - b.priority);
+  return wants;
+}
+
+/**
+ * What a first picture of an object is made of: what costs least of all that is at least as good as its coarsest level;
+ * where that cannot be had, whatever can.
+ */
+export function firstGoal({ model }: PlacedObject, holding: Holding, costOf: CostOf): Grade | undefined {
+  const coarsest = coarsestLevel(model)?.geometricError ?? Number.POSITIVE_INFINITY;
+  return goalOf(model, coarsest, holding, costOf) ?? goalOf(model, Number.POSITIVE_INFINITY, holding, costOf);
+}
+
+/** The next step of an object of which something is held, unless that will do. */
+function refinement(object: PlacedObject, stock: Stock, eye: Eye, target_px: number): Want | undefined {
+  const { model } = object;
+  const holding = stock.of(model.model);
+  const { held } = holding;
+  const most_error = errorThatDoes(object, eye, target_px);
+  if (!held || isHereWellEnough(model, holding, most_error)) return undefined;
+  const unsound = isFailed(holding, held);
+  const goal = goalOf(model, most_error, holding, stock.costOf);
+  if (!goal || (!unsound && goal.geometricError >= held.geometricError)) return undefined;
+  const error_px = unsound ? Number.MAX_VALUE : errorOf_px(object, held, eye);
+  return want(object, stepTowards(model, goal, unsound ? undefined : held), { kind: "finer", error_px }, 0);
 }
 
 /**
  * Impostors that save so much drawing that they are worth fetching beside a mesh that is held: those of models that many
- * far objects share with a near one. They come last.
+ * far objects share with a near one.
  */
 function reliefs(
   visible: readonly PlacedObject[],
@@ -125,61 +158,62 @@ function reliefs(
     const triangles = before + Math.max(0, holding.held.triangles - grade.triangles);
     saved.set(model.model, { object, grade, triangles });
   }
-  const wants: Want[] = [];
-  for (const { object, grade, triangles } of saved.values()) {
-    if (triangles < cost_bytes(object.model, grade, undefined, stock.costOf) / BYTES_PER_TRIANGLE) continue;
-    const priority = PRIORITY.finer + LAST_OF_BAND - Math.min(triangles, LAST_OF_BAND) / 2;
-    wants.push({ object, grade, priority, error_px: undefined });
-  }
-  return wants;
+  const worth = [...saved.values()].filter(
+    ({ object, grade, triangles }) => triangles >= costOf_bytes(object, grade, stock) / BYTES_PER_TRIANGLE,
+  );
+  return worth.map(({ object, grade, triangles }) => want(object, grade, { kind: "relief", triangles }, 0));
 }
 
-/** What a first picture of an object is made of: what costs least of all that is at least as good as its coarsest level. */
-export function firstGoal({ model }: PlacedObject, holding: Holding, costOf: CostOf): Grade | undefined {
-  return goalOf(model, coarsestLevel(model)?.geometricError ?? Number.POSITIVE_INFINITY, holding, costOf);
-}
-
-/** The next step of an object of which something is held, unless that will do. */
-function refinement(
-  object: PlacedObject,
-  held: Grade,
-  holding: Holding,
-  costOf: CostOf,
-  eye: Eye,
-  target_px: number,
-): Want | undefined {
-  const { model } = object;
-  const most_error = errorThatDoes(object, eye, target_px);
-  if (isHereWellEnough(model, holding, most_error)) return undefined;
-  const unsound = isFailed(holding, held);
-  const goal = goalOf(model, most_error, holding, costOf);
-  if (!goal) return undefined;
-  const error_px = unsound ? Number.MAX_VALUE : errorOf_px(object, held, eye);
-  const priority = PRIORITY.finer + 100_000 / (1 + error_px);
-  return { object, grade: stepTowards(model, goal, unsound ? undefined : held), priority, error_px };
-}
-
-/** What to draw more coarsely when memory is short: the coarsest level of the visible model that takes most. */
+/** What to draw more coarsely when memory is short: the coarsest level of the visible model whose base takes most. */
 export function shrink(
   visible: readonly PlacedObject[],
-  heldOf: (model: number) => Held | undefined,
+  baseOf: (model: number) => Held | undefined,
 ): Want | undefined {
   let largest: { object: PlacedObject; grade: Grade; bytes: number } | undefined;
   for (const object of visible) {
-    const held = heldOf(object.model.model);
+    const base = baseOf(object.model.model);
     const coarsest = coarsestLevel(object.model);
-    if (!held || !coarsest || held.grade.kind === "impostor") continue;
-    if (held.grade.kind === "level" && held.grade.number >= coarsest.level) continue;
-    if (held.bytes > (largest?.bytes ?? 0)) largest = { object, grade: levelGrade(coarsest), bytes: held.bytes };
+    if (!base || !coarsest || base.grade.kind === "impostor") continue;
+    if (base.grade.kind === "level" && base.grade.number >= coarsest.level) continue;
+    if (base.bytes > (largest?.bytes ?? 0)) largest = { object, grade: levelGrade(coarsest), bytes: base.bytes };
   }
-  if (!largest) return undefined;
-  const { object, grade } = largest;
-  return { object, grade, priority: PRIORITY.coarsest, error_px: undefined };
+  return largest && want(largest.object, largest.grade, { kind: "coarser" }, 0);
 }
 
-/** Why it is fetched, in a few words. */
-export function reasonFor({ object, grade, priority, error_px }: Want): string {
-  const what = `m${object.model.model} ${nameOf(grade)}`;
-  if (purposeOf(priority) === "prefetch") return `seen ahead: ${what}`;
-  return error_px === undefined ? `not here yet: ${what}` : `${error_px.toFixed(1)} px off: ${what}`;
+/**
+ * The error on the screen with which everything visible takes at most so many triangles: `target_px`, or twice that, four
+ * times … as much. The largest error is smallest when all have the same.
+ */
+export function targetWithin(
+  visible: readonly PlacedObject[],
+  eye: Eye,
+  target_px: number,
+  most_triangles: number,
+): number {
+  let px = target_px;
+  for (let doubled = 0; doubled < MOST_DOUBLINGS && trianglesAt(visible, eye, px) > most_triangles; doubled += 1)
+    px *= 2;
+  return px;
+}
+
+/** Triangles of all that is visible where errors of so many pixels do. */
+function trianglesAt(visible: readonly PlacedObject[], eye: Eye, px: number): number {
+  let sum = 0;
+  for (const object of visible) {
+    const most_error = errorThatDoes(object, eye, px);
+    let fewest = Number.POSITIVE_INFINITY;
+    for (const grade of gradesOf(object.model)) {
+      if (grade.triangles < fewest && isGoodEnough(object.model, grade, most_error)) fewest = grade.triangles;
+    }
+    if (fewest < Number.POSITIVE_INFINITY) sum += fewest;
+  }
+  return sum;
+}
+
+function costOf_bytes({ model }: PlacedObject, grade: Grade, stock: Stock): number {
+  return cost_bytes(model, grade, stock.of(model.model).taken, stock.costOf);
+}
+
+function want(object: PlacedObject, grade: Grade, cause: Cause, rank: number): Want {
+  return { object, grade, cause, priority: priorityOf(cause, rank) };
 }

@@ -1,5 +1,8 @@
-/** What can be seen from a cell, as far as that is known? */
+/** What can be seen from a cell, as far as that is known, and how much of it is in the picture? */
+import { isHereWellEnough } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
+import type { HoldingOf } from "./progress.ts";
+import { type Eye, errorThatDoes } from "./screenerror.ts";
 
 export interface Sight {
   /** The cell; `undefined` in a small world, where everything counts as visible, and while nothing is known. */
@@ -15,4 +18,23 @@ export const NOTHING_IN_SIGHT: Sight = { cell: undefined, objects: [], count: 0 
 export function isSameSight(a: Sight, b: Sight): boolean {
   const isSame = a.cell === b.cell && a.count === b.count && a.objects.length === b.objects.length;
   return isSame && a.objects.every((object, i) => object === b.objects[i]);
+}
+
+/** Of what is visible, 0 to 1. */
+export interface Shares {
+  /** Of which anything is here. */
+  readonly here: number;
+  /** Of which enough is here, as far as the eye can tell. */
+  readonly sharp: number;
+}
+
+export function shares({ objects, count }: Sight, holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
+  let [here, sharp] = [0, 0];
+  for (const object of objects) {
+    const holding = holdingOf(object.model.model);
+    if (!holding.held) continue;
+    here += 1;
+    if (isHereWellEnough(object.model, holding, errorThatDoes(object, eye, target_px))) sharp += 1;
+  }
+  return count === 0 ? { here: 1, sharp: 1 } : { here: here / count, sharp: sharp / count };
 }

@@ -49,7 +49,7 @@ describe("an explorer with smooth LODs", () => {
     expect(explorer.residency.grades()).toHaveProperty(`r${rungs.length - 1}`, 1);
     expect(explorer.quality()).toEqual({ here: 1, sharp: 1 });
     const progress = explorer.sharpProgress();
-    expect(progress.loaded_bytes).toBe(progress.total_bytes);
+    expect(progress?.loaded_bytes).toBe(progress?.total_bytes);
     // Pointer and whatever has no hash; rungs are verified with the last of them.
     expect(scene.queue.tally.unverified).toBe(1);
     expect(host.uploads.filter(({ model }) => model === 3).length).toBe(2);

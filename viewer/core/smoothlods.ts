@@ -10,8 +10,14 @@ import { join } from "./transfer.ts";
 import type { Verdict } from "./verify.ts";
 
 interface Stream {
+  readonly smooth: Smooth;
+  /** By which the decoder knows it. */
   readonly number: number;
-  readonly taken: ArrayBuffer[];
+  readonly came: ArrayBuffer[];
+  /** How much of what came the decoder was given. */
+  given: number;
+  /** Rungs that have come. */
+  rungs: number;
 }
 
 /** Compares the bytes of an immutable object with the hash in its URL. */
@@ -25,12 +31,12 @@ export class SmoothLods {
 
   /** Starts to decode with the first stream. */
   constructor(
-    private readonly begin: () => SmoothDecoding,
+    private readonly start: () => SmoothDecoding,
     private readonly verify: Verify,
   ) {}
 
   /**
-   * Takes in what follows what was taken in of a model, up to a rung. Fails when it is damaged; then the stream is of no use
+   * Takes in what follows what has come of a model, up to a rung. Fails when it is damaged; then the stream is of no use
    * and should be closed.
    */
   async refine(
@@ -40,20 +46,46 @@ export class SmoothLods {
     next: readonly ArrayBuffer[],
     materials: string,
   ): Promise<Refined> {
-    const stream = this.streams.get(model) ?? { number: this.opened++, taken: [] };
+    const stream = this.streams.get(model) ?? this.begun(smooth, [], 0);
     this.streams.set(model, stream);
-    stream.taken.push(...next);
-    const taken_bytes = stream.taken.reduce((sum, { byteLength }) => sum + byteLength, 0);
+    stream.came.push(...next);
+    const came_bytes = sizeOf(stream.came);
     const told_bytes = smooth.rungs[rung]?.to;
-    if (taken_bytes !== told_bytes) {
-      throw new Error(`${smooth.url} has ${taken_bytes} bytes up to rung ${rung}, and not ${told_bytes}`);
+    if (came_bytes !== told_bytes) {
+      throw new Error(`${smooth.url} has ${came_bytes} bytes up to rung ${rung}, and not ${told_bytes}`);
     }
-    const isWhole = taken_bytes === smooth.bytes;
-    if (isWhole) await this.check(smooth.url, stream.taken);
-    this.decoding ??= this.begin();
-    const { glb, state_bytes } = await this.decoding.refine(stream.number, next, materials);
+    stream.rungs = rung + 1;
+    const isWhole = came_bytes === smooth.bytes;
+    if (isWhole) await this.check(smooth.url, stream.came);
+    this.decoding ??= this.start();
+    const news = stream.came.slice(stream.given);
+    stream.given = stream.came.length;
+    const { glb, state_bytes } = await this.decoding.refine(stream.number, news, materials);
     if (isWhole) this.close(model);
-    return { glb, state_bytes: isWhole ? 0 : state_bytes + taken_bytes };
+    return { glb, state_bytes: isWhole ? 0 : state_bytes + came_bytes };
+  }
+
+  /** How many rungs of a model have come and need not come again. */
+  taken(model: number): number {
+    return this.streams.get(model)?.rungs ?? 0;
+  }
+
+  /** Forgets what came of a model after so many rungs; answers the bytes that stay, none where the rungs came in one piece. */
+  rewind(model: number, to: number): number {
+    const stream = this.streams.get(model);
+    this.close(model);
+    if (!stream || to === 0) return 0;
+    const { smooth, came } = stream;
+    const bytes = smooth.rungs[to - 1]?.to ?? 0;
+    const ends = came.map((_, i) => sizeOf(came.slice(0, i + 1)));
+    const kept = ends.indexOf(bytes) + 1;
+    if (kept === 0) return 0;
+    this.streams.set(model, this.begun(smooth, came.slice(0, kept), to));
+    return bytes;
+  }
+
+  private begun(smooth: Smooth, came: ArrayBuffer[], rungs: number): Stream {
+    return { smooth, number: this.opened++, came, given: 0, rungs };
   }
 
   private async check(url: string, parts: readonly ArrayBuffer[]): Promise<void> {
@@ -76,4 +108,8 @@ export class SmoothLods {
     this.decoding?.end();
     this.decoding = undefined;
   }
+}
+
+function sizeOf(parts: readonly ArrayBuffer[]): number {
+  return parts.reduce((sum, { byteLength }) => sum + byteLength, 0);
 }

@@ -50,9 +50,7 @@ it("tells apart what is next door: unknown, known, coming and ready; and why thi
     entryOf: (cell: number) => ({ cell, bounds: two.entry.bounds }),
     placed: (object: number) => directory.known(object),
     holds: (model: number) => held.has(model),
-    get cellAhead() {
-      return ahead.cell;
-    },
+    prepares: (cell: number) => ahead.cell === cell,
   } as unknown as Surveyed;
   expect([preparationOf(world, 1), preparationOf(world, 0)]).toEqual(["unknown", "known"]);
   ahead.cell = 0;

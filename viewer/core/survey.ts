@@ -16,8 +16,8 @@ export interface Surveyed {
   entryOf(cell: number): CellEntry | undefined;
   placed(object: number): PlacedObject | undefined;
   holds(model: number): boolean;
-  /** The cell that is being prepared. */
-  readonly cellAhead: number | undefined;
+  /** Whether a cell is being prepared. */
+  prepares(cell: number): boolean;
 }
 
 export interface Neighbour {
@@ -31,7 +31,7 @@ export function preparationOf(world: Surveyed, cell: number): Preparation {
   if (!record) return "unknown";
   const seen = [...record.lpvs, ...record.opvs].map(({ object }) => world.placed(object));
   if (seen.every((object) => object && world.holds(object.model.model))) return "ready";
-  return world.cellAhead === cell ? "coming" : "known";
+  return world.prepares(cell) ? "coming" : "known";
 }
 
 /** The cells next door. */

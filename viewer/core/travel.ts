@@ -11,8 +11,13 @@ const LEFT: Readonly<Record<string, number>> = { glb: 0.47, pack: 0.31, gltf: 0.
 /** Bytes that a file takes until it is here, its request included. */
 export type CostOf = (file: FileRef) => number;
 
+/** The share of a file that travels; bundles are not compressed, whatever is in them. */
+export function leftOf(url: string): number {
+  return url.includes("/bundle/") ? 1 : (LEFT[url.slice(url.lastIndexOf(".") + 1)] ?? 1);
+}
+
 export function compressed_bytes({ url, bytes }: FileRef): number {
-  return bytes * (LEFT[url.slice(url.lastIndexOf(".") + 1)] ?? 1);
+  return bytes * leftOf(url);
 }
 
 /** Of a file that is fetched alone, on a line of which nothing is known. */

@@ -17,7 +17,20 @@ const SIZES = {
   "640x360": phone(640, 360),
   "1280x720": { viewport: { width: 1280, height: 720 } },
 };
-const PANELS = ["hud", "choices", "door", "intro", "mode", "toast", "map", "help", "tools", "inspector", "stick"];
+const PANELS = [
+  "hud",
+  "choices",
+  "door",
+  "recording",
+  "intro",
+  "mode",
+  "toast",
+  "map",
+  "help",
+  "tools",
+  "inspector",
+  "stick",
+];
 const FOLDS = ["What is loaded", "Where to go"];
 /** What is smaller than this cannot be read or used. */
 const LEAST_PX = 90;
@@ -137,6 +150,11 @@ async function atDoor(page, name, touch) {
   await page.locator("#door").waitFor({ timeout });
   await roomFor(page, `${name}-door`, "door", "toast", "tools");
   await hitControls(page, `${name} at a door`, touch);
+  await page.evaluate(() => window.belvedere.recording.start());
+  await page.locator("#recording").waitFor({ timeout });
+  await roomFor(page, `${name}-door-recording`, "door", "recording", "tools");
+  await hitControls(page, `${name} while recording`, touch);
+  await page.evaluate(() => window.belvedere.recording.stop());
   await page.locator("#map-toggle").click();
   await roomFor(page, `${name}-door-map`, "door", "map");
   await page.locator("#map-toggle").click();

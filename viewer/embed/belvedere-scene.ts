@@ -15,7 +15,7 @@ import { Stage } from "../three/stage.ts";
 import { Controls } from "../ui/controls.ts";
 import { make, write } from "../ui/dom.ts";
 import { Doors } from "../ui/doors.ts";
-import { writeBytes } from "../ui/format.ts";
+import { writeProgress } from "../ui/format.ts";
 import { explain, NoSuchScene } from "../ui/problem.ts";
 import { type Display, type Moving, type Readings, Visit } from "../ui/visit.ts";
 import { STYLE } from "./style.ts";
@@ -172,9 +172,9 @@ class Caption implements Display {
     write(this.line, mode === "fly" ? "Flying: walls do not stop you. F to walk." : "");
   }
 
-  show({ settled, loaded_bytes, total_bytes }: Readings): void {
+  show({ settled, progress }: Readings): void {
     if (this.told) return;
-    write(this.line, `${writeBytes(loaded_bytes)} of ${writeBytes(total_bytes)}`);
+    write(this.line, progress ? writeProgress(progress) : "");
     if (!settled) return;
     this.told = true;
     this.line.hidden = true;

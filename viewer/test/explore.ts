@@ -15,6 +15,7 @@ import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { growModel } from "../core/procedural/index.ts";
 import { PublishedScene } from "../core/published.ts";
+import type { Part } from "../core/residency.ts";
 import type { Shelf } from "../core/shelf.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
@@ -25,6 +26,9 @@ import { type ServerOptions, serveFiles } from "./serve.ts";
 export class RecordingHost implements ModelHost {
   readonly uploads: { model: number; bytes: number; missing: number }[] = [];
   readonly evicted: number[] = [];
+  readonly blunted: number[] = [];
+  /** Models that are drawn finer than by what came first. */
+  readonly details = new Set<number>();
   private shown = new Map<number, PlacedObject>();
   private readonly templates = new Set<number>();
   private readonly textures = new Set<string>();
@@ -32,8 +36,15 @@ export class RecordingHost implements ModelHost {
   far: ReadonlySet<number> = new Set();
   missing: () => number = () => 0;
 
-  async upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
+  async upload(
+    model: number,
+    part: Part,
+    glb: ArrayBuffer,
+    textures: ReadonlyMap<string, ArrayBuffer>,
+  ): Promise<number> {
     this.templates.add(model);
+    if (part === "detail") this.details.add(model);
+    else this.details.delete(model);
     for (const url of textures.keys()) this.textures.add(url);
     this.uploads.push({ model, bytes: glb.byteLength, missing: this.missing() });
     return glb.byteLength;
@@ -41,8 +52,13 @@ export class RecordingHost implements ModelHost {
   needsTexture(url: string): boolean {
     return !this.textures.has(url);
   }
+  blunt(model: number): void {
+    this.details.delete(model);
+    this.blunted.push(model);
+  }
   evict(model: number): void {
     this.templates.delete(model);
+    this.details.delete(model);
     this.pictured.delete(model);
     this.evicted.push(model);
   }
@@ -74,6 +90,7 @@ export class HereGrowing implements Growing {
 
 export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
   readonly memory_limit_bytes?: number;
+  readonly most_triangles?: number;
   readonly spoil?: (files: Files) => void;
   readonly uses?: Uses;
   readonly growing?: Growing;
@@ -85,6 +102,7 @@ export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
 /** An explorer of the published rooms. */
 export async function explore({
   memory_limit_bytes = 1e9,
+  most_triangles,
   spoil,
   uses = {},
   growing = new HereGrowing(),
@@ -93,7 +111,8 @@ export async function explore({
   bundles = false,
   ...options
 }: SetUp = {}) {
-  const meter = { request_bytes, starts: () => ({ receives: () => {}, ends: () => {} }) };
+  const starts = () => ({ receives: () => {}, ends: () => {} });
+  const meter = { request_bytes, bytes_per_s: Number.POSITIVE_INFINITY, hasRoom: () => true, starts };
   const files = publish({ rooms: 6, ...options });
   spoil?.(files);
   const { fetch, requests } = serveFiles(files, { bundles });
@@ -106,7 +125,7 @@ export async function explore({
     scene,
     host,
     budget,
-    { memory_limit_bytes, target_px: 1.5, uses, growing },
+    { memory_limit_bytes, target_px: 1.5, uses, growing, ...(most_triangles !== undefined && { most_triangles }) },
     { changed: () => {}, problem: (error) => problems.push(error) },
   );
   host.missing = () => explorer.missing;

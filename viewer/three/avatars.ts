@@ -9,7 +9,7 @@ import { length, subtract, type Vec3 } from "../core/geometry.ts";
 import type { Mover } from "../core/live/company.ts";
 import { colourOf, Gait, isFar, type Pose, type Round } from "../core/live/crowd.ts";
 import type { Worn } from "../core/live/events.ts";
-import type { Eye } from "../core/scheduler.ts";
+import type { Eye } from "../core/screenerror.ts";
 import { Discs, FarCrowd, NearCrowd, type Somebody } from "./crowds.ts";
 import type { Person } from "./person.ts";
 import { capturePerson, pixelOf_m } from "./personcapture.ts";

@@ -1,7 +1,7 @@
 /**
- * How do downloaded levels come into the picture? Decodes GLBs with three.js, keeps one template for each model and a
- * clone, sharing geometry and materials, for each shown object. A finer level replaces a coarser one in one step, so
- * that there is never a frame without either. Far objects are drawn by impostors (`impostors.ts`). What is evicted leaves the GPU.
+ * How do downloaded levels come into the picture? Decodes GLBs with three.js, keeps for each model what came first, its base,
+ * and at most one finer template, and a clone of the finer, sharing geometry and materials, for each shown object. One
+ * replaces another in one step, so that there is never a frame without either. Far objects are drawn by impostors (`impostors.ts`). What is evicted leaves the GPU.
  */
 import {
   type BufferGeometry,
@@ -20,6 +20,7 @@ import type { Vec3 } from "../core/geometry.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
+import type { Part } from "../core/residency.ts";
 import { ImpostorCrowd, standingAt } from "./impostors.ts";
 import { TextureCache } from "./textures.ts";
 
@@ -38,7 +39,7 @@ const POINT_SIZE_PX = 2;
 export class ThreeModelHost implements ModelHost {
   /** Everything that is shown; add it to a scene. */
   readonly root = new Group();
-  private readonly templates = new Map<number, Template>();
+  private readonly templates: Readonly<Record<Part, Map<number, Template>>> = { base: new Map(), detail: new Map() };
   private readonly textures = new TextureCache();
   private readonly loader: GLTFLoader;
   /** Shown objects by id and, for swapping, by model. */
@@ -69,7 +70,12 @@ export class ThreeModelHost implements ModelHost {
     }));
   }
 
-  async upload(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
+  async upload(
+    model: number,
+    part: Part,
+    glb: ArrayBuffer,
+    textures: ReadonlyMap<string, ArrayBuffer>,
+  ): Promise<number> {
     const used = textureUrls(glb).filter((url) => textures.has(url) || this.textures.holds(url));
     const acquired: string[] = [];
     let bytes = 0;
@@ -85,10 +91,10 @@ export class ThreeModelHost implements ModelHost {
       const { scene } = await this.loader.parseAsync(glb, "");
       scene.traverse(prepare);
       bytes += geometryBytes(scene);
-      const before = this.templates.get(model);
-      this.templates.set(model, { root: scene, textures: acquired });
+      const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
+      this.templates[part].set(model, { root: scene, textures: acquired });
       for (const object of this.byModel.get(model) ?? []) this.refresh(object);
-      if (before) this.dispose(before);
+      for (const template of before) this.dispose(template);
     } catch (error) {
       for (const url of acquired) this.textures.release(url);
       throw error;
@@ -110,14 +116,19 @@ export class ThreeModelHost implements ModelHost {
     return crowd.bytes;
   }
 
+  blunt(model: number): void {
+    const detail = this.take(model, "detail");
+    for (const object of this.byModel.get(model) ?? []) this.refresh(object);
+    this.dispose(detail);
+    this.changed();
+  }
+
   evict(model: number): void {
     this.crowds.get(model)?.close();
     this.crowds.delete(model);
-    const template = this.templates.get(model);
-    if (!template) return;
-    this.templates.delete(model);
+    const templates = this.takeAll(model);
     for (const { entry } of this.byModel.get(model) ?? []) this.remove(entry.object);
-    this.dispose(template);
+    for (const template of templates) this.dispose(template);
   }
 
   drawFar(objects: ReadonlySet<number>): void {
@@ -189,15 +200,18 @@ export class ThreeModelHost implements ModelHost {
   /** Frees everything. */
   clear(): void {
     for (const id of [...this.nodes.keys()]) this.remove(id);
-    for (const template of this.templates.values()) this.dispose(template);
-    this.templates.clear();
+    for (const templates of Object.values(this.templates)) {
+      for (const template of templates.values()) this.dispose(template);
+      templates.clear();
+    }
     for (const crowd of this.crowds.values()) crowd.close();
     this.crowds.clear();
   }
 
   /** Draws an object by its model's mesh, unless it is far or there is none. */
   private refresh(object: PlacedObject): void {
-    const template = this.templates.get(object.model.model);
+    const { model } = object.model;
+    const template = this.templates.detail.get(model) ?? this.templates.base.get(model);
     if (template && !this.far.has(object.entry.object)) this.draw(object, template.root);
     else this.remove(object.entry.object);
   }
@@ -238,13 +252,24 @@ export class ThreeModelHost implements ModelHost {
     this.nodes.delete(object);
   }
 
-  private dispose(template: Template): void {
-    template.root.traverse((node) => {
+  /** Takes a template away, which is still to be disposed of. */
+  private take(model: number, part: Part): Template | undefined {
+    const template = this.templates[part].get(model);
+    this.templates[part].delete(model);
+    return template;
+  }
+
+  private takeAll(model: number): (Template | undefined)[] {
+    return [this.take(model, "base"), this.take(model, "detail")];
+  }
+
+  private dispose(template: Template | undefined): void {
+    template?.root.traverse((node) => {
       const { geometry, material } = node as Partial<Mesh>;
       geometry?.dispose();
       for (const one of material ? [material].flat() : []) disposeMaterial(one);
     });
-    for (const url of template.textures) this.textures.release(url);
+    for (const url of template?.textures ?? []) this.textures.release(url);
   }
 }
 

@@ -23,7 +23,7 @@ import {
 import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { Resolution } from "../core/resolution.ts";
-import type { Eye } from "../core/scheduler.ts";
+import type { Eye } from "../core/screenerror.ts";
 
 const VIEW_ANGLE_DEG = 62;
 const NEAR_M = 0.06;

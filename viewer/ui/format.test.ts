@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { writeBytes, writeDoor, writeShare } from "./format.ts";
+import { writeBytes, writeDoor, writeProgress, writeShare, writeTime } from "./format.ts";
 
 it.each([
   [0, "0 B"],
@@ -17,6 +17,17 @@ it("what was fetched is set against the whole, when the whole is known", () => {
   expect(writeShare(1.2e6, 35.4e6)).toBe("1.2 MB of 35.4 MB · 3.4 %");
   expect(writeShare(113e3, 112e3)).toBe("113 kB of 112 kB · 101 %");
   expect(writeShare(5, undefined)).toBe("5 B");
+});
+
+it("progress says where it is not exact", () => {
+  const progress = { loaded_bytes: 3.1e6, total_bytes: 4e6, isAbout: false };
+  expect(writeProgress({ ...progress, bound: "exact" })).toBe("3.1 MB of 4.0 MB");
+  expect(writeProgress({ ...progress, bound: "least" })).toBe("3.1 MB of at least 4.0 MB");
+  expect(writeProgress({ ...progress, bound: "most", isAbout: true })).toBe("about 3.1 MB of at most 4.0 MB");
+});
+
+it("times are minutes and seconds", () => {
+  expect([0, 7_999, 3_690_000].map(writeTime)).toEqual(["0:00", "0:07", "61:30"]);
 });
 
 it.each([

@@ -1,4 +1,5 @@
 /** How are numbers and doors written for people? */
+import type { Progress } from "../core/progress.ts";
 
 const UNITS = ["B", "kB", "MB", "GB", "TB"];
 
@@ -19,6 +20,18 @@ export function writeShare(fetched: number, whole: number | undefined): string {
   if (!whole) return writeBytes(fetched);
   const percent = (100 * fetched) / whole;
   return `${writeBytes(fetched)} of ${writeBytes(whole)} · ${percent.toFixed(percent < 10 ? 1 : 0)} %`;
+}
+
+/** How much is here of what one can see: `3.1 MB of 4.0 MB`, with a word where either is not exact. */
+export function writeProgress({ loaded_bytes, isAbout, total_bytes, bound }: Progress): string {
+  const total = { exact: "", least: "at least ", most: "at most " }[bound] + writeBytes(total_bytes);
+  return `${isAbout ? "about " : ""}${writeBytes(loaded_bytes)} of ${total}`;
+}
+
+/** Minutes and seconds: `0:07`, `61:30`. */
+export function writeTime(time_ms: number): string {
+  const seconds = Math.floor(time_ms / 1000);
+  return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
 }
 
 /** A door by its name in the source: `door “front”`, `door 3`, `Front door`; `the door` when it has none. */

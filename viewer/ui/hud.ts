@@ -2,10 +2,11 @@
  * What does a walker want to know at a glance? The cell, how much of the scene is visible from it, bytes fetched against
  * the whole scene, and exactly how much of this cell is still to come.
  */
+import { shareOf } from "../core/progress.ts";
 import type { Announcer } from "./announcer.ts";
 import { write } from "./dom.ts";
 import { element } from "./elements.ts";
-import { writeBytes, writeShare } from "./format.ts";
+import { writeProgress, writeShare } from "./format.ts";
 import type { Display, Moving, Readings } from "./visit.ts";
 
 const MODES: Readonly<Record<Moving, string>> = {
@@ -38,10 +39,10 @@ export class Hud implements Display {
     write(this.whereabouts, readings.cell === undefined || readings.inside ? "" : "is nearest");
     write(this.visible, visible);
     write(this.bytes, writeShare(readings.fetched_bytes, readings.whole_bytes));
-    const { loaded_bytes, total_bytes } = readings;
+    const { progress } = readings;
     this.loading.classList.toggle("done", readings.settled);
-    this.progress.value = total_bytes === 0 ? 1 : loaded_bytes / total_bytes;
-    write(this.progressText, `${writeBytes(loaded_bytes)} of ${writeBytes(total_bytes)}`);
+    this.progress.value = shareOf(progress);
+    write(this.progressText, progress ? `${writeProgress(progress)} of what you can see` : "looking around");
     if (readings.settled) this.announcer.say("cell", `Cell ${cell}, ${visible}`);
   }
 

@@ -6,6 +6,7 @@ import type { CellRecord } from "../core/cellrecord.ts";
 import type { Vec3 } from "../core/geometry.ts";
 import { WALK_SPEED_MPS } from "../core/walker.ts";
 import type { LiveCompany } from "./company.ts";
+import type { Recording } from "./recording.ts";
 import type { Visit } from "./visit.ts";
 
 export interface State {
@@ -70,6 +71,8 @@ export interface Inspector {
   walkTo(position: Vec3, speed_mps?: number): Promise<boolean>;
   /** Where in the page a visible object can be clicked, by its name in the source. */
   find(sourceNode: string): { x: number; y: number } | undefined;
+  /** Takes down which way one goes, for `belvedere walk --script`; `stop` answers that as JSON lines. */
+  readonly recording: Pick<Recording, "isRunning" | "start" | "stop">;
   /** What is visible from a cell, by its id or number. */
   record(cell: number | string): Promise<CellRecord>;
 }
@@ -83,11 +86,12 @@ declare global {
 export interface InspectorParts {
   readonly visit: Visit;
   readonly company: LiveCompany;
+  readonly recording: Recording;
   readonly encodedBytes: () => number;
   readonly problems: readonly string[];
 }
 
-export function inspector({ visit, company, encodedBytes, problems }: InspectorParts): Inspector {
+export function inspector({ visit, company, recording, encodedBytes, problems }: InspectorParts): Inspector {
   const { explorer, walker } = visit;
   const { pointer, manifest, queue } = explorer.scene;
   return {
@@ -126,6 +130,7 @@ export function inspector({ visit, company, encodedBytes, problems }: InspectorP
     teleport: (position, yaw = walker.yaw, pitch = walker.pitch) => visit.teleport({ position, yaw, pitch }),
     walk: (forward_m) => visit.walkTo(visit.ahead(forward_m), WALK_SPEED_MPS),
     walkTo: (position, speed_mps = WALK_SPEED_MPS) => visit.walkTo(position, speed_mps),
+    recording,
     find: (sourceNode) => visit.find(sourceNode),
     record: (cell) => explorer.record(typeof cell === "number" ? cell : Number(cell.replace(/^c/, ""))),
   };

@@ -1,7 +1,7 @@
 /** Which key and which button of a gamepad does what? The page's help lists all of them. */
 
 /** What is done once, whenever its key goes down. */
-export type Command = "door" | "fly" | "level" | "help" | "map" | "inspector" | "freeze" | "close";
+export type Command = "door" | "fly" | "level" | "help" | "map" | "inspector" | "freeze" | "record" | "close";
 
 /** What happens while a key is held, each from −1 to 1. */
 export type Motion = Partial<Record<"forward" | "right" | "up" | "turn" | "tilt", number>>;
@@ -34,6 +34,7 @@ export const COMMANDS: Readonly<Record<string, Command>> = {
   KeyM: "map",
   KeyI: "inspector",
   KeyG: "freeze",
+  KeyT: "record",
   Escape: "close",
 };
 

@@ -30,7 +30,8 @@ import { inspector } from "./inspect.ts";
 import { InspectorPanel } from "./inspector/panel.ts";
 import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
-import { explain, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
+import { explain, ForbiddenTree, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
+import { Recording } from "./recording.ts";
 import { Visit } from "./visit.ts";
 
 /** So much is kept on this device from visit to visit. */
@@ -55,6 +56,16 @@ function choose(named: string | null, scenes: readonly SceneSummary[]): string {
   if (named) return named;
   if (first) return first;
   throw new NoSuchScene(undefined, scenes);
+}
+
+/** Fails when the page's policy keeps it from reading this tree. */
+function forbidden({ base }: Tree): Promise<never> {
+  return new Promise((_, fail) => {
+    document.addEventListener("securitypolicyviolation", ({ effectiveDirective, blockedURI }) => {
+      if (effectiveDirective === "connect-src" && blockedURI.startsWith(base.origin))
+        fail(new ForbiddenTree(base.origin));
+    });
+  });
 }
 
 async function open(queue: FetchQueue, tree: Tree): Promise<{ scene: PublishedScene; scenes: SceneSummary[] }> {
@@ -144,8 +155,10 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     outdated: () =>
       showNotice("This world was published anew while you were in it.", "Show it", () => location.reload()),
   });
+  const recording = new Recording(visit, announcer);
   const panel = new InspectorPanel({
     visit,
+    recording,
     company,
     ...network,
     toggled: (open) => {
@@ -195,6 +208,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     map: () => map.toggle(),
     inspector: () => panel.toggle(),
     freeze: () => panel.toggleFreeze(),
+    record: () => recording.toggle(),
     close: () => [help, map, panel].find(({ open }) => open)?.toggle(false),
   };
   const room = element("free", HTMLDivElement);
@@ -230,7 +244,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   offerViewpoints(scene.manifest.viewpoints, (chosen) => visit.goTo(chosen));
   visit.begin(controls);
   void company.join();
-  window.belvedere = inspector({ visit, company, encodedBytes: () => encoded_bytes, problems });
+  window.belvedere = inspector({ visit, company, recording, encodedBytes: () => encoded_bytes, problems });
   addEventListener("keydown", ({ key }) => key === "Tab" && document.body.classList.add("tabbing"));
   giveBackFocus(element("page", HTMLDivElement));
   focusWorld();
@@ -238,17 +252,17 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
 
 async function main(): Promise<void> {
   const retry = () => location.reload();
-  let host = location.host;
+  let base = new URL(location.href);
   try {
     const tree = new Tree(treeBase(location.href));
-    host = tree.base.host;
+    base = tree.base;
     tallyEncodedBytes(tree.base.href);
     const log = new RequestLog(() => performance.now());
     const throttle = new Throttle((url, init) => fetch(url, init));
     const shelf = await Shelf.open(globalThis.caches, SHELF_BYTES);
     const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: throttle.fetch, digest: webCryptoDigest(), log, shelf });
     // The first documents travel while the renderer gets ready.
-    const opening = open(queue, tree);
+    const opening = Promise.race([open(queue, tree), forbidden(tree)]);
     opening.catch(() => {});
     const stage = new Stage(element("view", HTMLCanvasElement));
     const { scene, scenes } = await opening;
@@ -256,7 +270,7 @@ async function main(): Promise<void> {
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
     const links = others.map((scene) => ({ scene, href: addressOfScene(location.href, scene.scene) }));
-    showProblem(explain(error, host), retry, links);
+    showProblem(explain(error, base.host, base.origin !== location.origin), retry, links);
   }
 }
 

@@ -22,13 +22,22 @@ export class NoSuchScene extends Error {
   }
 }
 
+/** The page's own server does not let it read from another one. */
+export class ForbiddenTree extends Error {
+  override readonly name = "ForbiddenTree";
+
+  constructor(readonly origin: string) {
+    super(`this page may not read from ${origin}`);
+  }
+}
+
 export interface Explanation {
   readonly title: string;
   readonly text: string;
 }
 
-/** An error in words. `host` is the server that is being talked to. */
-export function explain(error: unknown, host: string): Explanation {
+/** An error in words. `host` is the server that is being talked to, and whether another one than that of the page. */
+export function explain(error: unknown, host: string, isElsewhere = false): Explanation {
   if (error instanceof NoWebGlError) {
     return {
       title: "3-D graphics are not available",
@@ -44,11 +53,16 @@ export function explain(error: unknown, host: string): Explanation {
           : `No scene is published on ${host}. The command “belvedere bake FILE --scene NAME” publishes one.`,
     };
   }
-  if (error instanceof FetchError && error.kind === "unreachable") {
+  if (error instanceof ForbiddenTree) {
     return {
-      title: "The server does not answer",
-      text: `${host} cannot be reached just now. Check your connection and that the server is running, then try again.`,
+      title: "This page may not show worlds of another server",
+      text: `Its Content Security Policy keeps it from reading ${error.origin}. Whoever runs the page can allow that: “belvedere serve --base-origins ${error.origin}”, or with another web server, connect-src in its Content-Security-Policy. The world may also have a page of its own: open ${error.origin}.`,
     };
+  }
+  if (error instanceof FetchError && error.kind === "unreachable") {
+    const text = `${host} cannot be reached just now. Check your connection and that the server is running, then try again.`;
+    const reading = " It must also let pages of other servers read it, with the header Access-Control-Allow-Origin.";
+    return { title: "The server does not answer", text: isElsewhere ? text + reading : text };
   }
   if (error instanceof FetchError && error.kind === "status") {
     return { title: "Something is missing", text: `${host} does not have what this page asked for: ${error.message}.` };

@@ -8,11 +8,13 @@ import { Explorer } from "../core/explorer.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { FrameTimes } from "../core/frametimes.ts";
 import { add, direction, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import { Motion } from "../core/motion.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { PRIORITY } from "../core/priority.ts";
+import type { Progress } from "../core/progress.ts";
 import type { PublishedScene } from "../core/published.ts";
 import { QualityHistory } from "../core/quality.ts";
-import type { Eye } from "../core/scheduler.ts";
+import type { Eye } from "../core/screenerror.ts";
 import { BODY_RADIUS_M, IDLE, Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
@@ -28,8 +30,8 @@ export interface Readings {
   readonly objects: number;
   readonly fetched_bytes: number;
   readonly whole_bytes: number | undefined;
-  readonly loaded_bytes: number;
-  readonly total_bytes: number;
+  /** Of this cell; nothing while nobody knows what can be seen from it. */
+  readonly progress: Progress | undefined;
   readonly settled: boolean;
 }
 
@@ -56,10 +58,10 @@ export interface VisitParts {
 /** Does what is done in every frame; answers whether the picture has changed. */
 export type FrameListener = (now_ms: number, seconds: number) => boolean;
 
-/** Phones announce little memory; they also die from using too much. */
-const MEMORY_LIMIT_BYTES = matchMedia("(pointer: coarse)").matches ? 350e6 : 1200e6;
+/** Phones announce little memory, and die from using too much; nor do they draw as many triangles in a frame. */
+const [MEMORY_LIMIT_BYTES, MOST_TRIANGLES] = matchMedia("(pointer: coarse)").matches ? [350e6, 1.5e6] : [1200e6, 8e6];
 /** Models are refined until they are off by at most so much. */
-export const TARGET_PX = 1.5;
+const TARGET_PX = 1.5;
 const [QUALITY_EVERY_MS, QUALITY_SPAN_MS] = [250, 60_000];
 const WORK_FRAMES = 600;
 const DECODE_MS_PER_FRAME = 8;
@@ -108,6 +110,7 @@ export class Visit {
   private addressWritten_ms = 0;
   private addressStale = false;
   private lastFrame_ms: number | undefined;
+  private readonly motion = new Motion();
   private errand: Errand | undefined;
   private pinned:
     | { readonly pose: Pose; readonly mode: Walker["mode"]; readonly corners: (m: number) => Vec3[] }
@@ -119,7 +122,7 @@ export class Visit {
       scene,
       this.host,
       this.budget,
-      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, uses },
+      { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, most_triangles: MOST_TRIANGLES, uses },
       {
         changed: () => {
           this.hudStale = true;
@@ -326,13 +329,14 @@ export class Visit {
     const resized_ms = performance.now();
     if (walked || resized || this.moved) {
       stage.aim(this.walker.position, this.walker.yaw, this.walker.pitch);
-      if (!this.frozen) {
-        this.explorer.follow(stage.eye(this.walker.position), this.walker.speed);
-        this.addressStale = true;
-      }
+      if (!this.frozen) this.addressStale = true;
       this.hudStale = true;
       this.dirty = true;
       this.moved = false;
+    }
+    if (!this.frozen) {
+      this.motion.observe(now_ms, this.walker.position);
+      this.explorer.follow(this.eye, this.motion.velocity_mps);
     }
     this.work.add(walked_ms + performance.now() - resized_ms);
     if (this.dirty) this.host.look(this.walker.position);
@@ -395,7 +399,7 @@ export class Visit {
       fetched_bytes: scene.queue.tally.bytes,
       whole_bytes: bytes.get("published") ?? bytes.get("level0"),
       settled: explorer.settled,
-      ...explorer.progress(),
+      progress: explorer.progress(),
     });
   }
 

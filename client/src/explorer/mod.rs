@@ -268,10 +268,12 @@ impl<S: ByteSource + 'static> Explorer<S> {
         let (Some(shown), Some(eye)) = (self.shown, self.eye) else {
             return;
         };
-        let ahead = if self.missing() == 0 {
-            self.look_ahead(shown, &eye)
-        } else {
+        // Not before something of all that can be had is here.
+        let lacks = !plan::first_wishes(self.visible(), &self.planner.residency).is_empty();
+        let ahead = if lacks {
             Vec::new()
+        } else {
+            self.look_ahead(shown, &eye)
         };
         let known = ahead
             .into_iter()

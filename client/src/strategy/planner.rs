@@ -236,10 +236,12 @@ impl Planner {
             let firsts = plan::first_wishes(others, residency);
             before_bytes += firsts.iter().map(|wish| wish.cost_bytes).sum::<f64>();
             let due = is_due(approach.in_s, before_bytes, bytes_per_s);
+            // What one cell has no hurry for may be seen from another that is entered sooner.
+            if !due && approach.in_s >= HORIZON_S {
+                continue;
+            }
             for wish in firsts {
-                if !(named.insert(wish.model) && (due || approach.in_s < HORIZON_S)) {
-                    continue;
-                }
+                named.insert(wish.model);
                 let cause = Cause::Ahead {
                     cell: approach.cell,
                     step: approach.step,

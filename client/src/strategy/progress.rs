@@ -1,12 +1,15 @@
-//! How much of what one can see is here? Exact, because the documents say how large everything is: bytes of levels or rungs
-//! and of their pictures, each once however many objects share them (`viewer/core/progress.ts`).
+//! How much of what one can see is here? Exact, because the documents say how large everything is: bytes of published files,
+//! each once however many objects share them (`viewer/core/progress.ts`).
+//!
+//! The first picture is measured by coarsest levels, whatever stands for them: a rung counts as the level that need not come
+//! any more. So the total is what the cell's record says (`visible_coarsest_bytes`), and stays the same.
 
 use std::{collections::HashMap, fmt};
 
 use super::{
     file::Key,
     grade::{Grade, State, Stock, goal},
-    plan::{Held, first_goal, is_sharp},
+    plan::{Held, is_sharp},
     sight::{Eye, Seen},
 };
 
@@ -42,7 +45,7 @@ impl<H: Stock> Stock for Bare<'_, H> {
 #[must_use]
 pub fn first_progress(visible: &[Seen], held: &impl Held) -> Progress {
     progress(visible, held, |seen| {
-        (first_goal(seen, &Bare(held)), held.held(seen.model).is_some())
+        (Grade::coarsest(&seen.geometry), held.held(seen.model).is_some())
     })
 }
 

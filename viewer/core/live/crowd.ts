@@ -3,7 +3,7 @@
  * gone, so that no foot slides, and each wears a colour of their own. Far ones are drawn by pictures, near ones are not.
  */
 import type { Vec3 } from "../geometry.ts";
-import { type Eye, screenError_px } from "../scheduler.ts";
+import { type Eye, screenError_px } from "../screenerror.ts";
 import type { Quaternion } from "./motion.ts";
 
 /** Two moments, and how much of the second is in what is shown. */

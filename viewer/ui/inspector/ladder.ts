@@ -3,11 +3,11 @@ import type { Model } from "../../core/documents.ts";
 import { distanceToBounds } from "../../core/geometry.ts";
 import { filesOf, type Grade, goalOf, gradesOf, isHereWellEnough } from "../../core/grades.ts";
 import { geometricError_m, type PlacedObject } from "../../core/objects.ts";
-import { errorOf_px, errorThatDoes } from "../../core/scheduler.ts";
+import { errorOf_px, errorThatDoes } from "../../core/screenerror.ts";
 import { boxes } from "../../three/overlay.ts";
 import { make, write } from "../dom.ts";
 import { writeBytes } from "../format.ts";
-import { TARGET_PX, type Visit } from "../visit.ts";
+import type { Visit } from "../visit.ts";
 import { type Section, section } from "./section.ts";
 
 export class Ladder implements Section {
@@ -51,7 +51,7 @@ export class Ladder implements Section {
     write(this.name, `o${entry.object} ${name}, model m${model.model}, ${distance_m.toFixed(1)} m away`);
     const holding = explorer.models.of(model.model);
     const { held } = holding;
-    const most_error = errorThatDoes(picked, eye, TARGET_PX);
+    const most_error = errorThatDoes(picked, eye, explorer.refinedTo_px);
     const does = isHereWellEnough(model, holding, most_error);
     const wanted = does ? held : goalOf(model, most_error, holding, explorer.models.costOf);
     const head = ["", "triangles", "bytes", "off by", ""].map((text) => make("th", { scope: "col" }, text));

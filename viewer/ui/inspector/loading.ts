@@ -1,8 +1,8 @@
 /** How much of what one can see is here, now and over the last minute? */
-import type { Progress } from "../../core/progress.ts";
+import { type Progress, shareOf } from "../../core/progress.ts";
 import type { QualitySample } from "../../core/quality.ts";
 import { make, write } from "../dom.ts";
-import { writeBytes } from "../format.ts";
+import { writeProgress } from "../format.ts";
 import type { Visit } from "../visit.ts";
 import { type Section, section } from "./section.ts";
 
@@ -85,9 +85,9 @@ function bar(label: string) {
   const progress = make("progress", { max: "1", value: "0", "aria-label": label });
   const text = make("span", { class: "figure" });
   const element = make("div", { class: "bar" }, make("span", {}, label), text, progress);
-  const show = ({ loaded_bytes, total_bytes }: Progress) => {
-    progress.value = total_bytes === 0 ? 1 : loaded_bytes / total_bytes;
-    write(text, `${writeBytes(loaded_bytes)} of ${writeBytes(total_bytes)}`);
+  const show = (now: Progress | undefined) => {
+    progress.value = shareOf(now);
+    write(text, now ? writeProgress(now) : "looking around");
   };
   return { element, show };
 }

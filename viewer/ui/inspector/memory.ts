@@ -35,7 +35,9 @@ export class Memory implements Section {
       `${writeBytes(bytes)} held, ${writeBytes(promised_bytes)} promised, limit ${writeBytes(limit_bytes)}; ${residency.size} models`,
     );
     const leaving = residency.inOrderOfLeaving();
-    const names = leaving.slice(0, NAMED).map(([model, held]) => `m${model} (${writeBytes(held.bytes)})`);
+    const names = leaving.slice(0, NAMED).map(({ model, part, bytes }) => {
+      return `${part === "detail" ? "what is finer of " : ""}m${model} (${writeBytes(bytes)})`;
+    });
     const more = leaving.length > NAMED ? ` and ${leaving.length - NAMED} more` : "";
     write(
       this.next,

@@ -4,6 +4,7 @@ import type { RequestLog } from "../../core/requestlog.ts";
 import type { Throttle } from "../../core/throttle.ts";
 import type { LiveCompany } from "../company.ts";
 import { make } from "../dom.ts";
+import type { Recording } from "../recording.ts";
 import type { Visit } from "../visit.ts";
 import { Ladder } from "./ladder.ts";
 import { Layers } from "./layers.ts";
@@ -12,10 +13,12 @@ import { Memory } from "./memory.ts";
 import { People } from "./people.ts";
 import { Requests } from "./requests.ts";
 import type { Section } from "./section.ts";
+import { Way } from "./way.ts";
 
 export interface PanelParts {
   readonly visit: Visit;
   readonly company: LiveCompany;
+  readonly recording: Recording;
   readonly log: RequestLog;
   readonly throttle: Throttle;
   /** Hears of opening and closing. */
@@ -39,7 +42,7 @@ export class InspectorPanel {
   private timer: ReturnType<typeof setInterval> | undefined;
 
   constructor(private readonly parts: PanelParts) {
-    const { visit, company, log, throttle } = parts;
+    const { visit, company, recording, log, throttle } = parts;
     this.layers = new Layers(visit);
     this.ladder = new Ladder(visit);
     this.people = new People(visit, company);
@@ -49,6 +52,7 @@ export class InspectorPanel {
       this.ladder,
       this.people,
       new Memory(visit),
+      new Way(recording),
       new Requests(log, throttle),
     ];
     const close = make("button", { type: "button", class: "close", "aria-label": "Close the inspector" }, "×");

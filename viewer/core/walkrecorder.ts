@@ -1,0 +1,71 @@
+/**
+ * Which way did somebody go? Takes down poses as JSON lines that `belvedere walk --script` reads: milliseconds from the
+ * beginning, the eye in the space and the metres of the published world, and where it looks as a quaternion.
+ *
+ * At most ten poses a second, and none while nothing moves, but for the last, and the one in which a rest ended: between
+ * poses a visitor walks straight, so without that it would set out too early.
+ */
+import { orientationOf, type Pose } from "./address.ts";
+import type { Vec3 } from "./geometry.ts";
+
+const EVERY_MS = 100;
+
+interface Taken {
+  readonly t_ms: number;
+  readonly position: Vec3;
+  readonly orientation: readonly [number, number, number, number];
+}
+
+export class WalkRecorder {
+  private readonly poses: Taken[] = [];
+  private began_ms: number | undefined;
+  private now: Taken | undefined;
+
+  /** How long it has been going on. */
+  get length_ms(): number {
+    return this.now?.t_ms ?? 0;
+  }
+
+  /** How many poses were taken down. */
+  get count(): number {
+    return this.poses.length;
+  }
+
+  /** The eye is there now; to be called in every frame. */
+  observe(now_ms: number, pose: Pose): void {
+    this.began_ms ??= now_ms;
+    const before = this.now;
+    const taken = takenAt(Math.round(now_ms - this.began_ms), pose);
+    const last = this.poses.at(-1);
+    if (!last) this.poses.push(taken);
+    else if (taken.t_ms >= last.t_ms + EVERY_MS && !isSame(taken, last)) {
+      const hasRested = before && before.t_ms >= last.t_ms + EVERY_MS && isSame(before, last);
+      this.poses.push(hasRested ? before : taken);
+    }
+    this.now = taken;
+  }
+
+  /** All of it as JSON lines, up to where the eye was last. */
+  script(): string {
+    const { now, poses } = this;
+    const last = poses.at(-1);
+    const all = last && now && now.t_ms > last.t_ms ? [...poses, now] : poses;
+    // Rather than more than ten in a second, the last but one is left out.
+    const isCrowded = all.length > 2 && (all.at(-1)?.t_ms ?? 0) - (all.at(-2)?.t_ms ?? 0) < EVERY_MS;
+    const kept = isCrowded ? [...all.slice(0, -2), ...all.slice(-1)] : all;
+    return kept.map((pose) => `${JSON.stringify(pose)}\n`).join("");
+  }
+}
+
+/** Tenths of a millimetre, and angles to match. */
+function takenAt(t_ms: number, { position, yaw, pitch }: Pose): Taken {
+  const round = (x: number) => Math.round(x * 1e4) / 1e4;
+  const [x, y, z] = position;
+  const [i, j, k, w] = orientationOf(yaw, pitch);
+  return { t_ms, position: [round(x), round(y), round(z)], orientation: [round(i), round(j), round(k), round(w)] };
+}
+
+function isSame(a: Taken, b: Taken): boolean {
+  const isEqual = (one: readonly number[], other: readonly number[]) => one.every((x, i) => x === other[i]);
+  return isEqual(a.position, b.position) && isEqual(a.orientation, b.orientation);
+}
