@@ -6,8 +6,7 @@ use std::{
 };
 
 use belvedere_client::{
-    ByteSource, Client, Error, Event, Explorer, ExplorerOptions, FolderSource, HttpSource, Retrying,
-    Geometry,
+    ByteSource, Client, Error, Event, Explorer, ExplorerOptions, FolderSource, Geometry, HttpSource, Retrying,
     strategy::{order::Budgets, sight::Eye},
 };
 use bytes::Bytes;
@@ -194,7 +193,10 @@ async fn a_program_that_knows_the_language_grows_what_others_download_until_it_c
         let asked = source.asked.lock().expect("the notes");
         asked.keys().filter(|path| path.ends_with(ext)).count()
     };
-    assert_eq!((explorer.missing(), asked(".pop"), asked(".dcg"), asked(".glb")), (0, 1, 1, 0));
+    assert_eq!(
+        (explorer.missing(), asked(".pop"), asked(".dcg"), asked(".glb")),
+        (0, 1, 1, 0)
+    );
     for seen in explorer.visible().to_vec() {
         let mesh = explorer.mesh(seen.model).expect("it is here");
         let Geometry::Rules(seedling) = mesh.geometry else {
@@ -204,7 +206,11 @@ async fn a_program_that_knows_the_language_grows_what_others_download_until_it_c
         assert!(grown.parts[1].meshes.iter().any(|mesh| !mesh.indices.is_empty()));
         let entry = explorer.scene().entry(seen.object).await.expect("an entry");
         let pairs = seen.transform.into_iter().zip(entry.transform);
-        assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-4), "{}", entry.source_node);
+        assert!(
+            pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-4),
+            "{}",
+            entry.source_node
+        );
     }
     explorer.without_rules();
     while explorer.advance().await.is_some() {}

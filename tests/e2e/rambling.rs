@@ -44,10 +44,18 @@ async fn cells_of(scene: &belvedere_client::Scene<FolderSource>, script: &Script
         let speed_mps = (x * x + y * y + z * z).sqrt();
         assert!((speed_mps - SPEED_MPS).abs() < 1e-6, "{speed_mps} m/s");
         let at = scene.locate(script.at(t_ms)).await.expect("a cell");
-        assert_eq!(at.distance_m, 0.0, "at {t_ms} ms, outside every cell: {:?}", script.at(t_ms));
+        assert_eq!(
+            at.distance_m,
+            0.0,
+            "at {t_ms} ms, outside every cell: {:?}",
+            script.at(t_ms)
+        );
         let here = at.cell.cell;
         if let Some(before) = cells.last().filter(|before| **before != here) {
-            assert!(at.cell.adjacent.contains(before), "at {t_ms} ms, from {before} to {here}");
+            assert!(
+                at.cell.adjacent.contains(before),
+                "at {t_ms} ms, from {before} to {here}"
+            );
         }
         if cells.last() != Some(&here) {
             cells.push(here);
@@ -90,6 +98,15 @@ async fn a_tour_of_the_streets_goes_through_openings_and_comes_further_than_chan
 #[test]
 fn a_way_is_made_up_or_given() {
     let data = Data::new();
-    let output = data.run(&["walk", ".", "--scene", "rooms", "--script", "way.jsonl", "--way", "streets"]);
+    let output = data.run(&[
+        "walk",
+        ".",
+        "--scene",
+        "rooms",
+        "--script",
+        "way.jsonl",
+        "--way",
+        "streets",
+    ]);
     assert_eq!(output.status.code(), Some(2));
 }

@@ -123,16 +123,30 @@ fn what_has_grown_comes_as_rules_and_as_levels_where_these_are_lost() {
     };
     let (grown, levels) = (walk(&[]), walk(&["--rules", "off"]));
     for outcome in [&grown, &levels] {
-        assert_eq!((&outcome["holes"], &outcome["failures"]), (&0.into(), &0.into()), "{outcome}");
+        assert_eq!(
+            (&outcome["holes"], &outcome["failures"]),
+            (&0.into(), &0.into()),
+            "{outcome}"
+        );
     }
     let number = |outcome: &Value, name: &str| outcome[name].as_f64().expect("a number");
-    assert!(number(&grown["bytes"], "needed") < 0.5 * number(&levels["bytes"], "needed"), "{grown} {levels}");
-    assert!(number(&grown, "convergence_s") < 0.5 * number(&levels, "convergence_s"), "{grown} {levels}");
+    assert!(
+        number(&grown["bytes"], "needed") < 0.5 * number(&levels["bytes"], "needed"),
+        "{grown} {levels}"
+    );
+    assert!(
+        number(&grown, "convergence_s") < 0.5 * number(&levels, "convergence_s"),
+        "{grown} {levels}"
+    );
 
     lose(&data, "dcg");
     let without = walk(&[]);
     assert!(without["failures"].as_u64() > Some(0), "{without}");
-    assert_eq!((&without["holes"], &without["quality"]["min"]), (&0.into(), &1.0.into()), "{without}");
+    assert_eq!(
+        (&without["holes"], &without["quality"]["min"]),
+        (&0.into(), &1.0.into()),
+        "{without}"
+    );
     lose(&data, "pop");
     let without = walk(&[]);
     let told = without["first_failures"].to_string();

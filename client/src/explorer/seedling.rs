@@ -36,7 +36,11 @@ impl Seedling {
     pub fn grow(&self) -> Result<Grown, Box<DcgError>> {
         let parameters = self.procedural.parameters.iter();
         let parameters: Vec<_> = parameters.map(|(name, value)| format!("{name} = {value}")).collect();
-        let part = self.procedural.part.as_ref().map_or(String::new(), |part| format!(".{part}"));
+        let part = self
+            .procedural
+            .part
+            .as_ref()
+            .map_or(String::new(), |part| format!(".{part}"));
         let text = format!("import \"{RULES}\" as rules rules{part}({})", parameters.join(", "));
         let program = Program::read("model", text, self)?;
         let settings = Settings {

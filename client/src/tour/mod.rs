@@ -28,8 +28,8 @@ mod visitor;
 pub use line::Line;
 pub use meeting::{Echoes, Meeting};
 pub use outcome::{Causes, Frame, Latency, Memory, Outcome, Quality, Tour, Way, Ways};
-pub use script::{Script, ScriptError};
 pub use ramble::{Manner, Rambles};
+pub use script::{Script, ScriptError};
 
 use crate::{ByteSource, Client, Error, strategy::order::Budgets};
 use belvedere_scene::SceneName;

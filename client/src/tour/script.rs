@@ -198,7 +198,11 @@ const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 /// How far a time is from one pose to the next, 0 to 1.
 fn share_of(a: Pose, b: Pose, t_ms: f64) -> f64 {
     let passed_ms = b.t_ms - a.t_ms;
-    if passed_ms > 0.0 { (t_ms - a.t_ms) / passed_ms } else { 0.0 }
+    if passed_ms > 0.0 {
+        (t_ms - a.t_ms) / passed_ms
+    } else {
+        0.0
+    }
 }
 
 /// Turned about the vertical to look along a velocity; whoever stands is not turned.
@@ -250,12 +254,18 @@ mod tests {
         assert!(near(script.orientation(0.5), UPRIGHT));
         let eighth = std::f64::consts::FRAC_PI_8;
         assert!(near(script.orientation(500.5), [0.0, eighth.sin(), 0.0, eighth.cos()]));
-        assert!(near(script.orientation(1500.5), [0.0, quarter, 0.0, quarter]), "as it was said last");
+        assert!(
+            near(script.orientation(1500.5), [0.0, quarter, 0.0, quarter]),
+            "as it was said last"
+        );
         // Nobody says how one is turned at the end: who stands there is not turned.
         assert!(near(script.orientation(9000.0), UPRIGHT));
         assert_eq!(script.velocity_mps(1500.5), [3.0, 0.0, 0.0]);
         let plain = Script::through(&[[0.0; 3], [2.0, 0.0, 0.0]], 1.0);
-        assert!(near(plain.orientation(1.0), [0.0, -quarter, 0.0, quarter]), "−90°: from −z to x");
+        assert!(
+            near(plain.orientation(1.0), [0.0, -quarter, 0.0, quarter]),
+            "−90°: from −z to x"
+        );
     }
 
     #[test]

@@ -82,7 +82,11 @@ pub(super) async fn meet(source: &HttpSource, scene: &SceneName, scripts: &[Scri
 impl Live {
     /// Fails when nobody got in.
     pub(super) fn ensure_inside(&self) -> anyhow::Result<()> {
-        let why = self.meeting.first_failures.first().map_or("nobody answered in time", String::as_str);
+        let why = self
+            .meeting
+            .first_failures
+            .first()
+            .map_or("nobody answered in time", String::as_str);
         anyhow::ensure!(self.meeting.inside > 0, "no live session could be opened: {why}");
         Ok(())
     }
@@ -92,7 +96,10 @@ impl Live {
         let row = |name: &str, value: String| vec![name.to_owned(), value];
         let met = &self.meeting;
         let mut rows = vec![
-            row("live sessions opened, of visitors", format!("{}, {}", met.opened, met.inside)),
+            row(
+                "live sessions opened, of visitors",
+                format!("{}, {}", met.opened, met.inside),
+            ),
             row("others met, each once for each visitor", met.movers_met.to_string()),
             row("events; poses in them", format!("{}; {}", met.events, met.poses_told)),
             row(

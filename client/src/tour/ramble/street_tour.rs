@@ -48,7 +48,9 @@ pub(super) async fn places<S: ByteSource>(
         plan.learn(&walker.here);
         let way = plan.way_to(&walker, |cell| plan.is_new(cell));
         let is_round = way.is_none();
-        let way = way.or_else(|| plan.way_to(&walker, |cell| cell == home)).unwrap_or_default();
+        let way = way
+            .or_else(|| plan.way_to(&walker, |cell| cell == home))
+            .unwrap_or_default();
         for opening in way {
             let next = rooms.room(opening.to).await?;
             walker.go(opening, next);

@@ -125,7 +125,10 @@ pub fn walk_through(
         anyhow::Ok(scripts)
     })?;
     let walked = |prefetch: bool, rules: bool| {
-        host.say(&format!("{name}: {} walks, prefetch {prefetch}, rules {rules}", way.walks));
+        host.say(&format!(
+            "{name}: {} walks, prefetch {prefetch}, rules {rules}",
+            way.walks
+        ));
         let settings = TourSettings {
             line: Line {
                 bits_per_s: way.line.0,

@@ -50,7 +50,11 @@ fn what_nobody_need_hear_is_told_from_what_others_know_anyway() {
     assert_eq!(speak(&mut speaker, 1000.0, 0.0), Speech::Known);
     speaker.keep_quiet(hush());
     assert_eq!(speak(&mut speaker, 1100.0, 1.0), Speech::Hushed);
-    assert_eq!(speak(&mut speaker, 1200.0, 1.0), Speech::Known, "it would have been said once");
+    assert_eq!(
+        speak(&mut speaker, 1200.0, 1.0),
+        Speech::Known,
+        "it would have been said once"
+    );
     speaker.pause(2000.0);
     assert_eq!(speak(&mut speaker, 1300.0, 1.5), Speech::Waiting);
 }
