@@ -11,8 +11,18 @@ use belvedere_scene::{
 
 use crate::{
     ByteSource, Error, Scene,
+    stand_ins::StandIns,
     strategy::{ahead::Cells, sight::Seen},
 };
+
+/// What is used besides levels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Uses {
+    /// Smooth LODs, where they cost less.
+    pub(crate) smooth: bool,
+    /// Rules, where growing costs less.
+    pub(crate) rules: bool,
+}
 
 /// A cell that was read of.
 #[derive(Debug)]
@@ -47,6 +57,21 @@ impl Atlas {
         self.seen_from(cell).iter().chain(around)
     }
 
+    /// Forgets what is known only as far as it can be grown; says of which cells.
+    pub(crate) fn forget_stand_ins(&mut self) -> Vec<CellId> {
+        let stands_in = |place: &&Place| place.seen.iter().any(Seen::is_stand_in);
+        let forgotten: Vec<_> = self
+            .places
+            .values()
+            .filter(stands_in)
+            .map(|place| place.entry.cell)
+            .collect();
+        for cell in &forgotten {
+            self.places.remove(cell);
+        }
+        forgotten
+    }
+
     pub(crate) fn add(&mut self, place: Place) {
         self.places.insert(place.entry.cell, place);
     }
@@ -67,7 +92,7 @@ pub(crate) async fn look<S: ByteSource>(
     scene: &Scene<S>,
     entry: CellEntry,
     record: Result<CellRecord, Error>,
-    smooth: bool,
+    uses: Uses,
 ) -> (Place, Vec<Error>) {
     let mut place = Place {
         entry,
@@ -83,8 +108,20 @@ pub(crate) async fn look<S: ByteSource>(
             return (place, vec![cause]);
         }
     };
-    for visible in record.visible() {
-        match seen(scene, visible.object, f64::from(visible.solid_angle_sr), smooth).await {
+    let all = record.visible();
+    let mut stand_ins = StandIns::default();
+    if uses.rules {
+        let objects: Vec<_> = all.iter().map(|visible| visible.object).collect();
+        stand_ins = StandIns::read(scene, &objects).await;
+        failures.append(&mut stand_ins.failures);
+    }
+    for visible in all {
+        let solid_angle_sr = f64::from(visible.solid_angle_sr);
+        if let Some(seen) = stand_ins.seen(scene, visible.object, solid_angle_sr).await {
+            place.seen.push(seen);
+            continue;
+        }
+        match seen(scene, visible.object, solid_angle_sr, uses).await {
             Ok(seen) => place.seen.push(seen),
             Err(cause) => {
                 failures.push(cause);
@@ -100,12 +137,15 @@ async fn seen<S: ByteSource>(
     scene: &Scene<S>,
     object: belvedere_scene::ObjectId,
     solid_angle_sr: f64,
-    smooth: bool,
+    uses: Uses,
 ) -> Result<Seen, Error> {
     let entry = scene.entry(object).await?;
     let mut model = scene.model(&entry).await?;
-    if !smooth && model.smooth.is_some() {
+    if !uses.smooth && model.smooth.is_some() {
         Arc::make_mut(&mut model).smooth = None;
+    }
+    if !uses.rules && model.procedural.is_some() {
+        Arc::make_mut(&mut model).procedural = None;
     }
     Ok(Seen::new(&entry, model, solid_angle_sr))
 }

@@ -37,12 +37,13 @@ pub mod live;
 mod packs;
 mod scene;
 mod source;
+mod stand_ins;
 pub mod strategy;
 pub mod tour;
 mod walk;
 
 pub use error::Error;
-pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh};
+pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh, Seedling};
 pub use scene::{Client, Scene};
 pub use source::{ByteSource, DiskCache, FolderSource, HttpSource, Retrying};
 pub use walk::Walk;

@@ -9,6 +9,7 @@ use belvedere_scene::{
     manifest::{FORMAT, Manifest},
     object::{Model, ModelChunk, ObjectChunk, ObjectEntry, ObjectInfo},
     pointer::{Pointer, SceneList},
+    population::Population,
     record::{CellRecord, Steps},
     walk::CellWalk,
 };
@@ -72,6 +73,7 @@ impl<S: ByteSource> Client<S> {
             index: Mutex::default(),
             lost: Mutex::default(),
             models: Mutex::default(),
+            grown: Mutex::default(),
         })
     }
 }
@@ -93,6 +95,8 @@ pub struct Scene<S> {
     /// Those that could not be had, and why.
     lost: Mutex<HashMap<BlobName, String>>,
     models: Mutex<HashMap<ModelId, Arc<Model>>>,
+    /// Models of which populations have told: they can be grown, and nobody knows how else they can be drawn.
+    grown: Mutex<HashMap<ModelId, Arc<Model>>>,
 }
 
 impl<S: ByteSource> Scene<S> {
@@ -250,6 +254,41 @@ impl<S: ByteSource> Scene<S> {
         Ok(self.models.lock().await.entry(entry.model).or_insert(model).clone())
     }
 
+    /// Which grown models stand where: a leaf of [`Manifest::populations`].
+    ///
+    /// # Errors
+    /// When it cannot be fetched, or is damaged.
+    pub async fn population(&self, entry: &PageEntry) -> Result<Arc<Population>, Error> {
+        self.read_once(&entry.url, |bytes| {
+            Population::decode(bytes, ObjectId(entry.first)).map_err(|cause| Error::Document {
+                path: entry.url.url(),
+                cause: cause.to_string(),
+            })
+        })
+        .await
+    }
+
+    /// A model as its population knows it.
+    pub(crate) async fn grown_model(&self, population: &Population, recipe: usize) -> Option<Arc<Model>> {
+        let id = population.recipes.get(recipe)?.model;
+        let mut grown = self.grown.lock().await;
+        if !grown.contains_key(&id) {
+            let model = Model {
+                levels: Vec::new(),
+                smooth: None,
+                impostor: None,
+                procedural: Some(population.procedural(recipe)?),
+            };
+            grown.insert(id, Arc::new(model));
+        }
+        grown.get(&id).cloned()
+    }
+
+    /// Whether a document of an index has been read.
+    pub(crate) async fn is_read(&self, name: &BlobName) -> bool {
+        self.index.lock().await.contains_key(name)
+    }
+
     /// An immutable object, verified against the hash in its name.
     ///
     /// # Errors
@@ -259,7 +298,7 @@ impl<S: ByteSource> Scene<S> {
     }
 
     /// The chunk of an index tree below which an id lies.
-    async fn leaf(&self, root: &Page, id: u32) -> Result<Option<PageEntry>, Error> {
+    pub(crate) async fn leaf(&self, root: &Page, id: u32) -> Result<Option<PageEntry>, Error> {
         let mut entry = root.entry_of(id).cloned();
         while let Some(page) = entry.as_ref().filter(|e| e.kind == PageKind::Page) {
             entry = self.indexed::<Page>(&page.url).await?.entry_of(id).cloned();
@@ -274,6 +313,14 @@ impl<S: ByteSource> Scene<S> {
 
     /// A document of an index, fetched once; what is not there, or damaged, is not asked for again either.
     async fn indexed<T: DeserializeOwned + Send + Sync + 'static>(&self, name: &BlobName) -> Result<Arc<T>, Error> {
+        self.read_once(name, |bytes| document::<T>(&name.url(), bytes)).await
+    }
+
+    async fn read_once<T: Send + Sync + 'static>(
+        &self,
+        name: &BlobName,
+        read: impl Fn(&Bytes) -> Result<T, Error>,
+    ) -> Result<Arc<T>, Error> {
         let known = self.index.lock().await.get(name).cloned();
         if let Some(Ok(document)) = known.map(Arc::downcast) {
             return Ok(document);
@@ -281,8 +328,8 @@ impl<S: ByteSource> Scene<S> {
         if let Some(cause) = self.lost.lock().await.get(name) {
             return Err(Error::GivenUp { cause: cause.clone() });
         }
-        let read = self.blob(name).await;
-        match read.and_then(|bytes| document::<T>(&name.url(), &bytes)) {
+        let came = self.blob(name).await;
+        match came.and_then(|bytes| read(&bytes)) {
             Ok(read) => {
                 let read = Arc::new(read);
                 self.index.lock().await.insert(name.clone(), read.clone());

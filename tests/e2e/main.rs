@@ -16,6 +16,7 @@ mod meshing;
 mod private;
 mod program;
 mod publishing;
+mod rambling;
 mod smooth;
 mod triangles;
 mod uploading;

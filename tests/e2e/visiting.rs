@@ -1,8 +1,10 @@
 //! `belvedere walk`: visitors are sent through a scene, and what they get to see is measured.
 
+use std::io::{Read, Write};
+
 use serde_json::Value;
 
-use crate::program::{Data, THREE_ROOMS};
+use crate::program::{Data, THREE_ROOMS, TOWERS};
 
 const THROUGH_THE_DOOR: &str = r#"{"t_ms": 0, "position": [2.5, 1.5, 2.5]}
 {"t_ms": 20000, "position": [6.5, 1.5, 2.5]}
@@ -99,28 +101,74 @@ fn made_up_walks_are_repeatable_and_guard_a_deployment() {
     );
 }
 
+/// Loses all published files of a kind.
+fn lose(data: &Data, ext: &str) {
+    for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|found| found == ext) {
+            std::fs::remove_file(path).expect("to lose it");
+        }
+    }
+}
+
+#[test]
+fn what_has_grown_comes_as_rules_and_as_levels_where_these_are_lost() {
+    let data = Data::new();
+    data.bake(&data.write("towers.dcg", TOWERS), "towers");
+    data.ok(&["publish", "towers", "--to", "tree"]);
+    let tree = data.folder("tree");
+    let tree = tree.to_str().expect("UTF-8");
+    let walk = |more: &[&str]| -> Value {
+        let line = ["--duration", "20", "--bandwidth", "64k", "--json"];
+        let args = ["walk", tree, "--scene", "towers"];
+        serde_json::from_str(&data.ok(&[&args[..], &line, more].concat())).expect("JSON")
+    };
+    let (grown, levels) = (walk(&[]), walk(&["--rules", "off"]));
+    for outcome in [&grown, &levels] {
+        assert_eq!(
+            (&outcome["holes"], &outcome["failures"]),
+            (&0.into(), &0.into()),
+            "{outcome}"
+        );
+    }
+    let number = |outcome: &Value, name: &str| outcome[name].as_f64().expect("a number");
+    assert!(
+        number(&grown["bytes"], "needed") < 0.5 * number(&levels["bytes"], "needed"),
+        "{grown} {levels}"
+    );
+    assert!(
+        number(&grown, "convergence_s") < 0.5 * number(&levels, "convergence_s"),
+        "{grown} {levels}"
+    );
+
+    lose(&data, "dcg");
+    let without = walk(&[]);
+    assert!(without["failures"].as_u64() > Some(0), "{without}");
+    assert_eq!(
+        (&without["holes"], &without["quality"]["min"]),
+        (&0.into(), &1.0.into()),
+        "{without}"
+    );
+    lose(&data, "pop");
+    let without = walk(&[]);
+    let told = without["first_failures"].to_string();
+    assert!(told.contains(".pop") && without["holes"] == 0, "{without}");
+}
+
 #[test]
 fn what_is_lost_is_not_there_and_the_walk_goes_on() {
     let data = Data::new();
     data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
     data.ok(&["publish", "rooms", "--to", "tree"]);
-    let lose = |ext: &str| {
-        for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
-            let path = entry.expect("an entry").path();
-            if path.extension().is_some_and(|found| found == ext) {
-                std::fs::remove_file(path).expect("to lose it");
-            }
-        }
-    };
     let tree = data.folder("tree");
     let tree = tree.to_str().expect("UTF-8");
-    lose("pack");
+    lose(&data, "pack");
     let alone = walk(&data, tree, &["--min-quality", "100%"]);
     assert!(
         alone["failures"].as_u64() > Some(0) && alone["quality"]["min"] == 1.0,
         "{alone}"
     );
-    lose("cell");
+    lose(&data, "cell");
     let blind = walk(&data, tree, &[]);
     assert_eq!(
         (&blind["convergence_s"], &blind["frames"]),
@@ -137,4 +185,49 @@ fn what_is_lost_is_not_there_and_the_walk_goes_on() {
     let way = way.to_str().expect("UTF-8");
     let message = data.fails(&["walk", tree, "--scene", "rooms", "--script", way, "--min-quality", "1%"]);
     assert!(message.contains("not every visitor ever had all"), "{message}");
+}
+
+#[test]
+fn visitors_meet_each_other_in_real_time_where_the_scene_is_live() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let server = data.serve();
+    let way = r#"{"t_ms": 0, "position": [2, 1.5, 2], "orientation": [0, 0, 0, 1]}
+{"t_ms": 8000, "position": [3, 1.5, 3], "orientation": [0, 1, 0, 0], "door": null}
+"#;
+    let script = data.write("way.jsonl", way);
+    let script = script.to_str().expect("UTF-8");
+    let walk = ["--scene", "rooms", "--script", script, "--sessions", "3"];
+    let visit = |more: &[&str]| data.ok(&[&["walk", &server.base], &walk[..], more].concat());
+    let outcome: Value = serde_json::from_str(&visit(&["--live", "on", "--json"])).expect("JSON");
+    let live = &outcome["live"];
+    let is = |name: &str, wanted: u64| assert_eq!(live[name], wanted, "{name}: {live}");
+    let some = |name: &str| assert!(live[name].as_u64() > Some(0), "{name}: {live}");
+    ["opened", "inside"].map(|name| is(name, 3));
+    ["resyncs", "lost", "failures"].map(|name| is(name, 0));
+    ["movers_met", "events", "poses_told", "poses_said", "delays"].map(some);
+    assert!(
+        live["delay_ms"]["p99"].as_f64() >= live["delay_ms"]["p50"].as_f64(),
+        "{live}"
+    );
+    let alone: Value = serde_json::from_str(&visit(&["--json"])).expect("JSON");
+    assert_eq!((&alone["live"], &alone["bytes"]), (&Value::Null, &outcome["bytes"]));
+
+    // Nobody is met in a folder, nor where plain files are served.
+    let tree = data.folder("tree");
+    let tree = tree.to_str().expect("UTF-8");
+    let message = data.fails(&[&["walk", tree], &walk[..], &["--live", "on"]].concat());
+    assert!(message.contains("a folder has no live sessions"), "{message}");
+    let files = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("http://{}", files.local_addr().expect("an address"));
+    std::thread::spawn(move || {
+        for stream in files.incoming().flatten() {
+            let mut stream = stream;
+            _ = stream.read(&mut [0; 4096]);
+            _ = stream.write_all(b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+        }
+    });
+    let message = data.fails(&[&["walk", &address], &walk[..], &["--live", "on"]].concat());
+    assert!(message.contains("`rooms` offers no live sessions there"), "{message}");
 }

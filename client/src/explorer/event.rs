@@ -14,12 +14,15 @@ pub struct ExplorerOptions {
     pub budgets: Budgets,
     /// Whether smooth LODs are used where they cost less than levels.
     pub smooth: bool,
+    /// Whether models are grown here, out of rules, where that costs less than levels: for programs that draw
+    /// [`crate::Geometry::Rules`]. What is in sight may then stand there before its entry was read, and is drawn at its finest.
+    pub rules: bool,
     /// Whether small files come together where the server offers that.
     pub bundles: bool,
 }
 
 impl Default for ExplorerOptions {
-    /// Everything, within 256 MB.
+    /// Everything but rules, within 256 MB.
     fn default() -> Self {
         let budgets = Budgets {
             memory_bytes: 256_000_000,
@@ -28,6 +31,7 @@ impl Default for ExplorerOptions {
         Self {
             budgets,
             smooth: true,
+            rules: false,
             bundles: true,
         }
     }

@@ -1,9 +1,12 @@
-//! What is a model drawn with? Bytes to decode: a GLB, or a smooth LOD up to a rung with its materials, and pictures.
+//! What is a model drawn with? Bytes to decode: a GLB, or a smooth LOD up to a rung with its materials, and pictures; or rules,
+//! out of which it grows.
 
 use std::collections::HashMap;
 
 use belvedere_scene::{BlobName, ModelId};
 use bytes::Bytes;
+
+use super::seedling::Seedling;
 
 use crate::strategy::{
     file::{FileName, Key},
@@ -13,7 +16,7 @@ use crate::strategy::{
 };
 
 /// Triangles, as they came.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
     /// A level: glTF 2.0.
     Glb(Bytes),
@@ -24,6 +27,8 @@ pub enum Geometry {
         /// A glTF document whose material *i* is the stream's.
         materials: Bytes,
     },
+    /// Rules: [`Seedling::grow`] makes triangles of them, in tens of milliseconds for a tree.
+    Rules(Seedling),
 }
 
 /// What a model is drawn with.
@@ -58,9 +63,17 @@ pub(super) fn of(planner: &Planner, model: ModelId, files: &HashMap<Key, Bytes>)
             (true, ..) => {}
         }
     }
+    if grade.form == Form::Grown {
+        let rules = geometry.procedural.as_ref()?;
+        return Some(Mesh {
+            grade,
+            geometry: Geometry::Rules(Seedling::new(rules, &pieces)?),
+            pictures,
+        });
+    }
     let last = pieces.pop()?;
     let geometry = match grade.form {
-        Form::Level => Geometry::Glb(last),
+        Form::Level | Form::Grown => Geometry::Glb(last),
         Form::Rung => Geometry::Stream {
             pieces,
             materials: last,

@@ -25,6 +25,7 @@
 
 mod event;
 mod mesh;
+mod seedling;
 mod tasks;
 
 use std::{
@@ -39,6 +40,7 @@ use tokio::task::{Id, JoinSet};
 
 pub use event::{Event, ExplorerOptions};
 pub use mesh::{Geometry, Mesh};
+pub use seedling::Seedling;
 use tasks::{Brought, UnderWay};
 
 use crate::{
@@ -198,6 +200,20 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.planner.residency.forgive();
         self.scene.forgive().await;
         self.replan();
+    }
+
+    /// Nothing is grown any more: levels come instead of what has not come, or could not be grown.
+    pub fn without_rules(&mut self) {
+        self.options.rules = false;
+        self.planner.lose_rules();
+        for cell in self.atlas.forget_stand_ins() {
+            self.asked.remove(&cell);
+        }
+        if let Some(at) = self.at.clone()
+            && self.asked.insert(at.cell)
+        {
+            self.read(Ok(at));
+        }
     }
 
     /// What a model is drawn with.

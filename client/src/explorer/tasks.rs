@@ -9,7 +9,7 @@ use tokio::task::{AbortHandle, Id};
 use super::{Event, Explorer};
 use crate::{
     ByteSource, Error,
-    atlas::{self, Place},
+    atlas::{self, Place, Uses},
     fetch,
     strategy::{
         file::{FileName, FileRef},
@@ -33,7 +33,7 @@ pub(super) struct UnderWay {
 impl<S: ByteSource + 'static> Explorer<S> {
     /// Reads what can be seen from a cell, beside all else.
     pub(super) fn read(&mut self, entry: Result<CellEntry, CellId>) {
-        let (scene, smooth) = (self.scene.clone(), self.options.smooth);
+        let (scene, uses) = (self.scene.clone(), self.uses());
         self.tasks.spawn(async move {
             let entry = match entry {
                 Ok(entry) => entry,
@@ -44,9 +44,16 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 },
             };
             let record = scene.record(&entry).await;
-            let (place, failures) = atlas::look(&scene, entry, record, smooth).await;
+            let (place, failures) = atlas::look(&scene, entry, record, uses).await;
             Brought::Place(Box::new(place), failures)
         });
+    }
+
+    fn uses(&self) -> Uses {
+        Uses {
+            smooth: self.options.smooth,
+            rules: self.options.rules,
+        }
     }
 
     pub(super) fn take(&mut self, id: Id, brought: Brought) {
@@ -72,11 +79,16 @@ impl<S: ByteSource + 'static> Explorer<S> {
                     self.meter
                         .came(one.asked_s, self.started.elapsed().as_secs_f64(), bytes);
                 }
+                let mut lost_rules = false;
                 for (file, result) in files {
                     if let Err(cause) = result.and_then(|bytes| self.keep(&file, bytes)) {
                         self.planner.residency.lose(file.name.key());
                         self.events.push(Event::Problem(cause));
+                        lost_rules |= file.is_rules();
                     }
+                }
+                if lost_rules {
+                    self.without_rules();
                 }
                 let changes = self.planner.settle();
                 self.note(changes);

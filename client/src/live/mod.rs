@@ -40,5 +40,6 @@ pub use state::{
     company::{Company, Mover},
     event::{Appearance, Attention, Ball, Gone, Hello, Hush, LiveEvent},
     motion::{Pose, Stand},
+    speaker::Speech,
 };
 pub use wire::{Aoi, Participant};

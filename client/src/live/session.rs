@@ -16,7 +16,7 @@ use super::{
         company::Company,
         event::{self, LiveEvent},
         motion::{Pose, Stand},
-        speaker::Speaker,
+        speaker::{Speaker, Speech},
         sse::Message,
     },
     wire::{Answered, Opened, Participant, Wire},
@@ -126,7 +126,7 @@ impl Session {
 
     /// One stands there now and moves so, metres a second: says so when that must be said, and opens the session where it is
     /// closed. To be called in every frame, inside a runtime.
-    pub fn stand(&mut self, stand: Stand, velocity: [f64; 3]) {
+    pub fn stand(&mut self, stand: Stand, velocity: [f64; 3]) -> Speech {
         let now_ms = self.now_ms();
         match &mut self.line {
             Line::Closed { again } if Instant::now() >= *again => {
@@ -135,17 +135,18 @@ impl Session {
                 let t_ms = now_ms.round() as i64;
                 self.tasks
                     .spawn(async move { Brought::Opened(wire.open(&who, stand, t_ms).await) });
+                Speech::Waiting
             }
-            Line::Open { saying, .. } if *saying => {}
-            Line::Open { opened, saying, wakes } => {
-                let pose = self.speaker.speak(now_ms, stand.position, stand.orientation, velocity);
-                if let Some(pose) = pose {
+            Line::Open { opened, saying, wakes } if !*saying => {
+                let speech = self.speaker.speak(now_ms, stand.position, stand.orientation, velocity);
+                if let Speech::Said(pose) = speech {
                     *saying = true;
                     let (wire, opened, wakes) = (self.wire.clone(), opened.clone(), *wakes);
                     self.tasks.spawn(say(wire, opened, pose, wakes));
                 }
+                speech
             }
-            Line::Closed { .. } | Line::Opening => {}
+            Line::Open { .. } | Line::Closed { .. } | Line::Opening => Speech::Waiting,
         }
     }
 

@@ -122,6 +122,12 @@ impl FileRef {
         }
     }
 
+    /// Whether something grows out of it.
+    #[must_use]
+    pub fn is_rules(&self) -> bool {
+        self.name.ext() == "dcg"
+    }
+
     /// What it takes on the line, without a request.
     #[must_use]
     pub fn compressed_bytes(&self) -> f64 {

@@ -1,16 +1,18 @@
 //! In which ways can a model be drawn, and which of them costs least? A *grade* is a level of detail, or the mesh that a
-//! smooth LOD gives up to a rung.
+//! smooth LOD gives up to a rung, or level 0 grown here out of the rules that it has come from (Schmalstieg, *The Remote
+//! Rendering Pipeline*, 1997, §8).
 //!
 //! The rule, in one place for first pictures and for refining, as in `viewer/core/grades.ts`: of the grades that are good
 //! enough for an error, the one for which the fewest bytes have still to travel. What is here, or on its way, is not paid
 //! again; so rungs are appended, and smooth LODs are left alone where the coarsest levels of many models come in one
-//! compressed pack, or where a model is too small to pay for its materials.
+//! compressed pack, or where a model is too small to pay for its materials. Rules that are here would cost nothing for any
+//! model, and fill the picture with triangles that nobody sees: so each triangle that grows counts as a byte.
 
 use std::fmt;
 
 use belvedere_scene::{
     BlobName,
-    object::{Level, Model, PackRef, TextureRef},
+    object::{Level, Model, PackRef, Procedural, TextureRef},
     rung::{RungName, SLOD},
 };
 
@@ -23,6 +25,8 @@ pub enum Form {
     Level,
     /// A smooth LOD up to a rung.
     Rung,
+    /// Level 0, grown out of rules.
+    Grown,
 }
 
 /// One way to draw a model.
@@ -30,9 +34,9 @@ pub enum Form {
 pub struct Grade {
     /// Level or rung.
     pub form: Form,
-    /// Of the level, 0 the finest; of the last rung that was taken in, 0 the coarsest.
+    /// Of the level, 0 the finest; of the last rung that was taken in, 0 the coarsest; 0 of what has grown.
     pub number: usize,
-    /// Triangles of the mesh.
+    /// Triangles of the mesh; 0 where nobody knows before it has grown.
     pub triangles: u64,
     /// How far its surface may be from the source's, in the model's space.
     pub error: f64,
@@ -43,10 +47,13 @@ impl fmt::Display for Grade {
         match self.form {
             Form::Level => write!(f, "level {}", self.number),
             Form::Rung => write!(f, "rung {}", self.number),
+            Form::Grown => f.write_str("grown from rules"),
         }
     }
 }
 
+/// What a triangle counts that is grown here.
+const GROWN_TRIANGLE_BYTES: f64 = 1.0;
 /// Rungs come together up to so many bytes, so that small models take one step and large ones show each.
 const STEP_BYTES: u64 = 16 * 1024;
 
@@ -112,6 +119,17 @@ impl Grade {
         })
     }
 
+    fn of_rules(model: &Model) -> Option<Self> {
+        model.procedural.as_ref()?;
+        let finest = model.levels.first();
+        Some(Self {
+            form: Form::Grown,
+            number: 0,
+            triangles: finest.map_or(0, |level| level.triangles),
+            error: finest.map_or(0.0, |level| level.geometric_error_m),
+        })
+    }
+
     /// The coarsest level of a model: what a first picture is at least as good as.
     #[must_use]
     pub fn coarsest(model: &Model) -> Option<Self> {
@@ -119,12 +137,13 @@ impl Grade {
         Some(Self::of_level(model.levels.len() - 1, level))
     }
 
-    /// All ways to draw a model: levels, finest first, then rungs, coarsest first.
+    /// All ways to draw a model: what grows here, levels, finest first, then rungs, coarsest first.
     pub fn all(model: &Model) -> impl Iterator<Item = Self> {
         let levels = model.levels.iter().enumerate();
         let rungs = model.smooth.iter().flat_map(|smooth| 0..smooth.rungs.len());
-        levels
-            .map(|(number, level)| Self::of_level(number, level))
+        Self::of_rules(model)
+            .into_iter()
+            .chain(levels.map(|(number, level)| Self::of_level(number, level)))
             .chain(rungs.filter_map(|number| Self::of_rung(model, number)))
     }
 
@@ -132,7 +151,7 @@ impl Grade {
     #[must_use]
     pub fn will_do(&self, model: &Model, most_error: f64) -> bool {
         let finest = match self.form {
-            Form::Level => 0,
+            Form::Level | Form::Grown => 0,
             Form::Rung => model.smooth.as_ref().map_or(0, |smooth| smooth.rungs.len() - 1),
         };
         self.error <= most_error || self.number == finest
@@ -173,7 +192,9 @@ impl Grade {
             .map(|level| &level.textures)
             .or(smooth.map(|smooth| &smooth.textures));
         let textures = textures.into_iter().flatten().map(Part::picture);
+        let rules = model.procedural.as_ref().filter(|_| self.form == Form::Grown);
         glb.into_iter()
+            .chain(rules.into_iter().flat_map(Part::texts))
             .chain(whole)
             .chain(rungs)
             .chain(materials)
@@ -183,13 +204,20 @@ impl Grade {
     /// Whether it cannot be had.
     #[must_use]
     pub fn is_lost(&self, model: &Model, stock: &impl Stock) -> bool {
-        self.parts(model, stock).any(|part| !part.spare && part.is_lost(stock))
+        let has_no_rules = self.form == Form::Grown && model.procedural.is_none();
+        has_no_rules || self.parts(model, stock).any(|part| !part.spare && part.is_lost(stock))
     }
 
     /// Bytes that have still to travel until a model can be drawn so.
     #[must_use]
     pub fn cost_bytes(&self, model: &Model, stock: &impl Stock) -> f64 {
         self.parts(model, stock).map(|part| part.cost_bytes(stock)).sum()
+    }
+
+    /// The same with what drawing it is worth in bytes.
+    fn counts_bytes(&self, model: &Model, stock: &impl Stock) -> f64 {
+        let grown = if self.form == Form::Grown { self.triangles } else { 0 };
+        self.cost_bytes(model, stock) + GROWN_TRIANGLE_BYTES * grown as f64
     }
 }
 
@@ -201,6 +229,13 @@ impl<'a> Part<'a> {
             pack: None,
             spare: false,
         }
+    }
+
+    /// Rules, and what they import.
+    fn texts(rules: &'a Procedural) -> impl Iterator<Item = Self> {
+        let imports = rules.imports.values();
+        std::iter::once(Self::object(&rules.rules, rules.rules_bytes))
+            .chain(imports.map(|import| Self::object(&import.url, import.bytes)))
     }
 
     fn picture(texture: &'a TextureRef) -> Self {
@@ -277,7 +312,7 @@ pub fn goal(model: &Model, most_error: f64, stock: &impl Stock) -> Option<Grade>
     let fit = Grade::all(model).filter(|grade| grade.will_do(model, most_error) && !grade.is_lost(model, stock));
     let mut best: Option<(f64, Grade)> = None;
     for grade in fit {
-        let bytes = grade.cost_bytes(model, stock);
+        let bytes = grade.counts_bytes(model, stock);
         if best.is_none_or(|(least, _)| bytes < least) {
             best = Some((bytes, grade));
         }

@@ -15,7 +15,11 @@ pub(super) struct Models {
 impl Models {
     pub(super) fn learn<'a>(&mut self, seen: impl Iterator<Item = &'a Seen>) {
         for seen in seen {
-            self.models.entry(seen.model).or_insert_with(|| seen.geometry.clone());
+            let known = self.models.entry(seen.model).or_insert_with(|| seen.geometry.clone());
+            // What stood in for a model knows less of it.
+            if known.levels.is_empty() && !seen.geometry.levels.is_empty() {
+                *known = seen.geometry.clone();
+            }
         }
     }
 
@@ -27,6 +31,12 @@ impl Models {
     pub(super) fn of_stream(&self, stream: BlobHash) -> Option<&Arc<Model>> {
         let is_its = |model: &&Arc<Model>| model.smooth.as_ref().is_some_and(|smooth| smooth.url.hash() == stream);
         self.models.values().find(is_its)
+    }
+
+    /// The rules of all of them.
+    pub(super) fn rules(&self) -> impl Iterator<Item = Key> {
+        let grown = self.models.values().filter_map(|model| model.procedural.as_ref());
+        grown.map(|procedural| (&procedural.rules).into())
     }
 
     /// The known files in a pack, each once.

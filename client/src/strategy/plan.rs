@@ -91,7 +91,7 @@ pub fn is_sharp(seen: &Seen, held: Grade, eye: &Eye, target_px: f64) -> bool {
 fn refinement(seen: &Seen, held: &impl Held, eye: &Eye, target_px: f64) -> Option<Wish> {
     let model = &seen.geometry;
     let now = held.held(seen.model)?;
-    let unsound = now.form == Form::Rung && now.is_lost(model, held);
+    let unsound = now.form != Form::Level && now.is_lost(model, held);
     if !unsound && is_sharp(seen, now, eye, target_px) {
         return None;
     }

@@ -205,6 +205,13 @@ impl Planner {
         }
     }
 
+    /// Nothing that is known can be grown.
+    pub fn lose_rules(&mut self) {
+        for rules in self.models.rules() {
+            self.residency.lose(rules);
+        }
+    }
+
     /// Whether a file is here.
     #[must_use]
     pub fn is_here(&self, file: Key) -> bool {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use belvedere_scene::{
     Bounds, ModelId, ObjectId,
     object::{Model, ObjectEntry, SCREEN_HEIGHT_PX, VIEW_ANGLE_DEG},
+    population::Member,
 };
 
 /// Who looks.
@@ -43,8 +44,10 @@ impl Eye {
 pub struct Seen {
     /// The object.
     pub object: ObjectId,
-    /// Its box in the world, metres.
+    /// Its box in the world, metres; where it stands, while nobody knows how far it reaches.
     pub bounds: Bounds,
+    /// `world_from_object`, column-major.
+    pub transform: [f64; 16],
     /// What its model's errors are multiplied with to be metres.
     pub scale: f64,
     /// What is visible of it fills this solid angle, steradians.
@@ -62,11 +65,36 @@ impl Seen {
         Self {
             object: entry.object,
             bounds: entry.bounds,
+            transform: entry.transform,
             scale: entry.scale,
             solid_angle_sr,
             model: entry.model,
             geometry,
         }
+    }
+
+    /// What stands for an object whose entry nobody has read: one of a population, with a model that can only be grown. It is
+    /// drawn at its finest, so nothing depends on how far it reaches.
+    #[must_use]
+    pub fn stand_in(member: &Member, model: ModelId, geometry: Arc<Model>, solid_angle_sr: f64) -> Self {
+        Self {
+            object: member.object,
+            bounds: Bounds {
+                min: member.position,
+                max: member.position,
+            },
+            transform: member.transform(),
+            scale: member.scale,
+            solid_angle_sr,
+            model,
+            geometry,
+        }
+    }
+
+    /// Whether it stands for an object whose entry nobody has read.
+    #[must_use]
+    pub fn is_stand_in(&self) -> bool {
+        self.geometry.levels.is_empty()
     }
 
     /// How many pixels an error in the model's space covers.

@@ -30,6 +30,17 @@ struct UnderWay {
     came: Vec<(FileRef, Option<u64>)>,
 }
 
+/// What came.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Received {
+    /// Anything, or the news that it cannot be had.
+    pub(super) any: bool,
+    /// Something cannot be had …
+    pub(super) lost: bool,
+    /// … of which models were to grow.
+    pub(super) lost_rules: bool,
+}
+
 /// Fetches for one visitor.
 pub(super) struct Courier<'a, S> {
     scene: &'a Scene<Metered<S>>,
@@ -136,12 +147,15 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         Ok(length)
     }
 
-    /// Hands over what is here by a time; says whether anything came, and whether all of it could be had.
-    pub(super) fn receive(&mut self, planner: &mut Planner, now_ms: f64) -> (bool, bool) {
+    /// Hands over what is here by a time.
+    pub(super) fn receive(&mut self, planner: &mut Planner, now_ms: f64) -> Received {
         let all = std::mem::take(&mut self.under_way);
         let (here, coming): (Vec<_>, Vec<_>) = all.into_iter().partition(|one| one.there_ms <= now_ms);
         self.under_way = coming;
-        let mut is_whole = true;
+        let mut received = Received {
+            any: !here.is_empty(),
+            ..Received::default()
+        };
         for (file, length) in here.iter().flat_map(|one| &one.came) {
             match length {
                 Some(bytes) => {
@@ -150,10 +164,13 @@ impl<'a, S: ByteSource> Courier<'a, S> {
                         self.ledger.splits(file.name.key(), &members);
                     }
                 }
-                None => planner.residency.lose(file.name.key()),
+                None => {
+                    planner.residency.lose(file.name.key());
+                    received.lost = true;
+                    received.lost_rules |= file.is_rules();
+                }
             }
-            is_whole &= length.is_some();
         }
-        (!here.is_empty(), is_whole)
+        received
     }
 }

@@ -2,27 +2,33 @@
 //! line, and measures (Marvie & Bouatouch, *A VRML97-X3D extension for massive scenery management in virtual worlds*, 2004,
 //! §7: download quality, convergence time, with and without prefetching).
 //!
-//! * [`script`]: where the visitor is, and when;
+//! * [`script`]: where the visitor is, and when; [`ramble`]: made-up ways;
 //! * [`mod@line`]: when what was asked for arrives;
 //! * `metered`: what every document cost;
 //! * `courier`: what comes over the line;
 //! * `visitor`: carries out [`crate::strategy`];
 //! * `ledger`: whether what came ahead was worth it;
-//! * [`outcome`]: what became of it.
+//! * [`outcome`]: what became of it;
+//! * [`meeting`]: whom one meets on the way, where the scene is live.
 //!
 //! Bytes are fetched for real, as fast as they come; *when* they arrive is simulated. So a tour of minutes takes seconds, and
-//! the same script gives the same numbers on any machine, but for the latencies of real requests.
+//! the same script gives the same numbers on any machine, but for the latencies of real requests. Others move in real time, and
+//! so does who meets them.
 
 mod courier;
 mod ledger;
 pub mod line;
+pub mod meeting;
 mod metered;
 pub mod outcome;
+pub mod ramble;
 pub mod script;
 mod visitor;
 
 pub use line::Line;
+pub use meeting::{Echoes, Meeting};
 pub use outcome::{Causes, Frame, Latency, Memory, Outcome, Quality, Tour, Way, Ways};
+pub use ramble::{Manner, Rambles};
 pub use script::{Script, ScriptError};
 
 use crate::{ByteSource, Client, Error, strategy::order::Budgets};
@@ -39,6 +45,8 @@ pub struct TourSettings {
     pub prefetch: bool,
     /// Whether smooth LODs are used where they cost less than levels.
     pub smooth: bool,
+    /// Whether models are grown from rules where that costs less than levels; growing takes no time on the simulated line.
+    pub rules: bool,
     /// Whether small files come together where the server offers that.
     pub bundles: bool,
     /// Memory of all files that are held or on their way, bytes; documents apart.
@@ -55,6 +63,7 @@ impl Default for TourSettings {
             line: Line::default(),
             prefetch: true,
             smooth: true,
+            rules: true,
             bundles: true,
             memory_bytes: u64::MAX,
             frames_per_s: 10.0,

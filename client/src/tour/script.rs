@@ -1,17 +1,18 @@
-//! Where is the visitor, and when? Poses in time, one JSON object a line, or a walk made up from the scene's cells.
+//! Where is the visitor, and when? Poses in time, one JSON object a line, as the viewer records them.
 
-use belvedere_scene::{Bounds, CellId, record::CellRecord};
 use serde::{Deserialize, Serialize};
 
-use crate::{ByteSource, Error, Scene};
-
-/// A visitor at a time. Other members of a line, such as an orientation, are nobody's business here.
+/// A visitor at a time. Other members of a line are nobody's business here.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Milliseconds since the script began.
     pub t_ms: f64,
     /// The eye, world space, metres.
     pub position: [f64; 3],
+    /// How it is turned, a quaternion x, y, z, w; without one the visitor looks where it goes. What comes over the line does
+    /// not depend on it, since cells see all around; others in a live scene are told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 4]>,
 }
 
 /// Poses with rising times, at least one.
@@ -48,8 +49,13 @@ impl Script {
             let wrong = |what: String| ScriptError::Line { line: number + 1, what };
             let pose: Pose = serde_json::from_str(line)
                 .map_err(|cause| wrong(format!("{cause}; expected {{\"t_ms\": 0, \"position\": [x, y, z]}}")))?;
-            if !pose.t_ms.is_finite() || !pose.position.iter().all(|x| x.is_finite()) {
+            let turned = pose.orientation.unwrap_or(UPRIGHT);
+            let mut numbers = pose.position.iter().chain(&turned).chain([&pose.t_ms]);
+            if !numbers.all(|x| x.is_finite()) {
                 return Err(wrong("numbers must be finite".to_owned()));
+            }
+            if turned.iter().all(|x| *x == 0.0) {
+                return Err(wrong("an orientation of length 0 turns nothing".to_owned()));
             }
             if poses.last().is_some_and(|before| before.t_ms >= pose.t_ms) {
                 return Err(wrong(format!(
@@ -75,8 +81,7 @@ impl Script {
     /// The same way at one speed throughout, in metres a second; pauses are left out.
     #[must_use]
     pub fn at_speed(&self, speed_mps: f64) -> Self {
-        let places: Vec<_> = self.poses.iter().map(|pose| pose.position).collect();
-        Self::along(&places, speed_mps)
+        Self::along(&self.poses, speed_mps)
     }
 
     /// The same way, begun later: the visitor waits where it begins.
@@ -95,19 +100,22 @@ impl Script {
     }
 
     /// A way at one speed, metres a second, through places, which are not none.
-    fn along(places: &[[f64; 3]], speed_mps: f64) -> Self {
-        let mut poses = vec![Pose {
+    pub(super) fn through(places: &[[f64; 3]], speed_mps: f64) -> Self {
+        let pose = |position: &[f64; 3]| Pose {
             t_ms: 0.0,
-            position: places[0],
-        }];
-        for pair in places.windows(2) {
-            let away_m = distance_m(pair[0], pair[1]);
+            position: *position,
+            orientation: None,
+        };
+        Self::along(&places.iter().map(pose).collect::<Vec<_>>(), speed_mps)
+    }
+
+    fn along(way: &[Pose], speed_mps: f64) -> Self {
+        let mut poses = vec![Pose { t_ms: 0.0, ..way[0] }];
+        for pair in way.windows(2) {
+            let away_m = distance_m(pair[0].position, pair[1].position);
             if away_m > 0.0 {
                 let t_ms = poses[poses.len() - 1].t_ms + 1000.0 * away_m / speed_mps;
-                poses.push(Pose {
-                    t_ms,
-                    position: pair[1],
-                });
+                poses.push(Pose { t_ms, ..pair[1] });
             }
         }
         Self { poses }
@@ -122,124 +130,96 @@ impl Script {
     /// Where the visitor is; between poses on the straight line.
     #[must_use]
     pub fn at(&self, t_ms: f64) -> [f64; 3] {
-        let next = self.poses.partition_point(|pose| pose.t_ms <= t_ms);
-        match (next.checked_sub(1).map(|i| self.poses[i]), self.poses.get(next)) {
-            (None, Some(first)) => first.position,
-            (Some(last), None) => last.position,
-            (Some(a), Some(b)) => {
-                let share = (t_ms - a.t_ms) / (b.t_ms - a.t_ms);
-                [0, 1, 2].map(|i| a.position[i] + share * (b.position[i] - a.position[i]))
-            }
-            (None, None) => [0.0; 3],
-        }
+        let [a, b] = self.around(t_ms);
+        let share = share_of(a, b, t_ms);
+        [0, 1, 2].map(|i| a.position[i] + share * (b.position[i] - a.position[i]))
     }
 
-    /// A walk from the scene's first viewpoint from cell to cell through their openings, at the height of that viewpoint
-    /// where there is room for it: never straight back, unless there is no other way. The same number gives the same walk. From a
-    /// cell whose record cannot be had it goes on next door, where both cells meet.
-    ///
-    /// # Errors
-    /// When the index cannot be fetched or read.
-    pub async fn wander<S: ByteSource>(
-        scene: &Scene<S>,
-        speed_mps: f64,
-        duration_s: f64,
-        seed: u64,
-    ) -> Result<Self, Error> {
-        let start = scene.pointer().viewpoints[0].position;
-        let mut cell = scene.locate(start).await?.cell;
-        let mut places = vec![start];
-        let mut before: Option<CellId> = None;
-        let (mut walked_m, mut random) = (0.0, seed);
-        while walked_m < speed_mps * duration_s && places.len() < MOST_PLACES {
-            let told = match scene.record(&cell).await {
-                Ok(record) => way_on(&record, before, start[1], &mut random).map(|(to, place)| (to, Some(place))),
-                Err(_) if cell.adjacent.is_empty() => None,
-                Err(_) => Some((cell.adjacent[pick(cell.adjacent.len(), &mut random)], None)),
-            };
-            let Some((to, place)) = told else { break };
-            let middle = scene.cell(to).await?.ok_or(Error::NoCells)?;
-            let place = place.unwrap_or_else(|| where_both_meet(&cell.bounds, &middle.bounds, start[1]));
-            let beyond = at_height(
-                middle.bounds.center(),
-                middle.bounds.min[1],
-                middle.bounds.max[1],
-                start[1],
-            );
-            for next in [place, beyond] {
-                walked_m += distance_m(places[places.len() - 1], next);
-                places.push(next);
-            }
-            before = Some(cell.cell);
-            cell = middle;
+    /// Where it goes, metres a second.
+    #[must_use]
+    pub fn velocity_mps(&self, t_ms: f64) -> [f64; 3] {
+        let [a, b] = self.around(t_ms);
+        let passed_s = (b.t_ms - a.t_ms) / 1000.0;
+        if passed_s <= 0.0 {
+            return [0.0; 3];
         }
-        Ok(Self::along(&places, speed_mps).until(1000.0 * duration_s))
+        [0, 1, 2].map(|i| (b.position[i] - a.position[i]) / passed_s)
+    }
+
+    /// As fast as it ever goes, metres a second.
+    #[must_use]
+    pub fn fastest_mps(&self) -> f64 {
+        let speeds = self.poses.windows(2).map(|pair| {
+            let passed_s = (pair[1].t_ms - pair[0].t_ms) / 1000.0;
+            distance_m(pair[0].position, pair[1].position) / passed_s
+        });
+        speeds.fold(0.0, f64::max)
+    }
+
+    /// How the visitor is turned, a unit quaternion x, y, z, w: as the script says, else to where it goes.
+    #[must_use]
+    pub fn orientation(&self, t_ms: f64) -> [f64; 4] {
+        let [a, b] = self.around(t_ms);
+        let (Some(from), Some(to)) = (a.orientation, b.orientation) else {
+            return a.orientation.map_or_else(|| facing(self.velocity_mps(t_ms)), unit);
+        };
+        let (from, to, share) = (unit(from), unit(to), share_of(a, b, t_ms));
+        // Both signs of a quaternion are the same turn; the nearer one is the short way round.
+        let sign = (0..4).map(|i| from[i] * to[i]).sum::<f64>().signum();
+        unit([0, 1, 2, 3].map(|i| from[i] + share * (sign * to[i] - from[i])))
+    }
+
+    /// The poses before and after a time; the same one twice before it begins and after it ends.
+    fn around(&self, t_ms: f64) -> [Pose; 2] {
+        let next = self.poses.partition_point(|pose| pose.t_ms <= t_ms);
+        let last = self.poses.len() - 1;
+        [next.saturating_sub(1), next.min(last)].map(|i| self.poses[i])
     }
 
     /// The same, ended at a time.
-    fn until(mut self, end_ms: f64) -> Self {
+    pub(super) fn until(mut self, end_ms: f64) -> Self {
         let position = self.at(end_ms);
         let kept = self.poses.partition_point(|pose| pose.t_ms < end_ms).max(1);
         if kept < self.poses.len() {
             self.poses.truncate(kept);
-            self.poses.push(Pose { t_ms: end_ms, position });
+            self.poses.push(Pose {
+                t_ms: end_ms,
+                position,
+                orientation: None,
+            });
         }
         self
     }
 }
 
-/// A made-up walk passes through no more places.
-const MOST_PLACES: usize = 100_000;
+/// Turned not at all: one looks along −z.
+const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// One of the openings of a cell: where it leads, and a place in it.
-fn way_on(record: &CellRecord, before: Option<CellId>, height_m: f64, random: &mut u64) -> Option<(CellId, [f64; 3])> {
-    let low_enough = |polygon: &[[f64; 3]]| polygon.iter().any(|p| p[1] <= height_m);
-    let all = record.portals.iter().filter(|portal| !portal.polygon.is_empty());
-    let mut ways: Vec<_> = all.clone().filter(|portal| low_enough(&portal.polygon)).collect();
-    if ways.is_empty() {
-        ways = all.collect();
+/// How far a time is from one pose to the next, 0 to 1.
+fn share_of(a: Pose, b: Pose, t_ms: f64) -> f64 {
+    let passed_ms = b.t_ms - a.t_ms;
+    if passed_ms > 0.0 {
+        (t_ms - a.t_ms) / passed_ms
+    } else {
+        0.0
     }
-    if ways.iter().any(|portal| Some(portal.to) != before) {
-        ways.retain(|portal| Some(portal.to) != before);
+}
+
+/// Turned about the vertical to look along a velocity; whoever stands is not turned.
+fn facing([x, _, z]: [f64; 3]) -> [f64; 4] {
+    if x == 0.0 && z == 0.0 {
+        return UPRIGHT;
     }
-    if ways.is_empty() {
-        return None;
-    }
-    let way = ways[pick(ways.len(), random)];
-    let count = way.polygon.len() as f64;
-    let middle = [0, 1, 2].map(|i| way.polygon.iter().map(|p| p[i]).sum::<f64>() / count);
-    let heights = way.polygon.iter().map(|p| p[1]);
-    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-    Some((way.to, at_height(middle, low, high, height_m)))
+    let half = 0.5 * (-x).atan2(-z);
+    [0.0, half.sin(), 0.0, half.cos()]
 }
 
-/// A number below this (splitmix64).
-fn pick(count: usize, random: &mut u64) -> usize {
-    *random = random.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut mixed = *random;
-    mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((mixed ^ (mixed >> 31)) % count as u64) as usize
+fn unit(q: [f64; 4]) -> [f64; 4] {
+    let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if length > 0.0 { q.map(|x| x / length) } else { UPRIGHT }
 }
 
-/// The middle of what two boxes that touch share.
-fn where_both_meet(a: &Bounds, b: &Bounds, height_m: f64) -> [f64; 3] {
-    let shared = [0, 1, 2].map(|i| [a.min[i].max(b.min[i]), a.max[i].min(b.max[i])]);
-    let middle = shared.map(|[low, high]| 0.5 * (low + high));
-    at_height(
-        middle,
-        shared[1][0].min(shared[1][1]),
-        shared[1][1].max(shared[1][0]),
-        height_m,
-    )
-}
-
-fn at_height(mut place: [f64; 3], low: f64, high: f64, height_m: f64) -> [f64; 3] {
-    place[1] = height_m.clamp(low, high);
-    place
-}
-
-fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
@@ -261,11 +241,41 @@ mod tests {
     }
 
     #[test]
+    fn a_recording_of_the_viewer_says_how_one_is_turned_and_all_else_is_left_alone() {
+        let quarter = std::f64::consts::FRAC_1_SQRT_2;
+        let text = format!(
+            "{}\n{}\n{}\n",
+            r#"{"t_ms": 0.5, "position": [0, 1.6, 0], "orientation": [0, 0, 0, 2], "door": "o7"}"#,
+            format_args!(r#"{{"t_ms": 1000.5, "position": [0, 1.6, 0], "orientation": [0, {quarter}, 0, {quarter}]}}"#),
+            r#"{"t_ms": 2000.5, "position": [3, 1.6, 0]}"#,
+        );
+        let script = Script::parse(&text).unwrap();
+        let near = |found: [f64; 4], wanted: [f64; 4]| (0..4).all(|i| (found[i] - wanted[i]).abs() < 1e-9);
+        assert!(near(script.orientation(0.5), UPRIGHT));
+        let eighth = std::f64::consts::FRAC_PI_8;
+        assert!(near(script.orientation(500.5), [0.0, eighth.sin(), 0.0, eighth.cos()]));
+        assert!(
+            near(script.orientation(1500.5), [0.0, quarter, 0.0, quarter]),
+            "as it was said last"
+        );
+        // Nobody says how one is turned at the end: who stands there is not turned.
+        assert!(near(script.orientation(9000.0), UPRIGHT));
+        assert_eq!(script.velocity_mps(1500.5), [3.0, 0.0, 0.0]);
+        let plain = Script::through(&[[0.0; 3], [2.0, 0.0, 0.0]], 1.0);
+        assert!(
+            near(plain.orientation(1.0), [0.0, -quarter, 0.0, quarter]),
+            "−90°: from −z to x"
+        );
+    }
+
+    #[test]
     fn what_is_wrong_is_told_with_its_line() {
         assert_eq!(Script::parse("\n"), Err(ScriptError::Empty));
         let message = |text: &str| Script::parse(text).unwrap_err().to_string();
         assert!(message("\n{\"t_ms\": 1}").starts_with("line 2: missing field `position`"));
         let back = "{\"t_ms\": 5, \"position\": [0, 0, 0]}\n{\"t_ms\": 5, \"position\": [1, 0, 0]}";
         assert!(message(back).contains("line 2: t_ms 5 is not after"));
+        let turned = r#"{"t_ms": 5, "position": [0, 0, 0], "orientation": [0, 0, 0, 0]}"#;
+        assert_eq!(message(turned), "line 1: an orientation of length 0 turns nothing");
     }
 }

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     ByteSource, Error, Scene,
-    atlas::{self, Atlas},
+    atlas::{self, Atlas, Uses},
     strategy::{
         ahead::{Approach, approaches, is_worth_knowing},
         grade::Form,
@@ -126,7 +126,11 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
         let record = self.scene.record(&entry).await;
         let read_ms = self.courier.charge(asked_ms);
-        let (place, failures) = atlas::look(self.scene, entry, record, self.settings.smooth).await;
+        let uses = Uses {
+            smooth: self.settings.smooth,
+            rules: self.settings.rules,
+        };
+        let (place, failures) = atlas::look(self.scene, entry, record, uses).await;
         failures.into_iter().for_each(|cause| self.courier.tour.fail(cause));
         self.atlas.add(place);
         let from_ms = self.courier.charge(read_ms);
@@ -258,15 +262,29 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
 
     /// Takes in what is here by now.
     fn receive(&mut self) {
-        let (came, is_whole) = self.courier.receive(&mut self.planner, self.now_ms);
-        if !is_whole {
+        let received = self.courier.receive(&mut self.planner, self.now_ms);
+        if received.lost {
             self.planned_at = None;
         }
-        if came {
+        if received.lost_rules {
+            self.do_without_rules();
+        }
+        if received.any {
             // It may have come for others as well, and memory that was short may suffice now.
             self.held_since = true;
             let changes = self.planner.settle();
             self.note(&changes);
+        }
+    }
+
+    /// Levels come instead of what was to grow; what is known only so far is read of anew.
+    fn do_without_rules(&mut self) {
+        self.settings.rules = false;
+        for cell in self.atlas.forget_stand_ins() {
+            self.known_ms.remove(&cell);
+            if self.here == Some(cell) {
+                self.here = None;
+            }
         }
     }
 

@@ -2,6 +2,7 @@
 //! of a scene before it is deployed.
 
 mod chart;
+mod live;
 mod quantity;
 
 use std::path::PathBuf;
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use belvedere_client::{
     ByteSource, Client, FolderSource, HttpSource, Retrying,
-    tour::{self, Line, Outcome, Script, Tour, TourSettings},
+    tour::{self, Line, Manner, Outcome, Rambles, Script, Tour, TourSettings},
 };
 use belvedere_scene::SceneName;
 
@@ -23,9 +24,12 @@ pub(super) struct Args {
     /// The scene
     #[arg(long)]
     scene: SceneName,
-    /// The way: JSON lines {"t_ms": 0, "position": [x, y, z]}; by default a made-up walk from cell to cell
+    /// The way: JSON lines {"t_ms": 0, "position": [x, y, z]}, as the viewer records them; by default a made-up way
     #[arg(long)]
     script: Option<PathBuf>,
+    /// A made-up way: at random from cell to cell, or a tour that visits as many cells as it can, streets before houses
+    #[arg(long, value_enum, default_value_t, conflicts_with = "script")]
+    way: MadeUp,
     /// Bandwidth of each visitor's simulated line, in bits a second: 128k, 5M; by default without limit
     #[arg(long, value_parser = quantity::bits_per_s)]
     bandwidth: Option<f64>,
@@ -41,6 +45,9 @@ pub(super) struct Args {
     /// Whether smooth LODs are used where they cost less than levels
     #[arg(long, default_value = "on", value_parser = ["on", "off"])]
     smooth: String,
+    /// Whether models are grown from rules where that costs less than levels
+    #[arg(long, default_value = "on", value_parser = ["on", "off"])]
+    rules: String,
     /// Whether small files come together where the server offers that
     #[arg(long, default_value = "on", value_parser = ["on", "off"])]
     bundles: String,
@@ -56,6 +63,9 @@ pub(super) struct Args {
     /// Made-up walks of another number are other walks
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Whether each visitor also opens a live session: then all walk their ways once more, in real time, and meet each other
+    #[arg(long, default_value = "off", value_parser = ["on", "off"])]
+    live: String,
     /// Fail when the mean download quality after convergence is lower: 95%
     #[arg(long, value_parser = quantity::share)]
     min_quality: Option<f64>,
@@ -70,6 +80,14 @@ pub(super) struct Args {
     json: bool,
 }
 
+/// How a made-up way goes.
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+enum MadeUp {
+    #[default]
+    Random,
+    Streets,
+}
+
 /// Made-up walks are as fast as people, in metres a second.
 const WALKING_MPS: f64 = 5.0 / 3.6;
 /// No walk takes longer, in seconds.
@@ -77,20 +95,33 @@ const LONGEST_S: f64 = 86_400.0;
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.tree.contains("://") {
-        let source = Retrying::new(HttpSource::new(&args.tree)?);
-        walk(args, source).await
+        let source = HttpSource::new(&args.tree)?;
+        let live = (args.live == "on").then(|| source.clone());
+        walk(args, Retrying::new(source), live).await
     } else {
         anyhow::ensure!(
             std::path::Path::new(&args.tree).is_dir(),
             "`{}` is neither an address, like http://127.0.0.1:8080, nor a folder",
             args.tree
         );
+        anyhow::ensure!(
+            args.live == "off",
+            "a folder has no live sessions: name the address of a server, or walk without --live on"
+        );
         let source = FolderSource::new(&args.tree);
-        walk(args, source).await
+        walk(args, source, None).await
     }
 }
 
-async fn walk<S: ByteSource + Clone + 'static>(args: Args, source: S) -> anyhow::Result<()> {
+/// Walks through what a source has, and through what is live there where that is wanted.
+async fn walk<S: ByteSource + Clone + 'static>(
+    args: Args,
+    source: S,
+    live_source: Option<HttpSource>,
+) -> anyhow::Result<()> {
+    if let Some(live_source) = &live_source {
+        live::ensure_offered(live_source, &args.scene, args.sessions as usize).await?;
+    }
     let settings = TourSettings {
         line: Line {
             bits_per_s: args.bandwidth.unwrap_or(f64::INFINITY),
@@ -98,6 +129,7 @@ async fn walk<S: ByteSource + Clone + 'static>(args: Args, source: S) -> anyhow:
         },
         prefetch: args.prefetch == "on",
         smooth: args.smooth == "on",
+        rules: args.rules == "on",
         bundles: args.bundles == "on",
         memory_bytes: args.memory.unwrap_or(u64::MAX),
         ..TourSettings::default()
@@ -106,8 +138,8 @@ async fn walk<S: ByteSource + Clone + 'static>(args: Args, source: S) -> anyhow:
     if let Some(file) = &args.save_script {
         std::fs::write(file, scripts[0].to_text()).with_context(|| format!("cannot write {}", file.display()))?;
     }
-    let visitors = scripts.into_iter().map(|script| {
-        let (source, scene) = (source.clone(), args.scene.clone());
+    let visitors = scripts.iter().map(|script| {
+        let (source, scene, script) = (source.clone(), args.scene.clone(), script.clone());
         tokio::spawn(async move { tour::walk(source, &scene, &script, &settings).await })
     });
     let visitors: Vec<_> = visitors.collect();
@@ -118,12 +150,23 @@ async fn walk<S: ByteSource + Clone + 'static>(args: Args, source: S) -> anyhow:
     if let Some(file) = &args.plot {
         std::fs::write(file, chart::draw(&tours[0])).with_context(|| format!("cannot write {}", file.display()))?;
     }
-    let outcome = Outcome::of(&tours);
+    let live = match &live_source {
+        Some(live_source) => Some(live::meet(live_source, &args.scene, &scripts).await?),
+        None => None,
+    };
+    let report = Report {
+        outcome: Outcome::of(&tours),
+        live,
+    };
     if args.json {
-        print_json(&outcome)?;
+        print_json(&report)?;
     } else {
-        print(&summary(&outcome))?;
+        print(&summary(&report))?;
     }
+    if let Some(live) = &report.live {
+        live.ensure_inside()?;
+    }
+    let outcome = &report.outcome;
     if let Some(least) = args.min_quality {
         anyhow::ensure!(
             outcome.convergence_s.is_some(),
@@ -171,14 +214,28 @@ async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Resu
     );
     let scene = Client::new(source.clone()).open(&args.scene).await?;
     let speed_mps = args.speed.unwrap_or(WALKING_MPS);
+    let manner = match args.way {
+        MadeUp::Random => Manner::Wander,
+        MadeUp::Streets => Manner::StreetTour,
+    };
+    let mut rambles = Rambles::through(&scene, speed_mps, args.duration);
     let mut scripts = Vec::with_capacity(args.sessions as usize);
     for number in 0..u64::from(args.sessions) {
-        scripts.push(Script::wander(&scene, speed_mps, args.duration, args.seed.wrapping_add(number << 32)).await?);
+        scripts.push(rambles.script(manner, args.seed.wrapping_add(number << 32)).await?);
     }
     Ok(scripts)
 }
 
-fn summary(outcome: &Outcome) -> String {
+/// What is printed.
+#[derive(Debug, serde::Serialize)]
+struct Report {
+    #[serde(flatten)]
+    outcome: Outcome,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    live: Option<live::Live>,
+}
+
+fn summary(Report { outcome, live }: &Report) -> String {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let causes = &outcome.bytes;
     let converged = outcome.convergence_s.map_or_else(
@@ -239,5 +296,6 @@ fn summary(outcome: &Outcome) -> String {
         let firsts = outcome.first_failures.iter().enumerate();
         rows.extend(firsts.map(|(i, cause)| row(if i == 0 { "  … first" } else { "" }, cause.clone())));
     }
+    rows.extend(live.iter().flat_map(live::Live::rows));
     table(&["", ""], &rows).trim_start_matches('\n').to_owned()
 }

@@ -13,8 +13,22 @@ const SHORTEST_PERIOD_MS: f64 = 80.0;
 /// Others stop extrapolating after this time.
 const LONGEST_MS: f64 = 2000.0;
 
+/// What became of a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Speech {
+    /// It is said.
+    Said(Pose),
+    /// It would be, but nobody may look.
+    Hushed,
+    /// Others believe it anyway, or were told a moment ago.
+    Known,
+    /// Nothing can be said now: an answer is awaited, the server has asked for silence, or there is no session.
+    Waiting,
+}
+
 #[derive(Debug, Default)]
 pub(crate) struct Speaker {
+    /// The last pose that was said; while nobody may look, that would have been.
     said: Option<Pose>,
     hush: Option<Hush>,
     /// The server has had too much before that.
@@ -22,24 +36,25 @@ pub(crate) struct Speaker {
 }
 
 impl Speaker {
-    /// The pose to send now, if there is something to say.
+    /// Whether there is something to say now.
     pub(crate) fn speak(
         &mut self,
         now_ms: f64,
         position: [f64; 3],
         orientation: [f64; 4],
         velocity: [f64; 3],
-    ) -> Option<Pose> {
-        if now_ms < self.silent_until_ms || self.is_hushed(now_ms, position) {
-            return None;
+    ) -> Speech {
+        if now_ms < self.silent_until_ms {
+            return Speech::Waiting;
         }
+        let is_hushed = self.is_hushed(now_ms, position);
         if let Some(said) = &self.said {
             let passed_ms = now_ms - said.t_ms as f64;
             let believed = said.position_after(passed_ms, LONGEST_MS);
             let wrong_m = length(std::array::from_fn(|a| position[a] - believed[a]));
             let is_right = wrong_m < WRONG_M && turned_rad(orientation, said.orientation) < WRONG_RAD;
             if passed_ms < SHORTEST_PERIOD_MS || is_right {
-                return None;
+                return Speech::Known;
             }
         }
         let pose = Pose {
@@ -49,8 +64,9 @@ impl Speaker {
             velocity,
             acceleration: [0.0; 3],
         };
+        // Who is woken, or leaves its ball, forgets it.
         self.said = Some(pose);
-        Some(pose)
+        if is_hushed { Speech::Hushed } else { Speech::Said(pose) }
     }
 
     /// Nobody may look from now on, as long as the ball is kept to.

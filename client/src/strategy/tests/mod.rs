@@ -13,7 +13,7 @@ use std::{
 use belvedere_scene::{
     BlobName, Bounds, CellId, ModelId, ObjectId,
     index::CellEntry,
-    object::{Level, Model, PackRef, TextureRef},
+    object::{Level, Model, PackRef, Procedural, TextureRef},
     record::Portal,
     rung::{Rung, RungName, SmoothLod},
 };
@@ -64,6 +64,21 @@ fn model(number: u32) -> Model {
     }
 }
 
+/// The same for models of one file of 2,000 bytes.
+fn grown(number: u32) -> Model {
+    Model {
+        procedural: Some(Procedural {
+            rules: name("rules", "dcg"),
+            rules_bytes: 2_000,
+            imports: Default::default(),
+            part: None,
+            parameters: Default::default(),
+            seed: number,
+        }),
+        ..model(number)
+    }
+}
+
 fn smooth(number: u32, ends: &[(u64, f64)]) -> SmoothLod {
     let url = name(&format!("m{number} stream"), "slod");
     let rung = |at: usize| Rung {
@@ -94,6 +109,7 @@ fn seen_at(object: u32, model_id: u32, away_m: f64, solid_angle_sr: f64, geometr
             min: [away_m, 0.0, 0.0],
             max: [away_m + 1.0, 1.0, 1.0],
         },
+        transform: std::array::from_fn(|i| if i % 5 == 0 { 1.0 } else { 0.0 }),
         scale: 1.0,
         solid_angle_sr,
         model: ModelId(model_id),

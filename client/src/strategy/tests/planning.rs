@@ -75,6 +75,50 @@ fn rungs_are_appended_where_they_cost_less_and_levels_where_not() {
 }
 
 #[test]
+fn rules_come_once_and_grow_what_they_draw_for_fewer_bytes_than_levels() {
+    let here = [
+        seen_at(1, 1, 1.0, 1.0, grown(1)),
+        seen_at(2, 2, 2.0, 0.9, grown(2)),
+        seen_at(3, 3, 900.0, 0.1, grown(3)),
+    ];
+    let mut planner = within(u64::MAX);
+    let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    let held = |number: u32| planner.residency.held(ModelId(number)).unwrap();
+    // 2,000 · 0.47 + 400 bytes for a coarsest level, 2,000 · 0.29 + 400 for the rules; and a thousand triangles.
+    assert_eq!(orders[0].wish.grade.form, Form::Level);
+    assert_eq!([held(1).form, held(2).form], [Form::Grown; 2]);
+    assert_eq!(
+        (held(3).form, held(3).number),
+        (Form::Level, 2),
+        "far away a coarse level is enough"
+    );
+    assert_eq!(orders.iter().filter(|order| order.path().ends_with(".dcg")).count(), 1);
+    assert_each_file_once(&orders);
+}
+
+#[test]
+fn what_can_only_be_grown_grows_and_levels_take_its_place_where_it_cannot() {
+    let mut standing_in = grown(1);
+    standing_in.levels.clear();
+    let here = [seen_at(1, 1, 300.0, 1.0, standing_in)];
+    let mut planner = within(u64::MAX);
+    fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    assert_eq!(
+        planner.residency.held(ModelId(1)).map(|grade| grade.form),
+        Some(Form::Grown)
+    );
+    // Somebody has found that the rules are wrong, and has read what else there is.
+    planner.lose_rules();
+    let known = [seen_at(1, 1, 300.0, 1.0, grown(1))];
+    let orders = fetch_all(&mut planner, &view(&known, Vec::new()), f64::INFINITY);
+    assert_eq!(orders.len(), 1);
+    assert_eq!(
+        planner.residency.held(ModelId(1)).map(|grade| grade.form),
+        Some(Form::Level)
+    );
+}
+
+#[test]
 fn a_stream_that_is_damaged_leaves_its_model_to_levels() {
     let mut streamed = model(1);
     streamed.levels.truncate(1);

@@ -9,7 +9,7 @@ use std::path::Path;
 use anyhow::Context;
 use belvedere_client::{
     Client, FolderSource,
-    tour::{self, Line, Outcome, Script, Tour, TourSettings},
+    tour::{self, Line, Manner, Outcome, Rambles, Tour, TourSettings},
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -53,6 +53,8 @@ pub struct World {
     pub without: Walked,
     /// With it.
     pub with: Walked,
+    /// With it, where nothing is grown from rules: levels and smooth LODs alone.
+    pub without_rules: Walked,
 }
 
 /// What became of the walks.
@@ -115,20 +117,25 @@ pub fn walk_through(
         .with_context(|| format!("{scene} is no name of a scene"))?;
     let scripts = runtime.block_on(async {
         let opened = Client::new(source.clone()).open(&scene_name).await?;
+        let mut rambles = Rambles::through(&opened, way.line.1 / 3.6, way.seconds);
         let mut scripts = Vec::new();
         for seed in 0..way.walks {
-            scripts.push(Script::wander(&opened, way.line.1 / 3.6, way.seconds, seed << 32 | 1).await?);
+            scripts.push(rambles.script(Manner::Wander, seed << 32 | 1).await?);
         }
         anyhow::Ok(scripts)
     })?;
-    let walked = |prefetch: bool| {
-        host.say(&format!("{name}: {} walks, prefetch {prefetch}", way.walks));
+    let walked = |prefetch: bool, rules: bool| {
+        host.say(&format!(
+            "{name}: {} walks, prefetch {prefetch}, rules {rules}",
+            way.walks
+        ));
         let settings = TourSettings {
             line: Line {
                 bits_per_s: way.line.0,
                 latency_ms: LATENCY_MS,
             },
             prefetch,
+            rules,
             ..TourSettings::default()
         };
         let tours = scripts
@@ -146,8 +153,9 @@ pub fn walk_through(
         cells: number(&about["report"]["cells"])?,
         walks: (way.walks, way.seconds),
         line: way.line,
-        without: walked(false)?,
-        with: walked(true)?,
+        without: walked(false, true)?,
+        with: walked(true, true)?,
+        without_rules: walked(true, false)?,
     })
 }
 

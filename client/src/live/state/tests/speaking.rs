@@ -4,16 +4,15 @@ use belvedere_scene::ObjectId;
 
 use super::super::{
     event::{Ball, Hush},
-    speaker::Speaker,
+    speaker::{Speaker, Speech},
 };
 
 const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// Whether somebody at this place along x who walks so fast has something to say.
 fn says(speaker: &mut Speaker, now_ms: f64, x: f64, speed: f64) -> bool {
-    speaker
-        .speak(now_ms, [x, 0.0, 0.0], UPRIGHT, [speed, 0.0, 0.0])
-        .is_some()
+    let speech = speaker.speak(now_ms, [x, 0.0, 0.0], UPRIGHT, [speed, 0.0, 0.0]);
+    matches!(speech, Speech::Said(_))
 }
 
 fn hush() -> Hush {
@@ -39,11 +38,25 @@ fn who_goes_on_as_others_believe_says_nothing() {
     assert!(!says(&mut speaker, 3200.0, 3.25, 1.0));
     assert!(says(&mut speaker, 3300.0, 3.35, 1.0));
     let turned = [0.0, 0.05, 0.0, 0.99875];
-    assert!(
-        speaker
-            .speak(3400.0, [3.45, 0.0, 0.0], turned, [1.0, 0.0, 0.0])
-            .is_some()
+    let speech = speaker.speak(3400.0, [3.45, 0.0, 0.0], turned, [1.0, 0.0, 0.0]);
+    assert!(matches!(speech, Speech::Said(_)));
+}
+
+#[test]
+fn what_nobody_need_hear_is_told_from_what_others_know_anyway() {
+    let mut speaker = Speaker::default();
+    let speak = |speaker: &mut Speaker, now_ms: f64, x: f64| speaker.speak(now_ms, [x, 0.0, 0.0], UPRIGHT, [0.0; 3]);
+    assert!(matches!(speak(&mut speaker, 0.0, 0.0), Speech::Said(_)));
+    assert_eq!(speak(&mut speaker, 1000.0, 0.0), Speech::Known);
+    speaker.keep_quiet(hush());
+    assert_eq!(speak(&mut speaker, 1100.0, 1.0), Speech::Hushed);
+    assert_eq!(
+        speak(&mut speaker, 1200.0, 1.0),
+        Speech::Known,
+        "it would have been said once"
     );
+    speaker.pause(2000.0);
+    assert_eq!(speak(&mut speaker, 1300.0, 1.5), Speech::Waiting);
 }
 
 #[test]

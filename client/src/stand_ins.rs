@@ -1,0 +1,103 @@
+//! What stands for an object until somebody needs its entry? What its population says: where it is, and what it grows from, in
+//! far fewer bytes (Schmalstieg, *The Remote Rendering Pipeline*, 1997, §8.4). Its name, box and levels come with the entry,
+//! which [`Scene::entry`] reads for whoever wants them.
+//!
+//! A population is fetched where it costs at most half of the chunks of objects for which one would wait, the rule of
+//! `viewer/core/standins.ts`.
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::Arc,
+};
+
+use belvedere_scene::{BlobName, ObjectId, index::PageEntry, population::Population};
+
+use crate::{
+    ByteSource, Error, Scene,
+    strategy::{
+        file::{REQUEST_BYTES, compressed_bytes},
+        sight::Seen,
+    },
+};
+
+/// A population is worth at most this share of what one would read instead.
+const WORTH: f64 = 0.5;
+
+/// Populations that were worth reading.
+#[derive(Debug, Default)]
+pub(crate) struct StandIns {
+    members: HashMap<ObjectId, (Arc<Population>, usize)>,
+    /// What could not be had, so that entries are read instead.
+    pub(crate) failures: Vec<Error>,
+}
+
+impl StandIns {
+    /// Reads what is worth it for some objects.
+    pub(crate) async fn read<S: ByteSource>(scene: &Scene<S>, objects: &[ObjectId]) -> Self {
+        let mut read = Self::default();
+        let (Some(root), None) = (&scene.manifest().populations, &scene.manifest().whole) else {
+            return read;
+        };
+        // What costs what: each population, and the chunks of objects that need not be read for it.
+        let mut wanted: BTreeMap<BlobName, (PageEntry, HashMap<BlobName, u64>)> = BTreeMap::new();
+        for object in objects {
+            let holders = match scene.leaf(root, object.0).await {
+                Ok(population) => scene
+                    .leaf(&scene.manifest().objects, object.0)
+                    .await
+                    .map(|chunk| population.zip(chunk)),
+                Err(cause) => Err(cause),
+            };
+            match holders {
+                Ok(Some((population, chunk))) if !scene.is_read(&chunk.url).await => {
+                    let (_, chunks) = wanted
+                        .entry(population.url.clone())
+                        .or_insert((population, HashMap::new()));
+                    chunks.insert(chunk.url, chunk.bytes);
+                }
+                Ok(_) | Err(Error::GivenUp { .. }) => {}
+                Err(cause) => {
+                    read.failures.push(cause);
+                    break;
+                }
+            }
+        }
+        for (entry, chunks) in wanted.into_values() {
+            let wait_bytes: f64 = chunks.values().map(|bytes| cost_bytes("json", *bytes)).sum();
+            let pays = scene.is_read(&entry.url).await || cost_bytes("pop", entry.bytes) <= WORTH * wait_bytes;
+            if !pays {
+                continue;
+            }
+            match scene.population(&entry).await {
+                Ok(population) => read.take(&population),
+                Err(Error::GivenUp { .. }) => {}
+                Err(cause) => read.failures.push(cause),
+            }
+        }
+        read
+    }
+
+    /// What stands for an object that fills so many steradians.
+    pub(crate) async fn seen<S: ByteSource>(
+        &self,
+        scene: &Scene<S>,
+        object: ObjectId,
+        solid_angle_sr: f64,
+    ) -> Option<Seen> {
+        let (population, at) = self.members.get(&object)?;
+        let member = &population.members[*at];
+        let model = population.recipes[member.recipe].model;
+        let geometry = scene.grown_model(population, member.recipe).await?;
+        Some(Seen::stand_in(member, model, geometry, solid_angle_sr))
+    }
+
+    fn take(&mut self, population: &Arc<Population>) {
+        let members = population.members.iter().enumerate();
+        self.members
+            .extend(members.map(|(at, member)| (member.object, (population.clone(), at))));
+    }
+}
+
+fn cost_bytes(ext: &str, bytes: u64) -> f64 {
+    compressed_bytes(ext, bytes) + REQUEST_BYTES
+}
