@@ -174,6 +174,7 @@ impl World {
             Seen {
                 object: ObjectId(object),
                 bounds: Bounds { min, max },
+                transform: std::array::from_fn(|i| if i % 5 == 0 { 1.0 } else { 0.0 }),
                 scale,
                 solid_angle_sr: 0.1,
                 model: ModelId(model),
