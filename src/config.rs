@@ -111,12 +111,7 @@ pub struct Settings {
     pub max_jobs: Option<u32>,
     /// Let the viewer show trees of these origins too (`?base=`), like `https://worlds.example.org`; with commas between
     /// [default: those of its own only]
-    #[arg(
-        long,
-        value_name = "ORIGIN",
-        env = "BELVEDERE_BASE_ORIGINS",
-        value_delimiter = ','
-    )]
+    #[arg(long, value_name = "ORIGIN", env = "BELVEDERE_BASE_ORIGINS", value_delimiter = ',')]
     #[serde(default)]
     pub base_origins: Vec<String>,
     /// Record what happens in live sessions into this file, or go on with it, for `belvedere audit`
@@ -508,7 +503,12 @@ mod tests {
         let origins = with(&["https://worlds.example.org/", " http://127.0.0.1:9000", ""]).unwrap();
         let told: Vec<_> = origins.base_origins.iter().map(ToString::to_string).collect();
         assert_eq!(told, ["https://worlds.example.org", "http://127.0.0.1:9000"]);
-        assert!(with(&["*"]).unwrap_err().to_string().starts_with("`base_origins` is not right: \"*\""));
+        assert!(
+            with(&["*"])
+                .unwrap_err()
+                .to_string()
+                .starts_with("`base_origins` is not right: \"*\"")
+        );
         let merged = Settings::default().or(file("base_origins = [\"https://a.example\"]").unwrap());
         assert_eq!(Config::try_from(merged).unwrap().base_origins.len(), 1);
     }

@@ -25,7 +25,9 @@ impl FromStr for Origin {
 
     fn from_str(text: &str) -> Result<Self, NotAnOrigin> {
         let origin = text.strip_suffix('/').unwrap_or(text);
-        let host = origin.strip_prefix("https://").or_else(|| origin.strip_prefix("http://"));
+        let host = origin
+            .strip_prefix("https://")
+            .or_else(|| origin.strip_prefix("http://"));
         // Whatever else stood in the policy would be a directive of its own.
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | ':' | '[' | ']');
         match host {
@@ -75,7 +77,12 @@ mod tests {
                 .unwrap()
                 .ends_with("; connect-src 'self' blob: data: https://worlds.example.org http://[::1]:8080")
         );
-        assert!(policy(&[]).to_str().unwrap().ends_with("; connect-src 'self' blob: data:"));
+        assert!(
+            policy(&[])
+                .to_str()
+                .unwrap()
+                .ends_with("; connect-src 'self' blob: data:")
+        );
     }
 
     #[test]

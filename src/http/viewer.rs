@@ -52,7 +52,11 @@ pub(super) async fn file(
     };
     let Some(file) = Dist::get(path) else {
         return if path == "index.html" && uri.path() == "/" {
-            Ok((page_headers("text/html; charset=utf-8", media::PAGE, &policy), PLACEHOLDER).into_response())
+            Ok((
+                page_headers("text/html; charset=utf-8", media::PAGE, &policy),
+                PLACEHOLDER,
+            )
+                .into_response())
         } else {
             Err(ApiError::NoRoute)
         };
