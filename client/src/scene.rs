@@ -15,9 +15,9 @@ use belvedere_scene::{
 };
 use bytes::Bytes;
 use serde::de::DeserializeOwned;
-use tokio::sync::Mutex;
+use tokio::sync::{Mutex, MutexGuard};
 
-use crate::{ByteSource, Error};
+use crate::{ByteSource, Error, stand_ins::Spared};
 
 /// Follows the pointers of one published tree.
 #[derive(Debug)]
@@ -74,6 +74,7 @@ impl<S: ByteSource> Client<S> {
             lost: Mutex::default(),
             models: Mutex::default(),
             grown: Mutex::default(),
+            spared: Mutex::default(),
         })
     }
 }
@@ -97,6 +98,7 @@ pub struct Scene<S> {
     models: Mutex<HashMap<ModelId, Arc<Model>>>,
     /// Models of which populations have told: they can be grown, and nobody knows how else they can be drawn.
     grown: Mutex<HashMap<ModelId, Arc<Model>>>,
+    spared: Mutex<Spared>,
 }
 
 impl<S: ByteSource> Scene<S> {
@@ -282,6 +284,11 @@ impl<S: ByteSource> Scene<S> {
             grown.insert(id, Arc::new(model));
         }
         grown.get(&id).cloned()
+    }
+
+    /// What populations have spared so far.
+    pub(crate) async fn spared(&self) -> MutexGuard<'_, Spared> {
+        self.spared.lock().await
     }
 
     /// Whether a document of an index has been read.

@@ -2,8 +2,9 @@
 //! far fewer bytes (Schmalstieg, *The Remote Rendering Pipeline*, 1997, §8.4). Its name, box and levels come with the entry,
 //! which [`Scene::entry`] reads for whoever wants them.
 //!
-//! A population is fetched where it costs at most half of the chunks of objects for which one would wait, the rule of
-//! `viewer/core/standins.ts`.
+//! A population is fetched where it costs at most half of the chunks of objects that it spares (the rule of
+//! `viewer/core/standins.ts`). Nobody knows which these are before it is here: a chunk is read all the same when somebody in it
+//! that is wanted cannot be grown. So what populations have spared so far says what the next one will.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -22,6 +23,29 @@ use crate::{
 
 /// A population is worth at most this share of what one would read instead.
 const WORTH: f64 = 0.5;
+/// So much is believed to have been spared before anything was.
+const TRUST_BYTES: f64 = 1000.0;
+
+/// What populations were to spare, and did.
+#[derive(Debug, Default)]
+pub(crate) struct Spared {
+    hoped_bytes: f64,
+    bytes: f64,
+}
+
+impl Spared {
+    /// The share of what the next one promises that it will spare.
+    fn share(&self) -> f64 {
+        (self.bytes + TRUST_BYTES) / (self.hoped_bytes + TRUST_BYTES)
+    }
+}
+
+/// A chunk of objects that has not been read, and those in it that are wanted.
+#[derive(Debug)]
+struct Chunk {
+    cost_bytes: f64,
+    wanted: Vec<ObjectId>,
+}
 
 /// Populations that were worth reading.
 #[derive(Debug, Default)]
@@ -39,7 +63,7 @@ impl StandIns {
             return read;
         };
         // What costs what: each population, and the chunks of objects that need not be read for it.
-        let mut wanted: BTreeMap<BlobName, (PageEntry, HashMap<BlobName, u64>)> = BTreeMap::new();
+        let mut wanted: BTreeMap<u32, (PageEntry, HashMap<BlobName, Chunk>)> = BTreeMap::new();
         for object in objects {
             let holders = match scene.leaf(root, object.0).await {
                 Ok(population) => scene
@@ -50,10 +74,13 @@ impl StandIns {
             };
             match holders {
                 Ok(Some((population, chunk))) if !scene.is_read(&chunk.url).await => {
-                    let (_, chunks) = wanted
-                        .entry(population.url.clone())
-                        .or_insert((population, HashMap::new()));
-                    chunks.insert(chunk.url, chunk.bytes);
+                    let (_, chunks) = wanted.entry(population.first).or_insert((population, HashMap::new()));
+                    let cost_bytes = cost_bytes("json", chunk.bytes);
+                    let known = chunks.entry(chunk.url).or_insert(Chunk {
+                        cost_bytes,
+                        wanted: Vec::new(),
+                    });
+                    known.wanted.push(*object);
                 }
                 Ok(_) | Err(Error::GivenUp { .. }) => {}
                 Err(cause) => {
@@ -63,13 +90,24 @@ impl StandIns {
             }
         }
         for (entry, chunks) in wanted.into_values() {
-            let wait_bytes: f64 = chunks.values().map(|bytes| cost_bytes("json", *bytes)).sum();
-            let pays = scene.is_read(&entry.url).await || cost_bytes("pop", entry.bytes) <= WORTH * wait_bytes;
-            if !pays {
+            let hoped_bytes: f64 = chunks.values().map(|chunk| chunk.cost_bytes).sum();
+            let is_new = !scene.is_read(&entry.url).await;
+            let worth_bytes = WORTH * hoped_bytes * scene.spared().await.share();
+            if is_new && cost_bytes("pop", entry.bytes) > worth_bytes {
                 continue;
             }
             match scene.population(&entry).await {
-                Ok(population) => read.take(&population),
+                Ok(population) => {
+                    read.take(&population);
+                    let is_spared = |chunk: &&Chunk| chunk.wanted.iter().all(|o| read.members.contains_key(o));
+                    let mut spared = scene.spared().await;
+                    spared.hoped_bytes += hoped_bytes;
+                    spared.bytes += chunks
+                        .values()
+                        .filter(is_spared)
+                        .map(|chunk| chunk.cost_bytes)
+                        .sum::<f64>();
+                }
                 Err(Error::GivenUp { .. }) => {}
                 Err(cause) => read.failures.push(cause),
             }

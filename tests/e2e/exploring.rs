@@ -179,12 +179,12 @@ async fn a_program_that_knows_the_language_grows_what_others_download_until_it_c
     data.bake(&data.write("towers.dcg", TOWERS), "towers");
     data.ok(&["publish", "towers", "--to", "tree"]);
     let source = Watched::new(FolderSource::new(data.folder("tree")), |_, bytes| Ok(bytes));
-    let scene = Client::new(source.clone()).open(&"towers".parse().expect("a name"));
+    let client = Client::new(source.clone());
+    let scene = client.open(&"towers".parse().expect("a name")).await.expect("a scene");
     let options = ExplorerOptions {
         rules: true,
         ..ExplorerOptions::default()
     };
-    let scene = scene.await.expect("a scene");
     let eye = Eye::at(scene.pointer().viewpoints[0].position);
     let mut explorer = Explorer::new(scene, options);
     explorer.follow(eye).await;

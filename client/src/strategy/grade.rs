@@ -52,8 +52,11 @@ impl fmt::Display for Grade {
     }
 }
 
-/// What a triangle counts that is grown here.
+/// What a triangle counts that is grown here …
 const GROWN_TRIANGLE_BYTES: f64 = 1.0;
+/// … and where nothing of the model is here yet, so that somebody waits for each byte. The viewer, which has them all to draw,
+/// counts as much as above.
+const FIRST_TRIANGLE_BYTES: f64 = 0.25;
 /// Rungs come together up to so many bytes, so that small models take one step and large ones show each.
 const STEP_BYTES: u64 = 16 * 1024;
 
@@ -214,10 +217,10 @@ impl Grade {
         self.parts(model, stock).map(|part| part.cost_bytes(stock)).sum()
     }
 
-    /// The same with what drawing it is worth in bytes.
-    fn counts_bytes(&self, model: &Model, stock: &impl Stock) -> f64 {
+    /// The same with what each triangle counts that has to be grown.
+    fn counts_bytes(&self, model: &Model, stock: &impl Stock, triangle_bytes: f64) -> f64 {
         let grown = if self.form == Form::Grown { self.triangles } else { 0 };
-        self.cost_bytes(model, stock) + GROWN_TRIANGLE_BYTES * grown as f64
+        self.cost_bytes(model, stock) + triangle_bytes * grown as f64
     }
 }
 
@@ -309,10 +312,20 @@ impl<'a> Part<'a> {
 /// What to draw a model with in the end where errors up to this do; `None` when nothing that would do can be had.
 #[must_use]
 pub fn goal(model: &Model, most_error: f64, stock: &impl Stock) -> Option<Grade> {
+    cheapest(model, most_error, stock, GROWN_TRIANGLE_BYTES)
+}
+
+/// The same for a model of which nothing is here.
+#[must_use]
+pub fn first(model: &Model, most_error: f64, stock: &impl Stock) -> Option<Grade> {
+    cheapest(model, most_error, stock, FIRST_TRIANGLE_BYTES)
+}
+
+fn cheapest(model: &Model, most_error: f64, stock: &impl Stock, triangle_bytes: f64) -> Option<Grade> {
     let fit = Grade::all(model).filter(|grade| grade.will_do(model, most_error) && !grade.is_lost(model, stock));
     let mut best: Option<(f64, Grade)> = None;
     for grade in fit {
-        let bytes = grade.counts_bytes(model, stock);
+        let bytes = grade.counts_bytes(model, stock, triangle_bytes);
         if best.is_none_or(|(least, _)| bytes < least) {
             best = Some((bytes, grade));
         }

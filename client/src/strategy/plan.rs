@@ -12,7 +12,7 @@ use belvedere_scene::ModelId;
 
 use super::{
     file::Key,
-    grade::{Form, Grade, Stock, goal, step_towards},
+    grade::{self, Form, Grade, Stock, goal, step_towards},
     priority::{Cause, Wish},
     sight::{Eye, Seen},
 };
@@ -78,7 +78,8 @@ pub fn first_wishes<'a>(visible: impl IntoIterator<Item = &'a Seen>, held: &impl
 #[must_use]
 pub fn first_goal(seen: &Seen, stock: &impl Stock) -> Option<Grade> {
     let coarsest = Grade::coarsest(&seen.geometry).map_or(f64::INFINITY, |grade| grade.error);
-    goal(&seen.geometry, coarsest, stock).or_else(|| goal(&seen.geometry, f64::INFINITY, stock))
+    let model = &seen.geometry;
+    grade::first(model, coarsest, stock).or_else(|| grade::first(model, f64::INFINITY, stock))
 }
 
 /// Whether what is held of a model will do for this object.

@@ -76,16 +76,18 @@ fn rungs_are_appended_where_they_cost_less_and_levels_where_not() {
 
 #[test]
 fn rules_come_once_and_grow_what_they_draw_for_fewer_bytes_than_levels() {
+    let mut tree = grown(3);
+    tree.levels[0].triangles = 20_000;
     let here = [
         seen_at(1, 1, 1.0, 1.0, grown(1)),
         seen_at(2, 2, 2.0, 0.9, grown(2)),
-        seen_at(3, 3, 900.0, 0.1, grown(3)),
+        seen_at(3, 3, 900.0, 0.1, tree),
     ];
     let mut planner = within(u64::MAX);
     let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
     let held = |number: u32| planner.residency.held(ModelId(number)).unwrap();
-    // 2,000 · 0.47 + 400 bytes for a coarsest level, 2,000 · 0.29 + 400 for the rules; and a thousand triangles.
-    assert_eq!(orders[0].wish.grade.form, Form::Level);
+    // 2,000 · 0.47 + 400 bytes for a coarsest level, 2,000 · 0.29 + 400 for the rules; and a thousand triangles, or 20,000.
+    assert_eq!(orders[0].wish.grade.form, Form::Grown);
     assert_eq!([held(1).form, held(2).form], [Form::Grown; 2]);
     assert_eq!(
         (held(3).form, held(3).number),
