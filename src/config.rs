@@ -2,6 +2,7 @@
 //! file alike; a flag goes before the environment, that before the file, that before the default. A [`Config`] cannot
 //! exist unless it is usable.
 
+pub(crate) mod environment;
 mod listen;
 
 use std::{
@@ -49,6 +50,9 @@ pub struct Settings {
     /// How many connections may be open [default: 10000]
     #[arg(long, value_name = "N", env = "BELVEDERE_MAX_CONNECTIONS")]
     pub max_connections: Option<usize>,
+    /// How many of them from one address; as many as all where a proxy stands in front [default: half of all]
+    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_CONNECTIONS_PER_ADDRESS")]
+    pub max_connections_per_address: Option<usize>,
     /// How long a request may take, in seconds [default: 30]
     #[arg(long, value_name = "S", env = "BELVEDERE_REQUEST_TIMEOUT_S")]
     pub request_timeout_s: Option<u64>,
@@ -283,6 +287,9 @@ impl Settings {
             tls_key: self.tls_key.or(fallback.tls_key),
             cache_mib: self.cache_mib.or(fallback.cache_mib),
             max_connections: self.max_connections.or(fallback.max_connections),
+            max_connections_per_address: self
+                .max_connections_per_address
+                .or(fallback.max_connections_per_address),
             request_timeout_s: self.request_timeout_s.or(fallback.request_timeout_s),
             max_requests_per_s: self.max_requests_per_s.or(fallback.max_requests_per_s),
             drain_s: self.drain_s.or(fallback.drain_s),
@@ -332,7 +339,10 @@ impl TryFrom<Settings> for Config {
             })
         };
         let limits = ConnectionLimits::default();
-        let connections = settings.max_connections.unwrap_or(limits.connections) as u64;
+        let connections = settings.max_connections.unwrap_or(limits.connections);
+        let of_an_address = settings
+            .max_connections_per_address
+            .unwrap_or_else(|| connections.div_ceil(2)) as u64;
         // Whether NATS answers is logged once, not with every attempt.
         let log = settings
             .log
@@ -400,7 +410,9 @@ impl TryFrom<Settings> for Config {
             },
             cache_bytes: within("cache_mib", settings.cache_mib.unwrap_or(256), 1, 1 << 20)? << 20,
             connections: ConnectionLimits {
-                connections: within("max_connections", connections, 1, 1_000_000)? as usize,
+                connections: within("max_connections", connections as u64, 1, 1_000_000)? as usize,
+                of_an_address: within("max_connections_per_address", of_an_address, 1, 1_000_000)? as usize,
+                head: limits.head,
                 drain: Duration::from_secs(within("drain_s", settings.drain_s.unwrap_or(10), 0, 3600)?),
                 answer,
                 quiet: limits.quiet.max(answer),

@@ -16,6 +16,7 @@
 //! * `epoch`: what time it is on the wall.
 //! * `media`: of which kind published files are, and how long they may be kept.
 //! * `open_files`: how many connections the system has room for.
+//! * `spread`: how many threads count the same.
 //! * `worlds`: the worlds that are built into the program.
 //! * `dashboard`: what a terminal shows of a server that runs in it.
 //! * [`commands`]: what the program can be told to do.
@@ -38,6 +39,7 @@ mod progress;
 pub mod publish;
 pub mod published;
 pub mod secret;
+mod spread;
 pub mod store;
 pub mod traces;
 mod worlds;

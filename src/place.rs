@@ -68,6 +68,9 @@ impl TryFrom<&PlaceArgs> for Place {
 
     fn try_from(args: &PlaceArgs) -> Result<Self, NoBucket> {
         let plain = args.store_plain_http.unwrap_or(false);
+        if args.store.is_none() && args.store_endpoint.is_some() {
+            return Err(NoBucket::EndpointAlone);
+        }
         let bucket = |store: &String| Bucket::new(store, args.store_endpoint.as_deref(), plain);
         Ok(Self {
             data: args.data.clone().unwrap_or_else(|| PathBuf::from("data")),

@@ -23,7 +23,7 @@ pub(super) async fn check(config: &Config) -> anyhow::Result<()> {
     config.place.reach().await?;
     let listened = std::net::TcpListener::bind(config.listen);
     for (name, value) in settings(config) {
-        print(&format!("{name:<20}{value}"))?;
+        print(&format!("{name:<28}{value}"))?;
     }
     match listened {
         Ok(_) => Ok(()),
@@ -97,6 +97,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ),
         ("cache_mib", mib(config.cache_bytes)),
         ("max_connections", connections.connections.to_string()),
+        ("max_connections_per_address", connections.of_an_address.to_string()),
         ("request_timeout_s", s(config.request_timeout)),
         ("max_requests_per_s", config.requests_per_s.to_string()),
         ("drain_s", s(connections.drain)),

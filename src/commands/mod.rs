@@ -19,7 +19,11 @@ mod sowing;
 mod verify;
 mod walk;
 
-use clap::{Parser, Subcommand};
+use std::ffi::OsString;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use crate::config::environment::{Stranger, strangers};
 
 /// Host a huge 3-D world behind a CDN; walk through it while downloading only what you can see.
 #[derive(Debug, Parser)]
@@ -81,11 +85,27 @@ pub fn sentence(error: &anyhow::Error) -> String {
     told
 }
 
+/// Variables that look like settings and are none.
+fn strange_variables() -> Vec<Stranger> {
+    let texts = |(name, value): (OsString, OsString)| (name.into_string().ok(), value.to_string_lossy().into_owned());
+    let variables = std::env::vars_os().map(texts);
+    strangers(
+        &Cli::command(),
+        variables.filter_map(|(name, value)| Some((name?, value))),
+    )
+}
+
 /// Runs what was asked for.
 ///
 /// # Errors
 /// With a sentence for the person who asked.
 pub async fn run(cli: Cli) -> anyhow::Result<()> {
+    // Who serves says it in the log.
+    if !matches!(cli.command, Command::Serve(_) | Command::Demo(_)) {
+        for stranger in strange_variables() {
+            eprintln!("belvedere: {stranger}");
+        }
+    }
     match cli.command {
         Command::Demo(args) => demo::run(args).await,
         Command::Bake(args) => bake::run(args).await,

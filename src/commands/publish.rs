@@ -39,7 +39,12 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         place.store_endpoint.as_deref(),
         place.store_plain_http.unwrap_or(false),
     )?;
-    let data = DataFolder::open_existing(&args.place).await?;
+    let mut place = place.clone();
+    if place.store.is_none() {
+        // It was said for the tree alone.
+        place.store_endpoint = None;
+    }
+    let data = DataFolder::open_existing(&place).await?;
     let private = super::private::key_of(data.catalogue(), &args.scene).await?.is_some();
     anyhow::ensure!(
         args.although_private || !private,

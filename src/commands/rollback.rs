@@ -5,7 +5,10 @@ use belvedere_scene::{Revision, SceneName};
 use super::output::{print, print_json, table};
 use crate::{
     place::PlaceArgs,
-    publish::{data::DataFolder, rollback::roll_back},
+    publish::{
+        data::DataFolder,
+        rollback::{RollbackError, roll_back},
+    },
 };
 
 #[derive(Debug, clap::Args)]
@@ -30,7 +33,10 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.list {
         return list(&data, &args).await;
     }
-    let moved = roll_back(data.catalogue(), data.store(), &args.scene, args.to).await?;
+    let moved = match roll_back(data.catalogue(), data.store(), &args.scene, args.to).await {
+        Err(RollbackError::NoScene(scene)) => return Err(data.no_such_scene(&scene).await),
+        moved => moved?,
+    };
     if args.json {
         return print_json(&moved);
     }
@@ -42,7 +48,9 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
 
 async fn list(data: &DataFolder, args: &Args) -> anyhow::Result<()> {
     let kept = data.catalogue().kept_revisions(&args.scene).await?;
-    anyhow::ensure!(!kept.is_empty(), "there is no scene `{}`", args.scene);
+    if kept.is_empty() {
+        return Err(data.no_such_scene(&args.scene).await);
+    }
     if args.json {
         return print_json(&kept);
     }

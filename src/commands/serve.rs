@@ -81,9 +81,15 @@ pub(super) async fn run_at(args: ServeArgs, page: &str) -> anyhow::Result<()> {
         (!args.no_dashboard && std::io::stdout().is_terminal()).then(|| Screen::new(std::io::stderr().is_terminal()));
     let config = args.into_config()?;
     if check {
+        for stranger in super::strange_variables() {
+            eprintln!("belvedere: {stranger}");
+        }
         return super::check::check(&config).await;
     }
     start_log(&config, screen.clone().unwrap_or_default())?;
+    for stranger in super::strange_variables() {
+        tracing::warn!("{stranger}");
+    }
     let stopping = CancellationToken::new();
     stop_on_signals(stopping.clone())?;
     let page = page.to_owned();
@@ -213,7 +219,12 @@ fn with_room(limits: ConnectionLimits) -> ConnectionLimits {
             "the limit on open files leaves room for fewer connections"
         );
     }
-    ConnectionLimits { connections, ..limits }
+    ConnectionLimits {
+        connections,
+        // The same share of them.
+        of_an_address: (limits.of_an_address * connections).div_ceil(limits.connections),
+        ..limits
+    }
 }
 
 fn recorder(file: &Path) -> anyhow::Result<Recorder> {

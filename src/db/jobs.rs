@@ -220,6 +220,16 @@ impl Catalogue {
         Ok(())
     }
 
+    /// A worker's job waits again, because there is no room for it now; that is counted.
+    pub async fn interrupt_job(&self, job: &str, worker: &str) -> anyhow::Result<()> {
+        sqlx::query(AssertSqlSafe(format!("{REQUEUE} AND job = $1 AND worker = $2")))
+            .bind(job)
+            .bind(worker)
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
     /// What this worker was baking when it ended waits again, and what nobody says to be baking.
     pub async fn requeue_jobs_of(&self, worker: &str) -> anyhow::Result<()> {
         sqlx::query(AssertSqlSafe(format!("{REQUEUE} AND (worker = $1 OR worker IS NULL)")))

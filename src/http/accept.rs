@@ -1,8 +1,10 @@
 //! How are connections taken, limited and let go?
 //!
 //! `axum::serve` sets no timer and no limit, so this is an own loop over hyper: HTTP/1.1 and HTTP/2 on one port,
-//! with TLS or without. A peer counts as a connection from its first packet on, before it has shaken hands. Beyond the limit of connections, new ones wait in the kernel's queue. At the end no new connection is taken,
-//! open ones finish the request that they are in, and what is left after the drain time is cut.
+//! with TLS or without. A peer counts as a connection from its first packet on, before it has shaken hands. Beyond the limit of
+//! connections, new ones wait in the kernel's queue; beyond that of one address, new ones of it are closed, so that nobody
+//! takes all of them. At the end no new connection is taken, open ones finish the request that they are in, and what is left
+//! after the drain time is cut.
 
 use std::{
     future::poll_fn,
@@ -26,10 +28,11 @@ use tokio::{
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
+    addresses::Addresses,
     direct::{Answer, Direct, Outcome, Socket},
     ending::{Ending, Heard},
     front::Front,
-    peer::{Peer, Uploads},
+    peer::{Peer, Requests, household},
     quiet::{Moves, Patience, Quiet},
     tls::Tls,
 };
@@ -39,6 +42,10 @@ use super::{
 pub struct ConnectionLimits {
     /// How many may be open.
     pub connections: usize,
+    /// How many of them from one address.
+    pub of_an_address: usize,
+    /// Until the head of a request is whole.
+    pub head: Duration,
     /// From the first byte of a request to the first byte of its answer.
     pub answer: Duration,
     /// A connection on which no byte moves for this long is closed.
@@ -51,6 +58,8 @@ impl Default for ConnectionLimits {
     fn default() -> Self {
         Self {
             connections: 10_000,
+            of_an_address: 5_000,
+            head: Duration::from_secs(10),
             answer: Duration::from_secs(30),
             quiet: Duration::from_secs(75),
             drain: Duration::from_secs(10),
@@ -74,6 +83,7 @@ pub async fn serve_connections(
 ) {
     let permits = Arc::new(Semaphore::new(limits.connections));
     let builders = Arc::new(Builders::new());
+    let addresses = Addresses::new(limits.of_an_address);
     let (tasks, ending, cutting) = (TaskTracker::new(), Ending::default(), Ending::default());
     let accepting = async {
         loop {
@@ -89,6 +99,10 @@ pub async fn serve_connections(
                     continue;
                 }
             };
+            let Some(place) = addresses.enter(household(address)) else {
+                front.state().metrics.connection_refused();
+                continue;
+            };
             let connection = Connection {
                 builders: builders.clone(),
                 front: front.clone(),
@@ -96,6 +110,7 @@ pub async fn serve_connections(
                 patience: Patience {
                     quiet: limits.quiet,
                     answer: limits.answer,
+                    head: limits.head,
                 },
                 stopping: ending.heard(),
             };
@@ -113,7 +128,7 @@ pub async fn serve_connections(
                     }
                 })
                 .await;
-                drop((permit, open));
+                drop((permit, place, open));
             });
         }
     };
@@ -197,9 +212,9 @@ impl Connection {
 
     /// A connection whose patience is counted, and who is at its other end.
     fn watched<S: Moves>(&self, stream: S, address: SocketAddr) -> (Quiet<S>, Peer) {
-        let uploads = Uploads::default();
-        let peer = Peer::new(address, uploads.clone());
-        (Quiet::new(stream, self.patience, uploads), peer)
+        let requests = Requests::default();
+        let peer = Peer::new(address, requests.clone());
+        (Quiet::new(stream, self.patience, requests), peer)
     }
 
     async fn shake_hands(mut self, stream: TcpStream, address: SocketAddr) {
@@ -253,6 +268,7 @@ impl Connection {
         let builders = self.builders.clone();
         let builder = if first { &builders.any } else { &builders.http1 };
         let answer = service_fn(move |request: Request<Incoming>| {
+            peer.has_asked();
             let (front, peer) = (self.front.clone(), peer.clone());
             async move { front.answer(request, &peer).await }
         });

@@ -96,7 +96,7 @@ impl Front {
         let asked = (&simple.method, simple.target);
         let ready = immutable::object_in_memory(&self.0.state, asked, |object| {
             let chosen = object.choose(&simple.method, &simple.fields)?;
-            Ok(Ready::new(&simple.method, object, &chosen))
+            Ok(Ready::new(&simple.method, object, &chosen, started))
         })?;
         let metrics = &self.0.state.metrics;
         metrics.immutable(ready.status, ready.body.len(), started.elapsed());

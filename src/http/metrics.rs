@@ -1,5 +1,6 @@
 //! What has the server been doing? Prometheus text at `/metrics`.
 
+mod durations;
 mod states;
 
 use std::{
@@ -19,17 +20,19 @@ use axum::{
 use prometheus_client::{
     encoding::{EncodeLabelSet, text::encode},
     metrics::{
-        counter::Counter,
+        counter::{self, Counter},
         family::Family,
         gauge::Gauge,
-        histogram::{Histogram, exponential_buckets},
     },
     registry::{Registry, Unit},
 };
 
-use self::states::{JobMetrics, SpanMetrics};
+use self::{
+    durations::Durations,
+    states::{JobMetrics, SpanMetrics},
+};
 use super::{AppState, error::ApiError, routes::IMMUTABLE_OBJECT};
-use crate::live::LiveCounts;
+use crate::{live::LiveCounts, spread::Spread};
 
 /// Counters of one server. Cheap to clone.
 #[derive(Clone)]
@@ -39,18 +42,37 @@ pub struct Metrics {
 
 struct Inner {
     registry: Registry,
-    requests: Family<RequestLabels, Counter>,
-    seconds: Family<RouteLabel, Histogram>,
+    requests: Family<RequestLabels, SpreadCounter>,
+    seconds: Family<RouteLabel, Durations>,
     immutable: Immutable,
-    sent_bytes: Counter,
+    sent_bytes: SpreadCounter,
     cache_hits: Counter,
     cache_misses: Counter,
     cache_bytes: Gauge,
     connections: Gauge,
+    connections_refused: Counter,
     catalogue_up: Gauge,
     live: LiveMetrics,
     jobs: JobMetrics,
     spans: SpanMetrics,
+}
+
+/// What every request counts.
+type SpreadCounter = Counter<u64, Spread<AtomicU64>>;
+
+impl counter::Atomic<u64> for Spread<AtomicU64> {
+    fn inc(&self) -> u64 {
+        self.inc_by(1)
+    }
+
+    /// Nobody asks what this thread's own count was before.
+    fn inc_by(&self, more: u64) -> u64 {
+        self.own().fetch_add(more, Ordering::Relaxed)
+    }
+
+    fn get(&self) -> u64 {
+        self.sum()
+    }
 }
 
 /// Of live sessions.
@@ -163,10 +185,10 @@ impl LiveMetrics {
 
 /// The counters of immutable objects from memory, looked up once: a label lookup costs more than the answer.
 struct Immutable {
-    whole: Counter,
-    slices: Counter,
-    unchanged: Counter,
-    seconds: Histogram,
+    whole: SpreadCounter,
+    slices: SpreadCounter,
+    unchanged: SpreadCounter,
+    seconds: Durations,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
@@ -189,12 +211,12 @@ impl fmt::Debug for Metrics {
 impl Default for Metrics {
     fn default() -> Self {
         let mut registry = Registry::with_prefix("belvedere");
-        let requests = Family::<RequestLabels, Counter>::default();
-        let seconds = Family::<RouteLabel, Histogram>::new_with_constructor(|| {
-            Histogram::new(exponential_buckets(0.0001, 4.0, 9))
-        });
-        let (sent_bytes, cache_hits, cache_misses) = (Counter::default(), Counter::default(), Counter::default());
+        let requests = Family::<RequestLabels, SpreadCounter>::default();
+        let seconds = Family::<RouteLabel, Durations>::default();
+        let sent_bytes = SpreadCounter::default();
+        let (cache_hits, cache_misses) = (Counter::default(), Counter::default());
         let (cache_bytes, connections, catalogue_up) = (Gauge::default(), Gauge::default(), Gauge::default());
+        let connections_refused = Counter::default();
         registry.register(
             "http_requests",
             "Requests by route template and status",
@@ -215,6 +237,11 @@ impl Default for Metrics {
         registry.register("blob_cache_misses", "Blobs read from the store", cache_misses.clone());
         registry.register("blob_cache_bytes", "Bytes of blobs in memory", cache_bytes.clone());
         registry.register("http_connections", "Open connections", connections.clone());
+        registry.register(
+            "http_connections_refused",
+            "Connections of addresses that had too many",
+            connections_refused.clone(),
+        );
         registry.register(
             "catalogue_up",
             "Whether the catalogue has answered when it was last asked; 0: served is what was known",
@@ -245,6 +272,7 @@ impl Default for Metrics {
                 cache_misses,
                 cache_bytes,
                 connections,
+                connections_refused,
                 catalogue_up,
                 live,
                 jobs,
@@ -270,6 +298,10 @@ impl Metrics {
         OpenConnection(self.inner.connections.clone())
     }
 
+    pub(super) fn connection_refused(&self) {
+        self.inner.connections_refused.inc();
+    }
+
     /// An immutable object was answered from memory.
     pub(super) fn immutable(&self, status: StatusCode, body_bytes: u64, took: Duration) {
         let immutable = &self.inner.immutable;
@@ -279,7 +311,7 @@ impl Metrics {
             _ => &immutable.whole,
         }
         .inc();
-        immutable.seconds.observe(took.as_secs_f64());
+        immutable.seconds.observe(took);
         self.inner.sent_bytes.inc_by(body_bytes);
     }
 
@@ -288,10 +320,7 @@ impl Metrics {
             .requests
             .get_or_create(&RequestLabels { route, status })
             .inc();
-        self.inner
-            .seconds
-            .get_or_create(&RouteLabel { route })
-            .observe(took.as_secs_f64());
+        self.inner.seconds.get_or_create(&RouteLabel { route }).observe(took);
         self.inner.sent_bytes.inc_by(body_bytes);
     }
 }

@@ -15,10 +15,11 @@
 //! * `visitor`: for whom what is there. `links`: who comes through a link into a private scene.
 //! * `viewer`: its page and scripts. `policy`: what these may load, and from where.
 //! * `momentary`: answers that no cache keeps.
-//! * [`accept`]: the accept loop with its limits and its `ending`. [`tls`]: certificates. `direct`: simple requests without TLS,
+//! * [`accept`]: the accept loop with its limits, one of them for each of the `addresses`, and its `ending`. [`tls`]: certificates. `direct`: simple requests without TLS,
 //!   answered in front of hyper. `quiet`: how long a peer is waited for.
 
 pub mod accept;
+mod addresses;
 mod around;
 mod blob_body;
 mod body;

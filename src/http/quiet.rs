@@ -1,9 +1,10 @@
-//! When has a connection gone quiet? When no byte has moved in either direction for a while, or when the peer has been
-//! talking for long without having said enough for an answer.
+//! When has a connection gone quiet? When no byte has moved in either direction for a while, when the peer has been
+//! talking for long without having said enough for an answer, or, sooner, when the head of a request does not get whole: the
+//! first one from the start on, since who connects wants something and half a head costs its sender nothing.
 //!
 //! So it covers a client that connects and says nothing, one that says its head or its body byte by byte, and one that
 //! stops reading in the middle of an answer. Progress only notes the time; the timer is re-armed when it fires, not on
-//! every byte or request, so a limit may be overrun by the shorter of the two.
+//! every byte or request, so a limit may be overrun by the shorter one of `quiet` and `answer`.
 
 use std::{
     io,
@@ -17,7 +18,7 @@ use tokio::{
     time::{Instant, Sleep},
 };
 
-use super::peer::Uploads;
+use super::peer::Requests;
 
 /// How long a peer is waited for.
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +27,8 @@ pub(super) struct Patience {
     pub(super) quiet: Duration,
     /// From the first byte read after the last one written to the next one written.
     pub(super) answer: Duration,
+    /// From the start, or from the first byte of a later head, until a head is whole.
+    pub(super) head: Duration,
 }
 
 impl Patience {
@@ -48,21 +51,45 @@ pub(super) struct Quiet<T> {
     io: T,
     patience: Patience,
     last_progress: Instant,
+    /// Whether it was waited since.
+    waited: bool,
     asked_since: Option<Instant>,
+    /// Since when a head is waited for.
+    head_since: Option<Instant>,
     timer: Pin<Box<Sleep>>,
-    uploads: Uploads,
+    requests: Requests,
 }
 
 impl<T: Moves> Quiet<T> {
-    pub(super) fn new(io: T, patience: Patience, uploads: Uploads) -> Self {
+    pub(super) fn new(io: T, patience: Patience, requests: Requests) -> Self {
+        let now = Instant::now();
         Self {
             io,
             patience,
-            last_progress: Instant::now(),
+            last_progress: now,
+            waited: false,
             asked_since: None,
-            timer: Box::pin(tokio::time::sleep(patience.shorter())),
-            uploads,
+            head_since: Some(now),
+            timer: Box::pin(tokio::time::sleep(patience.shorter().min(patience.head))),
+            requests,
         }
+    }
+
+    /// Some of a head is here.
+    pub(super) fn head_has_begun(&mut self) {
+        if self.head_since.is_none() {
+            let now = Instant::now();
+            self.head_since = Some(now);
+            let due = now + self.patience.head;
+            if due < self.timer.deadline() {
+                self.timer.as_mut().reset(due);
+            }
+        }
+    }
+
+    /// All of a head is here.
+    pub(super) fn head_is_whole(&mut self) {
+        self.head_since = None;
     }
 
     pub(super) fn get_ref(&self) -> &T {
@@ -70,38 +97,55 @@ impl<T: Moves> Quiet<T> {
     }
 
     fn has_read(&mut self) {
-        self.last_progress = Instant::now();
+        self.has_moved();
         self.asked_since.get_or_insert(self.last_progress);
     }
 
     fn has_written(&mut self) {
-        self.last_progress = Instant::now();
+        // An answer that was ready at once is written when its request was read, as far as seconds go.
+        if self.waited || self.asked_since.is_none() {
+            self.has_moved();
+        }
         self.asked_since = None;
+    }
+
+    fn has_moved(&mut self) {
+        self.last_progress = Instant::now();
+        self.waited = false;
     }
 
     /// Fails when there has been no progress for too long.
     fn wait<R>(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<R>> {
+        self.waited = true;
         if self.io.take_moved() {
             self.has_written();
         }
-        if self.uploads.going_on() {
+        if self.requests.have_come() {
+            self.head_since = None;
+        }
+        if self.requests.going_on() {
             // Whoever takes the upload counts for itself; its answer has its time from here on.
             self.asked_since = Some(Instant::now());
         }
-        if self.uploads.all_here() {
+        if self.requests.all_here() {
             // What was uploaded is on its way into a bucket, say.
             self.last_progress = Instant::now();
         }
         while self.timer.as_mut().poll(cx).is_ready() {
-            let (now, quiet) = (Instant::now(), self.last_progress + self.patience.quiet);
-            let due = match self.asked_since {
-                Some(since) => quiet.min(since + self.patience.answer),
-                None => quiet,
-            };
+            let now = Instant::now();
+            let ends = [
+                Some(self.last_progress + self.patience.quiet),
+                self.asked_since.map(|since| since + self.patience.answer),
+                self.head_since.map(|since| since + self.patience.head),
+            ];
+            let due = ends
+                .into_iter()
+                .flatten()
+                .fold(now + self.patience.shorter(), Instant::min);
             if due <= now {
                 return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
             }
-            self.timer.as_mut().reset(due.min(now + self.patience.shorter()));
+            self.timer.as_mut().reset(due);
         }
         Poll::Pending
     }
@@ -176,12 +220,13 @@ mod tests {
     const PATIENCE: Patience = Patience {
         quiet: LIMIT,
         answer: Duration::from_secs(10),
+        head: Duration::from_secs(10),
     };
 
     #[tokio::test]
     async fn silence_ends_the_connection_and_progress_keeps_it() {
         let (mut far, near) = tokio::io::duplex(16);
-        let mut near = Quiet::new(near, PATIENCE, Uploads::default());
+        let mut near = Quiet::new(near, PATIENCE, Requests::default());
         for _ in 0..15 {
             tokio::time::sleep(LIMIT / 10).await;
             far.write_all(b"x").await.unwrap();
@@ -194,7 +239,7 @@ mod tests {
     #[tokio::test]
     async fn a_reader_that_stops_reading_is_given_up() {
         let (_far, near) = tokio::io::duplex(16);
-        let mut near = Quiet::new(near, PATIENCE, Uploads::default());
+        let mut near = Quiet::new(near, PATIENCE, Requests::default());
         let stuck = near.write_all(&[0; 64]).await.unwrap_err();
         assert_eq!(stuck.kind(), io::ErrorKind::TimedOut);
     }
@@ -205,7 +250,7 @@ mod tests {
             let (_far, near) = tokio::io::duplex(16);
             // It takes bytes before they are sent, as TLS does.
             let buffered = BufWriter::new(near);
-            let mut near = Quiet::new(buffered, PATIENCE, Uploads::default());
+            let mut near = Quiet::new(buffered, PATIENCE, Requests::default());
             near.write_all(&[0; 64]).await.unwrap();
             let stuck = if ending {
                 near.shutdown().await
@@ -222,8 +267,9 @@ mod tests {
         let patience = Patience {
             quiet: Duration::from_secs(60),
             answer: LIMIT,
+            head: Duration::from_secs(60),
         };
-        let mut near = Quiet::new(near, patience, Uploads::default());
+        let mut near = Quiet::new(near, patience, Requests::default());
         let talking = tokio::spawn(async move {
             while far.write_all(b"x").await.is_ok() {
                 tokio::time::sleep(LIMIT / 50).await;
@@ -246,11 +292,12 @@ mod tests {
         let patience = Patience {
             quiet: Duration::from_secs(60),
             answer: LIMIT,
+            head: Duration::from_secs(60),
         };
-        let uploads = Uploads::default();
-        let peer = Peer::new(([127, 0, 0, 1], 1).into(), uploads.clone());
+        let requests = Requests::default();
+        let peer = Peer::new(([127, 0, 0, 1], 1).into(), requests.clone());
         let upload = peer.take_time();
-        let mut near = Quiet::new(near, patience, uploads);
+        let mut near = Quiet::new(near, patience, requests);
         let talking = tokio::spawn(async move {
             for _ in 0..30 {
                 tokio::time::sleep(LIMIT / 20).await;
@@ -274,14 +321,43 @@ mod tests {
     #[tokio::test]
     async fn who_has_sent_all_of_an_upload_may_wait_in_silence() {
         let (_far, near) = tokio::io::duplex(16);
-        let uploads = Uploads::default();
-        let peer = Peer::new(([127, 0, 0, 1], 1).into(), uploads.clone());
+        let requests = Requests::default();
+        let peer = Peer::new(([127, 0, 0, 1], 1).into(), requests.clone());
         let mut upload = peer.take_time();
         upload.all_here();
-        let mut near = Quiet::new(near, PATIENCE, uploads);
+        let mut near = Quiet::new(near, PATIENCE, requests);
         let waits = tokio::time::timeout(3 * LIMIT, near.read_u8()).await;
         assert!(waits.is_err(), "it was given up while the server worked");
         drop(upload);
         assert_eq!(near.read_u8().await.unwrap_err().kind(), io::ErrorKind::TimedOut);
+    }
+
+    #[tokio::test]
+    async fn half_a_head_ends_the_connection_and_a_whole_one_keeps_it() {
+        let patience = Patience {
+            quiet: Duration::from_secs(60),
+            answer: Duration::from_secs(60),
+            head: LIMIT,
+        };
+        let (_far, near) = tokio::io::duplex(16);
+        let mut silent = Quiet::new(near, patience, Requests::default());
+        assert_eq!(silent.read_u8().await.unwrap_err().kind(), io::ErrorKind::TimedOut);
+
+        let waits = async |near: &mut Quiet<_>| tokio::time::timeout(3 * LIMIT, near.read_u8()).await;
+        let (mut far, near) = tokio::io::duplex(16);
+        let mut near = Quiet::new(near, patience, Requests::default());
+        far.write_all(b"xx").await.unwrap();
+        near.read_u8().await.unwrap();
+        near.head_is_whole();
+        near.read_u8().await.unwrap();
+        assert!(waits(&mut near).await.is_err(), "it may be silent between two heads");
+        near.head_has_begun();
+        assert_eq!(near.read_u8().await.unwrap_err().kind(), io::ErrorKind::TimedOut);
+
+        let (_far, near) = tokio::io::duplex(16);
+        let requests = Requests::default();
+        let mut near = Quiet::new(near, patience, requests.clone());
+        Peer::new(([127, 0, 0, 1], 1).into(), requests).has_asked();
+        assert!(waits(&mut near).await.is_err(), "it has asked");
     }
 }

@@ -5,7 +5,7 @@
 //! The child writes one JSON object a line: how far it is, and at its end the report. What it says on standard error is
 //! for the person who uploaded.
 
-use std::{path::PathBuf, process::Stdio, time::Duration};
+use std::{io, path::PathBuf, process::Stdio, time::Duration};
 
 use anyhow::Context;
 use serde::Deserialize;
@@ -35,6 +35,8 @@ pub(super) enum Ended {
     Cancelled,
     /// Not now: this server stops, or does not get the source; another one goes on.
     Stopped,
+    /// Not now: the system has no room for another process at the moment.
+    NoRoom,
     /// This server was not heard of in time, so another one has the job.
     Lost,
 }
@@ -47,10 +49,15 @@ enum Line {
 }
 
 pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> Ended {
-    let mut child = match command(jobs, worker, job).and_then(|mut command| Ok(command.spawn()?)) {
+    let starting = command(jobs, worker, job).and_then(|mut command| Ok((jobs.inner.start)(&mut command)?));
+    let mut child = match starting {
         Ok(child) => child,
+        Err(error) if may_pass(&error) => {
+            tracing::warn!(job = %job.job, error = format!("{error:#}"), "cannot start a bake now; the job waits again");
+            return Ended::NoRoom;
+        }
         Err(error) => {
-            tracing::error!(error = format!("{error:#}"), "cannot start a bake");
+            tracing::error!(job = %job.job, error = format!("{error:#}"), "cannot start a bake");
             return Ended::Failed(Failure::new(
                 "internal",
                 "The server failed",
@@ -85,6 +92,20 @@ pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> E
         (_, Some(asked)) => asked,
         (_, None) => Ended::Failed(why(status, &said, jobs)),
     }
+}
+
+/// Whether the system may have room later for what it has none for now: a process, memory, an open file.
+fn may_pass(error: &anyhow::Error) -> bool {
+    let Some(error) = error.downcast_ref::<io::Error>() else {
+        return false;
+    };
+    #[cfg(unix)]
+    if let Some(code) = error.raw_os_error() {
+        use rustix::io::Errno;
+        let passing = [Errno::AGAIN, Errno::NOMEM, Errno::MFILE, Errno::NFILE];
+        return passing.into_iter().any(|passing| passing.raw_os_error() == code);
+    }
+    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::OutOfMemory)
 }
 
 fn command(jobs: &Jobs, worker: &str, job: &Job) -> anyhow::Result<Command> {

@@ -17,6 +17,7 @@ mod upload;
 
 use std::{
     collections::BTreeMap,
+    io,
     path::PathBuf,
     sync::{
         Arc, Mutex, PoisonError,
@@ -27,7 +28,10 @@ use std::{
 
 use belvedere_scene::SceneName;
 use futures_util::{Stream, StreamExt, stream};
-use tokio::sync::{Notify, watch};
+use tokio::{
+    process::{Child, Command},
+    sync::{Notify, watch},
+};
 use tokio_util::sync::CancellationToken;
 
 pub(crate) use child::CLAIM;
@@ -78,6 +82,8 @@ struct Inner {
     errands: Errands,
     settings: JobSettings,
     traces: Traces,
+    /// How the process of a bake is started.
+    start: fn(&mut Command) -> io::Result<Child>,
     /// Jobs that are baked here.
     open: Mutex<BTreeMap<JobId, Arc<Open>>>,
     /// How many wait, as the worker has last seen.
@@ -156,6 +162,7 @@ impl Jobs {
                 errands: place.errands()?,
                 settings,
                 traces,
+                start: Command::spawn,
                 open: Mutex::default(),
                 waiting: AtomicUsize::new(0),
                 ended: Mutex::default(),

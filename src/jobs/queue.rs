@@ -38,8 +38,11 @@ const REMEMBERED_DAYS: u32 = 30;
 const LEFTOVER: Duration = Duration::from_secs(3600);
 /// `w` and 128 random bits in hex.
 const NAME_LEN: usize = 33;
-/// A job during which servers ended so often is given up: it may be what ends them.
+/// A job that was interrupted so often, because servers ended meanwhile or had no room for it, is given up: it may be what
+/// ends them.
 const MOST_INTERRUPTIONS: u32 = 5;
+/// How long to take no job after the first time that there was no room for one; twice as long after each time more.
+const NO_ROOM: Duration = Duration::from_secs(5);
 
 pub(super) async fn work(jobs: Jobs) {
     let inner = &jobs.inner;
@@ -53,6 +56,7 @@ pub(super) async fn work(jobs: Jobs) {
         jobs: jobs.clone(),
         name,
         heard_since: None,
+        rests_until: Instant::now(),
     };
     if inner.stopping.run_until_cancelled(worker.recover()).await.is_none() {
         return;
@@ -62,6 +66,7 @@ pub(super) async fn work(jobs: Jobs) {
     let mut bakes = JoinSet::new();
     loop {
         while bakes.len() < inner.settings.bakes
+            && worker.rests_until <= Instant::now()
             && let Some((job, open)) = worker.claim().await
         {
             bakes.spawn(run(jobs.clone(), worker.name.clone(), job, open));
@@ -70,7 +75,11 @@ pub(super) async fn work(jobs: Jobs) {
             () = inner.stopping.cancelled() => break,
             () = inner.changed.notified() => {}
             _ = looking.tick() => worker.look().await,
-            Some(ended) = bakes.join_next() => told(ended),
+            Some(ended) = bakes.join_next() => {
+                if let Some(rest) = told(ended) {
+                    worker.rests_until = Instant::now() + rest;
+                }
+            }
         }
     }
     while let Some(ended) = bakes.join_next().await {
@@ -78,10 +87,12 @@ pub(super) async fn work(jobs: Jobs) {
     }
 }
 
-fn told(ended: Result<(), tokio::task::JoinError>) {
-    if let Err(error) = ended {
+/// How long to take no job, if this one has found no room.
+fn told(ended: Result<Option<Duration>, tokio::task::JoinError>) -> Option<Duration> {
+    ended.unwrap_or_else(|error| {
         tracing::error!(%error, "a job broke off");
-    }
+        None
+    })
 }
 
 /// Waits until no other server works for this data folder; gives the lock and the worker's name.
@@ -132,6 +143,8 @@ struct Worker {
     name: String,
     /// Since when the catalogue has answered without a break.
     heard_since: Option<Instant>,
+    /// Until when it takes no job.
+    rests_until: Instant,
 }
 
 impl Worker {
@@ -258,15 +271,15 @@ fn last_change(folder: &std::fs::DirEntry) -> std::io::Result<SystemTime> {
     Ok(last)
 }
 
-/// Bakes one job.
-async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) {
+/// Bakes one job. Says how long to take none when there was no room for it.
+async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) -> Option<Duration> {
     let id = job.job;
     let ended = if job.interrupted > MOST_INTERRUPTIONS {
         Ended::Failed(Failure::new(
             "bake-interrupted",
             "The bake was interrupted too often",
             format!(
-                "the server ended {} times while this was baked; it is not tried again",
+                "{} times the server ended while this was baked, or had no room for the bake; it is not tried again",
                 job.interrupted
             ),
         ))
@@ -276,7 +289,9 @@ async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) {
         tracing::info!(job = %id, scene = %job.scene, "a bake starts");
         child::bake(&jobs, &worker, &job, &open).await
     };
+    let rest = matches!(ended, Ended::NoRoom).then(|| NO_ROOM * 2_u32.pow(job.interrupted.min(MOST_INTERRUPTIONS)));
     end(&jobs, &worker, &open, ended).await;
+    rest
 }
 
 /// Gets what was uploaded, unless the job ends here meanwhile.
@@ -303,7 +318,7 @@ async fn end(jobs: &Jobs, worker: &str, open: &Open, ended: Ended) {
     let name = id.to_string();
     let catalogue = &jobs.inner.catalogue;
     let (state, error, report) = match &ended {
-        Ended::Stopped | Ended::Lost => return leave(jobs, worker, open, &ended).await,
+        Ended::Stopped | Ended::NoRoom | Ended::Lost => return leave(jobs, worker, open, &ended).await,
         Ended::Done(report) => (State::Done, None, Some(report.to_string())),
         Ended::Failed(failure) => (State::Failed, serde_json::to_string(failure).ok(), None),
         Ended::Cancelled => (State::Cancelled, None, None),
@@ -339,10 +354,15 @@ async fn leave(jobs: &Jobs, worker: &str, open: &Open, ended: &Ended) {
     if jobs.inner.errands.travel() {
         jobs.remove_copy(id).await;
     }
-    if matches!(ended, Ended::Stopped)
-        && let Err(error) = jobs.inner.catalogue.put_job_back(&id.to_string(), worker).await
-    {
-        tracing::warn!(error = format!("{error:#}"), "a job counts as interrupted");
+    let (name, catalogue) = (id.to_string(), &jobs.inner.catalogue);
+    let put_back = match ended {
+        Ended::Stopped => catalogue.put_job_back(&name, worker).await,
+        Ended::NoRoom => catalogue.interrupt_job(&name, worker).await,
+        _ => Ok(()),
+    };
+    if let Err(error) = put_back {
+        // The next renewal puts it back, or its lease ends.
+        tracing::warn!(error = format!("{error:#}"), "a job is put back later");
     }
     let job = jobs.read(id).await.unwrap_or_else(|_| open.now.borrow().clone());
     forget(jobs, open, job);
@@ -367,52 +387,4 @@ fn forget(jobs: &Jobs, open: &Open, job: Job) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        db::{Catalogue, NewJob},
-        jobs::JobSettings,
-        place::{Place, PlaceArgs},
-        traces::Traces,
-    };
-
-    #[tokio::test]
-    async fn a_job_that_was_claimed_without_an_answer_waits_again() {
-        let data = tempfile::tempdir().unwrap();
-        let catalogue = Catalogue::open(data.path()).await.unwrap();
-        let args = PlaceArgs {
-            data: Some(data.path().to_owned()),
-            ..PlaceArgs::default()
-        };
-        let place = Place::try_from(&args).unwrap();
-        let jobs = Jobs::new(
-            catalogue.clone(),
-            &place,
-            JobSettings::default(),
-            Traces::default(),
-            CancellationToken::new(),
-        )
-        .unwrap();
-        let mut worker = Worker {
-            jobs,
-            name: "w".to_owned(),
-            heard_since: None,
-        };
-        let job = JobId::random().unwrap().to_string();
-        let new = NewJob {
-            job: &job,
-            scene: &"town".parse().unwrap(),
-            title: None,
-            source_bytes: 7,
-            key_id: "k",
-        };
-        assert!(catalogue.keep_job(&new, 1, 1).await.unwrap());
-        catalogue.claim_job("w", LEASE_S).await.unwrap().unwrap();
-        worker.look().await;
-        assert_eq!(catalogue.job(&job).await.unwrap().unwrap().state, "queued");
-        let (claimed, _open) = worker.claim().await.unwrap();
-        worker.look().await;
-        assert_eq!(claimed.job.to_string(), job);
-        assert_eq!(catalogue.job(&job).await.unwrap().unwrap().state, "running");
-    }
-}
+mod tests;

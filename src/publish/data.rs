@@ -7,16 +7,19 @@ use std::{
 };
 
 use anyhow::Context;
+use belvedere_scene::SceneName;
 use tokio::sync::Mutex;
 
 use crate::{
-    db::{BlobLock, Catalogue},
+    db::{Baked, BlobLock, Catalogue},
     place::{Place, PlaceArgs},
     store::BlobStore,
 };
 
 /// Commands read most blobs once; the server chooses its own limit.
 const CACHE_BYTES: u64 = 64 << 20;
+/// So many scenes are named where one was asked for that is not there.
+const NAMED: usize = 12;
 
 /// `{data}/catalogue.sqlite` and `{data}/o/…` or their places elsewhere, `{data}/bakes/…` and `{data}/lock`.
 #[derive(Debug, Clone)]
@@ -89,6 +92,34 @@ impl DataFolder {
     /// Which scenes there are.
     pub(crate) fn catalogue(&self) -> &Catalogue {
         &self.catalogue
+    }
+
+    /// A scene's current revision.
+    pub(crate) async fn baked(&self, scene: &SceneName) -> anyhow::Result<Baked> {
+        match self.catalogue.baked(scene).await? {
+            Some(baked) => Ok(baked),
+            None => Err(self.no_such_scene(scene).await),
+        }
+    }
+
+    /// What to say of a scene that is not in the catalogue.
+    pub(crate) async fn no_such_scene(&self, scene: &SceneName) -> anyhow::Error {
+        let pointers = match self.catalogue.pointers().await {
+            Ok(pointers) => pointers,
+            Err(error) => return error,
+        };
+        let mut names: Vec<_> = pointers.iter().map(|pointer| format!("`{}`", pointer.scene)).collect();
+        let more = names.len().saturating_sub(NAMED);
+        names.truncate(NAMED);
+        let others = match (names.len(), more) {
+            (0, _) => "nor any other".to_owned(),
+            (1, _) => format!("there is {}", names[0]),
+            (_, 0) => format!("there are {}", names.join(", ")),
+            (_, more) => format!("there are {} and {more} more", names.join(", ")),
+        };
+        anyhow::anyhow!(
+            "there is no scene `{scene}` in this data folder, {others}; `belvedere bake FILE --scene {scene}` makes one"
+        )
     }
 
     /// The bytes.

@@ -49,8 +49,7 @@ pub(crate) async fn write(
     mut wrote: impl FnMut(u64, u64),
 ) -> anyhow::Result<TreeReport> {
     let _no_gc = data.lock_for_writing().await?;
-    let baked = data.catalogue().baked(scene).await?;
-    let pointer = baked.with_context(|| no_such_scene(scene))?.pointer;
+    let pointer = data.baked(scene).await?.pointer;
     let blobs = data.catalogue().blobs_of(scene, pointer.revision).await?;
     let target = to.open_store().await?;
     let mut report = TreeReport {
@@ -105,11 +104,6 @@ async fn write_rungs(store: &BlobStore, name: &BlobName, to: &Target) -> anyhow:
         }
     }
     Ok(cuts.len() as u64)
-}
-
-/// What to say of a scene that is not in the catalogue.
-pub(crate) fn no_such_scene(scene: &SceneName) -> String {
-    format!("there is no scene `{scene}` in this data folder; bake it with `belvedere bake FILE --scene {scene}`")
 }
 
 /// The list of a tree that may hold other scenes already.

@@ -96,6 +96,8 @@ pub struct Snapshot {
 #[derive(Debug, Clone)]
 pub struct Publications {
     current: watch::Receiver<Arc<Snapshot>>,
+    /// Whether nothing is private; asked for at every request, so it is no lock.
+    all_public: Arc<AtomicBool>,
     up_to_date: Arc<AtomicBool>,
 }
 
@@ -115,6 +117,8 @@ impl Publications {
         let first = Reading::of(&catalogue).await?;
         let privacy = first.privacy(&catalogue).await?;
         let (sender, current) = watch::channel(Arc::new(snapshot(first.pointers, privacy, None, &blobs, &decoded)));
+        let all_public = Arc::new(AtomicBool::new(current.borrow().privacy.is_empty()));
+        let all_are_public = all_public.clone();
         let up_to_date = Arc::new(AtomicBool::new(true));
         let answers = up_to_date.clone();
         let polling = async move {
@@ -128,7 +132,11 @@ impl Publications {
                         }
                         if let Some((pointers, privacy)) = newer {
                             tracing::info!(scenes = pointers.len(), "what is published has changed");
+                            let all_public = privacy.is_empty();
+                            // What has become private is so before anybody hears of it.
+                            all_are_public.fetch_and(all_public, Ordering::Release);
                             sender.send_replace(Arc::new(snapshot(pointers, privacy, Some(&last), &blobs, &decoded)));
+                            all_are_public.store(all_public, Ordering::Release);
                         }
                     }
                     Err(error) => {
@@ -143,7 +151,11 @@ impl Publications {
             }
         };
         tokio::spawn(async move { stopping.run_until_cancelled(polling).await });
-        Ok(Self { current, up_to_date })
+        Ok(Self {
+            current,
+            all_public,
+            up_to_date,
+        })
     }
 
     /// Whether the catalogue has answered when it was last asked, so that nothing newer is published.
@@ -169,7 +181,7 @@ impl Publications {
     /// Whether everybody may read this object.
     #[must_use]
     pub fn is_public(&self, blob: &BlobName) -> bool {
-        self.current.borrow().privacy.is_public(blob)
+        self.all_public.load(Ordering::Acquire) || self.current.borrow().privacy.is_public(blob)
     }
 
     /// A scene of the newest snapshot, private or not.

@@ -34,6 +34,12 @@ pub enum NoBucket {
     /// The address of the server.
     #[error("`store_endpoint` must be an address like https://s3.example, without a path and a password")]
     Endpoint,
+    /// There is a server and no bucket on it.
+    #[error(
+        "`store_endpoint` says whose bucket holds the blobs, and `store` does not say which one; set `store` too, like \
+         s3://bucket/prefix, or neither to keep blobs in the data folder"
+    )]
+    EndpointAlone,
     /// Keys and bytes would be readable on the way.
     #[error(
         "`store_endpoint` is plain HTTP and not on this machine: {0}; use https://, or set `store_plain_http` where the \

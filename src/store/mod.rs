@@ -53,7 +53,7 @@ pub use tree::BucketTree;
 pub use unfinished::Unfinished;
 use unfinished::generic;
 
-use crate::media;
+use crate::{media, spread::Spread};
 
 /// The largest blob that can be stored.
 pub const MAX_BLOB_BYTES: u64 = 256 << 20;
@@ -103,7 +103,7 @@ struct Inner {
     /// Where they are, if that is no bucket, which keeps what it has taken whole, and hands it out by itself.
     folder: Option<Folder>,
     cache: Cache<BlobName, Arc<Representations>, ByBytes>,
-    hits: AtomicU64,
+    hits: Spread<AtomicU64>,
     misses: AtomicU64,
 }
 
@@ -229,7 +229,7 @@ impl BlobStore {
     /// When the store fails or the stored bytes are damaged.
     pub async fn get(&self, name: &BlobName) -> Result<Option<Arc<Representations>>, StoreError> {
         if let Some(forms) = self.inner.cache.get(name) {
-            self.inner.hits.fetch_add(1, Ordering::Relaxed);
+            self.inner.hits.add(1);
             return Ok(Some(forms));
         }
         self.inner.misses.fetch_add(1, Ordering::Relaxed);
@@ -245,7 +245,7 @@ impl BlobStore {
     #[must_use]
     pub fn in_memory(&self, name: &BlobName) -> Option<Arc<Representations>> {
         let forms = self.inner.cache.get(name)?;
-        self.inner.hits.fetch_add(1, Ordering::Relaxed);
+        self.inner.hits.add(1);
         Some(forms)
     }
 
@@ -264,7 +264,7 @@ impl BlobStore {
     #[must_use]
     pub fn cache_use(&self) -> CacheUse {
         CacheUse {
-            hits: self.inner.hits.load(Ordering::Relaxed),
+            hits: self.inner.hits.sum(),
             misses: self.inner.misses.load(Ordering::Relaxed),
             bytes: self.inner.cache.weight(),
         }

@@ -10,6 +10,7 @@ use object_store::{ObjectStore, local::LocalFileSystem, path::Path as Key};
 use quick_cache::{OptionsBuilder, sync::Cache};
 
 use super::{BlobStore, Bucket, Folder, Inner, MARKER, StoreError, forms::ByBytes, io, sync, unfinished::generic};
+use crate::spread::Spread;
 
 impl BlobStore {
     /// The store in the folder `{data}/o`, which is made when it is not there.
@@ -97,7 +98,7 @@ impl BlobStore {
                     quick_cache::DefaultHashBuilder::default(),
                     quick_cache::sync::DefaultLifecycle::default(),
                 ),
-                hits: AtomicU64::new(0),
+                hits: Spread::default(),
                 misses: AtomicU64::new(0),
             }),
         }

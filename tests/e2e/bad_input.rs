@@ -129,6 +129,10 @@ fn settings_are_checked_without_serving_and_without_a_trace() {
     refuses(&["--tls-cert", &file], "`tls_key` is missing");
     refuses(&["--tls-cert", &file, "--tls-key", &file], "holds no certificate");
     refuses(&["--store", "bucket"], "s3://bucket/prefix");
+    refuses(
+        &["--store-endpoint", "https://s3.example"],
+        "`store` does not say which one",
+    );
     let bucket = ["--store", "s3://bucket", "--store-endpoint", "http://127.0.0.1:1"];
     let mut without_keys = data.command(&check(&bucket).iter().map(String::as_str).collect::<Vec<_>>());
     let told = without_keys
@@ -149,4 +153,47 @@ fn the_address_of_a_server_that_runs_is_said_to_be_taken() {
     let address = taken.local_addr().expect("an address").to_string();
     let said = data.ok(&["serve", "--listen", &address, "--check-config"]);
     assert!(said.contains(&format!("somebody listens on {address}")), "{said}");
+}
+
+#[test]
+fn a_variable_that_is_no_setting_is_told_with_the_setting_that_was_meant() {
+    let data = Data::new();
+    let told = |args: &[&str]| {
+        let output = data
+            .command(args)
+            .env("BELVEDERE_MAX_BAKE", "hush")
+            .output()
+            .expect("the program runs");
+        assert!(output.status.success(), "{args:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    for args in [
+        &["private"][..],
+        &["serve", "--listen", "127.0.0.1:0", "--check-config"],
+    ] {
+        let told = told(args);
+        assert!(
+            told.contains("BELVEDERE_MAX_BAKE is no setting") && told.contains("did you mean BELVEDERE_MAX_BAKES?"),
+            "{told}"
+        );
+        assert!(!told.contains("hush"), "{told}");
+    }
+}
+
+#[test]
+fn who_asks_for_a_scene_that_is_not_there_is_told_which_are() {
+    let data = Data::new();
+    let source = data.write("hall.plan", "###\n#.#\n###\n");
+    data.bake(&source, "hall");
+    for args in [
+        &["rollback", "nowhere"][..],
+        &["rollback", "nowhere", "--list"],
+        &["inspect", "nowhere"],
+    ] {
+        let told = data.fails(args);
+        assert!(
+            told.contains("no scene `nowhere`") && told.contains("there is `hall`"),
+            "{told}"
+        );
+    }
 }

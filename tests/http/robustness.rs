@@ -200,28 +200,6 @@ async fn stopping_waits_for_nobody_who_is_idle_or_half_said() {
     assert!(TcpStream::connect(server.address).await.is_err());
 }
 
-#[tokio::test]
-async fn connections_over_the_limit_wait_their_turn() {
-    let server = Server::start_with(Settings {
-        max_connections: Some(1),
-        ..Settings::default()
-    })
-    .await;
-    let mut first = TcpStream::connect(server.address).await.unwrap();
-    first
-        .write_all(b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n")
-        .await
-        .unwrap();
-    let mut some = [0; 64];
-    assert!(first.read(&mut some).await.unwrap() > 0);
-    let address = server.address;
-    let second = tokio::spawn(async move { get(address, "/healthz").await.status });
-    tokio::time::sleep(Duration::from_millis(100)).await;
-    assert!(!second.is_finished());
-    drop(first);
-    assert_eq!(second.await.unwrap(), 200);
-}
-
 /// Addresses of immutable objects, spelt in ways that must not lead anywhere else.
 #[tokio::test]
 async fn escapes_in_the_name_of_an_object_lead_nowhere() {
@@ -330,21 +308,6 @@ async fn queries_that_cannot_be_read_are_told_what_is_wrong() {
         assert_eq!(problem["status"], 400, "{path}");
         assert!(problem["detail"].as_str().unwrap().contains(detail), "{problem}");
     }
-}
-
-#[tokio::test]
-async fn many_silent_connections_do_not_keep_others_out() {
-    let server = Server::start().await;
-    let mut silent = vec![];
-    for i in 0..400 {
-        let mut stream = TcpStream::connect(server.address).await.unwrap();
-        if i % 2 == 0 {
-            stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: ").await.unwrap();
-        }
-        silent.push(stream);
-    }
-    assert_eq!(get(server.address, "/healthz").await.status, 200);
-    drop(silent);
 }
 
 #[tokio::test]

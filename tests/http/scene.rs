@@ -49,6 +49,11 @@ impl Server {
 
     /// A server with one scene, `row`.
     pub(crate) async fn start_with(settings: Settings) -> Self {
+        Self::start_changed(settings, |_| {}).await
+    }
+
+    /// The same, with limits that are no settings changed.
+    pub(crate) async fn start_changed(settings: Settings, change: impl FnOnce(&mut Config)) -> Self {
         let data = tempfile::tempdir().unwrap();
         let catalogue = Catalogue::open(data.path()).await.unwrap();
         let blobs = BlobStore::open_folder(data.path(), 1 << 20).await.unwrap();
@@ -63,15 +68,13 @@ impl Server {
             drain_s: Some(2),
             ..Settings::default()
         });
+        let mut config = Config::try_from(settings).unwrap();
+        change(&mut config);
         let stopping = CancellationToken::new();
         let (listening, address) = tokio::sync::oneshot::channel();
-        let running = tokio::spawn(serve(
-            Config::try_from(settings).unwrap(),
-            stopping.clone(),
-            |address| {
-                listening.send(address).unwrap();
-            },
-        ));
+        let running = tokio::spawn(serve(config, stopping.clone(), |address| {
+            listening.send(address).unwrap();
+        }));
         let address = tokio::time::timeout(Duration::from_secs(30), address)
             .await
             .unwrap()

@@ -68,6 +68,11 @@ if [ -z "$left" ] || [ "$left" -gt 3600 ]; then
   echo "WRONG how long the first may keep it: ${left:-nothing said}" >&2
   failed=1
 fi
+beyond=$(curl -s -o /dev/null -D - -H 'Range: bytes=99999999-' "$one$manifest")
+if ! grep -q ' 416 ' <<<"$beyond" || ! grep -qi '^cache-control: no-store' <<<"$beyond"; then
+  echo "WRONG a range behind the end may be kept: $beyond" >&2
+  failed=1
+fi
 is "the same by a link that nobody signed" "${one%????}0000$manifest" 404
 is "the pointer by such a link" "${one%????}0000/v1/scenes/tree" 404
 is "the same to a stranger" "$cdn$manifest" 404

@@ -20,7 +20,7 @@ use self::which::Which;
 use super::output::{bytes, no_such_cell, percent, print, print_json, table};
 use crate::{
     place::PlaceArgs,
-    publish::{Report, data::DataFolder, tree::no_such_scene},
+    publish::{Report, data::DataFolder},
     published::SceneReader,
 };
 
@@ -56,11 +56,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         .parse()
         .with_context(|| format!("`{}` is neither a file nor the name of a scene", args.what))?;
     let data = DataFolder::open_existing(&args.place).await?;
-    let baked = data
-        .catalogue()
-        .baked(&name)
-        .await?
-        .with_context(|| no_such_scene(&name))?;
+    let baked = data.baked(&name).await?;
     let scene = Opened {
         reader: SceneReader::of(&baked.pointer, data.store().clone()),
         pointer: baked.pointer,

@@ -9,6 +9,7 @@ use std::{
     mem::MaybeUninit,
     pin::Pin,
     task::{Context, Poll},
+    time::Instant,
 };
 
 use axum::{
@@ -24,9 +25,6 @@ use super::{
     wire::{self, CHUNK_END, ChunkHead},
 };
 use crate::{http::blob_body::BlobBody, live::Shortcut};
-
-/// What is no longer is written as one with what stands around it.
-const COPIED_BYTES: usize = 1 << 10;
 
 type AnyBody = Either<BlobBody, Body>;
 
@@ -88,7 +86,7 @@ impl Direct {
         let mut head = head_lines(parts.status, &parts.headers);
         let shortcut = parts.extensions.remove();
         let framing = frame(&method, &parts, &body, &mut head);
-        wire::end_head(&mut head);
+        wire::end_head(&mut head, Instant::now());
         Ok(Box::new(Answer {
             head,
             framing,
@@ -125,7 +123,6 @@ impl Direct {
                 // An empty chunk would be the end.
                 (Part::Data(data), _) if data.is_empty() => continue,
                 (Part::Data(data), Framing::Chunks) => {
-                    head.reserve(ChunkHead::MOST_BYTES + data.len().min(COPIED_BYTES) + CHUNK_END.len());
                     head.extend_from_slice(ChunkHead::of(data.len()).bytes());
                     (data, CHUNK_END)
                 }
@@ -136,15 +133,8 @@ impl Direct {
                 (Part::End, Framing::Chunks) => (Bytes::from_static(b"0\r\n\r\n"), &b""[..]),
                 (Part::End | Part::Later, _) => (Bytes::new(), &b""[..]),
             };
-            if data.len() <= COPIED_BYTES {
-                // To copy a little takes less than to have it gathered.
-                head.extend_from_slice(&data);
-                head.extend_from_slice(line_end);
-                wire::write_all(&mut self.io, &mut [IoSlice::new(&head)]).await?;
-            } else {
-                let slices = [&head[..], &data, line_end];
-                wire::write_all(&mut self.io, &mut slices.map(IoSlice::new)).await?;
-            }
+            let slices = [&head[..], &data, line_end];
+            wire::write_all(&mut self.io, &mut slices.map(IoSlice::new)).await?;
             if ends {
                 return if left == 0 {
                     Ok(!answer.last)

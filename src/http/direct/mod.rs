@@ -151,10 +151,14 @@ impl Direct {
     /// Takes the first request of what was said, and keeps the rest; none when more of its head must come.
     fn take(&mut self, said: &[u8]) -> Option<Next> {
         let (next, taken) = match head::read(said, |simple| self.next(simple)) {
-            Head::Simple(next, taken) => (next, taken),
+            Head::Simple(next, taken) => {
+                self.io.head_is_whole();
+                (next, taken)
+            }
             Head::Partial if said.len() < MAX_HEAD_BYTES && self.pieces < MOST_PIECES => {
                 self.pieces += 1;
                 self.said = said.to_vec();
+                self.io.head_has_begun();
                 return None;
             }
             Head::Partial | Head::NotSimple => (Next::Leave, 0),

@@ -123,7 +123,8 @@ impl Line for Shared {
 
 impl Moves for Socket {
     fn take_moved(&self) -> bool {
-        self.shared.others_wrote.swap(false, Ordering::Relaxed)
+        let wrote = &self.shared.others_wrote;
+        wrote.load(Ordering::Relaxed) && wrote.swap(false, Ordering::Relaxed)
     }
 }
 

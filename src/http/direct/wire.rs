@@ -1,17 +1,19 @@
-//! How does an answer go over the wire? Its head, what this moment adds, and its body in one vectored write, nothing
-//! copied but the head.
+//! How does an answer go over the wire? Its head, what this moment adds, and its body in one write, gathered by the system from where
+//! they lie, or, when they are short, copied together.
 
 use std::{
     cell::RefCell,
     future::poll_fn,
     io::{self, IoSlice, Write},
+    mem::MaybeUninit,
     pin::Pin,
-    time::SystemTime,
+    task::{Context, Poll},
+    time::{Duration, Instant, SystemTime},
 };
 
 use axum::http::{HeaderMap, Method, StatusCode};
 use bytes::Bytes;
-use tokio::io::AsyncWrite;
+use tokio::io::{AsyncWrite, ReadBuf};
 
 use crate::{
     epoch::since_1970,
@@ -23,6 +25,9 @@ use crate::{
 
 /// What every answer adds: a length and a range, the date.
 const ADDED_BYTES: usize = 192;
+
+/// What is no longer is copied together before it is written: that takes less time than to have the system gather it.
+const COPIED_BYTES: usize = 6 << 10;
 
 /// The first lines of a head, without its end.
 pub(in crate::http) fn head_lines(status: StatusCode, headers: &HeaderMap) -> Vec<u8> {
@@ -63,15 +68,16 @@ impl ChunkHead {
 }
 
 /// Ends a head, with the time.
-pub(super) fn end_head(lines: &mut Vec<u8>) {
+pub(super) fn end_head(lines: &mut Vec<u8>, now: Instant) {
     thread_local! {
-        static DATE: RefCell<(u64, String)> = const { RefCell::new((0, String::new())) };
+        /// The line, and until when it is right.
+        static DATE: RefCell<(String, Option<Instant>)> = const { RefCell::new((String::new(), None)) };
     }
-    let now_s = since_1970().as_secs();
-    DATE.with_borrow_mut(|(at_s, line)| {
-        if *at_s != now_s {
+    DATE.with_borrow_mut(|(line, right_until)| {
+        if right_until.is_none_or(|until| until <= now) {
             *line = format!("date: {}\r\n\r\n", httpdate::fmt_http_date(SystemTime::now()));
-            *at_s = now_s;
+            let of_this_second = Duration::from_nanos(since_1970().subsec_nanos().into());
+            *right_until = Some(now + (Duration::from_secs(1) - of_this_second));
         }
         lines.extend_from_slice(line.as_bytes());
     });
@@ -89,7 +95,7 @@ pub(in crate::http) struct Ready {
 
 impl Ready {
     /// What was chosen of an object.
-    pub(in crate::http) fn new(method: &Method, object: &BlobResponse, chosen: &Chosen) -> Self {
+    pub(in crate::http) fn new(method: &Method, object: &BlobResponse, chosen: &Chosen, now: Instant) -> Self {
         let (bytes, written) = (&chosen.form.bytes, chosen.heads.written());
         let mut added = Vec::with_capacity(ADDED_BYTES);
         let (status, head, body) = match &chosen.part {
@@ -107,7 +113,7 @@ impl Ready {
                 (parts.status, &head_lines(parts.status, &parts.headers).into(), body)
             }
         };
-        end_head(&mut added);
+        end_head(&mut added, now);
         Self {
             status,
             head: head.clone(),
@@ -134,11 +140,24 @@ pub(super) async fn write_all<T: AsyncWrite + Unpin>(io: &mut T, mut slices: &mu
     // Empty ones in front are passed over.
     IoSlice::advance_slices(&mut slices, 0);
     while !slices.is_empty() {
-        let written = poll_fn(|cx| Pin::new(&mut *io).poll_write_vectored(cx, slices)).await?;
+        let written = poll_fn(|cx| poll_write(Pin::new(&mut *io), slices, cx)).await?;
         if written == 0 {
             return Err(io::ErrorKind::WriteZero.into());
         }
         IoSlice::advance_slices(&mut slices, written);
     }
     Ok(())
+}
+
+fn poll_write(io: Pin<&mut impl AsyncWrite>, slices: &[IoSlice<'_>], cx: &mut Context<'_>) -> Poll<io::Result<usize>> {
+    if let [one] = slices {
+        return io.poll_write(cx, one);
+    }
+    if slices.iter().map(|slice| slice.len()).sum::<usize>() > COPIED_BYTES {
+        return io.poll_write_vectored(cx, slices);
+    }
+    let mut room = [MaybeUninit::uninit(); COPIED_BYTES];
+    let mut whole = ReadBuf::uninit(&mut room);
+    slices.iter().for_each(|slice| whole.put_slice(slice));
+    io.poll_write(cx, whole.filled())
 }

@@ -1,0 +1,142 @@
+//! Which variables look like settings and are none? One whose name is spelt wrong would do nothing, without a word.
+
+use std::{collections::BTreeSet, fmt};
+
+use clap::Command;
+
+const PREFIX: &str = "BELVEDERE_";
+
+/// A variable that is no setting. Its value may be a secret and is told nowhere.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Stranger {
+    name: String,
+    /// The setting that is spelt most alike, if one is.
+    nearest: Option<String>,
+}
+
+impl fmt::Display for Stranger {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the variable {} is no setting, so it does nothing; ", self.name)?;
+        match &self.nearest {
+            Some(nearest) => write!(f, "did you mean {nearest}?"),
+            None => write!(f, "`belvedere serve --help` lists those that there are"),
+        }
+    }
+}
+
+/// Those of these variables, with their values, that no command of the program knows.
+pub(crate) fn strangers(program: &Command, variables: impl Iterator<Item = (String, String)>) -> Vec<Stranger> {
+    let mut known = BTreeSet::new();
+    gather(program, &mut known);
+    variables
+        .filter(|(name, value)| name.starts_with(PREFIX) && !known.contains(name) && !is_of_a_service(name, value))
+        .map(|(name, _)| Stranger {
+            nearest: nearest(&name, &known),
+            name,
+        })
+        .collect()
+}
+
+fn gather(command: &Command, known: &mut BTreeSet<String>) {
+    let variables = command.get_arguments().filter_map(|argument| argument.get_env());
+    known.extend(variables.filter_map(|name| name.to_str()).map(str::to_owned));
+    command.get_subcommands().for_each(|command| gather(command, known));
+}
+
+/// Whether Kubernetes has set it, which tells every container where each service is, in the service's name.
+fn is_of_a_service(name: &str, value: &str) -> bool {
+    name.contains("_SERVICE_HOST")
+        || name.contains("_SERVICE_PORT")
+        || name.contains("_PORT_")
+        || value.starts_with("tcp://")
+}
+
+fn nearest(name: &str, known: &BTreeSet<String>) -> Option<String> {
+    let far = |other: &String| match (other.strip_prefix(name), name.strip_prefix(other.as_str())) {
+        // The start of one, or one with a word more.
+        (Some(_), _) => 1,
+        (_, Some(more)) if more.starts_with('_') => 2,
+        _ => edits(name, other),
+    };
+    let (far, nearest) = known.iter().map(|other| (far(other), other)).min()?;
+    let own = name.len() - PREFIX.len();
+    (own > 0 && far <= own.div_ceil(3)).then(|| nearest.clone())
+}
+
+/// How many letters must be put in, taken out or changed to make one text the other (Levenshtein 1966), row by row of the table
+/// of Wagner and Fischer 1974.
+fn edits(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, of_a) in a.bytes().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, of_b) in b.bytes().enumerate() {
+            let changed = diagonal + usize::from(of_a != of_b);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+    use crate::commands::Cli;
+
+    fn of(variables: &[(&str, &str)]) -> Vec<Stranger> {
+        let variables = variables
+            .iter()
+            .map(|(name, value)| ((*name).to_owned(), (*value).to_owned()));
+        strangers(&Cli::command(), variables)
+    }
+
+    #[test]
+    fn a_name_that_is_spelt_wrong_is_told_with_the_one_that_was_meant() {
+        for (wrong, right) in [
+            ("BELVEDERE_MAX_BAKE", "BELVEDERE_MAX_BAKES"),
+            ("BELVEDERE_CACHE", "BELVEDERE_CACHE_MIB"),
+            ("BELVEDERE_STORE_ENDPONT", "BELVEDERE_STORE_ENDPOINT"),
+            ("BELVEDERE_LISTEN_ADDR", "BELVEDERE_LISTEN"),
+        ] {
+            let told = of(&[(wrong, "hush")]);
+            assert_eq!(told.len(), 1, "{wrong}");
+            let told = told[0].to_string();
+            assert!(
+                told.contains(wrong) && told.ends_with(&format!("did you mean {right}?")),
+                "{told}"
+            );
+            assert!(!told.contains("hush"), "{told}");
+        }
+        let told = of(&[("BELVEDERE_WALLPAPER", "")]);
+        assert!(told[0].to_string().ends_with("lists those that there are"), "{told:?}");
+    }
+
+    #[test]
+    fn settings_what_others_set_and_what_kubernetes_sets_are_no_strangers() {
+        let told = of(&[
+            ("BELVEDERE_DATA", "/data"),
+            ("BELVEDERE_CONFIG", "/etc/belvedere.toml"),
+            ("OTEL_EXPORTER_OTLP_ENDPOINT", ""),
+            ("MY_BELVEDERE_CACHE", ""),
+            ("BELVEDERE_SERVICE_HOST", "10.0.0.1"),
+            ("BELVEDERE_SERVICE_PORT_HTTP", "80"),
+            ("BELVEDERE_PORT", "tcp://10.0.0.1:80"),
+            ("BELVEDERE_PORT_80_TCP_ADDR", "10.0.0.1"),
+        ]);
+        assert_eq!(told, []);
+    }
+
+    #[test]
+    fn edits_are_counted() {
+        for (a, b, expected) in [
+            ("", "", 0),
+            ("abc", "", 3),
+            ("kitten", "sitting", 3),
+            ("flaw", "lawn", 2),
+        ] {
+            assert_eq!((edits(a, b), edits(b, a)), (expected, expected), "{a} {b}");
+        }
+    }
+}
