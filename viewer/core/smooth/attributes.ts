@@ -108,8 +108,10 @@ export class Attributes implements Wedges {
     this.told = this.values.length / this.stride;
     this.readRanks(reader, mesh, old, fresh, first);
     for (let i = 0; i < this.pendingFirst.length; i += 1) {
-      this.gather(this.pendingFirst.at(i));
-      this.readValues(reader, mesh, this.telling, old, fresh, size);
+      const first = this.pendingFirst.at(i);
+      // What all corners of the new vertex share was asked of nobody.
+      if (first !== NONE) this.gather(first);
+      this.readValues(reader, mesh, first === NONE ? this.was : this.telling, old, fresh, size);
     }
     if (this.told + this.pendingFirst.length > this.mostWedges) damaged("it has more wedges than its header says");
   }
@@ -120,12 +122,16 @@ export class Attributes implements Wedges {
     const seams = this.findMoved(mesh, old, fresh);
     if (was.length === 0 && first === mesh.triangles) return;
     const isUsual = reader.bit(this.usual + seams) === 1;
-    let beside = NONE;
-    for (let i = 0; i < was.length; i += CORNER) {
-      const wedge = was.at(i + 2);
-      const why = wedge === NONE ? BORN_NEW : wedge === beside ? MOVED_SAME : MOVED_OTHER;
-      beside = wedge;
-      this.readRank(reader, mesh, fresh, was.at(i), was.at(i + 1), wedge, isUsual ? USUAL : why);
+    if (isUsual && was.length > 0) {
+      this.share(fresh);
+    } else {
+      let beside = NONE;
+      for (let i = 0; i < was.length; i += CORNER) {
+        const wedge = was.at(i + 2);
+        const why = wedge === NONE ? BORN_NEW : wedge === beside ? MOVED_SAME : MOVED_OTHER;
+        beside = wedge;
+        this.readRank(reader, mesh, fresh, was.at(i), was.at(i + 1), wedge, why);
+      }
     }
     for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
       for (let side = 0; side < 3; side += 1) {
@@ -135,6 +141,17 @@ export class Attributes implements Wedges {
         this.readRank(reader, mesh, vertex, triangle, side, NONE, isUsual ? USUAL : why);
       }
     }
+  }
+
+  /** Gives all corners of the new vertex one new wedge. */
+  private share(fresh: number): void {
+    const { was, told } = this;
+    const corners = this.corners.values;
+    for (let i = 0; i < was.length; i += CORNER) corners[3 * was.at(i) + was.at(i + 1)] = told;
+    this.latest.values[fresh] = told;
+    this.before.push(NONE);
+    this.pendingFirst.push(NONE);
+    this.pendingLast.push(NONE);
   }
 
   /**
@@ -171,8 +188,9 @@ export class Attributes implements Wedges {
     const end = begin + (mesh.points[POINT * fresh + LENGTH] as number);
     for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
       // As the triangle before it around the new vertex, or else the next one that is known.
-      const found = places.indexOf(triangle, begin);
-      const at = found < 0 || found >= end ? begin : found;
+      let at = begin;
+      while (at < end && places[at] !== triangle) at += 1;
+      if (at === end) at = begin;
       let near = at - 1;
       while (near >= begin && (places[near] as number) >= triangle) near -= 1;
       if (near < begin) {

@@ -62,18 +62,13 @@ export class Placer {
   shared = 0;
 
   private kind = 0;
-  private readonly features = new Int32Array(3 * FEATURES);
-  private readonly normal = new Float64Array(3);
-  /**
-   * What {@link see} saw, the old vertex itself first: ways from it to others, and from those to the middles of their
-   * neighbours, in 1/16.
-   */
-  private ways = new Int32Array(3 * 64);
-  private laps = new Float64Array(3 * 64);
-  private seen = 1;
-  private readonly arc = new Float64Array(3);
-  private readonly arcLap = new Float64Array(3);
+  /** What is expected of the new vertex, from the old one in 1/16 of a step. */
   private readonly expected = new Int32Array(3);
+  private readonly normal = new Float64Array(3);
+  /** Ways from the old vertex: to itself and then to the first few that were seen. */
+  private readonly near = new Int32Array(3 * MOST_NEAR);
+  /** Numbers in it. */
+  private seen = 3;
 
   private readonly weights: Int32Array;
   private readonly sharedModels: number;
@@ -89,94 +84,150 @@ export class Placer {
     this.topModels = models.nibbles(16 * 8);
   }
 
-  /** Looks around a vertex before its split is done. */
+  /** Looks around a vertex before its split is done. All in one piece: calls for each vertex take a tenth longer. */
   look(mesh: Mesh, star: Star, split: Split, change: Change, old: number): void {
-    const opened = change.third.length;
-    const cuts = opened + split.extraThird.length;
-    const moved = change.moved.length;
-    const most = 3 * (1 + cuts + 2 * moved);
-    if (most > this.ways.length) {
-      this.ways = new Int32Array(2 * most);
-      this.laps = new Float64Array(2 * most);
-    }
-    const { ways, laps, features } = this;
+    const { opened, third, moves, moved } = change;
+    const { from, to } = star;
     const { points } = mesh;
-    const from = star.from.values;
-    const to = star.to.values;
-    this.seen = 1;
-    for (let i = 0; i < cuts; i += 1) {
-      this.see(points, old, i < opened ? change.third.at(i) : split.extraThird.at(i - opened));
-    }
-    const firstArc = 3 * this.seen;
+    const { normal, near } = this;
+    const oldX = points[POINT * old + AT] as number;
+    const oldY = points[POINT * old + AT + 1] as number;
+    const oldZ = points[POINT * old + AT + 2] as number;
+    const cuts = opened + split.extraThird.length;
+    let seen = 3;
     let distance = 0;
-    for (let i = 3; i < firstArc; i += 1) distance += Math.abs(ways[i] as number);
-
-    // Rows of triangles share their spokes: most need only be looked at once.
-    const { arc, arcLap, normal } = this;
-    clear(arc);
-    clear(arcLap);
-    clear(normal);
-    let last = NONE;
-    for (let i = 0; i < moved; i += 1) {
-      const spoke = change.moved.at(i);
-      if (from[spoke] !== last) this.see(points, old, from[spoke] as number);
-      const before = 3 * (this.seen - 1);
-      last = to[spoke] as number;
-      this.see(points, old, last);
-      const ax = ways[before] as number;
-      const ay = ways[before + 1] as number;
-      const az = ways[before + 2] as number;
-      const bx = ways[before + 3] as number;
-      const by = ways[before + 4] as number;
-      const bz = ways[before + 5] as number;
-      arc[0] = (arc[0] as number) + ax + bx;
-      arc[1] = (arc[1] as number) + ay + by;
-      arc[2] = (arc[2] as number) + az + bz;
-      arcLap[0] = (arcLap[0] as number) + (laps[before] as number) + (laps[before + 3] as number);
-      arcLap[1] = (arcLap[1] as number) + (laps[before + 1] as number) + (laps[before + 4] as number);
-      arcLap[2] = (arcLap[2] as number) + (laps[before + 2] as number) + (laps[before + 5] as number);
-      addCross(normal, ax, ay, az, bx, by, bz);
-      distance += Math.abs(ax) + Math.abs(ay) + Math.abs(az);
+    let cutX = 0;
+    let cutY = 0;
+    let cutZ = 0;
+    let cutLapX = 0;
+    let cutLapY = 0;
+    let cutLapZ = 0;
+    for (let i = 0; i < cuts; i += 1) {
+      const there = POINT * (i < opened ? (third[i] as number) : split.extraThird.at(i - opened));
+      const x = (points[there + AT] as number) - oldX;
+      const y = (points[there + AT + 1] as number) - oldY;
+      const z = (points[there + AT + 2] as number) - oldZ;
+      const share = shareOf(2 * (points[there + LENGTH] as number));
+      cutLapX += lapOf(points, there, share);
+      cutLapY += lapOf(points, there + 1, share);
+      cutLapZ += lapOf(points, there + 2, share);
+      cutX += x;
+      cutY += y;
+      cutZ += z;
+      distance += Math.abs(x) + Math.abs(y) + Math.abs(z);
+      if (seen < 3 * MOST_NEAR) {
+        near[seen] = x;
+        near[seen + 1] = y;
+        near[seen + 2] = z;
+        seen += 3;
+      }
     }
-    if (normal[0] === 0 && normal[1] === 0 && normal[2] === 0) this.addAllFaces(mesh, star, old);
+
+    let arcX = 0;
+    let arcY = 0;
+    let arcZ = 0;
+    let arcLapX = 0;
+    let arcLapY = 0;
+    let arcLapZ = 0;
+    let normalX = 0;
+    let normalY = 0;
+    let normalZ = 0;
+    let last = NONE;
+    let lastX = 0;
+    let lastY = 0;
+    let lastZ = 0;
+    let lastLapX = 0;
+    let lastLapY = 0;
+    let lastLapZ = 0;
+    for (let i = 0; i < moves; i += 1) {
+      const spoke = moved[i] as number;
+      // Rows of triangles share their spokes: most need only be looked at once.
+      let vertex = from[spoke] as number;
+      let begins = vertex !== last;
+      if (!begins) vertex = to[spoke] as number;
+      for (;;) {
+        const there = POINT * vertex;
+        const x = (points[there + AT] as number) - oldX;
+        const y = (points[there + AT + 1] as number) - oldY;
+        const z = (points[there + AT + 2] as number) - oldZ;
+        const share = shareOf(2 * (points[there + LENGTH] as number));
+        const lapX = lapOf(points, there, share);
+        const lapY = lapOf(points, there + 1, share);
+        const lapZ = lapOf(points, there + 2, share);
+        if (seen < 3 * MOST_NEAR) {
+          near[seen] = x;
+          near[seen + 1] = y;
+          near[seen + 2] = z;
+          seen += 3;
+        }
+        if (!begins) {
+          arcX += lastX + x;
+          arcY += lastY + y;
+          arcZ += lastZ + z;
+          arcLapX += lastLapX + lapX;
+          arcLapY += lastLapY + lapY;
+          arcLapZ += lastLapZ + lapZ;
+          normalX += lastY * z - lastZ * y;
+          normalY += lastZ * x - lastX * z;
+          normalZ += lastX * y - lastY * x;
+          distance += Math.abs(lastX) + Math.abs(lastY) + Math.abs(lastZ);
+        }
+        last = vertex;
+        lastX = x;
+        lastY = y;
+        lastZ = z;
+        lastLapX = lapX;
+        lastLapY = lapY;
+        lastLapZ = lapZ;
+        if (!begins) break;
+        begins = false;
+        vertex = to[spoke] as number;
+      }
+    }
+    this.seen = seen;
+    normal[0] = normalX;
+    normal[1] = normalY;
+    normal[2] = normalZ;
+    if (normalX === 0 && normalY === 0 && normalZ === 0) this.addAllFaces(mesh, star, old);
     shorten(normal);
 
     // Neighbours between two moved triangles count twice, and those at edges that open are not meant.
-    const arcs = Math.max(2 * moved - cuts, 0);
+    const arcs = Math.max(2 * moves - cuts, 0);
+    this.kind = 4 * Math.min(cuts, 2) + Math.min((arcs + 1) >> 1, 3);
+    this.size = sizeClass(Math.floor((distance * shareOf(cuts + moves)) / 65536));
     const cutShare = shareOf(cuts);
     const arcShare = shareOf(arcs);
     const lapShare = shareOf(2 * (points[POINT * old + LENGTH] as number));
-    for (let axis = 0; axis < 3; axis += 1) {
-      let cut = 0;
-      let cutLap = 0;
-      for (let i = 3 + axis; i < firstArc; i += 3) {
-        cut += ways[i] as number;
-        cutLap += laps[i] as number;
-      }
-      features[axis] = Math.floor((cut * cutShare) / 4096);
-      features[3 + axis] = Math.floor((((arc[axis] as number) - cut) * arcShare) / 4096);
-      features[6 + axis] = lapOf(points, POINT * old + axis, lapShare);
-      features[9 + axis] = Math.floor((cutLap * cutShare) / 65536);
-      features[12 + axis] = Math.floor((((arcLap[axis] as number) - cutLap) * arcShare) / 65536);
-    }
-    this.kind = 4 * Math.min(cuts, 2) + Math.min((arcs + 1) >> 1, 3);
-    this.size = sizeClass(Math.floor((distance * shareOf(cuts + moved)) / 65536));
+    const lapX = lapOf(points, POINT * old, lapShare);
+    const lapY = lapOf(points, POINT * old + 1, lapShare);
+    const lapZ = lapOf(points, POINT * old + 2, lapShare);
+    this.expect(0, cutX, arcX - cutX, lapX, cutLapX, arcLapX - cutLapX, cutShare, arcShare);
+    this.expect(1, cutY, arcY - cutY, lapY, cutLapY, arcLapY - cutLapY, cutShare, arcShare);
+    this.expect(2, cutZ, arcZ - cutZ, lapZ, cutLapZ, arcLapZ - cutLapZ, cutShare, arcShare);
   }
 
-  /** Looks at a vertex from the old one. */
-  private see(points: Int32Array, old: number, vertex: number): void {
-    const { ways, laps } = this;
-    const slot = 3 * this.seen;
-    const here = POINT * old + AT;
-    const there = POINT * vertex + AT;
-    ways[slot] = (points[there] as number) - (points[here] as number);
-    ways[slot + 1] = (points[there + 1] as number) - (points[here + 1] as number);
-    ways[slot + 2] = (points[there + 2] as number) - (points[here + 2] as number);
-    const share = shareOf(2 * (points[POINT * vertex + LENGTH] as number));
-    laps[slot] = lapOf(points, POINT * vertex, share);
-    laps[slot + 1] = lapOf(points, POINT * vertex + 1, share);
-    laps[slot + 2] = lapOf(points, POINT * vertex + 2, share);
-    this.seen += 1;
+  /** Along an axis, where the new vertex is expected: sums over those at edges that open and over the others, weighted. */
+  private expect(
+    axis: number,
+    cut: number,
+    arc: number,
+    lap: number,
+    cutLap: number,
+    arcLap: number,
+    cutShare: number,
+    arcShare: number,
+  ): void {
+    const { weights } = this;
+    const first = FEATURES * this.kind;
+    const sum =
+      (32 +
+        Math.imul(weights[first] as number, Math.floor((cut * cutShare) / 4096)) +
+        Math.imul(weights[first + 1] as number, Math.floor((arc * arcShare) / 4096)) +
+        Math.imul(weights[first + 2] as number, lap) +
+        Math.imul(weights[first + 3] as number, Math.floor((cutLap * cutShare) / 65536)) +
+        Math.imul(weights[first + 4] as number, Math.floor((arcLap * arcShare) / 65536))) |
+      0;
+    this.expected[axis] = sum >> 6;
   }
 
   /** Where no moved triangle has area: the normal of all around the vertex. */
@@ -186,8 +237,8 @@ export class Placer {
     const way = (vertex: number, axis: number) =>
       (points[POINT * vertex + AT + axis] as number) - (points[here + axis] as number);
     for (let i = 0; i < star.spokes; i += 1) {
-      const from = star.from.at(i);
-      const to = star.to.at(i);
+      const from = star.from[i] as number;
+      const to = star.to[i] as number;
       addCross(this.normal, way(from, 0), way(from, 1), way(from, 2), way(to, 0), way(to, 1), way(to, 2));
     }
   }
@@ -195,7 +246,6 @@ export class Placer {
   /** Reads where the new vertex is; `before` is what the old one's coordinates shared. */
   read(reader: Reader, before: number): void {
     const { expected, step, normal, size } = this;
-    this.predict();
     this.shared = reader.symbol(this.sharedModels + 3 * (before & 7) + (this.kind >> 2));
 
     const top = steepest(normal);
@@ -225,31 +275,18 @@ export class Placer {
     step[top] = reader.residual(model) + rounded(onPlane);
   }
 
-  /** What is expected, from the old vertex in 1/16 of a step. */
-  private predict(): void {
-    const { expected, features, weights } = this;
-    const first = FEATURES * this.kind;
-    for (let axis = 0; axis < 3; axis += 1) {
-      let sum = 32;
-      for (let i = 0; i < FEATURES; i += 1) {
-        sum = (sum + Math.imul(weights[first + i] as number, features[3 * i + axis] as number)) | 0;
-      }
-      expected[axis] = sum >> 6;
-    }
-  }
-
   /** The coordinate of vertices nearby that is nearest to what is expected. */
   private nearest(axis: number): number {
-    const { ways } = this;
+    const { near } = this;
     const expected = this.expected[axis] as number;
-    const end = 3 * Math.min(this.seen, MOST_NEAR);
+    const end = this.seen;
     let best = 0xffff_ffff;
     let found = 0;
     for (let i = axis; i < end; i += 3) {
-      const distance = Math.abs((16 * (ways[i] as number) - expected) | 0);
+      const distance = Math.abs((16 * (near[i] as number) - expected) | 0);
       if (distance < best) {
         best = distance;
-        found = ways[i] as number;
+        found = near[i] as number;
       }
     }
     return found;

@@ -63,16 +63,17 @@ export class Mesh {
     return vertex;
   }
 
-  /** Puts a triangle at its end; nobody's list knows of it yet. */
-  addTriangle(a: number, b: number, c: number): number {
+  /** The triangle that comes where an edge opens; nobody's list knows of it yet. */
+  bear(old: number, fresh: number, third: number, oldFirst: number): number {
     const triangle = this.triangles;
     const first = 3 * triangle;
     if (first === this.corners.length) this.corners = widened(this.corners, first + 3);
-    this.corners[first] = a;
-    this.corners[first + 1] = b;
-    this.corners[first + 2] = c;
-    this.triangles += 1;
-    this.addAround(a, b, c);
+    const { corners } = this;
+    corners[first] = oldFirst ? old : fresh;
+    corners[first + 1] = oldFirst ? fresh : old;
+    corners[first + 2] = third;
+    this.triangles = triangle + 1;
+    this.addAround(old, fresh, third);
     return triangle;
   }
 

@@ -63,8 +63,9 @@ function pair(low: number, high: number): number {
 }
 
 const RAW_BITS = 15;
-/** From here on the size of a residual is in the last class. */
-const LARGE = 192;
+/** By class of a residual, the least size, and how many bits tell what is above it. */
+const BASE = Int32Array.of(0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192);
+const BITS = Uint8Array.of(0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 0);
 
 /** Reads decisions. Behind the end of what is there it reads zeros and says that it is starved. */
 export class Reader {
@@ -226,17 +227,14 @@ export class Reader {
     const found = this.symbol(model);
     this.sizeClass = found;
     if (found === 0) return 0;
-    let size = found;
+    let size = BASE[found] as number;
     let negative = 0;
-    if (found < 4) {
-      negative = this.raw(1);
-    } else if (found < 15) {
-      const bits = (found >> 1) - 1;
-      const raw = this.raw(bits + 1);
-      size = ((2 + (found & 1)) << bits) + (raw >> 1);
+    if (found < 15) {
+      const raw = this.raw(1 + (BITS[found] as number));
+      size += raw >> 1;
       negative = raw & 1;
     } else {
-      size = (LARGE + this.gamma()) | 0;
+      size = (size + this.gamma()) | 0;
       negative = this.raw(1);
     }
     return negative ? -size | 0 : size;

@@ -101,7 +101,7 @@ export class Replay {
   run(bytes: number, isWhole: boolean): void {
     this.reserve(bytes);
     while (this.phase !== END && (isWhole || this.reader.left >= this.stepBytes())) {
-      if (this.phase === VISIT) this.visit();
+      if (this.phase === VISIT) this.visit(isWhole);
       else if (this.phase === PLACE) this.place();
       else if (this.phase === REFINE) this.refine();
       else if (this.phase === EXTRA) this.extra();
@@ -122,13 +122,18 @@ export class Replay {
 
   /** Bytes that the next step takes at most. */
   private stepBytes(): number {
-    if (this.phase === VISIT) return 16 + 5 * (this.mesh.points[POINT * this.vertex + LENGTH] as number);
+    if (this.phase === VISIT) return visitBytes(this.mesh.points[POINT * this.vertex + LENGTH] as number);
     if (this.phase === EXTRA) return 16 + 8 * this.split.extras;
     if (this.phase === PLACE) {
-      const corners = this.star.spokes + 3 * (2 * this.star.fans + this.split.extraThird.length);
-      return 32 + this.attributes.stepBytes(corners);
+      return this.placeBytes();
     }
     return 16;
+  }
+
+  /** Six residuals and which coordinates are shared; then corners: of moved triangles, and of those that are new. */
+  private placeBytes(): number {
+    const corners = this.star.spokes + 3 * (2 * this.star.fans + this.split.extraThird.length);
+    return 32 + this.attributes.stepBytes(corners);
   }
 
   private begin(): void {
@@ -193,20 +198,28 @@ export class Replay {
     this.visitAll();
   }
 
-  private visit(): void {
-    const { mesh, vertex, reader } = this;
-    const size = Math.max(-4, Math.min(4, (mesh.size[vertex] as number) - this.meanSize)) + 4;
-    const valence = Math.min(mesh.points[POINT * vertex + LENGTH] as number, 11);
-    const recent = (((mesh.pass[vertex] as number) + 1) & 255) === this.pass ? 1 : 0;
-    if (reader.bit(this.flags + 2 * (12 * size + valence) + recent) === 0) {
+  /** Visits vertices as long as all goes its usual way and bytes have come. */
+  private visit(isWhole: boolean): void {
+    const { mesh, reader, visited, star, split, pass, meanSize } = this;
+    while (this.phase === VISIT) {
+      const { vertex } = this;
+      const valence = mesh.points[POINT * vertex + LENGTH] as number;
+      if (!isWhole && reader.left < visitBytes(valence)) return;
+      const size = Math.max(-4, Math.min(4, (mesh.size[vertex] as number) - meanSize)) + 4;
+      const recent = (((mesh.pass[vertex] as number) + 1) & 255) === pass ? 1 : 0;
+      if (reader.bit(this.flags + 2 * (12 * size + Math.min(valence, 11)) + recent) === 0) {
+        if (reader.starved) return;
+        visited.push(vertex);
+        this.goOn();
+        continue;
+      }
+      star.read(mesh, vertex);
+      split.readFans(reader, mesh, vertex, star);
+      this.phase = split.extras > 0 ? EXTRA : PLACE;
+      if (reader.starved || split.extras > 0 || (!isWhole && reader.left < this.placeBytes())) return;
+      this.place();
       if (reader.starved) return;
-      this.visited.push(vertex);
-      this.goOn();
-      return;
     }
-    this.star.read(mesh, vertex);
-    this.split.readFans(reader, mesh, vertex, this.star);
-    this.phase = this.split.extras > 0 ? EXTRA : PLACE;
   }
 
   /** To the next vertex of the pass. */
@@ -230,8 +243,8 @@ export class Replay {
   private place(): void {
     const { mesh, star, split, change, placer, reader, vertex, header } = this;
     const first = mesh.triangles;
-    change.layOut(star, split, first);
-    const born = change.third.length + split.extraThird.length;
+    change.layOut(star, split);
+    const born = change.opened + split.extraThird.length;
     if (mesh.vertices >= header.vertices || first + born > header.triangles) {
       damaged("it has more vertices or triangles than its header says");
     }
@@ -261,4 +274,9 @@ export class Replay {
     this.attributes.dress(reader, mesh, vertex, fresh, first, placer.size);
     if (mesh.stars.placeCount > this.mostPlaces) damaged("its vertices have more triangles than they can");
   }
+}
+
+/** Bytes that a visit takes at most. The worst are fans of one triangle: what becomes of it, how many, the first. */
+function visitBytes(valence: number): number {
+  return 16 + 5 * valence;
 }

@@ -28,11 +28,11 @@ const MOST_SPOKES = 20;
 /** What becomes of all triangles around a vertex. */
 export class Split {
   /** Of each fan: {@link STAY}, {@link GO}, {@link TORN}, or else a row of it moves. */
-  readonly kind = new IntList();
+  kind = new Int32Array(0);
   /** The row's first spoke in the fan, how many move, and whether its beginning (1) and its end (2) open. */
-  readonly first = new IntList();
-  readonly count = new IntList();
-  readonly opens = new IntList();
+  first = new Int32Array(0);
+  count = new Int32Array(0);
+  opens = new Int32Array(0);
   /** Whether each spoke moves; of torn fans only. */
   readonly torn = new IntList();
   /** New triangles beside those of opened edges: how many, their third corners and whether they are old, new, third. */
@@ -48,6 +48,7 @@ export class Split {
   private readonly extraModels: number;
   private readonly inRing: number;
   private readonly oldFirst: number;
+  private readonly ways = new Float64Array(3 * MOST_SPOKES);
   private readonly reaches = new Float64Array(MOST_SPOKES);
 
   constructor(models: ModelSpace) {
@@ -63,35 +64,33 @@ export class Split {
 
   /** Reads what becomes of the fans of a star, and how many extra triangles there are. */
   readFans(reader: Reader, mesh: Mesh, vertex: number, star: Star): void {
-    this.kind.clear();
-    this.first.clear();
-    this.count.clear();
-    this.opens.clear();
+    const { fans } = star;
+    if (fans > this.kind.length) this.widen(2 * fans);
     this.torn.clear();
     this.extraThird.clear();
     this.extraOldFirst.clear();
-    this.extras = star.fans === 0 ? reader.number(this.extraModels) : 0;
-    let last = ROW_BOTH + (star.fans === 1 ? 1 : 2);
-    for (let fan = 0; fan < star.fans; fan += 1) {
-      const closed = star.fanClosed.at(fan);
-      const model = this.kinds + 11 * closed + last;
+    this.extras = fans === 0 ? reader.number(this.extraModels) : 0;
+    let last = ROW_BOTH + (fans === 1 ? 1 : 2);
+    for (let fan = 0; fan < fans; fan += 1) {
+      const model = this.kinds + 11 * (star.fanClosed[fan] as number) + last;
       let symbol = reader.symbol(model);
       if (fan === 0 && symbol === EXTRA) {
         this.extras = reader.number(this.extraModels + 1) + 1;
         symbol = reader.symbol(model);
       }
-      const kind = Math.min(symbol, ROW_BOTH);
+      const kind = symbol < ROW_BOTH ? symbol : ROW_BOTH;
       last = kind;
-      this.kind.push(kind);
-      if (kind === TORN) this.readTorn(reader, star.fanLength.at(fan));
-      if (kind > TORN) {
-        this.readRow(reader, mesh, vertex, star, fan, kind);
-      } else {
-        this.first.push(0);
-        this.count.push(0);
-        this.opens.push(0);
-      }
+      this.kind[fan] = kind;
+      if (kind > TORN) this.readRow(reader, mesh, vertex, star, fan, kind);
+      else if (kind === TORN) this.readTorn(reader, star.fanLength[fan] as number);
     }
+  }
+
+  private widen(room: number): void {
+    this.kind = new Int32Array(room);
+    this.first = new Int32Array(room);
+    this.count = new Int32Array(room);
+    this.opens = new Int32Array(room);
   }
 
   private readTorn(reader: Reader, length: number): void {
@@ -103,58 +102,62 @@ export class Split {
   }
 
   private readRow(reader: Reader, mesh: Mesh, vertex: number, star: Star, fan: number, kind: number): void {
-    const length = star.fanLength.at(fan);
-    const closed = star.fanClosed.at(fan);
-    const sizeClass = Math.min(length, 15);
-    const countModel = this.counts + ((kind - FRONT) * 2 + closed) * 16 + sizeClass;
-    const count = Math.min(reader.number(countModel), length);
-    this.count.push(count);
-    if (kind === FRONT) {
-      this.first.push(0);
-      this.opens.push(2);
-    } else if (kind === BACK) {
-      this.first.push(length - count);
-      this.opens.push(1);
-    } else if (kind === ROW_BOTH && closed) {
-      const folded = Math.min(reader.number(this.firsts + 16 * sizeClass + Math.min(count, 15)), length - 1);
+    const length = star.fanLength[fan] as number;
+    const closed = star.fanClosed[fan] as number;
+    const sizeClass = length < 15 ? length : 15;
+    const told = reader.number(this.counts + ((kind - FRONT) * 2 + closed) * 16 + sizeClass);
+    const count = told < length ? told : length;
+    let first = 0;
+    let opens = kind - ROW;
+    if (kind === ROW_BOTH && closed) {
+      const folded = Math.min(reader.number(this.firsts + 16 * sizeClass + (count < 15 ? count : 15)), length - 1);
       const ahead = (folded & 1) === 0 ? folded >> 1 : length - ((folded + 1) >> 1);
-      const first = this.widest(mesh, vertex, star, fan, count) + ahead;
-      this.first.push(first < length ? first : first - length);
-      this.opens.push(3);
+      first = this.widest(mesh, vertex, star, star.fanFirst[fan] as number, length, count) + ahead;
+      if (first >= length) first -= length;
+    } else if (kind === FRONT) {
+      opens = 2;
+    } else if (kind === BACK) {
+      first = length - count;
+      opens = 1;
     } else {
       const most = closed ? length - 1 : length - count;
-      this.first.push(Math.min(reader.number(this.otherFirsts + 16 * closed + sizeClass), most));
-      this.opens.push(kind - ROW);
+      first = Math.min(reader.number(this.otherFirsts + 16 * closed + sizeClass), most);
     }
+    this.first[fan] = first;
+    this.count[fan] = count;
+    this.opens[fan] = opens;
   }
 
   /**
    * Where `count` triangles of a closed fan reach farthest to the side to which its vertex sees most: there likely was
    * another vertex. Gives the first of them.
    */
-  private widest(mesh: Mesh, vertex: number, star: Star, fan: number, count: number): number {
-    const length = star.fanLength.at(fan);
+  private widest(mesh: Mesh, vertex: number, star: Star, begin: number, length: number, count: number): number {
     if (length > MOST_SPOKES) return 0;
-    const { reaches } = this;
+    const { reaches, ways } = this;
     const { points } = mesh;
-    const from = star.from.values;
-    const begin = star.fanFirst.at(fan);
+    const { from } = star;
     const x = points[POINT * vertex + AT] as number;
     const y = points[POINT * vertex + AT + 1] as number;
     const z = points[POINT * vertex + AT + 2] as number;
     let sx = 0;
     let sy = 0;
     let sz = 0;
-    for (let i = begin; i < begin + length; i += 1) {
-      const other = POINT * (from[i] as number) + AT;
-      sx += (points[other] as number) - x;
-      sy += (points[other + 1] as number) - y;
-      sz += (points[other + 2] as number) - z;
+    for (let i = 0; i < length; i += 1) {
+      const other = POINT * (from[begin + i] as number);
+      const wx = (points[other + AT] as number) - x;
+      const wy = (points[other + AT + 1] as number) - y;
+      const wz = (points[other + AT + 2] as number) - z;
+      ways[3 * i] = wx;
+      ways[3 * i + 1] = wy;
+      ways[3 * i + 2] = wz;
+      sx += wx;
+      sy += wy;
+      sz += wz;
     }
     for (let i = 0; i < length; i += 1) {
-      const other = POINT * (from[begin + i] as number) + AT;
-      const along = ((points[other] as number) - x) * sx + ((points[other + 1] as number) - y) * sy;
-      reaches[i] = along + ((points[other + 2] as number) - z) * sz;
+      const along = (ways[3 * i] as number) * sx + (ways[3 * i + 1] as number) * sy;
+      reaches[i] = along + (ways[3 * i + 2] as number) * sz;
     }
     // Only vertices between two of the triangles are new to it; if there are none, those at the ends.
     let leave = count > 1 ? 1 : 0;
@@ -184,7 +187,7 @@ export class Split {
       const inRing = corners > 0 ? reader.bit(this.inRing) : 0;
       const index = uniform(reader, inRing ? corners : mesh.vertices);
       const side = index % 2 === 0 ? star.from : star.to;
-      this.extraThird.push(inRing ? side.at(index >> 1) : index);
+      this.extraThird.push(inRing ? (side[index >> 1] as number) : index);
       this.extraOldFirst.push(reader.bit(this.oldFirst + inRing));
     }
   }

@@ -46,14 +46,12 @@ export class Stars {
     points[POINT * vertex + LENGTH] = 0;
   }
 
-  /** Replaces a list by the first `count` of these triangles. */
-  set(points: Int32Array, vertex: number, triangles: Int32Array, count: number): void {
+  /** Makes a list so long and gives its first place; whoever calls it writes all of it anew. */
+  resize(points: Int32Array, vertex: number, length: number): number {
     const room = SMALLEST << (this.class[vertex] as number);
-    if (count > room || (room > SMALLEST && 4 * count < room)) this.move(points, vertex, count, 0);
-    const { places } = this;
-    const first = points[POINT * vertex + FIRST] as number;
-    for (let i = 0; i < count; i += 1) places[first + i] = triangles[i] as number;
-    points[POINT * vertex + LENGTH] = count;
+    if (length > room || (room > SMALLEST && 4 * length < room)) this.move(points, vertex, length, 0);
+    points[POINT * vertex + LENGTH] = length;
+    return points[POINT * vertex + FIRST] as number;
   }
 
   /** Puts a triangle after or before another, or at the end if that is not there. */

@@ -4,7 +4,7 @@
  */
 import { addCross, clear, shorten } from "./geometry.ts";
 import type { IntList } from "./list.ts";
-import type { Mesh } from "./mesh.ts";
+import { type Mesh, NONE } from "./mesh.ts";
 import { direction, nearest } from "./octahedron.ts";
 import { AT, POINT } from "./stars.ts";
 
@@ -22,42 +22,70 @@ export class Expectation {
   /** What is expected of a channel's numbers. */
   readonly numbers = new Int32Array(4);
   private readonly face = new Float64Array(3);
-  private readonly around = new Float64Array(3);
   private readonly part = new Float64Array(3);
   private readonly sum = new Float64Array(4);
-  private readonly ways = new Float64Array(9);
   /** Where the new vertex lies on the triangle that was there, in 1/256 of its two edges from the old one. */
   private alongNext = 0;
   private alongBefore = 0;
 
   /** Of a normal, the first number of which is the wedge's `number`-th. `pending` are the corners of the new wedge. */
   ofNormal(mesh: Mesh, wedges: Wedges, pending: IntList, number: number): void {
-    const { face, around, part } = this;
+    const { face, part } = this;
     clear(face);
-    clear(around);
     const values = wedges.values.values;
+    const told = wedges.values.length;
     const corners = pending.values;
+    let aroundX = 0;
+    let aroundY = 0;
+    let aroundZ = 0;
+    // Triangles beside each other share corners, and moved ones had the same wedge: most need only be looked at once.
+    let beside = NONE;
+    let besideX = 0;
+    let besideY = 0;
+    let besideZ = 0;
+    let was = NONE;
+    let wasX = 0;
+    let wasY = 0;
+    let wasZ = 0;
     for (let i = 0; i < pending.length; i += CORNER) {
       const triangle = corners[i] as number;
       const side = corners[i + 1] as number;
       this.addFace(mesh, triangle);
-      for (let k = 1; k <= 3; k += 1) {
-        const at = valuesOf(wedges, k < 3 ? cornerOf(wedges, triangle, side + k) : (corners[i + 2] as number));
-        if (at < 0) continue;
-        direction(values[at + number] as number, values[at + number + 1] as number, part);
-        around[0] = (around[0] as number) + (part[0] as number);
-        around[1] = (around[1] as number) + (part[1] as number);
-        around[2] = (around[2] as number) + (part[2] as number);
+      for (let k = 1; k < 3; k += 1) {
+        const wedge = cornerOf(wedges, triangle, side + k);
+        if (wedge !== beside) {
+          beside = wedge;
+          directionOf(values, told, wedge * wedges.stride, wedges.stride, number, part);
+          besideX = part[0] as number;
+          besideY = part[1] as number;
+          besideZ = part[2] as number;
+        }
+        aroundX += besideX;
+        aroundY += besideY;
+        aroundZ += besideZ;
       }
+      if (corners[i + 2] !== was) {
+        was = corners[i + 2] as number;
+        directionOf(values, told, was * wedges.stride, wedges.stride, number, part);
+        wasX = part[0] as number;
+        wasY = part[1] as number;
+        wasZ = part[2] as number;
+      }
+      aroundX += wasX;
+      aroundY += wasY;
+      aroundZ += wasZ;
     }
     shorten(face);
     // What the triangles say counts eight times as much as the normals around.
-    const counts = 8 * Math.max(reach(around), 127);
-    const ofFace = Math.max(reach(face), 1);
-    for (let axis = 0; axis < 3; axis += 1) {
-      part[axis] = ((around[axis] as number) + Math.trunc(((face[axis] as number) * counts) / ofFace)) | 0;
-    }
-    nearest(part[0] as number, part[1] as number, part[2] as number, this.numbers);
+    const counts = 8 * Math.max(Math.abs(aroundX) + Math.abs(aroundY) + Math.abs(aroundZ), 127);
+    const faceX = face[0] as number;
+    const faceY = face[1] as number;
+    const faceZ = face[2] as number;
+    const ofFace = Math.max(Math.abs(faceX) + Math.abs(faceY) + Math.abs(faceZ), 1);
+    const x = (aroundX + Math.trunc((faceX * counts) / ofFace)) | 0;
+    const y = (aroundY + Math.trunc((faceY * counts) / ofFace)) | 0;
+    const z = (aroundZ + Math.trunc((faceZ * counts) / ofFace)) | 0;
+    nearest(x, y, z, this.numbers);
   }
 
   /** Of `count` numbers of anything else. */
@@ -71,7 +99,7 @@ export class Expectation {
     fresh: number,
   ): void {
     const { sum, numbers } = this;
-    const values = wedges.values;
+    const values = wedges.values.values;
     clear(sum);
     sum[3] = 0;
     let told = 0;
@@ -79,14 +107,18 @@ export class Expectation {
       const triangle = pending.at(i);
       const side = pending.at(i + 1);
       const was = valuesOf(wedges, pending.at(i + 2));
+      if (was < 0) continue;
       const next = valuesOf(wedges, cornerOf(wedges, triangle, side + 1));
       const before = valuesOf(wedges, cornerOf(wedges, triangle, side + 2));
-      if (was < 0 || next < 0 || before < 0) continue;
+      if (next < 0 || before < 0) continue;
       this.findShares(mesh, triangle, side, old, fresh);
-      for (let k = number; k < number + count; k += 1) {
-        const p = values.at(was + k);
-        const along = this.alongNext * (values.at(next + k) - p) + this.alongBefore * (values.at(before + k) - p);
-        sum[k - number] = (sum[k - number] as number) + 256 * p + along;
+      const { alongNext, alongBefore } = this;
+      for (let n = 0; n < count; n += 1) {
+        const k = number + n;
+        const p = values[was + k] as number;
+        const along =
+          alongNext * ((values[next + k] as number) - p) + alongBefore * ((values[before + k] as number) - p);
+        sum[n] = (sum[n] as number) + 256 * p + along;
       }
       told += 1;
     }
@@ -96,7 +128,7 @@ export class Expectation {
           const wedge = k < 3 ? cornerOf(wedges, pending.at(i), pending.at(i + 1) + k) : pending.at(i + 2);
           const at = valuesOf(wedges, wedge);
           if (at < 0) continue;
-          for (let n = 0; n < count; n += 1) sum[n] = (sum[n] as number) + 256 * values.at(at + number + n);
+          for (let n = 0; n < count; n += 1) sum[n] = (sum[n] as number) + 256 * (values[at + number + n] as number);
           told += 1;
         }
       }
@@ -126,45 +158,66 @@ export class Expectation {
   }
 
   private findShares(mesh: Mesh, triangle: number, side: number, old: number, fresh: number): void {
-    const { ways } = this;
-    const { points } = mesh;
-    let longest = 0;
-    for (let way = 0; way < 3; way += 1) {
-      const vertex = way < 2 ? (mesh.corners[3 * triangle + ((side + 1 + way) % 3)] as number) : fresh;
-      const there = POINT * vertex + AT;
-      const here = POINT * old + AT;
-      for (let axis = 0; axis < 3; axis += 1) {
-        const relative = (points[there + axis] as number) - (points[here + axis] as number);
-        ways[3 * way + axis] = relative;
-        longest |= Math.abs(relative);
-      }
-    }
+    const { points, corners } = mesh;
+    const first = 3 * triangle;
+    const here = POINT * old + AT;
+    const next = POINT * (corners[first + (side < 2 ? side + 1 : 0)] as number) + AT;
+    const before = POINT * (corners[first + (side > 0 ? side - 1 : 2)] as number) + AT;
+    const there = POINT * fresh + AT;
+    const x = points[here] as number;
+    const y = points[here + 1] as number;
+    const z = points[here + 2] as number;
+    let nx = (points[next] as number) - x;
+    let ny = (points[next + 1] as number) - y;
+    let nz = (points[next + 2] as number) - z;
+    let bx = (points[before] as number) - x;
+    let by = (points[before + 1] as number) - y;
+    let bz = (points[before + 2] as number) - z;
+    let fx = (points[there] as number) - x;
+    let fy = (points[there + 1] as number) - y;
+    let fz = (points[there + 2] as number) - z;
+    const longest =
+      Math.abs(nx) | Math.abs(ny) | Math.abs(nz) | Math.abs(bx) | Math.abs(by) | Math.abs(bz) | Math.abs(fx);
     // Ten bits are enough, and keep products small.
-    const shift = Math.max(32 - Math.clz32(longest) - 10, 0);
-    if (shift > 0) for (let i = 0; i < 9; i += 1) ways[i] = (ways[i] as number) >> shift;
-    const nn = dot(ways, 0, 0);
-    const nb = dot(ways, 0, 3);
-    const bb = dot(ways, 3, 3);
-    const nf = dot(ways, 0, 6);
-    const bf = dot(ways, 3, 6);
+    const shift = Math.max(22 - Math.clz32(longest | Math.abs(fy) | Math.abs(fz)), 0);
+    nx >>= shift;
+    ny >>= shift;
+    nz >>= shift;
+    bx >>= shift;
+    by >>= shift;
+    bz >>= shift;
+    fx >>= shift;
+    fy >>= shift;
+    fz >>= shift;
+    const nn = nx * nx + ny * ny + nz * nz;
+    const nb = nx * bx + ny * by + nz * bz;
+    const bb = bx * bx + by * by + bz * bz;
+    const nf = nx * fx + ny * fy + nz * fz;
+    const bf = bx * fx + by * fy + bz * fz;
     const area = nn * bb - nb * nb;
     this.alongNext = area === 0 ? 0 : share((bb * nf - nb * bf) * 256, area);
     this.alongBefore = area === 0 ? 0 : share((nn * bf - nb * nf) * 256, area);
   }
 }
 
-/** Of two of the ways, by their first numbers. */
-function dot(ways: Float64Array, p: number, q: number): number {
-  const first = (ways[p] as number) * (ways[q] as number) + (ways[p + 1] as number) * (ways[q + 1] as number);
-  return first + (ways[p + 2] as number) * (ways[q + 2] as number);
-}
-
 function share(part: number, area: number): number {
   return Math.max(-1024, Math.min(1024, Math.trunc(part / area)));
 }
 
-function reach(v: Float64Array): number {
-  return Math.abs(v[0] as number) + Math.abs(v[1] as number) + Math.abs(v[2] as number);
+/** The direction of a normal whose wedge begins at `first`; none if that has not been told. Written to `to`. */
+function directionOf(
+  values: Int32Array,
+  told: number,
+  first: number,
+  stride: number,
+  number: number,
+  to: Float64Array,
+): void {
+  if (first >= 0 && first + stride <= told) {
+    direction(values[first + number] as number, values[first + number + 1] as number, to);
+  } else {
+    clear(to);
+  }
 }
 
 /** The wedge of a corner; sides count on from 3 to 0. */
