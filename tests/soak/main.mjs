@@ -5,7 +5,7 @@
  */
 import path from "node:path";
 import { Living } from "./living.mjs";
-import { LEAST_MIN, MOST_GROWTH, Memory } from "./memory.mjs";
+import { LEAST_MIN, Memory, MOST_GROWTH } from "./memory.mjs";
 import { Door, Moving } from "./moving.mjs";
 import { Publishing } from "./publishing.mjs";
 import { Reading } from "./reading.mjs";

@@ -18,6 +18,7 @@ import { type ModelHost, ModelLoads, type ModelNotes } from "./modelloads.ts";
 import { MetCells } from "./navigation.ts";
 import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject, type Uses } from "./objects.ts";
+import { Pacer } from "./pacer.ts";
 import { PRIORITY, type Want } from "./priority.ts";
 import { firstProgress, type Progress, type Scope, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
@@ -52,6 +53,9 @@ export interface ExplorerEvents {
 /** Who has moved so far, or goes so much faster or elsewhere, looks anew at what is wanted. */
 const [MOVED_M, CHANGED_MPS] = [0.25, 0.5];
 
+/** Of what comes one after the other within this time, only the first is looked at by itself. */
+const PAUSE_MS = 15;
+
 /** What the record of a cell says of it. */
 interface Told {
   readonly cell: number;
@@ -84,6 +88,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** The cell of which it was said that memory does not suffice for it. */
   private shortIn: number | undefined;
   private closed = false;
+  private readonly planning = new Pacer(() => this.replan(), PAUSE_MS);
 
   constructor(
     readonly scene: PublishedScene,
@@ -106,8 +111,9 @@ export class Explorer implements NavigationSpace, Surveyed {
       budget,
       growing: options.growing ?? growing(),
       smooth: new SmoothLods(smoothDecoding, (url, bytes) => scene.queue.verdict(url, bytes)),
-      changed: () => {
-        this.replan();
+      changed: (hasGone) => {
+        if (hasGone) this.planning.now();
+        else this.planning.ask();
         events.changed();
       },
       problem: events.problem,
@@ -120,7 +126,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       located: events.changed,
       problem: events.problem,
     });
-    this.ahead = new LookAhead(this.records, this.directory, this, () => this.replan());
+    this.ahead = new LookAhead(this.records, this.directory, this, () => this.planning.ask());
     const objects = this.directory.whole();
     if (objects) this.show({ cell: undefined, objects, count: objects.length });
   }
@@ -168,7 +174,7 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Downloads and decodings under way. */
   get pending(): number {
-    return this.loads.pending + this.scene.queue.pending;
+    return this.loads.pending + this.scene.queue.pending + (this.planning.isAsked ? 1 : 0);
   }
 
   /** Whether the set of the current cell is what is shown and all of it has at least its coarsest level. */
@@ -265,7 +271,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     this.eye = eye;
     this.velocity_mps = velocity_mps;
     if (!before || before.position !== eye.position) this.whereabouts.follow(eye.position);
-    if (!this.isPlanned(eye)) this.replan();
+    if (!this.isPlanned(eye)) this.planning.now();
   }
 
   /** Doors in the openings of the cells that were met. */
@@ -291,11 +297,12 @@ export class Explorer implements NavigationSpace, Surveyed {
     this.directory.forgive();
     this.ahead.forget();
     this.whereabouts.again();
-    this.replan();
+    this.planning.now();
   }
 
   close(): void {
     this.closed = true;
+    this.planning.close();
     this.whereabouts.close();
     this.loads.close();
   }
@@ -339,7 +346,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       cell === undefined ? undefined : stepsToModels(cell, this),
     );
     this.host.show(objects);
-    this.replan();
+    this.planning.now();
     this.events.changed();
   }
 
@@ -390,8 +397,8 @@ export class Explorer implements NavigationSpace, Surveyed {
     const wants = wanted(view, loads, this.target_px, bytes_per_s);
     // What lies ahead is of no use before something of all that can be seen is here.
     if (looksAhead && view.isAllKnown && !wants.some(({ cause }) => cause.kind === "missing")) ahead.learn(bytes_per_s);
-    if (loads.short) this.makeDo(wants);
     loads.follow(wants);
+    if (loads.short) this.makeDo(wants);
     const far = farObjects(sight.objects, (model) => loads.of(model), eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;
     this.far = far;
@@ -399,9 +406,9 @@ export class Explorer implements NavigationSpace, Surveyed {
   }
 
   /** Memory does not hold what is visible: draws something more coarsely, or says that even that does not help. */
-  private makeDo(wants: Want[]): void {
+  private makeDo(wants: readonly Want[]): void {
     const smaller = shrink(this.visible, (model) => this.residency.base(model));
-    if (smaller) wants.unshift(smaller);
+    if (smaller) this.loads.follow([smaller, ...wants]);
     else if (this.loads.pending === 0 && this.shortIn !== this.sight.cell) {
       this.shortIn = this.sight.cell;
       this.events.problem(new MemoryShortError(this.residency.limit_bytes));

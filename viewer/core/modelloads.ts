@@ -51,8 +51,8 @@ export interface ModelLoadsParts {
   readonly budget: FrameBudget;
   readonly smooth: SmoothLods;
   readonly growing: Growing;
-  /** Called after each change of what is held or failed. */
-  readonly changed: () => void;
+  /** Called after each change of what is held or failed; says whether something went. */
+  readonly changed: (hasGone: boolean) => void;
   /** Told of levels and textures that could not be loaded. Where a smooth LOD cannot, or rules are wrong, levels stand in. */
   readonly problem: (error: unknown) => void;
 }
@@ -85,6 +85,8 @@ export class ModelLoads implements ModelNotes {
   private readonly footprint = new Footprint();
   private closed = false;
   private shortOfMemory = false;
+  /** Whether something went since it was told. */
+  private hasReleased = false;
 
   constructor(private readonly parts: ModelLoadsParts) {
     this.files = new ModelFiles(parts);
@@ -183,6 +185,7 @@ export class ModelLoads implements ModelNotes {
 
   private release({ details, models }: Gone): void {
     const { host, residency, smooth } = this.parts;
+    this.hasReleased ||= details.length + models.length > 0;
     for (const model of details) {
       host.blunt(model);
       const base = residency.base(model)?.grade;
@@ -234,7 +237,9 @@ export class ModelLoads implements ModelNotes {
         this.parts.residency.withdraw(model.model);
       }
     }
-    if (!this.closed) this.parts.changed();
+    const { hasReleased } = this;
+    this.hasReleased = false;
+    if (!this.closed) this.parts.changed(hasReleased);
   }
 
   private fail({ model: { model, smooth }, grade }: Load, error: unknown): void {

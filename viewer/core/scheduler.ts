@@ -59,8 +59,9 @@ export interface View {
 }
 
 /** Everything to fetch, most urgent first: of what can be seen, and of what lies ahead. */
-export function wanted(view: View, stock: Stock, target_px: number, bytes_per_s: number): Want[] {
+export function wanted(view: View, all: Stock, target_px: number, bytes_per_s: number): Want[] {
   const { eye, here, isAllKnown } = view;
+  const stock = askedOnce(all);
   const wants = plan(here, stock, eye, target_px).filter(({ cause }) => isAllKnown || cause.kind === "missing");
   const named = new Set(wants.map(({ object }) => object.model.model));
   let before_bytes = 0;
@@ -77,6 +78,17 @@ export function wanted(view: View, stock: Stock, target_px: number, bytes_per_s:
     }
   }
   return wants.sort((a, b) => a.priority - b.priority);
+}
+
+/** The same, but that nothing is asked twice: many objects share a model, and many cells see the same. */
+function askedOnce(stock: Stock): Stock {
+  const known = new Map<number, Holding>();
+  const of = (model: number) => {
+    const holding = known.get(model) ?? stock.of(model);
+    known.set(model, holding);
+    return holding;
+  };
+  return { of, costOf: stock.costOf };
 }
 
 /** Everything to fetch of what is visible, most urgent first. While an object has nothing at all, nothing finer is in the plan. */
@@ -190,10 +202,21 @@ export function targetWithin(
   target_px: number,
   most_triangles: number,
 ): number {
+  if (finestTriangles(visible) <= most_triangles) return target_px;
   let px = target_px;
   for (let doubled = 0; doubled < MOST_DOUBLINGS && trianglesAt(visible, eye, px) > most_triangles; doubled += 1)
     px *= 2;
   return px;
+}
+
+const finest = new WeakMap<readonly PlacedObject[], number>();
+
+/** Triangles of all that is visible as fine as it can be had, counted once for each list. */
+function finestTriangles(visible: readonly PlacedObject[]): number {
+  const most = ({ model }: PlacedObject) => Math.max(0, ...gradesOf(model).map(({ triangles }) => triangles));
+  const sum = finest.get(visible) ?? visible.reduce((total, object) => total + most(object), 0);
+  finest.set(visible, sum);
+  return sum;
 }
 
 /** Triangles of all that is visible where errors of so many pixels do. */

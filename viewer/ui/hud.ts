@@ -42,7 +42,7 @@ export class Hud implements Display {
     const { progress } = readings;
     this.loading.classList.toggle("done", readings.settled);
     this.progress.value = shareOf(progress);
-    write(this.progressText, progress ? `${writeProgress(progress)} of what you can see` : "looking around");
+    write(this.progressText, progress ? writeProgress(progress) : "looking around");
     if (readings.settled) this.announcer.say("cell", `Cell ${cell}, ${visible}`);
   }
 
