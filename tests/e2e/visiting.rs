@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 
 use serde_json::Value;
 
-use crate::program::{Data, THREE_ROOMS, TOWERS};
+use crate::program::{Data, THREE_ROOMS};
 
 const THROUGH_THE_DOOR: &str = r#"{"t_ms": 0, "position": [2.5, 1.5, 2.5]}
 {"t_ms": 20000, "position": [6.5, 1.5, 2.5]}
@@ -109,46 +109,6 @@ fn lose(data: &Data, ext: &str) {
             std::fs::remove_file(path).expect("to lose it");
         }
     }
-}
-
-#[test]
-fn what_has_grown_comes_as_rules_and_as_levels_where_these_are_lost() {
-    let data = Data::new();
-    data.bake(&data.write("towers.dcg", TOWERS), "towers");
-    data.ok(&["publish", "towers", "--to", "tree"]);
-    let tree = data.folder("tree");
-    let tree = tree.to_str().expect("UTF-8");
-    let walk = |more: &[&str]| -> Value {
-        let line = ["--duration", "20", "--bandwidth", "64k", "--json"];
-        let args = ["walk", tree, "--scene", "towers"];
-        serde_json::from_str(&data.ok(&[&args[..], &line, more].concat())).expect("JSON")
-    };
-    let (grown, levels) = (walk(&[]), walk(&["--rules", "off"]));
-    for outcome in [&grown, &levels] {
-        assert_eq!(
-            (&outcome["holes"], &outcome["failures"]),
-            (&0.into(), &0.into()),
-            "{outcome}"
-        );
-    }
-    let number = |outcome: &Value, name: &str| outcome[name].as_f64().expect("a number");
-    assert!(
-        number(&grown["bytes"], "needed") < number(&levels["bytes"], "needed"),
-        "{grown} {levels}"
-    );
-    assert!(
-        number(&grown, "convergence_s") < number(&levels, "convergence_s"),
-        "{grown} {levels}"
-    );
-
-    lose(&data, "dcg");
-    let without = walk(&[]);
-    assert!(without["failures"].as_u64() > Some(0), "{without}");
-    assert_eq!(
-        (&without["holes"], &without["quality"]["min"]),
-        (&0.into(), &1.0.into()),
-        "{without}"
-    );
 }
 
 #[test]
