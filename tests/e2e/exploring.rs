@@ -6,12 +6,12 @@ use std::{
 };
 
 use belvedere_client::{
-    ByteSource, Client, Error, Event, Explorer, ExplorerOptions, FolderSource, Geometry, HttpSource, Retrying,
+    ByteSource, Client, Error, Event, Explorer, ExplorerOptions, FolderSource, HttpSource, Retrying,
     strategy::{order::Budgets, sight::Eye},
 };
 use bytes::Bytes;
 
-use crate::program::{Data, THREE_ROOMS, TOWERS};
+use crate::program::{Data, THREE_ROOMS};
 
 /// What a source does to an answer.
 type Harm = fn(&str, Bytes) -> Result<Bytes, Error>;
@@ -171,54 +171,6 @@ async fn what_is_lost_or_damaged_is_told_and_done_without() {
     let mut explorer = explorer(source, u64::MAX).await;
     let problems = walk(&mut explorer).await;
     assert!(!problems.is_empty() && explorer.missing() == explorer.visible().len());
-}
-
-#[tokio::test]
-async fn a_program_that_knows_the_language_grows_what_others_download_until_it_cannot() {
-    let data = Data::new();
-    data.bake(&data.write("towers.dcg", TOWERS), "towers");
-    data.ok(&["publish", "towers", "--to", "tree"]);
-    let source = Watched::new(FolderSource::new(data.folder("tree")), |_, bytes| Ok(bytes));
-    let client = Client::new(source.clone());
-    let scene = client.open(&"towers".parse().expect("a name")).await.expect("a scene");
-    let options = ExplorerOptions {
-        rules: true,
-        ..ExplorerOptions::default()
-    };
-    let eye = Eye::at(scene.pointer().viewpoints[0].position);
-    let mut explorer = Explorer::new(scene, options);
-    explorer.follow(eye).await;
-    while explorer.advance().await.is_some() {}
-    let asked = |ext: &str| {
-        let asked = source.asked.lock().expect("the notes");
-        asked.keys().filter(|path| path.ends_with(ext)).count()
-    };
-    assert_eq!(
-        (explorer.missing(), asked(".pop"), asked(".dcg"), asked(".glb")),
-        (0, 1, 1, 0)
-    );
-    for seen in explorer.visible().to_vec() {
-        let mesh = explorer.mesh(seen.model).expect("it is here");
-        let Geometry::Rules(seedling) = mesh.geometry else {
-            panic!("no rules but {:?}", mesh.grade);
-        };
-        let grown = seedling.grow().expect("they are sound");
-        assert!(grown.parts[1].meshes.iter().any(|mesh| !mesh.indices.is_empty()));
-        let entry = explorer.scene().entry(seen.object).await.expect("an entry");
-        let pairs = seen.transform.into_iter().zip(entry.transform);
-        assert!(
-            pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-4),
-            "{}",
-            entry.source_node
-        );
-    }
-    explorer.without_rules();
-    while explorer.advance().await.is_some() {}
-    assert_eq!(explorer.missing(), 0);
-    for seen in explorer.visible() {
-        let mesh = explorer.mesh(seen.model).expect("it is here");
-        assert!(!matches!(mesh.geometry, Geometry::Rules(_)), "{}", seen.object);
-    }
 }
 
 #[tokio::test]

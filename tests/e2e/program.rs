@@ -176,14 +176,6 @@ pub(crate) fn text(bytes: &[u8]) -> String {
 }
 
 /// Two rooms with a doorway between them, and a third that is closed.
-/// Two rows of towers of five kinds on either side of a street, grown from rules: more bytes than a small world lists whole.
-pub(crate) const TOWERS: &str = "
-material wall { colour = #d8c39a }
-part tower(floors) { for i in 4 * floors move(0, i, 0) paint wall sphere(1, sides = 24) }
-for i in 20 for side in 2 move(6 * i, 0, 12 * side - 6) tower(1 + mod(i, 5))
-move(-4, 1.7, 0) viewpoint \"Street\"
-";
-
 pub(crate) const THREE_ROOMS: &str = "\
 #############
 #a..#..b#...#

@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 
 use serde_json::Value;
 
-use crate::program::{Data, THREE_ROOMS, TOWERS};
+use crate::program::{Data, THREE_ROOMS};
 
 const THROUGH_THE_DOOR: &str = r#"{"t_ms": 0, "position": [2.5, 1.5, 2.5]}
 {"t_ms": 20000, "position": [6.5, 1.5, 2.5]}
@@ -112,50 +112,6 @@ fn lose(data: &Data, ext: &str) {
 }
 
 #[test]
-fn what_has_grown_comes_as_rules_and_as_levels_where_these_are_lost() {
-    let data = Data::new();
-    data.bake(&data.write("towers.dcg", TOWERS), "towers");
-    data.ok(&["publish", "towers", "--to", "tree"]);
-    let tree = data.folder("tree");
-    let tree = tree.to_str().expect("UTF-8");
-    let walk = |more: &[&str]| -> Value {
-        let line = ["--duration", "20", "--bandwidth", "64k", "--json"];
-        let args = ["walk", tree, "--scene", "towers"];
-        serde_json::from_str(&data.ok(&[&args[..], &line, more].concat())).expect("JSON")
-    };
-    let (grown, levels) = (walk(&[]), walk(&["--rules", "off"]));
-    for outcome in [&grown, &levels] {
-        assert_eq!(
-            (&outcome["holes"], &outcome["failures"]),
-            (&0.into(), &0.into()),
-            "{outcome}"
-        );
-    }
-    let number = |outcome: &Value, name: &str| outcome[name].as_f64().expect("a number");
-    assert!(
-        number(&grown["bytes"], "needed") < 0.5 * number(&levels["bytes"], "needed"),
-        "{grown} {levels}"
-    );
-    assert!(
-        number(&grown, "convergence_s") < 0.5 * number(&levels, "convergence_s"),
-        "{grown} {levels}"
-    );
-
-    lose(&data, "dcg");
-    let without = walk(&[]);
-    assert!(without["failures"].as_u64() > Some(0), "{without}");
-    assert_eq!(
-        (&without["holes"], &without["quality"]["min"]),
-        (&0.into(), &1.0.into()),
-        "{without}"
-    );
-    lose(&data, "pop");
-    let without = walk(&[]);
-    let told = without["first_failures"].to_string();
-    assert!(told.contains(".pop") && without["holes"] == 0, "{without}");
-}
-
-#[test]
 fn what_is_lost_is_not_there_and_the_walk_goes_on() {
     let data = Data::new();
     data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
@@ -204,9 +160,15 @@ fn visitors_meet_each_other_in_real_time_where_the_scene_is_live() {
     let live = &outcome["live"];
     let is = |name: &str, wanted: u64| assert_eq!(live[name], wanted, "{name}: {live}");
     let some = |name: &str| assert!(live[name].as_u64() > Some(0), "{name}: {live}");
-    ["opened", "inside"].map(|name| is(name, 3));
-    ["resyncs", "lost", "failures"].map(|name| is(name, 0));
-    ["movers_met", "events", "poses_told", "poses_said", "delays"].map(some);
+    for name in ["opened", "inside"] {
+        is(name, 3);
+    }
+    for name in ["resyncs", "lost", "failures"] {
+        is(name, 0);
+    }
+    for name in ["movers_met", "events", "poses_told", "poses_said", "delays"] {
+        some(name);
+    }
     assert!(
         live["delay_ms"]["p99"].as_f64() >= live["delay_ms"]["p50"].as_f64(),
         "{live}"
