@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::Context;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 use tokio_util::sync::CancellationToken;
 use tracing_subscriber::{
     Layer,
@@ -128,7 +128,7 @@ async fn serve_and_show(
         .transpose()?;
     let publications = Publications::follow(catalogue.clone(), blobs.clone(), config.poll, shutdown.clone()).await?;
     let nothing_yet = publications.current().scenes.is_empty();
-    let listener = TcpListener::bind(config.listen).await.with_context(|| {
+    let listener = listen(config.listen).with_context(|| {
         format!(
             "cannot listen on {}; choose another address with --listen",
             config.listen
@@ -206,6 +206,23 @@ async fn serve_and_show(
     }
     traces.finish().await;
     Ok(())
+}
+
+/// So many connections wait in the kernel's queue while others are taken, where it allows as many: what finds no room there
+/// knocks again a second later.
+const WAITING: u32 = 4096;
+
+fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let socket = if address.is_ipv4() {
+        TcpSocket::new_v4()?
+    } else {
+        TcpSocket::new_v6()?
+    };
+    // Connections of the server before may linger. Elsewhere this would let two servers listen.
+    #[cfg(unix)]
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(WAITING)
 }
 
 /// As many connections as files may be open: more would leave none for anything else.

@@ -168,7 +168,7 @@ fn a_variable_that_is_no_setting_is_told_with_the_setting_that_was_meant() {
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
     for args in [
-        &["private"][..],
+        &["private", "--list"][..],
         &["serve", "--listen", "127.0.0.1:0", "--check-config"],
     ] {
         let told = told(args);

@@ -38,6 +38,7 @@ async fn start(folder: &Path) -> Server {
         tls_cert: Some(files.cert),
         tls_key: Some(files.key),
         max_connections: Some(2),
+        max_connections_per_address: Some(2),
         ..Settings::default()
     })
     .await
