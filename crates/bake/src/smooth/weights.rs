@@ -89,11 +89,8 @@ fn fit(samples: &[Sample]) -> [f64; FEATURES] {
                 }
             }
         }
-        for i in 0..FEATURES {
-            for j in 0..i {
-                matrix[i][j] = matrix[j][i];
-            }
-        }
+        let half = matrix;
+        matrix = std::array::from_fn(|i: usize| std::array::from_fn(|j: usize| half[i.min(j)][i.max(j)]));
         let ridge = RIDGE * (0..FEATURES).map(|i| matrix[i][i]).sum::<f64>() / FEATURES as f64 + 1e-9;
         for (i, row) in matrix.iter_mut().enumerate() {
             row[i] += ridge;
