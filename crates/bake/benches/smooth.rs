@@ -11,7 +11,7 @@ mod meshes;
 mod timing;
 
 use belvedere_bake::smooth;
-use belvedere_bake::smooth::error::Ruler;
+use belvedere_bake::smooth::error::{Ruler, Surface};
 use belvedere_bake::smooth::quantise::{Precision, QuantisedMesh};
 use belvedere_bake::source::{Primitive, SourceModel};
 use belvedere_scene::smooth::Decoder;
@@ -144,12 +144,13 @@ fn decode(bytes: &[u8], mesh: &QuantisedMesh) -> f64 {
 
 /// How many bytes of a stream it takes until the error stays below each of [`ERRORS`].
 fn bytes_to_errors(bytes: &[u8], mesh: &QuantisedMesh) -> Vec<usize> {
-    let ruler = Ruler::new(mesh, 4000);
+    let source = Surface::of(mesh);
+    let ruler = Ruler::new(&source, 4000);
     let error_of = |count: usize| {
         let mut decoder = Decoder::new(u64::MAX);
         decoder.push(&bytes[..count]).unwrap();
-        let lattice = decoder.lattice();
-        ruler.rms(&lattice.twice_positions, &lattice.triangles) / ruler.diagonal()
+        let (twice_positions, triangles) = decoder.geometry();
+        ruler.rms(&Surface::new(&twice_positions, triangles)) / source.diagonal()
     };
     let mut least = 200.min(bytes.len());
     ERRORS

@@ -32,6 +32,7 @@ pub mod occluders;
 pub mod pictures;
 mod pipeline;
 pub mod progress;
+mod radix;
 pub mod records;
 mod share;
 pub mod smooth;

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use crate::groups::Groups;
 use crate::lod::octree::Clusters;
+use crate::radix;
 use crate::source::{Primitive, Topology};
 
 /// A mesh and where it comes from.
@@ -148,12 +149,7 @@ impl<'a> SourceShapes<'a> {
         }
         images.par_sort_unstable_by_key(|i| (i.key, i.origin));
         images.dedup_by_key(|i| i.key);
-        let mut edges: Vec<u64> = images.iter().flat_map(Image::edges).collect();
-        edges.par_sort_unstable();
-        reduced.retain(|i| {
-            let [from, to, ..] = i.key.corners;
-            edges.binary_search(&edge(from, to)).is_err()
-        });
+        let mut reduced = without_edges(reduced, &images);
         reduced.par_sort_unstable_by_key(|i| (i.key, i.origin));
         reduced.dedup_by_key(|i| i.key);
         // A line of the source that is there anyway comes first.
@@ -200,6 +196,23 @@ impl<'a> SourceShapes<'a> {
         let giver = |&group: &u32| givers[group as usize].map_or(group, |(_, v)| v);
         group_of.iter().map(giver).collect()
     }
+}
+
+/// The lines and points that are no edges of triangles that stay.
+fn without_edges(thin: Vec<Image>, images: &[Image]) -> Vec<Image> {
+    let mut edges: Vec<(u64, u32)> = images.iter().flat_map(Image::edges).map(|edge| (edge, 0)).collect();
+    radix::sort(&mut edges);
+    let ends = |image: &Image| edge(image.key.corners[0], image.key.corners[1]);
+    let mut rows: Vec<(u64, u32)> = thin.iter().map(ends).zip(0..).collect();
+    radix::sort(&mut rows);
+    let mut is_edge = vec![false; thin.len()];
+    let mut edges = edges.iter().peekable();
+    for (ends, i) in rows {
+        while edges.next_if(|(edge, _)| *edge < ends).is_some() {}
+        is_edge[i as usize] = edges.peek().is_some_and(|(edge, _)| *edge == ends);
+    }
+    let kept = thin.into_iter().zip(is_edge).filter(|(_, is_edge)| !is_edge);
+    kept.map(|(image, _)| image).collect()
 }
 
 /// What a shape becomes, and which of its corners stand for the image's. `None` when it falls to a point.
@@ -330,7 +343,7 @@ fn first_equal_vertices(primitive: &Primitive) -> Vec<u32> {
     let row = |v: u32| &words[v as usize * stride..][..stride];
     // Equal rows have equal digests, which are quicker to sort.
     let mut order: Vec<(u64, u32)> = (0..count as u32).map(|v| (digest(row(v)), v)).collect();
-    order.par_sort_unstable();
+    radix::sort(&mut order);
     let mut first = vec![0; count];
     for alike in order.chunk_by_mut(|a, b| a.0 == b.0) {
         if alike.iter().any(|(_, v)| row(*v) != row(alike[0].1)) {

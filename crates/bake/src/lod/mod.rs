@@ -5,7 +5,7 @@
 //! surface, nor the reverse (an upper bound of the two-sided Hausdorff distance, in model-space units, see [`mod@error`]).
 //! From the error, `belvedere_scene::object::switch_distance_m` makes a switching distance.
 //!
-//! * `octree` over `representative`, and `reduction`: Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2: which
+//! * `octree` over `representative` and `ancestry`, and `reduction`: Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2: which
 //!   vertices fall together. Robust on anything: soup, doublets, non-manifold edges, points and lines.
 //! * `collapse`: from clusters to a mesh; what becomes of triangles, lines, points and of the corners' attributes.
 //! * `quadric`: edge collapses along the surface, finer where surfaces are whole.
@@ -14,6 +14,7 @@
 //! * `error` over `proximity`: how far the result is from the source.
 //! * `join` and `clean`: what to do before (thesis, §6.4) and instead (§6.5).
 
+mod ancestry;
 mod clean;
 mod collapse;
 pub mod error;

@@ -15,10 +15,10 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
+use crate::lod::ancestry::Ancestry;
 use crate::lod::representative::{Involved, Measures, Part, representative};
-use crate::{morton, source::Primitive};
+use crate::{morton, radix, source::Primitive};
 
 /// Finest depth: 3 × 21 bits fill a code.
 const MAX_DEPTH: u32 = 21;
@@ -57,8 +57,6 @@ pub(super) struct Octree {
     cells: Vec<Cell>,
     /// For each cell, which number it is in the order of closing.
     rank: Vec<u32>,
-    /// How many clusters there are when so many cells are closed.
-    clusters_left: Vec<u32>,
 }
 
 /// A cell: a run of free points.
@@ -67,7 +65,6 @@ struct Cell {
     first: u32,
     end: u32,
     representative: u32,
-    children: u32,
     /// Smaller is closed earlier.
     key: u64,
 }
@@ -103,7 +100,6 @@ impl Octree {
             point_of_vertex: primitives.iter().map(|p| vec![UNUSED; p.positions.len()]).collect(),
             cells: Vec::new(),
             rank: Vec::new(),
-            clusters_left: Vec::new(),
         };
         let root = RootCube::around(primitives.iter().flat_map(used_positions));
         let (codes, counts) = octree.enter(primitives, &root, locked);
@@ -121,39 +117,43 @@ impl Octree {
 
     /// Sorts vertices into points; gives the codes of the free ones, and how many vertices each has.
     fn enter(&mut self, primitives: &[Primitive], root: &RootCube, locked: &Locked) -> (Vec<u64>, Vec<u32>) {
-        let mut rows: Vec<(u64, u32, u32)> = Vec::new();
-        let mut stay: Vec<([u32; 3], u32, u32)> = Vec::new();
+        // Vertices of all primitives are numbered on.
+        let mut vertices: Vec<(u32, u32)> = Vec::new();
+        let mut rows: Vec<(u64, u32)> = Vec::new();
+        let mut stay: Vec<([u32; 3], u32)> = Vec::new();
         for (p, primitive) in primitives.iter().enumerate() {
-            let mut used = vec![false; primitive.positions.len()];
-            primitive.indices.iter().for_each(|&i| used[i as usize] = true);
-            for v in (0..primitive.positions.len()).filter(|&v| used[v]) {
-                if locked.contains(primitive.positions[v]) {
-                    stay.push((position_bits(primitive.positions[v]), p as u32, v as u32));
+            let used = used_vertices(primitive);
+            for (v, &position) in primitive.positions.iter().enumerate().filter(|&(v, _)| used[v]) {
+                let number = vertices.len() as u32;
+                vertices.push((p as u32, v as u32));
+                if locked.contains(position) {
+                    stay.push((position_bits(position), number));
                 } else {
-                    rows.push((root.code(to_f64(primitive.positions[v])), p as u32, v as u32));
+                    rows.push((root.code(to_f64(position)), number));
                 }
             }
         }
-        rows.par_sort_unstable();
+        radix::sort(&mut rows);
         stay.sort_unstable();
-        let bits = |p: u32, v: u32| position_bits(primitives[p as usize].positions[v as usize]);
+        let bits = |number: u32| {
+            let (p, v) = vertices[number as usize];
+            position_bits(primitives[p as usize].positions[v as usize])
+        };
         let (mut codes, mut counts) = (Vec::new(), Vec::new());
         for same in rows.chunk_by_mut(|a, b| a.0 == b.0) {
-            if same.iter().any(|row| bits(row.1, row.2) != bits(same[0].1, same[0].2)) {
-                same.sort_unstable_by_key(|row| (bits(row.1, row.2), row.1, row.2));
+            if same[1..].iter().any(|row| bits(row.1) != bits(same[0].1)) {
+                same.sort_unstable_by_key(|row| (bits(row.1), row.1));
             }
-            for doublets in same.chunk_by(|a, b| bits(a.1, a.2) == bits(b.1, b.2)) {
+            for doublets in same.chunk_by(|a, b| bits(a.1) == bits(b.1)) {
                 codes.push(doublets[0].0);
                 counts.push(doublets.len() as u32);
-                self.add_point(
-                    doublets.iter().map(|row| (row.1, row.2)),
-                    bits(doublets[0].1, doublets[0].2),
-                );
+                let doubled = doublets.iter().map(|row| vertices[row.1 as usize]);
+                self.add_point(doubled, bits(doublets[0].1));
             }
         }
         self.free = self.points.len();
         for doublets in stay.chunk_by(|a, b| a.0 == b.0) {
-            self.add_point(doublets.iter().map(|row| (row.1, row.2)), doublets[0].0);
+            self.add_point(doublets.iter().map(|row| vertices[row.1 as usize]), doublets[0].0);
         }
         (codes, counts)
     }
@@ -167,36 +167,22 @@ impl Octree {
 
     fn rank_cells(&mut self) {
         let mut order: Vec<(u64, u32)> = self.cells.iter().map(|cell| cell.key).zip(0..).collect();
-        order.par_sort_unstable();
+        radix::sort(&mut order);
         self.rank = vec![0; self.cells.len()];
-        let mut left = self.points.len() as u32;
-        self.clusters_left = vec![left];
-        for (rank, (_, cell)) in order.into_iter().enumerate() {
-            self.rank[cell as usize] = rank as u32;
-            left -= self.cells[cell as usize].children - 1;
-            self.clusters_left.push(left);
+        for (rank, (_, cell)) in (0..).zip(order) {
+            self.rank[cell as usize] = rank;
         }
     }
 
-    /// How many positions there are.
-    pub(super) fn point_count(&self) -> usize {
-        self.points.len()
+    /// Which cells hold which.
+    pub(super) fn ancestry(&self) -> Ancestry {
+        let cells = self.cells.iter().zip(&self.rank);
+        Ancestry::new(self.free, cells.map(|(cell, &rank)| (cell.first, cell.end, rank)))
     }
 
     /// The point of each vertex of a primitive.
     pub(super) fn points_of(&self, primitive: usize) -> &[u32] {
         &self.point_of_vertex[primitive]
-    }
-
-    /// How many cells must be closed until at most so many clusters are left; all of them when there are more even then.
-    pub(super) fn closed_for(&self, clusters: usize) -> usize {
-        let closed = self.clusters_left.partition_point(|&left| left as usize > clusters);
-        closed.min(self.cells.len())
-    }
-
-    /// How many clusters there are when so many cells are closed.
-    pub(super) fn clusters_after(&self, closed: usize) -> usize {
-        self.clusters_left[closed] as usize
     }
 
     /// The most cells that can be closed.
@@ -286,7 +272,6 @@ fn close(parts: &mut Vec<Part>, first_child: usize, depth: u32, involved: &Invol
         first: whole.first,
         end: whole.end,
         representative: whole.representative,
-        children: children.len() as u32,
         key,
     };
     parts.truncate(first_child);
@@ -331,12 +316,17 @@ impl RootCube {
     }
 }
 
-/// Positions that shapes use, as often as they do.
-fn used_positions(primitive: &Primitive) -> impl Iterator<Item = DVec3> {
-    primitive
-        .indices
-        .iter()
-        .map(|&i| to_f64(primitive.positions[i as usize]))
+/// Whether a shape has each vertex.
+fn used_vertices(primitive: &Primitive) -> Vec<bool> {
+    let mut used = vec![false; primitive.positions.len()];
+    primitive.indices.iter().for_each(|&i| used[i as usize] = true);
+    used
+}
+
+/// Positions that shapes use.
+pub(super) fn used_positions(primitive: &Primitive) -> impl Iterator<Item = DVec3> {
+    let used = primitive.positions.iter().zip(used_vertices(primitive));
+    used.filter(|(_, used)| *used).map(|(position, _)| to_f64(*position))
 }
 
 /// Bits that are equal exactly when the positions are; −0 is 0.
@@ -351,11 +341,7 @@ pub(super) fn to_f64(position: [f32; 3]) -> DVec3 {
 /// A Morton order for things with centres: the order in which to put them.
 pub(super) fn morton_order(centers: &[DVec3]) -> Vec<u32> {
     let root = RootCube::around(centers.iter().copied());
-    let mut order: Vec<(u64, u32)> = centers
-        .par_iter()
-        .zip(0..centers.len() as u32)
-        .map(|(c, i)| (root.code(*c), i))
-        .collect();
-    order.par_sort_unstable();
+    let mut order: Vec<(u64, u32)> = centers.iter().map(|c| root.code(*c)).zip(0..).collect();
+    radix::sort(&mut order);
     order.into_iter().map(|(_, i)| i).collect()
 }

@@ -16,7 +16,7 @@ use glam::DVec3;
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter};
 
 use crate::lod::collapse::{Collapsed, SourceShapes};
-use crate::lod::octree::{Locked, RootCube, position_bits, to_f64};
+use crate::lod::octree::{Locked, RootCube, position_bits, to_f64, used_positions};
 use crate::source::{Primitive, Topology};
 
 /// Floats of attributes for each vertex: normal, texture coordinates, colour.
@@ -85,8 +85,8 @@ impl<'a> QuadricSource<'a> {
     }
 
     fn place(&mut self) {
-        let used = self.indices.iter().map(|&v| self.position(v));
-        let root = RootCube::around(used.map(to_f64));
+        let triangles = self.primitives.iter().filter(|p| p.topology == Topology::Triangles);
+        let root = RootCube::around(triangles.flat_map(used_positions));
         let all = self.primitives.iter().flat_map(|p| &p.positions);
         self.positions = all
             .map(|p| to_f64(*p))
@@ -127,10 +127,10 @@ impl<'a> QuadricSource<'a> {
 
     /// Marks where primitives meet and what must not move.
     fn flag_vertices(&mut self, locked: &Locked) {
-        let mut used = self.indices.clone();
-        used.sort_unstable();
-        used.dedup();
-        let mut places: Vec<([u32; 3], u32)> = used.iter().map(|&v| (position_bits(self.position(v)), v)).collect();
+        let mut used = vec![false; self.positions.len()];
+        self.indices.iter().for_each(|&v| used[v as usize] = true);
+        let used = (0..).zip(used).filter(|(_, used)| *used);
+        let mut places: Vec<([u32; 3], u32)> = used.map(|(v, _)| (position_bits(self.position(v)), v)).collect();
         places.sort_unstable();
         self.flags = vec![SimplifyVertex::None; self.positions.len()];
         self.place_of = vec![0; self.positions.len()];

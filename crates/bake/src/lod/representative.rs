@@ -90,6 +90,16 @@ pub(super) struct Involved<'a> {
     corners: Vec<(u32, u32)>,
 }
 
+/// What is found out of a point from its triangles and lines.
+#[derive(Debug, Clone, Copy, Default)]
+struct Gathered {
+    quadric: Quadric,
+    /// Sum of the opposite edges, turned outwards in their triangles' planes.
+    outwards: DVec3,
+    /// Weight of the point's own place.
+    reach: f64,
+}
+
 /// Of so many vertices each may represent them.
 const FEW_POINTS: usize = 32;
 /// How much the border of a surface counts beside the surface.
@@ -113,7 +123,7 @@ impl<'a> Involved<'a> {
             primitives,
             point_of_vertex,
             places: points.iter().map(|p| root.unit(to_f64(*p))).collect(),
-            quadrics: vec![Quadric::default(); points.len()],
+            quadrics: Vec::new(),
             first_corner: Vec::new(),
             corners: Vec::new(),
         };
@@ -127,8 +137,7 @@ impl<'a> Involved<'a> {
     /// Planes of triangles. Where a surface ends also upright ones: around an inner vertex, the opposite edges of its
     /// triangles, each turned outwards in its triangle's plane, add up to nothing; at a border they do not.
     fn add_quadrics(&mut self) {
-        let mut outwards = vec![DVec3::ZERO; self.places.len()];
-        let mut reach = vec![0.0; self.places.len()];
+        let mut gathered = vec![Gathered::default(); self.places.len()];
         let point_weight = (self.places.len() as f64).recip();
         for (primitive, points) in self.primitives.iter().zip(self.point_of_vertex) {
             let point = |v: u32| points[v as usize] as usize;
@@ -140,14 +149,14 @@ impl<'a> Involved<'a> {
                         let cross = (b - a).cross(c - a);
                         let sides = [c - b, a - c, b - a];
                         let longest = sides.iter().map(|side| side.length_squared()).fold(0.0, f64::max);
-                        at.iter().for_each(|&p| reach[p] += PLACE_WEIGHT * longest);
+                        at.iter().for_each(|&p| gathered[p].reach += PLACE_WEIGHT * longest);
                         let length = cross.length();
                         if length > 0.0 {
                             let normal = cross / length;
                             let quadric = Quadric::plane(normal, a, 0.5 * length);
                             for (p, opposite) in at.into_iter().zip(sides) {
-                                self.quadrics[p].add(&quadric);
-                                outwards[p] += opposite.cross(normal);
+                                gathered[p].quadric.add(&quadric);
+                                gathered[p].outwards += opposite.cross(normal);
                             }
                         }
                     }
@@ -157,28 +166,34 @@ impl<'a> Involved<'a> {
                         let at = line.map(point);
                         let along = self.places[at[1]] - self.places[at[0]];
                         let length = along.length();
-                        at.iter().for_each(|&p| reach[p] += point_weight);
+                        at.iter().for_each(|&p| gathered[p].reach += point_weight);
                         if length > 0.0 {
                             let (side, up) = (along / length).any_orthonormal_pair();
                             for normal in [side, up] {
                                 let quadric = Quadric::plane(normal, self.places[at[0]], LINE_WEIGHT * length * length);
-                                at.iter().for_each(|&p| self.quadrics[p].add(&quadric));
+                                at.iter().for_each(|&p| gathered[p].quadric.add(&quadric));
                             }
                         }
                     }
                 }
-                Topology::Points => primitive.indices.iter().for_each(|&v| reach[point(v)] += point_weight),
+                Topology::Points => primitive
+                    .indices
+                    .iter()
+                    .for_each(|&v| gathered[point(v)].reach += point_weight),
             }
         }
-        for (point, place) in self.places.iter().enumerate() {
-            let quadric = &mut self.quadrics[point];
-            let length = outwards[point].length();
+        let places = self.places.iter().zip(gathered);
+        let quadrics = places.map(|(place, gathered)| {
+            let mut quadric = gathered.quadric;
+            let length = gathered.outwards.length();
             if length > 0.0 {
-                let normal = outwards[point] / length;
+                let normal = gathered.outwards / length;
                 quadric.add(&Quadric::plane(normal, *place, BORDER_WEIGHT * length * length));
             }
-            quadric.add(&Quadric::point(*place, reach[point]));
-        }
+            quadric.add(&Quadric::point(*place, gathered.reach));
+            quadric
+        });
+        self.quadrics = quadrics.collect();
     }
 
     fn gather_corners(&mut self) {

@@ -6,9 +6,10 @@
 
 use glam::DVec3;
 
+use super::planes;
 use super::quadric::Quadric;
 use super::quantise::QuantisedMesh;
-use crate::morton;
+use crate::{morton, radix};
 
 /// One collapse.
 #[derive(Debug, Clone)]
@@ -56,8 +57,6 @@ const SMALL_PASS: f64 = 0.05;
 const CONSIDERED: f64 = 0.7;
 /// Quadric error is blind along planes: a little of the squared distance keeps collapses short.
 const LENGTH_WEIGHT: f64 = 1e-3;
-/// Unit vectors point to the same side when their mean is as long.
-const SAME_SIDE: f64 = 0.9;
 /// A triangle may not turn farther: cosine.
 const MOST_TURN: f64 = 0.2;
 
@@ -84,8 +83,8 @@ struct Work<'a> {
     alive: Vec<u32>,
     live: Vec<u32>,
     quadrics: Vec<Quadric>,
-    /// Corners of vertex v: `corners[first[v]..first[v + 1]]`, as of the beginning of the pass.
-    first: Vec<u32>,
+    /// Where in `corners` those of a live vertex begin and end, as of the beginning of the pass.
+    stars: Vec<(u32, u32)>,
     corners: Vec<u32>,
     is_locked: Vec<bool>,
     is_gone: Vec<bool>,
@@ -102,98 +101,75 @@ struct Candidate {
     turns: bool,
 }
 
+/// A triangle as seen from the corner that moves.
+struct Facet {
+    /// The other two corners, and where they are.
+    others: [u32; 2],
+    at: [DVec3; 2],
+    /// Its normal, as long as twice its area.
+    normal: DVec3,
+}
+
+impl Facet {
+    /// How much of it turns over when its corner moves to a vertex.
+    fn turned(&self, kept: u32, to: DVec3) -> f64 {
+        if self.others.contains(&kept) {
+            return 0.0;
+        }
+        let [b, c] = self.at;
+        let after = (b - to).cross(c - to);
+        let turn = self.normal.dot(after);
+        let (large, larger) = (self.normal.length_squared(), after.length_squared());
+        if turn < 0.0 || turn * turn < MOST_TURN * MOST_TURN * large * larger {
+            large.sqrt() / 2.0
+        } else {
+            0.0
+        }
+    }
+}
+
+/// What is looked at again and again around one vertex.
+#[derive(Default)]
+struct Around {
+    seen: Vec<u32>,
+    facets: Vec<Facet>,
+}
+
 impl<'a> Work<'a> {
     fn new(mesh: &'a QuantisedMesh) -> Self {
         let count = mesh.positions.len();
-        let mut work = Self {
+        let at = |p: &[i32; 3]| DVec3::from_array(p.map(f64::from));
+        let positions: Vec<DVec3> = mesh.positions.iter().map(at).collect();
+        Self {
             mesh,
-            positions: mesh
-                .positions
-                .iter()
-                .map(|p| DVec3::from_array(p.map(f64::from)))
-                .collect(),
+            quadrics: planes::quadrics(&positions, &mesh.triangles),
+            positions,
             triangles: mesh.triangles.clone(),
             alive: (0..mesh.triangles.len() as u32).collect(),
             live: (0..count as u32).collect(),
-            quadrics: vec![Quadric::default(); count],
-            first: vec![0; count + 1],
+            stars: vec![(0, 0); count],
             corners: Vec::new(),
             is_locked: vec![false; count],
             is_gone: vec![false; count],
             is_tired: vec![false; count],
             moved: Vec::new(),
-        };
-        work.add_planes();
-        work
-    }
-
-    /// Planes of triangles, and upright ones along edges that only one triangle has.
-    fn add_planes(&mut self) {
-        let mut edges: Vec<(u64, u32)> = Vec::with_capacity(3 * self.triangles.len());
-        for (t, &[a, b, c]) in self.triangles.iter().enumerate() {
-            for (side, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
-                edges.push((
-                    u64::from(from.min(to)) << 32 | u64::from(from.max(to)),
-                    3 * t as u32 + side as u32,
-                ));
-            }
-            let Some((normal, area)) = unit(self.normal([a, b, c])) else {
-                continue;
-            };
-            let quadric = Quadric::plane(normal, self.positions[a as usize], area / 2.0);
-            for vertex in [a, b, c] {
-                self.quadrics[vertex as usize].add(&quadric);
-            }
-        }
-        edges.sort_unstable();
-        for same in edges.chunk_by(|a, b| a.0 == b.0) {
-            self.add_border(same);
-        }
-    }
-
-    /// Upright planes along an edge where the surface ends: all its triangles, be it one or a double layer, lie to the
-    /// same side of it. Without them what is flat would shrink for nothing.
-    fn add_border(&mut self, same: &[(u64, u32)]) {
-        let (mut inwards, mut count) = (DVec3::ZERO, 0.0);
-        let mut planes = Vec::new();
-        for &(_, corner) in same {
-            let corners = self.triangles[corner as usize / 3];
-            let (from, to) = (corners[corner as usize % 3], corners[(corner as usize + 1) % 3]);
-            let Some((normal, _)) = unit(self.normal(corners)) else {
-                continue;
-            };
-            let along = self.positions[to as usize] - self.positions[from as usize];
-            let Some((upright, length)) = unit(normal.cross(along)) else {
-                continue;
-            };
-            inwards += upright;
-            count += 1.0;
-            planes.push((
-                Quadric::plane(upright, self.positions[from as usize], length * length),
-                from,
-                to,
-            ));
-        }
-        if inwards.length_squared() < (SAME_SIDE * count) * (SAME_SIDE * count) {
-            return;
-        }
-        for (quadric, from, to) in planes {
-            for vertex in [from, to] {
-                self.quadrics[vertex as usize].add(&quadric);
-            }
         }
     }
 
     fn pass(&mut self) -> Pass {
         self.gather_corners();
-        let mut candidates = self.candidates();
-        candidates.sort_unstable_by(|a, b| a.cost.total_cmp(&b.cost).then(a.gone.cmp(&b.gone)));
+        let candidates = self.candidates();
+        // Bits of numbers that are not negative rise with them.
+        let mut order: Vec<(u64, u32)> = candidates.iter().map(|c| c.cost.to_bits()).zip(0..).collect();
+        radix::sort(&mut order);
         let most = ((self.live.len() as f64 * SHARE) as usize).max(1);
         let mut pass = Pass::default();
         let mut deviations = Vec::new();
         // Many stand in each other's way. Those that cost more shall not get their turn because of that.
-        candidates.truncate(((self.live.len() as f64 * CONSIDERED) as usize).max(1));
-        for Candidate { gone, kept, turns, .. } in candidates {
+        order.truncate(((self.live.len() as f64 * CONSIDERED) as usize).max(1));
+        let mut facets = Vec::new();
+        for (_, candidate) in order {
+            let Candidate { gone, kept, turns, .. } = candidates[candidate as usize];
             if pass.collapses.len() >= most {
                 break;
             }
@@ -201,8 +177,11 @@ impl<'a> Work<'a> {
                 continue;
             }
             // What has happened around since may have made it worse.
-            if !turns && !pass.collapses.is_empty() && self.turned_area(gone, kept) > 0.0 {
-                continue;
+            if !turns && !pass.collapses.is_empty() {
+                self.find_facets(gone, &mut facets);
+                if self.turned_area(&facets, kept) > 0.0 {
+                    continue;
+                }
             }
             self.is_locked[gone as usize] = true;
             self.is_locked[kept as usize] = true;
@@ -211,7 +190,7 @@ impl<'a> Work<'a> {
         }
         // Where many want to collapse onto the same few, others get their turn next time.
         let is_small = (pass.collapses.len() as f64) < self.live.len() as f64 * SMALL_PASS;
-        self.is_tired.fill(false);
+        self.live.iter().for_each(|&v| self.is_tired[v as usize] = false);
         for collapse in &pass.collapses {
             self.is_locked[collapse.kept as usize] = false;
             self.is_tired[collapse.kept as usize] = is_small;
@@ -225,69 +204,83 @@ impl<'a> Work<'a> {
     }
 
     fn gather_corners(&mut self) {
-        self.first.fill(0);
-        for &t in &self.alive {
-            for v in self.triangles[t as usize] {
-                self.first[v as usize + 1] += 1;
-            }
+        for &v in &self.live {
+            self.stars[v as usize] = (0, 0);
         }
-        for v in 0..self.first.len() - 1 {
-            self.first[v + 1] += self.first[v];
+        for v in self.alive.iter().flat_map(|&t| self.triangles[t as usize]) {
+            self.stars[v as usize].1 += 1;
+        }
+        let mut next = 0;
+        for &v in &self.live {
+            let (begin, end) = &mut self.stars[v as usize];
+            let count = std::mem::replace(end, next);
+            *begin = next;
+            next += count;
         }
         self.corners.resize(3 * self.alive.len(), 0);
-        // Each start moves to its list's end, which is the next one's start: shift back afterwards.
         for &t in &self.alive {
             for (side, v) in self.triangles[t as usize].into_iter().enumerate() {
-                let place = &mut self.first[v as usize];
+                let place = &mut self.stars[v as usize].1;
                 self.corners[*place as usize] = 3 * t + side as u32;
                 *place += 1;
             }
         }
-        let last = self.first.len() - 1;
-        self.first.copy_within(..last, 1);
-        self.first[0] = 0;
     }
 
     fn corners_of(&self, vertex: u32) -> &[u32] {
-        &self.corners[self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize]
+        let (begin, end) = self.stars[vertex as usize];
+        &self.corners[begin as usize..end as usize]
     }
 
+    /// For each vertex the best collapse, by number of the vertex.
     fn candidates(&self) -> Vec<Candidate> {
         let mut candidates = Vec::with_capacity(self.live.len());
         let mut lone = Vec::new();
-        let mut seen = Vec::new();
+        let mut around = Around::default();
         for &gone in &self.live {
             if self.corners_of(gone).is_empty() {
                 lone.push(gone);
                 continue;
             }
+            self.find_facets(gone, &mut around.facets);
             let best = self
-                .best(gone, &mut seen, true)
-                .or_else(|| self.best(gone, &mut seen, false));
+                .best(gone, &mut around, true)
+                .or_else(|| self.best(gone, &mut around, false));
             candidates.extend(best);
         }
-        self.add_lone(&lone, &mut candidates);
+        if !lone.is_empty() {
+            self.add_lone(&lone, &mut candidates);
+            candidates.sort_unstable_by_key(|candidate| candidate.gone);
+        }
         candidates
     }
 
     /// Where a vertex collapses to at the least cost; `rested` leaves out those that are tired.
-    fn best(&self, gone: u32, seen: &mut Vec<u32>, rested: bool) -> Option<Candidate> {
+    fn best(&self, gone: u32, around: &mut Around, rested: bool) -> Option<Candidate> {
+        let Around { seen, facets } = around;
         seen.clear();
         let mut best: Option<Candidate> = None;
+        let (own, from) = (&self.quadrics[gone as usize], self.positions[gone as usize]);
         for &corner in self.corners_of(gone) {
             for kept in self.triangles[corner as usize / 3] {
                 if kept == gone || rested && self.is_tired[kept as usize] || seen.contains(&kept) {
                     continue;
                 }
                 seen.push(kept);
-                let cost = self.cost(gone, kept);
+                let to = self.positions[kept as usize];
+                let (squared, own_cost) = (to.distance_squared(from), own.at(to));
+                let length_cost = LENGTH_WEIGHT * squared;
+                // The other's part is never negative, and not looked up in vain.
+                if best.is_some_and(|best| own_cost + length_cost >= best.cost) {
+                    continue;
+                }
+                let cost = own_cost + self.quadrics[kept as usize].at(to) + length_cost;
                 if best.is_some_and(|best| cost >= best.cost) {
                     continue;
                 }
                 // What turns over is off by about the length of the edge.
-                let turned = self.turned_area(gone, kept);
-                let along = self.positions[gone as usize] - self.positions[kept as usize];
-                let cost = cost + turned * along.length_squared();
+                let turned = self.turned_area(facets, kept);
+                let cost = cost + turned * squared;
                 if best.is_none_or(|best| cost < best.cost) {
                     let turns = turned > 0.0;
                     best = Some(Candidate {
@@ -302,18 +295,8 @@ impl<'a> Work<'a> {
         best
     }
 
-    fn cost(&self, gone: u32, kept: u32) -> f64 {
-        let at = self.positions[kept as usize];
-        self.quadrics[gone as usize].at(at)
-            + self.quadrics[kept as usize].at(at)
-            + LENGTH_WEIGHT * at.distance_squared(self.positions[gone as usize])
-    }
-
     /// Vertices without triangles join the nearer of their neighbours in Morton order.
     fn add_lone(&self, lone: &[u32], candidates: &mut Vec<Candidate>) {
-        if lone.is_empty() {
-            return;
-        }
         let code = |v: u32| morton::code(self.mesh.positions[v as usize].map(|x| x as u64));
         let mut row: Vec<(u64, u32)> = self.live.iter().map(|&v| (code(v), v)).collect();
         row.sort_unstable();
@@ -334,29 +317,29 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Area of the triangles that would turn over.
-    fn turned_area(&self, gone: u32, kept: u32) -> f64 {
-        let to = self.positions[kept as usize];
-        let turned = self.corners_of(gone).iter().map(|&corner| {
+    /// The triangles around a vertex, as they are now.
+    fn find_facets(&self, gone: u32, facets: &mut Vec<Facet>) {
+        let from = self.positions[gone as usize];
+        facets.clear();
+        for &corner in self.corners_of(gone) {
             let corners = self.triangles[corner as usize / 3];
             let side = corner as usize % 3;
             let (b, c) = (corners[(side + 1) % 3], corners[(side + 2) % 3]);
-            if b == kept || c == kept || b == c || b == gone || c == gone {
-                return 0.0;
+            if b != c && b != gone && c != gone {
+                let at = [b, c].map(|v| self.positions[v as usize]);
+                facets.push(Facet {
+                    others: [b, c],
+                    at,
+                    normal: (at[0] - from).cross(at[1] - from),
+                });
             }
-            let [b, c] = [b, c].map(|v| self.positions[v as usize]);
-            let from = self.positions[gone as usize];
-            let before = (b - from).cross(c - from);
-            let after = (b - to).cross(c - to);
-            let turn = before.dot(after);
-            let (large, larger) = (before.length_squared(), after.length_squared());
-            if turn < 0.0 || turn * turn < MOST_TURN * MOST_TURN * large * larger {
-                large.sqrt() / 2.0
-            } else {
-                0.0
-            }
-        });
-        turned.sum()
+        }
+    }
+
+    /// Area of the triangles that would turn over.
+    fn turned_area(&self, facets: &[Facet], kept: u32) -> f64 {
+        let to = self.positions[kept as usize];
+        facets.iter().map(|facet| facet.turned(kept, to)).sum()
     }
 
     fn deviation(&self, gone: u32, kept: u32) -> f64 {
@@ -371,9 +354,9 @@ impl<'a> Work<'a> {
     }
 
     fn collapse(&mut self, gone: u32, kept: u32) -> Collapse {
-        let corners = self.first[gone as usize] as usize..self.first[gone as usize + 1] as usize;
+        let (begin, end) = self.stars[gone as usize];
         let first_corner = self.moved.len() as u32;
-        for &corner in &self.corners[corners.clone()] {
+        for &corner in &self.corners[begin as usize..end as usize] {
             self.triangles[corner as usize / 3][corner as usize % 3] = kept;
             self.moved.push(corner);
         }
@@ -384,20 +367,9 @@ impl<'a> Work<'a> {
             gone,
             kept,
             first_corner,
-            corners: corners.len() as u32,
+            corners: end - begin,
         }
     }
-
-    fn normal(&self, corners: [u32; 3]) -> DVec3 {
-        let [a, b, c] = corners.map(|v| self.positions[v as usize]);
-        (b - a).cross(c - a)
-    }
-}
-
-/// A direction without its length, and that; `None` when there is none.
-fn unit(direction: DVec3) -> Option<(DVec3, f64)> {
-    let length = direction.length();
-    (length > 0.0).then(|| (direction / length, length))
 }
 
 fn is_degenerate([a, b, c]: [u32; 3]) -> bool {

@@ -5,7 +5,7 @@
 
 use belvedere_scene::smooth::{Cut, Decoder, Header, SmoothError};
 
-use super::error::Ruler;
+use super::error::{Ruler, Surface};
 use super::quantise::QuantisedMesh;
 
 /// Points on each surface when errors are measured, and for a first impression.
@@ -17,6 +17,8 @@ const ROUGHLY: f64 = 1.25;
 const NEXT_LOOK: f64 = 1.15;
 /// The first cut has at most this error, of the box's diagonal.
 const FIRST_ERROR: f64 = 0.06;
+/// More cuts are not worth their bytes in the header.
+const MOST_CUTS: usize = 32;
 /// A decoder lags behind by what one step may take; this lets it make nearly all steps before the cut.
 const LAG_BYTES: usize = 64;
 
@@ -30,11 +32,12 @@ pub(super) fn choose(
     stream: &[u8],
     ends: &[usize],
 ) -> Result<Vec<Cut>, SmoothError> {
-    let (ruler, rough_ruler) = (Ruler::new(mesh, SAMPLES), Ruler::new(mesh, FEW_SAMPLES));
+    let source = Surface::of(mesh);
+    let (ruler, rough_ruler) = (Ruler::new(&source, SAMPLES), Ruler::new(&source, FEW_SAMPLES));
     let mut decoder = Decoder::new(u64::MAX);
     decoder.push(&header.to_bytes())?;
     let mut cuts: Vec<Cut> = Vec::new();
-    let mut wanted = FIRST_ERROR * ruler.diagonal();
+    let mut wanted = FIRST_ERROR * source.diagonal();
     let mut pushed = 0;
     let mut looked_at = 0.0;
     for &end in ends {
@@ -47,17 +50,18 @@ pub(super) fn choose(
         if (decoder.counts().1 as f64) < looked_at * NEXT_LOOK {
             continue;
         }
-        let lattice = decoder.lattice();
-        looked_at = lattice.triangles.len() as f64;
-        if rough_ruler.rms(&lattice.twice_positions, &lattice.triangles) > ROUGHLY * wanted {
+        looked_at = decoder.counts().1 as f64;
+        let (twice_positions, triangles) = decoder.geometry();
+        let drawn = Surface::new(&twice_positions, triangles);
+        if rough_ruler.rms_within(&drawn, ROUGHLY * wanted).is_none() {
             continue;
         }
-        let error = ruler.rms(&lattice.twice_positions, &lattice.triangles);
-        if error <= wanted && cuts.len() < 32 {
+        let error = ruler.rms_within(&drawn, wanted);
+        if let Some(error) = error.filter(|_| cuts.len() < MOST_CUTS) {
             wanted = error / 2.0;
             cuts.push(Cut {
                 bytes: bytes as u32,
-                triangles: lattice.triangles.len() as u32,
+                triangles: triangles.len() as u32,
                 rms_error: (error * f64::from(mesh.step)) as f32,
             });
         }

@@ -8,49 +8,65 @@ use glam::DVec3;
 use super::quantise::QuantisedMesh;
 use crate::lod::proximity::ShapeTree;
 
-/// Measures distances from one mesh, in steps of its lattice.
-pub struct Ruler {
-    source: ShapeTree,
-    points: Vec<DVec3>,
-    samples: usize,
-}
+/// A mesh to be measured, in steps of the lattice.
+pub struct Surface(ShapeTree);
 
-impl Ruler {
-    /// Of a mesh with triangles, with so many points on each surface.
+impl Surface {
+    /// Of a mesh that is given by twice its positions.
     #[must_use]
-    pub fn new(mesh: &QuantisedMesh, samples: usize) -> Self {
-        let shapes = shapes(&mesh.twice_positions(), &mesh.triangles);
-        Self {
-            points: spread(&shapes, samples),
-            samples,
-            source: ShapeTree::new(shapes),
-        }
+    pub fn new(twice_positions: &[[i32; 3]], triangles: &[[u32; 3]]) -> Self {
+        let corner = |v: u32| DVec3::from_array(twice_positions[v as usize].map(|x| 0.5 * f64::from(x)));
+        Self(ShapeTree::new(triangles.iter().map(|t| t.map(corner)).collect()))
+    }
+
+    /// Of the whole mesh.
+    #[must_use]
+    pub fn of(mesh: &QuantisedMesh) -> Self {
+        Self::new(&mesh.twice_positions(), &mesh.triangles)
     }
 
     /// The diagonal of its box.
     #[must_use]
     pub fn diagonal(&self) -> f64 {
-        self.source.diagonal()
-    }
-
-    /// The error of a mesh given by twice its positions; infinite when it has no triangles.
-    #[must_use]
-    pub fn rms(&self, twice_positions: &[[i32; 3]], triangles: &[[u32; 3]]) -> f64 {
-        if triangles.is_empty() {
-            return f64::INFINITY;
-        }
-        let shapes = shapes(twice_positions, triangles);
-        let points = spread(&shapes, self.samples);
-        let tree = ShapeTree::new(shapes);
-        mean_square(&self.points, &tree)
-            .max(mean_square(&points, &self.source))
-            .sqrt()
+        self.0.diagonal()
     }
 }
 
-fn shapes(twice: &[[i32; 3]], triangles: &[[u32; 3]]) -> Vec<[DVec3; 3]> {
-    let corner = |v: u32| DVec3::from_array(twice[v as usize].map(|x| 0.5 * f64::from(x)));
-    triangles.iter().map(|t| t.map(corner)).collect()
+/// Measures distances from one surface.
+pub struct Ruler<'a> {
+    source: &'a ShapeTree,
+    points: Vec<DVec3>,
+    samples: usize,
+}
+
+impl<'a> Ruler<'a> {
+    /// From a surface with triangles, with so many points on each of the two.
+    #[must_use]
+    pub fn new(source: &'a Surface, samples: usize) -> Self {
+        Self {
+            points: spread(&source.0.shapes, samples),
+            samples,
+            source: &source.0,
+        }
+    }
+
+    /// The error of another surface, in steps of the lattice; infinite when it has no triangles.
+    #[must_use]
+    pub fn rms(&self, drawn: &Surface) -> f64 {
+        self.rms_within(drawn, f64::INFINITY).unwrap_or(f64::INFINITY)
+    }
+
+    /// The same if it is at most so much. That it is more is often seen after a few points.
+    #[must_use]
+    pub fn rms_within(&self, drawn: &Surface, most: f64) -> Option<f64> {
+        if drawn.0.shapes.is_empty() {
+            return None;
+        }
+        let there = mean_square_within(&self.points, &drawn.0, most)?;
+        let back = mean_square_within(&spread(&drawn.0.shapes, self.samples), self.source, most)?;
+        let error = there.max(back).sqrt();
+        (error <= most).then_some(error)
+    }
 }
 
 /// Points at even steps of area; where in its triangle each lies follows a sequence that fills it evenly (Roberts 2018).
@@ -82,9 +98,25 @@ pub(crate) fn spread(shapes: &[[DVec3; 3]], samples: usize) -> Vec<DVec3> {
     points
 }
 
+/// The mean of the squared distances of points from shapes.
 pub(crate) fn mean_square(points: &[DVec3], tree: &ShapeTree) -> f64 {
-    let squares = points
-        .iter()
-        .map(|&p| tree.nearest_to_all(&[p], None, 0.0).distance.powi(2));
-    squares.sum::<f64>() / points.len() as f64
+    mean_square_within(points, tree, f64::INFINITY).unwrap_or(f64::INFINITY)
+}
+
+/// The same; `None` when its root is surely above `most`.
+fn mean_square_within(points: &[DVec3], tree: &ShapeTree, most: f64) -> Option<f64> {
+    // What is rounded must not decide.
+    let most_sum = most * most * points.len() as f64 * (1.0 + 1e-9);
+    let mut sum = 0.0;
+    // Points follow each other over the surface: what was nearest to one is near to the next.
+    let mut near = None;
+    for &point in points {
+        let nearest = tree.nearest_to_all(&[point], near, 0.0);
+        near = Some(nearest.shape);
+        sum += nearest.distance.powi(2);
+        if sum > most_sum {
+            return None;
+        }
+    }
+    Some(sum / points.len() as f64)
 }

@@ -12,6 +12,7 @@ pub mod canonical;
 mod collapse;
 mod cuts;
 pub mod error;
+mod planes;
 pub mod publish;
 #[cfg(test)]
 mod publish_tests;
@@ -69,7 +70,7 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
         };
         let mut undo = Undo::new(mesh, &tree, &lacking);
         undo.fit = Some(Fit::new());
-        Replay::new(&plain).write(&mut Writer::default(), &mut undo);
+        Replay::new(&plain).rehearse(&mut undo);
         header.weights = undo.fit.map_or(USUAL_WEIGHTS, |fit| fit.weights());
     }
     let mut undo = Undo::new(mesh, &tree, &lacking);

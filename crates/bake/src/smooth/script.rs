@@ -40,6 +40,8 @@ pub(super) struct Undo<'a> {
     wedges_of: Vec<Vec<u32>>,
     /// New triangles of the current split, by source triangle.
     newborn: Vec<(u32, Born)>,
+    /// Of each of them, whether it was said already how it comes.
+    is_explained: Vec<bool>,
     /// Gathers what weights are fitted to, if wanted.
     pub(super) fit: Option<Fit>,
 }
@@ -76,6 +78,7 @@ impl<'a> Undo<'a> {
             source_wedge: Vec::new(),
             wedges_of,
             newborn: Vec::new(),
+            is_explained: Vec::new(),
             fit: None,
         }
     }
@@ -90,70 +93,62 @@ impl<'a> Undo<'a> {
         a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).sum()
     }
 
-    /// Takes a new triangle that was not yet explained.
-    fn take(newborn: &[(u32, Born)], taken: &mut [bool], born: Born) -> bool {
-        let found = newborn
-            .iter()
-            .zip(&*taken)
-            .position(|(&(_, b), &taken)| !taken && b == born);
-        if let Some(i) = found {
-            taken[i] = true;
-        }
-        found.is_some()
+    /// A new triangle of this kind that was not yet explained.
+    fn unexplained(&self, born: Born) -> Option<usize> {
+        let mut newborn = self.newborn.iter().zip(&self.is_explained);
+        newborn.position(|(&(_, b), &is_explained)| !is_explained && b == born)
     }
 
-    fn explain(&self, star: &Star, fan: Fan, taken: &mut [bool], torn: &mut Vec<bool>) -> Move {
+    fn explain(&mut self, star: &Star, fan: Fan, torn: &mut Vec<bool>) -> Move {
         let spokes = star.of(fan);
         let length = fan.length;
         let moves = |spoke: &Spoke| self.moved_in[spoke.triangle as usize] == self.splits;
-        let count = spokes.iter().filter(|spoke| moves(spoke)).count();
         let third = |i: usize| match spokes.get(i) {
             Some(spoke) => spoke.from,
             None if fan.closed => spokes[i - length].from,
             None => spokes[length - 1].to,
         };
         // Where the moved ones begin, if they are in one row; if there are none or all, wherever most edges open.
-        let begins: Vec<usize> = (0..length)
-            .filter(|&i| {
-                let before = if i > 0 {
-                    moves(&spokes[i - 1])
-                } else {
-                    fan.closed && moves(&spokes[length - 1])
-                };
-                moves(&spokes[i]) && !before
-            })
-            .collect();
-        let rows: Vec<usize> = match begins[..] {
-            [first] => vec![first],
-            [] if count == 0 && !fan.closed => (0..=length).collect(),
-            [] => (0..length).collect(),
-            _ => Vec::new(),
+        let (mut count, mut begins, mut begin) = (0, 0, 0);
+        let mut moved_before = fan.closed && moves(&spokes[length - 1]);
+        for (i, spoke) in spokes.iter().enumerate() {
+            let moved = moves(spoke);
+            if moved && !moved_before {
+                begins += 1;
+                begin = i;
+            }
+            count += usize::from(moved);
+            moved_before = moved;
+        }
+        let rows = match begins {
+            1 => begin..begin + 1,
+            0 if count == 0 && !fan.closed => 0..length + 1,
+            0 => 0..length,
+            _ => 0..0,
         };
-        let mut best = None;
+        let mut best: Option<(usize, Row, [Option<usize>; 2])> = None;
         for first in rows {
-            let mut now = taken.to_vec();
-            let start = Born {
-                third: third(first),
-                old_first: false,
+            let born = |i: usize, old_first| Born {
+                third: third(i),
+                old_first,
             };
-            let end = Born {
-                third: third(first + count),
-                old_first: true,
-            };
-            let opens = [start, end].map(|born| Self::take(&self.newborn, &mut now, born));
-            let opened = usize::from(opens[0]) + usize::from(opens[1]);
-            if best.as_ref().is_none_or(|&(most, _, _)| opened > most) {
+            let explained = [born(first, false), born(first + count, true)].map(|born| self.unexplained(born));
+            let opened = explained.iter().flatten().count();
+            if best.is_none_or(|(most, _, _)| opened > most) {
                 let row = Row {
                     first: first as u32,
                     count: count as u32,
-                    opens,
+                    opens: explained.map(|newborn| newborn.is_some()),
                 };
-                best = Some((opened, row, now));
+                best = Some((opened, row, explained));
             }
         }
         match best {
-            Some((opened, row, now)) if opened > 0 || count > 0 && count < length => {
-                taken.copy_from_slice(&now);
+            Some((opened, row, explained)) if opened > 0 || count > 0 && count < length => {
+                explained
+                    .into_iter()
+                    .flatten()
+                    .for_each(|i| self.is_explained[i] = true);
                 Move::Row(row)
             }
             _ if count == 0 => Move::Stay,
@@ -200,9 +195,10 @@ impl Script for Undo<'_> {
         self.current.is_some()
     }
 
-    fn split(&mut self, star: &Star) -> Split {
+    fn split(&mut self, star: &Star, split: &mut Split) {
+        split.clear();
         let Some(collapse) = self.current else {
-            return Split::default();
+            return;
         };
         self.splits += 1;
         self.newborn.clear();
@@ -224,16 +220,16 @@ impl Script for Undo<'_> {
                 self.newborn.push((triangle, Born { third, old_first }));
             }
         }
-        let mut taken = vec![false; self.newborn.len()];
-        let mut split = Split::default();
+        self.is_explained.clear();
+        self.is_explained.resize(self.newborn.len(), false);
         for &fan in &star.fans {
-            let moved = self.explain(star, fan, &mut taken, &mut split.torn);
+            let moved = self.explain(star, fan, &mut split.torn);
             split.moves.push(moved);
         }
-        let unexplained = self.newborn.iter().zip(&taken).filter(|(_, taken)| !**taken);
+        let newborn = self.newborn.iter().zip(&self.is_explained);
+        let unexplained = newborn.filter(|(_, is_explained)| !**is_explained);
         split.extra.extend(unexplained.map(|(&(_, born), _)| born));
         split.extras = split.extra.len() as u32;
-        split
     }
 
     fn position(&mut self, hood: &Hood, origin: [i32; 3]) -> [i32; 3] {

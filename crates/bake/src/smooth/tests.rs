@@ -3,7 +3,7 @@ use proptest::prelude::*;
 
 use super::canonical;
 use super::encode;
-use super::error::Ruler;
+use super::error::{Ruler, Surface};
 use super::quantise::{Precision, QuantisedMesh};
 use crate::source::{Primitive, SourceModel};
 
@@ -205,13 +205,12 @@ fn every_beginning_is_a_valid_mesh_and_finer_than_a_shorter_one() {
 fn errors_fall_along_the_stream_and_cuts_state_them() {
     let mesh = QuantisedMesh::new(&sheet(40), without_attributes());
     let bytes = encode(&mesh);
-    let ruler = Ruler::new(&mesh, 1500);
+    let source = Surface::of(&mesh);
+    let ruler = Ruler::new(&source, 1500);
     let rms = |length: usize| {
-        let lattice = decoded(&bytes[..length]).lattice();
-        (
-            ruler.rms(&lattice.twice_positions, &lattice.triangles),
-            lattice.triangles.len(),
-        )
+        let decoder = decoded(&bytes[..length]);
+        let (twice_positions, triangles) = decoder.geometry();
+        (ruler.rms(&Surface::new(&twice_positions, triangles)), triangles.len())
     };
     let mut least = f64::INFINITY;
     for length in (250..bytes.len()).step_by(97) {

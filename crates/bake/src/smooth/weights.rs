@@ -81,13 +81,16 @@ fn fit(samples: &[Sample]) -> [f64; FEATURES] {
                     1.0 / (off * off + 0.25 + 1e-4 * reach * reach)
                 };
                 for i in 0..FEATURES {
-                    right[i] += counts * features[i] * truth;
-                    for j in 0..FEATURES {
-                        matrix[i][j] += counts * features[i] * features[j];
+                    let counted = counts * features[i];
+                    right[i] += counted * truth;
+                    for j in i..FEATURES {
+                        matrix[i][j] += counted * features[j];
                     }
                 }
             }
         }
+        let half = matrix;
+        matrix = std::array::from_fn(|i: usize| std::array::from_fn(|j: usize| half[i.min(j)][i.max(j)]));
         let ridge = RIDGE * (0..FEATURES).map(|i| matrix[i][i]).sum::<f64>() / FEATURES as f64 + 1e-9;
         for (i, row) in matrix.iter_mut().enumerate() {
             row[i] += ridge;

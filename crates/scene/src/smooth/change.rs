@@ -1,7 +1,8 @@
 //! What does a split do to the mesh? Laid out first, because the new position is predicted from it, and then done.
 
-use super::fan::{Spoke, Star};
+use super::fan::{Fan, Spoke, Star};
 use super::mesh::{Mesh, NONE, add};
+use super::runs::Runs;
 use super::split::{Born, Move, Row, Split};
 
 /// An opened edge, as it will be.
@@ -18,11 +19,11 @@ pub struct Opened {
 #[derive(Debug, Default)]
 pub struct Change {
     /// Triangles that will be the old vertex's; new ones have their future numbers.
-    pub(super) stay: Vec<u32>,
+    stay: Runs,
     /// … the new vertex's.
-    pub(super) go: Vec<u32>,
+    go: Runs,
     /// Spokes that move, by index.
-    pub(super) moved: Vec<u32>,
+    pub(super) moved: Runs,
     /// Edges that open, in order of their new triangles' numbers.
     pub opened: Vec<Opened>,
 }
@@ -31,57 +32,66 @@ impl Change {
     /// Lays out what a split does, without doing it. `next` is the number of the first new triangle.
     #[inline(always)]
     pub(super) fn lay_out(&mut self, star: &Star, split: &Split, next: u32) {
-        self.stay.clear();
-        self.go.clear();
-        self.moved.clear();
+        let most = star.spokes.len() + 2 * star.fans.len() + split.extra.len();
+        for runs in [&mut self.stay, &mut self.go, &mut self.moved] {
+            runs.clear(most);
+        }
         self.opened.clear();
         let mut torn = split.torn.iter();
         for (&fan, &moved) in star.fans.iter().zip(&split.moves) {
-            let spokes = star.of(fan);
-            let length = fan.length;
+            let (begin, end) = (fan.first, fan.first + fan.length);
             match moved {
-                Move::Stay => self.stay(spokes),
-                Move::Go => self.go(spokes, fan.first),
+                Move::Stay => self.stay(star, begin, end),
+                Move::Go => self.go(star, begin, end),
                 Move::Torn => {
-                    for (i, spoke) in spokes.iter().enumerate() {
+                    for spoke in begin..end {
                         if torn.next().copied().unwrap_or(false) {
-                            self.go(&[*spoke], fan.first + i);
+                            self.go(star, spoke, spoke + 1);
                         } else {
-                            self.stay(&[*spoke]);
+                            self.stay(star, spoke, spoke + 1);
                         }
                     }
                 }
-                Move::Row(Row { first, count, opens }) => {
-                    let (first, end) = (first as usize, (first + count) as usize);
-                    // A row that goes on at the beginning of the fan has two parts.
-                    let (end, rest) = (end.min(length), end.saturating_sub(length));
-                    self.stay(&spokes[rest..first.max(rest)]);
-                    self.go(&spokes[first..end], fan.first + first);
-                    self.go(&spokes[..rest], fan.first);
-                    let around = if rest > 0 || fan.closed && end == length {
-                        rest
-                    } else {
-                        end
-                    };
-                    let start_born = opens[0].then(|| self.open(spokes, first, false, next));
-                    let end_born = opens[1].then(|| self.open(spokes, around, true, next));
-                    self.go.extend(end_born.into_iter().chain(start_born));
-                    self.stay.extend(start_born.into_iter().chain(end_born));
-                    self.stay(&spokes[end.max(rest)..]);
-                }
+                Move::Row(row) => self.lay_out_row(star, fan, row, next),
             }
         }
     }
 
     #[inline(always)]
-    fn stay(&mut self, spokes: &[Spoke]) {
-        self.stay.extend(spokes.iter().map(|spoke| spoke.triangle));
+    fn lay_out_row(&mut self, star: &Star, fan: Fan, Row { first, count, opens }: Row, next: u32) {
+        let (begin, length) = (fan.first, fan.length);
+        let (first, end) = (first as usize, (first + count) as usize);
+        // A row that goes on at the beginning of the fan has two parts.
+        let (end, rest) = (end.min(length), end.saturating_sub(length));
+        self.stay(star, begin + rest, begin + first);
+        self.go(star, begin + first, begin + end);
+        self.go(star, begin, begin + rest);
+        let around = if rest > 0 || fan.closed && end == length {
+            rest
+        } else {
+            end
+        };
+        let spokes = star.of(fan);
+        let start_born = opens[0].then(|| self.open(spokes, first, false, next));
+        let end_born = opens[1].then(|| self.open(spokes, around, true, next));
+        for born in end_born.into_iter().chain(start_born) {
+            self.go.push(born);
+        }
+        for born in start_born.into_iter().chain(end_born) {
+            self.stay.push(born);
+        }
+        self.stay(star, begin + end.max(rest), begin + length);
     }
 
     #[inline(always)]
-    fn go(&mut self, spokes: &[Spoke], first: usize) {
-        self.go.extend(spokes.iter().map(|spoke| spoke.triangle));
-        self.moved.extend((first..first + spokes.len()).map(|i| i as u32));
+    fn stay(&mut self, star: &Star, first: usize, end: usize) {
+        self.stay.add_run(&star.triangles, first, end);
+    }
+
+    #[inline(always)]
+    fn go(&mut self, star: &Star, first: usize, end: usize) {
+        self.go.add_run(&star.triangles, first, end);
+        self.moved.add_numbers(first, end);
     }
 
     /// Opens the edge before spoke `at`: gives the number of its new triangle.
@@ -105,7 +115,7 @@ impl Change {
         let q = mesh.points[new as usize].at();
         let step = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
         let mut lost = [0; 3];
-        for &i in &self.moved {
+        for &i in self.moved.all() {
             let Spoke { triangle, from, to } = star.spokes[i as usize];
             for corner in &mut mesh.triangles[triangle as usize] {
                 *corner = if *corner == old { new } else { *corner };

@@ -3,6 +3,7 @@
 //! Where the surface is manifold there is one fan, closed inside and open on a border. Anywhere else there are several.
 
 use super::mesh::Mesh;
+use super::runs::Runs;
 
 /// A triangle seen from one of its corners.
 #[derive(Debug, Clone, Copy)]
@@ -47,6 +48,8 @@ pub struct Star {
     pub spokes: Vec<Spoke>,
     /// Where each fan is.
     pub fans: Vec<Fan>,
+    /// The triangles of the spokes.
+    pub(super) triangles: Runs,
     scratch: Vec<Spoke>,
 }
 
@@ -56,10 +59,13 @@ impl Star {
     pub(super) fn read(&mut self, mesh: &Mesh, vertex: u32) {
         self.spokes.clear();
         let list = mesh.points[vertex as usize].star;
-        self.spokes.extend(mesh.stars.of(list).iter().map(|&triangle| {
+        let triangles = mesh.stars.of(list);
+        self.spokes.extend(triangles.iter().map(|&triangle| {
             let (from, to) = mesh.others(triangle, vertex);
             Spoke { triangle, from, to }
         }));
+        self.triangles.clear(triangles.len());
+        mesh.stars.copy(list, &mut self.triangles);
         self.find_fans();
         if self.fans.len() > 1 && self.fans.len() <= MOST_FANS {
             self.join();
@@ -112,6 +118,8 @@ impl Star {
             }
         }
         std::mem::swap(&mut self.spokes, &mut self.scratch);
+        self.triangles.clear(self.spokes.len());
+        self.spokes.iter().for_each(|spoke| self.triangles.push(spoke.triangle));
         self.find_fans();
     }
 

@@ -97,7 +97,7 @@ impl Hood {
         let mut normal = [0; 3];
         // Rows of triangles share their spokes: most need only be looked at once.
         let mut last = (NONE, Seen::NOTHING);
-        for &i in &change.moved {
+        for &i in change.moved.all() {
             let Spoke { from, to, .. } = star.spokes[i as usize];
             let before = if from == last.0 {
                 last.1
@@ -122,7 +122,7 @@ impl Hood {
         shorten(&mut normal);
         self.normal = normal;
         // Neighbours between two moved triangles count twice, and those at edges that open are not meant.
-        let arcs = (2 * change.moved.len()).saturating_sub(cuts);
+        let arcs = (2 * change.moved.length()).saturating_sub(cuts);
         let (cut_share, arc_share) = (share_of(cuts), share_of(arcs));
         let lap = lap(&mesh.points[old as usize]);
         for axis in 0..3 {
@@ -133,7 +133,7 @@ impl Hood {
             self.features[4][axis] = (((lap_arc[axis] - lap_cut[axis]) * arc_share) >> 16) as i32;
         }
         self.kind = cuts.min(2) * 4 + arcs.div_ceil(2).min(3);
-        self.size = size_class((distance * share_of(cuts + change.moved.len()) as u64) >> 16);
+        self.size = size_class((distance * share_of(cuts + change.moved.length()) as u64) >> 16);
     }
 
     /// Looks at a neighbour.

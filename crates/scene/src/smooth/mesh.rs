@@ -92,13 +92,11 @@ impl Mesh {
     #[inline(always)]
     pub(super) fn others(&self, triangle: u32, vertex: u32) -> (u32, u32) {
         let [a, b, c] = self.triangles[triangle as usize];
-        if a == vertex {
-            (b, c)
-        } else if b == vertex {
-            (c, a)
-        } else {
-            (a, b)
-        }
+        // Nobody can guess which it is: chosen without branches.
+        let (is_a, is_b) = (a == vertex, b == vertex);
+        let from = if is_b { c } else { a };
+        let to = if is_b { a } else { b };
+        (if is_a { b } else { from }, if is_a { c } else { to })
     }
 
     /// Halves the step of the lattice. `bits` has the new lowest bits of a vertex: x in bit 0, y, z.

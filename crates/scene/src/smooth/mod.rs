@@ -30,6 +30,7 @@ mod pass;
 pub mod rans;
 pub mod replay;
 mod residual;
+mod runs;
 pub mod script;
 pub mod select;
 mod snapshot;

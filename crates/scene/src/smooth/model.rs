@@ -53,8 +53,9 @@ const RATES: [u8; 33] = [
     1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 6,
 ];
 
-/// Learns which of 16 symbols is likely.
+/// Learns which of 16 symbols is likely. Aligned so that it is in one line of a cache.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 pub struct Nibble {
     /// Chance of a symbol below the i-th, in 1/2¹⁵; the first is 0.
     below: [i16; 16],

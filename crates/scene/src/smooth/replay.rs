@@ -12,7 +12,7 @@ use super::header::Header;
 use super::mesh::{Birth, Mesh};
 use super::model::Bit;
 use super::pass::PassModels;
-use super::rans::{Coder, Writer};
+use super::rans::{Coder, Rehearsal, Writer};
 use super::residual::ResidualModels;
 use super::script::Script;
 use super::split::{Split, SplitModels};
@@ -73,6 +73,8 @@ pub struct Replay {
     pub(super) sizes: u64,
     pub(super) mean_size: i32,
     split: Split,
+    /// What a writer was told to write; empty when reading.
+    given: Split,
     star: Star,
     change: Change,
     hood: Hood,
@@ -107,6 +109,7 @@ impl Replay {
             sizes: 0,
             mean_size: 0,
             split: Split::default(),
+            given: Split::default(),
             star: Star::default(),
             change: Change::default(),
             hood: Hood::default(),
@@ -130,14 +133,26 @@ impl Replay {
     /// When the script tells what no stream can hold.
     pub fn write<S: Script>(&mut self, writer: &mut Writer, script: &mut S) -> Vec<usize> {
         let mut marks = Vec::new();
+        self.tell(writer, script, |writer| marks.push(writer.decisions()));
+        marks
+    }
+
+    /// Goes through a whole stream without writing it, for what the script itself takes down.
+    ///
+    /// # Panics
+    /// When the script tells what no stream can hold.
+    pub fn rehearse<S: Script>(&mut self, script: &mut S) {
+        self.tell(&mut Rehearsal, script, |_| ());
+    }
+
+    fn tell<C: Coder, S: Script>(&mut self, coder: &mut C, script: &mut S, mut before_pass: impl FnMut(&C)) {
         while self.phase != Phase::End {
             if self.phase == Phase::Pass {
-                marks.push(writer.decisions());
+                before_pass(coder);
             }
-            let done = self.advance(writer, Some(script));
+            let done = self.advance(coder, Some(script));
             assert!(done.is_ok(), "the script tells what no stream can hold: {done:?}");
         }
-        marks
     }
 
     /// All vertices in the order of the tree.
@@ -204,15 +219,16 @@ impl Replay {
                 continue;
             }
             self.star.read(&self.mesh, vertex);
-            let given = script.as_deref_mut().map(|script| script.split(&self.star));
+            let given = script.as_deref_mut().map(|script| {
+                script.split(&self.star, &mut self.given);
+                &self.given
+            });
             let models = &mut self.models.split;
-            models.code_fans(coder, &self.mesh, vertex, &self.star, given.as_ref(), &mut self.split);
+            models.code_fans(coder, &self.mesh, vertex, &self.star, given, &mut self.split);
             if coder.starved() {
                 return Err(ENDS_EARLY);
             }
-            if let Some(given) = given {
-                self.split.extra = given.extra;
-            }
+            std::mem::swap(&mut self.split.extra, &mut self.given.extra);
             if self.split.extras > 0 {
                 return Ok(Phase::Extra(vertex));
             }

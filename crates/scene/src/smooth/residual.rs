@@ -110,13 +110,13 @@ pub(super) fn residual<C: Coder>(coder: &mut C, model: &mut Nibble, value: i32) 
         return (0, 0);
     }
     let negative = u32::from(value < 0);
-    let (size, negative) = if class < 4 {
-        (class as u32, coder.raw(1, negative))
-    } else if class < 15 {
-        let bits = class as u32 / 2 - 1;
-        let base = (2 + (class as u32 & 1)) << bits;
-        let raw = coder.raw(bits + 1, size.wrapping_sub(base) << 1 & ((2 << bits) - 1) | negative);
-        (base + (raw >> 1), raw & 1)
+    let (size, negative) = if class < 15 {
+        let bits = u32::from(BITS[class]);
+        let raw = coder.raw(
+            bits + 1,
+            size.wrapping_sub(BASE[class]) << 1 & ((2 << bits) - 1) | negative,
+        );
+        (BASE[class] + (raw >> 1), raw & 1)
     } else {
         let more = gamma(coder, size.wrapping_sub(LARGE));
         (LARGE.wrapping_add(more), coder.raw(1, negative))
@@ -124,6 +124,10 @@ pub(super) fn residual<C: Coder>(coder: &mut C, model: &mut Nibble, value: i32) 
     let value = size as i32;
     (if negative == 1 { value.wrapping_neg() } else { value }, class)
 }
+
+/// By class, the least size, and how many bits tell what is above it.
+const BASE: [u32; 16] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, LARGE];
+const BITS: [u8; 16] = [0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 0];
 
 /// From here on sizes are in class 15.
 const LARGE: u32 = 192;

@@ -13,8 +13,8 @@ pub trait Script {
     fn low_bits(&mut self, vertex: u32) -> usize;
     /// Whether a vertex is split in this pass.
     fn splits(&mut self, vertex: u32) -> bool;
-    /// How the vertex is split that was just said to be, given the fans around it.
-    fn split(&mut self, star: &Star) -> Split;
+    /// How the vertex is split that was just said to be, given the fans around it: written over an earlier split.
+    fn split(&mut self, star: &Star, split: &mut Split);
     /// Where the new vertex is, on the present lattice. It is predicted from `hood`; the vertex it was split from is at
     /// `origin`.
     fn position(&mut self, hood: &Hood, origin: [i32; 3]) -> [i32; 3];
@@ -42,7 +42,7 @@ impl Script for Nothing {
     fn splits(&mut self, _: u32) -> bool {
         match *self {}
     }
-    fn split(&mut self, _: &Star) -> Split {
+    fn split(&mut self, _: &Star, _: &mut Split) {
         match *self {}
     }
     fn position(&mut self, _: &Hood, _: [i32; 3]) -> [i32; 3] {

@@ -54,6 +54,13 @@ impl Decoder {
         }
     }
 
+    /// Twice the positions, and triangles over them, as [`Decoder::lattice`] has them.
+    #[must_use]
+    pub fn geometry(&self) -> (Vec<[i32; 3]>, &[[u32; 3]]) {
+        let triangles = self.replay().map_or(&[][..], |(_, replay)| &replay.mesh.triangles);
+        (self.twice_positions(), triangles)
+    }
+
     fn twice_positions(&self) -> Vec<[i32; 3]> {
         let Some((_, replay)) = self.replay() else {
             return Vec::new();

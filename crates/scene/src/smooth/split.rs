@@ -57,7 +57,8 @@ pub struct Split {
 }
 
 impl Split {
-    pub(super) fn clear(&mut self) {
+    /// Nothing happens.
+    pub fn clear(&mut self) {
         self.moves.clear();
         self.torn.clear();
         self.extra.clear();
@@ -282,21 +283,19 @@ fn widest(mesh: &Mesh, vertex: u32, spokes: &[Spoke], count: usize) -> usize {
         return 0;
     }
     let at = mesh.points[vertex as usize].at();
-    let way = |spoke: &Spoke| {
-        let other = mesh.points[spoke.from as usize].at();
-        [other[0] - at[0], other[1] - at[1], other[2] - at[2]]
-    };
+    let mut ways = [[0i32; 3]; MOST_SPOKES];
     let mut sum = [0; 3];
-    for spoke in spokes {
-        let way = way(spoke);
+    for (way, spoke) in ways.iter_mut().zip(spokes) {
+        let other = mesh.points[spoke.from as usize].at();
         for axis in 0..3 {
+            way[axis] = other[axis] - at[axis];
             sum[axis] += way[axis];
         }
     }
     let [x, y, z] = sum.map(i64::from);
     let mut reaches = [0; MOST_SPOKES];
-    for (reach, spoke) in reaches.iter_mut().zip(spokes) {
-        let way = way(spoke).map(i64::from);
+    for (reach, way) in reaches.iter_mut().zip(&ways[..length]) {
+        let way = way.map(i64::from);
         *reach = way[0] * x + way[1] * y + way[2] * z;
     }
     let reaches = &reaches[..length];
@@ -310,9 +309,9 @@ fn widest(mesh: &Mesh, vertex: u32, spokes: &[Spoke], count: usize) -> usize {
         reach += reaches[enter] - reaches[leave];
         enter += 1;
         leave += 1;
-        if reach > best.0 {
-            best = (reach, first);
-        }
+        let is_better = reach > best.0;
+        best.0 = if is_better { reach } else { best.0 };
+        best.1 = if is_better { first } else { best.1 };
     }
     best.1
 }

@@ -1,5 +1,7 @@
 //! Which triangles meet at a vertex? Lists in one array, in blocks of 8, 16, 32 … places that are used again.
 
+use super::runs::Runs;
+
 /// The places of all lists.
 #[derive(Debug, Default)]
 pub(super) struct Stars {
@@ -16,7 +18,8 @@ pub(super) struct List {
     shape: u32,
 }
 
-const SMALLEST: usize = 8;
+/// Places of the smallest block, and as many as are copied at once.
+pub(super) const SMALLEST: usize = 8;
 const CLASS_BITS: u32 = 5;
 /// No list may be longer.
 pub(super) const MOST_LENGTH: u32 = u32::MAX >> CLASS_BITS;
@@ -69,6 +72,12 @@ impl Stars {
         &self.places[list.first as usize..][..list.length()]
     }
 
+    /// Adds a list to another, which has room for it.
+    #[inline(always)]
+    pub(super) fn copy(&self, list: List, to: &mut Runs) {
+        to.add_first(&self.places[list.first as usize..], list.length());
+    }
+
     /// How many places there are.
     pub(super) fn places(&self) -> usize {
         self.places.len()
@@ -76,21 +85,46 @@ impl Stars {
 
     /// Replaces a list.
     #[inline(always)]
-    pub(super) fn set(&mut self, list: &mut List, triangles: &[u32]) {
-        let length = triangles.len();
+    pub(super) fn set(&mut self, list: &mut List, triangles: &Runs) {
+        let length = triangles.length();
         // Too little room, or so much that most of it would stay empty.
         if length > list.room() || (list.class() > 0 && 4 * length < list.room()) {
             self.move_to(list, length, 0);
         }
         list.set_length(length);
-        for (place, &triangle) in self.places[list.first as usize..][..length].iter_mut().zip(triangles) {
-            *place = triangle;
+        let places = &mut self.places[list.first as usize..];
+        match places.first_chunk_mut::<SMALLEST>() {
+            Some(block) if length <= SMALLEST => *block = triangles.first_few(),
+            _ => places[..length].copy_from_slice(triangles.all()),
         }
     }
 
     /// Puts a triangle after or before another, or at the end if that is not there.
     #[inline(always)]
     pub(super) fn insert(&mut self, list: &mut List, (neighbour, after): (u32, bool), triangle: u32) {
+        let length = list.length();
+        if length >= SMALLEST {
+            return self.insert_into_long(list, (neighbour, after), triangle);
+        }
+        list.set_length(length + 1);
+        let Some(block) = self.places[list.first as usize..].first_chunk_mut::<SMALLEST>() else {
+            return;
+        };
+        // All places at once, whatever the list's length: loops of a few steps end where nobody can guess it.
+        let before = *block;
+        let mut at = length;
+        for i in (0..SMALLEST).rev() {
+            at = if before[i] == neighbour { i } else { at };
+        }
+        let at = if at < length { at + usize::from(after) } else { length };
+        *block = std::array::from_fn(|i| {
+            let moved = if i > at { before[i.saturating_sub(1)] } else { before[i] };
+            if i == at { triangle } else { moved }
+        });
+    }
+
+    #[cold]
+    fn insert_into_long(&mut self, list: &mut List, (neighbour, after): (u32, bool), triangle: u32) {
         let length = list.length();
         if length == list.room() {
             self.move_to(list, length + 1, length);
@@ -99,11 +133,8 @@ impl Stars {
         let places = &mut self.places[list.first as usize..][..length + 1];
         let found = places[..length].iter().position(|&t| t == neighbour);
         let at = found.map_or(length, |at| at + usize::from(after));
-        // What it pushes aside takes the next place, and so on.
-        let mut pushed = triangle;
-        for place in &mut places[at..] {
-            std::mem::swap(place, &mut pushed);
-        }
+        places.copy_within(at..length, at + 1);
+        places[at] = triangle;
     }
 
     /// Gives a list another block, as large as it needs; its first `kept` places stay.

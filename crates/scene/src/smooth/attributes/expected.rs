@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::super::geometry::shorten;
-use super::super::mesh::Mesh;
+use super::super::mesh::{Mesh, NONE};
 use super::super::octahedron;
 use super::ChannelKind;
 use super::wedges::Corner;
@@ -41,18 +41,25 @@ impl<'a> Beside<'a> {
         if kind == ChannelKind::Normal {
             let mut face = [0i64; 3];
             let mut around = [0i64; 3];
+            // Triangles beside each other share corners, and moved ones had the same wedge: most need only be looked at once.
+            let direction = |wedge: u32| {
+                let of = of(wedge).map(|value| octahedron::direction([value[0], value[1]]));
+                (wedge, of.unwrap_or_default().map(i64::from))
+            };
+            let (mut beside, mut before) = ((NONE, [0; 3]), (NONE, [0; 3]));
             for &(triangle, side, was) in pending {
                 add_face(&mut face, mesh, triangle);
                 let corners = self.corners[triangle as usize];
-                for value in [corners[(side + 1) % 3], corners[(side + 2) % 3], was]
-                    .into_iter()
-                    .filter_map(of)
-                {
-                    let direction = octahedron::direction([value[0], value[1]]);
-                    for axis in 0..3 {
-                        around[axis] += i64::from(direction[axis]);
+                for wedge in [corners[(side + 1) % 3], corners[(side + 2) % 3]] {
+                    if wedge != beside.0 {
+                        beside = direction(wedge);
                     }
+                    add(&mut around, beside.1);
                 }
+                if was != before.0 {
+                    before = direction(was);
+                }
+                add(&mut around, before.1);
             }
             shorten(&mut face);
             let reach = |v: [i64; 3]| v.iter().map(|x| x.abs()).sum::<i64>();
@@ -98,6 +105,12 @@ impl<'a> Beside<'a> {
                 0
             }
         })
+    }
+}
+
+fn add(sum: &mut [i64; 3], more: [i64; 3]) {
+    for axis in 0..3 {
+        sum[axis] += more[axis];
     }
 }
 

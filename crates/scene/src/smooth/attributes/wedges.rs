@@ -103,7 +103,9 @@ impl Wedges {
             return;
         }
         let is_usual = coder.bit(&mut self.usual[seams], false);
-        for i in 0..self.questions.len() {
+        let own = mesh.valence(split.new);
+        let shared = if is_usual { self.share(split.new, own) } else { 0 };
+        for i in shared..self.questions.len() {
             let Question { vertex, why, .. } = self.questions[i];
             let count = self.count_present(vertex);
             let rank = if is_usual || count == 0 {
@@ -113,6 +115,21 @@ impl Wedges {
             };
             self.settle(mesh, self.questions[i], count, rank);
         }
+    }
+
+    /// Gives all corners of the new vertex, which are asked first, one new wedge. Says how many they are.
+    fn share(&mut self, new: u32, count: usize) -> usize {
+        let Some(last) = count.checked_sub(1) else { return 0 };
+        for (i, question) in self.questions[..count].iter().enumerate() {
+            let (triangle, side, _) = question.corner;
+            self.corners[triangle as usize][side] = self.told;
+            self.asked
+                .push((question.corner, if i < last { i as u32 + 1 } else { NONE }));
+        }
+        self.pending.push((0, last as u32));
+        self.before.push(NONE);
+        self.latest[new as usize] = self.told;
+        count
     }
 
     /// A writer's answers. Each depends on those before, so all are found before they are told.
