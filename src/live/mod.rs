@@ -9,7 +9,7 @@
 //!   may ask.
 //! * `stage`: the task that owns a scene; `message`: how it is asked. `terrain`: what it reads of the published scene.
 //! * `outbox`: what a session has not heard yet, bounded however slow its reader; `poses`: written once for all of them.
-//!   `reader`: the stream that a session hears; `line`: how it is told without being woken.
+//!   `reader`: the stream that a session hears; `line`: how it is told without being woken; `sending`: many lines at once.
 //! * `screens`: what closed doors hide from a cell, proved beside that task.
 //! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
@@ -31,6 +31,7 @@ mod reader;
 mod record;
 mod registry;
 mod screens;
+mod sending;
 mod session;
 mod settings;
 mod stage;
@@ -62,7 +63,7 @@ use self::{
 };
 pub use self::{
     error::LiveError,
-    line::{Line, Taken},
+    line::{Held, Line, Taken, Turn},
     quality::{NoShare, Quality},
     reader::{EventReader, Shortcut},
     record::{Block, Recorder, Recording, RecordingError},

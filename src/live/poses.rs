@@ -14,6 +14,8 @@ pub(super) struct Delivery {
     pub(super) poses: Poses,
     /// Room to write one session's piece in.
     pub(super) piece: Vec<u8>,
+    /// Room for the chunks of several.
+    pub(super) wire: Vec<u8>,
 }
 
 impl Delivery {
@@ -22,6 +24,7 @@ impl Delivery {
             begun: Instant::now(),
             poses: Poses::default(),
             piece: Vec::new(),
+            wire: Vec::new(),
         }
     }
 }
@@ -31,7 +34,7 @@ impl Delivery {
 pub(super) struct Poses {
     each: HashMap<ObjectId, (Pose, Bytes)>,
     /// What the last session was told, and how that is written.
-    last: Option<(Vec<ObjectPose>, Arc<Written>)>,
+    last: Option<(Arc<[ObjectPose]>, Arc<Written>)>,
 }
 
 /// An `object-pos` as it is written.
@@ -46,17 +49,17 @@ pub(super) struct Written {
 
 impl Poses {
     /// An `object-pos`. Sessions that see the same movers follow each other often enough that the last one is kept.
-    pub(super) fn all(&mut self, t_ms: Ms, objects: &[ObjectPose]) -> Arc<Written> {
+    pub(super) fn all(&mut self, t_ms: Ms, objects: &Arc<[ObjectPose]>) -> Arc<Written> {
         if let Some((told, written)) = &self.last
             && written.t_ms == t_ms
-            && told == objects
+            && (Arc::ptr_eq(told, objects) || told == objects)
         {
             return written.clone();
         }
         let entries: Vec<_> = objects.iter().map(|told| (told.object, self.written(told))).collect();
         let data = data(t_ms, entries.iter().map(|(_, entry)| entry)).into();
         let written = Arc::new(Written { t_ms, entries, data });
-        self.last = Some((objects.to_vec(), written.clone()));
+        self.last = Some((objects.clone(), written.clone()));
         written
     }
 
@@ -112,6 +115,7 @@ mod tests {
             vec![told(1, 3.0), told(2, 0.1)],
             vec![told(2, 0.1), told(1, 3.0)],
         ] {
+            let objects = Arc::from(objects);
             let written = poses.all(-3, &objects);
             let event = Event::ObjectPos { t_ms: -3, objects };
             assert_eq!(written.data, serde_json::to_string(&event).unwrap());
@@ -126,10 +130,12 @@ mod tests {
             pose: Pose::resting(7, [1.0; 3], [0.0, 0.0, 0.0, 1.0]),
         };
         assert_eq!(poses.written(&told).as_ptr(), poses.written(&told).as_ptr());
-        let [first, other] = [&[told][..], &[told, told]].map(|objects| poses.all(7, objects));
-        let [again, and_again] = [(); 2].map(|()| poses.all(7, &[told]));
+        let [one, two] = [&[told][..], &[told, told]].map(Arc::from);
+        let [first, other] = [&one, &two].map(|objects| poses.all(7, objects));
+        let alike = [one.clone(), Arc::from([told])];
+        let [again, and_again] = alike.each_ref().map(|objects| poses.all(7, objects));
         assert!(Arc::ptr_eq(&again, &and_again) && !Arc::ptr_eq(&first, &other));
         assert_eq!(first.entries[0].1.as_ptr(), other.entries[1].1.as_ptr());
-        assert!(poses.all(8, &[told]).data.starts_with(b"{\"t_ms\":8,"), "another tick");
+        assert!(poses.all(8, &one).data.starts_with(b"{\"t_ms\":8,"), "another tick");
     }
 }

@@ -38,12 +38,24 @@ impl Ball {
     pub fn holds(&self, point: [f64; 3]) -> bool {
         distance_m(self.center, point) <= self.radius_m
     }
+
+    /// Whether a box has a point in common with it.
+    fn touches(&self, bounds: &Bounds) -> bool {
+        let square = |axis: usize| {
+            let at = self.center[axis];
+            let beyond_m = (bounds.min[axis] - at).max(at - bounds.max[axis]).max(0.0);
+            beyond_m * beyond_m
+        };
+        square(0) + square(1) + square(2) <= self.radius_m * self.radius_m
+    }
 }
 
 /// The distance of two points in metres.
 #[must_use]
 pub fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|axis| a[axis] - b[axis]).fold(0.0f64, f64::hypot)
+    // Without `hypot`, which takes many times as long: nothing in a scene is so far away that a square would overflow.
+    let square = |axis: usize| (a[axis] - b[axis]) * (a[axis] - b[axis]);
+    (square(0) + square(1) + square(2)).sqrt()
 }
 
 /// The cell at a point, or the nearest.
@@ -138,10 +150,10 @@ impl Cells {
     /// The cells that a ball touches, rising; the nearest one when it touches none.
     #[must_use]
     pub fn under(&self, ball: &Ball) -> Vec<CellId> {
-        let mut found = self.within(|bounds| bounds.distance_m(ball.center) <= ball.radius_m);
+        let mut found = self.within(|bounds| ball.touches(bounds));
         found.retain(|id| {
             let cell = &self.cells[id.index()];
-            convex::distance_m(&cell.bounds, &cell.planes, ball.center) <= ball.radius_m
+            cell.planes.is_empty() || convex::distance_m(&cell.bounds, &cell.planes, ball.center) <= ball.radius_m
         });
         if found.is_empty() {
             found.extend(self.at(ball.center).map(|place| place.cell));

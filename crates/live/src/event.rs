@@ -3,7 +3,7 @@
 //! Each event has a name and JSON data; `docs/LIVE.md` describes them for clients. Ids are those of the scene's revision,
 //! or of movers, which are counted from [`FIRST_MOVER`] on and never reused.
 
-use std::{fmt, str::FromStr};
+use std::{fmt, str::FromStr, sync::Arc};
 
 use belvedere_scene::{BlobName, CellId, ObjectId, Revision, SceneName, object::ObjectInfo};
 use serde::{Deserialize, Serialize};
@@ -75,8 +75,8 @@ pub enum Event {
     ObjectPos {
         /// The time of the tick.
         t_ms: Ms,
-        /// At most one entry for each mover.
-        objects: Vec<ObjectPose>,
+        /// At most one entry for each mover. Sessions that are told the same share it.
+        objects: Arc<[ObjectPose]>,
     },
     /// Movers that are no longer told of.
     ObjectGone {

@@ -64,8 +64,9 @@ pub const TOLERANCE_RAD: f64 = 0.05;
 /// from 10 m on, up to sixteen ticks.
 #[must_use]
 pub fn period_ms(distance_m: f64, tick_ms: Ms) -> Ms {
-    let doublings = (distance_m / 10.0).max(1.0).log2().floor().min(4.0);
-    tick_ms << doublings as u32
+    const DOUBLES_AT_M: [f64; 4] = [20.0, 40.0, 80.0, 160.0];
+    let doublings = DOUBLES_AT_M.iter().filter(|at_m| distance_m >= **at_m).count();
+    tick_ms << doublings
 }
 
 /// Of what is partly hidden one sees as little as of all of it from further away.

@@ -23,7 +23,7 @@ use tokio::{
 use super::wire::{CHUNK_END, ChunkHead};
 use crate::{
     http::quiet::Moves,
-    live::{Line, Taken},
+    live::{Held, Line, Turn},
 };
 
 /// A connection that others may write chunks to as well.
@@ -40,17 +40,6 @@ pub(super) struct Shared {
     turn: Mutex<Turn>,
     /// Others have written since somebody asked.
     others_wrote: AtomicBool,
-}
-
-/// Whose turn it is to write.
-#[derive(Debug)]
-enum Turn {
-    /// The task's.
-    Task,
-    /// Anybody's.
-    Free,
-    /// The task's, as soon as it hears of it, with this before all else.
-    Rest(Vec<u8>),
 }
 
 impl Socket {
@@ -101,23 +90,16 @@ impl Shared {
 }
 
 impl Line for Shared {
-    fn take(&self, piece: &[u8]) -> Taken {
-        let mut turn = self.turn();
-        if !matches!(*turn, Turn::Free) {
-            return Taken::Nothing;
-        }
+    fn hold(&self) -> Option<Held<'_>> {
+        // Past the runtime's notes of the connection, which only the task needs.
+        Held::free(self.turn(), SockRef::from(self.stream()), &self.others_wrote)
+    }
+
+    fn frame(&self, piece: &[u8], wire: &mut Vec<u8>) {
         // As one: to copy a little takes less than to have it gathered.
-        let chunk = [ChunkHead::of(piece.len()).bytes(), piece, CHUNK_END].concat();
-        // Past the runtime's notes of the connection, which only the task needs. Whatever is wrong, the task finds it too.
-        let Ok(written) = SockRef::from(self.stream()).send(&chunk) else {
-            return Taken::Nothing;
-        };
-        self.others_wrote.store(true, Ordering::Relaxed);
-        if written == chunk.len() {
-            return Taken::All;
-        }
-        *turn = Turn::Rest(chunk[written..].to_vec());
-        Taken::Begun
+        wire.extend_from_slice(ChunkHead::of(piece.len()).bytes());
+        wire.extend_from_slice(piece);
+        wire.extend_from_slice(CHUNK_END);
     }
 }
 
@@ -188,6 +170,7 @@ mod tests {
     };
 
     use super::*;
+    use crate::live::Taken;
 
     async fn connection() -> (TcpStream, Socket) {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
@@ -195,6 +178,16 @@ mod tests {
         let (near, _) = listener.accept().await.unwrap();
         near.writable().await.unwrap();
         (far, Socket::new(near))
+    }
+
+    /// Writes a piece past the task.
+    fn take(line: &Shared, piece: &[u8]) -> Taken {
+        let mut chunk = Vec::new();
+        line.frame(piece, &mut chunk);
+        line.hold().map_or(Taken::Nothing, |held| {
+            let sent = held.socket().send(&chunk);
+            held.has_sent(&sent, &chunk)
+        })
     }
 
     async fn heard(far: &mut TcpStream, length: usize) -> Vec<u8> {
@@ -207,13 +200,13 @@ mod tests {
     async fn others_write_only_while_the_task_has_nothing_to_write() {
         let (mut far, socket) = connection().await;
         let shared = socket.shared();
-        assert_eq!(shared.take(b"early"), Taken::Nothing);
+        assert_eq!(take(shared, b"early"), Taken::Nothing);
         shared.free();
         assert!(!socket.take_moved());
-        assert_eq!(shared.take(b"seventeen letters"), Taken::All);
+        assert_eq!(take(shared, b"seventeen letters"), Taken::All);
         assert!(socket.take_moved() && !socket.take_moved());
         assert_eq!(shared.take_turn(), b"");
-        assert_eq!(shared.take(b"late"), Taken::Nothing);
+        assert_eq!(take(shared, b"late"), Taken::Nothing);
         assert_eq!(heard(&mut far, 23).await, b"11\r\nseventeen letters\r\n");
     }
 
@@ -224,8 +217,8 @@ mod tests {
         let (mut far, mut socket) = connection().await;
         let shared = socket.shared().clone();
         shared.free();
-        assert_eq!(shared.take(&long), Taken::Begun);
-        assert_eq!(shared.take(b"and more"), Taken::Nothing);
+        assert_eq!(take(&shared, &long), Taken::Begun);
+        assert_eq!(take(&shared, b"and more"), Taken::Nothing);
         shared.free();
         assert!(shared.has_rest(), "it is the task's turn still");
         let rest = shared.take_turn();
@@ -236,7 +229,7 @@ mod tests {
         let whole = [b"4000000\r\n", &long[..], b"\r\n"].concat();
         let ((), heard_so_far) = tokio::join!(ends, heard(&mut far, whole.len()));
         assert!(heard_so_far == whole);
-        assert_eq!(shared.take(b"."), Taken::All);
+        assert_eq!(take(&shared, b"."), Taken::All);
         assert_eq!(heard(&mut far, 6).await, b"1\r\n.\r\n");
     }
 }

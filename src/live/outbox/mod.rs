@@ -19,6 +19,7 @@ mod tests;
 
 use std::{
     collections::VecDeque,
+    ops::Range,
     sync::{
         Arc, Mutex, MutexGuard,
         atomic::{AtomicBool, Ordering},
@@ -35,8 +36,9 @@ use self::{
     waiting::Waiting,
 };
 use super::{
-    line::{Line, Taken},
-    poses::Delivery,
+    line::{Held, Line, Taken},
+    poses::{Delivery, Written},
+    sending::{self, Outgoing},
 };
 
 /// So many bytes may wait for a reader.
@@ -118,23 +120,26 @@ impl Outbox {
 
     /// Puts an event in.
     pub(super) fn push(&self, event: &Event) {
-        self.push_with(event, &mut Delivery::begin());
+        let mut delivery = Delivery::begin();
+        let departing = self.offer(event, &mut delivery);
+        depart(&mut departing.into_iter().collect(), &mut delivery);
     }
 
-    /// The same for one of many that are told of the same poses. Says whether the reader has it already.
-    pub(super) fn push_with(&self, event: &Event, delivery: &mut Delivery) -> bool {
+    /// Puts an event in, or, when the reader's line may take it at once, gives what is to [`depart`].
+    fn offer(&self, event: &Event, delivery: &mut Delivery) -> Option<Departing<'_>> {
         let mut state = self.state();
         match event {
             Event::Resync { .. } => state.clear(),
-            _ if state.missed.is_some() => return false,
+            _ if state.missed.is_some() => return None,
             Event::ObjectPos { t_ms, objects } => {
                 let written = delivery.poses.all(*t_ms, objects);
-                let told = state.tell_at_once(Said::poses(written.data.clone()), delivery);
-                if !told {
-                    state.poses.add(&written);
-                    state.wake();
+                let line = state.reader.line.as_ref().filter(|_| state.reader.waker.is_some());
+                if let Some(line) = line.cloned() {
+                    return Some(Departing { state, line, written });
                 }
-                return told;
+                state.poses.add(&written);
+                state.wake();
+                return None;
             }
             Event::ObjectGone { objects, .. } => state.poses.remove(objects),
             _ => {}
@@ -150,7 +155,7 @@ impl Outbox {
             self.somebody_missed.store(true, Ordering::Release);
         }
         state.wake();
-        false
+        None
     }
 
     /// Whether more than half of the room is left.
@@ -246,6 +251,81 @@ impl Outbox {
     }
 }
 
+/// Puts in events of many sessions, in their order; says how many of them their readers have already.
+pub(super) fn push_all(events: &[(Arc<Outbox>, Event)], delivery: &mut Delivery) -> u64 {
+    let (mut departing, mut at_once, mut last) = (Vec::with_capacity(events.len()), 0, None);
+    for (outbox, event) in events {
+        // The outboxes of those that are about to depart are held, and of one session all is told in order.
+        if last.is_some_and(|last| Arc::ptr_eq(last, outbox)) {
+            at_once += depart(&mut departing, delivery);
+        }
+        last = Some(outbox);
+        departing.extend(outbox.offer(event, delivery));
+    }
+    at_once + depart(&mut departing, delivery)
+}
+
+/// Poses for a reader that waits for nothing else. Nobody else looks into its outbox meanwhile.
+struct Departing<'a> {
+    state: MutexGuard<'a, State>,
+    line: Arc<dyn Line>,
+    written: Arc<Written>,
+}
+
+/// Sends poses along their lines, all together; what a line does not take is left to its reader. Says how many were sent.
+fn depart(departing: &mut Vec<Departing>, delivery: &mut Delivery) -> u64 {
+    let Delivery { begun, piece, wire, .. } = delivery;
+    wire.clear();
+    let mut ways = Vec::with_capacity(departing.len());
+    for poses in departing.iter() {
+        let (held, from) = (poses.line.hold(), wire.len());
+        if held.is_some() {
+            piece.clear();
+            poses.state.told.write_next(&poses.said(), piece);
+            poses.line.frame(piece, wire);
+        }
+        ways.push(held.map(|held| (held, from..wire.len())));
+    }
+    let outgoing = ways.iter().flatten().map(|(held, chunk)| Outgoing {
+        socket: held.socket(),
+        chunk: &wire[chunk.clone()],
+    });
+    let mut sent = sending::send(&outgoing.collect::<Vec<_>>()).into_iter();
+    let taken = |way: Option<(Held, Range<usize>)>| {
+        let (held, chunk) = way?;
+        Some(held.has_sent(&sent.next()?, &wire[chunk]))
+    };
+    let taken: Vec<_> = ways.into_iter().map(taken).collect();
+    let mut at_once = 0;
+    for (poses, taken) in departing.drain(..).zip(taken) {
+        at_once += u64::from(poses.end(taken.unwrap_or(Taken::Nothing), *begun));
+    }
+    at_once
+}
+
+impl Departing<'_> {
+    fn said(&self) -> Said {
+        Said::poses(self.written.data.clone())
+    }
+
+    /// Takes note of what became of it; says whether the reader has it.
+    fn end(mut self, taken: Taken, now: Instant) -> bool {
+        let said = self.said();
+        match taken {
+            Taken::Nothing => {
+                self.state.poses.add(&self.written);
+                self.state.wake();
+                return false;
+            }
+            Taken::All => {}
+            Taken::Begun => self.state.wake(),
+        }
+        self.state.told.keep(said);
+        self.state.has_told(now);
+        true
+    }
+}
+
 impl State {
     fn wake(&mut self) {
         if let Some(waker) = self.reader.waker.take() {
@@ -269,24 +349,6 @@ impl State {
     fn miss(&mut self, why: Void) {
         self.clear();
         self.missed = Some(why);
-    }
-
-    /// Tells a reader that waits for nothing else, where its line takes it.
-    fn tell_at_once(&mut self, said: Said, delivery: &mut Delivery) -> bool {
-        let (Some(line), true) = (&self.reader.line, self.reader.waker.is_some()) else {
-            return false;
-        };
-        let piece = &mut delivery.piece;
-        piece.clear();
-        self.told.write_next(&said, piece);
-        match line.take(piece) {
-            Taken::Nothing => return false,
-            Taken::All => {}
-            Taken::Begun => self.wake(),
-        }
-        self.told.keep(said);
-        self.has_told(delivery.begun);
-        true
     }
 
     /// Takes out what is to be read next.

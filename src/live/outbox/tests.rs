@@ -1,6 +1,6 @@
 //! Does every reader hear what it is to hear, in order, however slow it is?
 
-use std::{sync::atomic::AtomicUsize, task::Wake};
+use std::{io::Read, sync::atomic::AtomicUsize, task::Wake};
 
 use belvedere_live::{
     Ms,
@@ -8,30 +8,62 @@ use belvedere_live::{
     motion::Pose,
 };
 use belvedere_scene::ObjectId;
+use socket2::{Domain, SockRef, Socket, Type};
 
 use super::*;
+use crate::live::line::Turn;
 
-/// Says what was written into it; takes it as it is told.
+/// A connection, of which it takes what it is told to take.
 #[derive(Debug)]
-struct Pipe(Mutex<(String, Taken)>);
+struct Pipe {
+    near: Socket,
+    far: Socket,
+    takes: Taken,
+    turn: Mutex<Turn>,
+    wrote: AtomicBool,
+}
 
 impl Pipe {
     fn new(takes: Taken) -> Arc<Self> {
-        Arc::new(Self(Mutex::new((String::new(), takes))))
+        let (near, far) = Socket::pair(Domain::UNIX, Type::STREAM, None).unwrap();
+        for end in [&near, &far] {
+            end.set_nonblocking(true).unwrap();
+        }
+        let turn = Mutex::new(if takes == Taken::Nothing {
+            Turn::Task
+        } else {
+            Turn::Free
+        });
+        let wrote = AtomicBool::new(false);
+        Arc::new(Self {
+            near,
+            far,
+            takes,
+            turn,
+            wrote,
+        })
     }
 
+    /// What was written, as text, without what a chunk was filled up with.
     fn heard(&self) -> String {
-        std::mem::take(&mut self.0.lock().unwrap().0)
+        let mut heard = Vec::new();
+        let end = (&self.far).read_to_end(&mut heard).unwrap_err();
+        assert_eq!(end.kind(), std::io::ErrorKind::WouldBlock);
+        str::from_utf8(&heard).unwrap().trim_end_matches(' ').to_owned()
     }
 }
 
 impl Line for Pipe {
-    fn take(&self, piece: &[u8]) -> Taken {
-        let (heard, takes) = &mut *self.0.lock().unwrap();
-        if *takes != Taken::Nothing {
-            heard.push_str(str::from_utf8(piece).unwrap());
+    fn hold(&self) -> Option<Held<'_>> {
+        Held::free(self.turn.lock().unwrap(), SockRef::from(&self.near), &self.wrote)
+    }
+
+    fn frame(&self, piece: &[u8], wire: &mut Vec<u8>) {
+        wire.extend_from_slice(piece);
+        if self.takes == Taken::Begun {
+            // More than any connection holds.
+            wire.resize(64 << 20, b' ');
         }
-        *takes
     }
 }
 
@@ -50,10 +82,10 @@ const O: ObjectId = ObjectId(5);
 fn pos(t_ms: Ms) -> Event {
     Event::ObjectPos {
         t_ms,
-        objects: vec![ObjectPose {
+        objects: Arc::new([ObjectPose {
             object: O,
             pose: Pose::resting(t_ms, [t_ms as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]),
-        }],
+        }]),
     }
 }
 
@@ -92,13 +124,15 @@ fn of_poses_only_the_newest_is_told_and_none_of_what_is_gone() {
 
 #[test]
 fn what_many_are_told_alike_is_held_once_and_each_hears_it_in_its_own_order() {
-    let outboxes: [Outbox; 3] = Default::default();
+    let outboxes: [Arc<Outbox>; 3] = Default::default();
     let readers = outboxes.each_ref().map(|outbox| outbox.attach(None));
     outboxes[2].push(&gone());
     let mut delivery = Delivery::begin();
-    for outbox in &outboxes {
-        assert!(!outbox.push_with(&pos(7), &mut delivery), "it has no line");
-    }
+    let mut push_to_all = |t_ms| {
+        let events = outboxes.each_ref().map(|outbox| (outbox.clone(), pos(t_ms)));
+        assert_eq!(push_all(&events, &mut delivery), 0, "they have no lines");
+    };
+    push_to_all(7);
     let heard = [0, 1, 2].map(|i| read(&outboxes[i], readers[i]));
     assert_eq!(heard[0], heard[1]);
     assert!(
@@ -112,9 +146,7 @@ fn what_many_are_told_alike_is_held_once_and_each_hears_it_in_its_own_order() {
         .map(|outbox| outbox.state().told.last().unwrap().data.clone());
     assert!(kept.iter().all(|data| data.as_ptr() == kept[0].as_ptr()));
     // What came later to one of them is nobody else's.
-    for outbox in &outboxes {
-        assert!(!outbox.push_with(&pos(8), &mut delivery), "it has no line");
-    }
+    push_to_all(8);
     outboxes[0].push(&gone());
     outboxes[1].push(&pos(9));
     assert_eq!(names(&read(&outboxes[0], readers[0])), ["object-gone"]);
@@ -232,5 +264,38 @@ fn what_a_line_does_not_take_is_the_task_s() {
             text.starts_with(&format!("id: {first}\n")) && text.contains("\"position\":[2.0"),
             "{text}"
         );
+    }
+}
+
+#[test]
+fn many_hear_at_once_each_in_its_own_order() {
+    let pipes: Vec<_> = (0..300).map(|_| Pipe::new(Taken::All)).collect();
+    let outboxes: Vec<_> = pipes.iter().map(|_| Arc::new(Outbox::default())).collect();
+    for (outbox, pipe) in outboxes.iter().zip(&pipes) {
+        let reader = outbox.attach(None);
+        outbox.lay(reader, pipe.clone());
+        read(outbox, reader);
+    }
+    // Two poses to each; and something that must not be lost comes between two of one.
+    let mut events: Vec<_> = outboxes
+        .iter()
+        .flat_map(|o| [1, 2].map(|t_ms| (o.clone(), pos(t_ms))))
+        .collect();
+    events.insert(11, (outboxes[5].clone(), gone()));
+    assert_eq!(push_all(&events, &mut Delivery::begin()), 599);
+    for (i, pipe) in pipes.iter().enumerate() {
+        let heard = pipe.heard();
+        let ids: Vec<_> = heard.lines().filter_map(|line| line.strip_prefix("id: ")).collect();
+        if i == 5 {
+            assert_eq!(ids, ["1"]);
+            let text = read(&outboxes[i], 1);
+            assert_eq!(
+                names(&text),
+                ["object-gone", "object-pos"],
+                "what must not be lost comes before"
+            );
+        } else {
+            assert_eq!(ids, ["1", "2"]);
+        }
     }
 }

@@ -2,20 +2,26 @@
 //! threads at once.
 
 use std::{
+    collections::{BTreeMap, btree_map},
+    iter::Peekable,
     sync::{Arc, atomic::Ordering},
     time::Instant,
 };
 
-use belvedere_live::event::Event;
+use belvedere_live::event::{Event, SessionId};
 use tokio::task::{JoinSet, yield_now};
 
-use super::Stage;
-use crate::live::{outbox::Outbox, poses::Delivery};
+use super::{Person, Stage};
+use crate::live::{
+    outbox::{Outbox, push_all},
+    poses::Delivery,
+    sending,
+};
 
 /// What one thread delivers is at least so many events: fewer are sooner written than handed on.
 const LEAST_SHARE: usize = 64;
 /// After so many events others get their turn on the thread.
-const TURN: usize = 64;
+const TURN: usize = sending::MOST;
 
 /// Events in their order, with whom they are for.
 type Share = Vec<(Arc<Outbox>, Event)>;
@@ -36,13 +42,13 @@ impl Stage {
         events.sort_by_key(|(session, _)| *session);
         let mut others = JoinSet::new();
         let mut ours = Share::with_capacity(share.min(count));
-        let mut last = None;
+        let (mut people, mut last) = (Rising::of(&self.people, count), None);
         for (session, event) in events {
             if ours.len() >= share && last != Some(session) {
                 others.spawn(put(std::mem::take(&mut ours)));
             }
             last = Some(session);
-            if let Some(person) = self.people.get(&session) {
+            if let Some(person) = people.find(session) {
                 ours.push((person.outbox.clone(), event));
             }
         }
@@ -54,14 +60,42 @@ impl Stage {
     }
 }
 
+/// People of a scene, looked for by rising sessions.
+struct Rising<'a> {
+    all: &'a BTreeMap<SessionId, Person>,
+    /// Where many are looked for, to go along takes less than to look each one up.
+    along: Option<Peekable<btree_map::Iter<'a, SessionId, Person>>>,
+}
+
+impl<'a> Rising<'a> {
+    /// To go along past so many takes about as long as to look one up.
+    const PASSED: usize = 8;
+
+    fn of(all: &'a BTreeMap<SessionId, Person>, looked_for: usize) -> Self {
+        let along = (looked_for >= all.len() / Self::PASSED).then(|| all.iter().peekable());
+        Self { all, along }
+    }
+
+    fn find(&mut self, session: SessionId) -> Option<&'a Person> {
+        let Some(along) = &mut self.along else {
+            return self.all.get(&session);
+        };
+        while along.next_if(|(id, _)| **id < session).is_some() {}
+        along
+            .peek()
+            .filter(|(id, _)| **id == session)
+            .map(|(_, person)| *person)
+    }
+}
+
 /// Says how many of them their readers have already.
 async fn put(share: Share) -> u64 {
     let (mut delivery, mut at_once) = (Delivery::begin(), 0);
-    for (i, (outbox, event)) in share.iter().enumerate() {
-        if i > 0 && i % TURN == 0 {
+    for (i, events) in share.chunks(TURN).enumerate() {
+        if i > 0 {
             yield_now().await;
         }
-        at_once += u64::from(outbox.push_with(event, &mut delivery));
+        at_once += push_all(events, &mut delivery);
     }
     at_once
 }

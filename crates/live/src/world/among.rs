@@ -3,7 +3,7 @@
 
 use belvedere_scene::object::Level;
 
-use super::{World, mover::Mover, session::Session};
+use super::{World, mover::Mover, session::Session, sight::Judge};
 use crate::{
     Ms,
     cells::distance_m,
@@ -59,10 +59,7 @@ impl World {
             if session.among.as_deref().is_some_and(holds) {
                 continue;
             }
-            if !session.restless {
-                session.restless = true;
-                self.unsettled.push(id);
-            }
+            session.unsettle(id, &mut self.unsettled);
             session.among = Some(Box::new(Among {
                 view: View::from(crowd, eye, session.aoi.leave_m),
                 from: eye,
@@ -74,20 +71,21 @@ impl World {
         }
     }
 
-    /// Whether so little of a mover is seen that the session need not be told of it.
-    pub(super) fn is_lost_in_crowd(&self, session: &Session, mover: &Mover, told: bool, now_ms: Ms) -> bool {
-        let cull_below = self.rules.crowd.map_or(0.0, |crowding: Crowding| crowding.cull_below);
-        let least = if told { cull_below } else { BACK * cull_below };
-        let position = mover.pose.position_at(now_ms);
-        let visibility = visibility(session.among.as_deref(), self.crowd.as_ref(), position);
-        visibility.is_some_and(|visibility| visibility < least)
-    }
-
     /// How closely a session follows a mover from now on.
     pub(super) fn attention(&self, id: SessionId, mover: &Mover, away_m: f64, now_ms: Ms) -> Attention {
         let (session, position) = (&self.sessions[&id], mover.pose.position_at(now_ms));
         let visibility = visibility(session.among.as_deref(), self.crowd.as_ref(), position);
         attention(mover, away_m, visibility, self.rules.tick_ms)
+    }
+}
+
+impl Judge<'_> {
+    /// Whether so little of what is there is seen that the session need not be told of it.
+    pub(super) fn is_lost_in_crowd(&self, session: &Session, at: [f64; 3], told: bool) -> bool {
+        let cull_below = self.rules.crowd.map_or(0.0, |crowding: Crowding| crowding.cull_below);
+        let least = if told { cull_below } else { BACK * cull_below };
+        let visibility = visibility(session.among.as_deref(), self.crowd, at);
+        visibility.is_some_and(|visibility| visibility < least)
     }
 }
 

@@ -19,6 +19,7 @@ mod movers;
 mod session;
 mod sessions;
 mod sight;
+mod telling;
 mod tick;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -274,6 +275,31 @@ impl World {
     fn say(&mut self, session: SessionId, event: Event) {
         if self.sessions.contains_key(&session) {
             self.events.push((session, event));
+        }
+    }
+}
+
+/// Calls `each` for those of these sessions that are there. `ids` rise.
+fn each_session(
+    sessions: &mut BTreeMap<SessionId, Box<Session>>,
+    ids: &[SessionId],
+    mut each: impl FnMut(SessionId, &mut Session),
+) {
+    /// To go along past so many takes about as long as to look one up.
+    const PASSED: usize = 8;
+    if ids.len() < sessions.len() / PASSED {
+        for id in ids {
+            if let Some(session) = sessions.get_mut(id) {
+                each(*id, session);
+            }
+        }
+        return;
+    }
+    let mut wanted = ids.iter().copied().peekable();
+    for (id, session) in sessions {
+        while wanted.next_if(|wanted| wanted < id).is_some() {}
+        if wanted.next_if_eq(id).is_some() {
+            each(*id, session);
         }
     }
 }

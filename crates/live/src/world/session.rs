@@ -4,8 +4,14 @@ use std::collections::{BTreeMap, VecDeque};
 
 use belvedere_scene::ObjectId;
 
-use super::{among::Among, mover::Mover, sight::Eye};
-use crate::{Ms, aoi::Aoi, event::Attention, motion::Pose, pace::Bucket};
+use super::{among::Among, sight::Eye};
+use crate::{
+    Ms,
+    aoi::Aoi,
+    event::{Attention, SessionId},
+    motion::Pose,
+    pace::Bucket,
+};
 
 /// Infos of so many hidden movers a client is expected to keep: the last ones.
 pub const REMEMBERED: usize = 256;
@@ -41,13 +47,8 @@ pub(super) struct Shown {
     pub(super) sent_at_ms: Ms,
     pub(super) attention: Attention,
     pub(super) priority: f64,
-}
-
-impl Shown {
-    /// Whether a session that has not moved either has nothing to be told: the mover rests where it was told to.
-    pub(super) fn is_settled(&self, mover: &Mover) -> bool {
-        mover.pose.is_resting() && self.sent.as_ref() == Some(&mover.pose)
-    }
+    /// It rests where the session was told, and neither has stirred since: there is nothing to be told.
+    pub(super) rests: bool,
 }
 
 impl Session {
@@ -64,6 +65,14 @@ impl Session {
             among: None,
             restless: false,
             told_from: None,
+        }
+    }
+
+    /// Something that it sees, or how it looks, may have changed: it is put among those for which that is so, once.
+    pub(super) fn unsettle(&mut self, id: SessionId, unsettled: &mut Vec<SessionId>) {
+        if !self.restless {
+            self.restless = true;
+            unsettled.push(id);
         }
     }
 

@@ -153,6 +153,7 @@ impl World {
             let mover = &self.movers[object];
             shown.sent = Some(mover.pose);
             shown.sent_at_ms = now_ms;
+            shown.rests = false;
             infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.attention))));
         }
         self.say(id, Event::Resync { reason });
@@ -222,6 +223,7 @@ impl World {
             sent_at_ms: now_ms,
             attention,
             priority: 0.0,
+            rests: false,
         };
         session.shown.insert(object, shown);
         mover.shown_to.insert(id);

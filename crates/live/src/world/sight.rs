@@ -15,6 +15,7 @@ use super::{Rules, World, mover::Mover, session::Session};
 use crate::{
     Ms,
     cells::{Ball, Cells, distance_m},
+    crowd::Crowd,
     event::{Gone, SessionId},
 };
 
@@ -96,19 +97,39 @@ impl Eye {
     }
 }
 
-impl World {
-    /// How a session stands to a mover that it does not drive itself.
-    pub(super) fn sight(&self, session: &Session, mover: &Mover, since_ms: Option<Ms>, now_ms: Ms) -> Sight {
-        let away_m = distance_m(session.eye.position, mover.pose.position_at(now_ms));
-        let inside = session.aoi.holds(away_m, since_ms, now_ms, self.rules.shortest_stay_ms);
+/// By what it is decided who sees whom, beside the two themselves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Judge<'a> {
+    pub(super) rules: &'a Rules,
+    pub(super) crowd: Option<&'a Crowd>,
+    pub(super) now_ms: Ms,
+}
+
+impl Judge<'_> {
+    /// How a session stands to a mover that it does not drive itself and that is `at` this place now. `since_ms` is when it was
+    /// told of it first, if it is told of it.
+    pub(super) fn sight(&self, session: &Session, mover: &Mover, at: [f64; 3], since_ms: Option<Ms>) -> Sight {
+        let away_m = distance_m(session.eye.position, at);
+        let inside = session
+            .aoi
+            .holds(away_m, since_ms, self.now_ms, self.rules.shortest_stay_ms);
         let seen = mover.is_awake()
             && session.eye.sees_any(&mover.cells)
-            && !self.is_lost_in_crowd(session, mover, since_ms.is_some(), now_ms);
+            && !self.is_lost_in_crowd(session, at, since_ms.is_some());
         match (seen, inside) {
             (true, true) => Sight::Seen,
             (false, _) if away_m <= session.aoi.leave_m => Sight::Unseen(Gone::Hidden),
             _ => Sight::Unseen(Gone::Left),
         }
+    }
+}
+
+impl World {
+    /// How a session stands to a mover that it does not drive itself.
+    pub(super) fn sight(&self, session: &Session, mover: &Mover, since_ms: Option<Ms>, now_ms: Ms) -> Sight {
+        let (rules, crowd) = (&self.rules, self.crowd.as_ref());
+        let judge = Judge { rules, crowd, now_ms };
+        judge.sight(session, mover, mover.pose.position_at(now_ms), since_ms)
     }
 
     /// Whether any session but its owner's watches one of these cells, on this node or on another.

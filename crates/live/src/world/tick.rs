@@ -3,17 +3,17 @@
 
 use belvedere_scene::ObjectId;
 
-use super::{World, among, mover::Mover, movers::LONGEST_STEP_MS, session::Session, sight::Sight};
+use super::{
+    World, each_session,
+    movers::LONGEST_STEP_MS,
+    sight::{Judge, Sight},
+};
 use crate::{
     Ms,
     cells::distance_m,
-    event::{Event, ObjectPose, Period, SessionId},
+    event::{Event, SessionId},
     motion::Pose,
-    pace,
 };
-
-/// About what a pose takes in the stream.
-const POSE_BYTES: f64 = 200.0;
 
 impl World {
     /// Brings everything up to date.
@@ -77,7 +77,7 @@ impl World {
             objects.sort_unstable();
             objects.dedup();
             for object in objects {
-                self.judge_pair(id, object, now_ms);
+                self.judge_pairs(object, &[id], now_ms);
             }
         }
         for object in std::mem::take(&mut self.stirred_movers) {
@@ -91,126 +91,60 @@ impl World {
             let mut sessions: Vec<_> = near.chain(mover.shown_to.iter().copied()).collect();
             sessions.sort_unstable();
             sessions.dedup();
-            for id in sessions {
-                self.judge_pair(id, object, now_ms);
-            }
+            self.judge_pairs(object, &sessions, now_ms);
         }
     }
 
     /// Something that a session sees, or how it looks, may have changed.
     fn unsettle(&mut self, id: SessionId) {
-        if let Some(session) = self.sessions.get_mut(&id)
-            && !session.restless
-        {
-            session.restless = true;
-            self.unsettled.push(id);
+        if let Some(session) = self.sessions.get_mut(&id) {
+            session.unsettle(id, &mut self.unsettled);
         }
     }
 
-    fn judge_pair(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
-        self.unsettle(id);
-        let (session, mover) = (&self.sessions[&id], &self.movers[&object]);
-        if mover.owner == Some(id) {
-            return;
-        }
-        let since_ms = session.shown.get(&object).map(|shown| shown.since_ms);
-        match (self.sight(session, mover, since_ms, now_ms), since_ms) {
-            (Sight::Seen, None) => self.show(id, object, now_ms),
-            (Sight::Unseen(reason), Some(_)) => self.hide(id, object, reason),
-            // Who is beyond the area and only stays for the shortest stay must be looked at again.
-            (Sight::Seen, Some(_)) if away_m(session, mover, now_ms) > session.aoi.leave_m => {
-                self.stirred_sessions.insert(id);
+    /// Judges how sessions, rising, stand to a mover from now on.
+    fn judge_pairs(&mut self, object: ObjectId, sessions: &[SessionId], now_ms: Ms) {
+        let mover = &self.movers[&object];
+        let at = mover.pose.position_at(now_ms);
+        let judge = Judge {
+            rules: &self.rules,
+            crowd: self.crowd.as_ref(),
+            now_ms,
+        };
+        let mut changed = Vec::new();
+        each_session(&mut self.sessions, sessions, |id, session| {
+            session.unsettle(id, &mut self.unsettled);
+            if mover.owner == Some(id) {
+                return;
             }
-            _ => {}
+            let shown = session.shown.get_mut(&object);
+            let since_ms = shown.map(|shown| {
+                shown.rests = false;
+                shown.since_ms
+            });
+            match (judge.sight(session, mover, at, since_ms), since_ms) {
+                (Sight::Seen, None) => changed.push((id, None)),
+                (Sight::Unseen(reason), Some(_)) => changed.push((id, Some(reason))),
+                // Who is beyond the area and only stays for the shortest stay must be looked at again.
+                (Sight::Seen, Some(_)) if distance_m(session.eye.position, at) > session.aoi.leave_m => {
+                    self.stirred_sessions.insert(id);
+                }
+                _ => {}
+            }
+        });
+        for (id, gone) in changed {
+            match gone {
+                None => self.show(id, object, now_ms),
+                Some(reason) => self.hide(id, object, reason),
+            }
         }
     }
 
     /// From a participant to a mover, metres.
     pub(super) fn away_m(&self, id: SessionId, object: ObjectId, now_ms: Ms) -> f64 {
-        away_m(&self.sessions[&id], &self.movers[&object], now_ms)
+        distance_m(
+            self.sessions[&id].eye.position,
+            self.movers[&object].pose.position_at(now_ms),
+        )
     }
-
-    /// Sends the poses that sessions would extrapolate wrongly, the most urgent first, within their bytes.
-    fn tell_poses(&mut self, now_ms: Ms) {
-        let mut unsettled = std::mem::take(&mut self.unsettled);
-        unsettled.sort_unstable();
-        for id in unsettled {
-            let Some(session) = self.sessions.get_mut(&id) else {
-                continue;
-            };
-            if session.shown.is_empty() {
-                session.restless = false;
-                continue;
-            }
-            let eye = session.eye.position;
-            let from = session.among.is_none().then_some(eye);
-            let stays = from.is_some() && session.told_from == from;
-            session.told_from = from;
-            // What is found settled is so until something stirs.
-            session.restless = from.is_none();
-            let (mut due, mut rates) = (Vec::new(), Vec::new());
-            for (object, shown) in &mut session.shown {
-                let mover = &self.movers[object];
-                if stays && shown.is_settled(mover) {
-                    continue;
-                }
-                session.restless = true;
-                let position = mover.pose.position_at(now_ms);
-                let away_m = distance_m(eye, position);
-                let seen = among::visibility(session.among.as_deref(), self.crowd.as_ref(), position);
-                // It changes only when the mover is well beyond the border.
-                let [nearer, further] =
-                    [0.9, 1.1].map(|x| among::attention(mover, x * away_m, seen, self.rules.tick_ms));
-                if nearer.is_like(&further) && !nearer.is_like(&shown.attention) {
-                    shown.attention = nearer;
-                    rates.push(Period {
-                        object: *object,
-                        attention: nearer,
-                    });
-                }
-                let Some(sent) = shown.sent else {
-                    due.push((f64::INFINITY, *object, mover.pose));
-                    continue;
-                };
-                let wrong = distance_m(sent.position_at(now_ms), position) > pace::tolerance_m(away_m)
-                    || sent.turned_rad(&mover.pose) > pace::TOLERANCE_RAD;
-                if wrong {
-                    shown.priority += seen.unwrap_or(1.0) * pace::priority(away_m, mover.radius_m);
-                    // Ticks do not come to the millisecond.
-                    let since_ms = now_ms - shown.sent_at_ms + self.rules.tick_ms / 2;
-                    if since_ms >= shown.attention.period_ms {
-                        due.push((shown.priority, *object, mover.pose));
-                    }
-                }
-            }
-            if !rates.is_empty() {
-                self.events.push((id, Event::Rate { objects: rates }));
-            }
-            due.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-            let mut objects = Vec::new();
-            for (_, object, pose) in due {
-                if !session.bytes.take(POSE_BYTES, now_ms) {
-                    break;
-                }
-                objects.push(ObjectPose { object, pose });
-                if let Some(shown) = session.shown.get_mut(&object) {
-                    shown.sent = Some(pose);
-                    shown.sent_at_ms = now_ms;
-                    shown.priority = 0.0;
-                }
-            }
-            if !objects.is_empty() {
-                let t_ms = now_ms;
-                self.events.push((id, Event::ObjectPos { t_ms, objects }));
-            }
-            if session.restless {
-                self.unsettled.push(id);
-            }
-        }
-    }
-}
-
-/// From a participant to a mover, metres.
-fn away_m(session: &Session, mover: &Mover, now_ms: Ms) -> f64 {
-    distance_m(session.eye.position, mover.pose.position_at(now_ms))
 }

@@ -41,7 +41,7 @@ impl Belief {
                 assert_eq!(twice, None, "told twice of {}", told.info.object);
             }
             Event::ObjectPos { objects, .. } => {
-                for told in objects {
+                for told in objects.iter() {
                     assert!(
                         self.infos.contains(&told.object),
                         "a pose of an unknown {}",

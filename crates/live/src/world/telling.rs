@@ -1,0 +1,175 @@
+//! What is a session told of the poses that it would extrapolate wrongly? The most urgent first, within its bytes.
+//!
+//! Many sessions are told the same of the same movers, so what was found for one is at hand for the next: the movers, and the list of
+//! poses itself, which they share.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use belvedere_scene::ObjectId;
+
+use super::{World, among, each_session, mover::Mover, session::Session};
+use crate::{
+    Ms,
+    cells::distance_m,
+    crowd::Crowd,
+    event::{Event, ObjectPose, Period, SessionId},
+    motion::Pose,
+    pace,
+};
+
+/// About what a pose takes in the stream.
+const POSE_BYTES: f64 = 200.0;
+/// So many movers are at hand.
+const AT_HAND: usize = 64;
+
+impl World {
+    /// Sends poses to the sessions for which something may have changed.
+    pub(super) fn tell_poses(&mut self, now_ms: Ms) {
+        let mut unsettled = std::mem::take(&mut self.unsettled);
+        unsettled.sort_unstable();
+        let mut teller = Teller {
+            now_ms,
+            tick_ms: self.rules.tick_ms,
+            movers: Lately::of(&self.movers),
+            crowd: self.crowd.as_ref(),
+            due: Vec::new(),
+            poses: Vec::new(),
+            last: None,
+            events: &mut self.events,
+        };
+        let still = &mut self.unsettled;
+        each_session(&mut self.sessions, &unsettled, |id, session| {
+            teller.tell(id, session);
+            if session.restless {
+                still.push(id);
+            }
+        });
+    }
+}
+
+/// A mover that a session is to be told of, and how urgently.
+type Due = (f64, ObjectId, Pose);
+
+/// Tells one session after the other.
+struct Teller<'a> {
+    now_ms: Ms,
+    tick_ms: Ms,
+    movers: Lately<'a>,
+    crowd: Option<&'a Crowd>,
+    due: Vec<Due>,
+    poses: Vec<ObjectPose>,
+    /// What the last session was told.
+    last: Option<Arc<[ObjectPose]>>,
+    events: &'a mut Vec<(SessionId, Event)>,
+}
+
+impl Teller<'_> {
+    fn tell(&mut self, id: SessionId, session: &mut Session) {
+        let eye = session.eye.position;
+        let from = session.among.is_none().then_some(eye);
+        let stays = from.is_some() && session.told_from == from;
+        session.told_from = from;
+        // What rests is left alone until something stirs; a crowd is looked at each tick.
+        session.restless = from.is_none() && !session.shown.is_empty();
+        self.due.clear();
+        let mut rates = Vec::new();
+        for (object, shown) in &mut session.shown {
+            if stays && shown.rests {
+                continue;
+            }
+            let mover = self.movers.get(*object);
+            let position = mover.pose.position_at(self.now_ms);
+            let away_m = distance_m(eye, position);
+            let seen = among::visibility(session.among.as_deref(), self.crowd, position);
+            // It changes only when the mover is well beyond the border.
+            let [nearer, further] = [0.9, 1.1].map(|x| among::attention(mover, x * away_m, seen, self.tick_ms));
+            if nearer.is_like(&further) && !nearer.is_like(&shown.attention) {
+                shown.attention = nearer;
+                rates.push(Period {
+                    object: *object,
+                    attention: nearer,
+                });
+            }
+            let Some(sent) = shown.sent else {
+                self.due.push((f64::INFINITY, *object, mover.pose));
+                continue;
+            };
+            let wrong = distance_m(sent.position_at(self.now_ms), position) > pace::tolerance_m(away_m)
+                || sent.turned_rad(&mover.pose) > pace::TOLERANCE_RAD;
+            shown.rests = !wrong && sent.is_resting() && mover.pose.is_resting();
+            if wrong {
+                shown.priority += seen.unwrap_or(1.0) * pace::priority(away_m, mover.radius_m);
+                // Ticks do not come to the millisecond.
+                let since_ms = self.now_ms - shown.sent_at_ms + self.tick_ms / 2;
+                if since_ms >= shown.attention.period_ms {
+                    self.due.push((shown.priority, *object, mover.pose));
+                    continue;
+                }
+            }
+            session.restless |= !shown.rests;
+        }
+        if !rates.is_empty() {
+            self.events.push((id, Event::Rate { objects: rates }));
+        }
+        self.send_due(id, session);
+    }
+
+    /// Sends what is due, as much as there are bytes for.
+    fn send_due(&mut self, id: SessionId, session: &mut Session) {
+        self.due.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        self.poses.clear();
+        for (_, object, pose) in &self.due {
+            if !session.bytes.take(POSE_BYTES, self.now_ms) {
+                session.restless = true;
+                break;
+            }
+            let (object, pose) = (*object, *pose);
+            self.poses.push(ObjectPose { object, pose });
+            if let Some(shown) = session.shown.get_mut(&object) {
+                shown.sent = Some(pose);
+                shown.sent_at_ms = self.now_ms;
+                shown.priority = 0.0;
+                shown.rests = pose.is_resting();
+                session.restless |= !shown.rests;
+            }
+        }
+        if !self.poses.is_empty() {
+            let (t_ms, objects) = (self.now_ms, self.shared());
+            self.events.push((id, Event::ObjectPos { t_ms, objects }));
+        }
+    }
+
+    /// The poses, held once where the last session was told the same.
+    fn shared(&mut self) -> Arc<[ObjectPose]> {
+        match &self.last {
+            Some(last) if **last == *self.poses => last.clone(),
+            _ => self.last.insert(self.poses.as_slice().into()).clone(),
+        }
+    }
+}
+
+/// Movers of which some were looked up lately.
+struct Lately<'a> {
+    all: &'a BTreeMap<ObjectId, Box<Mover>>,
+    /// By the last digits of their ids.
+    some: [Option<(ObjectId, &'a Mover)>; AT_HAND],
+}
+
+impl<'a> Lately<'a> {
+    fn of(all: &'a BTreeMap<ObjectId, Box<Mover>>) -> Self {
+        let some = [None; AT_HAND];
+        Self { all, some }
+    }
+
+    fn get(&mut self, object: ObjectId) -> &'a Mover {
+        let place = &mut self.some[object.0 as usize % AT_HAND];
+        match place {
+            Some((held, mover)) if *held == object => mover,
+            _ => {
+                let mover = &*self.all[&object];
+                *place = Some((object, mover));
+                mover
+            }
+        }
+    }
+}
