@@ -274,16 +274,17 @@ impl<S: ByteSource> Scene<S> {
     pub(crate) async fn grown_model(&self, population: &Population, recipe: usize) -> Option<Arc<Model>> {
         let id = population.recipes.get(recipe)?.model;
         let mut grown = self.grown.lock().await;
-        if !grown.contains_key(&id) {
-            let model = Model {
-                levels: Vec::new(),
-                smooth: None,
-                impostor: None,
-                procedural: Some(population.procedural(recipe)?),
-            };
-            grown.insert(id, Arc::new(model));
+        if let Some(known) = grown.get(&id) {
+            return Some(known.clone());
         }
-        grown.get(&id).cloned()
+        let model = Arc::new(Model {
+            levels: Vec::new(),
+            smooth: None,
+            impostor: None,
+            procedural: Some(population.procedural(recipe)?),
+        });
+        grown.insert(id, model.clone());
+        Some(model)
     }
 
     /// What populations have spared so far.

@@ -96,10 +96,13 @@ impl Meeting {
     }
 }
 
+/// Where a visitor said that it is, and when; the latest last.
+type Said = VecDeque<([f64; 3], Instant)>;
+
 /// When the visitors of this process said where they are, and how much later others of them heard it.
 #[derive(Debug)]
 pub struct Echoes {
-    said: Mutex<HashMap<ObjectId, VecDeque<([f64; 3], Instant)>>>,
+    said: Mutex<HashMap<ObjectId, Said>>,
     /// How many were so many milliseconds late.
     heard: Mutex<Vec<u32>>,
 }
