@@ -54,7 +54,16 @@ const FORBIDDEN: &[(&str, &[&str], &str)] = &[
         &["axum", "sqlx", "object_store"],
         "jobs know no HTTP, no SQL and no backends",
     ),
-    ("src", &["std::env::var"], "settings are read in one place, by clap"),
+    (
+        "src",
+        &["env::var(", "env::var_os("],
+        "settings are read in one place, by clap",
+    ),
+    (
+        "src/commands",
+        &["std::env"],
+        "what stands in the environment is for the room of settings to know",
+    ),
     (
         "crates/scene/src",
         &["tokio", "async fn", "std::fs", "std::time"],

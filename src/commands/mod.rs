@@ -19,11 +19,9 @@ mod sowing;
 mod verify;
 mod walk;
 
-use std::ffi::OsString;
-
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::config::environment::{Stranger, strangers};
+use crate::config::environment::{Stranger, of_this_process};
 
 /// Host a huge 3-D world behind a CDN; walk through it while downloading only what you can see.
 #[derive(Debug, Parser)]
@@ -87,12 +85,7 @@ pub fn sentence(error: &anyhow::Error) -> String {
 
 /// Variables that look like settings and are none.
 fn strange_variables() -> Vec<Stranger> {
-    let texts = |(name, value): (OsString, OsString)| (name.into_string().ok(), value.to_string_lossy().into_owned());
-    let variables = std::env::vars_os().map(texts);
-    strangers(
-        &Cli::command(),
-        variables.filter_map(|(name, value)| Some((name?, value))),
-    )
+    of_this_process(&Cli::command())
 }
 
 /// Runs what was asked for.

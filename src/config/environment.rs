@@ -1,6 +1,6 @@
 //! Which variables look like settings and are none? One whose name is spelt wrong would do nothing, without a word.
 
-use std::{collections::BTreeSet, fmt};
+use std::{collections::BTreeSet, ffi::OsString, fmt};
 
 use clap::Command;
 
@@ -24,8 +24,14 @@ impl fmt::Display for Stranger {
     }
 }
 
+/// Those of this process. Only names are judged; what settings are worth is for clap to read.
+pub(crate) fn of_this_process(program: &Command) -> Vec<Stranger> {
+    let texts = |(name, value): (OsString, OsString)| Some((name.into_string().ok()?, value.to_string_lossy().into()));
+    strangers(program, std::env::vars_os().filter_map(texts))
+}
+
 /// Those of these variables, with their values, that no command of the program knows.
-pub(crate) fn strangers(program: &Command, variables: impl Iterator<Item = (String, String)>) -> Vec<Stranger> {
+fn strangers(program: &Command, variables: impl Iterator<Item = (String, String)>) -> Vec<Stranger> {
     let mut known = BTreeSet::new();
     gather(program, &mut known);
     variables

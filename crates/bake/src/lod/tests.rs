@@ -459,9 +459,11 @@ proptest! {
         let settings = LodSettings { coarsest_shapes: 4, ..LodSettings::default() };
         let chain = chain(&model, &settings);
         check_chain("any", &model, &chain);
+        // A level of the same surface with fewer doublets has no error; but a place on it is as exact as its numbers.
+        let rounding = 4.0 * f64::EPSILON * 4.0 * f64::from(scale);
         for level in &chain.levels[1..] {
             let measured = measured_error(&model.primitives, &level.primitives, 8);
-            prop_assert!(measured <= level.geometric_error, "{measured} > {}", level.geometric_error);
+            prop_assert!(measured <= level.geometric_error + rounding, "{measured} > {}", level.geometric_error);
         }
     }
 }
