@@ -70,6 +70,10 @@ impl Data {
             .args(args)
             .env("BELVEDERE_DATA", self.path())
             .current_dir(self.folder.path());
+        // What tests are told themselves is no setting of the program, which would say so.
+        for told in ["FOLDER", "POSTGRES", "S3", "NATS"] {
+            command.env_remove(format!("BELVEDERE_TEST_{told}"));
+        }
         command
     }
 
