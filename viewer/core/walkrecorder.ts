@@ -3,7 +3,8 @@
  * beginning, the eye in the space and the metres of the published world, and where it looks as a quaternion.
  *
  * At most ten poses a second, and none while nothing moves, but for the last, and the one in which a rest ended: between
- * poses a visitor walks straight, so without that it would set out too early.
+ * poses a visitor walks straight, so without that it would set out too early. Who is stopped within the first tenth of a
+ * second has two poses nonetheless: where one began and where one ended.
  */
 import { orientationOf, type Pose } from "./address.ts";
 import type { Vec3 } from "./geometry.ts";
