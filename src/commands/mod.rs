@@ -88,6 +88,13 @@ fn strange_variables() -> Vec<Stranger> {
     of_this_process(&Cli::command())
 }
 
+/// Says so on standard error.
+fn tell_strange_variables() {
+    for stranger in strange_variables() {
+        eprintln!("belvedere: {stranger}");
+    }
+}
+
 /// Runs what was asked for.
 ///
 /// # Errors
@@ -95,9 +102,7 @@ fn strange_variables() -> Vec<Stranger> {
 pub async fn run(cli: Cli) -> anyhow::Result<()> {
     // Who serves says it in the log.
     if !matches!(cli.command, Command::Serve(_) | Command::Demo(_)) {
-        for stranger in strange_variables() {
-            eprintln!("belvedere: {stranger}");
-        }
+        tell_strange_variables();
     }
     match cli.command {
         Command::Demo(args) => demo::run(args).await,
