@@ -3,10 +3,10 @@
 use std::convert::Infallible;
 
 use axum::{
-    Extension,
+    Extension, RequestPartsExt,
     body::Body,
-    extract::{Request, State},
-    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
+    extract::{FromRequestParts, Request, State},
+    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header, request::Parts},
     response::{IntoResponse, Response},
 };
 use belvedere_live::{
@@ -22,13 +22,14 @@ use serde::{Deserialize, Serialize};
 use super::{Pose, Time, look};
 use crate::{
     http::{
+        AppState,
         body::json_body,
         error::ApiError,
         extract::{Path, Shown},
         momentary::{done, now},
         visitor::Visitor,
     },
-    live::{Live, SessionHandle, Token},
+    live::{Live, SessionHandle},
 };
 
 const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
@@ -142,15 +143,19 @@ pub(in crate::http) async fn open(
 
 /// A session, for whoever has its token and may see its scene still: when a link expires or the scene becomes private, its
 /// sessions end with their leases.
-async fn own(
-    live: &Live,
-    visitor: &Visitor,
-    session: SessionId,
-    token: Option<Token>,
-) -> Result<SessionHandle, ApiError> {
-    let own = live.session(session, token)?;
-    visitor.scene(own.scene()).await?;
-    Ok(own)
+pub(in crate::http) struct Own(SessionHandle);
+
+impl FromRequestParts<AppState> for Own {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, ApiError> {
+        let Path(session): Path<SessionId> = parts.extract_with_state(state).await?;
+        let Shown(token) = parts.extract().await?;
+        let own = state.live.session(session, token)?;
+        let Ok(visitor) = parts.extract_with_state::<Visitor, _>(state).await;
+        visitor.scene(own.scene()).await?;
+        Ok(Self(own))
+    }
 }
 
 /// `DELETE /v1/sessions/{session}`: leaves.
@@ -164,28 +169,14 @@ pub(in crate::http) async fn close(
 }
 
 /// `PUT /v1/sessions/{session}/pose`: where the participant is.
-pub(in crate::http) async fn pose(
-    State(live): State<Live>,
-    visitor: Visitor,
-    Path(session): Path<SessionId>,
-    Shown(token): Shown,
-    request: Request,
-) -> Result<Response, ApiError> {
-    let session = own(&live, &visitor, session, token).await?;
+pub(in crate::http) async fn pose(Own(session): Own, request: Request) -> Result<Response, ApiError> {
     let pose: Pose = json_body(request, Pose::SHAPE).await?;
     let seen = session.pose(pose.sent()).await?;
     Ok(now(StatusCode::OK, &Posed::from(seen)))
 }
 
 /// `PUT /v1/sessions/{session}/aoi`: how far the participant looks.
-pub(in crate::http) async fn aoi(
-    State(live): State<Live>,
-    visitor: Visitor,
-    Path(session): Path<SessionId>,
-    Shown(token): Shown,
-    request: Request,
-) -> Result<Response, ApiError> {
-    let session = own(&live, &visitor, session, token).await?;
+pub(in crate::http) async fn aoi(Own(session): Own, request: Request) -> Result<Response, ApiError> {
     let shape = r#"{"enter_m": 50, "leave_m": 60}"#;
     let aoi: Aoi = json_body(request, shape).await?;
     let set = session.set_aoi(aoi).await;
@@ -200,14 +191,7 @@ struct Report {
 }
 
 /// `PUT /v1/sessions/{session}/quality`: how much of what can be seen the participant has downloaded, if it likes to say so.
-pub(in crate::http) async fn quality(
-    State(live): State<Live>,
-    visitor: Visitor,
-    Path(session): Path<SessionId>,
-    Shown(token): Shown,
-    request: Request,
-) -> Result<Response, ApiError> {
-    let session = own(&live, &visitor, session, token).await?;
+pub(in crate::http) async fn quality(Own(session): Own, request: Request) -> Result<Response, ApiError> {
     let Report { quality } = json_body(request, r#"{"quality": 0.97}"#).await?;
     let noted = session.report(quality);
     noted.map_err(|error| ApiError::bad_body("/quality", error))?;
@@ -216,14 +200,11 @@ pub(in crate::http) async fn quality(
 
 /// `GET /v1/sessions/{session}/events`: what the session is told, as server-sent events.
 pub(in crate::http) async fn events(
-    State(live): State<Live>,
+    Own(session): Own,
     visitor: Visitor,
-    Path(session): Path<SessionId>,
-    Shown(token): Shown,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let session = own(&live, &visitor, session, token).await?;
     // An id that is none of ours was never read here.
     let last_seen = headers.get(LAST_EVENT_ID).map(|value| {
         value
