@@ -52,7 +52,7 @@ pub enum Taken {
 impl<'a> Held<'a> {
     /// None when the turn is not free. `others_wrote` is set as soon as something has been written.
     #[must_use]
-    pub fn free(turn: MutexGuard<'a, Turn>, socket: SockRef<'a>, others_wrote: &'a AtomicBool) -> Option<Self> {
+    pub fn if_free(turn: MutexGuard<'a, Turn>, socket: SockRef<'a>, others_wrote: &'a AtomicBool) -> Option<Self> {
         matches!(*turn, Turn::Free).then_some(Self {
             turn,
             socket,

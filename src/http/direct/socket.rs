@@ -92,7 +92,7 @@ impl Shared {
 impl Line for Shared {
     fn hold(&self) -> Option<Held<'_>> {
         // Past the runtime's notes of the connection, which only the task needs.
-        Held::free(self.turn(), SockRef::from(self.stream()), &self.others_wrote)
+        Held::if_free(self.turn(), SockRef::from(self.stream()), &self.others_wrote)
     }
 
     fn frame(&self, piece: &[u8], wire: &mut Vec<u8>) {

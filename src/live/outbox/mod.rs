@@ -251,7 +251,8 @@ impl Outbox {
     }
 }
 
-/// Puts in events of many sessions, in their order; says how many of them their readers have already.
+/// Puts in events of many sessions, in their order; says how many of them their readers have already. Those of one session follow
+/// each other: its outbox is held until it departs, and must not be asked for again before.
 pub(super) fn push_all(events: &[(Arc<Outbox>, Event)], delivery: &mut Delivery) -> u64 {
     let (mut departing, mut at_once, mut last) = (Vec::with_capacity(events.len()), 0, None);
     for (outbox, event) in events {
