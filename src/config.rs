@@ -340,9 +340,8 @@ impl TryFrom<Settings> for Config {
         };
         let limits = ConnectionLimits::default();
         let connections = settings.max_connections.unwrap_or(limits.connections);
-        let of_an_address = settings
-            .max_connections_per_address
-            .unwrap_or_else(|| connections.div_ceil(2)) as u64;
+        let of_an_address = settings.max_connections_per_address.map(|most| most as u64);
+        let of_an_address = of_an_address.map(|most| within("max_connections_per_address", most, 1, 1_000_000));
         // Whether NATS answers is logged once, not with every attempt.
         let log = settings
             .log
@@ -411,7 +410,7 @@ impl TryFrom<Settings> for Config {
             cache_bytes: within("cache_mib", settings.cache_mib.unwrap_or(256), 1, 1 << 20)? << 20,
             connections: ConnectionLimits {
                 connections: within("max_connections", connections as u64, 1, 1_000_000)? as usize,
-                of_an_address: within("max_connections_per_address", of_an_address, 1, 1_000_000)? as usize,
+                of_an_address: of_an_address.transpose()?.map(|most| most as usize),
                 head: limits.head,
                 drain: Duration::from_secs(within("drain_s", settings.drain_s.unwrap_or(10), 0, 3600)?),
                 answer,

@@ -97,7 +97,10 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ),
         ("cache_mib", mib(config.cache_bytes)),
         ("max_connections", connections.connections.to_string()),
-        ("max_connections_per_address", connections.of_an_address.to_string()),
+        (
+            "max_connections_per_address",
+            connections.most_of_an_address().to_string(),
+        ),
         ("request_timeout_s", s(config.request_timeout)),
         ("max_requests_per_s", config.requests_per_s.to_string()),
         ("drain_s", s(connections.drain)),

@@ -81,9 +81,7 @@ pub(super) async fn run_at(args: ServeArgs, page: &str) -> anyhow::Result<()> {
         (!args.no_dashboard && std::io::stdout().is_terminal()).then(|| Screen::new(std::io::stderr().is_terminal()));
     let config = args.into_config()?;
     if check {
-        for stranger in super::strange_variables() {
-            eprintln!("belvedere: {stranger}");
-        }
+        super::tell_strange_variables();
         return super::check::check(&config).await;
     }
     start_log(&config, screen.clone().unwrap_or_default())?;
@@ -236,12 +234,7 @@ fn with_room(limits: ConnectionLimits) -> ConnectionLimits {
             "the limit on open files leaves room for fewer connections"
         );
     }
-    ConnectionLimits {
-        connections,
-        // The same share of them.
-        of_an_address: (limits.of_an_address * connections).div_ceil(limits.connections),
-        ..limits
-    }
+    ConnectionLimits { connections, ..limits }
 }
 
 fn recorder(file: &Path) -> anyhow::Result<Recorder> {

@@ -42,8 +42,8 @@ use super::{
 pub struct ConnectionLimits {
     /// How many may be open.
     pub connections: usize,
-    /// How many of them from one address.
-    pub of_an_address: usize,
+    /// How many of them from one address; half of all when it is not said.
+    pub of_an_address: Option<usize>,
     /// Until the head of a request is whole.
     pub head: Duration,
     /// From the first byte of a request to the first byte of its answer.
@@ -54,11 +54,19 @@ pub struct ConnectionLimits {
     pub drain: Duration,
 }
 
+impl ConnectionLimits {
+    /// How many connections one address may have.
+    #[must_use]
+    pub fn most_of_an_address(&self) -> usize {
+        self.of_an_address.unwrap_or_else(|| self.connections.div_ceil(2))
+    }
+}
+
 impl Default for ConnectionLimits {
     fn default() -> Self {
         Self {
             connections: 10_000,
-            of_an_address: 5_000,
+            of_an_address: None,
             head: Duration::from_secs(10),
             answer: Duration::from_secs(30),
             quiet: Duration::from_secs(75),
@@ -83,7 +91,7 @@ pub async fn serve_connections(
 ) {
     let permits = Arc::new(Semaphore::new(limits.connections));
     let builders = Arc::new(Builders::new());
-    let addresses = Addresses::new(limits.of_an_address);
+    let addresses = Addresses::new(limits.most_of_an_address());
     let (tasks, ending, cutting) = (TaskTracker::new(), Ending::default(), Ending::default());
     let accepting = async {
         loop {
@@ -128,7 +136,9 @@ pub async fn serve_connections(
                     }
                 })
                 .await;
-                drop((permit, place, open));
+                // The permit last: whoever is let in by it finds the place free and the file closed.
+                drop((running, place, open));
+                drop(permit);
             });
         }
     };

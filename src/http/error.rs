@@ -157,7 +157,7 @@ impl Problem {
 }
 
 impl ApiError {
-    /// A path segment that cannot be read.
+    /// What is wrong with no parameter in particular.
     pub(super) fn bad_request(detail: impl ToString) -> Self {
         Self::BadRequest {
             parameter: None,

@@ -27,7 +27,8 @@ pub(super) struct Patience {
     pub(super) quiet: Duration,
     /// From the first byte read after the last one written to the next one written.
     pub(super) answer: Duration,
-    /// From the start, or from the first byte of a later head, until a head is whole.
+    /// From the start until a head is whole; in front of hyper, from the first byte of each later one as well. hyper does not say
+    /// when a later one begins: that has `answer`.
     pub(super) head: Duration,
 }
 
