@@ -77,7 +77,7 @@ pub(super) async fn work(jobs: Jobs) {
             _ = looking.tick() => worker.look().await,
             Some(ended) = bakes.join_next() => {
                 if let Some(rest) = told(ended) {
-                    worker.rests_until = Instant::now() + rest;
+                    worker.rests_until = worker.rests_until.max(Instant::now() + rest);
                 }
             }
         }
