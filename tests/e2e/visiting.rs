@@ -1,6 +1,12 @@
 //! `belvedere walk`: visitors are sent through a scene, and what they get to see is measured.
 
-use std::io::{Read, Write};
+use std::{
+    io::{Read, Write},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 
 use serde_json::Value;
 
@@ -183,13 +189,20 @@ fn visitors_meet_each_other_in_real_time_where_the_scene_is_live() {
     assert!(message.contains("a folder has no live sessions"), "{message}");
     let files = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = format!("http://{}", files.local_addr().expect("an address"));
-    std::thread::spawn(move || {
-        for stream in files.incoming().flatten() {
-            let mut stream = stream;
+    let over = Arc::new(AtomicBool::new(false));
+    let ends = over.clone();
+    let serving = std::thread::spawn(move || {
+        for mut stream in files.incoming().flatten() {
+            if ends.load(Ordering::Acquire) {
+                return;
+            }
             _ = stream.read(&mut [0; 4096]);
             _ = stream.write_all(b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
         }
     });
     let message = data.fails(&[&["walk", &address], &walk[..], &["--live", "on"]].concat());
     assert!(message.contains("`rooms` offers no live sessions there"), "{message}");
+    over.store(true, Ordering::Release);
+    std::net::TcpStream::connect(address.trim_start_matches("http://")).expect("it listens still");
+    serving.join().expect("it ends");
 }

@@ -236,6 +236,8 @@ fn belvedere(binary: &Path, data: &Path, tick_ms: u64, readers: usize) -> anyhow
     command.args(["serve", "--no-dashboard", "--listen", &address.to_string(), "--data"]);
     command.arg(data);
     command.args(["--max-connections", &most, "--max-sessions", &most]);
+    // All readers come from one address.
+    command.args(["--max-connections-per-address", &most]);
     command.args(["--tick-ms", &tick_ms.to_string(), "--lease-s", "3600"]);
     // Whether poses are told is measured, not how many bytes of them a session may have by our choice.
     command.args(["--session-bytes-per-s", "1000000000"]);
