@@ -121,8 +121,12 @@ function writeEars(writer: Writer, first: number, up: 1 | -1): void {
   }
 }
 
-/** Flat polygons between points of three numbers each; every polygon has corners of its own. */
-export function writeMesh(writer: Writer, points: Float64Array, faces: Faces): void {
+/** Flat polygons between so many points of three numbers each; every polygon has corners of its own. */
+export function writeMesh(writer: Writer, points: Float64Array, count: number, faces: Faces): void {
+  for (let point = 0; point < count; point += 1) {
+    writer.place(point, num(points, 3 * point), num(points, 3 * point + 1), num(points, 3 * point + 2));
+  }
+  writer.reserve(faces.length, faces.length);
   let begin = 0;
   for (let face = 0; face < faces.count; face += 1) {
     const end = faces.ends[face] as number;
@@ -143,13 +147,12 @@ function writeFace(writer: Writer, points: Float64Array, corners: Int32Array, be
   const last = steep === 0 ? 2 : steep - 1;
   const u = flipped ? next : last;
   const v = flipped ? last : next;
-  writer.reserve(count, count);
   writer.normal(num(facing, 0), num(facing, 1), num(facing, 2));
   const first = writer.next;
   for (let i = 0; i < count; i += 1) {
-    const point = 3 * (corners[begin + i] as number);
-    ears.corner(i, num(points, point + u), num(points, point + v));
-    writer.vertex(num(points, point), num(points, point + 1), num(points, point + 2));
+    const point = corners[begin + i] as number;
+    ears.corner(i, num(points, 3 * point + u), num(points, 3 * point + v));
+    writer.corner(point);
   }
   if (count === 3 && ears.turn(2, 0, 1) > 0) {
     writer.triangle(first + 2, first, first + 1);

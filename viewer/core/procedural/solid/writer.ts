@@ -14,8 +14,8 @@ export class Writer {
   private readonly normals = new Float64Array(9);
   /** The normal of the vertices to come. */
   private readonly written = new Float64Array(3);
-  /** Corners that quadrangles share, as they are placed. */
-  private readonly placed = new Float64Array(3 * 8);
+  /** Corners that faces share, as they are placed. */
+  private placed = new Float64Array(3 * 8);
   /** Whether the frame turns left into right. */
   private mirrored = false;
   /** Triangles that the mesh had before. */
@@ -99,10 +99,15 @@ export class Writer {
     mesh.triangles += 1;
   }
 
-  /** Places one of eight corners that quadrangles share. */
+  /** Places a corner that faces share. */
   place(corner: number, u: number, v: number, w: number): void {
-    const { frame, placed } = this;
     const at = 3 * corner;
+    if (at >= this.placed.length) {
+      const wide = new Float64Array(2 * this.placed.length);
+      wide.set(this.placed);
+      this.placed = wide;
+    }
+    const { frame, placed } = this;
     placed[at] = num(frame, 0) * u + num(frame, 3) * v + num(frame, 6) * w + num(frame, 9);
     placed[at + 1] = num(frame, 1) * u + num(frame, 4) * v + num(frame, 7) * w + num(frame, 10);
     placed[at + 2] = num(frame, 2) * u + num(frame, 5) * v + num(frame, 8) * w + num(frame, 11);
@@ -111,16 +116,16 @@ export class Writer {
   /** Adds a flat quadrangle between corners in order, for which there is room; it has vertices of its own. */
   quad(a: number, b: number, c: number, d: number): void {
     const first = this.mesh.vertices;
-    this.copied(a);
-    this.copied(b);
-    this.copied(c);
-    this.copied(d);
+    this.corner(a);
+    this.corner(b);
+    this.corner(c);
+    this.corner(d);
     this.triangle(first, first + 1, first + 2);
     this.triangle(first, first + 2, first + 3);
   }
 
-  /** Adds a vertex at a corner. */
-  private copied(corner: number): void {
+  /** Adds a vertex at a corner that was placed, for which there is room. */
+  corner(corner: number): void {
     const { mesh, placed } = this;
     const { points } = this.room;
     const at = 3 * mesh.vertices;
