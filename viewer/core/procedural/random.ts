@@ -106,21 +106,30 @@ export function addNoise(
   count: number,
   sums: Float64Array,
 ): void {
-  let cell = -1;
-  let lastColumn = 0;
-  let lastRow = 0;
+  let [lastColumn, lastRow] = [Number.NaN, Number.NaN];
+  let [ax, az, bx, bz, cx, cz, dx, dz] = [0, 0, 0, 0, 0, 0, 0, 0];
   for (let i = 0; i < count; i += 1) {
     const column = Math.floor(num(x, i));
     const row = Math.floor(num(z, i));
-    if (cell < 0 || column !== lastColumn || row !== lastRow) cell = cellOf(seed, column | 0, row | 0);
-    lastColumn = column;
-    lastRow = row;
+    if (column !== lastColumn || row !== lastRow) {
+      const cell = cellOf(seed, column | 0, row | 0);
+      ax = num(slopes, cell);
+      az = num(slopes, cell + 1);
+      bx = num(slopes, cell + 2);
+      bz = num(slopes, cell + 3);
+      cx = num(slopes, cell + 4);
+      cz = num(slopes, cell + 5);
+      dx = num(slopes, cell + 6);
+      dz = num(slopes, cell + 7);
+      lastColumn = column;
+      lastRow = row;
+    }
     const u = num(x, i) - column;
     const v = num(z, i) - row;
-    const a = num(slopes, cell) * u + num(slopes, cell + 1) * v;
-    const b = num(slopes, cell + 2) * (u - 1) + num(slopes, cell + 3) * v;
-    const c = num(slopes, cell + 4) * u + num(slopes, cell + 5) * (v - 1);
-    const d = num(slopes, cell + 6) * (u - 1) + num(slopes, cell + 7) * (v - 1);
+    const a = ax * u + az * v;
+    const b = bx * (u - 1) + bz * v;
+    const c = cx * u + cz * (v - 1);
+    const d = dx * (u - 1) + dz * (v - 1);
     const s = fade(u);
     const near = a + (b - a) * s;
     const far = c + (d - c) * s;

@@ -269,13 +269,15 @@ export class Machine {
         }
         case 28 satisfies typeof code.CLAMP: {
           const c = (words[at] as number) * width;
-          if (amissIn(registers, a, count) + amissIn(registers, b, count) + amissIn(registers, c, count) !== 0) return false;
+          let amiss = 0;
           for (let i = 0; i < count; i += 1) {
             const number = num(registers, a + i);
             const least = num(registers, b + i);
             const most = num(registers, c + i);
+            amiss += number - number + (least - least) + (most - most);
             registers[to + i] = number < least ? least : number > most ? most : number;
           }
+          if (amiss !== 0) return false;
           at += 1;
           break;
         }

@@ -108,6 +108,29 @@ export class Ears {
   }
 }
 
+/** Twice the signed area of a triangle between points that begin at these places, seen in the plane of two of their axes. */
+export function turn(points: Float64Array, a: number, b: number, c: number, u: number, v: number): number {
+  const x = num(points, a + u);
+  const z = num(points, a + v);
+  return (num(points, b + v) - z) * (num(points, c + u) - x) - (num(points, b + u) - x) * (num(points, c + v) - z);
+}
+
+/** The same as `newell` gives of a triangle, which most polygons are. */
+export function newellOfThree(points: Float64Array, a: number, b: number, c: number, normal: Float64Array): void {
+  const ax = num(points, 3 * a);
+  const ay = num(points, 3 * a + 1);
+  const az = num(points, 3 * a + 2);
+  const bx = num(points, 3 * b);
+  const by = num(points, 3 * b + 1);
+  const bz = num(points, 3 * b + 2);
+  const cx = num(points, 3 * c);
+  const cy = num(points, 3 * c + 1);
+  const cz = num(points, 3 * c + 2);
+  normal[0] = 0 + (ay - by) * (az + bz) + (by - cy) * (bz + cz) + (cy - ay) * (cz + az);
+  normal[1] = 0 + (az - bz) * (ax + bx) + (bz - cz) * (bx + cx) + (cz - az) * (cx + ax);
+  normal[2] = 0 + (ax - bx) * (ay + by) + (bx - cx) * (by + cy) + (cx - ax) * (cy + ay);
+}
+
 /**
  * The normal of a polygon in space, as long as twice its area (Newell).
  * @param points Three numbers each.

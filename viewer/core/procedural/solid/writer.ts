@@ -78,6 +78,48 @@ export class Writer {
     this.finish(at);
   }
 
+  /**
+   * Adds a ring of vertices, for which there is room: directions x, z of each from the y axis, how far from it and how high they
+   * lie. Normals are to come.
+   */
+  ring(circle: Float64Array, radius: number, y: number): void {
+    const { frame, mesh } = this;
+    const { points } = this.room;
+    const [xx, xy, xz] = [num(frame, 0), num(frame, 1), num(frame, 2)];
+    const [upX, upY, upZ] = [num(frame, 3) * y, num(frame, 4) * y, num(frame, 5) * y];
+    const [zx, zy, zz] = [num(frame, 6), num(frame, 7), num(frame, 8)];
+    const [ox, oy, oz] = [num(frame, 9), num(frame, 10), num(frame, 11)];
+    let at = 3 * mesh.vertices;
+    for (let i = 0; i < circle.length; i += 2, at += 3) {
+      const u = radius * num(circle, i);
+      const w = radius * num(circle, i + 1);
+      points[at] = xx * u + upX + zx * w + ox;
+      points[at + 1] = xy * u + upY + zy * w + oy;
+      points[at + 2] = xz * u + upZ + zz * w + oz;
+    }
+    mesh.vertices += circle.length / 2;
+  }
+
+  /** Gives the last ring its normals, which lean so much outwards and upwards. */
+  ringNormals(circle: Float64Array, out: number, up: number): void {
+    const { written, mesh } = this;
+    const { directions } = this.room;
+    let at = 3 * mesh.vertices - 1.5 * circle.length;
+    for (let i = 0; i < circle.length; i += 2, at += 3) {
+      this.normal(out * num(circle, i), up, out * num(circle, i + 1));
+      directions[at] = num(written, 0);
+      directions[at + 1] = num(written, 1);
+      directions[at + 2] = num(written, 2);
+    }
+  }
+
+  /** Gives as many last vertices the normals of those from `first` on. */
+  sameNormals(first: number, count: number): void {
+    const { directions } = this.room;
+    const to = 3 * (this.mesh.vertices - count);
+    for (let i = 0; i < 3 * count; i += 1) directions[to + i] = directions[3 * first + i] as number;
+  }
+
   /** Gives the vertex whose position was written its normal. */
   private finish(at: number): void {
     const { mesh, written } = this;
@@ -99,18 +141,40 @@ export class Writer {
     mesh.triangles += 1;
   }
 
-  /** Places a corner that faces share. */
+  /** Places one of the first corners that faces share. */
   place(corner: number, u: number, v: number, w: number): void {
-    const at = 3 * corner;
-    if (at >= this.placed.length) {
-      const wide = new Float64Array(2 * this.placed.length);
-      wide.set(this.placed);
-      this.placed = wide;
-    }
     const { frame, placed } = this;
+    const at = 3 * corner;
     placed[at] = num(frame, 0) * u + num(frame, 3) * v + num(frame, 6) * w + num(frame, 9);
     placed[at + 1] = num(frame, 1) * u + num(frame, 4) * v + num(frame, 7) * w + num(frame, 10);
     placed[at + 2] = num(frame, 2) * u + num(frame, 5) * v + num(frame, 8) * w + num(frame, 11);
+  }
+
+  /** Places so many corners. */
+  placeAll(points: Float64Array, count: number): void {
+    if (3 * count > this.placed.length) this.placed = new Float64Array(6 * count);
+    const { frame, placed } = this;
+    const [xx, xy, xz] = [num(frame, 0), num(frame, 1), num(frame, 2)];
+    const [yx, yy, yz] = [num(frame, 3), num(frame, 4), num(frame, 5)];
+    const [zx, zy, zz] = [num(frame, 6), num(frame, 7), num(frame, 8)];
+    const [ox, oy, oz] = [num(frame, 9), num(frame, 10), num(frame, 11)];
+    for (let at = 0; at < 3 * count; at += 3) {
+      const u = num(points, at);
+      const v = num(points, at + 1);
+      const w = num(points, at + 2);
+      placed[at] = xx * u + yx * v + zx * w + ox;
+      placed[at + 1] = xy * u + yy * v + zy * w + oy;
+      placed[at + 2] = xz * u + yz * v + zz * w + oz;
+    }
+  }
+
+  /** Adds a triangle between corners that were placed, for which there is room, from its last corner on. */
+  placedTriangle(a: number, b: number, c: number): void {
+    const first = this.mesh.vertices;
+    this.corner(a);
+    this.corner(b);
+    this.corner(c);
+    this.triangle(first + 2, first, first + 1);
   }
 
   /** Adds a flat quadrangle between corners in order, for which there is room; it has vertices of its own. */
