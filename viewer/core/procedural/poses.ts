@@ -100,7 +100,10 @@ function stretch(columns: Columns, axis: number, factors: number): number {
 export function isWithin(columns: Columns, pose: Pose, before: Pose, most: number): boolean {
   const isNear = (axis: number, known: number) => axis === known || columns.areWithin(axis, 3, most);
   return (
-    isNear(pose.x, before.x) && isNear(pose.y, before.y) && isNear(pose.z, before.z) && isNear(pose.origin, before.origin)
+    isNear(pose.x, before.x) &&
+    isNear(pose.y, before.y) &&
+    isNear(pose.z, before.z) &&
+    isNear(pose.origin, before.origin)
   );
 }
 

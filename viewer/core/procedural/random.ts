@@ -106,8 +106,16 @@ export function addNoise(
   count: number,
   sums: Float64Array,
 ): void {
-  let [lastColumn, lastRow] = [Number.NaN, Number.NaN];
-  let [ax, az, bx, bz, cx, cz, dx, dz] = [0, 0, 0, 0, 0, 0, 0, 0];
+  let lastColumn = Number.NaN;
+  let lastRow = Number.NaN;
+  let ax = 0;
+  let az = 0;
+  let bx = 0;
+  let bz = 0;
+  let cx = 0;
+  let cz = 0;
+  let dx = 0;
+  let dz = 0;
   for (let i = 0; i < count; i += 1) {
     const column = Math.floor(num(x, i));
     const row = Math.floor(num(z, i));

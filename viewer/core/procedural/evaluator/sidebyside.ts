@@ -44,7 +44,13 @@ export abstract class SideBySide extends Calls {
   private nodes = 0;
 
   /** Visits the turns of a loop that counts; before which one that ended. */
-  protected turnsAtOnce(scope: Scope, turtle: Turtle, { slots, body }: Kind<"for">, path: number, count: number): number {
+  protected turnsAtOnce(
+    scope: Scope,
+    turtle: Turtle,
+    { slots, body }: Kind<"for">,
+    path: number,
+    count: number,
+  ): number {
     if (slots.length !== 1 || count < LEAST_TURNS || this.choosing.has(body)) return 0;
     if (!this.turtles.isWithin(turtle, FARTHEST)) return 0;
     const { columns } = this;

@@ -174,11 +174,13 @@ export class Machine {
           break;
         case 6 satisfies typeof code.EQUAL:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 1 : 0;
+          for (let i = 0; i < count; i += 1)
+            registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 1 : 0;
           break;
         case 7 satisfies typeof code.UNEQUAL:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 0 : 1;
+          for (let i = 0; i < count; i += 1)
+            registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 0 : 1;
           break;
         case 8 satisfies typeof code.LESS:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
@@ -218,13 +220,15 @@ export class Machine {
         case 18 satisfies typeof code.MAX:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) {
-            registers[to + i] = num(registers, a + i) > num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
+            registers[to + i] =
+              num(registers, a + i) > num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
           }
           break;
         case 19 satisfies typeof code.MIN:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) {
-            registers[to + i] = num(registers, a + i) < num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
+            registers[to + i] =
+              num(registers, a + i) < num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
           }
           break;
         case 20 satisfies typeof code.MOD:
@@ -254,7 +258,8 @@ export class Machine {
           break;
         case 26 satisfies typeof code.RANDOM: {
           const sites = words[at] as number;
-          for (let i = 0; i < count; i += 1) registers[to + i] = random(paths[path + i] as number, words, at + 1, sites);
+          for (let i = 0; i < count; i += 1)
+            registers[to + i] = random(paths[path + i] as number, words, at + 1, sites);
           at += 1 + sites;
           break;
         }

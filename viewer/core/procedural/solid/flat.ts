@@ -128,11 +128,8 @@ export function writeMesh(writer: Writer, points: Float64Array, count: number, f
   writer.reserve(faces.length, faces.length);
   for (let face = 0, begin = 0; face < faces.count; face += 1) {
     const end = ends[face] as number;
-    if (end - begin === 3) {
-      newellOfThree(points, corners[begin] as number, corners[begin + 1] as number, corners[begin + 2] as number, facing);
-    } else {
-      newell(points, corners, begin, end - begin, facing);
-    }
+    if (end - begin === 3) newellOfThree(points, corners, begin, facing);
+    else newell(points, corners, begin, end - begin, facing);
     writeFace(writer, points, corners, begin, end - begin);
     begin = end;
   }

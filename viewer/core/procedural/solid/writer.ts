@@ -85,10 +85,18 @@ export class Writer {
   ring(circle: Float64Array, radius: number, y: number): void {
     const { frame, mesh } = this;
     const { points } = this.room;
-    const [xx, xy, xz] = [num(frame, 0), num(frame, 1), num(frame, 2)];
-    const [upX, upY, upZ] = [num(frame, 3) * y, num(frame, 4) * y, num(frame, 5) * y];
-    const [zx, zy, zz] = [num(frame, 6), num(frame, 7), num(frame, 8)];
-    const [ox, oy, oz] = [num(frame, 9), num(frame, 10), num(frame, 11)];
+    const xx = num(frame, 0);
+    const xy = num(frame, 1);
+    const xz = num(frame, 2);
+    const upX = num(frame, 3) * y;
+    const upY = num(frame, 4) * y;
+    const upZ = num(frame, 5) * y;
+    const zx = num(frame, 6);
+    const zy = num(frame, 7);
+    const zz = num(frame, 8);
+    const ox = num(frame, 9);
+    const oy = num(frame, 10);
+    const oz = num(frame, 11);
     let at = 3 * mesh.vertices;
     for (let i = 0; i < circle.length; i += 2, at += 3) {
       const u = radius * num(circle, i);
@@ -154,10 +162,18 @@ export class Writer {
   placeAll(points: Float64Array, count: number): void {
     if (3 * count > this.placed.length) this.placed = new Float64Array(6 * count);
     const { frame, placed } = this;
-    const [xx, xy, xz] = [num(frame, 0), num(frame, 1), num(frame, 2)];
-    const [yx, yy, yz] = [num(frame, 3), num(frame, 4), num(frame, 5)];
-    const [zx, zy, zz] = [num(frame, 6), num(frame, 7), num(frame, 8)];
-    const [ox, oy, oz] = [num(frame, 9), num(frame, 10), num(frame, 11)];
+    const xx = num(frame, 0);
+    const xy = num(frame, 1);
+    const xz = num(frame, 2);
+    const yx = num(frame, 3);
+    const yy = num(frame, 4);
+    const yz = num(frame, 5);
+    const zx = num(frame, 6);
+    const zy = num(frame, 7);
+    const zz = num(frame, 8);
+    const ox = num(frame, 9);
+    const oy = num(frame, 10);
+    const oz = num(frame, 11);
     for (let at = 0; at < 3 * count; at += 3) {
       const u = num(points, at);
       const v = num(points, at + 1);
