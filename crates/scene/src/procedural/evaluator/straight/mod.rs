@@ -155,9 +155,10 @@ impl<'p> Evaluator<'p> {
         };
         let place = (turtle, &materials[..]);
         // Whole rows of turns, then what is left over; what one row can hold is done in one.
-        let whole = match turns.count {
-            ..=WIDEST => 0,
-            count => count - count % WIDE,
+        let whole = if turns.count <= WIDEST {
+            0
+        } else {
+            turns.count - turns.count % WIDE
         };
         let mut done = self.chunks::<WIDE>(scope, place, &mut made, (turns, 0..whole))?;
         if done == whole {
@@ -166,7 +167,7 @@ impl<'p> Evaluator<'p> {
                 0 => done,
                 1 => self.chunks::<1>(scope, place, &mut made, left)?,
                 2..=NARROW => self.chunks::<NARROW>(scope, place, &mut made, left)?,
-                ..=WIDE => self.chunks::<WIDE>(scope, place, &mut made, left)?,
+                5..=WIDE => self.chunks::<WIDE>(scope, place, &mut made, left)?,
                 _ => self.chunks::<WIDEST>(scope, place, &mut made, left)?,
             };
         }
