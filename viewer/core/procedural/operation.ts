@@ -2,6 +2,7 @@
  * What do operators and functions of numbers give? What is asked of them is checked where they are visited, for the place.
  * As `crates/scene/src/procedural/operation.rs`.
  */
+import { WIDTH } from "./plain/columns.ts";
 import { addNoise, fraction, step } from "./random.ts";
 
 /** Beyond this a whole number is no longer told from the next in every operation. */
@@ -126,11 +127,9 @@ function copy(of: Float64Array, from: number, to: Float64Array, at: number, coun
   for (let i = 0; i < count; i += 1) to[at + i] = of[from + i] as number;
 }
 
-/** Most places of a row. */
-const MOST_PLACES = 16;
-const u = new Float64Array(MOST_PLACES);
-const v = new Float64Array(MOST_PLACES);
-const sums = new Float64Array(MOST_PLACES);
+const u = new Float64Array(WIDTH);
+const v = new Float64Array(WIDTH);
+const sums = new Float64Array(WIDTH);
 
 function compute(
   seed: number,

@@ -6,7 +6,7 @@ import { step } from "../random.ts";
 import type { Scope } from "./machine.ts";
 
 /** So many turns have room in a column: enough that little is done more often, few enough that all stays near at hand. */
-export const WIDTH = 16;
+export const WIDTH = 24;
 
 /** Where names are looked up in all turns. */
 export interface Frame {
@@ -74,7 +74,9 @@ export class Columns {
   copied(of: Float64Array, from: number, columns: number): number {
     const at = this.open(columns);
     const { numbers } = this;
-    for (let i = 0; i < columns * WIDTH; i += 1) numbers[at + i] = of[from + i] as number;
+    for (let column = 0; column < columns * WIDTH; column += WIDTH) {
+      for (let i = column; i < column + this.count; i += 1) numbers[at + i] = of[from + i] as number;
+    }
     return at;
   }
 
