@@ -34,11 +34,21 @@ export class Reach {
   /** Holds points and nothing else: so many, of so many numbers each. With two of them they are x and z. */
   points(points: Float64Array, count: number, width: 2 | 3): void {
     this.clear();
-    for (let i = 0; i < width * count; i += width) {
-      this.span(0, num(points, i), num(points, i));
-      if (width === 3) this.span(1, num(points, i + 1), num(points, i + 1));
-      this.span(2, num(points, i + width - 1), num(points, i + width - 1));
+    this.spanAll(0, points, 0, count, width);
+    if (width === 3) this.spanAll(1, points, 1, count, width);
+    this.spanAll(2, points, width - 1, count, width);
+  }
+
+  /** So much along an axis as every `width`th number from the first on. */
+  private spanAll(axis: number, numbers: Float64Array, first: number, count: number, width: number): void {
+    let low = Infinity;
+    let high = -Infinity;
+    for (let at = first; at < width * count; at += width) {
+      const along = num(numbers, at);
+      if (along < low) low = along;
+      if (along > high) high = along;
     }
+    this.span(axis, low, high);
   }
 
   private clear(): void {

@@ -41,6 +41,17 @@ export function fraction(path: number): number {
   return mixed(path) / 4294967296;
 }
 
+const UPPER = 1 / 32768 + 1 / 2147483648;
+const REST = 1 / 32767.5 / 4294967296;
+
+/**
+ * 16 bits as a number from −1 to 1: `bits / 32767.5 - 1`, to the last bit, without a division. Their product with the upper
+ * bits of 1 / 32767.5 is exact, so that only the sum with the rest is rounded.
+ */
+export function component(bits: number): number {
+  return bits * UPPER + bits * REST - 1;
+}
+
 /**
  * Cells of noise that were asked for lately: seed, column and row, and the slopes at four corners. Surfaces are asked for
  * point by point, and the wide octaves of many points lie in the same cell.
@@ -65,35 +76,75 @@ function remember(place: number, seed: number, column: number, row: number): voi
   cells[3 * place] = seed;
   cells[3 * place + 1] = column;
   cells[3 * place + 2] = row;
-  for (let corner = 0; corner < 4; corner += 1) {
-    const hash = mixed(step(step(seed, (column + (corner & 1)) | 0), (row + (corner >> 1)) | 0));
-    slopes[8 * place + 2 * corner] = (hash & 0xffff) / 32767.5 - 1;
-    slopes[8 * place + 2 * corner + 1] = (hash >>> 16) / 32767.5 - 1;
-  }
+  const left = step(seed, column);
+  const right = step(seed, (column + 1) | 0);
+  const above = (row + 1) | 0;
+  setSlope(8 * place, mixed(step(left, row)));
+  setSlope(8 * place + 2, mixed(step(right, row)));
+  setSlope(8 * place + 4, mixed(step(left, above)));
+  setSlope(8 * place + 6, mixed(step(right, above)));
+}
+
+function setSlope(at: number, hash: number): void {
+  slopes[at] = component(hash & 0xffff);
+  slopes[at + 1] = component(hash >>> 16);
 }
 
 function fade(t: number): number {
   return t * t * t * (t * (t * 6 - 15) + 10);
 }
 
-/** Smooth noise over the plane, between −1 and 1, about one hill for each unit (Perlin 1985, with his later fade). */
-export function noise(seed: number, x: number, z: number): number {
-  const column = Math.floor(x);
-  const row = Math.floor(z);
-  const u = x - column;
-  const v = z - row;
-  const cell = cellOf(seed, column | 0, row | 0);
-  const a = num(cell) * u + num(cell + 1) * v;
-  const b = num(cell + 2) * (u - 1) + num(cell + 3) * v;
-  const c = num(cell + 4) * u + num(cell + 5) * (v - 1);
-  const d = num(cell + 6) * (u - 1) + num(cell + 7) * (v - 1);
-  const s = fade(u);
-  const near = a + (b - a) * s;
-  const far = c + (d - c) * s;
-  return near + (far - near) * fade(v);
+/**
+ * Adds smooth noise over the plane, between −weight and weight, about one hill for each unit (Perlin 1985, with his later fade),
+ * for so many places side by side. Neighbours often lie in the same cell: then it is looked up once.
+ */
+export function addNoise(
+  seed: number,
+  weight: number,
+  x: Float64Array,
+  z: Float64Array,
+  count: number,
+  sums: Float64Array,
+): void {
+  let lastColumn = Number.NaN;
+  let lastRow = Number.NaN;
+  let ax = 0;
+  let az = 0;
+  let bx = 0;
+  let bz = 0;
+  let cx = 0;
+  let cz = 0;
+  let dx = 0;
+  let dz = 0;
+  for (let i = 0; i < count; i += 1) {
+    const column = Math.floor(num(x, i));
+    const row = Math.floor(num(z, i));
+    if (column !== lastColumn || row !== lastRow) {
+      const cell = cellOf(seed, column | 0, row | 0);
+      ax = num(slopes, cell);
+      az = num(slopes, cell + 1);
+      bx = num(slopes, cell + 2);
+      bz = num(slopes, cell + 3);
+      cx = num(slopes, cell + 4);
+      cz = num(slopes, cell + 5);
+      dx = num(slopes, cell + 6);
+      dz = num(slopes, cell + 7);
+      lastColumn = column;
+      lastRow = row;
+    }
+    const u = num(x, i) - column;
+    const v = num(z, i) - row;
+    const a = ax * u + az * v;
+    const b = bx * (u - 1) + bz * v;
+    const c = cx * u + cz * (v - 1);
+    const d = dx * (u - 1) + dz * (v - 1);
+    const s = fade(u);
+    const near = a + (b - a) * s;
+    const far = c + (d - c) * s;
+    sums[i] = num(sums, i) + weight * (near + (far - near) * fade(v));
+  }
 }
 
-/** Part of the slope at a corner. */
-function num(at: number): number {
-  return slopes[at] as number;
+function num(numbers: Float64Array, at: number): number {
+  return numbers[at] as number;
 }

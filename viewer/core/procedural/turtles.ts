@@ -11,6 +11,13 @@ const SIZE = FRAME + 1;
 /** Where the axes begin in it. */
 const [X, Y, Z, ORIGIN] = [0, 3, 6, 9] as const;
 
+/** Farthest move and largest scale, so that a model stays within reach of numbers. */
+export const FARTHEST = 1e9;
+/** Smallest scale, either way. */
+export const LEAST_SCALE = 1e-6;
+/** What is asked of the numbers of a statement that moves, turns or stretches. */
+export const MOVE = [0, 1, 2].map(() => ({ what: "a transform", min: -FARTHEST, max: FARTHEST }));
+
 export type Axis = "x" | "y" | "z";
 
 export class Turtles {

@@ -11,7 +11,7 @@ const WHOLE: f64 = 4_503_599_627_370_496.0;
 
 /// Rounded down, as IEEE 754 has it; without a call into the machine's library, which has one where processors of all
 /// ages must do, and without a branch.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub(super) fn floor(x: f64) -> f64 {
     let near = ((x.abs() + WHOLE) - WHOLE).copysign(x);
@@ -27,7 +27,7 @@ pub fn sin_cos(degrees: f64) -> (f64, f64) {
 }
 
 /// Sines and cosines of several angles side by side, which takes hardly longer than those of one.
-#[inline]
+#[inline(always)]
 pub(super) fn sin_cos_of_each<const N: usize>(degrees: &[f64; N]) -> ([f64; N], [f64; N]) {
     let (mut sin, mut cos, mut x, mut quarters) = ([1.0; N], [1.0; N], [0.0; N], [0; N]);
     for i in 0..N {

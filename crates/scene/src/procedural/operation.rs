@@ -94,13 +94,16 @@ pub(super) fn fractal(seed: u32, [mut x, mut z]: [f64; 2], octaves: u32) -> Resu
 }
 
 /// The same at several places side by side; nothing when a coordinate of one of them is too large.
-#[inline]
+#[inline(always)]
 pub(super) fn fractal_of_each<const N: usize>(seed: u32, [x, z]: [&[f64; N]; 2], octaves: u32) -> Option<[f64; N]> {
     let (mut x, mut z) = (*x, *z);
     let (mut weight, mut sums) = (1.0, [0.0; N]);
     for octave in 0..octaves {
-        let is_far = |far: bool, along: &f64| far | (along.abs() > MAX_NOISE);
-        if x.iter().chain(&z).fold(false, is_far) {
+        let mut is_far = false;
+        for i in 0..N {
+            is_far |= (x[i].abs() > MAX_NOISE) | (z[i].abs() > MAX_NOISE);
+        }
+        if is_far {
             return None;
         }
         let noise = noise_of_each(seed.wrapping_add(octave), &x, &z);

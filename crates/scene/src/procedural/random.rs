@@ -9,6 +9,7 @@
 use super::arithmetic::floor;
 
 /// The path after one more word.
+#[inline(always)]
 #[must_use]
 pub fn step(path: u32, word: u32) -> u32 {
     let scrambled = word.wrapping_mul(0xcc9e_2d51).rotate_left(15).wrapping_mul(0x1b87_3593);
@@ -32,6 +33,7 @@ pub fn step_name(path: u32, name: &str) -> u32 {
 }
 
 /// 32 well mixed bits of a path.
+#[inline(always)]
 #[must_use]
 pub fn mixed(path: u32) -> u32 {
     let mut hash = path;
@@ -56,7 +58,7 @@ pub fn noise(seed: u32, x: f64, z: f64) -> f64 {
 
 /// The same at several places side by side. Neighbours often lie between the same four corners of the lattice: then those are
 /// looked up once.
-#[inline]
+#[inline(always)]
 pub(super) fn noise_of_each<const N: usize>(seed: u32, x: &[f64; N], z: &[f64; N]) -> [f64; N] {
     let (mut u, mut v, mut corners, mut found) = ([0.0; N], [0.0; N], [[0; N]; 4], [0.0; N]);
     let (mut columns, mut rows) = ([0; N], [0; N]);
@@ -98,7 +100,7 @@ pub(super) fn noise_of_each<const N: usize>(seed: u32, x: &[f64; N], z: &[f64; N
 }
 
 /// The low 32 bits of a whole number: what is above wraps around.
-#[inline]
+#[inline(always)]
 fn word(whole: f64) -> u32 {
     // From 2⁵² to 2⁵³ the last bit of a number is its one, and the sum stays in there.
     (whole + 6_755_399_441_055_744.0).to_bits() as u32
@@ -106,7 +108,7 @@ fn word(whole: f64) -> u32 {
 
 /// 16 bits as a number from −1 to 1: `bits / 32767.5 - 1`, to the last bit, without a division. Their product with the upper
 /// bits of 1 / 32767.5 is exact, so that only the sum with the rest is rounded.
-#[inline]
+#[inline(always)]
 fn component(bits: u32) -> f64 {
     const UPPER: f64 = 1.0 / 32_768.0 + 1.0 / 2_147_483_648.0;
     const REST: f64 = 1.0 / 32_767.5 / 4_294_967_296.0;

@@ -8,8 +8,8 @@ import { fraction, step } from "../random.ts";
 import { outline } from "../solid/polygon.ts";
 import type { At, Statement } from "../syntax.ts";
 import type { Value } from "../value.ts";
-import { Calls } from "./calls.ts";
 import type { Range } from "./expressions.ts";
+import { SideBySide } from "./sidebyside.ts";
 import { type Turtle, withPath } from "./state.ts";
 
 /** Most members of one population. */
@@ -27,16 +27,18 @@ const SCATTER: readonly Range[] = [
 
 type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
 
-export abstract class Enumerators extends Calls {
+export abstract class Enumerators extends SideBySide {
   /** `for`: over numbers from 0, or over the items of a list. */
-  protected repeat(scope: Scope, turtle: Turtle, { site, slots, over, body }: Kind<"for">): void {
+  protected repeat(scope: Scope, turtle: Turtle, statement: Kind<"for">): void {
+    const { site, slots, over, body } = statement;
     const path = step(scope.path, site);
     const inner = withPath(scope, path);
     const at = over.places[0] as At;
     const value = this.single(scope, over);
     const isCount = typeof value === "number";
     const count = isCount ? Math.floor(this.within(scope, at, value, "a count", 0, MAX_COUNT)) : value.items.length;
-    for (let i = 0; i < count; i += 1) {
+    const done = isCount ? this.turnsAtOnce(scope, turtle, statement, path, count) : 0;
+    for (let i = done; i < count; i += 1) {
       this.assignAll(scope, at, slots, isCount ? i : (value.items[i] as Value));
       inner.path = step(path, i);
       this.visit(inner, turtle, body);

@@ -1,7 +1,7 @@
 /**
  * What grows out of the rules? A traversal of the graph, depth first and from left to right (Schmalstieg 1997, §8.3), as
  * `crates/scene/src/procedural/evaluator` does it: the same steps, the same counts, the same bits. Each file adds what it
- * knows to the one before: `state`, `plain`, `expressions`, `outlines`, `terminals`, `modules`, `materials`, `parts`, `calls`,
+ * knows to the one before: `state`, `plain`, `expressions`, `outlines`, `terminals`, `modules`, `materials`, `parts`, `calls`, `sidebyside`,
  * `enumerators`, `places`, and here what each node does.
  */
 import type { Grown } from "../grown.ts";

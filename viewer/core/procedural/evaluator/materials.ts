@@ -5,7 +5,7 @@ import { Known } from "../known.ts";
 import { reached } from "../limits.ts";
 import type { Scope } from "../plain/machine.ts";
 import { stepName } from "../random.ts";
-import type { MaterialRule, Written } from "../syntax.ts";
+import type { Call, MaterialRule, Written } from "../syntax.ts";
 import { sizesOf, type Value } from "../value.ts";
 import { Modules } from "./modules.ts";
 
@@ -32,6 +32,13 @@ export abstract class Materials extends Modules {
     }
     this.stack.close(inner.base);
     return known.index;
+  }
+
+  /** The same of a material without arguments, of the same file, when it has been computed before. */
+  protected knownSurface({ module, instance }: Scope, index: number): number | "not yet" | undefined {
+    const { alias, index: rule } = this.module(module).calls[index] as Call;
+    if (alias !== undefined || this.module(module).materials[rule]?.slots !== 0) return undefined;
+    return this.knownMaterials.at(module).at(rule).at(instance).index ?? "not yet";
   }
 
   private computedSurface(scope: Scope, rule: MaterialRule): Surface {

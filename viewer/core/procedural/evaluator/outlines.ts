@@ -4,6 +4,7 @@
  */
 import { MAX_CORNERS } from "../limits.ts";
 import { type Code, RESULTS } from "../plain/code.ts";
+import { WIDTH } from "../plain/columns.ts";
 import type { Scope } from "../plain/machine.ts";
 import { Faces } from "../solid/flat.ts";
 import type { At, Row } from "../syntax.ts";
@@ -127,6 +128,12 @@ export abstract class Outlines extends Expressions {
     return true;
   }
 
+  /** Takes coordinates of one turn, in so many columns. */
+  protected takeTurn(first: number, count: number, turn: number): void {
+    const { points, columns } = this;
+    for (let i = 0; i < count; i += 1) points[i] = columns.numbers[first + WIDTH * i + turn] as number;
+  }
+
   private makeRoom(numbers: number): void {
     if (numbers > this.points.length) this.points = new Float64Array(numbers);
   }
@@ -142,7 +149,8 @@ export abstract class Outlines extends Expressions {
   }
 }
 
-function isConstant({ words, locals, globals }: Code): boolean {
+/** Whether all that it says is written out. */
+export function isConstant({ words, locals, globals }: Code): boolean {
   return words.length === 1 && locals.length === 0 && globals.length === 0;
 }
 

@@ -85,6 +85,11 @@ export abstract class Parts extends Materials {
     openCalls[place] = level;
   }
 
+  /** How many calls of a rule are open. */
+  protected openCallsOf(module: number, rule: number): number {
+    return this.openCalls[(this.firstRules[module] as number) + rule] as number;
+  }
+
   protected placePart(caller: Scope, call: Call, turtle: Turtle, rule: Rule, inner: Scope): void {
     const args = this.stack.slice(inner.base, rule.formals.length);
     this.countLists(caller, call.at, args);

@@ -1,14 +1,9 @@
 /** Where do statements before a statement move it? */
 import type { Scope } from "../plain/machine.ts";
 import type { At, Row, Statement, Transform } from "../syntax.ts";
+import { FARTHEST, LEAST_SCALE, MOVE } from "../turtles.ts";
 import { Enumerators } from "./enumerators.ts";
 import type { Turtle } from "./state.ts";
-
-/** Farthest move and largest scale, so that a model stays within reach of numbers. */
-const MAX_LENGTH = 1e9;
-/** Smallest scale, either way. */
-const MIN_SCALE = 1e-6;
-const MOVE = [0, 1, 2].map(() => ({ what: "a transform", min: -MAX_LENGTH, max: MAX_LENGTH }));
 
 type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
 
@@ -21,7 +16,7 @@ export abstract class Places extends Enumerators {
     const z = isOne ? x : this.taken(2);
     const placed = this.transformed(scope, by, turtle, transform, x, y, z);
     // Numbers are still told apart so far out.
-    if (this.turtles.isWithin(placed, MAX_LENGTH)) return placed;
+    if (this.turtles.isWithin(placed, FARTHEST)) return placed;
     const wanted = "within 1000000000 m, and no more times as large";
     throw this.error(scope.module, at, `the place to which this leads must be ${wanted}`);
   }
@@ -45,8 +40,8 @@ export abstract class Places extends Enumerators {
       case "roll":
         return this.turtles.turned(turtle, "z", x);
       case "scale": {
-        if (Math.min(Math.abs(x), Math.abs(y), Math.abs(z)) >= MIN_SCALE) return this.turtles.scaled(turtle, x, y, z);
-        const least = [x, y, z].findIndex((factor) => Math.abs(factor) < MIN_SCALE);
+        if (Math.min(Math.abs(x), Math.abs(y), Math.abs(z)) >= LEAST_SCALE) return this.turtles.scaled(turtle, x, y, z);
+        const least = [x, y, z].findIndex((factor) => Math.abs(factor) < LEAST_SCALE);
         throw this.error(scope.module, places[least] as At, "a scale must be 0.000001 or more, or as much below 0");
       }
     }

@@ -3,6 +3,7 @@ import { Reach } from "../bounds.ts";
 import { Fault } from "../error.ts";
 import type { Wish } from "../grown.ts";
 import { MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached } from "../limits.ts";
+import { type Frame, WIDTH } from "../plain/columns.ts";
 import type { Scope } from "../plain/machine.ts";
 import { type Faces, looksAt, writeBox, writeHeights, writeMesh, writePrism } from "../solid/flat.ts";
 import { SIDES } from "../solid/kinds.ts";
@@ -26,7 +27,7 @@ const NO_PHASE =
 const upTo = (max: number, ...names: string[]): Range[] => names.map((what) => ({ what, min: 0, max }));
 
 /** Numbers of solids, as they are computed one after the other. */
-const RANGES = {
+export const RANGES = {
   box: upTo(MAX_LENGTH, "width", "height", "depth"),
   cone: [...upTo(MAX_LENGTH, "radius", "top", "height"), ...upTo(MAX_SIDES, "sides"), ...upTo(1, "closed")],
   cylinder: [...upTo(MAX_LENGTH, "radius", "height"), ...upTo(MAX_SIDES, "sides"), ...upTo(1, "closed")],
@@ -52,6 +53,8 @@ const FIELD: readonly Range[] = [
 const HEIGHT: readonly Range[] = [{ what: "a height", min: -MAX_LENGTH, max: MAX_LENGTH }];
 
 type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
+/** Solids that are nothing but numbers. */
+export type Simple = "box" | "cone" | "cylinder" | "sphere";
 
 export abstract class Terminals extends Outlines {
   private readonly writer = new Writer();
@@ -62,20 +65,11 @@ export abstract class Terminals extends Outlines {
   protected draw(scope: Scope, turtle: Turtle, { at, solid, lists, numbers }: Kind<"solid">): void {
     switch (solid) {
       case "box":
-        this.rangedRow(scope, numbers, RANGES.box);
-        this.addBox(scope, at, turtle, this.taken(0), this.taken(1), this.taken(2));
-        return;
       case "cone":
-        this.rangedRow(scope, numbers, RANGES.cone);
-        this.addCone(scope, at, turtle, this.taken(1), 2);
-        return;
       case "cylinder":
-        this.rangedRow(scope, numbers, RANGES.cylinder);
-        this.addCone(scope, at, turtle, this.taken(0), 1);
-        return;
       case "sphere":
-        this.rangedRow(scope, numbers, RANGES.sphere);
-        this.addSphere(scope, at, turtle, this.taken(0), this.sides(1));
+        this.rangedRow(scope, numbers, RANGES[solid]);
+        this.add(scope, at, turtle, solid);
         return;
       case "lathe":
         this.addLathe(scope, at, turtle, lists[0] as Row, numbers);
@@ -85,14 +79,32 @@ export abstract class Terminals extends Outlines {
         return;
       case "polygon": {
         const points = this.takePoints(scope, lists[0] as Row);
-        this.addMesh(scope, at, turtle, lists[0] as Row, points, this.wholeFace(points));
+        this.drawMesh(scope, at, turtle, lists[0] as Row, points, this.wholeFace(points));
         return;
       }
       case "mesh": {
         const points = this.takePoints(scope, lists[0] as Row);
-        this.addMesh(scope, at, turtle, lists[1] as Row, points, this.facesOf(scope, lists[1] as Row, points));
+        this.drawMesh(scope, at, turtle, lists[1] as Row, points, this.facesOf(scope, lists[1] as Row, points));
         return;
       }
+    }
+  }
+
+  /** Adds a solid that is nothing but numbers, which were computed last. */
+  protected add(scope: Scope, at: At, turtle: Turtle, solid: Simple): void {
+    switch (solid) {
+      case "box":
+        this.addBox(scope, at, turtle, this.taken(0), this.taken(1), this.taken(2));
+        return;
+      case "cone":
+        this.addCone(scope, at, turtle, this.taken(1), 2);
+        return;
+      case "cylinder":
+        this.addCone(scope, at, turtle, this.taken(0), 1);
+        return;
+      case "sphere":
+        this.addSphere(scope, at, turtle, this.taken(0), this.sides(1));
+        return;
     }
   }
 
@@ -181,13 +193,18 @@ export abstract class Terminals extends Outlines {
   }
 
   /** Its polygons are said by `list`. */
-  private addMesh(scope: Scope, at: At, turtle: Turtle, list: Row, points: number, faces: Faces): void {
+  private drawMesh(scope: Scope, at: At, turtle: Turtle, list: Row, points: number, faces: Faces): void {
     if (!faces.areSound) this.refuseFaces(scope, at, list, faces);
     this.count(scope, at, faces.looks);
+    this.addMesh(scope, at, turtle, list, points, faces);
+  }
+
+  /** Adds a mesh between so many points whose faces are sound and counted. */
+  protected addMesh(scope: Scope, at: At, turtle: Turtle, list: Row, points: number, faces: Faces): void {
     this.extent.points(this.points, points, 3);
     if (!this.begins(scope, at, turtle, faces.length)) return;
     try {
-      writeMesh(this.writer, this.points, faces);
+      writeMesh(this.writer, this.points, points, faces);
     } catch (error) {
       throw this.located(scope, list, error);
     }
@@ -222,15 +239,22 @@ export abstract class Terminals extends Outlines {
     const row = steps[0] + 3;
     const heights = new Float64Array(row * (steps[1] + 3));
     let [low, high] = [Infinity, -Infinity];
+    const x = (i: number) => size[0] * ((i - 1) / steps[0] - 0.5);
     for (let j = 0; j < steps[1] + 3; j += 1) {
-      this.assign(scope, slots[1], size[1] * ((j - 1) / steps[1] - 0.5));
-      for (let i = 0; i < row; i += 1) {
-        this.assign(scope, slots[0], size[0] * ((i - 1) / steps[0] - 0.5));
-        this.rangedRow(scope, height, HEIGHT);
-        const y = this.taken(0);
-        heights[j * row + i] = y;
-        // Without the samples around the rectangle.
-        if (i === 0 || j === 0 || i === row - 1 || j === steps[1] + 2) continue;
+      const z = size[1] * ((j - 1) / steps[1] - 0.5);
+      for (let first = 0; first < row; first += WIDTH) {
+        const count = Math.min(WIDTH, row - first);
+        const areDone = this.heightsAtOnce(scope, slots, height, x, first, z, count);
+        for (let i = 0; i < count; i += 1) {
+          if (!areDone) this.heightAt(scope, slots, height, x(first + i), z);
+          heights[j * row + first + i] = areDone ? this.takenInTurn(0, i) : this.taken(0);
+        }
+      }
+    }
+    // Without the samples around the rectangle.
+    for (let j = 1; j < steps[1] + 2; j += 1) {
+      for (let i = j * row + 1; i < (j + 1) * row - 1; i += 1) {
+        const y = heights[i] as number;
         if (y < low) low = y;
         if (y > high) high = y;
       }
@@ -239,6 +263,34 @@ export abstract class Terminals extends Outlines {
     if (!this.begins(scope, at, turtle, 2 * steps[0] * steps[1])) return;
     writeHeights(this.writer, size, steps, heights);
     this.ends();
+  }
+
+  private heightAt(scope: Scope, slots: readonly [number, number], height: Row, x: number, z: number): void {
+    this.assign(scope, slots[0], x);
+    this.assign(scope, slots[1], z);
+    this.rangedRow(scope, height, HEIGHT);
+  }
+
+  /** Whether so many heights of a row, from the one at x(first) on, were computed side by side. */
+  private heightsAtOnce(
+    scope: Scope,
+    slots: readonly [number, number],
+    height: Row,
+    x: (i: number) => number,
+    first: number,
+    z: number,
+    count: number,
+  ): boolean {
+    const { columns } = this;
+    this.beginTurns(count);
+    const path = columns.filledPaths(scope.path);
+    const [ofX, ofZ] = [columns.open(1), columns.open(1)];
+    columns.fill(ofZ, z);
+    for (let i = 0; i < count; i += 1) columns.numbers[ofX + i] = x(first + i);
+    const frame: Frame = { scope, path, columns: [], hasStack: true };
+    frame.columns[slots[0]] = ofX;
+    frame.columns[slots[1]] = ofZ;
+    return this.rangedForTurns(frame, height, HEIGHT, 0) && this.paysForTurns();
   }
 
   /** What a part asks for. */

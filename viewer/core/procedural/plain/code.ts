@@ -11,13 +11,18 @@ export interface Code {
   /** Of rows of numbers: how many there are in each, and in all that are alike; 0 when they differ. */
   readonly lengths: readonly number[];
   readonly width: number;
+  /** Whether it does the same in each turn of a loop: it has no branches, and asks for no items. */
+  readonly isStraight: boolean;
   /** Its own, with its constants in their places. */
   readonly registers: Float64Array;
+  /** The same for turns side by side, a column for each; made when it is first computed so. */
+  columns: Float64Array | undefined;
   /** Pairs of a slot and the register that its value is copied to. */
   readonly globals: Int32Array;
   readonly locals: Int32Array;
   /** Whose globals were copied last, with the level of detail; each evaluation has files of its own. */
   file: Globals | undefined;
+  fileOfColumns: Globals | undefined;
   readonly cost: Readonly<Cost>;
   /** What its rows of constants say, when that was found to be faces. */
   faces: Faces | undefined;

@@ -54,6 +54,7 @@ class Compiler {
   private visited = 0;
   /** Branches around what is being made. */
   private forks = 0;
+  private isStraight = true;
   private cost: code.Cost = { steps: 0, nesting: 0, levels: 0 };
 
   constructor(private readonly module: Module) {}
@@ -78,10 +79,13 @@ class Compiler {
       results: wanted.length,
       lengths,
       width: lengths.every((length) => length === lengths[0]) ? (lengths[0] ?? 0) : 0,
+      isStraight: this.isStraight,
       registers,
+      columns: undefined,
       globals: Int32Array.from(this.globals.flat()),
       locals: Int32Array.from(this.locals.flat()),
       file: undefined,
+      fileOfColumns: undefined,
       cost,
       faces: undefined,
     };
@@ -227,6 +231,7 @@ class Compiler {
 
   /** One or the other. */
   private fork(condition: number, yes: () => void, no: () => void): void {
+    this.isStraight = false;
     this.emit(code.wordOf(code.JUMP_IF_NOT, 0, condition, 0), 0);
     const otherwise = this.words.length - 1;
     this.counted(yes);
@@ -267,6 +272,7 @@ class Compiler {
   }
 
   private listed(of: Expr, { given }: Reach): readonly [where: number, slot: number] {
+    this.isStraight = false;
     if (of.kind === "global") return [code.AMONG_GLOBALS, this.slotOf(of)];
     // Arguments of functions lie in registers, and lists cannot.
     if (of.kind !== "local" || given) throw NOT_PLAIN;

@@ -3,10 +3,11 @@
  * up, and the nodes are visited one by one, which says what and where.
  */
 import { atan2, cosine, power, sine } from "../arithmetic.ts";
-import { fractal, isWhole, random } from "../operation.ts";
+import { fractals, fractalsOf, isWhole, random } from "../operation.ts";
 import { type Globals, NO_NUMBER, type Stack } from "../stack.ts";
 import type { List, Value } from "../value.ts";
 import * as code from "./code.ts";
+import { type Columns, type Frame, WIDTH } from "./columns.ts";
 
 /** Where names are looked up, and which random numbers belong here. */
 export interface Scope {
@@ -22,13 +23,14 @@ export interface Scope {
 }
 
 export class Machine {
-  /** Registers of the last run. */
+  /** Registers of the last run: one number in each, or a column of them. */
   registers: Float64Array = new Float64Array(code.MOST_REGISTERS);
-  /** What it took. */
+  /** What it took, in all turns together. */
   steps = 0;
   nesting = 0;
   levels = 0;
   private readonly given = new Float64Array(code.MOST_REGISTERS);
+  private readonly path = new Int32Array(1);
 
   constructor(
     private readonly seed: number,
@@ -37,27 +39,50 @@ export class Machine {
 
   /** Whether all results are in their registers now: finite numbers. */
   run(made: code.Code, scope: Scope, stack: Stack, file: Globals): boolean {
-    const { registers, locals, results } = made;
+    const { registers, locals } = made;
     const { numbers } = stack;
     this.registers = registers;
-    if (made.file !== file) this.load(made, file);
+    if (made.file !== file) {
+      this.load(made, registers, 1, file);
+      made.file = file;
+    }
     for (let i = 0; i < locals.length; i += 2) {
       registers[locals[i + 1] as number] = numbers[scope.base + (locals[i] as number)] as number;
     }
     registers[code.LEVEL] = scope.level;
-    this.skip(made);
-    if (made.words.length > 1 && !this.compute(made, scope, stack, file)) return false;
-    // Of what is not finite, nothing is 0.
-    let amiss = 0;
-    for (let i = code.RESULTS; i < code.RESULTS + results; i += 1) {
-      amiss += (registers[i] as number) - (registers[i] as number);
-    }
-    return amiss === 0;
+    this.path[0] = scope.path;
+    this.skip(made, 1);
+    return this.finishes(made, registers, 1, 1, this.path, 0, scope, stack, file);
   }
 
-  /** Takes what a code takes that has no branches. */
-  skip({ cost }: code.Code): void {
-    this.steps = cost.steps;
+  /** The same for turns side by side, of a code that does the same in each: the registers are columns. */
+  runTurns(made: code.Code, frame: Frame, columns: Columns, stack: Stack, file: Globals): boolean {
+    const { count } = columns;
+    const { locals } = made;
+    const { scope } = frame;
+    made.columns ??= columnsOf(made.registers);
+    const registers = made.columns;
+    this.registers = registers;
+    if (made.fileOfColumns !== file) {
+      this.load(made, registers, WIDTH, file);
+      made.fileOfColumns = file;
+    }
+    for (let i = 0; i < locals.length; i += 2) {
+      const slot = locals[i] as number;
+      const to = (locals[i + 1] as number) * WIDTH;
+      const column = frame.columns[slot];
+      if (column !== undefined) copy(columns.numbers, column, registers, to, count);
+      else if (frame.hasStack) fill(registers, to, stack.numbers[scope.base + slot] as number, count);
+      else return false;
+    }
+    if (registers[code.LEVEL * WIDTH] !== scope.level) fill(registers, code.LEVEL * WIDTH, scope.level, WIDTH);
+    this.skip(made, count);
+    return this.finishes(made, registers, WIDTH, count, columns.paths, frame.path, scope, stack, file);
+  }
+
+  /** Takes what a code takes in so many turns that has no branches. */
+  skip({ cost }: code.Code, turns: number): void {
+    this.steps = cost.steps * turns;
     this.nesting = cost.nesting;
     this.levels = cost.levels;
   }
@@ -68,149 +93,218 @@ export class Machine {
     this.registers.set(numbers, code.RESULTS);
   }
 
-  private load(made: code.Code, file: Globals): void {
-    const { registers, globals } = made;
-    for (let i = 0; i < globals.length; i += 2) {
-      registers[globals[i + 1] as number] = file.numbers[globals[i] as number] as number;
-    }
-    registers[code.DETAIL] = this.detail;
-    made.file = file;
+  /** The same with those of one turn of columns. */
+  putTurn(numbers: Float64Array, first: number, count: number): void {
+    const { given } = this;
+    this.registers = given;
+    for (let i = 0; i < count; i += 1) given[code.RESULTS + i] = numbers[first + WIDTH * i] as number;
   }
 
-  /** Whether it came to its end. What is not finite shows in the results, but where it is compared or divided by. */
-  private compute({ registers, words }: code.Code, scope: Scope, stack: Stack, file: Globals): boolean {
+  private load({ globals }: code.Code, registers: Float64Array, width: number, file: Globals): void {
+    for (let i = 0; i < globals.length; i += 2) {
+      const number = file.numbers[globals[i] as number] as number;
+      fill(registers, (globals[i + 1] as number) * width, number, width);
+    }
+    fill(registers, code.DETAIL * width, this.detail, width);
+  }
+
+  private finishes(
+    made: code.Code,
+    registers: Float64Array,
+    width: number,
+    count: number,
+    paths: Int32Array,
+    path: number,
+    scope: Scope,
+    stack: Stack,
+    file: Globals,
+  ): boolean {
+    const { words } = made;
+    const isThere = words.length === 1;
+    if (!isThere && !this.compute(words, registers, width, count, paths, path, scope, stack, file)) return false;
+    // Of what is not finite, nothing is 0.
+    let amiss = 0;
+    for (let result = code.RESULTS; result < code.RESULTS + made.results; result += 1) {
+      amiss += amissIn(registers, result * width, count);
+    }
+    return amiss === 0;
+  }
+
+  /**
+   * Whether it came to its end in so many turns, which lie side by side in registers of that width. What is not finite shows in
+   * the results, but where it is compared or divided by.
+   */
+  private compute(
+    words: Int32Array,
+    registers: Float64Array,
+    width: number,
+    count: number,
+    paths: Int32Array,
+    path: number,
+    scope: Scope,
+    stack: Stack,
+    file: Globals,
+  ): boolean {
     const { seed } = this;
     for (let at = 0; ; ) {
       const word = words[at] as number;
       at = (at + 1) | 0;
-      const to = (word >>> 8) & 0xff;
-      const left = (word >>> 16) & 0xff;
-      const right = word >>> 24;
-      // Not all words are about registers; what is read for nothing does no harm.
-      const a = registers[left] as number;
-      const b = registers[right] as number;
+      const to = Math.imul((word >>> 8) & 0xff, width);
+      // Not all words are about registers; what is not is not read.
+      const a = Math.imul((word >>> 16) & 0xff, width);
+      const b = Math.imul(word >>> 24, width);
       switch (word & 0xff) {
         case 0 satisfies typeof code.END:
           return true;
         case 1 satisfies typeof code.MOVE:
-          registers[to] = a;
+          copy(registers, a, registers, to, count);
           break;
         case 2 satisfies typeof code.ADD:
-          registers[to] = a + b;
+          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) + num(registers, b + i);
           break;
         case 3 satisfies typeof code.SUBTRACT:
-          registers[to] = a - b;
+          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) - num(registers, b + i);
           break;
         case 4 satisfies typeof code.MULTIPLY:
-          registers[to] = a * b;
+          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) * num(registers, b + i);
           break;
         case 5 satisfies typeof code.DIVIDE:
-          if (b - b !== 0) return false;
-          registers[to] = a / b;
+          if (amissIn(registers, b, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) / num(registers, b + i);
           break;
         case 6 satisfies typeof code.EQUAL:
-          if (a - a + (b - b) !== 0) return false;
-          registers[to] = a === b ? 1 : 0;
+          if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1)
+            registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 1 : 0;
           break;
         case 7 satisfies typeof code.UNEQUAL:
-          if (a - a + (b - b) !== 0) return false;
-          registers[to] = a === b ? 0 : 1;
+          if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1)
+            registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 0 : 1;
           break;
         case 8 satisfies typeof code.LESS:
-          if (a - a + (b - b) !== 0) return false;
-          registers[to] = a < b ? 1 : 0;
+          if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) < num(registers, b + i) ? 1 : 0;
           break;
         case 9 satisfies typeof code.AT_MOST:
-          if (a - a + (b - b) !== 0) return false;
-          registers[to] = a <= b ? 1 : 0;
+          if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) <= num(registers, b + i) ? 1 : 0;
           break;
         case 10 satisfies typeof code.MINUS:
-          registers[to] = -a;
+          for (let i = 0; i < count; i += 1) registers[to + i] = -num(registers, a + i);
           break;
         case 11 satisfies typeof code.NOT:
-          if (a - a !== 0) return false;
-          registers[to] = a === 0 ? 1 : 0;
+          if (amissIn(registers, a, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) === 0 ? 1 : 0;
           break;
         case 12 satisfies typeof code.TRUTH:
-          if (a - a !== 0) return false;
-          registers[to] = a === 0 ? 0 : 1;
+          if (amissIn(registers, a, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) === 0 ? 0 : 1;
           break;
         case 13 satisfies typeof code.ABS:
-          registers[to] = Math.abs(a);
+          for (let i = 0; i < count; i += 1) registers[to + i] = Math.abs(num(registers, a + i));
           break;
         case 14 satisfies typeof code.ATAN2:
-          if (a - a + (b - b) !== 0) return false;
-          registers[to] = atan2(a, b);
+          if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) registers[to + i] = atan2(num(registers, a + i), num(registers, b + i));
           break;
         case 15 satisfies typeof code.CEIL:
-          registers[to] = -Math.floor(-a);
+          for (let i = 0; i < count; i += 1) registers[to + i] = -Math.floor(-num(registers, a + i));
           break;
         case 16 satisfies typeof code.COS:
-          registers[to] = cosine(a);
+          for (let i = 0; i < count; i += 1) registers[to + i] = cosine(num(registers, a + i));
           break;
         case 17 satisfies typeof code.FLOOR:
-          registers[to] = Math.floor(a);
+          for (let i = 0; i < count; i += 1) registers[to + i] = Math.floor(num(registers, a + i));
           break;
         case 18 satisfies typeof code.MAX:
-          if (a - a + (b - b) !== 0) return false;
-          registers[to] = a > b ? a : b;
+          if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) {
+            registers[to + i] =
+              num(registers, a + i) > num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
+          }
           break;
         case 19 satisfies typeof code.MIN:
-          if (a - a + (b - b) !== 0) return false;
-          registers[to] = a < b ? a : b;
+          if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) {
+            registers[to + i] =
+              num(registers, a + i) < num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
+          }
           break;
         case 20 satisfies typeof code.MOD:
-          registers[to] = a - b * Math.floor(a / b);
+          for (let i = 0; i < count; i += 1) {
+            const whole = Math.floor(num(registers, a + i) / num(registers, b + i));
+            registers[to + i] = num(registers, a + i) - num(registers, b + i) * whole;
+          }
           break;
         case 21 satisfies typeof code.NOISE:
-          registers[to] = fractal(seed, a, b, 1);
+          fractals(seed, registers, a, b, 1, count, to);
           break;
         case 22 satisfies typeof code.POWER:
-          if (a - a !== 0 || !isWhole(b)) return false;
-          registers[to] = power(a, b);
+          if (amissIn(registers, a, count) !== 0) return false;
+          for (let i = 0; i < count; i += 1) {
+            if (!isWhole(num(registers, b + i))) return false;
+            registers[to + i] = power(num(registers, a + i), num(registers, b + i));
+          }
           break;
         case 23 satisfies typeof code.ROUND:
-          registers[to] = Math.floor(a + 0.5);
+          for (let i = 0; i < count; i += 1) registers[to + i] = Math.floor(num(registers, a + i) + 0.5);
           break;
         case 24 satisfies typeof code.SIN:
-          registers[to] = sine(a);
+          for (let i = 0; i < count; i += 1) registers[to + i] = sine(num(registers, a + i));
           break;
         case 25 satisfies typeof code.SQRT:
-          registers[to] = Math.sqrt(a);
+          for (let i = 0; i < count; i += 1) registers[to + i] = Math.sqrt(num(registers, a + i));
           break;
         case 26 satisfies typeof code.RANDOM: {
           const sites = words[at] as number;
-          registers[to] = random(scope.path, words, at + 1, sites);
+          for (let i = 0; i < count; i += 1)
+            registers[to + i] = random(paths[path + i] as number, words, at + 1, sites);
           at += 1 + sites;
           break;
         }
         case 27 satisfies typeof code.RANDOM_BETWEEN: {
           const sites = words[at] as number;
-          registers[to] = a + (b - a) * random(scope.path, words, at + 1, sites);
+          for (let i = 0; i < count; i += 1) {
+            const part = random(paths[path + i] as number, words, at + 1, sites);
+            registers[to + i] = num(registers, a + i) + (num(registers, b + i) - num(registers, a + i)) * part;
+          }
           at += 1 + sites;
           break;
         }
         case 28 satisfies typeof code.CLAMP: {
-          const c = registers[words[at] as number] as number;
-          if (a - a + (b - b) + (c - c) !== 0) return false;
-          registers[to] = a < b ? b : a > c ? c : a;
+          const c = (words[at] as number) * width;
+          let amiss = 0;
+          for (let i = 0; i < count; i += 1) {
+            const number = num(registers, a + i);
+            const least = num(registers, b + i);
+            const most = num(registers, c + i);
+            amiss += number - number + (least - least) + (most - most);
+            registers[to + i] = number < least ? least : number > most ? most : number;
+          }
+          if (amiss !== 0) return false;
           at += 1;
           break;
         }
-        case 29 satisfies typeof code.MIX:
-          registers[to] = a + (b - a) * (registers[words[at] as number] as number);
+        case 29 satisfies typeof code.MIX: {
+          const part = (words[at] as number) * width;
+          for (let i = 0; i < count; i += 1) {
+            const from = num(registers, a + i);
+            registers[to + i] = from + (num(registers, b + i) - from) * num(registers, part + i);
+          }
           at += 1;
           break;
+        }
         case 30 satisfies typeof code.FRACTAL: {
-          const octaves = Math.floor(registers[words[at] as number] as number);
-          registers[to] = fractal(seed, a, b, octaves);
-          this.steps += octaves;
+          const octaves = (words[at] as number) * width;
+          for (let i = 0; i < count; i += 1) this.steps += Math.floor(num(registers, octaves + i));
+          fractalsOf(seed, registers, a, b, octaves, count, to);
           at += 1;
           break;
         }
         case 31 satisfies typeof code.ITEM: {
           const slot = words[at] as number;
-          const list = left === code.AMONG_LOCALS ? listed(stack, scope.base + slot) : listed(file, slot);
+          const list = a === code.AMONG_LOCALS ? listed(stack, scope.base + slot) : listed(file, slot);
           const count = words[at + 1] as number;
           registers[to] = itemOf(list, registers, words, at + 2, count);
           at += 2 + count;
@@ -218,7 +312,7 @@ export class Machine {
         }
         case 32 satisfies typeof code.COUNT: {
           const slot = words[at] as number;
-          const list = left === code.AMONG_LOCALS ? listed(stack, scope.base + slot) : listed(file, slot);
+          const list = a === code.AMONG_LOCALS ? listed(stack, scope.base + slot) : listed(file, slot);
           if (!list) return false;
           registers[to] = list.items.length;
           at += 1;
@@ -234,12 +328,40 @@ export class Machine {
           at = words[at] as number;
           break;
         case 35 satisfies typeof code.JUMP_IF_NOT:
-          if (a - a !== 0) return false;
-          at = a === 0 ? (words[at] as number) : at + 1;
+          if (amissIn(registers, a, 1) !== 0) return false;
+          at = registers[a] === 0 ? (words[at] as number) : at + 1;
           break;
       }
     }
   }
+}
+
+function num(registers: Float64Array, at: number): number {
+  return registers[at] as number;
+}
+
+function copy(of: Float64Array, from: number, to: Float64Array, at: number, count: number): void {
+  for (let i = 0; i < count; i += 1) to[at + i] = num(of, from + i);
+}
+
+function fill(registers: Float64Array, at: number, number: number, count: number): void {
+  for (let i = 0; i < count; i += 1) registers[at + i] = number;
+}
+
+/** 0 when all of so many numbers are finite, else not a number. */
+function amissIn(registers: Float64Array, at: number, count: number): number {
+  let amiss = 0;
+  for (let i = 0; i < count; i += 1) amiss += num(registers, at + i) - num(registers, at + i);
+  return amiss;
+}
+
+/** A column of each register. */
+function columnsOf(registers: Float64Array): Float64Array {
+  const columns = new Float64Array(WIDTH * registers.length);
+  registers.forEach((number, register) => {
+    fill(columns, WIDTH * register, number, WIDTH);
+  });
+  return columns;
 }
 
 /** The list at a place, if there is one. */

@@ -1,6 +1,6 @@
 /** Which triangles do boxes, prisms, sets of polygons and height fields have? */
 import { MAX_CORNERS } from "../limits.ts";
-import { Ears, newell } from "./polygon.ts";
+import { Ears, newell, newellOfThree, turn } from "./polygon.ts";
 import type { Writer } from "./writer.ts";
 
 /** Polygons by the numbers of their corners, one after the other. */
@@ -121,39 +121,50 @@ function writeEars(writer: Writer, first: number, up: 1 | -1): void {
   }
 }
 
-/** Flat polygons between points of three numbers each; every polygon has corners of its own. */
-export function writeMesh(writer: Writer, points: Float64Array, faces: Faces): void {
-  let begin = 0;
-  for (let face = 0; face < faces.count; face += 1) {
-    const end = faces.ends[face] as number;
-    writeFace(writer, points, faces.corners, begin, end - begin);
+/** Flat polygons between so many points of three numbers each; every polygon has corners of its own. */
+export function writeMesh(writer: Writer, points: Float64Array, count: number, faces: Faces): void {
+  const { corners, ends } = faces;
+  writer.placeAll(points, count);
+  writer.reserve(faces.length, faces.length);
+  for (let face = 0, begin = 0; face < faces.count; face += 1) {
+    const end = ends[face] as number;
+    if (end - begin === 3) newellOfThree(points, corners, begin, facing);
+    else newell(points, corners, begin, end - begin, facing);
+    writeFace(writer, points, corners, begin, end - begin);
     begin = end;
   }
 }
 
 /** The polygon of so many corners from `begin` on. */
 function writeFace(writer: Writer, points: Float64Array, corners: Int32Array, begin: number, count: number): void {
-  newell(points, corners, begin, count, facing);
+  const x = num(facing, 0);
+  const y = num(facing, 1);
+  const z = num(facing, 2);
   // Looked at along the axis on which it has most area, with that side's order kept.
   let steep = 0;
-  if (Math.abs(num(facing, 1)) > Math.abs(num(facing, steep))) steep = 1;
-  if (Math.abs(num(facing, 2)) > Math.abs(num(facing, steep))) steep = 2;
-  const flipped = num(facing, steep) < 0;
+  if (Math.abs(y) > Math.abs(x)) steep = 1;
+  if (Math.abs(z) > Math.abs(steep === 0 ? x : y)) steep = 2;
+  const flipped = (steep === 0 ? x : steep === 1 ? y : z) < 0;
   const next = steep === 2 ? 0 : steep + 1;
   const last = steep === 0 ? 2 : steep - 1;
   const u = flipped ? next : last;
   const v = flipped ? last : next;
-  writer.reserve(count, count);
-  writer.normal(num(facing, 0), num(facing, 1), num(facing, 2));
+  writer.normal(x, y, z);
+  if (count === 3) {
+    // Cut off from its first corner on, which is where its only ear is.
+    const a = corners[begin] as number;
+    const b = corners[begin + 1] as number;
+    const c = corners[begin + 2] as number;
+    if (turn(points, 3 * c, 3 * a, 3 * b, u, v) > 0) {
+      writer.placedTriangle(a, b, c);
+      return;
+    }
+  }
   const first = writer.next;
   for (let i = 0; i < count; i += 1) {
-    const point = 3 * (corners[begin + i] as number);
-    ears.corner(i, num(points, point + u), num(points, point + v));
-    writer.vertex(num(points, point), num(points, point + 1), num(points, point + 2));
-  }
-  if (count === 3 && ears.turn(2, 0, 1) > 0) {
-    writer.triangle(first + 2, first, first + 1);
-    return;
+    const point = corners[begin + i] as number;
+    ears.corner(i, num(points, 3 * point + u), num(points, 3 * point + v));
+    writer.corner(point);
   }
   ears.cutOff(count);
   writeEars(writer, first, 1);

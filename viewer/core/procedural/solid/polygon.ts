@@ -108,6 +108,13 @@ export class Ears {
   }
 }
 
+/** Twice the signed area of a triangle between points that begin at these places, seen in the plane of two of their axes. */
+export function turn(points: Float64Array, a: number, b: number, c: number, u: number, v: number): number {
+  const x = num(points, a + u);
+  const z = num(points, a + v);
+  return (num(points, b + v) - z) * (num(points, c + u) - x) - (num(points, b + u) - x) * (num(points, c + v) - z);
+}
+
 /**
  * The normal of a polygon in space, as long as twice its area (Newell).
  * @param points Three numbers each.
@@ -133,6 +140,25 @@ export function newell(
   normal[0] = x;
   normal[1] = y;
   normal[2] = z;
+}
+
+/** The same of a triangle, which most polygons are. */
+export function newellOfThree(points: Float64Array, corners: Int32Array, begin: number, normal: Float64Array): void {
+  const a = 3 * (corners[begin] as number);
+  const b = 3 * (corners[begin + 1] as number);
+  const c = 3 * (corners[begin + 2] as number);
+  const ax = num(points, a);
+  const ay = num(points, a + 1);
+  const az = num(points, a + 2);
+  const bx = num(points, b);
+  const by = num(points, b + 1);
+  const bz = num(points, b + 2);
+  const cx = num(points, c);
+  const cy = num(points, c + 1);
+  const cz = num(points, c + 2);
+  normal[0] = 0 + (ay - by) * (az + bz) + (by - cy) * (bz + cz) + (cy - ay) * (cz + az);
+  normal[1] = 0 + (az - bz) * (ax + bx) + (bz - cz) * (bx + cx) + (cz - az) * (cx + ax);
+  normal[2] = 0 + (ax - bx) * (ay + by) + (bx - cx) * (by + cy) + (cx - ax) * (cy + ay);
 }
 
 function num(numbers: Float64Array, at: number): number {

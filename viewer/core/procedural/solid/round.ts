@@ -95,9 +95,11 @@ function circleOf(sides: number): Float64Array {
 function writeStrip(writer: Writer, circle: Float64Array, count: number): void {
   const sides = circle.length / 2;
   writer.reserve(count * sides, 2 * (count - 1) * sides);
-  /** Where the ring below begins and its radius; −1 when it was not written. */
+  /** Where the ring below begins; −1 when it was not written. Then its radius, and how its normals lean. */
   let under = -1;
   let lower = 0;
+  let lowerOut = 0;
+  let lowerUp = 0;
   for (let ring = 0; ring < count; ring += 1) {
     const radius = num(rings, RING * ring);
     const hasBelow = ring > 0 && num(rings, RING * (ring - 1)) !== 0;
@@ -107,7 +109,11 @@ function writeStrip(writer: Writer, circle: Float64Array, count: number): void {
       continue;
     }
     const first = writer.next;
-    writeRing(writer, circle, RING * ring);
+    const out = num(rings, RING * ring + 2);
+    const up = num(rings, RING * ring + 3);
+    writer.ring(circle, radius, num(rings, RING * ring + 1));
+    if (under >= 0 && Object.is(out, lowerOut) && Object.is(up, lowerUp)) writer.sameNormals(under, sides);
+    else writer.ringNormals(circle, out, up);
     if (under >= 0) {
       for (let side = 0; side < sides; side += 1) {
         const next = side + 1 === sides ? 0 : side + 1;
@@ -117,19 +123,8 @@ function writeStrip(writer: Writer, circle: Float64Array, count: number): void {
     }
     under = first;
     lower = radius;
-  }
-}
-
-function writeRing(writer: Writer, circle: Float64Array, ring: number): void {
-  const radius = num(rings, ring);
-  const y = num(rings, ring + 1);
-  const out = num(rings, ring + 2);
-  const up = num(rings, ring + 3);
-  for (let i = 0; i < circle.length; i += 2) {
-    const x = num(circle, i);
-    const z = num(circle, i + 1);
-    writer.normal(out * x, up, out * z);
-    writer.vertex(radius * x, y, radius * z);
+    lowerOut = out;
+    lowerUp = up;
   }
 }
 

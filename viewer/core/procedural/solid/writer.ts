@@ -14,8 +14,8 @@ export class Writer {
   private readonly normals = new Float64Array(9);
   /** The normal of the vertices to come. */
   private readonly written = new Float64Array(3);
-  /** Corners that quadrangles share, as they are placed. */
-  private readonly placed = new Float64Array(3 * 8);
+  /** Corners that faces share, as they are placed. */
+  private placed = new Float64Array(3 * 8);
   /** Whether the frame turns left into right. */
   private mirrored = false;
   /** Triangles that the mesh had before. */
@@ -78,6 +78,56 @@ export class Writer {
     this.finish(at);
   }
 
+  /**
+   * Adds a ring of vertices, for which there is room: directions x, z of each from the y axis, how far from it and how high they
+   * lie. Normals are to come.
+   */
+  ring(circle: Float64Array, radius: number, y: number): void {
+    const { frame, mesh } = this;
+    const { points } = this.room;
+    const xx = num(frame, 0);
+    const xy = num(frame, 1);
+    const xz = num(frame, 2);
+    const upX = num(frame, 3) * y;
+    const upY = num(frame, 4) * y;
+    const upZ = num(frame, 5) * y;
+    const zx = num(frame, 6);
+    const zy = num(frame, 7);
+    const zz = num(frame, 8);
+    const ox = num(frame, 9);
+    const oy = num(frame, 10);
+    const oz = num(frame, 11);
+    let at = 3 * mesh.vertices;
+    for (let i = 0; i < circle.length; i += 2, at += 3) {
+      const u = radius * num(circle, i);
+      const w = radius * num(circle, i + 1);
+      points[at] = xx * u + upX + zx * w + ox;
+      points[at + 1] = xy * u + upY + zy * w + oy;
+      points[at + 2] = xz * u + upZ + zz * w + oz;
+    }
+    mesh.vertices += circle.length / 2;
+  }
+
+  /** Gives the last ring its normals, which lean so much outwards and upwards. */
+  ringNormals(circle: Float64Array, out: number, up: number): void {
+    const { written, mesh } = this;
+    const { directions } = this.room;
+    let at = 3 * mesh.vertices - 1.5 * circle.length;
+    for (let i = 0; i < circle.length; i += 2, at += 3) {
+      this.normal(out * num(circle, i), up, out * num(circle, i + 1));
+      directions[at] = num(written, 0);
+      directions[at + 1] = num(written, 1);
+      directions[at + 2] = num(written, 2);
+    }
+  }
+
+  /** Gives as many last vertices the normals of those from `first` on. */
+  sameNormals(first: number, count: number): void {
+    const { directions } = this.room;
+    const to = 3 * (this.mesh.vertices - count);
+    for (let i = 0; i < 3 * count; i += 1) directions[to + i] = directions[3 * first + i] as number;
+  }
+
   /** Gives the vertex whose position was written its normal. */
   private finish(at: number): void {
     const { mesh, written } = this;
@@ -99,7 +149,7 @@ export class Writer {
     mesh.triangles += 1;
   }
 
-  /** Places one of eight corners that quadrangles share. */
+  /** Places one of the first corners that faces share. */
   place(corner: number, u: number, v: number, w: number): void {
     const { frame, placed } = this;
     const at = 3 * corner;
@@ -108,19 +158,54 @@ export class Writer {
     placed[at + 2] = num(frame, 2) * u + num(frame, 5) * v + num(frame, 8) * w + num(frame, 11);
   }
 
+  /** Places so many corners. */
+  placeAll(points: Float64Array, count: number): void {
+    if (3 * count > this.placed.length) this.placed = new Float64Array(6 * count);
+    const { frame, placed } = this;
+    const xx = num(frame, 0);
+    const xy = num(frame, 1);
+    const xz = num(frame, 2);
+    const yx = num(frame, 3);
+    const yy = num(frame, 4);
+    const yz = num(frame, 5);
+    const zx = num(frame, 6);
+    const zy = num(frame, 7);
+    const zz = num(frame, 8);
+    const ox = num(frame, 9);
+    const oy = num(frame, 10);
+    const oz = num(frame, 11);
+    for (let at = 0; at < 3 * count; at += 3) {
+      const u = num(points, at);
+      const v = num(points, at + 1);
+      const w = num(points, at + 2);
+      placed[at] = xx * u + yx * v + zx * w + ox;
+      placed[at + 1] = xy * u + yy * v + zy * w + oy;
+      placed[at + 2] = xz * u + yz * v + zz * w + oz;
+    }
+  }
+
+  /** Adds a triangle between corners that were placed, for which there is room, from its last corner on. */
+  placedTriangle(a: number, b: number, c: number): void {
+    const first = this.mesh.vertices;
+    this.corner(a);
+    this.corner(b);
+    this.corner(c);
+    this.triangle(first + 2, first, first + 1);
+  }
+
   /** Adds a flat quadrangle between corners in order, for which there is room; it has vertices of its own. */
   quad(a: number, b: number, c: number, d: number): void {
     const first = this.mesh.vertices;
-    this.copied(a);
-    this.copied(b);
-    this.copied(c);
-    this.copied(d);
+    this.corner(a);
+    this.corner(b);
+    this.corner(c);
+    this.corner(d);
     this.triangle(first, first + 1, first + 2);
     this.triangle(first, first + 2, first + 3);
   }
 
-  /** Adds a vertex at a corner. */
-  private copied(corner: number): void {
+  /** Adds a vertex at a corner that was placed, for which there is room. */
+  corner(corner: number): void {
     const { mesh, placed } = this;
     const { points } = this.room;
     const at = 3 * mesh.vertices;

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::Bounds;
 use crate::procedural::limits::{FINEST, MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached};
 use crate::procedural::problem::Problem;
-use crate::procedural::solid::{Faces, Heights, Mesh, SIDES, Solid, SolidKind, Writer};
+use crate::procedural::solid::{Faces, Heights, Mesh, SIDES, Solid, SolidKind, Tools, Writer};
 use crate::procedural::syntax::{At, Expr, Written};
 use crate::procedural::value::Value;
 
@@ -26,20 +27,30 @@ impl<'p> Evaluator<'p> {
         turtle: &Turtle,
         solid: &Solid,
     ) -> Outcome<()> {
+        let reach = (turtle.frame.bounds(&solid.extent()), solid.most_triangles());
+        self.add_written((scope, at, outline_at), turtle.material, reach, |mesh, tools| {
+            solid.write(&mut Writer::new(mesh, &turtle.frame), tools)
+        })
+    }
+
+    /// Adds what is written: so many triangles at most, within a box of the part.
+    #[inline]
+    pub(super) fn add_written(
+        &mut self,
+        (scope, at, outline_at): (&Scope, At, At),
+        material: usize,
+        (bounds, most): (Bounds, u64),
+        write: impl FnOnce(&mut Mesh, &mut Tools) -> Result<(), Problem>,
+    ) -> Outcome<()> {
         let part = &mut self.parts[self.part];
-        part.bounds = part.bounds.union(&turtle.frame.bounds(&solid.extent()));
-        if self.measuring {
-            return Ok(());
-        }
-        let most = solid.most_triangles();
-        if most == 0 {
+        part.bounds = part.bounds.union(&bounds);
+        if self.measuring || most == 0 {
             return Ok(());
         }
         let limit = self.settings.limits.triangles;
         if self.usage.triangles + most > limit {
             return self.error(scope.module, at, reached("triangles", limit));
         }
-        let material = turtle.material;
         let index = match part.meshes.iter().position(|mesh| mesh.material == material) {
             Some(index) => index,
             None => {
@@ -52,7 +63,7 @@ impl<'p> Evaluator<'p> {
         };
         let mesh = &mut part.meshes[index];
         let before = mesh.indices.len();
-        let written = solid.write(&mut Writer::new(mesh, &turtle.frame), &mut self.tools);
+        let written = write(mesh, &mut self.tools);
         self.usage.triangles += (mesh.indices.len() - before) as u64 / 3;
         if mesh.positions.len() > MAX_VERTICES {
             return self.error(scope.module, at, reached("triangles", limit));
@@ -187,7 +198,7 @@ impl<'p> Evaluator<'p> {
         if self.usage.triangles + 2 * u64::from(steps[0]) * u64::from(steps[1]) > limit {
             return self.error(scope.module, at, reached("triangles", limit));
         }
-        let mut heights = Vec::new();
+        let mut heights = Vec::with_capacity((steps[0] as usize + 3) * (steps[1] as usize + 3));
         for j in 0..steps[1] + 3 {
             let z = over[1] * ((f64::from(j) - 1.0) / f64::from(steps[1]) - 0.5);
             let x = |i: u32| over[0] * ((f64::from(i) - 1.0) / f64::from(steps[0]) - 0.5);

@@ -146,27 +146,30 @@ fn write_convex<const N: usize, const T: usize>(
 pub(super) fn write_heights(writer: &mut Writer, field: &Heights) {
     let [columns, rows] = field.steps.map(|steps| steps as usize);
     let [width, depth] = field.over;
-    let (dx, dz) = (width / columns as f64, depth / rows as f64);
-    let row = columns + 3;
-    let height = |i: usize, j: usize| field.heights[j * row + i];
+    let (twice_dx, twice_dz) = (2.0 * (width / columns as f64), 2.0 * (depth / rows as f64));
+    let across = columns + 1;
+    let along = |i: usize| width * (i as f64 / columns as f64 - 0.5);
+    let x: Vec<f64> = (0..across).map(along).collect();
     let first = writer.next();
-    writer.reserve((columns + 1) * (rows + 1), 2 * columns * rows);
+    writer.reserve(across * (rows + 1), 2 * columns * rows);
     for j in 0..=rows {
-        for i in 0..=columns {
-            // Samples begin one step before the rectangle.
-            let slope_x = (height(i + 2, j + 1) - height(i, j + 1)) / (2.0 * dx);
-            let slope_z = (height(i + 1, j + 2) - height(i + 1, j)) / (2.0 * dz);
-            let normal = writer.normal([-slope_x, 1.0, -slope_z]);
-            let x = width * (i as f64 / columns as f64 - 0.5);
-            let z = depth * (j as f64 / rows as f64 - 0.5);
-            writer.vertex([x, height(i + 1, j + 1), z], normal);
-        }
+        let z = depth * (j as f64 / rows as f64 - 0.5);
+        // Samples begin one step before the rectangle.
+        let row = |j: usize| &field.heights[j * (columns + 3)..(j + 1) * (columns + 3)];
+        let (nearer, farther) = (&row(j)[1..=across], &row(j + 2)[1..=across]);
+        let (left, here, right) = (&row(j + 1)[..across], &row(j + 1)[1..=across], &row(j + 1)[2..]);
+        writer.positions(x.iter().zip(here).map(|(&x, &y)| [x, y, z]));
+        writer.normals((0..across).map(|i| {
+            let slope_x = (right[i] - left[i]) / twice_dx;
+            let slope_z = (farther[i] - nearer[i]) / twice_dz;
+            [-slope_x, 1.0, -slope_z]
+        }));
     }
-    let at = |i: usize, j: usize| first + (j * (columns + 1) + i) as u32;
     for j in 0..rows {
-        for i in 0..columns {
-            writer.triangle(at(i, j), at(i, j + 1), at(i + 1, j + 1));
-            writer.triangle(at(i, j), at(i + 1, j + 1), at(i + 1, j));
-        }
+        let near = first + (j * across) as u32;
+        let far = near + across as u32;
+        writer.triangles(columns as u32, |i| {
+            [[near + i, far + i, far + i + 1], [near + i, far + i + 1, near + i + 1]]
+        });
     }
 }

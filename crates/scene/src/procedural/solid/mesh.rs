@@ -27,6 +27,7 @@ pub struct Mesh {
     pub indices: Vec<u32>,
 }
 
+#[inline]
 fn single([x, y, z]: [f64; 3]) -> [f32; 3] {
     [x as f32, y as f32, z as f32]
 }
@@ -74,13 +75,6 @@ impl<'m> Writer<'m> {
         self.mesh.positions.len() as u32
     }
 
-    /// Adds a vertex.
-    #[inline]
-    pub(super) fn vertex(&mut self, position: [f64; 3], normal: [f32; 3]) {
-        self.mesh.positions.push(self.position(position));
-        self.mesh.normals.push(normal);
-    }
-
     /// Adds a triangle that is counter-clockwise before the frame.
     #[inline]
     pub(super) fn triangle(&mut self, a: u32, b: u32, c: u32) {
@@ -95,6 +89,19 @@ impl<'m> Writer<'m> {
         self.mesh
             .positions
             .extend(positions.map(|position| single(frame.point(position))));
+    }
+
+    /// Adds so many vertices where the first lies, if they all lie there.
+    #[inline]
+    pub(super) fn same_positions(&mut self, count: usize, first: [f64; 3]) -> bool {
+        let point = self.frame.point(first);
+        // What differs in the sign of a zero alone adds up to the same, if that is not zero.
+        let is_same = point.iter().all(|&along| along != 0.0);
+        if is_same {
+            let positions = &mut self.mesh.positions;
+            positions.resize(positions.len() + count, single(point));
+        }
+        is_same
     }
 
     /// Adds normals, of any length.

@@ -157,6 +157,11 @@ impl Faces {
         self.ends.push(self.corners.len() as u32);
     }
 
+    /// All of them, when each is a triangle.
+    pub(super) fn triangles(&self) -> Option<Vec<[u32; 3]>> {
+        self.iter().map(|face| face.try_into().ok()).collect()
+    }
+
     pub(super) fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let mut first = 0;
         self.ends.iter().map(move |&end| {
@@ -179,11 +184,11 @@ pub(super) struct Heights {
 }
 
 impl Heights {
-    /// Those on the rectangle, without the samples around it.
-    fn inside(&self) -> impl Iterator<Item = &f64> {
+    /// Rows on the rectangle, without the samples around it.
+    fn inside(&self) -> impl Iterator<Item = &[f64]> {
         let [columns, rows] = self.steps.map(|steps| steps as usize);
         let all = self.heights.chunks(columns + 3).skip(1).take(rows + 1);
-        all.flat_map(move |row| &row[1..columns + 2])
+        all.map(move |row| &row[1..columns + 2])
     }
 }
 
@@ -257,8 +262,12 @@ impl Solid {
             }
             Self::Heights(heights) => {
                 let [w, d] = heights.over;
-                let corner = |y: &f64| [[-w / 2.0, *y, -d / 2.0], [w / 2.0, *y, d / 2.0]];
-                Bounds::around(heights.inside().flat_map(corner))
+                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                for &y in heights.inside().flatten() {
+                    low = if y < low { y } else { low };
+                    high = if y > high { y } else { high };
+                }
+                Bounds::around([[-w / 2.0, low, -d / 2.0], [w / 2.0, high, d / 2.0]])
             }
         }
     }

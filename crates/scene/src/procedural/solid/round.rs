@@ -106,7 +106,10 @@ fn strip(writer: &mut Writer, circle: &[[f64; 2]], rings: &[Ring]) {
             continue;
         }
         let first = writer.next();
-        writer.positions(circle.iter().map(|[x, z]| [ring.radius * x, ring.y, ring.radius * z]));
+        // A tip is one point, which each side has for itself.
+        if ring.radius != 0.0 || !writer.same_positions(circle.len(), [0.0, ring.y, 0.0]) {
+            writer.positions(circle.iter().map(|[x, z]| [ring.radius * x, ring.y, ring.radius * z]));
+        }
         match below {
             Some((under, lower)) if lower.normal.map(f64::to_bits) == ring.normal.map(f64::to_bits) => {
                 writer.same_normals(under, sides);

@@ -2,7 +2,7 @@
 //! by side. Each turn has the numbers that it would have alone: they never meet.
 
 use super::memory::Memory;
-use crate::procedural::arithmetic::{floor, sin_cos_of_each};
+use crate::procedural::arithmetic::floor;
 use crate::procedural::evaluator::statement::MAX_LENGTH as FARTHEST;
 use crate::procedural::operation::{BuiltIn, MAX_POWER, Operator, random, truth};
 use crate::procedural::random::step;
@@ -93,14 +93,22 @@ pub(super) struct Columns<'c, const N: usize> {
 }
 
 impl<const N: usize> Columns<'_, N> {
-    /// Goes through operations; whether nothing is to be said about any turn.
-    pub(super) fn run(&mut self, operations: &[(Operation, Register)], known: &Known) -> bool {
-        operations
-            .iter()
-            .all(|&(operation, to)| self.step(operation, to, known))
+    /// Goes through operations, those that are the same in every turn too when that is wanted; whether nothing is to be said
+    /// about any turn.
+    #[inline(always)]
+    pub(super) fn compute(&mut self, code: &Code, with_shared: bool, known: &Known) -> bool {
+        let shared = if with_shared { &code.shared[..] } else { &[] };
+        for operations in [shared, &code.each[..]] {
+            for &(operation, to) in operations {
+                if !self.step(operation, to, known) {
+                    return false;
+                }
+            }
+        }
+        self.finite(&code.finite)
     }
 
-    #[inline]
+    #[inline(always)]
     fn step(&mut self, operation: Operation, to: Register, known: &Known) -> bool {
         // What an operation takes lies before what it gives.
         let (before, after) = self.numbers.split_at_mut(to as usize);
@@ -126,6 +134,10 @@ impl<const N: usize> Columns<'_, N> {
                 put(after, |i| truth(of[i] == 0.0));
             }
             Operation::Binary(operator, [a, b]) => binary(operator, [at(a), at(b)], after),
+            Operation::BuiltIn(name @ (BuiltIn::Sin | BuiltIn::Cos), [of, ..]) => {
+                let (sin, cos) = self.memory.sin_cos(at(of));
+                after[0] = if name == BuiltIn::Sin { sin } else { cos };
+            }
             Operation::BuiltIn(name, [a, b, c]) => return built_in(name, [at(a), at(b), at(c)], after),
             Operation::Fractal { at: [x, z], octaves } => {
                 let Some(sums) = self.memory.fractal(known.seed, [at(x), at(z)], octaves) else {
@@ -159,7 +171,7 @@ impl<const N: usize> Columns<'_, N> {
                 return sound;
             }
             Operation::Turned { axes, degrees } => {
-                let (sin, cos) = sin_cos_of_each(at(degrees));
+                let (sin, cos) = self.memory.sin_cos(at(degrees));
                 for axis in 0..3 {
                     let (u, v) = (at(axes[0][axis]), at(axes[1][axis]));
                     put(&mut after[axis..], |i| u[i] * cos[i] + v[i] * sin[i]);
@@ -172,7 +184,8 @@ impl<const N: usize> Columns<'_, N> {
     }
 
     /// Whether all of these are finite.
-    pub(super) fn finite(&self, registers: &[Register]) -> bool {
+    #[inline(always)]
+    fn finite(&self, registers: &[Register]) -> bool {
         registers
             .iter()
             .all(|&of| all(&self.numbers[of as usize], f64::is_finite))
@@ -209,10 +222,6 @@ fn built_in<const N: usize>(name: BuiltIn, [a, b, c]: [&[f64; N]; 3], to: &mut [
         BuiltIn::Floor => put(to, |i| floor(a[i])),
         BuiltIn::Clamp => put(to, |i| BuiltIn::Clamp.of(a[i], b[i], c[i])),
         BuiltIn::Power if !all(b, |b| b.abs() <= MAX_POWER && b == floor(b)) => return false,
-        BuiltIn::Sin | BuiltIn::Cos => {
-            let (sin, cos) = sin_cos_of_each(a);
-            put(to, |i| if name == BuiltIn::Sin { sin[i] } else { cos[i] });
-        }
         _ => put(to, |i| name.of(a[i], b[i], c[i])),
     }
     true

@@ -6,6 +6,13 @@ use crate::procedural::evaluator::terminal::sides_of;
 use crate::procedural::solid::Solid;
 
 impl Planned {
+    /// Places triangles in all turns at once, where it is nothing but triangles, and sound.
+    #[inline(always)]
+    pub(super) fn place<const N: usize>(&mut self, numbers: &[[f64; N]]) {
+        let faces = (&self.numbers[..], &self.triangles[..]);
+        self.is_placed = !self.triangles.is_empty() && self.sheaf.place(numbers, &self.frame, faces);
+    }
+
     /// Puts in what `at` gives for the registers of the solid.
     pub(super) fn fill(&mut self, detail: u32, at: impl Fn(Register) -> f64) {
         let numbers = &self.numbers;

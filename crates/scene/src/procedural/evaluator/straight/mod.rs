@@ -1,7 +1,8 @@
 //! What is done at one go? Statements that make no choice, for several turns of a loop side by side: most of what rules draw
 //! is that, leaves of a spray, windows of a wall, the heights of a field. When the traversal first comes to such a statement
 //! it becomes a [`Plan`] ([`mod@plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
-//! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`memory`] keeps noise that is asked for again.
+//! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`sheaf`] places triangles of all turns at once,
+//! both with [`mod@widest`] vectors, and [`memory`] keeps what is asked for again.
 //!
 //! It is known beforehand what such a visit takes, so limits are asked once for all of it. Where anything is amiss nothing
 //! has been done: the nodes are visited one by one, and that says what and where.
@@ -12,15 +13,18 @@ mod emit;
 mod fill;
 mod memory;
 mod plan;
+mod sheaf;
 mod solids;
 #[cfg(test)]
 mod tests;
+mod widest;
 
 use std::ops::Range;
 
 use code::{Code, Columns, Known};
 use memory::Memory;
 use plan::{Plan, Slope, plan, slope};
+use widest::compute;
 
 use super::statement::MAX_LENGTH as FARTHEST;
 use super::{Evaluator, Outcome, Scope, Turtle};
@@ -34,6 +38,8 @@ const MOST_WORK: u32 = 1 << 20;
 const WIDE: usize = 8;
 /// The same for loops of few turns.
 const NARROW: usize = 4;
+/// The same for loops of some more.
+const WIDEST: usize = 12;
 /// Longest axes along x, y and z with which a turtle may turn: as it turns, none gets beyond [`FARTHEST`].
 const LONGEST: f64 = 1e8;
 
@@ -148,8 +154,12 @@ impl<'p> Evaluator<'p> {
             return Ok(0);
         };
         let place = (turtle, &materials[..]);
-        // Whole rows of turns, then what is left over.
-        let whole = turns.count - turns.count % WIDE;
+        // Whole rows of turns, then what is left over; what one row can hold is done in one.
+        let whole = if turns.count <= WIDEST {
+            0
+        } else {
+            turns.count - turns.count % WIDE
+        };
         let mut done = self.chunks::<WIDE>(scope, place, &mut made, (turns, 0..whole))?;
         if done == whole {
             let left = (turns, done..turns.count);
@@ -157,7 +167,8 @@ impl<'p> Evaluator<'p> {
                 0 => done,
                 1 => self.chunks::<1>(scope, place, &mut made, left)?,
                 2..=NARROW => self.chunks::<NARROW>(scope, place, &mut made, left)?,
-                _ => self.chunks::<WIDE>(scope, place, &mut made, left)?,
+                5..=WIDE => self.chunks::<WIDE>(scope, place, &mut made, left)?,
+                _ => self.chunks::<WIDEST>(scope, place, &mut made, left)?,
             };
         }
         if done == turns.count {
@@ -208,26 +219,29 @@ impl<'p> Evaluator<'p> {
                 None => scope.path,
             });
             let known = self.known(scope);
-            let is_sound = (done > range.start || columns.run(&plan.code.shared, &known))
-                && columns.run(&plan.code.each, &known)
-                && columns.finite(&plan.code.finite);
+            let to_place = if self.measuring { &mut [] } else { &mut plan.solids[..] };
+            let is_sound = compute(&mut columns, (&plan.code, done == range.start), &known, to_place);
             if !is_sound {
                 break;
             }
             self.pay(steps, nesting, levels);
             for place in 0..count {
                 for planned in &mut plan.solids {
+                    let place_of = (scope, planned.at, planned.outline_at);
+                    let material = planned.paint.map_or(turtle.material, |paint| materials[paint]);
+                    if planned.is_placed {
+                        let reach = (planned.sheaf.bounds(place), planned.solid.most_triangles());
+                        self.add_written(place_of, material, reach, |mesh, _| {
+                            planned.sheaf.write(place, mesh);
+                            Ok(())
+                        })?;
+                        continue;
+                    }
                     let at = |register: u16| columns.numbers[register as usize][place];
                     planned.fill(self.settings.detail, at);
-                    let mut frame = [0.0; 12];
-                    for (number, register) in frame.iter_mut().zip(planned.frame) {
-                        *number = at(register);
-                    }
-                    let turtle = Turtle {
-                        frame: Affine::of_numbers(frame),
-                        material: planned.paint.map_or(turtle.material, |paint| materials[paint]),
-                    };
-                    self.add((scope, planned.at, planned.outline_at), &turtle, &planned.solid)?;
+                    let frame = Affine::of_numbers(planned.frame.map(at));
+                    let turtle = Turtle { frame, material };
+                    self.add(place_of, &turtle, &planned.solid)?;
                 }
             }
             done += count;
@@ -283,9 +297,7 @@ impl<'p> Evaluator<'p> {
         for first in (0..count).step_by(WIDE) {
             let here = (WIDE as u32).min(count - first);
             columns.numbers[0] = std::array::from_fn(|place| x(first + (place as u32).min(here - 1)));
-            is_sound = (first > 0 || columns.run(&slope.code.shared, &known))
-                && columns.run(&slope.code.each, &known)
-                && columns.finite(&slope.code.finite);
+            is_sound = compute(&mut columns, (&slope.code, first == 0), &known, &mut []);
             if !is_sound {
                 heights.truncate(before);
                 break;

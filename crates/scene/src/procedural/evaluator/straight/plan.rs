@@ -3,6 +3,7 @@
 
 use super::code::{Code, Operation, Register};
 use super::compile::{Compiler, Level};
+use super::sheaf::Sheaf;
 use crate::procedural::evaluator::statement::{MAX_LENGTH as FARTHEST, MIN_SCALE};
 use crate::procedural::evaluator::terminal::MAX_LENGTH;
 use crate::procedural::link::Program;
@@ -43,6 +44,11 @@ pub(super) struct Planned {
     pub(super) numbers: Vec<Register>,
     /// As it was last; numbers are put in turn by turn.
     pub(super) solid: Solid,
+    /// The faces of a mesh, when all are triangles.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// What was placed of them last, if it was sound.
+    pub(super) sheaf: Sheaf,
+    pub(super) is_placed: bool,
 }
 
 /// A number for each point of a height field, by its x and z.

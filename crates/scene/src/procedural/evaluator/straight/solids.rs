@@ -2,6 +2,7 @@
 
 use super::code::Register;
 use super::plan::{Planned, Planner};
+use super::sheaf::Sheaf;
 use crate::procedural::evaluator::terminal::{MAX_LENGTH, outline_at};
 use crate::procedural::limits::{MAX_CORNERS, MAX_SIDES};
 use crate::procedural::solid::{Faces, Solid, SolidKind};
@@ -101,6 +102,10 @@ impl<'p> Planner<'p> {
                 Solid::Mesh { points, faces }
             }
         };
+        let triangles = match &solid {
+            Solid::Mesh { faces, .. } => faces.triangles().unwrap_or_default(),
+            _ => Vec::new(),
+        };
         self.solids.push(Planned {
             at,
             outline_at: outline_at(kind, arguments, at),
@@ -108,6 +113,9 @@ impl<'p> Planner<'p> {
             paint: self.paint,
             numbers,
             solid,
+            triangles,
+            sheaf: Sheaf::default(),
+            is_placed: false,
         });
         Some(())
     }
