@@ -117,7 +117,8 @@ pub(crate) async fn look<S: ByteSource>(
     }
     for visible in all {
         let solid_angle_sr = f64::from(visible.solid_angle_sr);
-        if let Some(seen) = stand_ins.seen(scene, visible.object, solid_angle_sr).await {
+        let is_started = scene.is_started(visible.object).await;
+        if !is_started && let Some(seen) = stand_ins.seen(scene, visible.object, solid_angle_sr).await {
             place.seen.push(seen);
             continue;
         }

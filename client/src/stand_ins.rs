@@ -56,7 +56,7 @@ pub(crate) struct StandIns {
 }
 
 impl StandIns {
-    /// Reads what is worth it for some objects.
+    /// Reads what is worth it for some objects, but for those of which a start has told.
     pub(crate) async fn read<S: ByteSource>(scene: &Scene<S>, objects: &[ObjectId]) -> Self {
         let mut read = Self::default();
         let (Some(root), None) = (&scene.manifest().populations, &scene.manifest().whole) else {
@@ -65,6 +65,9 @@ impl StandIns {
         // What costs what: each population, and the chunks of objects that need not be read for it.
         let mut wanted: BTreeMap<u32, (PageEntry, HashMap<BlobName, Chunk>)> = BTreeMap::new();
         for object in objects {
+            if scene.is_started(*object).await {
+                continue;
+            }
             let holders = match scene.leaf(root, object.0).await {
                 Ok(population) => scene
                     .leaf(&scene.manifest().objects, object.0)

@@ -125,7 +125,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.eye = Some(eye);
         let located = match &self.at {
             Some(entry) => self.scene.locate_from(entry, eye.position).await,
-            None => self.scene.locate(eye.position).await,
+            None => self.scene.begin(eye.position, self.options.rules).await,
         };
         match located {
             Ok(located) => {

@@ -101,7 +101,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         self.now_ms = self.now_ms.max(t_ms);
         let at = match self.here.and_then(|here| self.atlas.place(here)) {
             Some(place) => self.scene.locate_from(&place.entry, self.position).await,
-            None => self.scene.locate(self.position).await,
+            None => self.scene.begin(self.position, self.settings.rules).await,
         };
         let asked_ms = self.courier.charge(self.now_ms);
         let at = match at {
