@@ -28,6 +28,7 @@ import type { Eye } from "./screenerror.ts";
 import { isSameSight, NOTHING_IN_SIGHT, type Shares, type Sight, shares } from "./sight.ts";
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
+import { Starts } from "./starts.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 import { Whereabouts } from "./whereabouts.ts";
@@ -63,6 +64,12 @@ interface Told {
   readonly ids: readonly number[];
   readonly coarsest_bytes: number;
   readonly isHiding: boolean;
+}
+
+/** What can be seen from a cell. */
+interface Beheld {
+  readonly ids: readonly number[];
+  readonly see: (objects: readonly PlacedObject[]) => void;
 }
 
 export class Explorer implements NavigationSpace, Surveyed {
@@ -118,7 +125,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       },
       problem: events.problem,
     });
-    this.whereabouts = new Whereabouts(this.index, {
+    this.whereabouts = new Whereabouts(new Starts(scene, this.index, this.directory), {
       entered: (entry) => {
         events.changed();
         void this.arrive(entry);
@@ -309,22 +316,18 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   private async arrive(entry: CellEntry): Promise<void> {
     const { cell } = entry;
-    const { whole } = this.scene.manifest;
     this.arrivals += 1;
     const arrival = this.arrivals;
     const hasLeft = () => this.closed || this.arrivals !== arrival;
+    const beheld = this.behold(cell, hasLeft);
+    // The walker needs hulls next door, also where nobody knows what can be seen; the first picture does not wait for them.
+    const neighbours = beheld
+      .catch(() => {})
+      .then(() => Promise.all(entry.adjacent.map((next) => this.index.entry(next, PRIORITY.due))));
+    // Should the record fail first, that is what is told.
+    neighbours.catch(() => {});
     try {
-      // Neighbours first by name only: the walker needs their hulls before the eye reaches them.
-      const neighbours = Promise.all(entry.adjacent.map((next) => this.index.entry(next, PRIORITY.document)));
-      // Should the record fail first, that is what is told.
-      neighbours.catch(() => {});
-      const record = await this.records.read(cell, PRIORITY.document);
-      const ids = whole ? [] : this.records.seenFrom(record);
-      if (!whole && !hasLeft()) this.hear(record, ids);
-      const see = (objects: readonly PlacedObject[]) => {
-        if (!whole && !hasLeft()) this.show({ cell, objects, count: ids.length });
-      };
-      see(await this.directory.behold(ids, undefined, see));
+      const { ids, see } = await beheld;
       const resolved = this.directory.resolve(ids, PRIORITY.finer).then(see);
       // Should a neighbour fail first, that is what is told.
       resolved.catch(() => {});
@@ -335,6 +338,20 @@ export class Explorer implements NavigationSpace, Surveyed {
     } catch (error) {
       if (!hasLeft()) this.events.problem(error);
     }
+  }
+
+  /** Shows what can be seen from a cell as soon as it can be drawn; answers with all of it, and with how to show more of that. */
+  private async behold(cell: number, hasLeft: () => boolean): Promise<Beheld> {
+    const record = await this.records.read(cell, PRIORITY.document);
+    // All of a small world is shown from everywhere.
+    if (this.scene.manifest.whole) return { ids: [], see: () => {} };
+    const ids = this.records.seenFrom(record);
+    const see = (objects: readonly PlacedObject[]) => {
+      if (!hasLeft()) this.show({ cell, objects, count: ids.length });
+    };
+    if (!hasLeft()) this.hear(record, ids);
+    see(await this.directory.behold(ids, undefined, see));
+    return { ids, see };
   }
 
   private show(sight: Sight): void {
