@@ -85,7 +85,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   private told: Told | undefined;
   private eye: Eye | undefined;
   private velocity_mps: Vec3 = [0, 0, 0];
-  /** The eye and its velocity as it was last looked at what is wanted; nothing when that is out of date. */
+  /** The eye and its velocity as it was last looked at what is wanted; nothing before the first look. */
   private planned: { readonly eye: Eye; readonly velocity_mps: Vec3 } | undefined;
   private target_px: number;
   /** What is drawn by impostors. */
@@ -293,7 +293,8 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Says which doors are closed: what one of them hides is neither shown nor fetched. */
   shutExactly(doors: ReadonlySet<number>): void {
     if (!this.records.shutExactly(doors)) return;
-    this.ahead.forget();
+    this.ahead.renew();
+    this.planning.ask();
     const { cell } = this.whereabouts;
     if (cell) void this.arrive(cell);
   }
@@ -302,7 +303,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   retry(): void {
     this.loads.forgive();
     this.directory.forgive();
-    this.ahead.forget();
+    this.ahead.renew();
     this.whereabouts.again();
     this.planning.now();
   }
@@ -414,7 +415,9 @@ export class Explorer implements NavigationSpace, Surveyed {
     const wants = wanted(view, loads, this.target_px, bytes_per_s);
     // What lies ahead is of no use before something of all that can be seen is here.
     if (looksAhead && view.isAllKnown && !wants.some(({ cause }) => cause.kind === "missing")) ahead.learn(bytes_per_s);
-    loads.follow(wants);
+    // What is on its way to save memory is not begun anew while that is short.
+    const smaller = loads.short ? this.smaller() : undefined;
+    loads.follow(smaller && loads.brings(smaller) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants);
     const far = farObjects(sight.objects, (model) => loads.of(model), eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;
@@ -424,11 +427,15 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Memory does not hold what is visible: draws something more coarsely, or says that even that does not help. */
   private makeDo(wants: readonly Want[]): void {
-    const smaller = shrink(this.visible, (model) => this.residency.base(model));
+    const smaller = this.smaller();
     if (smaller) this.loads.follow([smaller, ...wants]);
     else if (this.loads.pending === 0 && this.shortIn !== this.sight.cell) {
       this.shortIn = this.sight.cell;
       this.events.problem(new MemoryShortError(this.residency.limit_bytes));
     }
+  }
+
+  private smaller(): Want | undefined {
+    return shrink(this.visible, (model) => this.residency.base(model));
   }
 }
