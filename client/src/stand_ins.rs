@@ -7,7 +7,7 @@
 //! that is wanted cannot be grown. So what populations have spared so far says what the next one will.
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, HashMap, HashSet},
     sync::Arc,
 };
 
@@ -101,7 +101,7 @@ impl StandIns {
             }
             match scene.population(&entry).await {
                 Ok(population) => {
-                    read.take(&population);
+                    read.take(&population, chunks.values().flat_map(|chunk| &chunk.wanted));
                     let is_spared = |chunk: &&Chunk| chunk.wanted.iter().all(|o| read.members.contains_key(o));
                     let mut spared = scene.spared().await;
                     spared.hoped_bytes += hoped_bytes;
@@ -132,10 +132,13 @@ impl StandIns {
         Some(Seen::stand_in(member, model, geometry, solid_angle_sr))
     }
 
-    fn take(&mut self, population: &Arc<Population>) {
+    /// Its other members have been read, or are not asked for.
+    fn take<'o>(&mut self, population: &Arc<Population>, wanted: impl Iterator<Item = &'o ObjectId>) {
+        let wanted: HashSet<_> = wanted.collect();
         let members = population.members.iter().enumerate();
+        let wanted = members.filter(|(_, member)| wanted.contains(&member.object));
         self.members
-            .extend(members.map(|(at, member)| (member.object, (population.clone(), at))));
+            .extend(wanted.map(|(at, member)| (member.object, (population.clone(), at))));
     }
 }
 

@@ -214,6 +214,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         {
             self.read(Ok(at));
         }
+        self.replan();
     }
 
     /// What a model is drawn with.
@@ -306,9 +307,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.planner.offer_bundles(self.options.bundles && offered);
         let mut changes = self.planner.plan(&view, self.meter.bytes_per_s());
         self.cancel();
-        while self
-            .meter
-            .has_room(self.under_way.len(), self.planner.residency.asked_bytes())
+        while self.has_room()
             && let Some(order) = self.planner.next(&mut changes)
         {
             self.start(order);

@@ -133,11 +133,12 @@ impl Grade {
         })
     }
 
-    /// The coarsest level of a model: what a first picture is at least as good as.
+    /// The coarsest level of a model, or what grows where nobody knows of levels: what a first picture is at least as good as.
     #[must_use]
     pub fn coarsest(model: &Model) -> Option<Self> {
-        let level = model.levels.last()?;
-        Some(Self::of_level(model.levels.len() - 1, level))
+        let levels = model.levels.iter().enumerate();
+        let coarsest = levels.last().map(|(number, level)| Self::of_level(number, level));
+        coarsest.or_else(|| Self::of_rules(model))
     }
 
     /// All ways to draw a model: what grows here, levels, finest first, then rungs, coarsest first.

@@ -10,6 +10,7 @@ use super::{
     courier::Courier,
     metered::Metered,
     outcome::{Frame, Memory, Tour},
+    script::distance_m,
 };
 use crate::{
     ByteSource, Error, Scene,
@@ -183,7 +184,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     /// Asks until a time, as much at once as may be under way.
     async fn ask(&mut self, until_ms: f64) {
         while self.now_ms < until_ms {
-            if self.courier.has_room(&self.planner) && self.ask_once().await {
+            if self.courier.has_room() && self.ask_once().await {
                 continue;
             }
             let learnt = self.known_ms.values().copied().filter(|from_ms| *from_ms > self.now_ms);
@@ -280,6 +281,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     /// Levels come instead of what was to grow; what is known only so far is read of anew.
     fn do_without_rules(&mut self) {
         self.settings.rules = false;
+        self.planner.lose_rules();
         for cell in self.atlas.forget_stand_ins() {
             self.known_ms.remove(&cell);
             if self.here == Some(cell) {
@@ -367,8 +369,4 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             rungs: share(rungs),
         }
     }
-}
-
-fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
