@@ -1,6 +1,7 @@
 /**
  * What should be fetched next? A pure function of what is visible, what is held and where the eye is; the same rules as in
- * `client/src/strategy`, and `tests/golden/strategy.json` holds both to the same decisions.
+ * `client/src/strategy`, and `tests/golden/strategy` holds both to the same decisions; what a triangle counts that grows in a
+ * first picture is each one's own affair.
  *
  * Rule 1: something of every visible object, at least as good as its coarsest level, comes before anything finer of
  * anything; objects come in the order of their visible solid angle, as the cell's record lists them. Rule 2: then comes what
