@@ -145,3 +145,28 @@ impl StandIns {
 fn cost_bytes(ext: &str, bytes: u64) -> f64 {
     compressed_bytes(ext, bytes) + REQUEST_BYTES
 }
+
+#[cfg(test)]
+mod tests {
+    use belvedere_scene::population::Member;
+
+    use super::*;
+
+    #[test]
+    fn nothing_stands_for_members_that_are_not_asked_for() {
+        let member = |object| Member {
+            object: ObjectId(object),
+            recipe: 0,
+            position: [0.0; 3],
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            scale: 1.0,
+        };
+        let population = Arc::new(Population {
+            members: (0..4).map(member).collect(),
+            ..Population::default()
+        });
+        let mut read = StandIns::default();
+        read.take(&population, [ObjectId(1), ObjectId(7)].iter());
+        assert_eq!(read.members.keys().collect::<Vec<_>>(), [&ObjectId(1)]);
+    }
+}

@@ -27,6 +27,8 @@ mod event;
 mod mesh;
 mod seedling;
 mod tasks;
+#[cfg(test)]
+mod tests;
 
 use std::{
     collections::{HashMap, HashSet},

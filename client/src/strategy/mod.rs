@@ -26,4 +26,4 @@ pub mod progress;
 pub mod residency;
 pub mod sight;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

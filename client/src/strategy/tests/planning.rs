@@ -121,6 +121,35 @@ fn what_can_only_be_grown_grows_and_levels_take_its_place_where_it_cannot() {
 }
 
 #[test]
+fn rules_stay_lost_for_what_is_learnt_later_and_when_all_else_is_tried_again() {
+    let mut planner = within(u64::MAX);
+    planner.lose_rules();
+    let forms = |planner: &mut Planner| {
+        planner.plan(&view(&[seen_at(1, 1, 1.0, 1.0, grown(1))], Vec::new()), f64::INFINITY);
+        planner.wishes().iter().map(|wish| wish.grade.form).collect::<Vec<_>>()
+    };
+    assert_eq!(forms(&mut planner), [Form::Level]);
+    planner.residency.forgive();
+    assert_eq!(forms(&mut planner), [Form::Level]);
+}
+
+#[test]
+fn what_can_only_be_grown_counts_with_its_rules() {
+    let mut standing_in = grown(1);
+    standing_in.levels.clear();
+    let here = [seen_at(1, 1, 300.0, 1.0, standing_in)];
+    let mut planner = within(u64::MAX);
+    assert_eq!(plan::least_bytes(&here, &planner.residency), 2_000);
+    let of = |planner: &Planner| {
+        let progress = first_progress(&here, &planner.residency);
+        [progress.loaded_bytes, progress.total_bytes]
+    };
+    assert_eq!(of(&planner), [0, 2_000]);
+    fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    assert_eq!(of(&planner), [2_000, 2_000]);
+}
+
+#[test]
 fn a_stream_that_is_damaged_leaves_its_model_to_levels() {
     let mut streamed = model(1);
     streamed.levels.truncate(1);
@@ -205,6 +234,11 @@ fn small_files_come_together_and_each_once() {
     );
     assert_each_file_once(&orders);
     assert!(here.iter().all(|seen| planner.residency.held(seen.model).is_some()));
+    // Servers compress files, and no bundles.
+    for order in &orders {
+        let travels_whole = order.files.len() > 1 || order.path().ends_with(".png");
+        assert_eq!(order.line_bytes() == order.bytes() as f64, travels_whole, "{}", order.path());
+    }
 }
 
 #[test]
