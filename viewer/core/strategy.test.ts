@@ -45,6 +45,8 @@ interface Shape {
   readonly rungs?: readonly (readonly [number, number, number])[];
   /** Which one holds the coarsest level, and from where on. */
   readonly pack?: readonly [number, number];
+  /** Of the one file of rules from which all grow that do. */
+  readonly rules_bytes?: number;
 }
 
 interface Walk {
@@ -64,7 +66,8 @@ const decisions: Record<string, unknown> = read("decisions.json");
 /** The picture that published switching distances are made for. */
 const PICTURE = { viewAngle_rad: Math.PI / 3, height_px: 1080 };
 
-function modelOf({ levels, pictures, rungs, pack }: Shape, model: number): Model {
+function modelOf({ levels, pictures, rungs, pack, rules_bytes }: Shape, model: number): Model {
+  const [[, triangles, geometricError] = [0, 0, 0]] = levels;
   return {
     model,
     levels: levels.map(([bytes, triangles, geometricError], level) => ({
@@ -89,8 +92,12 @@ function modelOf({ levels, pictures, rungs, pack }: Shape, model: number): Model
         geometricError,
       })),
     },
+    rules: rules_bytes === undefined ? undefined : { ...RULES, file: rulesOf(rules_bytes), triangles, geometricError },
   };
 }
+
+const RULES = { imports: new Map(), part: undefined, parameters: {}, seed: 0 };
+const rulesOf = (bytes: number): FileRef => ({ url: "/o/rules.dcg", bytes });
 
 const packOf = ([pack, from]: readonly [number, number]) => ({
   url: `/o/${pack}.pack`,
@@ -142,7 +149,7 @@ class Shelves implements Stock {
 
 function told({ object, grade, cause }: Want): string {
   const why = cause.kind === "ahead" ? `c${cause.cell} ${cause.due ? "due" : "later"}` : cause.kind;
-  return `${why}: m${object.model.model} ${nameOf(grade)}`;
+  return `${why}: m${object.model.model} ${grade.kind === "grown" ? "grown from rules" : nameOf(grade)}`;
 }
 
 const rounded = (x: number) => Math.round(x * 1e6) / 1e6 + 0;

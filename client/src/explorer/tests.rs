@@ -50,7 +50,10 @@ async fn explorer() -> Explorer<Bare> {
     });
     let pointer = Bytes::from(pointer.to_string());
     let bare: SceneName = "bare".parse().expect("a name");
-    let scene = Client::new(Bare { pointer, manifest }).open(&bare).await.expect("a scene");
+    let scene = Client::new(Bare { pointer, manifest })
+        .open(&bare)
+        .await
+        .expect("a scene");
     let options = ExplorerOptions {
         rules: true,
         ..ExplorerOptions::default()

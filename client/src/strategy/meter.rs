@@ -81,7 +81,10 @@ mod tests {
     #[test]
     fn as_much_may_be_under_way_as_comes_in_half_a_second() {
         let mut meter = Meter::default();
-        assert_eq!([60_000.0, 70_000.0].map(|bytes| meter.has_room(7, bytes)), [true, false]);
+        assert_eq!(
+            [60_000.0, 70_000.0].map(|bytes| meter.has_room(7, bytes)),
+            [true, false]
+        );
         meter.came(0.0, 1.0, 16_000.0);
         assert_eq!([7_999.0, 8_000.0].map(|bytes| meter.has_room(2, bytes)), [true, false]);
         assert!(meter.has_room(1, 1e9) && !meter.has_room(8, 0.0));

@@ -237,7 +237,12 @@ fn small_files_come_together_and_each_once() {
     // Servers compress files, and no bundles.
     for order in &orders {
         let travels_whole = order.files.len() > 1 || order.path().ends_with(".png");
-        assert_eq!(order.line_bytes() == order.bytes() as f64, travels_whole, "{}", order.path());
+        assert_eq!(
+            order.line_bytes() == order.bytes() as f64,
+            travels_whole,
+            "{}",
+            order.path()
+        );
     }
 }
 
