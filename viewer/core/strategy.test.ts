@@ -132,6 +132,11 @@ class Shelves implements Stock {
 
   readonly costOf = (file: FileRef) => (this.here.has(file.url) ? 0 : costAlone_bytes(file));
 
+  /** Whether nothing need come for it. */
+  has({ object: { model }, grade }: Want): boolean {
+    return filesOf(model, grade, this.of(model.model).taken).every((file) => this.costOf(file) === 0);
+  }
+
   hold(model: Model, held: Grade): void {
     const before = this.of(model.model);
     for (const { url } of filesOf(model, held, before.taken)) this.here.add(url);
@@ -176,7 +181,7 @@ function decide({ cell, poses, bytes_per_s, most_triangles, held = [], lost = []
   for (;;) {
     const [next] = wanted(view, stock, target_px, bytes_per_s ?? Number.POSITIVE_INFINITY);
     if (!next || fetched.length > 1000) break;
-    fetched.push(told(next));
+    if (!stock.has(next)) fetched.push(told(next));
     stock.hold(next.object.model, next.grade);
   }
   return {
