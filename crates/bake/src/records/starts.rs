@@ -51,7 +51,9 @@ impl Written<'_> {
 
     fn start(&self, cell: CellId) -> Start {
         let around = self.around(cell);
-        let seen = around.iter().flat_map(|cell| &self.visibility.cells[cell.index()].objects);
+        let seen = around
+            .iter()
+            .flat_map(|cell| &self.visibility.cells[cell.index()].objects);
         let seen: BTreeSet<_> = seen.map(|seen| seen.object as usize).collect();
         let objects: Vec<_> = seen.into_iter().map(|object| self.objects.0[object].clone()).collect();
         let models = objects.iter().map(|entry| entry.model);
