@@ -1,5 +1,5 @@
-//! How does one begin? With one document about the cell where one stands and all that can be seen from there, instead of the
-//! chunks of the index that say the same among much else.
+//! How does one begin? With one document about the cell where one stands, those around, and all that can be seen from there, instead
+//! of the chunks of the index that say the same among much else.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::{ByteSource, Error, Scene};
 
 impl<S: ByteSource> Scene<S> {
     /// As [`Scene::locate`], for who begins at a point (world space, metres): where the scene has a start for it, all that
-    /// [`Scene::entry`] and [`Scene::model`] are asked of what can be seen from that cell is known from then on. `grows` says
+    /// [`Scene::cell`], [`Scene::entry`] and [`Scene::model`] are asked of what is around is known from then on. `grows` says
     /// whether the caller takes [populations](Scene::population) where these are fewer bytes. A start that cannot be had is done
     /// without.
     ///
@@ -34,10 +34,10 @@ impl<S: ByteSource> Scene<S> {
             return None;
         }
         let start: Arc<Start> = self.indexed(&named.url).await.ok()?;
-        if start.cell.cell != named.cell || !start.cell.holds_alone(point) {
-            return None;
-        }
+        let cell = start
+            .cell()
+            .filter(|entry| entry.cell == named.cell && entry.holds_alone(point))?;
         self.learn(&start).await;
-        Some(start.cell.clone())
+        Some(cell.clone())
     }
 }

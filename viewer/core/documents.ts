@@ -159,9 +159,11 @@ export interface Whole {
   readonly models: ReadonlyMap<number, Model>;
 }
 
-/** What one needs to know first in a cell: all that can be seen from there, and the models of that. */
+/** What one needs to know first in a cell: those around, all that can be seen from them, and the models of that. */
 export interface Start extends Whole {
-  readonly cell: CellEntry;
+  /** Where one begins. */
+  readonly start: number;
+  readonly cells: readonly CellEntry[];
 }
 
 /** Where a start is. */
@@ -268,7 +270,7 @@ function readStartRef(json: Json): StartRef {
 }
 
 export function readStart(json: Json): Start {
-  return { cell: readCellEntry(json.field("cell")), ...readWhole(json) };
+  return { start: json.field("start").id("c"), cells: readCellChunk(json), ...readWhole(json) };
 }
 
 function readPlane(json: Json): Plane {

@@ -1,6 +1,6 @@
 /**
- * In which cell does one begin? Where the scene has a start for it, one document says that, and all about what can be seen from
- * there, instead of the chunks of the index that say the same among much else (`client/src/start.rs`).
+ * In which cell does one begin? Where the scene has a start for it, one document says that, which cells are around, and all
+ * about what can be seen from there, instead of the chunks of the index that say the same among much else (`client/src/start.rs`).
  */
 import type { CellIndex, Located } from "./cellindex.ts";
 import { holdsAlone } from "./convex.ts";
@@ -35,9 +35,10 @@ export class Starts implements Locator {
     });
     if (!named || this.index.known(named.cell)) return undefined;
     const start = await this.scene.start(named, PRIORITY.document).catch(() => undefined);
-    if (!start || start.cell.cell !== named.cell || !holdsAlone(start.cell, point)) return undefined;
-    this.index.meet(start.cell);
+    const here = start?.cells.find(({ cell }) => cell === start.start);
+    if (!start || here?.cell !== named.cell || !holdsAlone(here, point)) return undefined;
+    for (const entry of start.cells) this.index.meet(entry);
     this.directory.take(start);
-    return start.cell;
+    return here;
   }
 }

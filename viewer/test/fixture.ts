@@ -330,13 +330,14 @@ class Publisher {
     };
   }
 
-  /** What one needs to know first in the first room. */
+  /** What one needs to know first in the first room, its doorway and the room behind that. */
   private start(entries: readonly Entry[]) {
-    const record = this.record(0);
-    const seen = [...record.lpvs, ...record.opvs].map(({ object }) => object).sort((a, b) => a - b);
-    const objects = seen.flatMap((object) => entries[object] ?? []);
+    const cells = [0, 1, 2].filter((cell) => cell < this.options.rooms * 2 - 1);
+    const records = cells.map((cell) => this.record(cell));
+    const seen = new Set(records.flatMap(({ lpvs, opvs }) => [...lpvs, ...opvs].map(({ object }) => object)));
+    const objects = [...seen].sort((a, b) => a - b).flatMap((object) => entries[object] ?? []);
     const models = Object.fromEntries(objects.map(({ model }) => [model, this.models[model]]));
-    const body = { cell: this.cellEntry(0), objects, models };
+    const body = { start: "c0", cells: cells.map((cell) => this.cellEntry(cell)), objects, models };
     const size = text(body).length;
     return { cell: "c0", bounds: cellBounds(0), url: this.json(body), bytes: size, grown_bytes: size };
   }

@@ -1,8 +1,8 @@
-//! What does one need to know first who begins in a cell? The cell, what can be seen from it and what there is of that, in one
-//! document: an immutable object (`.json`).
+//! What does one need to know first who begins in a cell? The cell and those around it, what can be seen from them and what there
+//! is of that, in one document: an immutable object (`.json`).
 //!
 //! The index says the same in chunks, most of which tell of what cannot be seen from there. Who walks on reads these sooner or
-//! later; who begins waits for each byte of them. So the cells of [viewpoints](crate::pointer::Viewpoint) have a start.
+//! later; who begins waits for each byte of them, and is around the next corner before long. So the cells of [viewpoints](crate::pointer::Viewpoint) have a start.
 
 use std::collections::BTreeMap;
 
@@ -17,15 +17,28 @@ use crate::{
 /// A manifest names no more starts.
 pub const MOST_STARTS: usize = 16;
 
-/// What the index knows of a cell, of all that its record lists, and of the models of that.
+/// Cells reach so many steps from the one in which one begins: doorways are cells, too.
+pub const STEPS_AROUND: usize = 2;
+
+/// What the index knows of a cell and of those around, of all that their records list, and of the models of that.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Start {
-    /// The cell.
-    pub cell: CellEntry,
-    /// Every object that can be seen from it, with rising ids.
+    /// Where one begins.
+    pub start: CellId,
+    /// That cell and those up to [`STEPS_AROUND`] steps away, with rising ids.
+    pub cells: Vec<CellEntry>,
+    /// Every object that can be seen from any of them, with rising ids.
     pub objects: Vec<ObjectEntry>,
     /// Every model that they use.
     pub models: BTreeMap<ModelId, Model>,
+}
+
+impl Start {
+    /// The cell in which one begins.
+    #[must_use]
+    pub fn cell(&self) -> Option<&CellEntry> {
+        self.cells.iter().find(|entry| entry.cell == self.start)
+    }
 }
 
 /// Where a start is.

@@ -99,6 +99,23 @@ fn rules_come_once_and_grow_what_they_draw_for_fewer_bytes_than_levels() {
 }
 
 #[test]
+fn models_grow_where_their_levels_take_more_than_the_rules_that_all_of_them_share() {
+    let waiting = |number: u32| {
+        let mut model = grown(number);
+        model.procedural.as_mut().unwrap().rules_bytes = 4_000;
+        seen_at(number, number, 300.0, 1.0, model)
+    };
+    let forms = |count: u32| -> Vec<Form> {
+        let here: Vec<_> = (0..count).map(waiting).collect();
+        let wishes = plan::first_wishes(&here, &within(u64::MAX).residency);
+        wishes.iter().map(|wish| wish.grade.form).collect()
+    };
+    // A level takes 2,000 · 0.47 + 400 bytes; the rules 4,000 · 0.29 + 400, and a thousand triangles count 250.
+    assert_eq!(forms(1), [Form::Level]);
+    assert_eq!(forms(2), [Form::Grown; 2]);
+}
+
+#[test]
 fn what_can_only_be_grown_grows_and_levels_take_its_place_where_it_cannot() {
     let mut standing_in = grown(1);
     standing_in.levels.clear();

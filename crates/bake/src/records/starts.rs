@@ -7,7 +7,7 @@ use belvedere_scene::{
     index::CellEntry,
     object::{Model, ObjectEntry},
     pointer::Viewpoint,
-    start::{MOST_STARTS, Start, StartRef},
+    start::{MOST_STARTS, STEPS_AROUND, Start, StartRef},
 };
 
 use super::{
@@ -40,7 +40,7 @@ impl Written<'_> {
             let (url, bytes) = ledger.put_json(&start)?;
             Ok(StartRef {
                 cell,
-                bounds: start.cell.bounds,
+                bounds: self.cells.0[cell.index()].bounds,
                 url,
                 bytes,
                 grown_bytes: self.grown_bytes(&start),
@@ -50,16 +50,30 @@ impl Written<'_> {
     }
 
     fn start(&self, cell: CellId) -> Start {
-        let seen = &self.visibility.cells[cell.index()].objects;
-        let seen: BTreeSet<_> = seen.iter().map(|seen| seen.object as usize).collect();
+        let around = self.around(cell);
+        let seen = around
+            .iter()
+            .flat_map(|cell| &self.visibility.cells[cell.index()].objects);
+        let seen: BTreeSet<_> = seen.map(|seen| seen.object as usize).collect();
         let objects: Vec<_> = seen.into_iter().map(|object| self.objects.0[object].clone()).collect();
         let models = objects.iter().map(|entry| entry.model);
         let models = models.map(|model| (model, self.models.0[model.index()].clone()));
         Start {
-            cell: self.cells.0[cell.index()].clone(),
+            start: cell,
+            cells: around.iter().map(|cell| self.cells.0[cell.index()].clone()).collect(),
             models: models.collect(),
             objects,
         }
+    }
+
+    /// A cell, and those up to so many steps away.
+    fn around(&self, cell: CellId) -> BTreeSet<CellId> {
+        let mut around = BTreeSet::from([cell]);
+        for _ in 0..STEPS_AROUND {
+            let next = around.iter().flat_map(|cell| &self.cells.0[cell.index()].adjacent);
+            around = next.copied().chain(around.iter().copied()).collect();
+        }
+        around
     }
 
     /// Bytes of the documents that say as much to who grows rules.
@@ -70,7 +84,9 @@ impl Written<'_> {
                 documents.insert(chunk.url.clone(), chunk.bytes);
             }
         };
-        read(self.cells.1, start.cell.cell.0);
+        for entry in &start.cells {
+            read(self.cells.1, entry.cell.0);
+        }
         for entry in &start.objects {
             match self.populations {
                 Some(tree) if populations::is_member(entry, &start.models[&entry.model]) => read(tree, entry.object.0),
