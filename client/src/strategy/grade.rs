@@ -141,9 +141,9 @@ impl Grade {
     /// The coarsest level of a model, or what grows where nobody knows of levels: what a first picture is at least as good as.
     #[must_use]
     pub fn coarsest(model: &Model) -> Option<Self> {
-        let levels = model.levels.iter().enumerate();
-        let coarsest = levels.last().map(|(number, level)| Self::of_level(number, level));
-        coarsest.or_else(|| Self::of_rules(model))
+        let coarsest = model.levels.iter().enumerate().next_back();
+        let level = coarsest.map(|(number, level)| Self::of_level(number, level));
+        level.or_else(|| Self::of_rules(model))
     }
 
     /// All ways to draw a model: what grows here, levels, finest first, then rungs, coarsest first.
