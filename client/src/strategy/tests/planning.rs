@@ -237,6 +237,7 @@ fn small_files_come_together_and_each_once() {
             url: name(&format!("picture {at}"), "png"),
             bytes: 3_000,
         };
+        model.levels[0].bytes = 400;
         model.levels[0].textures = vec![texture(number), texture(number / 2)];
         seen_at(number, number, 300.0, 1.0, model)
     };
