@@ -113,10 +113,16 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         if self.here == Some(at.cell) {
             return;
         }
-        self.here = Some(at.cell);
+        let cell = at.cell;
+        self.here = Some(cell);
         self.planned_at = None;
         self.learn(at, asked_ms).await;
         self.look_around();
+        if self.is_known(cell) {
+            // What is here already is drawn at once, whether or not anything more may be asked for now.
+            let changes = self.plan(cell);
+            self.note(&changes);
+        }
     }
 
     /// Reads what can be seen from a cell. What cannot be read is counted, and will never be there.
