@@ -13,7 +13,7 @@ import type { Ahead } from "./scheduler.ts";
 interface Place {
   /** What can be seen from there, or could be when that was last learnt; unknown while its documents travel. */
   objects: readonly PlacedObject[] | undefined;
-  /** How urgent its documents are; nothing is more urgent than what has been learnt. */
+  /** How urgently its documents were asked for; most of all once they are here, so that nobody asks again. */
   priority: number;
 }
 
