@@ -35,6 +35,13 @@ pub(crate) struct Place {
     pub(crate) lost: usize,
 }
 
+impl Place {
+    /// Whether some objects are known only as far as they can be grown.
+    pub(crate) fn has_stand_ins(&self) -> bool {
+        self.seen.iter().any(Seen::is_stand_in)
+    }
+}
+
 /// All cells that were read of.
 #[derive(Debug, Default)]
 pub(crate) struct Atlas {
@@ -59,13 +66,8 @@ impl Atlas {
 
     /// Forgets what is known only as far as it can be grown; says of which cells.
     pub(crate) fn forget_stand_ins(&mut self) -> Vec<CellId> {
-        let stands_in = |place: &&Place| place.seen.iter().any(Seen::is_stand_in);
-        let forgotten: Vec<_> = self
-            .places
-            .values()
-            .filter(stands_in)
-            .map(|place| place.entry.cell)
-            .collect();
+        let places = self.places.values().filter(|place| place.has_stand_ins());
+        let forgotten: Vec<_> = places.map(|place| place.entry.cell).collect();
         for cell in &forgotten {
             self.places.remove(cell);
         }

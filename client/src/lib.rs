@@ -7,7 +7,7 @@
 //! let client = Client::new(HttpSource::new("http://127.0.0.1:8080")?);
 //! let scene = client.open(&"museum".parse().expect("a scene name")).await?;
 //! let eye = scene.pointer().viewpoints[0].position;
-//! let located = scene.locate(eye).await?;
+//! let located = scene.begin(eye, false).await?;
 //! let record = scene.record(&located.cell).await?;
 //! let objects = scene.visible(&record).await?;
 //! let coarsest: Vec<_> = objects.iter().filter_map(|object| object.levels.last()).collect();
@@ -38,6 +38,7 @@ mod packs;
 mod scene;
 mod source;
 mod stand_ins;
+mod start;
 pub mod strategy;
 pub mod tour;
 mod walk;

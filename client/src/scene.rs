@@ -1,5 +1,5 @@
 //! How does a client find its way inside one revision? Pointer → manifest → one chunk of the cell index → record →
-//! the object chunks that it names. Index documents are kept; nothing else is.
+//! the object chunks that it names; where one begins, a start instead of all these chunks. Index documents are kept; nothing else is.
 
 use std::{any::Any, collections::HashMap, sync::Arc};
 
@@ -11,6 +11,7 @@ use belvedere_scene::{
     pointer::{Pointer, SceneList},
     population::Population,
     record::{CellRecord, Steps},
+    start::Start,
     walk::CellWalk,
 };
 use bytes::Bytes;
@@ -72,6 +73,7 @@ impl<S: ByteSource> Client<S> {
             manifest,
             index: Mutex::default(),
             lost: Mutex::default(),
+            started: Mutex::default(),
             models: Mutex::default(),
             grown: Mutex::default(),
             spared: Mutex::default(),
@@ -85,6 +87,13 @@ struct FormatOnly {
     format: u32,
 }
 
+/// What starts have told.
+#[derive(Debug, Default)]
+struct Started {
+    cells: HashMap<CellId, CellEntry>,
+    objects: HashMap<ObjectId, ObjectEntry>,
+}
+
 /// One revision of a scene. It never changes; open the scene again to see whether there is a newer one.
 #[derive(Debug)]
 pub struct Scene<S> {
@@ -95,6 +104,7 @@ pub struct Scene<S> {
     index: Mutex<HashMap<BlobName, Arc<dyn Any + Send + Sync>>>,
     /// Those that could not be had, and why.
     lost: Mutex<HashMap<BlobName, String>>,
+    started: Mutex<Started>,
     models: Mutex<HashMap<ModelId, Arc<Model>>>,
     /// Models of which populations have told: they can be grown, and nobody knows how else they can be drawn.
     grown: Mutex<HashMap<ModelId, Arc<Model>>>,
@@ -167,6 +177,9 @@ impl<S: ByteSource> Scene<S> {
     /// # Errors
     /// When a part of the index cannot be fetched or read.
     pub async fn cell(&self, cell: CellId) -> Result<Option<CellEntry>, Error> {
+        if let Some(known) = self.started.lock().await.cells.get(&cell) {
+            return Ok(Some(known.clone()));
+        }
         let Some(entry) = self.leaf(&self.manifest.cells, cell.0).await? else {
             return Ok(None);
         };
@@ -226,6 +239,9 @@ impl<S: ByteSource> Scene<S> {
         if let Some(whole) = &self.manifest.whole {
             let found = whole.objects.iter().find(|entry| entry.object == object);
             return found.cloned().ok_or_else(missing);
+        }
+        if let Some(known) = self.started.lock().await.objects.get(&object) {
+            return Ok(known.clone());
         }
         let leaf = self.leaf(&self.manifest.objects, object.0).await?.ok_or_else(missing)?;
         let chunk: Arc<ObjectChunk> = self.indexed(&leaf.url).await?;
@@ -292,6 +308,24 @@ impl<S: ByteSource> Scene<S> {
         self.spared.lock().await
     }
 
+    /// Takes in what a start tells.
+    pub(crate) async fn learn(&self, start: &Start) {
+        let mut started = self.started.lock().await;
+        let Started { cells, objects } = &mut *started;
+        cells.extend(start.cells.iter().map(|entry| (entry.cell, entry.clone())));
+        objects.extend(start.objects.iter().map(|entry| (entry.object, entry.clone())));
+        drop(started);
+        let mut models = self.models.lock().await;
+        for (id, model) in &start.models {
+            models.entry(*id).or_insert_with(|| Arc::new(model.clone()));
+        }
+    }
+
+    /// Whether a start has told of an object.
+    pub(crate) async fn is_started(&self, object: ObjectId) -> bool {
+        self.started.lock().await.objects.contains_key(&object)
+    }
+
     /// Whether a document of an index has been read.
     pub(crate) async fn is_read(&self, name: &BlobName) -> bool {
         self.index.lock().await.contains_key(name)
@@ -320,7 +354,10 @@ impl<S: ByteSource> Scene<S> {
     }
 
     /// A document of an index, fetched once; what is not there, or damaged, is not asked for again either.
-    async fn indexed<T: DeserializeOwned + Send + Sync + 'static>(&self, name: &BlobName) -> Result<Arc<T>, Error> {
+    pub(crate) async fn indexed<T: DeserializeOwned + Send + Sync + 'static>(
+        &self,
+        name: &BlobName,
+    ) -> Result<Arc<T>, Error> {
         self.read_once(name, |bytes| document::<T>(&name.url(), bytes)).await
     }
 

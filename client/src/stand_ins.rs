@@ -7,7 +7,7 @@
 //! that is wanted cannot be grown. So what populations have spared so far says what the next one will.
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, HashMap, HashSet},
     sync::Arc,
 };
 
@@ -56,7 +56,7 @@ pub(crate) struct StandIns {
 }
 
 impl StandIns {
-    /// Reads what is worth it for some objects.
+    /// Reads what is worth it for some objects, but for those of which a start has told.
     pub(crate) async fn read<S: ByteSource>(scene: &Scene<S>, objects: &[ObjectId]) -> Self {
         let mut read = Self::default();
         let (Some(root), None) = (&scene.manifest().populations, &scene.manifest().whole) else {
@@ -65,6 +65,9 @@ impl StandIns {
         // What costs what: each population, and the chunks of objects that need not be read for it.
         let mut wanted: BTreeMap<u32, (PageEntry, HashMap<BlobName, Chunk>)> = BTreeMap::new();
         for object in objects {
+            if scene.is_started(*object).await {
+                continue;
+            }
             let holders = match scene.leaf(root, object.0).await {
                 Ok(population) => scene
                     .leaf(&scene.manifest().objects, object.0)
@@ -98,7 +101,7 @@ impl StandIns {
             }
             match scene.population(&entry).await {
                 Ok(population) => {
-                    read.take(&population);
+                    read.take(&population, chunks.values().flat_map(|chunk| &chunk.wanted));
                     let is_spared = |chunk: &&Chunk| chunk.wanted.iter().all(|o| read.members.contains_key(o));
                     let mut spared = scene.spared().await;
                     spared.hoped_bytes += hoped_bytes;
@@ -129,13 +132,41 @@ impl StandIns {
         Some(Seen::stand_in(member, model, geometry, solid_angle_sr))
     }
 
-    fn take(&mut self, population: &Arc<Population>) {
+    /// Its other members have been read, or are not asked for.
+    fn take<'o>(&mut self, population: &Arc<Population>, wanted: impl Iterator<Item = &'o ObjectId>) {
+        let wanted: HashSet<_> = wanted.collect();
         let members = population.members.iter().enumerate();
+        let wanted = members.filter(|(_, member)| wanted.contains(&member.object));
         self.members
-            .extend(members.map(|(at, member)| (member.object, (population.clone(), at))));
+            .extend(wanted.map(|(at, member)| (member.object, (population.clone(), at))));
     }
 }
 
 fn cost_bytes(ext: &str, bytes: u64) -> f64 {
     compressed_bytes(ext, bytes) + REQUEST_BYTES
+}
+
+#[cfg(test)]
+mod tests {
+    use belvedere_scene::population::Member;
+
+    use super::*;
+
+    #[test]
+    fn nothing_stands_for_members_that_are_not_asked_for() {
+        let member = |object| Member {
+            object: ObjectId(object),
+            recipe: 0,
+            position: [0.0; 3],
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            scale: 1.0,
+        };
+        let population = Arc::new(Population {
+            members: (0..4).map(member).collect(),
+            ..Population::default()
+        });
+        let mut read = StandIns::default();
+        read.take(&population, [ObjectId(1), ObjectId(7)].iter());
+        assert_eq!(read.members.keys().collect::<Vec<_>>(), [&ObjectId(1)]);
+    }
 }

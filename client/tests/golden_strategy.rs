@@ -5,7 +5,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 
-use std::{collections::HashMap, fs, path::PathBuf, sync::Arc};
+use std::{
+    collections::{BTreeMap, HashMap},
+    fs,
+    path::PathBuf,
+    sync::Arc,
+};
 
 use belvedere_client::strategy::{
     ahead::{Cells, approaches},
@@ -20,7 +25,7 @@ use belvedere_client::strategy::{
 use belvedere_scene::{
     BlobName, Bounds, CellId, ModelId, ObjectId,
     index::CellEntry,
-    object::{Level, Model, PackRef, TextureRef},
+    object::{Level, Model, PackRef, Procedural, TextureRef},
     record::Portal,
     rung::{Rung, RungName, SmoothLod},
 };
@@ -61,7 +66,7 @@ struct Object {
 }
 
 /// Levels as bytes, triangles and error, with the bytes of their pictures; rungs as end, triangles and error; which pack
-/// holds the coarsest level, and from where on.
+/// holds the coarsest level, and from where on; the bytes of the one file of rules from which all grow that do.
 #[derive(Deserialize)]
 struct Shape {
     levels: Vec<(u64, u64, f64)>,
@@ -70,6 +75,7 @@ struct Shape {
     #[serde(default)]
     rungs: Vec<(u64, u64, f64)>,
     pack: Option<(usize, u64)>,
+    rules_bytes: Option<u64>,
 }
 
 #[derive(Deserialize)]
@@ -136,7 +142,14 @@ fn model_of(number: usize, shape: &Shape, packs: &[Pack]) -> Model {
         levels: shape.levels.iter().enumerate().map(level).collect(),
         smooth: (!shape.rungs.is_empty()).then(|| stream_of(number, &shape.rungs)),
         impostor: None,
-        procedural: None,
+        procedural: shape.rules_bytes.map(|rules_bytes| Procedural {
+            rules: name("rules", "dcg"),
+            rules_bytes,
+            imports: BTreeMap::new(),
+            part: None,
+            parameters: BTreeMap::new(),
+            seed: 0,
+        }),
     }
 }
 

@@ -1,67 +1,13 @@
 //! A client that is told only where the eye is: it fetches what can be seen, and goes on where something is wrong.
 
-use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex},
+use crate::{
+    program::{Data, THREE_ROOMS},
+    watched::{Harm, Watched},
 };
-
 use belvedere_client::{
     ByteSource, Client, Error, Event, Explorer, ExplorerOptions, FolderSource, HttpSource, Retrying,
     strategy::{order::Budgets, sight::Eye},
 };
-use bytes::Bytes;
-
-use crate::program::{Data, THREE_ROOMS};
-
-/// What a source does to an answer.
-type Harm = fn(&str, Bytes) -> Result<Bytes, Error>;
-
-/// A source that counts what is asked for, and does harm to it.
-#[derive(Clone)]
-struct Watched<S> {
-    source: S,
-    asked: Arc<Mutex<BTreeMap<String, u32>>>,
-    harm: Harm,
-}
-
-impl<S> Watched<S> {
-    fn new(source: S, harm: Harm) -> Self {
-        Self {
-            source,
-            asked: Arc::default(),
-            harm,
-        }
-    }
-
-    fn requests(&self) -> usize {
-        self.asked.lock().expect("the notes").len()
-    }
-
-    fn twice(&self) -> Vec<String> {
-        let asked = self.asked.lock().expect("the notes");
-        let twice = asked
-            .iter()
-            .filter(|(path, times)| path.starts_with("/o/") && **times > 1);
-        twice.map(|(path, _)| path.clone()).collect()
-    }
-}
-
-impl<S: ByteSource> ByteSource for Watched<S> {
-    async fn get(&self, path: &str) -> Result<Bytes, Error> {
-        *self
-            .asked
-            .lock()
-            .expect("the notes")
-            .entry(path.to_owned())
-            .or_default() += 1;
-        let bytes = self.source.get(path).await?;
-        (self.harm)(path, bytes)
-    }
-
-    fn offers_bundles(&self) -> bool {
-        self.source.offers_bundles()
-    }
-}
 
 fn rooms() -> (Data, String) {
     let data = Data::new();

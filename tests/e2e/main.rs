@@ -18,11 +18,13 @@ mod program;
 mod publishing;
 mod rambling;
 mod smooth;
+mod standing_in;
 mod triangles;
 mod uploading;
 mod verifying;
 mod visible;
 mod visiting;
 mod walking;
+mod watched;
 #[path = "../http/wire.rs"]
 mod wire;

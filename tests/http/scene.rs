@@ -271,6 +271,7 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
         objects,
         models: Page { entries: vec![models] },
         populations: None,
+        starts: Vec::new(),
         whole: None,
     };
     let bytes = serde_json::to_vec(&manifest).unwrap();

@@ -86,6 +86,11 @@ export class CellIndex {
     return this.entries.values();
   }
 
+  /** Takes in what another document says of a cell. */
+  meet(entry: CellEntry): void {
+    this.entries.set(entry.cell, entry);
+  }
+
   /** Reads the chunks nearest to a point, at most so many. */
   async learn(point: Vec3, most_chunks: number): Promise<void> {
     const open = [...this.scene.manifest.cells.entries];
@@ -135,7 +140,7 @@ export class CellIndex {
 
   private async chunk(entry: PageEntry, priority: number): Promise<CellEntry[]> {
     const cells = await this.scene.cellChunk(entry, priority);
-    for (const cell of cells) this.entries.set(cell.cell, cell);
+    for (const cell of cells) this.meet(cell);
     return cells;
   }
 }

@@ -60,6 +60,8 @@ export interface Manifest {
   readonly models: Page;
   /** Where grown models stand, by id of object; `undefined` when none does. */
   readonly populations: Page | undefined;
+  /** What who begins in one of these cells needs to know first. */
+  readonly starts: readonly StartRef[];
   /** A small world: every object at once, and all of them count as visible. */
   readonly whole: Whole | undefined;
 }
@@ -157,6 +159,22 @@ export interface Whole {
   readonly models: ReadonlyMap<number, Model>;
 }
 
+/** What one needs to know first in a cell: those around, all that can be seen from them, and the models of that. */
+export interface Start extends Whole {
+  /** Where one begins. */
+  readonly start: number;
+  readonly cells: readonly CellEntry[];
+}
+
+/** Where a start is. */
+export interface StartRef extends FileRef {
+  readonly cell: number;
+  /** The box around its hull. */
+  readonly bounds: Bounds;
+  /** Bytes of what who grows rules would read instead. */
+  readonly grownBytes: number;
+}
+
 export function readSceneList(json: Json): SceneSummary[] {
   return json.field("scenes").list((scene) => ({
     scene: scene.field("scene").text(),
@@ -204,6 +222,7 @@ export function readManifest(json: Json): Manifest {
     objects: readPage(json.field("objects")),
     models: readPage(json.field("models")),
     populations: json.field("populations").optional(readPage),
+    starts: json.field("starts").optional((starts) => starts.list(readStartRef)) ?? [],
     whole: json.field("whole").optional(readWhole),
   };
 }
@@ -226,7 +245,11 @@ export function readPage(json: Json): Page {
 }
 
 export function readCellChunk(json: Json): CellEntry[] {
-  return json.field("cells").list((cell) => ({
+  return json.field("cells").list(readCellEntry);
+}
+
+function readCellEntry(cell: Json): CellEntry {
+  return {
     cell: cell.field("cell").id("c"),
     bounds: cell.field("bounds").bounds(),
     planes: cell.field("planes").optional((planes) => planes.list(readPlane)) ?? [],
@@ -234,7 +257,20 @@ export function readCellChunk(json: Json): CellEntry[] {
     record: cell.field("record").blob(),
     recordBytes: cell.field("record_bytes").count(),
     steps: cell.field("steps").optional((url) => ({ url: url.blob(), bytes: cell.field("steps_bytes").count() })),
-  }));
+  };
+}
+
+function readStartRef(json: Json): StartRef {
+  return {
+    ...readFile(json),
+    cell: json.field("cell").id("c"),
+    bounds: json.field("bounds").bounds(),
+    grownBytes: json.field("grown_bytes").count(),
+  };
+}
+
+export function readStart(json: Json): Start {
+  return { start: json.field("start").id("c"), cells: readCellChunk(json), ...readWhole(json) };
 }
 
 function readPlane(json: Json): Plane {

@@ -28,6 +28,7 @@ import type { Eye } from "./screenerror.ts";
 import { isSameSight, NOTHING_IN_SIGHT, type Shares, type Sight, shares } from "./sight.ts";
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
+import { Starts } from "./starts.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 import { Whereabouts } from "./whereabouts.ts";
@@ -65,6 +66,12 @@ interface Told {
   readonly isHiding: boolean;
 }
 
+/** What can be seen from a cell. */
+interface Beheld {
+  readonly ids: readonly number[];
+  readonly see: (objects: readonly PlacedObject[]) => void;
+}
+
 export class Explorer implements NavigationSpace, Surveyed {
   readonly directory: ObjectDirectory;
   readonly residency: ResidencySet;
@@ -78,7 +85,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   private told: Told | undefined;
   private eye: Eye | undefined;
   private velocity_mps: Vec3 = [0, 0, 0];
-  /** The eye and its velocity as it was last looked at what is wanted; nothing when that is out of date. */
+  /** The eye and its velocity as it was last looked at what is wanted; nothing before the first look. */
   private planned: { readonly eye: Eye; readonly velocity_mps: Vec3 } | undefined;
   private target_px: number;
   /** What is drawn by impostors. */
@@ -118,7 +125,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       },
       problem: events.problem,
     });
-    this.whereabouts = new Whereabouts(this.index, {
+    this.whereabouts = new Whereabouts(new Starts(scene, this.index, this.directory), {
       entered: (entry) => {
         events.changed();
         void this.arrive(entry);
@@ -286,7 +293,8 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Says which doors are closed: what one of them hides is neither shown nor fetched. */
   shutExactly(doors: ReadonlySet<number>): void {
     if (!this.records.shutExactly(doors)) return;
-    this.ahead.forget();
+    this.ahead.renew();
+    this.planning.ask();
     const { cell } = this.whereabouts;
     if (cell) void this.arrive(cell);
   }
@@ -295,7 +303,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   retry(): void {
     this.loads.forgive();
     this.directory.forgive();
-    this.ahead.forget();
+    this.ahead.renew();
     this.whereabouts.again();
     this.planning.now();
   }
@@ -309,22 +317,18 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   private async arrive(entry: CellEntry): Promise<void> {
     const { cell } = entry;
-    const { whole } = this.scene.manifest;
     this.arrivals += 1;
     const arrival = this.arrivals;
     const hasLeft = () => this.closed || this.arrivals !== arrival;
+    const beheld = this.behold(cell, hasLeft);
+    // The walker needs hulls next door, also where nobody knows what can be seen; the first picture does not wait for them.
+    const neighbours = beheld
+      .catch(() => {})
+      .then(() => Promise.all(entry.adjacent.map((next) => this.index.entry(next, PRIORITY.due))));
+    // Should the record fail first, that is what is told.
+    neighbours.catch(() => {});
     try {
-      // Neighbours first by name only: the walker needs their hulls before the eye reaches them.
-      const neighbours = Promise.all(entry.adjacent.map((next) => this.index.entry(next, PRIORITY.document)));
-      // Should the record fail first, that is what is told.
-      neighbours.catch(() => {});
-      const record = await this.records.read(cell, PRIORITY.document);
-      const ids = whole ? [] : this.records.seenFrom(record);
-      if (!whole && !hasLeft()) this.hear(record, ids);
-      const see = (objects: readonly PlacedObject[]) => {
-        if (!whole && !hasLeft()) this.show({ cell, objects, count: ids.length });
-      };
-      see(await this.directory.behold(ids, undefined, see));
+      const { ids, see } = await beheld;
       const resolved = this.directory.resolve(ids, PRIORITY.finer).then(see);
       // Should a neighbour fail first, that is what is told.
       resolved.catch(() => {});
@@ -335,6 +339,20 @@ export class Explorer implements NavigationSpace, Surveyed {
     } catch (error) {
       if (!hasLeft()) this.events.problem(error);
     }
+  }
+
+  /** Shows what can be seen from a cell as soon as it can be drawn; answers with all of it, and with how to show more of that. */
+  private async behold(cell: number, hasLeft: () => boolean): Promise<Beheld> {
+    const record = await this.records.read(cell, PRIORITY.document);
+    // All of a small world is shown from everywhere.
+    if (this.scene.manifest.whole) return { ids: [], see: () => {} };
+    const ids = this.records.seenFrom(record);
+    const see = (objects: readonly PlacedObject[]) => {
+      if (!hasLeft()) this.show({ cell, objects, count: ids.length });
+    };
+    if (!hasLeft()) this.hear(record, ids);
+    see(await this.directory.behold(ids, undefined, see));
+    return { ids, see };
   }
 
   private show(sight: Sight): void {
@@ -397,7 +415,9 @@ export class Explorer implements NavigationSpace, Surveyed {
     const wants = wanted(view, loads, this.target_px, bytes_per_s);
     // What lies ahead is of no use before something of all that can be seen is here.
     if (looksAhead && view.isAllKnown && !wants.some(({ cause }) => cause.kind === "missing")) ahead.learn(bytes_per_s);
-    loads.follow(wants);
+    // What is on its way to save memory is not begun anew while that is short.
+    const smaller = loads.short ? this.smaller() : undefined;
+    loads.follow(smaller && loads.brings(smaller) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants);
     const far = farObjects(sight.objects, (model) => loads.of(model), eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;
@@ -407,11 +427,15 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Memory does not hold what is visible: draws something more coarsely, or says that even that does not help. */
   private makeDo(wants: readonly Want[]): void {
-    const smaller = shrink(this.visible, (model) => this.residency.base(model));
+    const smaller = this.smaller();
     if (smaller) this.loads.follow([smaller, ...wants]);
     else if (this.loads.pending === 0 && this.shortIn !== this.sight.cell) {
       this.shortIn = this.sight.cell;
       this.events.problem(new MemoryShortError(this.residency.limit_bytes));
     }
+  }
+
+  private smaller(): Want | undefined {
+    return shrink(this.visible, (model) => this.residency.base(model));
   }
 }

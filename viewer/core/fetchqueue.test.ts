@@ -1,5 +1,7 @@
 import { describe, expect, it, vi } from "vitest";
 import { FETCH_DEFAULTS, FetchQueue, type FetchQueueOptions } from "./fetchqueue.ts";
+import { PRIORITY } from "./priority.ts";
+import type { Shelf } from "./shelf.ts";
 import { FetchError } from "./transfer.ts";
 import { webCryptoDigest } from "./verify.ts";
 
@@ -117,5 +119,36 @@ describe("the fetch queue", () => {
     const { queue } = manual({ stall_ms: 5, fetch });
     expect((await queue.request("a", 1)).byteLength).toBe(2);
     expect(queue.tally.retries).toBe(1);
+  });
+});
+
+describe("what may be under way", () => {
+  /** A line that takes so many bytes more, and what it was asked for. */
+  function lineOf(most_bytes: number) {
+    const asked_bytes: number[] = [];
+    const hasRoom = (_: number, bytes: number) => {
+      asked_bytes.push(bytes);
+      return bytes < most_bytes;
+    };
+    const starts = () => ({ receives: () => {}, ends: () => {} });
+    return { meter: { request_bytes: 400, bytes_per_s: 1e6, hasRoom, starts }, asked_bytes };
+  }
+
+  it("counts as it travels, compressed", () => {
+    const { meter, asked_bytes } = lineOf(Number.POSITIVE_INFINITY);
+    const { queue, open } = manual({ meter });
+    void queue.request("a.glb", PRIORITY.coarsest, { bytes: 10_000 });
+    expect(asked_bytes.at(-1)).toBeCloseTo(4_700);
+    void queue.request("b.slod", PRIORITY.coarsest, { bytes: 10_000 });
+    expect(asked_bytes.at(-1)).toBeCloseTo(14_700);
+    expect(open.length).toBe(2);
+  });
+
+  it("holds up nothing that this device has kept", async () => {
+    const kept = { has: (url: string) => url === "kept", read: async () => new ArrayBuffer(3) };
+    const { queue, open } = manual({ meter: lineOf(0).meter, shelf: kept as unknown as Shelf });
+    void queue.request("far away", PRIORITY.coarsest, { bytes: 10_000 });
+    const near = await queue.request("kept", PRIORITY.finer, { bytes: 3 });
+    expect([near.byteLength, open.length]).toEqual([3, 0]);
   });
 });

@@ -197,7 +197,7 @@ export class FetchQueue {
       }
       const [first] = next;
       const requests = first && this.isOnLine(first) ? 1 : 0;
-      const bytes = requests * next.reduce((sum, download) => sum + (download.bytes ?? 0), 0);
+      const bytes = requests * lineBytes(next);
       const count = (sign: 1 | -1) => {
         this.transfers += sign;
         this.line.requests += sign * requests;
@@ -217,8 +217,11 @@ export class FetchQueue {
     const inLine = [...this.waiting.values()].sort((a, b) => a.priority - b.priority || a.order - b.order);
     // Half of the transfers are left for what is large, or turns out to be urgent.
     const full = 2 * this.bundles >= this.options.concurrency;
-    const first = inLine.find((one) => !full || purposeOf(one.priority) === "document" || !this.mayCome(one));
-    if (!first || (this.isOnLine(first) && !this.meter.hasRoom(this.line.requests, this.line.bytes))) return [];
+    const hasRoom = this.meter.hasRoom(this.line.requests, this.line.bytes);
+    const mayGo = (one: Download) =>
+      (hasRoom || !this.isOnLine(one)) && (!full || purposeOf(one.priority) === "document" || !this.mayCome(one));
+    const first = inLine.find(mayGo);
+    if (!first) return [];
     if (full || !this.mayCome(first)) return [first];
     const purpose = purposeOf(first.priority);
     return together(inLine.filter((one) => purposeOf(one.priority) === purpose && this.mayCome(one)));
@@ -363,6 +366,12 @@ export class FetchQueue {
       trace.ends();
     }
   }
+}
+
+/** What comes with one request takes so many bytes on the line; bundles are not compressed, whatever is in them. */
+function lineBytes(downloads: readonly Download[]): number {
+  const travels = ({ url, bytes = 0 }: Download) => (downloads.length > 1 ? bytes : compressed_bytes({ url, bytes }));
+  return downloads.reduce((sum, download) => sum + travels(download), 0);
 }
 
 function cancelled(url: string): FetchError {

@@ -7,7 +7,8 @@
  * which the fewest bytes have still to travel ({@link CostOf}: compressed, requests included). Rungs that are held are not
  * paid again, nor are pictures, materials and rules that are here. So smooth LODs are left alone where they would be worse:
  * where the coarsest levels of many models come in one compressed pack, where a coarse level names its pictures in a
- * smaller size, or where a model is too small to pay for its materials. Rules that are here would cost nothing for any
+ * smaller size, or where a model is too small to pay for its materials. Rules for which many wait cost each its share
+ * (`sharing.ts`). Rules that are here would cost nothing for any
  * model, and fill the picture with triangles that nobody sees: so each triangle that grows counts as a byte.
  */
 import type { FileRef, Level, Model, Rung, Smooth } from "./documents.ts";

@@ -1,9 +1,10 @@
 import validator from "gltf-validator";
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import { explore } from "../test/explore.ts";
 import type { Vec3 } from "./geometry.ts";
 import { type Port, type Seedling, WorkerGrowing } from "./growing.ts";
 import { grownGlb } from "./grownglb.ts";
+import { ModelLoads } from "./modelloads.ts";
 import { growModel } from "./procedural/index.ts";
 
 /** From here it takes the finest level of the ball. */
@@ -52,6 +53,25 @@ describe("an explorer of what has grown from rules", () => {
     expect(explorer.quality()).toEqual({ here: 1, sharp: 1 });
     expect(explorer.residency.grades()).not.toHaveProperty("g0");
     expect(explorer.models.noteOf(BALL)).toMatch(/dcg/);
+  });
+
+  it("fetches a coarser level once where memory is short, however one walks meanwhile", async () => {
+    const { explorer, requests, go, quiet } = await explore({ grown: true, populated: true, delay_ms: 60 });
+    go(NEAR);
+    await quiet();
+    const coarsest = explorer.visible.find(({ model }) => model.model === BALL)?.model.levels.at(-1)?.url ?? "none";
+    const short = vi.spyOn(ModelLoads.prototype, "short", "get").mockReturnValue(true);
+    try {
+      for (let step = 0; step < 8; step += 1) {
+        go([1.5 + 0.3 * (step % 2), 0.5, 2.4]);
+        await new Promise((resolve) => setTimeout(resolve, 20));
+      }
+      await quiet();
+    } finally {
+      short.mockRestore();
+    }
+    expect(requests.filter((path) => path.endsWith(coarsest)).length).toBe(1);
+    expect(explorer.residency.base(BALL)?.grade).toMatchObject({ kind: "level" });
   });
 });
 

@@ -4,8 +4,8 @@
  * `client/src/strategy/meter.rs`.
  */
 
-/** How much one answer changes the mean. */
-const WEIGHT = 0.2;
+/** What each answer lets be forgotten of those before it. */
+const FORGETTING = 0.2;
 /** So many requests are under way at most … */
 const MOST_REQUESTS = 8;
 /** … and no more than what comes in this time, beside one … */
@@ -15,7 +15,10 @@ const UNKNOWN_BYTES = 64 * 1024;
 
 /** Learns from what comes. */
 export class LineSpeed {
-  private mean_bytes_per_s: number | undefined;
+  /** What came, the latest most … */
+  private bytes = 0;
+  /** … and in what time. */
+  private busy_s = 0;
   private lastCame_ms = 0;
 
   /** So many bytes that were asked for at one time came at another, both from any beginning. */
@@ -23,19 +26,22 @@ export class LineSpeed {
     const busy_s = (came_ms - Math.max(asked_ms, this.lastCame_ms)) / 1000;
     this.lastCame_ms = Math.max(this.lastCame_ms, came_ms);
     if (busy_s <= 0) return;
-    const now = bytes / busy_s;
-    const before = this.mean_bytes_per_s ?? now;
-    this.mean_bytes_per_s = before + WEIGHT * (now - before);
+    this.bytes += bytes - FORGETTING * this.bytes;
+    this.busy_s += busy_s - FORGETTING * this.busy_s;
   }
 
   /** Infinite while nothing is known. */
   get bytes_per_s(): number {
-    return this.mean_bytes_per_s ?? Number.POSITIVE_INFINITY;
+    return this.isKnown ? this.bytes / this.busy_s : Number.POSITIVE_INFINITY;
   }
 
-  /** Whether one more may be under way beside so many requests with so many bytes. */
+  /** Whether one more may be under way beside so many requests, whose answers take so many bytes on the line. */
   hasRoom(requests: number, bytes: number): boolean {
-    const most_bytes = this.mean_bytes_per_s === undefined ? UNKNOWN_BYTES : this.mean_bytes_per_s * AHEAD_S;
+    const most_bytes = this.isKnown ? AHEAD_S * this.bytes_per_s : UNKNOWN_BYTES;
     return requests < 2 || (requests < MOST_REQUESTS && bytes < most_bytes);
+  }
+
+  private get isKnown(): boolean {
+    return this.busy_s > 0;
   }
 }

@@ -11,9 +11,9 @@ import type { Ahead } from "./scheduler.ts";
 
 /** A cell that was asked for. */
 interface Place {
-  /** What can be seen from there; unknown while its documents travel. */
+  /** What can be seen from there, or could be when that was last learnt; unknown while its documents travel. */
   objects: readonly PlacedObject[] | undefined;
-  /** How urgent its documents are. */
+  /** How urgently its documents were asked for; most of all once they are here, so that nobody asks again. */
   priority: number;
 }
 
@@ -53,18 +53,17 @@ export class LookAhead {
       const when = whenToKnow(in_s, bytes_per_s);
       if (when === "not yet") continue;
       const priority = when === "due" ? PRIORITY.due : PRIORITY.prefetch;
-      const place = this.places.get(cell) ?? { objects: undefined, priority: Number.POSITIVE_INFINITY };
-      if (place.objects || place.priority <= priority) continue;
+      const place = this.places.get(cell) ?? unlearnt(undefined);
+      if (place.priority <= priority) continue;
       place.priority = priority;
       this.places.set(cell, place);
       void this.read(cell, place);
     }
   }
 
-  /** Learns all of it anew. */
-  forget(): void {
-    this.places.clear();
-    this.coming = [];
+  /** All of it is to be learnt anew, and what is known serves until then. */
+  renew(): void {
+    for (const [cell, { objects }] of this.places) this.places.set(cell, unlearnt(objects));
   }
 
   private async read(cell: number, place: Place): Promise<void> {
@@ -74,11 +73,16 @@ export class LookAhead {
       const ids = this.records.seenFrom(record);
       const objects = await this.directory.behold(ids, { documents: priority, models: priority });
       place.objects = ofEachModel(objects);
+      place.priority = Number.NEGATIVE_INFINITY;
       if (this.places.get(cell) === place) this.changed();
     } catch {
       // As for neighbours: entering the cell asks again and reports what is wrong.
     }
   }
+}
+
+function unlearnt(objects: Place["objects"]): Place {
+  return { objects, priority: Number.POSITIVE_INFINITY };
 }
 
 /** Of each model the first object. */

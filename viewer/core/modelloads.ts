@@ -101,6 +101,11 @@ export class ModelLoads implements ModelNotes {
     return this.loads.size;
   }
 
+  /** Whether something of the model of a want is on its way. */
+  brings({ object }: Want): boolean {
+    return this.loads.has(object.model.model);
+  }
+
   of(model: number): Holding {
     const held = this.parts.residency.held(model)?.grade;
     const { pictures_bytes } = this.beside.get(model) ?? NOTHING_BESIDE;

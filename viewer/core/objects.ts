@@ -2,7 +2,7 @@
  * What is known of an object before it has any geometry? Finds objects and their models by id through the page trees, a chunk of
  * neighbours at a time, and joins each with its model. Where that takes long, something stands in (`standins.ts`).
  */
-import type { Model, ObjectEntry, Page, PageEntry } from "./documents.ts";
+import type { Model, ObjectEntry, Page, PageEntry, Whole } from "./documents.ts";
 import { type Holder, holdersOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
@@ -50,10 +50,19 @@ export class ObjectDirectory {
   ) {
     const { whole, populations } = scene.manifest;
     if (populations && uses.rules !== false) this.standIns = new StandIns(scene, populations);
-    if (!whole) return;
-    this.learn(whole.models);
-    for (const entry of whole.objects) {
-      this.entries.set(entry.object, entry);
+    if (whole) this.take(whole);
+  }
+
+  /** Whether what stands for objects is read where it takes fewer bytes. */
+  get grows(): boolean {
+    return this.standIns !== undefined;
+  }
+
+  /** Takes in objects with all of their models. */
+  take({ objects, models }: Whole): void {
+    this.learn(models);
+    for (const entry of objects) {
+      if (!this.objects.has(entry.object)) this.entries.set(entry.object, entry);
       this.placed(entry.object);
     }
   }

@@ -1,37 +1,14 @@
 import { expect, it } from "vitest";
+import { EYE, placedAhead } from "../test/placed.ts";
 import type { Grade, Holding } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import { firstProgress, type Scope, sharpProgress } from "./progress.ts";
-import type { Eye } from "./screenerror.ts";
 
-const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
 const TEXTURE = { url: "/o/t", bytes: 50 };
 
-/** An object so far away with a level for each error, finest first, of 1,000, 500, 250 … bytes and a shared picture each. */
-function object(id: number, model: number, distance_m: number, errors: number[]): PlacedObject {
-  return {
-    entry: {
-      object: id,
-      sourceNode: "",
-      bounds: { min: [-1, -1, -distance_m - 1], max: [1, 1, -distance_m] },
-      worldFromObject: [],
-      scale: 1,
-      model,
-    },
-    model: {
-      model,
-      levels: errors.map((geometricError, level) => ({
-        level,
-        url: `/o/${model}-${level}`,
-        bytes: 1000 >> level,
-        triangles: 1,
-        geometricError,
-        textures: [TEXTURE],
-        pack: undefined,
-      })),
-    },
-  };
-}
+/** All levels show the same picture. */
+const object = (id: number, model: number, distance_m: number, errors: number[]) =>
+  placedAhead(id, model, distance_m, errors, [TEXTURE]);
 
 const level = (number: number, geometricError = 0): Grade => ({ kind: "level", number, triangles: 1, geometricError });
 const having = (grade: Grade | undefined): Holding => ({ held: grade, taken: 0, failed: new Set<string>() });

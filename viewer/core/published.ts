@@ -19,7 +19,9 @@ import {
   readPage,
   readPointer,
   readSceneList,
+  readStart,
   type SceneSummary,
+  type Start,
 } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { Json } from "./json.ts";
@@ -78,6 +80,12 @@ export class PublishedScene {
   modelChunk(file: FileRef, priority: number): Promise<ReadonlyMap<number, Model>> {
     return this.document(file, priority, "what objects are", (bytes) =>
       readModelChunk(jsonOf(bytes, `the model chunk ${file.url}`)),
+    );
+  }
+
+  start(file: FileRef, priority: number): Promise<Start> {
+    return this.document(file, priority, "all that can be seen first", (bytes) =>
+      readStart(jsonOf(bytes, `the start ${file.url}`)),
     );
   }
 

@@ -1,39 +1,11 @@
 import { describe, expect, it } from "vitest";
+import { EYE, placedAhead } from "../test/placed.ts";
 import { type Grade, goalOf } from "./grades.ts";
-import type { PlacedObject } from "./objects.ts";
 import { plan, type Stock, shrink } from "./scheduler.ts";
-import { type Eye, errorThatDoes, screenError_px } from "./screenerror.ts";
+import { errorThatDoes, screenError_px } from "./screenerror.ts";
 import { costAlone_bytes } from "./travel.ts";
 
-const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };
 const TARGET_PX = 1.5;
-
-/** An object whose nearest point lies `distance_m` ahead, with one level for each error, finest first. */
-function object(id: number, model: number, distance_m: number, errors: number[], texture = ""): PlacedObject {
-  return {
-    entry: {
-      object: id,
-      sourceNode: `node ${id}`,
-      bounds: { min: [-1, -1, -distance_m - 1], max: [1, 1, -distance_m] },
-      worldFromObject: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
-      scale: 1,
-      model,
-    },
-    model: {
-      model,
-      levels: errors.map((geometricError, level) => ({
-        level,
-        url: `/o/${model}-${level}`,
-        bytes: 1000 >> level,
-        triangles: 1,
-        geometricError,
-        textures: texture ? [{ url: texture, bytes: 50 }] : [],
-        pack: undefined,
-      })),
-    },
-  };
-}
-
 const ERRORS = [0, 0.01, 0.1];
 const level = (number: number, geometricError = ERRORS[number] ?? 0): Grade => ({
   kind: "level",
@@ -55,9 +27,9 @@ function holding(held: Record<number, number>, failed: Record<number, number[]> 
 const summary = (wants: ReturnType<typeof plan>) => wants.map((want) => [want.object.model.model, want.grade.number]);
 
 describe("the plan", () => {
-  const near = object(0, 0, 1, [0, 0.01, 0.1]);
-  const far = object(1, 1, 200, [0, 0.01, 0.1]);
-  const middle = object(2, 2, 20, [0, 0.01, 0.1]);
+  const near = placedAhead(0, 0, 1, [0, 0.01, 0.1]);
+  const far = placedAhead(1, 1, 200, [0, 0.01, 0.1]);
+  const middle = placedAhead(2, 2, 20, [0, 0.01, 0.1]);
 
   it("holds coarsest levels only, in the record's order, while one is missing", () => {
     expect(summary(plan([far, near, middle], holding({ 0: 2 }), EYE, TARGET_PX))).toEqual([
@@ -74,7 +46,7 @@ describe("the plan", () => {
   });
 
   it("fetches a shared model once, as fine as its nearest object needs", () => {
-    const twin = object(3, 1, 1, [0, 0.01, 0.1]);
+    const twin = placedAhead(3, 1, 1, [0, 0.01, 0.1]);
     expect(summary(plan([far, twin], holding({}), EYE, TARGET_PX))).toEqual([[1, 2]]);
     expect(summary(plan([far, twin], holding({ 1: 2 }), EYE, TARGET_PX))).toEqual([[1, 0]]);
   });
@@ -104,7 +76,7 @@ it("one millimetre at one metre covers about a pixel of a 1080 pixel picture und
 });
 
 it("an eye inside an object's box wants the finest level", () => {
-  const around = object(0, 0, -0.5, [0.001, 0.1]);
+  const around = placedAhead(0, 0, -0.5, [0.001, 0.1]);
   const most_error = errorThatDoes(around, EYE, 1.5);
   const nothing = { held: undefined, taken: 0, failed: new Set<string>() };
   expect(goalOf(around.model, most_error, nothing, costAlone_bytes)).toMatchObject({ kind: "level", number: 0 });

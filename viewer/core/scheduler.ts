@@ -1,6 +1,7 @@
 /**
  * What should be fetched next? A pure function of what is visible, what is held and where the eye is; the same rules as in
- * `client/src/strategy`, and `tests/golden/strategy.json` holds both to the same decisions.
+ * `client/src/strategy`, and `tests/golden/strategy` holds both to the same decisions; what a triangle counts that grows in a
+ * first picture is each one's own affair.
  *
  * Rule 1: something of every visible object, at least as good as its coarsest level, comes before anything finer of
  * anything; objects come in the order of their visible solid angle, as the cell's record lists them. Rule 2: then comes what
@@ -29,6 +30,7 @@ import type { PlacedObject } from "./objects.ts";
 import { type Cause, priorityOf, type Want } from "./priority.ts";
 import type { Held } from "./residency.ts";
 import { type Eye, errorOf_px, errorThatDoes } from "./screenerror.ts";
+import { shared } from "./sharing.ts";
 import type { CostOf } from "./travel.ts";
 
 /** A triangle that need not be drawn in any picture is worth fetching so many bytes. */
@@ -110,13 +112,15 @@ export function plan(visible: readonly PlacedObject[], stock: Stock, eye: Eye, t
 
 /** Something of every model of which nothing is held, each once. */
 export function firstWants(visible: readonly PlacedObject[], stock: Stock): Want[] {
+  const isMissing = ({ model }: PlacedObject) => stock.of(model.model).held === undefined;
+  const waiting = new Map(visible.filter(isMissing).map(({ model }) => [model.model, model]));
+  const costOf = shared([...waiting.values()], stock.costOf);
   const named = new Set<number>();
   const wants: Want[] = [];
   visible.forEach((object, rank) => {
     const { model } = object;
-    if (named.has(model.model)) return;
-    const holding = stock.of(model.model);
-    const goal = holding.held === undefined ? firstGoal(object, holding, stock.costOf) : undefined;
+    if (named.has(model.model) || !waiting.has(model.model)) return;
+    const goal = firstGoal(object, stock.of(model.model), costOf);
     if (!goal) return;
     named.add(model.model);
     wants.push(want(object, stepTowards(model, goal, undefined), { kind: "missing" }, rank));

@@ -45,6 +45,8 @@ interface Shape {
   readonly rungs?: readonly (readonly [number, number, number])[];
   /** Which one holds the coarsest level, and from where on. */
   readonly pack?: readonly [number, number];
+  /** Of the one file of rules from which all grow that do. */
+  readonly rules_bytes?: number;
 }
 
 interface Walk {
@@ -64,7 +66,8 @@ const decisions: Record<string, unknown> = read("decisions.json");
 /** The picture that published switching distances are made for. */
 const PICTURE = { viewAngle_rad: Math.PI / 3, height_px: 1080 };
 
-function modelOf({ levels, pictures, rungs, pack }: Shape, model: number): Model {
+function modelOf({ levels, pictures, rungs, pack, rules_bytes }: Shape, model: number): Model {
+  const [[, triangles, geometricError] = [0, 0, 0]] = levels;
   return {
     model,
     levels: levels.map(([bytes, triangles, geometricError], level) => ({
@@ -89,8 +92,12 @@ function modelOf({ levels, pictures, rungs, pack }: Shape, model: number): Model
         geometricError,
       })),
     },
+    rules: rules_bytes === undefined ? undefined : { ...RULES, file: rulesOf(rules_bytes), triangles, geometricError },
   };
 }
+
+const RULES = { imports: new Map(), part: undefined, parameters: {}, seed: 0 };
+const rulesOf = (bytes: number): FileRef => ({ url: "/o/rules.dcg", bytes });
 
 const packOf = ([pack, from]: readonly [number, number]) => ({
   url: `/o/${pack}.pack`,
@@ -125,6 +132,11 @@ class Shelves implements Stock {
 
   readonly costOf = (file: FileRef) => (this.here.has(file.url) ? 0 : costAlone_bytes(file));
 
+  /** Whether nothing need come for it. */
+  has({ object: { model }, grade }: Want): boolean {
+    return filesOf(model, grade, this.of(model.model).taken).every((file) => this.costOf(file) === 0);
+  }
+
   hold(model: Model, held: Grade): void {
     const before = this.of(model.model);
     for (const { url } of filesOf(model, held, before.taken)) this.here.add(url);
@@ -142,7 +154,7 @@ class Shelves implements Stock {
 
 function told({ object, grade, cause }: Want): string {
   const why = cause.kind === "ahead" ? `c${cause.cell} ${cause.due ? "due" : "later"}` : cause.kind;
-  return `${why}: m${object.model.model} ${nameOf(grade)}`;
+  return `${why}: m${object.model.model} ${grade.kind === "grown" ? "grown from rules" : nameOf(grade)}`;
 }
 
 const rounded = (x: number) => Math.round(x * 1e6) / 1e6 + 0;
@@ -169,7 +181,7 @@ function decide({ cell, poses, bytes_per_s, most_triangles, held = [], lost = []
   for (;;) {
     const [next] = wanted(view, stock, target_px, bytes_per_s ?? Number.POSITIVE_INFINITY);
     if (!next || fetched.length > 1000) break;
-    fetched.push(told(next));
+    if (!stock.has(next)) fetched.push(told(next));
     stock.hold(next.object.model, next.grade);
   }
   return {

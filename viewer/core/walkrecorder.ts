@@ -4,7 +4,7 @@
  *
  * At most ten poses a second, and none while nothing moves, but for the last, and the one in which a rest ended: between
  * poses a visitor walks straight, so without that it would set out too early. Who is stopped within the first tenth of a
- * second has two poses nonetheless: where one began and where one ended.
+ * second, or of one after a rest, has two poses nonetheless: where that began and where it ended.
  */
 import { orientationOf, type Pose } from "./address.ts";
 import type { Vec3 } from "./geometry.ts";
@@ -27,11 +27,6 @@ export class WalkRecorder {
     return this.now?.t_ms ?? 0;
   }
 
-  /** How many poses were taken down. */
-  get count(): number {
-    return this.poses.length;
-  }
-
   /** The eye is there now; to be called in every frame. */
   observe(now_ms: number, pose: Pose): void {
     this.began_ms ??= now_ms;
@@ -51,9 +46,10 @@ export class WalkRecorder {
     const { now, poses } = this;
     const last = poses.at(-1);
     const all = last && now && now.t_ms > last.t_ms ? [...poses, now] : poses;
-    // Rather than more than ten in a second, the last but one is left out.
-    const isCrowded = all.length > 2 && (all.at(-1)?.t_ms ?? 0) - (all.at(-2)?.t_ms ?? 0) < EVERY_MS;
-    const kept = isCrowded ? [...all.slice(0, -2), ...all.slice(-1)] : all;
+    const [rest, before, end] = all.slice(-3);
+    // Rather than more than ten in a second, the last but one is left out, unless a rest ended in it.
+    const isCrowded = rest && before && end && end.t_ms - before.t_ms < EVERY_MS && !isSame(rest, before);
+    const kept = isCrowded ? [...all.slice(0, -2), end] : all;
     return kept.map((pose) => `${JSON.stringify(pose)}\n`).join("");
   }
 }

@@ -1,10 +1,18 @@
 /** In which cell is the eye? Steps next door cost nothing; after a jump the index is asked, and the eye may move on meanwhile. */
-import type { CellIndex } from "./cellindex.ts";
+import type { Located } from "./cellindex.ts";
 import type { CellEntry } from "./documents.ts";
 import { length, subtract, type Vec3 } from "./geometry.ts";
 
 /** Who has moved further while the index was asked asks again. */
 const FURTHEST_M = 0.5;
+
+/** Whom one asks. */
+export interface Locator {
+  /** The cell that surely holds a point, found from a cell near by without a request; else `locate` has to say. */
+  nextDoor(from: CellEntry, point: Vec3): CellEntry | undefined;
+  /** The cell at a point, or the nearest one; `undefined` when there is none. */
+  locate(point: Vec3): Promise<Located | undefined>;
+}
 
 export interface WhereaboutsEvents {
   /** The eye is in another cell than before. */
@@ -22,7 +30,7 @@ export class Whereabouts {
   private closed = false;
 
   constructor(
-    private readonly index: CellIndex,
+    private readonly cells: Locator,
     private readonly events: WhereaboutsEvents,
   ) {}
 
@@ -43,7 +51,7 @@ export class Whereabouts {
 
   follow(position: Vec3): void {
     this.position = position;
-    const next = this.current && this.index.nextDoor(this.current, position);
+    const next = this.current && this.cells.nextDoor(this.current, position);
     if (next) this.enter(next, true);
     else void this.locate();
   }
@@ -67,7 +75,7 @@ export class Whereabouts {
       let position: Vec3;
       do {
         position = this.position;
-        const located = await this.index.locate(position);
+        const located = await this.cells.locate(position);
         if (this.closed) return;
         if (located) this.enter(located.entry, located.distance_m === 0);
       } while (length(subtract(this.position, position)) > FURTHEST_M);

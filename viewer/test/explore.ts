@@ -109,13 +109,14 @@ export async function explore({
   shelf,
   request_bytes = HEADER_BYTES,
   bundles = false,
+  delay_ms = 0,
   ...options
 }: SetUp = {}) {
   const starts = () => ({ receives: () => {}, ends: () => {} });
   const meter = { request_bytes, bytes_per_s: Number.POSITIVE_INFINITY, hasRoom: () => true, starts };
   const files = publish({ rooms: 6, ...options });
   spoil?.(files);
-  const { fetch, requests } = serveFiles(files, { bundles });
+  const { fetch, requests } = serveFiles(files, { bundles, delay_ms });
   const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest(), shelf, meter });
   const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
   const host = new RecordingHost();

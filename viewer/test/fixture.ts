@@ -54,6 +54,8 @@ export interface FixtureOptions {
   readonly populated?: boolean;
   /** Balls have an impostor too, smaller than any level. */
   readonly impostor?: boolean;
+  /** The first room has a start. */
+  readonly started?: boolean;
   /** Lintels are doors: each hides the room behind it when it is closed. */
   readonly doored?: boolean;
 }
@@ -122,6 +124,7 @@ class Publisher {
       objects: this.tree(objects, "objects", ({ bounds }) => bounds),
       models: this.tree(Object.entries(this.models), "models", () => everywhere),
       ...(options.populated && { populations: this.tree(objects, "populations", ({ bounds }) => bounds) }),
+      ...(options.started && { starts: [this.start(objects)] }),
       whole: options.whole ? { objects, models: this.models } : null,
     });
     const { cells: cellCount, ...others } = counts;
@@ -325,6 +328,18 @@ class Publisher {
       ...(neighbours.length > 0 && { steps: this.blob(steps, "steps"), steps_bytes: steps.length }),
       record_json: this.json({ cell: `c${cell}` }),
     };
+  }
+
+  /** What one needs to know first in the first room, its doorway and the room behind that. */
+  private start(entries: readonly Entry[]) {
+    const cells = [0, 1, 2].filter((cell) => cell < this.options.rooms * 2 - 1);
+    const records = cells.map((cell) => this.record(cell));
+    const seen = new Set(records.flatMap(({ lpvs, opvs }) => [...lpvs, ...opvs].map(({ object }) => object)));
+    const objects = [...seen].sort((a, b) => a - b).flatMap((object) => entries[object] ?? []);
+    const models = Object.fromEntries(objects.map(({ model }) => [model, this.models[model]]));
+    const body = { start: "c0", cells: cells.map((cell) => this.cellEntry(cell)), objects, models };
+    const size = text(body).length;
+    return { cell: "c0", bounds: cellBounds(0), url: this.json(body), bytes: size, grown_bytes: size };
   }
 
   /** A chunk of an index. */

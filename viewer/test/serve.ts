@@ -4,17 +4,19 @@ import type { Files } from "./fixture.ts";
 export interface ServerOptions {
   /** Offers bundles, as a server does and a static tree does not. */
   readonly bundles?: boolean;
+  /** Every answer takes so long. */
+  readonly delay_ms?: number;
 }
 
 /** Answers requests from files below a base, and counts them. */
-export function serveFiles(files: Files, { bundles = false }: ServerOptions = {}) {
+export function serveFiles(files: Files, { bundles = false, delay_ms = 0 }: ServerOptions = {}) {
   const base = "https://host/sub/";
   const requests: string[] = [];
   const headers: HeadersInit = bundles ? { Link: '</o/bundle/>; rel="bundles"' } : {};
   const fetch = async (url: string, init: RequestInit = {}): Promise<Response> => {
     const path = url.startsWith(base) ? `/${url.slice(base.length)}` : url;
     requests.push(path);
-    await new Promise((resolve) => setTimeout(resolve, 0));
+    await new Promise((resolve) => setTimeout(resolve, delay_ms));
     if (init.signal?.aborted) throw new DOMException("aborted", "AbortError");
     const bytes = bundles && path.startsWith(BUNDLE) ? bundleOf(files, path) : files.get(path);
     return bytes ? new Response(bytes as BodyInit, { headers }) : new Response("", { status: 404 });

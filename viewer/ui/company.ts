@@ -2,6 +2,7 @@
  * Who else is here, and which doors do they close? Joins a live session where one is offered, and draws people. In a static tree
  * there is nobody, and doors open and close for oneself alone.
  */
+import { orientationOf } from "../core/address.ts";
 import { length, subtract } from "../core/geometry.ts";
 import { Company, type Mover } from "../core/live/company.ts";
 import type { LiveEvent } from "../core/live/events.ts";
@@ -119,7 +120,7 @@ export class LiveCompany {
     const { position, yaw } = frozenPose ?? walker;
     return {
       position,
-      orientation: [0, Math.sin(yaw / 2), 0, Math.cos(yaw / 2)],
+      orientation: orientationOf(yaw, 0),
       velocity: frozenPose ? [0, 0, 0] : walker.speed,
     };
   }

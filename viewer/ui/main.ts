@@ -58,12 +58,12 @@ function choose(named: string | null, scenes: readonly SceneSummary[]): string {
   throw new NoSuchScene(undefined, scenes);
 }
 
-/** Fails when the page's policy keeps it from reading this tree. */
+/** Fails when the page's policy keeps it from reading this tree; not when that is only reported. */
 function forbidden({ base }: Tree): Promise<never> {
   return new Promise((_, fail) => {
-    document.addEventListener("securitypolicyviolation", ({ effectiveDirective, blockedURI }) => {
-      if (effectiveDirective === "connect-src" && blockedURI.startsWith(base.origin))
-        fail(new ForbiddenTree(base.origin));
+    document.addEventListener("securitypolicyviolation", ({ disposition, effectiveDirective, blockedURI }) => {
+      const isOurs = effectiveDirective === "connect-src" && blockedURI.startsWith(base.origin);
+      if (disposition === "enforce" && isOurs) fail(new ForbiddenTree(base.origin));
     });
   });
 }

@@ -63,21 +63,13 @@ pub(super) fn of(planner: &Planner, model: ModelId, files: &HashMap<Key, Bytes>)
             (true, ..) => {}
         }
     }
-    if grade.form == Form::Grown {
-        let rules = geometry.procedural.as_ref()?;
-        return Some(Mesh {
-            grade,
-            geometry: Geometry::Rules(Seedling::new(rules, &pieces)?),
-            pictures,
-        });
-    }
-    let last = pieces.pop()?;
     let geometry = match grade.form {
-        Form::Level | Form::Grown => Geometry::Glb(last),
-        Form::Rung => Geometry::Stream {
-            pieces,
-            materials: last,
-        },
+        Form::Level => Geometry::Glb(pieces.pop()?),
+        Form::Rung => {
+            let materials = pieces.pop()?;
+            Geometry::Stream { pieces, materials }
+        }
+        Form::Grown => Geometry::Rules(Seedling::new(geometry.procedural.as_ref()?, &pieces)?),
     };
     Some(Mesh {
         grade,

@@ -27,6 +27,8 @@ mod event;
 mod mesh;
 mod seedling;
 mod tasks;
+#[cfg(test)]
+mod tests;
 
 use std::{
     collections::{HashMap, HashSet},
@@ -125,7 +127,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.eye = Some(eye);
         let located = match &self.at {
             Some(entry) => self.scene.locate_from(entry, eye.position).await,
-            None => self.scene.locate(eye.position).await,
+            None => self.scene.begin(eye.position, self.options.rules).await,
         };
         match located {
             Ok(located) => {
@@ -214,6 +216,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         {
             self.read(Ok(at));
         }
+        self.replan();
     }
 
     /// What a model is drawn with.
@@ -306,9 +309,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.planner.offer_bundles(self.options.bundles && offered);
         let mut changes = self.planner.plan(&view, self.meter.bytes_per_s());
         self.cancel();
-        while self
-            .meter
-            .has_room(self.under_way.len(), self.planner.residency.asked_bytes())
+        while self.has_room()
             && let Some(order) = self.planner.next(&mut changes)
         {
             self.start(order);

@@ -19,7 +19,8 @@ use crate::{
 
 /// What a task brings.
 pub(super) enum Brought {
-    Place(Box<Place>, Vec<Error>),
+    /// What is known of a cell, what of it could not be read, and what it was read for.
+    Place(Box<Place>, Vec<Error>, Uses),
     NoPlace(CellId, Error),
     Files(Vec<(FileRef, Result<Bytes, Error>)>),
 }
@@ -45,7 +46,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             };
             let record = scene.record(&entry).await;
             let (place, failures) = atlas::look(&scene, entry, record, uses).await;
-            Brought::Place(Box::new(place), failures)
+            Brought::Place(Box::new(place), failures, uses)
         });
     }
 
@@ -59,7 +60,11 @@ impl<S: ByteSource + 'static> Explorer<S> {
     pub(super) fn take(&mut self, id: Id, brought: Brought) {
         let under_way = self.under_way.remove(&id);
         match brought {
-            Brought::Place(place, failures) => {
+            // Rules were lost meanwhile, and of some objects it says no more than how they grow.
+            Brought::Place(place, _, uses) if uses.rules && !self.options.rules && place.has_stand_ins() => {
+                self.read(Ok(place.entry));
+            }
+            Brought::Place(place, failures, _) => {
                 let cell = place.entry.cell;
                 self.events.extend(failures.into_iter().map(Event::Problem));
                 self.atlas.add(*place);
@@ -75,9 +80,8 @@ impl<S: ByteSource + 'static> Explorer<S> {
             }
             Brought::Files(files) => {
                 if let Some(one) = under_way {
-                    let bytes: f64 = one.order.files.iter().map(FileRef::compressed_bytes).sum();
-                    self.meter
-                        .came(one.asked_s, self.started.elapsed().as_secs_f64(), bytes);
+                    let came_s = self.started.elapsed().as_secs_f64();
+                    self.meter.came(one.asked_s, came_s, one.order.line_bytes());
                 }
                 let mut lost_rules = false;
                 for (file, result) in files {
@@ -118,6 +122,12 @@ impl<S: ByteSource + 'static> Explorer<S> {
             self.files.insert(file.name.key(), bytes);
         }
         Ok(())
+    }
+
+    /// Whether one more request may be under way.
+    pub(super) fn has_room(&self) -> bool {
+        let bytes = self.under_way.values().map(|one| one.order.line_bytes()).sum();
+        self.meter.has_room(self.under_way.len(), bytes)
     }
 
     /// Calls off what nobody needs any more.

@@ -5,7 +5,7 @@
 //! The rule, in one place for first pictures and for refining, as in `viewer/core/grades.ts`: of the grades that are good
 //! enough for an error, the one for which the fewest bytes have still to travel. What is here, or on its way, is not paid
 //! again; so rungs are appended, and smooth LODs are left alone where the coarsest levels of many models come in one
-//! compressed pack, or where a model is too small to pay for its materials. Rules that are here would cost nothing for any
+//! compressed pack, or where a model is too small to pay for its materials. Rules for which many wait cost each its share. Rules that are here would cost nothing for any
 //! model, and fill the picture with triangles that nobody sees: so each triangle that grows counts as a byte.
 
 use std::fmt;
@@ -96,6 +96,11 @@ pub trait Stock {
     /// How a file stands.
     fn state(&self, file: Key) -> State;
 
+    /// How many models wait for a file, each of which counts its share of it.
+    fn waiting(&self, _file: Key) -> usize {
+        1
+    }
+
     /// Whether nobody need ask for a file.
     fn is_begun(&self, file: Key) -> bool {
         matches!(self.state(file), State::Here | State::Asked)
@@ -133,11 +138,12 @@ impl Grade {
         })
     }
 
-    /// The coarsest level of a model: what a first picture is at least as good as.
+    /// The coarsest level of a model, or what grows where nobody knows of levels: what a first picture is at least as good as.
     #[must_use]
     pub fn coarsest(model: &Model) -> Option<Self> {
-        let level = model.levels.last()?;
-        Some(Self::of_level(model.levels.len() - 1, level))
+        let coarsest = model.levels.iter().enumerate().next_back();
+        let level = coarsest.map(|(number, level)| Self::of_level(number, level));
+        level.or_else(|| Self::of_rules(model))
     }
 
     /// All ways to draw a model: what grows here, levels, finest first, then rungs, coarsest first.
@@ -281,7 +287,7 @@ impl<'a> Part<'a> {
             State::Here | State::Asked => return 0.0,
             State::Lost if self.spare => return 0.0,
             State::Lost => f64::INFINITY,
-            State::Away => compressed_bytes(ext, self.bytes) + REQUEST_BYTES,
+            State::Away => (compressed_bytes(ext, self.bytes) + REQUEST_BYTES) / stock.waiting(self.key()) as f64,
         };
         let packed = self
             .pack

@@ -2,7 +2,8 @@
 //! here, which cells may be entered soon, what is held and on its way, and the budgets, it says which request comes next. The
 //! same rules as in `viewer/core`; [`crate::tour`] and [`crate::Explorer`] carry them out.
 //!
-//! * [`plan`](mod@plan): what is wanted of what is visible ([`priority`]: how urgent, and why; [`grade`]: levels or rungs);
+//! * [`plan`](mod@plan): what is wanted of what is visible ([`priority`]: how urgent, and why; [`grade`]: levels, rungs or rules,
+//!   of which many models count a share each);
 //! * [`ahead`]: which cells may be entered soon, by [`motion`];
 //! * [`planner`]: wishes become requests: alone, in packs, in [`bundles`], as much as the line ([`meter`]) and memory take;
 //! * [`order`]: what the planner takes and gives;
@@ -24,6 +25,7 @@ pub mod planner;
 pub mod priority;
 pub mod progress;
 pub mod residency;
+mod sharing;
 pub mod sight;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

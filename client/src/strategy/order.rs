@@ -66,6 +66,15 @@ impl Order {
         }
     }
 
+    /// What comes takes so many bytes on the line, without a request; bundles are not compressed, whatever is in them.
+    #[must_use]
+    pub fn line_bytes(&self) -> f64 {
+        match &self.files[..] {
+            [alone] => alone.compressed_bytes(),
+            _ => self.bytes() as f64,
+        }
+    }
+
     /// Bytes of all files in it, as stored.
     #[must_use]
     pub fn bytes(&self) -> u64 {

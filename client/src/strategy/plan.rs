@@ -6,7 +6,7 @@
 //! worst first, until their error covers at most `target_px` pixels. Objects that share a model share one download, and the
 //! object that needs it most decides.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use belvedere_scene::ModelId;
 
@@ -14,6 +14,7 @@ use super::{
     file::Key,
     grade::{self, Form, Grade, Stock, goal, step_towards},
     priority::{Cause, Wish},
+    sharing::Sharing,
     sight::{Eye, Seen},
 };
 
@@ -56,21 +57,18 @@ pub fn plan<'a>(
 /// Something of every model of which nothing is held, each once.
 #[must_use]
 pub fn first_wishes<'a>(visible: impl IntoIterator<Item = &'a Seen>, held: &impl Held) -> Vec<Wish> {
-    let mut named = std::collections::HashSet::new();
-    let mut wishes = Vec::new();
-    for (rank, seen) in visible.into_iter().enumerate() {
-        if held.held(seen.model).is_some() || !named.insert(seen.model) {
-            continue;
-        }
-        let Some(goal) = first_goal(seen, held) else {
-            continue;
-        };
+    let mut named = HashSet::new();
+    let waits = |(_, seen): &(usize, &Seen)| held.held(seen.model).is_none() && named.insert(seen.model);
+    let waiting: Vec<_> = visible.into_iter().enumerate().filter(waits).collect();
+    let sharing = Sharing::among(waiting.iter().map(|(_, seen)| &*seen.geometry), held);
+    let first = |(rank, seen): (usize, &Seen)| {
+        let goal = first_goal(seen, &sharing)?;
         let cause = Cause::Missing {
             solid_angle_sr: seen.solid_angle_sr,
         };
-        wishes.push(wish(seen, step_towards(&seen.geometry, goal, None), cause, rank, held));
-    }
-    wishes
+        Some(wish(seen, step_towards(&seen.geometry, goal, None), cause, rank, held))
+    };
+    waiting.into_iter().filter_map(first).collect()
 }
 
 /// What a first picture is made of: what costs least of all that is at least as good as the coarsest level; where that

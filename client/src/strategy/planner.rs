@@ -41,6 +41,8 @@ pub struct Planner {
     bundles: bool,
     wishes: Vec<Wish>,
     models: Models,
+    /// Whether no rules are used, whatever is learnt of models and forgiven.
+    has_no_rules: bool,
     packs: HashSet<Key>,
     /// What the cells next door cannot do without and is not here yet.
     reserve_bytes: u64,
@@ -59,6 +61,7 @@ impl Planner {
             bundles: false,
             wishes: Vec::new(),
             models: Models::default(),
+            has_no_rules: false,
             packs: HashSet::new(),
             reserve_bytes: 0,
             is_short: false,
@@ -205,8 +208,13 @@ impl Planner {
         }
     }
 
-    /// Nothing that is known can be grown.
+    /// Nothing can be grown from now on, neither what is known nor what is learnt later.
     pub fn lose_rules(&mut self) {
+        self.has_no_rules = true;
+        self.forgo_rules();
+    }
+
+    fn forgo_rules(&mut self) {
         for rules in self.models.rules() {
             self.residency.lose(rules);
         }
@@ -233,6 +241,9 @@ impl Planner {
     fn wanted(&mut self, view: &View, target_px: f64, bytes_per_s: f64) -> Vec<Wish> {
         let ahead = view.ahead.iter().flat_map(|(_, seen)| *seen);
         self.models.learn(view.here.iter().chain(ahead));
+        if self.has_no_rules {
+            self.forgo_rules();
+        }
         let residency = &self.residency;
         let mut wishes = plan::plan(view.here, residency, &view.eye, target_px);
         wishes.retain(|wish| view.is_all_known || matches!(wish.cause, Cause::Missing { .. }));

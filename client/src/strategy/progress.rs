@@ -2,7 +2,8 @@
 //! each once however many objects share them (`viewer/core/progress.ts`).
 //!
 //! The first picture is measured by coarsest levels, whatever stands for them: a rung counts as the level that need not come
-//! any more. So the total is what the cell's record says (`visible_coarsest_bytes`), and stays the same.
+//! any more. So the total is what the cell's record says (`visible_coarsest_bytes`), and stays the same; but what stands in for
+//! an object whose levels nobody knows counts with its rules.
 
 use std::{collections::HashMap, fmt};
 

@@ -27,6 +27,8 @@ const FAILURE_MS: f64 = 1.0;
 /// A request whose answer is on the line.
 struct UnderWay {
     there_ms: f64,
+    /// What it was expected to take on the line.
+    line_bytes: f64,
     came: Vec<(FileRef, Option<u64>)>,
 }
 
@@ -72,9 +74,9 @@ impl<'a, S: ByteSource> Courier<'a, S> {
     }
 
     /// Whether one more request may be under way.
-    pub(super) fn has_room(&self, planner: &Planner) -> bool {
-        self.meter
-            .has_room(self.under_way.len(), planner.residency.asked_bytes())
+    pub(super) fn has_room(&self) -> bool {
+        let bytes = self.under_way.iter().map(|one| one.line_bytes).sum();
+        self.meter.has_room(self.under_way.len(), bytes)
     }
 
     pub(super) fn offers_bundles(&self) -> bool {
@@ -131,7 +133,11 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             let length = result.map_err(|cause| self.tour.fail(cause)).ok();
             came.push((file, length));
         }
-        self.under_way.push(UnderWay { there_ms, came });
+        self.under_way.push(UnderWay {
+            there_ms,
+            line_bytes: order.line_bytes(),
+            came,
+        });
     }
 
     /// The length of what came; a stream whose last rung it is must be what its name promises.

@@ -22,10 +22,10 @@ use crate::{
 
 /// Between two looks at where one is.
 const FRAME: Duration = Duration::from_millis(100);
-/// So many poses of each visitor are remembered, which is more than a slow server is behind.
-const REMEMBERED: usize = 64;
 /// Delays are counted by the millisecond, up to so many.
 const MOST_MS: usize = 60_000;
+/// So many poses of each visitor are remembered: all that are said in that time.
+const REMEMBERED: usize = MOST_MS / FRAME.as_millis() as usize;
 /// So many failures are told with their reasons.
 const TOLD: usize = 5;
 
@@ -118,7 +118,8 @@ impl Default for Echoes {
 
 impl Echoes {
     /// Milliseconds from the moment at which a pose was said to that at which another visitor was told of it; none when nobody
-    /// was. It holds the request, the server's tick, its pacing of those who are far away, and the stream.
+    /// was. It holds the request, the server's tick, its pacing of those who are far away, and the stream. A place where
+    /// somebody was more than once is not counted.
     #[must_use]
     pub fn delays(&self) -> Option<(u64, Latency)> {
         let heard = self.heard.lock().expect("nothing panics while it holds this lock");
@@ -152,7 +153,9 @@ impl Echoes {
     fn hear(&self, object: ObjectId, position: [f64; 3], now: Instant) {
         let said = self.said.lock().expect("nothing panics while it holds this lock");
         let poses = said.get(&object).into_iter().flatten();
-        let Some((_, when)) = poses.rev().find(|(place, _)| *place == position) else {
+        let mut there = poses.filter(|(place, _)| *place == position);
+        // Nobody knows which of several poses at one place was heard, as of who turns on the spot.
+        let (Some((_, when)), None) = (there.next(), there.next()) else {
             return;
         };
         let late_ms = now.saturating_duration_since(*when).as_millis() as usize;
@@ -319,5 +322,24 @@ mod tests {
             p99: 2000.0,
         };
         assert_eq!(echoes.delays(), Some((2, wanted)));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn delays_are_as_long_as_they_are_and_those_of_who_stands_and_turns_are_not_counted() {
+        let (echoes, me) = (Echoes::default(), ObjectId(1));
+        for frame in 0..100 {
+            echoes.say(me, [f64::from(frame), 0.0, 0.0]);
+            tokio::time::advance(FRAME).await;
+        }
+        echoes.say(me, [50.0, 0.0, 0.0]);
+        let now = Instant::now();
+        echoes.hear(me, [50.0, 0.0, 0.0], now);
+        assert_eq!(echoes.delays(), None);
+        echoes.hear(me, [0.0; 3], now);
+        let wanted = Latency {
+            p50: 10_000.0,
+            p99: 10_000.0,
+        };
+        assert_eq!(echoes.delays(), Some((1, wanted)));
     }
 }

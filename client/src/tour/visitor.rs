@@ -10,6 +10,7 @@ use super::{
     courier::Courier,
     metered::Metered,
     outcome::{Frame, Memory, Tour},
+    script::distance_m,
 };
 use crate::{
     ByteSource, Error, Scene,
@@ -101,7 +102,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         self.now_ms = self.now_ms.max(t_ms);
         let at = match self.here.and_then(|here| self.atlas.place(here)) {
             Some(place) => self.scene.locate_from(&place.entry, self.position).await,
-            None => self.scene.locate(self.position).await,
+            None => self.scene.begin(self.position, self.settings.rules).await,
         };
         let asked_ms = self.courier.charge(self.now_ms);
         let at = match at {
@@ -112,10 +113,16 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         if self.here == Some(at.cell) {
             return;
         }
-        self.here = Some(at.cell);
+        let cell = at.cell;
+        self.here = Some(cell);
         self.planned_at = None;
         self.learn(at, asked_ms).await;
         self.look_around();
+        if self.is_known(cell) {
+            // What is here already is drawn at once, whether or not anything more may be asked for now.
+            let changes = self.plan(cell);
+            self.note(&changes);
+        }
     }
 
     /// Reads what can be seen from a cell. What cannot be read is counted, and will never be there.
@@ -183,7 +190,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     /// Asks until a time, as much at once as may be under way.
     async fn ask(&mut self, until_ms: f64) {
         while self.now_ms < until_ms {
-            if self.courier.has_room(&self.planner) && self.ask_once().await {
+            if self.courier.has_room() && self.ask_once().await {
                 continue;
             }
             let learnt = self.known_ms.values().copied().filter(|from_ms| *from_ms > self.now_ms);
@@ -280,6 +287,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     /// Levels come instead of what was to grow; what is known only so far is read of anew.
     fn do_without_rules(&mut self) {
         self.settings.rules = false;
+        self.planner.lose_rules();
         for cell in self.atlas.forget_stand_ins() {
             self.known_ms.remove(&cell);
             if self.here == Some(cell) {
@@ -367,8 +375,4 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             rungs: share(rungs),
         }
     }
-}
-
-fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }

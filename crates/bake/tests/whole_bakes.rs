@@ -1,7 +1,7 @@
 //! Does the whole bake hold together, on plans and on worlds that nobody here made?
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     sync::Mutex,
 };
@@ -16,10 +16,11 @@ use belvedere_bake::{
     visibility::{Method, SampledSettings, VisibilitySettings},
 };
 use belvedere_scene::{
-    BlobHash, BlobName,
+    BlobHash, BlobName, CellId,
     index::CellChunk,
     object::{ModelChunk, ObjectChunk, ObjectInfo},
     record::CellRecord,
+    start::Start,
 };
 
 /// Keeps blobs in memory.
@@ -117,14 +118,13 @@ impl Baked {
             self.written.blobs.iter().cloned().collect(),
             "{name}: the list of blobs is what was stored"
         );
-        let mut objects = 0;
+        let mut objects = BTreeMap::new();
         let models = self.documents::<ModelChunk>(r#"{"models":"#);
         let models: BTreeMap<_, _> = models.into_iter().flat_map(|chunk| chunk.models).collect();
         assert_eq!(models.len(), manifest.counts.models as usize, "{name}");
         for chunk in self.documents::<ObjectChunk>(r#"{"objects":"#) {
-            objects += chunk.objects.len();
-            for entry in &chunk.objects {
-                let info = ObjectInfo::join(entry, &models[&entry.model]);
+            for entry in chunk.objects {
+                let info = ObjectInfo::join(&entry, &models[&entry.model]);
                 let errors: Vec<_> = info.levels.iter().map(|l| l.geometric_error_m).collect();
                 // Half a step of the lattice along each axis.
                 let rounding_m = 0.5 * 3f64.sqrt() * LONGEST_STEP_M;
@@ -139,13 +139,13 @@ impl Baked {
                         "{name}"
                     );
                 }
+                objects.insert(entry.object, entry);
             }
         }
-        assert_eq!(objects, manifest.counts.objects as usize, "{name}");
-        let mut cells = 0;
+        assert_eq!(objects.len(), manifest.counts.objects as usize, "{name}");
+        let mut cells = BTreeMap::new();
         for chunk in self.documents::<CellChunk>(r#"{"cells":"#) {
             for entry in chunk.cells {
-                cells += 1;
                 let record = CellRecord::decode(&self.blobs[&entry.record]).expect("a record");
                 assert!(
                     record.visible().iter().all(|v| v.object.0 < manifest.counts.objects),
@@ -153,9 +153,29 @@ impl Baked {
                 );
                 assert!(record.adjacent.iter().all(|c| c.0 < manifest.counts.cells), "{name}");
                 assert!(sizes.contains_key(&entry.record_json), "{name}");
+                cells.insert(entry.cell, (entry, record));
             }
         }
-        assert_eq!(cells, manifest.counts.cells, "{name}");
+        assert_eq!(cells.len(), manifest.counts.cells as usize, "{name}");
+        assert_eq!(manifest.starts.is_empty(), manifest.whole.is_some(), "{name}");
+        for named in &manifest.starts {
+            let start: Start = serde_json::from_slice(&self.blobs[&named.url]).expect("a start");
+            let here = start.cell().expect("where one begins");
+            assert_eq!((here.cell, here.bounds), (named.cell, named.bounds), "{name}");
+            let next_door = |cell: &CellId| start.cells.iter().any(|entry| entry.cell == *cell);
+            assert!(here.adjacent.iter().all(next_door), "{name}");
+            assert_eq!(Some(&named.bytes), sizes.get(&named.url), "{name}");
+            let mut seen = BTreeSet::new();
+            for entry in &start.cells {
+                let (indexed, record) = &cells[&entry.cell];
+                assert_eq!(entry, indexed, "{name}");
+                seen.extend(record.visible().iter().map(|visible| visible.object));
+            }
+            let seen: Vec<_> = seen.iter().map(|object| objects[object].clone()).collect();
+            let used = seen.iter().map(|entry| (entry.model, models[&entry.model].clone()));
+            assert_eq!(start.models, used.collect(), "{name}");
+            assert_eq!(start.objects, seen, "{name}");
+        }
     }
 }
 

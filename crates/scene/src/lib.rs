@@ -20,6 +20,7 @@
 //! * [`rung`]: the slices in which a smooth LOD is fetched, and what an object info says of them.
 //! * [`foliage`]: where leaves hide a share of what is behind them.
 //! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
+//! * [`mod@start`]: all that one needs to know first in a cell where one may begin.
 //!
 //! `docs/FORMAT.md` specifies all of it to the byte.
 
@@ -37,6 +38,7 @@ pub mod procedural;
 pub mod record;
 pub mod rung;
 pub mod smooth;
+pub mod start;
 pub mod walk;
 
 pub use bounds::Bounds;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BlobName, Bounds, index::Page, object::Whole, pointer::Viewpoint};
+use crate::{BlobName, Bounds, index::Page, object::Whole, pointer::Viewpoint, start::StartRef};
 
 /// The version of the published format that this build writes and reads.
 pub const FORMAT: u32 = 4;
@@ -50,6 +50,10 @@ pub struct Manifest {
     /// Root of the tree that finds [populations](crate::population) by id of their members; none when nothing can be grown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub populations: Option<Page>,
+    /// What who begins in the cell of a viewpoint needs to know first; none in a small world. At most
+    /// [`MOST_STARTS`](crate::start::MOST_STARTS), with rising cells.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub starts: Vec<StartRef>,
     /// A small world loses with cells: below a size that the bake decides, every object is listed here and clients
     /// load them all.
     pub whole: Option<Whole>,

@@ -65,7 +65,7 @@ fn model(number: u32) -> Model {
 }
 
 /// The same for models of one file of 2,000 bytes.
-fn grown(number: u32) -> Model {
+pub(crate) fn grown(number: u32) -> Model {
     Model {
         procedural: Some(Procedural {
             rules: name("rules", "dcg"),
@@ -102,7 +102,7 @@ fn smooth(number: u32, ends: &[(u64, f64)]) -> SmoothLod {
     }
 }
 
-fn seen_at(object: u32, model_id: u32, away_m: f64, solid_angle_sr: f64, geometry: Model) -> Seen {
+pub(crate) fn seen_at(object: u32, model_id: u32, away_m: f64, solid_angle_sr: f64, geometry: Model) -> Seen {
     Seen {
         object: ObjectId(object),
         bounds: Bounds {

@@ -99,6 +99,23 @@ fn rules_come_once_and_grow_what_they_draw_for_fewer_bytes_than_levels() {
 }
 
 #[test]
+fn models_grow_where_their_levels_take_more_than_the_rules_that_all_of_them_share() {
+    let waiting = |number: u32| {
+        let mut model = grown(number);
+        model.procedural.as_mut().unwrap().rules_bytes = 4_000;
+        seen_at(number, number, 300.0, 1.0, model)
+    };
+    let forms = |count: u32| -> Vec<Form> {
+        let here: Vec<_> = (0..count).map(waiting).collect();
+        let wishes = plan::first_wishes(&here, &within(u64::MAX).residency);
+        wishes.iter().map(|wish| wish.grade.form).collect()
+    };
+    // A level takes 2,000 · 0.47 + 400 bytes; the rules 4,000 · 0.29 + 400, and a thousand triangles count 250.
+    assert_eq!(forms(1), [Form::Level]);
+    assert_eq!(forms(2), [Form::Grown; 2]);
+}
+
+#[test]
 fn what_can_only_be_grown_grows_and_levels_take_its_place_where_it_cannot() {
     let mut standing_in = grown(1);
     standing_in.levels.clear();
@@ -118,6 +135,35 @@ fn what_can_only_be_grown_grows_and_levels_take_its_place_where_it_cannot() {
         planner.residency.held(ModelId(1)).map(|grade| grade.form),
         Some(Form::Level)
     );
+}
+
+#[test]
+fn rules_stay_lost_for_what_is_learnt_later_and_when_all_else_is_tried_again() {
+    let mut planner = within(u64::MAX);
+    planner.lose_rules();
+    let forms = |planner: &mut Planner| {
+        planner.plan(&view(&[seen_at(1, 1, 1.0, 1.0, grown(1))], Vec::new()), f64::INFINITY);
+        planner.wishes().iter().map(|wish| wish.grade.form).collect::<Vec<_>>()
+    };
+    assert_eq!(forms(&mut planner), [Form::Level]);
+    planner.residency.forgive();
+    assert_eq!(forms(&mut planner), [Form::Level]);
+}
+
+#[test]
+fn what_can_only_be_grown_counts_with_its_rules() {
+    let mut standing_in = grown(1);
+    standing_in.levels.clear();
+    let here = [seen_at(1, 1, 300.0, 1.0, standing_in)];
+    let mut planner = within(u64::MAX);
+    assert_eq!(plan::least_bytes(&here, &planner.residency), 2_000);
+    let of = |planner: &Planner| {
+        let progress = first_progress(&here, &planner.residency);
+        [progress.loaded_bytes, progress.total_bytes]
+    };
+    assert_eq!(of(&planner), [0, 2_000]);
+    fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
+    assert_eq!(of(&planner), [2_000, 2_000]);
 }
 
 #[test]
@@ -191,6 +237,7 @@ fn small_files_come_together_and_each_once() {
             url: name(&format!("picture {at}"), "png"),
             bytes: 3_000,
         };
+        model.levels[0].bytes = 400;
         model.levels[0].textures = vec![texture(number), texture(number / 2)];
         seen_at(number, number, 300.0, 1.0, model)
     };
@@ -205,6 +252,16 @@ fn small_files_come_together_and_each_once() {
     );
     assert_each_file_once(&orders);
     assert!(here.iter().all(|seen| planner.residency.held(seen.model).is_some()));
+    // Servers compress files, and no bundles.
+    for order in &orders {
+        let travels_whole = order.files.len() > 1 || order.path().ends_with(".png");
+        assert_eq!(
+            order.line_bytes() == order.bytes() as f64,
+            travels_whole,
+            "{}",
+            order.path()
+        );
+    }
 }
 
 #[test]

@@ -55,7 +55,10 @@ impl<'s, S: ByteSource> Rooms<'s, S> {
     /// The cell at a place.
     pub(super) async fn at(&mut self, place: [f64; 3]) -> Result<Arc<Room>, Error> {
         let entry = self.scene.locate(place).await?.cell;
-        self.read(entry).await
+        match self.known.get(&entry.cell) {
+            Some(room) => Ok(room.clone()),
+            None => self.read(entry).await,
+        }
     }
 
     /// A cell that another leads to.

@@ -14,6 +14,7 @@ mod rules;
 mod settle;
 mod sink;
 mod smooth;
+mod starts;
 mod viewpoints;
 
 use std::collections::BTreeMap;
@@ -153,6 +154,20 @@ pub fn write(
     let put_cells = |row: &[CellEntry]| ledger.put_json(&CellChunk { cells: row.to_vec() });
     let cells = pages::write_tree(&written.rows, CHUNK_ENTRIES, |row| row.bounds, put_cells, &ledger)?;
 
+    let viewpoints = viewpoints::choose(input);
+    let is_small = level0_bytes(models) <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
+    let mut starts = Vec::new();
+    if !is_small {
+        let written = starts::Written {
+            visibility: input.visibility,
+            cells: (&written.rows, &cells),
+            objects: (&entries, &objects),
+            models: (models, &model_pages),
+            populations: populations.as_ref(),
+        };
+        starts = written.starts(&viewpoints, &ledger)?;
+    }
+
     let (url, occluders_bytes) = ledger.put("occ", input.scenery.encode(&input.frame, input.world.origin()))?;
     let occluders = OccludersRef {
         url,
@@ -162,8 +177,6 @@ pub fn write(
     let foliage = (!input.foliage.is_empty()).then(|| ledger.put_json(input.foliage));
     let foliage = foliage.transpose()?.map(|(url, bytes)| FoliageRef { url, bytes });
 
-    let bytes = sizes(input, models, &written.sizes, &ledger);
-    let small = bytes["level0"] <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
     let manifest = Manifest {
         format: FORMAT,
         title: input.title.to_owned(),
@@ -171,8 +184,8 @@ pub fn write(
         up: "+Y".to_owned(),
         unit: "m".to_owned(),
         counts: counts(input, &entries, models),
-        bytes,
-        viewpoints: viewpoints::choose(input),
+        bytes: sizes(input, models, &written.sizes, &ledger),
+        viewpoints,
         visibility: VisibilitySummary {
             method: input.visibility.method.name().to_owned(),
             guarantee: input.visibility.guarantee,
@@ -185,11 +198,12 @@ pub fn write(
         foliage,
         records: written.sizes,
         packs,
-        cells,
-        objects,
-        models: model_pages,
-        populations,
-        whole: small.then(|| Whole {
+        cells: cells.root,
+        objects: objects.root,
+        models: model_pages.root,
+        populations: populations.map(|tree| tree.root),
+        starts,
+        whole: is_small.then(|| Whole {
             models: used.iter().map(|used| (used.id, used.model.clone())).collect(),
             objects: entries,
         }),
@@ -263,10 +277,18 @@ fn counts(input: Input<'_>, entries: &[ObjectEntry], models: &[Model]) -> Counts
     }
 }
 
-fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, ledger: &Ledger<'_>) -> BTreeMap<String, u64> {
-    let (mut level0, mut lowest) = (UniqueBytes::default(), UniqueBytes::default());
+/// Level 0 of every model with its pictures, each once.
+fn level0_bytes(models: &[Model]) -> u64 {
+    let mut level0 = UniqueBytes::default();
     for model in models {
         level0.add(&model.levels[0]);
+    }
+    level0.total()
+}
+
+fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, ledger: &Ledger<'_>) -> BTreeMap<String, u64> {
+    let mut lowest = UniqueBytes::default();
+    for model in models {
         lowest.add(coarsest(model));
     }
     let smooth: BTreeMap<_, _> = models
@@ -288,7 +310,7 @@ fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, ledger: &Led
     [
         ("source", input.source_bytes),
         ("published", ledger.total_bytes()),
-        ("level0", level0.total()),
+        ("level0", level0_bytes(models)),
         ("coarsest", lowest.total()),
         ("smooth", smooth.values().sum()),
         ("impostors", drawn.values().sum()),

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 
 use belvedere_scene::{
     ModelId, ObjectId,
-    index::Page,
     object::{Model, ObjectEntry},
     population::{Member, POPULATION_OBJECTS, Population, Recipe, Rules},
 };
 use glam::DMat4;
 
 use super::{
-    pages,
+    pages::{self, Tree},
     sink::{Ledger, SinkError},
 };
 
@@ -20,8 +19,8 @@ pub(super) const POP: &str = "pop";
 /// A transform that is a move, a turn and a scale up to this share of its scale is one.
 const ROUND: f64 = 1e-9;
 
-/// The root of the index of populations, when any object can be grown.
-pub(super) fn write(entries: &[ObjectEntry], models: &[Model], ledger: &Ledger<'_>) -> Result<Option<Page>, SinkError> {
+/// The index of populations, when any object can be grown.
+pub(super) fn write(entries: &[ObjectEntry], models: &[Model], ledger: &Ledger<'_>) -> Result<Option<Tree>, SinkError> {
     if models.iter().all(|model| model.procedural.is_none()) {
         return Ok(None);
     }
@@ -30,6 +29,11 @@ pub(super) fn write(entries: &[ObjectEntry], models: &[Model], ledger: &Ledger<'
         ledger.put(POP, of(row, models).encode(first))
     };
     pages::write_tree(entries, POPULATION_OBJECTS, |entry| entry.bounds, put, ledger).map(Some)
+}
+
+/// Whether a population holds an object.
+pub(super) fn is_member(entry: &ObjectEntry, model: &Model) -> bool {
+    model.procedural.is_some() && placed(entry).is_some()
 }
 
 fn of(row: &[ObjectEntry], models: &[Model]) -> Population {

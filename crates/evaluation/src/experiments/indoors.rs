@@ -114,7 +114,7 @@ pub fn section(measured: &Measured) -> Section {
                 .to_owned(),
             "Walks differ: the paper's ways are not told, and ours turn at random at every opening, which is harder to predict than a tour. The worst frame is that of all walks.".to_owned(),
             "Our worlds have grown from rules, and a client that knows their language fetches these instead of levels where they cost fewer bytes, and grows level 0 itself, as the paper's browser does with \
-             its houses in §7.2; the paper's buildings came as geometry. How long growing takes is not counted. Rows with levels alone are the same walks of a client that knows no rules."
+             its houses in §7.2; the paper's buildings came as geometry. How long growing takes is not counted. Rows with no rules are the same walks of a client that knows no rules."
                 .to_owned(),
         ],
         ..Section::default()
@@ -137,21 +137,21 @@ pub fn section(measured: &Measured) -> Section {
             ours: vec![ours.map_or_else(|| seconds(None), |s| start(s, world.whole_s()))],
             why: vec![1, 2, 4],
         });
-        let levels_alone = &world.without_rules;
+        let without_rules = &world.without_rules;
         rows.push(Row {
-            what: "… first cell complete, levels alone".to_owned(),
+            what: "… first cell complete, no rules".to_owned(),
             paper: "no such thing".to_owned(),
             ours: vec![
-                levels_alone
+                without_rules
                     .convergence_s
                     .map_or_else(|| seconds(None), |s| start(s, world.whole_s())),
             ],
             why: vec![1, 2, 4],
         });
         rows.push(Row {
-            what: "… prefetching, levels alone: minimum, mean".to_owned(),
+            what: "… prefetching, no rules: minimum, mean".to_owned(),
             paper: "no such thing".to_owned(),
-            ours: vec![format!("{}, {}", shown(levels_alone.min), shown(levels_alone.mean))],
+            ours: vec![format!("{}, {}", shown(without_rules.min), shown(without_rules.mean))],
             why: vec![0, 2, 3, 4],
         });
         for (words, papers, walked) in [
@@ -236,7 +236,7 @@ pub fn section(measured: &Measured) -> Section {
             "whole file",
             "frames with all there, prefetching",
             "prefetched and never seen",
-            "… levels alone",
+            "… no rules",
             "failures",
         ]
         .map(str::to_owned)

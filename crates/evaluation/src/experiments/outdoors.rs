@@ -172,7 +172,7 @@ pub fn section(measured: &Measured) -> Section {
     for (words, paper, walked) in [
         ("no prefetching", "below 100 % again and again", &world.without),
         ("prefetching", "“100 % most of the time”", &world.with),
-        ("prefetching, levels alone", "no such thing", &world.without_rules),
+        ("prefetching, no rules", "no such thing", &world.without_rules),
     ] {
         rows.push(row(
             &format!("{words}: frames with all there"),
@@ -233,7 +233,7 @@ pub fn section(measured: &Measured) -> Section {
         reasons: vec![
             "Another town: theirs is generated from footprints and nine textures, and its cells are streets and crossings only; cells of ours are cut from all free space, also in courts and houses.".to_owned(),
             "In the paper houses arrive as rules of 300 B each and are grown by the browser, which it calls rewriting. So they do here, where that costs fewer bytes than levels, and where each stands comes as populations, \
-             for all cells that see them. How long growing takes is not counted; the row with levels alone is the same walks of a client that knows no rules."
+             for all cells that see them. How long growing takes is not counted; the row with no rules is the same walks of a client that knows no rules."
                 .to_owned(),
             "What an object is differs: theirs is a building, a road or a pavement, ours every part that is placed, so that more of them are in sight.".to_owned(),
             "Walks differ: ours turn at random at every opening. The figure's curves have no numbers that could be read.".to_owned(),

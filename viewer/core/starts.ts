@@ -1,0 +1,44 @@
+/**
+ * In which cell does one begin? Where the scene has a start for it, one document says that, which cells are around, and all
+ * about what can be seen from there, instead of the chunks of the index that say the same among much else (`client/src/start.rs`).
+ */
+import type { CellIndex, Located } from "./cellindex.ts";
+import { holdsAlone } from "./convex.ts";
+import type { CellEntry } from "./documents.ts";
+import { distanceToBounds, type Vec3 } from "./geometry.ts";
+import type { ObjectDirectory } from "./objects.ts";
+import { PRIORITY } from "./priority.ts";
+import type { PublishedScene } from "./published.ts";
+import type { Locator } from "./whereabouts.ts";
+
+/** Asks the index, but for who begins where there is a start. */
+export class Starts implements Locator {
+  constructor(
+    private readonly scene: PublishedScene,
+    private readonly index: CellIndex,
+    private readonly directory: ObjectDirectory,
+  ) {}
+
+  nextDoor(from: CellEntry, point: Vec3): CellEntry | undefined {
+    return this.index.nextDoor(from, point);
+  }
+
+  async locate(point: Vec3): Promise<Located | undefined> {
+    const entry = await this.startAt(point);
+    return entry ? { entry, distance_m: 0 } : this.index.locate(point);
+  }
+
+  /** The cell that surely holds a point, unless it was met already. A start that cannot be had is done without. */
+  private async startAt(point: Vec3): Promise<CellEntry | undefined> {
+    const named = this.scene.manifest.starts.find(({ bounds, bytes, grownBytes }) => {
+      return distanceToBounds(bounds, point) === 0 && (!this.directory.grows || bytes <= grownBytes);
+    });
+    if (!named || this.index.known(named.cell)) return undefined;
+    const start = await this.scene.start(named, PRIORITY.document).catch(() => undefined);
+    const here = start?.cells.find(({ cell }) => cell === start.start);
+    if (!start || here?.cell !== named.cell || !holdsAlone(here, point)) return undefined;
+    for (const entry of start.cells) this.index.meet(entry);
+    this.directory.take(start);
+    return here;
+  }
+}
