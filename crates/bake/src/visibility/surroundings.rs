@@ -127,27 +127,39 @@ impl<'a> Atlas<'a> {
 
 /// What may be seen from some part of a region, rising.
 fn from_parts(observer: &mut Observer<'_>, eye: &Region) -> Vec<u32> {
+    let from_all = observer.visible(eye, &[]);
+    let halvings = halvings_that_pay(observer, eye, from_all.len());
+    if halvings == 0 {
+        return from_all;
+    }
     let mut open = Vec::new();
-    let halvings = halvings_that_pay(observer, eye);
     each_part(eye, halvings, &mut |part| {
         open = observer.visible(part, &open);
     });
     open
 }
 
-/// How often a region is halved for rough looks from its parts. Found from a small part of it, near its middle, and larger and
-/// larger ones around that: as long as one sees about as much as what it is around of, nothing is lost by looking from it.
-fn halvings_that_pay(observer: &mut Observer<'_>, eye: &Region) -> u32 {
+/// How often a region, from all of which so many objects may be seen, is halved for rough looks from its parts. Found from a small
+/// part of it, near its middle, and larger and larger ones around that: as long as one sees about as much as what it is around of,
+/// nothing is lost by looking from it. Where all of the region does, so does each between.
+fn halvings_that_pay(observer: &mut Observer<'_>, eye: &Region, from_all: usize) -> u32 {
+    if from_all <= FEW {
+        return 0;
+    }
     let mut parts = vec![eye.clone()];
     for halving in 0..MOST_HALVINGS {
         let [low, high] = parts[halving as usize].halves();
         parts.push(if halving % 2 == 0 { high } else { low });
     }
+    let mut seen_from = |halvings: u32| observer.visible(&parts[halvings as usize], &[]).len();
     let mut halvings = MOST_HALVINGS;
-    let mut open = observer.visible(&parts[halvings as usize], &[]).len();
+    let mut open = seen_from(halvings);
+    if from_all <= MOST_GROWTH * open {
+        return 0;
+    }
     while halvings > 0 {
         let wider = halvings - STEP;
-        let found = observer.visible(&parts[wider as usize], &[]).len();
+        let found = if wider == 0 { from_all } else { seen_from(wider) };
         if found > FEW.max(MOST_GROWTH * open) {
             break;
         }
