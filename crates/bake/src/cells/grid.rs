@@ -25,6 +25,11 @@ const MIN_BUILT: f32 = 1.0 / 64.0;
 const FINEST: f32 = 16.0 * f32::EPSILON;
 /// Nor is any wider, around what is built, than this share of it, or than a cell of the country.
 const COARSEST: f32 = 1.0 / 256.0;
+/// A scene that is less than so many metres long is taken for a model of one that is as long, as a doll's house is one of a house,
+/// and cut along the same walls …
+const HOUSE_M: f32 = 10.0;
+/// … but where it has none it is looked at as a whole: there it is taken for a model of something shorter.
+const OPEN_M: f32 = 4.0;
 /// Viewpoints within so many lengths of the scene are reached.
 const VIEWPOINT_REACH: f32 = 20.0;
 /// Planes nearer to each other than this share of a voxel are one.
@@ -65,8 +70,7 @@ impl Grid {
         };
         let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
         let scene_m = (max - min).max_element();
-        // What stands for a metre: in a scene of less than four metres a quarter of it.
-        let metre = if scene_m > 0.0 { (scene_m / 4.0).min(1.0) } else { 1.0 };
+        let metre = metre_in(scene_m, HOUSE_M);
         let built = built(world, [min, max]);
         let planes = [0, 1, 2].map(|axis| Planes::of(world, axis, scene_m));
         let beyond = |axis: usize| {
@@ -119,9 +123,14 @@ impl Grid {
         self.voxel_m
     }
 
-    /// What stands for a metre in a very small scene, else one metre.
+    /// What stands for a metre in a scene that is smaller than a house, else one metre.
     pub(super) fn metre(&self) -> f32 {
         self.metre
+    }
+
+    /// What stands for a metre where there are no walls.
+    pub(super) fn open_metre(&self) -> f32 {
+        metre_in(self.scene_m, OPEN_M)
     }
 
     /// The size of what a person handles: a metre, in a large scene a hundredth of what is built, because nobody looks at
@@ -186,6 +195,15 @@ impl Grid {
             min: [0; 3],
             max: self.size(),
         }
+    }
+}
+
+/// What stands for a metre in a scene so long, if those that are shorter than a length are models of that length.
+fn metre_in(scene_m: f32, length_m: f32) -> f32 {
+    if scene_m > 0.0 {
+        (scene_m / length_m).min(1.0)
+    } else {
+        1.0
     }
 }
 

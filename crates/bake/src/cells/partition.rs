@@ -340,7 +340,7 @@ fn halving_of(
     let grid = voxels.grid;
     let [min, max] = grid.bounds(within);
     let size = (max - min).as_dvec3();
-    let across_m = (settings.max_cell_m * grid.metre()).max(settings.max_cell_share * grid.scene_m());
+    let across_m = (settings.max_cell_m * grid.open_metre()).max(settings.max_cell_share * grid.scene_m());
     let limits_m = [across_m, HEIGHT_SHARE * across_m, across_m];
     let excess = |axis: usize| (max - min)[axis] / limits_m[axis];
     let axis = (0..3).max_by(|a, b| excess(*a).total_cmp(&excess(*b)))?;

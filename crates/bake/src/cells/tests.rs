@@ -218,6 +218,42 @@ fn far_from_zero_cells_are_the_same() {
 }
 
 #[test]
+fn a_dolls_house_has_the_rooms_of_a_house() {
+    const SCALE: f64 = 0.1;
+    let plan = "##########
+                #a.#.....#
+                #..#.....#
+                #......b.#
+                #..#.....#
+                ##########";
+    let (house, letters) = floor_plan(plan);
+    let (mut dolls_house, _) = floor_plan(plan);
+    let models = dolls_house.scene.models.iter_mut();
+    let positions = models
+        .flat_map(|model| &mut model.primitives)
+        .flat_map(|p| &mut p.positions);
+    positions.flatten().for_each(|at| *at *= SCALE as f32);
+    let small = letters[0].2.map(|at| SCALE * at);
+    let cells = cut(&house, &[letters[0].2]).cells;
+    let small_cells = cut(&dolls_house, &[small]).cells;
+    assert!(cells.len() >= 3, "two rooms and a doorway: {cells:#?}");
+    assert_eq!(cells.len(), small_cells.len());
+    for (cell, small) in cells.iter().zip(&small_cells) {
+        assert_eq!(cell.adjacent, small.adjacent);
+        let corners = cell.bounds.min.iter().chain(&cell.bounds.max);
+        let small_corners = small.bounds.min.iter().chain(&small.bounds.max);
+        assert!(
+            corners
+                .zip(small_corners)
+                .all(|(at, small)| (SCALE * at - small).abs() < 1e-4)
+        );
+    }
+    let [a, b] = [0, 1].map(|i| letters[i].2.map(|at| SCALE * at));
+    let refined = refined(&dolls_house, a);
+    assert_ne!(refined.cell_at(a).expect("free"), refined.cell_at(b).expect("free"));
+}
+
+#[test]
 fn a_viewpoint_inside_a_thing_counts_as_beside_it() {
     let (mut builder, _) = floor_plan(
         "##########
