@@ -1,5 +1,7 @@
-//! How does whoever started a bake see that it goes on? A person at a terminal sees one bar a stage, with an estimate; a
-//! log gets a line now and then; a program that asked for it reads lines of JSON.
+//! How does whoever started a bake see that it goes on? A person at a terminal sees one bar a stage, with an estimate of the rest of
+//! the bake ([`forecast`]); a log gets a line now and then; a program that asked for it reads lines of JSON.
+
+mod forecast;
 
 use std::{
     collections::BTreeMap,
@@ -14,6 +16,8 @@ use std::{
 use belvedere_bake::progress::{Progress, Stage};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::json;
+
+use forecast::{Forecast, Now};
 
 /// Between two lines of JSON of one stage.
 const LINE_INTERVAL: Duration = Duration::from_millis(200);
@@ -35,28 +39,29 @@ pub(crate) struct BakeProgress {
     show: Show,
     current: Arc<Mutex<Option<Current>>>,
     seconds: Mutex<BTreeMap<&'static str, f64>>,
+    forecast: Arc<Mutex<Forecast>>,
     cancelled: AtomicBool,
 }
 
 #[derive(Debug)]
 struct Current {
     stage: Stage,
-    started: Instant,
     bar: ProgressBar,
     told: Instant,
 }
 
 impl BakeProgress {
     pub(crate) fn new(show: Show) -> Self {
-        let current = Arc::default();
+        let (current, forecast) = (Arc::default(), Arc::default());
         if show == Show::Bars && !std::io::stderr().is_terminal() {
-            let watched = Arc::downgrade(&current);
-            std::thread::spawn(move || log(&watched));
+            let (watched, forecast) = (Arc::downgrade(&current), Arc::clone(&forecast));
+            std::thread::spawn(move || log(&watched, &forecast));
         }
         Self {
             show,
             current,
             seconds: Mutex::default(),
+            forecast,
             cancelled: AtomicBool::new(false),
         }
     }
@@ -69,24 +74,32 @@ impl BakeProgress {
     /// Ends the last stage; gives the seconds that each stage took.
     pub(crate) fn seconds(&self) -> BTreeMap<String, f64> {
         self.end_current();
-        let seconds = self.seconds.lock().unwrap_or_else(PoisonError::into_inner);
+        let seconds = locked(&self.seconds);
         seconds.iter().map(|(stage, s)| ((*stage).to_owned(), *s)).collect()
     }
 
     fn end_current(&self) {
         let ended = self.current().take();
-        if let Some(Current {
-            stage, started, bar, ..
-        }) = ended
-        {
-            bar.finish();
-            let mut seconds = self.seconds.lock().unwrap_or_else(PoisonError::into_inner);
-            *seconds.entry(stage.name()).or_default() += started.elapsed().as_secs_f64();
+        if let Some(current) = ended {
+            let now = current.now();
+            current.bar.finish();
+            *locked(&self.seconds).entry(now.stage.name()).or_default() += now.seconds;
+            locked(&self.forecast).end(now);
         }
     }
 
     fn current(&self) -> MutexGuard<'_, Option<Current>> {
         locked(&self.current)
+    }
+
+    /// Writes a line of JSON.
+    fn tell(&self, current: &Current) {
+        let now = current.now();
+        let rest_s = locked(&self.forecast).rest_s(now).map(f64::round);
+        let Now { stage, done, of, .. } = now;
+        let line = json!({"progress": {"stage": stage.name(), "done": done, "of": of, "rest_s": rest_s}});
+        // Whoever has closed the pipe does not want to know.
+        _ = writeln!(std::io::stdout().lock(), "{line}");
     }
 }
 
@@ -99,36 +112,45 @@ impl Progress for BakeProgress {
             ProgressDrawTarget::hidden()
         };
         let bar = ProgressBar::with_draw_target(Some(steps), target).with_message(stage.name());
-        let template = "{msg:>11} {bar:40.cyan/dim} {percent:>3} %  {elapsed} of about {whole}";
+        let template = "{msg:>11} {bar:40.cyan/dim} {percent:>3} %  {elapsed}{left}";
+        let forecast = Arc::clone(&self.forecast);
         bar.set_style(
             ProgressStyle::with_template(template)
                 .expect("the template is a constant")
-                .with_key("whole", |state: &ProgressState, to: &mut dyn std::fmt::Write| {
-                    let whole = whole(state.elapsed(), state.pos(), state.len());
-                    _ = write!(to, "{}", HumanDuration(whole.unwrap_or_default()));
+                .with_key("left", move |state: &ProgressState, to: &mut dyn std::fmt::Write| {
+                    let now = Now {
+                        stage,
+                        seconds: state.elapsed().as_secs_f64(),
+                        done: state.pos(),
+                        of: state.len().unwrap_or(0),
+                    };
+                    _ = write!(to, "{}", left(locked(&forecast).rest_s(now)));
                 })
                 .progress_chars("━╸─"),
         );
-        if self.show == Show::Lines {
-            tell(stage, &bar);
-        }
-        let started = Instant::now();
-        *self.current() = Some(Current {
+        let current = Current {
             stage,
-            started,
             bar,
-            told: started,
-        });
+            told: Instant::now(),
+        };
+        if self.show == Show::Lines {
+            self.tell(&current);
+        }
+        *self.current() = Some(current);
     }
 
     fn advance(&self, steps: u64) {
         if let Some(current) = &mut *self.current() {
             current.bar.inc(steps);
             if self.show == Show::Lines && current.told.elapsed() >= LINE_INTERVAL {
-                tell(current.stage, &current.bar);
+                self.tell(current);
                 current.told = Instant::now();
             }
         }
+    }
+
+    fn expect(&self, stage: Stage, steps: u64) {
+        locked(&self.forecast).expect(stage, steps);
     }
 
     fn cancelled(&self) -> bool {
@@ -137,11 +159,11 @@ impl Progress for BakeProgress {
 }
 
 /// Writes a line now and then, as long as there is somebody whose bakes it can be about.
-fn log(current: &Weak<Mutex<Option<Current>>>) {
+fn log(current: &Weak<Mutex<Option<Current>>>, forecast: &Mutex<Forecast>) {
     loop {
         std::thread::sleep(LOG_INTERVAL);
         let Some(current) = current.upgrade() else { return };
-        let line = locked(&current).as_ref().map(Current::line);
+        let line = locked(&current).as_ref().map(|current| current.line(&locked(forecast)));
         if let Some(line) = line {
             // Whoever has closed the pipe does not want to know.
             _ = writeln!(std::io::stderr().lock(), "{line}");
@@ -150,36 +172,36 @@ fn log(current: &Weak<Mutex<Option<Current>>>) {
 }
 
 impl Current {
-    fn line(&self) -> String {
-        let Self { stage, bar, .. } = self;
-        let (stage, elapsed) = (stage.name(), bar.elapsed());
-        let share = (100 * bar.position()).checked_div(bar.length().unwrap_or(0));
-        match share.zip(whole(elapsed, bar.position(), bar.length())) {
-            None | Some((0, _)) => format!("{stage}: for {}", HumanDuration(elapsed)),
-            Some((share, whole)) => format!(
-                "{stage}: {share} %, {} of about {}",
-                HumanDuration(elapsed),
-                HumanDuration(whole)
-            ),
+    /// How far it is.
+    fn now(&self) -> Now {
+        let of = self.bar.length().unwrap_or(0);
+        Now {
+            stage: self.stage,
+            seconds: self.bar.elapsed().as_secs_f64(),
+            done: self.bar.position().min(of),
+            of,
+        }
+    }
+
+    fn line(&self, forecast: &Forecast) -> String {
+        let now = self.now();
+        let elapsed = HumanDuration(self.bar.elapsed());
+        let left = left(forecast.rest_s(now));
+        match (100 * now.done).checked_div(now.of) {
+            None | Some(0) => format!("{}: for {elapsed}{left}", now.stage),
+            Some(share) => format!("{}: {share} %, for {elapsed}{left}", now.stage),
         }
     }
 }
 
-/// How long all of a stage takes if the rest goes on as it did so far; its steps come in no order that says more.
-fn whole(elapsed: Duration, done: u64, of: Option<u64>) -> Option<Duration> {
-    let share = done as f64 / of? as f64;
-    Duration::try_from_secs_f64(elapsed.as_secs_f64() / share).ok()
+/// What a person is told of the rest of the bake.
+fn left(rest_s: Option<f64>) -> String {
+    let rest = rest_s.and_then(|rest_s| Duration::try_from_secs_f64(rest_s).ok());
+    rest.map_or_else(String::new, |rest| format!("; done in about {}", HumanDuration(rest)))
 }
 
 fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn tell(stage: Stage, bar: &ProgressBar) {
-    let (done, of) = (bar.position(), bar.length().unwrap_or(0));
-    let line = json!({"progress": {"stage": stage.name(), "done": done.min(of), "of": of}});
-    // Whoever has closed the pipe does not want to know.
-    _ = writeln!(std::io::stdout().lock(), "{line}");
 }
 
 #[cfg(test)]
@@ -189,21 +211,23 @@ mod tests {
     #[test]
     fn a_line_says_how_far_a_stage_is() {
         let progress = BakeProgress::new(Show::Bars);
-        let line = || progress.current().as_ref().map(Current::line);
+        let line = || {
+            let current = progress.current();
+            current
+                .as_ref()
+                .map(|current| current.line(&locked(&progress.forecast)))
+        };
         assert_eq!(line(), None);
+        progress.start(Stage::Cells, 4);
+        assert_eq!(line().unwrap(), "cells: for 0 seconds");
+        progress.advance(1);
+        assert_eq!(line().unwrap(), "cells: 25 %, for 0 seconds");
         progress.start(Stage::Visibility, 40);
-        assert_eq!(line().unwrap(), "visibility: for 0 seconds");
         progress.advance(10);
         let line = line().unwrap();
-        assert!(line.starts_with("visibility: 25 %, 0 seconds of about "), "{line}");
-    }
-
-    #[test]
-    fn the_rest_of_a_stage_takes_as_long_as_what_is_done() {
-        let minute = Duration::from_secs(60);
-        assert_eq!(whole(minute, 20, Some(100)), Some(5 * minute));
-        assert_eq!(whole(minute, 100, Some(100)), Some(minute));
-        assert_eq!(whole(minute, 0, Some(100)), None);
-        assert_eq!(whole(minute, 3, None), None);
+        assert!(
+            line.starts_with("visibility: 25 %, for 0 seconds; done in about "),
+            "{line}"
+        );
     }
 }

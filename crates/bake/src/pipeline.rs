@@ -127,6 +127,7 @@ pub fn bake(
     } else {
         cells::author::build(&world, &scene.authored, defects)?
     };
+    progress.expect(Stage::Visibility, graph.cells.len() as u64);
     unturned.put_back(&mut scene);
     let views = Views::of(&world, &graph, &hiders);
     let placed = frame.leave_with(graph.clone());

@@ -58,6 +58,8 @@ pub trait Progress: Sync {
     fn start(&self, stage: Stage, steps: u64);
     /// Some steps are done.
     fn advance(&self, steps: u64);
+    /// A stage to come will have this many steps.
+    fn expect(&self, _stage: Stage, _steps: u64) {}
     /// Whether the caller wants to stop. Asked before each step.
     fn cancelled(&self) -> bool {
         false
