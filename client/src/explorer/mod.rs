@@ -70,6 +70,8 @@ pub struct Explorer<S> {
     atlas: Atlas,
     /// Cells that were read of, or are being read of.
     asked: HashSet<CellId>,
+    /// Those of them that could not even be found from afar.
+    unfound: HashSet<CellId>,
     planner: Planner,
     meter: Meter,
     motion: Motion,
@@ -97,6 +99,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             options,
             atlas: Atlas::default(),
             asked: HashSet::new(),
+            unfound: HashSet::new(),
             planner: Planner::new(options.budgets),
             meter: Meter::default(),
             motion: Motion::default(),
@@ -132,7 +135,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         match located {
             Ok(located) => {
                 let cell = located.cell.cell;
-                if self.asked.insert(cell) {
+                if self.asked.insert(cell) || self.unfound.remove(&cell) {
                     self.read(Ok(located.cell.clone()));
                 }
                 self.at = Some(located.cell);

@@ -73,10 +73,10 @@ impl<S: ByteSource + 'static> Explorer<S> {
                     self.look_around(shown);
                 }
             }
-            // It will be asked for again when one is there.
+            // It is asked for again when one is there, and not before.
             Brought::NoPlace(cell, cause) => {
                 self.events.push(Event::Problem(cause));
-                self.asked.insert(cell);
+                self.unfound.insert(cell);
             }
             Brought::Files(files) => {
                 if let Some(one) = under_way {

@@ -1,4 +1,4 @@
-//! What becomes of a walk when rules are lost under way? Places are handed over by hand, from a tree that answers nothing.
+//! What becomes of a walk when rules, or a cell ahead, are lost under way? Places are handed over by hand, from a tree that answers nothing.
 
 use belvedere_scene::{BlobName, Bounds, SceneName};
 use serde_json::json;
@@ -131,4 +131,19 @@ async fn levels_are_asked_for_as_soon_as_rules_are_lost() {
     explorer.without_rules();
     assert_eq!(explorer.planner.wishes()[0].grade.form, Form::Level);
     assert_eq!(explorer.tasks.len(), 1);
+}
+
+#[tokio::test]
+async fn a_cell_that_could_not_be_found_from_afar_is_read_of_once_one_is_there() {
+    let mut explorer = explorer().await;
+    explorer.asked.insert(CellId(1));
+    let id = tokio::spawn(async {}).id();
+    explorer.take(id, Brought::NoPlace(CellId(1), Error::NoCells));
+    assert!(explorer.tasks.is_empty());
+    explorer.at = Some(place(1, true).entry);
+    for reads in [1, 0] {
+        explorer.follow(Eye::at([1.0; 3])).await;
+        assert_eq!(explorer.tasks.len(), reads);
+        while explorer.advance().await.is_some() {}
+    }
 }
