@@ -47,8 +47,8 @@ pub(super) struct Shown {
     pub(super) sent_at_ms: Ms,
     pub(super) attention: Attention,
     pub(super) priority: f64,
-    /// It rests about where the session was told (within [`pace::tolerance_m`]), and neither has stirred since: there is nothing to be
-    /// told.
+    /// It rests about where the session was told (within [`crate::pace::tolerance_m`]), and neither has stirred since: there is nothing
+    /// to be told.
     pub(super) rests: bool,
 }
 
