@@ -76,18 +76,11 @@ impl Forecast {
             return (done > 0).then(|| seconds * of as f64 / done as f64);
         }
         let (ended_s, ended) = self.ended.get(&Stage::Glance).copied().unwrap_or_default();
-        let (more_s, more) = if now.stage == Stage::Glance {
-            (now.seconds, now.done)
-        } else {
-            (0.0, 0)
-        };
-        let steps = ended + more;
-        let step_s = (steps > 0).then(|| (ended_s + more_s) / steps as f64)?;
-        let all_steps = if now.stage == Stage::Glance {
-            ended + now.of
-        } else {
-            ended
-        };
+        let glancing = (now.stage == Stage::Glance).then_some(now);
+        let steps = ended + glancing.map_or(0, |now| now.done);
+        let seconds = ended_s + glancing.map_or(0.0, |now| now.seconds);
+        let step_s = (steps > 0).then(|| seconds / steps as f64)?;
+        let all_steps = ended + glancing.map_or(0, |now| now.of);
         let cells = self.expected.get(&Stage::Visibility).map(|cells| *cells as f64);
         Some(cells.unwrap_or(CELLS_FOR_A_STEP * all_steps as f64) * STEPS_IN_A_LOOK * step_s)
     }

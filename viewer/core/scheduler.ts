@@ -115,14 +115,13 @@ export function firstWants(visible: readonly PlacedObject[], stock: Stock): Want
   const isMissing = ({ model }: PlacedObject) => stock.of(model.model).held === undefined;
   const waiting = new Map(visible.filter(isMissing).map(({ model }) => [model.model, model]));
   const costOf = shared([...waiting.values()], stock.costOf);
-  const named = new Set<number>();
   const wants: Want[] = [];
   visible.forEach((object, rank) => {
     const { model } = object;
-    if (named.has(model.model) || !waiting.has(model.model)) return;
+    if (!waiting.has(model.model)) return;
     const goal = firstGoal(object, stock.of(model.model), costOf);
     if (!goal) return;
-    named.add(model.model);
+    waiting.delete(model.model);
     wants.push(want(object, stepTowards(model, goal, undefined), { kind: "missing" }, rank));
   });
   return wants;

@@ -2,7 +2,7 @@
  * What do operators and functions of numbers give? What is asked of them is checked where they are visited, for the place.
  * As `crates/scene/src/procedural/operation.rs`.
  */
-import { WIDTH } from "./plain/columns.ts";
+import { copy, WIDTH } from "./plain/columns.ts";
 import { addNoise, fraction, step } from "./random.ts";
 
 /** Beyond this a whole number is no longer told from the next in every operation. */
@@ -121,10 +121,6 @@ function hashOf(x: number, z: number): number {
 function isSame(a: Float64Array, from: number, b: Float64Array, at: number, count: number): boolean {
   for (let i = 0; i < count; i += 1) if (a[from + i] !== b[at + i]) return false;
   return true;
-}
-
-function copy(of: Float64Array, from: number, to: Float64Array, at: number, count: number): void {
-  for (let i = 0; i < count; i += 1) to[at + i] = of[from + i] as number;
 }
 
 const u = new Float64Array(WIDTH);

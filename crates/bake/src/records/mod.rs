@@ -155,7 +155,8 @@ pub fn write(
     let cells = pages::write_tree(&written.rows, CHUNK_ENTRIES, |row| row.bounds, put_cells, &ledger)?;
 
     let viewpoints = viewpoints::choose(input);
-    let is_small = level0_bytes(models) <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
+    let level0_bytes = level0_bytes(models);
+    let is_small = level0_bytes <= WHOLE_WORLD_BYTES && entries.len() <= WHOLE_WORLD_OBJECTS;
     let mut starts = Vec::new();
     if !is_small {
         let written = starts::Written {
@@ -184,7 +185,7 @@ pub fn write(
         up: "+Y".to_owned(),
         unit: "m".to_owned(),
         counts: counts(input, &entries, models),
-        bytes: sizes(input, models, &written.sizes, &ledger),
+        bytes: sizes(input, (models, level0_bytes), &written.sizes, &ledger),
         viewpoints,
         visibility: VisibilitySummary {
             method: input.visibility.method.name().to_owned(),
@@ -286,7 +287,12 @@ fn level0_bytes(models: &[Model]) -> u64 {
     level0.total()
 }
 
-fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, ledger: &Ledger<'_>) -> BTreeMap<String, u64> {
+fn sizes(
+    input: Input<'_>,
+    (models, level0_bytes): (&[Model], u64),
+    records: &RecordSizes,
+    ledger: &Ledger<'_>,
+) -> BTreeMap<String, u64> {
     let mut lowest = UniqueBytes::default();
     for model in models {
         lowest.add(coarsest(model));
@@ -310,7 +316,7 @@ fn sizes(input: Input<'_>, models: &[Model], records: &RecordSizes, ledger: &Led
     [
         ("source", input.source_bytes),
         ("published", ledger.total_bytes()),
-        ("level0", level0_bytes(models)),
+        ("level0", level0_bytes),
         ("coarsest", lowest.total()),
         ("smooth", smooth.values().sum()),
         ("impostors", drawn.values().sum()),

@@ -112,3 +112,8 @@ export class Columns {
     return first;
   }
 }
+
+/** Copies so many numbers from one place to another. */
+export function copy(of: Float64Array, from: number, to: Float64Array, at: number, count: number): void {
+  for (let i = 0; i < count; i += 1) to[at + i] = of[from + i] as number;
+}

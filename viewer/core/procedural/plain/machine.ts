@@ -7,7 +7,7 @@ import { fractals, fractalsOf, isWhole, random } from "../operation.ts";
 import { type Globals, NO_NUMBER, type Stack } from "../stack.ts";
 import type { List, Value } from "../value.ts";
 import * as code from "./code.ts";
-import { type Columns, type Frame, WIDTH } from "./columns.ts";
+import { type Columns, copy, type Frame, WIDTH } from "./columns.ts";
 
 /** Where names are looked up, and which random numbers belong here. */
 export interface Scope {
@@ -338,10 +338,6 @@ export class Machine {
 
 function num(registers: Float64Array, at: number): number {
   return registers[at] as number;
-}
-
-function copy(of: Float64Array, from: number, to: Float64Array, at: number, count: number): void {
-  for (let i = 0; i < count; i += 1) to[at + i] = num(of, from + i);
 }
 
 function fill(registers: Float64Array, at: number, number: number, count: number): void {
