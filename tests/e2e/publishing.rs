@@ -142,7 +142,7 @@ pub(crate) fn many_rooms(columns: usize, rows: usize) -> String {
 
 #[test]
 fn a_bake_that_is_killed_goes_on_where_it_was() {
-    let plan = many_rooms(5, 5);
+    let plan = many_rooms(4, 4);
     let in_one_go = {
         let data = Data::new();
         data.bake(&data.write("rooms.plan", &plan), "rooms")

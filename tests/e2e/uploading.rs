@@ -122,7 +122,7 @@ async fn a_bake_that_needs_too_much_memory_ends_alone() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_job_whose_server_is_killed_goes_on_with_the_next_one() {
-    let plan = many_rooms(5, 5);
+    let plan = many_rooms(4, 4);
     let data = Data::new();
     let key = key(&data);
     let server = data.serve();
@@ -158,7 +158,7 @@ async fn a_job_that_is_cancelled_publishes_nothing_and_the_next_one_has_its_turn
     let data = Data::new();
     let key = key(&data);
     let server = data.serve();
-    let first = upload(&server, &key, &many_rooms(12, 12)).await;
+    let first = upload(&server, &key, &many_rooms(8, 8)).await;
     let second = upload(&server, &key, THREE_ROOMS).await;
     let third = upload(&server, &key, THREE_ROOMS).await;
     until(address(&server), &first, |job| job["progress"]["stage"] == "visibility").await;

@@ -24,7 +24,7 @@ serve_museum() {
   build_program
   data="$target/museum"
   if [ "$belvedere" -nt "$data/built" ]; then rm -rf "$data"; fi
-  "$belvedere" bake tests/fixtures/museum.plan --scene museum --data "$data"
+  "$belvedere" bake tests/fixtures/wing.plan --scene museum --data "$data"
   touch "$data/built"
   serve
 }

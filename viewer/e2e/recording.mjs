@@ -30,6 +30,13 @@ function insistOnScript(text) {
   return lines;
 }
 
+/** Where one is and looks. */
+const pose = (page) =>
+  page.evaluate(() => {
+    const { position, yaw, pitch } = window.belvedere.state();
+    return JSON.stringify([position, yaw, pitch]);
+  });
+
 await tell("recording", async (open) => {
   const page = await open();
   await page.goto(url);
@@ -41,8 +48,10 @@ await tell("recording", async (open) => {
   await page.waitForFunction(() => window.belvedere.recording.isRunning, undefined, { timeout });
   await page.waitForTimeout(700);
   for (const key of ["KeyW", "ArrowLeft", "KeyD"]) {
+    const before = await pose(page);
     await page.keyboard.down(key);
     await page.waitForTimeout(700);
+    while ((await pose(page)) === before) await page.waitForTimeout(100);
     await page.keyboard.up(key);
   }
   await page.waitForTimeout(1200);

@@ -54,7 +54,7 @@ fn missed_in_views(world: &World, graph: &CellGraph, visible: &[CellVisibility],
 #[test]
 fn views_of_a_small_museum_show_nothing_unknown() {
     let (world, graph, visible) = bake(&museum([2, 2], 8), [4.0, 1.6, 4.0], &SampledSettings::default());
-    let (_, missed) = missed_in_views(&world, &graph, &visible, 6);
+    let (_, missed) = missed_in_views(&world, &graph, &visible, 3);
     assert!(
         missed.is_empty(),
         "{}: {:#?}",
