@@ -20,7 +20,7 @@ use std::{
 use axum::{
     body::{Body, HttpBody},
     extract::{MatchedPath, Request, State},
-    http::{HeaderMap, HeaderName, HeaderValue, Method, Uri, Version, header, uri::Authority},
+    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, Version, header, uri::Authority},
     middleware::Next,
     response::{IntoResponse, Response},
 };
@@ -78,12 +78,13 @@ pub(super) async fn around(State(state): State<AppState>, mut request: Request, 
     if by_key {
         visitor::keep_from_others(response.headers_mut());
     }
-    for_everybody(response.headers_mut());
+    let status = response.status();
+    for_everybody(status, response.headers_mut());
     // Answers outlive their request in caches, so they carry its number only for who sent one or must report an error.
     if theirs.is_some() || problem.is_some() {
         response.headers_mut().insert(X_REQUEST_ID, id.clone());
     }
-    let (status, took) = (response.status().as_u16(), started.elapsed());
+    let (status, took) = (status.as_u16(), started.elapsed());
     let body_bytes = if method == Method::HEAD {
         0
     } else {
@@ -111,9 +112,13 @@ fn scene_in(route: &str, path: &str) -> Option<SceneName> {
     below.split('/').next()?.parse().ok()
 }
 
-/// What every answer has.
-pub(super) fn for_everybody(headers: &mut HeaderMap) {
+/// What every answer has. A 304 leaves out what its reader has from the answer that it confirms.
+pub(super) fn for_everybody(status: StatusCode, headers: &mut HeaderMap) {
     cors::allow_reading(headers);
+    if status == StatusCode::NOT_MODIFIED {
+        return;
+    }
+    cors::tell_all(headers);
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
 }
 
@@ -214,8 +219,6 @@ fn write_problem(response: &mut Response, problem: &Problem, uri: &Uri) {
 
 #[cfg(test)]
 mod tests {
-    use axum::http::StatusCode;
-
     use super::*;
 
     #[test]

@@ -41,8 +41,9 @@ impl Heads {
         if forms.has_variants() {
             insert(&mut unchanged, header::VARY, "Accept-Encoding");
         }
-        around::for_everybody(&mut unchanged);
         let mut whole = unchanged.clone();
+        around::for_everybody(StatusCode::NOT_MODIFIED, &mut unchanged);
+        around::for_everybody(StatusCode::OK, &mut whole);
         insert(&mut whole, header::CONTENT_TYPE, media::kind(name.ext()));
         insert(&mut whole, header::ACCEPT_RANGES, "bytes");
         if let Some(coding) = coding {
