@@ -46,7 +46,7 @@ use crate::{
 };
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 20;
+const BAKE_VERSION: u32 = 21;
 
 /// How long a bake that is done waits for a catalogue that is away, and between two times that it asks.
 const PATIENCE: Duration = Duration::from_secs(600);

@@ -179,13 +179,23 @@ pub fn bake(
     write(&models, visibility)
 }
 
+/// Cells whose rays see less than this share of all do not see everything.
+const CLEARLY: f64 = 0.9;
+
 /// How the cells came about, drawn by their author or not, and whether they were of any use.
 fn how_cut(bounds: &[Bounds], (graph, is_drawn): (&CellGraph, bool), visibility: &Visibility) -> String {
     let drawn = bounds.iter().filter(|bounds| !bounds.is_empty()).count();
+    // What nobody has looked for is not seen less either.
+    let seen_less = visibility.mean_seen > 0.0 && visibility.mean_seen < CLEARLY * drawn as f64;
     if graph.cells.len() == 1 && !is_drawn && visibility.cells[0].objects.len() == drawn {
         "one cell, because no wall hides anything: everything is visible".to_owned()
     } else if visibility.cells.iter().all(|cell| cell.objects.len() == drawn) {
-        format!("{}, but everything is visible from each", graph.reason)
+        let found = if seen_less {
+            "though rays see less, nothing can be proved hidden from any"
+        } else {
+            "but everything is visible from each"
+        };
+        format!("{}, {found}", graph.reason)
     } else {
         graph.reason.clone()
     }

@@ -28,14 +28,32 @@ struct Grid {
     lines: [Vec<f32>; 3],
 }
 
-/// Boxes inside a surface that is closed but for a flat bottom, clear of other geometry, largest first.
-pub(super) fn boxes(surface: &[Triangle], foreign: &[Triangle], min: Vec3, max: Vec3) -> Vec<[Vec3; 2]> {
-    let triangles = surface;
+/// What is to be filled.
+#[derive(Debug, Default)]
+pub(super) struct Shape {
+    /// Closed but for a flat bottom.
+    pub(super) surface: Vec<Triangle>,
+    /// The closed surfaces of what is hollow inside.
+    pub(super) cavities: Vec<Triangle>,
+}
+
+impl Shape {
+    /// All faces between what is solid and what is not.
+    pub(super) fn faces(&self) -> Vec<Triangle> {
+        [&self.surface[..], &self.cavities[..]].concat()
+    }
+}
+
+/// Boxes inside a shape, clear of other geometry, largest first.
+pub(super) fn boxes(shape: &Shape, foreign: &[Triangle], min: Vec3, max: Vec3) -> Vec<[Vec3; 2]> {
+    let faces = shape.faces();
     let grid = Grid {
-        lines: [0, 1, 2].map(|axis| lines(triangles, min, max, axis)),
+        lines: [0, 1, 2].map(|axis| lines(&faces, min, max, axis)),
     };
     let size = [0, 1, 2].map(|axis| grid.lines[axis].len() - 1);
-    let mut solid = grid.inside(triangles);
+    let mut solid = grid.inside(shape);
+    // A face of the shape in the voxel's own side does not cut it.
+    grid.cut(&faces, &mut solid, 1.0 - TOUCH);
     // What stands on a side of a voxel stands in it.
     grid.cut(foreign, &mut solid, 1.0 + TOUCH);
     let mut found = Vec::new();
@@ -111,15 +129,16 @@ impl Grid {
         first..end.max(first)
     }
 
-    /// For each voxel whether it lies wholly inside.
-    fn inside(&self, triangles: &[Triangle]) -> Vec<bool> {
+    /// For each voxel whether its middle lies inside.
+    fn inside(&self, shape: &Shape) -> Vec<bool> {
         let size = [0, 1, 2].map(|axis| self.lines[axis].len() - 1);
-        let along_x = self.winding(triangles, 0, size);
-        let along_z = self.winding(triangles, 2, size);
-        let mut inside: Vec<bool> = along_x.iter().zip(&along_z).map(|(a, b)| *a && *b).collect();
-        // A face of the surface in the voxel's own side does not cut it.
-        self.cut(triangles, &mut inside, 1.0 - TOUCH);
-        inside
+        // Along two axes, which agree where a surface is closed.
+        let [along_x, along_z] = [0, 2].map(|axis| self.winding(&shape.surface, axis, size));
+        let [hollow_x, hollow_z] = [0, 2].map(|axis| self.winding(&shape.cavities, axis, size));
+        let voxels = 0..along_x.len();
+        voxels
+            .map(|at| along_x[at] && along_z[at] && !hollow_x[at] && !hollow_z[at])
+            .collect()
     }
 
     /// Takes out the voxels that faces go through, each as large as `scale` says.
@@ -294,10 +313,17 @@ mod tests {
         .collect()
     }
 
+    fn full(surface: Vec<Triangle>) -> Shape {
+        Shape {
+            surface,
+            cavities: Vec::new(),
+        }
+    }
+
     #[test]
     fn a_box_is_filled_to_its_faces() {
         let found = boxes(
-            &block(Vec3::ZERO, Vec3::new(2.0, 3.0, 4.0)),
+            &full(block(Vec3::ZERO, Vec3::new(2.0, 3.0, 4.0))),
             &[],
             Vec3::ZERO,
             Vec3::new(2.0, 3.0, 4.0),
@@ -329,7 +355,7 @@ mod tests {
             [Vec3::ZERO, Vec3::new(2.0, 1.0, 6.0)],
         ];
         let triangles: Vec<_> = arms.iter().flat_map(|[a, b]| block(*a, *b)).collect();
-        let found = boxes(&triangles, &[], Vec3::ZERO, Vec3::new(6.0, 1.0, 6.0));
+        let found = boxes(&full(triangles), &[], Vec3::ZERO, Vec3::new(6.0, 1.0, 6.0));
         let volume: f32 = found.iter().map(|[a, b]| (*b - *a).element_product()).sum();
         assert!(volume > 15.0, "of 20 m³ only {volume} are filled");
         for [a, b] in found {
@@ -344,7 +370,7 @@ mod tests {
     fn boxes_keep_clear_of_what_stands_in_a_house() {
         let furniture = block(Vec3::splat(1.0), Vec3::splat(2.0));
         let found = boxes(
-            &block(Vec3::ZERO, Vec3::splat(4.0)),
+            &full(block(Vec3::ZERO, Vec3::splat(4.0))),
             &furniture,
             Vec3::ZERO,
             Vec3::splat(4.0),
@@ -352,6 +378,28 @@ mod tests {
         for [a, b] in found {
             let apart = a.cmpge(Vec3::splat(2.0)).any() || b.cmple(Vec3::splat(1.0)).any();
             assert!(apart, "{a} {b} holds furniture");
+        }
+    }
+
+    #[test]
+    fn walls_around_a_room_are_filled_and_the_room_is_not() {
+        let inwards = |triangles: Vec<Triangle>| triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect::<Vec<_>>();
+        let (low, high) = (Vec3::splat(0.3), Vec3::new(7.7, 3.3, 5.7));
+        // Beside the room, what lies open already: no cavity of this shape, though in its box.
+        let shape = Shape {
+            surface: block(Vec3::ZERO, Vec3::new(8.0, 3.6, 6.0)),
+            cavities: [
+                inwards(block(low, high)),
+                inwards(block(Vec3::splat(9.0), Vec3::splat(9.5))),
+            ]
+            .concat(),
+        };
+        let found = boxes(&shape, &[], Vec3::ZERO, Vec3::splat(10.0));
+        assert!(!found.is_empty());
+        for [a, b] in found {
+            let apart = a.cmpge(high - 1e-5).any() || b.cmple(low + 1e-5).any();
+            assert!(apart, "{a} {b} is in the room");
+            assert!(b.cmple(Vec3::new(8.0, 3.6, 6.0)).all(), "{a} {b} is outside");
         }
     }
 
@@ -365,7 +413,7 @@ mod tests {
         triangles.extend(quad([p(0., 4., 0.), p(0., 4., 4.), p(4., 0., 4.), p(4., 0., 0.)]));
         triangles.push([p(0., 0., 0.), p(0., 4., 0.), p(4., 0., 0.)]);
         triangles.push([p(0., 0., 4.), p(4., 0., 4.), p(0., 4., 4.)]);
-        let found = boxes(&triangles, &[], Vec3::ZERO, Vec3::splat(4.0));
+        let found = boxes(&full(triangles), &[], Vec3::ZERO, Vec3::splat(4.0));
         assert!(!found.is_empty());
         for [_, b] in found {
             assert!(b.x + b.y <= 4.0 + 1e-4, "the corner {b} is above the roof");

@@ -16,7 +16,7 @@
 //! (or from any side if the part hides from both). Bodies are smaller by a margin, which turns rounding into
 //! overestimate. Eyes inside a part are no business of its bodies: see `visibility/within.rs`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -90,7 +90,7 @@ impl Part<'_> {
             hides: true,
             object,
         };
-        let foreign = self.foreign(world, object, 4.0 * margin_m);
+        let mut foreign = self.foreign(world, object, 4.0 * margin_m);
         let convex = self
             .convex_planes(open_below)
             .filter(|planes| planes.len() <= MAX_PLANES);
@@ -105,15 +105,17 @@ impl Part<'_> {
             _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => return Vec::new(),
             _ => {}
         }
-        let boxes = fill::boxes(&self.surface(), &foreign, self.min, self.max);
+        let shape = self.shape(parts);
+        let own: BTreeSet<_> = shape.cavities.iter().map(|corners| corners.map(bits)).collect();
+        foreign.retain(|corners| !own.contains(&corners.map(bits)));
+        let boxes = fill::boxes(&shape, &foreign, self.min, self.max);
         let filled = boxes.iter().map(|[a, b]| body(*a, *b, Vec::new()));
         let mut bodies: Vec<Body> = filled.filter(has_volume).collect();
         if !bodies.is_empty() {
-            let cavities = self.cavities(parts);
             let rest = match whole {
-                Some(whole) if cavities.is_empty() => vec![whole],
+                Some(whole) if shape.cavities.is_empty() => vec![whole],
                 _ => {
-                    let pieces = self.rest(cavities, &boxes, margin_m).into_iter();
+                    let pieces = self.rest(&shape, &boxes, margin_m).into_iter();
                     pieces.map(|piece| body(piece.min, piece.max, piece.planes)).collect()
                 }
             };
@@ -127,30 +129,33 @@ impl Part<'_> {
         self.triangles.iter().map(|triangle| triangle.corners).collect()
     }
 
-    /// The surfaces of what is hollow inside it, which are parts of their own.
-    fn cavities(&self, parts: &[Part<'_>]) -> Vec<[Vec3; 3]> {
+    /// Its surface, and those of what is hollow inside it, which are parts of their own. An eye in there is outside of it, so
+    /// none of its bodies may be; a cavity that is not found counts as its inside, for eyes and bodies alike.
+    fn shape(&self, parts: &[Part<'_>]) -> fill::Shape {
         let cavities = parts.iter().filter(|part| {
             let is_inside = part.min.cmpge(self.min).all() && part.max.cmple(self.max).all();
             is_inside && part.min != self.min && part.triangles.len() <= MAX_FILLED_TRIANGLES && part.looks_inwards()
         });
-        cavities.flat_map(Part::surface).collect()
+        fill::Shape {
+            surface: self.surface(),
+            cavities: cavities.flat_map(Part::surface).collect(),
+        }
     }
 
     /// What boxes leave of its inside.
-    fn rest(&self, cavities: Vec<[Vec3; 3]>, boxes: &[[Vec3; 2]], slack_m: f32) -> Vec<rest::Piece> {
-        let surface = [self.surface(), cavities].concat();
+    fn rest(&self, shape: &fill::Shape, boxes: &[[Vec3; 2]], slack_m: f32) -> Vec<rest::Piece> {
         let in_a_box = |piece: &rest::Piece| {
             let holds = |[low, high]: &[Vec3; 2]| piece.min.cmpge(*low).all() && piece.max.cmple(*high).all();
             boxes.iter().any(holds)
         };
-        let mut pieces = rest::pieces(&surface, self.min, self.max, slack_m);
+        let mut pieces = rest::pieces(&shape.faces(), self.min, self.max, slack_m);
         pieces.retain(|piece| !in_a_box(piece));
         pieces
     }
 
     /// Triangles of others that reach further than a margin into its box.
     fn foreign(&self, world: &World, object: u32, margin_m: f32) -> Vec<[Vec3; 3]> {
-        let own: std::collections::BTreeSet<_> = self.triangles.iter().map(|t| t.corners.map(bits)).collect();
+        let own: BTreeSet<_> = self.triangles.iter().map(|t| t.corners.map(bits)).collect();
         let mut foreign = Vec::new();
         let (middle, half) = (0.5 * (self.min + self.max), 0.5 * (self.max - self.min) - margin_m);
         world.near(self.min, self.max, &mut |triangle| {

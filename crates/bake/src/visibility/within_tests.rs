@@ -1,5 +1,7 @@
 //! Does a cell that reaches into walls by a hair get all that an eye in there sees?
 //!
+//! And does an eye in what is hollow inside a thing get what stands in there?
+//!
 //! A maze of boxes, turned about the vertical, so that no wall stands along a side of a cell: how far cells reach into
 //! walls is then a matter of chance, and may be as little as one likes.
 
@@ -104,5 +106,107 @@ fn an_eye_a_hair_inside_a_wall_sees_nothing_that_its_cell_lacks() {
     assert!(
         looked_through > 1_000,
         "{looked_through} sight lines through the backs of walls"
+    );
+}
+
+/// Shells in one thing: boxes seen from outside, and, `inwards`, from inside.
+#[derive(Default)]
+struct Shells {
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+}
+
+impl Shells {
+    fn add(&mut self, [min, max]: [Vec3; 2], inwards: bool) {
+        let mut block = Builder::default();
+        block.block("", min.to_array(), max.to_array());
+        let primitive = &block.scene.models[0].primitives[0];
+        let first = self.positions.len() as u32;
+        self.positions.extend(&primitive.positions);
+        let triangles = primitive.indices.chunks_exact(3);
+        self.indices.extend(triangles.flat_map(|t| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|corner| first + corner);
+            if inwards { [a, c, b] } else { [a, b, c] }
+        }));
+    }
+}
+
+/// A part of a box, somewhere in it and clear of its sides.
+fn some_part(random: &mut Random, [min, max]: [Vec3; 2]) -> [Vec3; 2] {
+    let size = max - min;
+    let low = min + size * (0.05 + 0.4 * random.cube());
+    let high = max - size * (0.05 + 0.4 * random.cube());
+    [low.min(high), low.max(high)]
+}
+
+/// A thing of 8 × 3.6 × 6 m with rooms, in which there may be hollow pillars, one in the other; things stand in all of these.
+fn hollow_thing(seed: u64) -> World {
+    let mut random = Random::stream(13, seed);
+    let mut builder = Builder::default();
+    let whole = [Vec3::ZERO, Vec3::new(8.0, 3.6, 6.0)];
+    let rooms = match seed % 3 {
+        0 => vec![[whole[0] + 0.3, whole[1] - 0.3]],
+        1 => vec![some_part(&mut random, whole)],
+        _ => {
+            let wall_m = 3.0 + 2.0 * random.unit();
+            vec![
+                [whole[0] + 0.3, Vec3::new(wall_m, 3.3, 5.7)],
+                [Vec3::new(wall_m + 0.2, 0.3, 0.3), whole[1] - 0.3],
+            ]
+        }
+    };
+    let mut shells = Shells::default();
+    shells.add(whole, false);
+    let mut air = rooms;
+    for depth in 0..2 {
+        let mut deeper = Vec::new();
+        for room in &air {
+            shells.add(*room, true);
+            let size = room[1] - room[0];
+            for _ in 0..3 {
+                let at = room[0] + size * (0.02 + 0.9 * random.cube());
+                builder.block("thing", at.to_array(), (at + 0.04 * size).to_array());
+            }
+            if depth == 0 && random.unit() < 0.5 {
+                let pillar = some_part(&mut random, *room);
+                shells.add(pillar, false);
+                deeper.push(some_part(&mut random, pillar));
+            }
+        }
+        air = deeper;
+    }
+    builder.mesh("hollow", shells.positions, shells.indices);
+    builder.block("beyond", [9.0, 0.0, 0.0], [9.5, 3.0, 6.0]);
+    World::new(&builder.scene).unwrap()
+}
+
+#[test]
+fn an_eye_in_a_cavity_sees_nothing_that_its_cell_lacks() {
+    let (mut looked, mut hidden) = (0, 0);
+    for seed in 0..24 {
+        let world = hollow_thing(seed);
+        let scenery = Scenery::of(&world);
+        let mut observer = Observer::new(&scenery, Method::Conservative.proofs());
+        let mut random = Random::stream(14, seed);
+        let mut passed = Vec::new();
+        for _ in 0..40 {
+            let middle = world.relative([0.0; 3]) + random.cube() * Vec3::new(8.0, 3.6, 6.0);
+            let half = 0.2 * random.cube();
+            let cell = Region::of_box(middle - half, middle + half);
+            let set = observer.visible(&cell, &[]);
+            hidden += world.object_bounds().len() - set.len();
+            for _ in 0..1_000 {
+                let eye = cell.min + random.cube() * (cell.max - cell.min);
+                if let Some(hit) = world.cast(eye, random.direction(), f32::MAX, &mut passed) {
+                    let known = set.binary_search(&hit.object).is_ok();
+                    assert!(known, "{seed}: {} is seen from {eye} in {cell:?}", hit.object);
+                    looked += 1;
+                }
+            }
+        }
+    }
+    assert!(
+        looked > 100_000 && hidden > 500,
+        "{looked} sight lines, {hidden} proved hidden"
     );
 }
