@@ -57,6 +57,18 @@ impl Pose {
         std::array::from_fn(|a| self.position[a] + t_s * (self.velocity[a] + 0.5 * t_s * self.acceleration[a]))
     }
 
+    /// The position at another time, no further from here than somebody comes at this speed.
+    #[must_use]
+    pub fn position_within(&self, most_mps: f64, now_ms: Ms) -> [f64; 3] {
+        let position = self.position_at(now_ms);
+        if is_zero(&self.acceleration) && is_zero(&self.velocity) {
+            return position;
+        }
+        let t_s = (now_ms - self.t_ms).clamp(0, LONGEST_EXTRAPOLATION_MS) as f64 * 1e-3;
+        let way = shortened(std::array::from_fn(|a| position[a] - self.position[a]), most_mps * t_s);
+        std::array::from_fn(|a| self.position[a] + way[a])
+    }
+
     /// The same motion from another time on.
     #[must_use]
     pub fn at(&self, now_ms: Ms) -> Self {
@@ -83,6 +95,15 @@ impl Pose {
         let dot: f64 = (0..4).map(|i| self.orientation[i] * other.orientation[i]).sum();
         2.0 * dot.abs().min(1.0).acos()
     }
+}
+
+/// A vector in the same direction that is no longer than this.
+pub(crate) fn shortened(vector: [f64; 3], most: f64) -> [f64; 3] {
+    let length = vector.iter().fold(0.0f64, |sum, x| sum.hypot(*x));
+    if length <= most {
+        return vector;
+    }
+    vector.map(|x| x / length * most)
 }
 
 /// A point of a trajectory.

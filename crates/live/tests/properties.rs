@@ -39,6 +39,11 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step, 1..150)
 }
 
+/// Numbers of all sizes, with either sign.
+fn magnitude(most: f64) -> impl Strategy<Value = f64> {
+    (0.0..=most.log10(), any::<bool>()).prop_map(|(tens, minus)| 10f64.powf(tens) * if minus { -0.99 } else { 0.99 })
+}
+
 /// Five participants who speak whenever they must: not while they are hushed, and at once when they are woken.
 struct Play {
     stage: Stage,
@@ -207,6 +212,27 @@ proptest! {
         let mut replay = Replay::default();
         for (input, output) in play.stage.journal() {
             prop_assert_eq!(replay.take(&input).unwrap().output, output, "{}", input);
+        }
+    }
+
+    #[test]
+    fn whoever_stands_in_view_is_never_told_to_have_left_whatever_it_states(
+        stated in prop::collection::vec((magnitude(1e9), magnitude(1e9)), 1..12),
+    ) {
+        let mut stage = Stage::hall(CELLS);
+        let (eye, other) = (stage.enter(1.0), stage.enter(6.0));
+        stage.set_aoi(eye, 12.0, 14.0);
+        stage.tick();
+        let object = stage.avatar(other);
+        for (velocity, acceleration) in stated {
+            stage.state(other, [velocity, 0.0, 0.0], [acceleration, 0.0, -acceleration]);
+            stage.tick();
+            prop_assert!(stage.beliefs[&eye].shown.contains_key(&object));
+        }
+        // Nor when it says nothing more.
+        for _ in 0..30 {
+            stage.tick();
+            prop_assert!(stage.beliefs[&eye].shown.contains_key(&object));
         }
     }
 

@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_live::{
     Ms,
     aoi::Aoi,
-    cells::{Ball, Cells, distance_m},
+    cells::{Ball, Cells},
     event::SessionId,
     journal::{Ground, Input},
     motion::{LONGEST_EXTRAPOLATION_MS, Trajectory},
-    world::{NewMover, Rules, Sent},
+    world::{NewMover, Rules, SLACK, Sent},
 };
 use belvedere_scene::{Bounds, CellId, ObjectId, Revision};
 use serde_json::Value;
@@ -47,8 +47,6 @@ pub(super) struct Mover {
     said_ms: Ms,
     pub(super) radius_m: f64,
     max_speed_mps: f64,
-    /// The speed that it said it had.
-    said_mps: f64,
     way: Option<Trajectory>,
 }
 
@@ -66,7 +64,6 @@ impl Mover {
             said_ms: now_ms,
             radius_m: new.radius_m,
             max_speed_mps: new.way.as_ref().map_or(new.max_speed_mps, Trajectory::fastest_mps),
-            said_mps: 0.0,
             way: new.way.clone(),
         };
         mover.say(&new.pose, now_ms);
@@ -74,7 +71,6 @@ impl Mover {
     }
 
     fn say(&mut self, sent: &Sent, now_ms: Ms) {
-        self.said_mps = distance_m(sent.velocity.unwrap_or_default(), [0.0; 3]);
         self.position = sent.position;
         self.said_ms = now_ms;
     }
@@ -86,11 +82,12 @@ impl Mover {
             .map_or(self.position, |way| way.pose_at(now_ms).position)
     }
 
-    /// How far it may be from there: it moves on for a while unheard, or the server extrapolates.
+    /// How far it may be from there: it moves on for a while unheard, or the server extrapolates. A velocity that it stated beyond its
+    /// promise excuses nothing.
     fn reach_m(&self, now_ms: Ms, tick_ms: Ms) -> f64 {
         let unheard_ms = if self.way.is_some() { 0 } else { now_ms - self.said_ms };
         let time_ms = unheard_ms.clamp(0, LONGEST_EXTRAPOLATION_MS) + 2 * tick_ms;
-        self.max_speed_mps.max(self.said_mps) * time_ms as f64 * 1e-3
+        SLACK * self.max_speed_mps * time_ms as f64 * 1e-3
     }
 
     /// Whether it surely is there.

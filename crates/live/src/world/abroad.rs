@@ -139,7 +139,7 @@ impl World {
             let exported = Exported {
                 object: *object,
                 cells: &mover.cells,
-                pose: mover.pose.at(now_ms),
+                pose: mover.pose_at(now_ms),
                 mover,
             };
             (!mover.abroad && watched(&mover.cells)).then_some(exported)

@@ -73,7 +73,7 @@ impl World {
 
     /// How closely a session follows a mover from now on.
     pub(super) fn attention(&self, id: SessionId, mover: &Mover, away_m: f64, now_ms: Ms) -> Attention {
-        let (session, position) = (&self.sessions[&id], mover.pose.position_at(now_ms));
+        let (session, position) = (&self.sessions[&id], mover.position_at(now_ms));
         let visibility = visibility(session.among.as_deref(), self.crowd.as_ref(), position);
         attention(mover, away_m, visibility, self.rules.tick_ms)
     }

@@ -5,7 +5,12 @@ use std::borrow::Cow;
 use belvedere_scene::{Bounds, CellId, ObjectId};
 use serde::{Deserialize, Serialize};
 
-use crate::{Ms, cells::Place, event::Hush, motion::Trajectory};
+use crate::{
+    Ms,
+    cells::Place,
+    event::Hush,
+    motion::{Trajectory, shortened},
+};
 
 /// A pose as it was sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -126,6 +131,9 @@ pub const MOST_RADIUS_M: f64 = 100.0;
 /// No area of interest is larger.
 pub const MOST_AOI_M: f64 = 1e6;
 
+/// Who is faster than promised by less than this factor breaks no promise, and nobody is taken for faster.
+pub const SLACK: f64 = 1.05;
+
 /// What became of a participant's pose.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Seen {
@@ -170,6 +178,19 @@ impl Sent {
         }
         self.orientation = self.orientation.map(|x| x / length);
         Ok(self)
+    }
+
+    /// The velocity that was stated, as far as it keeps to the promise: nobody who stands in view can be somewhere else by saying so.
+    pub(super) fn velocity_within(&self, max_speed_mps: f64) -> Option<[f64; 3]> {
+        self.velocity.map(|stated| shortened(stated, SLACK * max_speed_mps))
+    }
+
+    /// The acceleration, as far as it keeps to what was promised, or to the most there is.
+    pub(super) fn acceleration_within(&self, most_mps2: Option<f64>) -> [f64; 3] {
+        shortened(
+            self.acceleration.unwrap_or_default(),
+            most_mps2.unwrap_or(MOST_ACCELERATION_MPS2),
+        )
     }
 }
 

@@ -99,7 +99,7 @@ impl World {
         let (position, since_ms) = if fresh {
             (mover.pose.position, mover.pose.t_ms)
         } else {
-            (mover.pose.position_at(now_ms), now_ms)
+            (mover.position_at(now_ms), now_ms)
         };
         let elapsed_ms = until_ms - since_ms;
         let by_speed = Tbv::around(position, mover.max_speed_mps, elapsed_ms);

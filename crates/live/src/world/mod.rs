@@ -30,8 +30,8 @@ use serde::{Deserialize, Serialize};
 pub use self::{
     abroad::Exported,
     check::{
-        MOST_ACCELERATION_MPS2, MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Radius, Refusal, Seen,
-        Sent, Unknown,
+        MOST_ACCELERATION_MPS2, MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Radius, Refusal,
+        SLACK, Seen, Sent, Unknown,
     },
     doors::Unscreened,
     mover::Look,

@@ -6,7 +6,7 @@ use belvedere_scene::{Bounds, CellId, ObjectId, object::ObjectInfo};
 
 use serde::{Deserialize, Serialize};
 
-use super::clock::SenderClock;
+use super::{check::SLACK, clock::SenderClock};
 use crate::{
     Ms,
     event::{Attention, Moving, SessionId, Told},
@@ -59,6 +59,19 @@ pub(super) enum State {
 impl Mover {
     pub(super) fn is_awake(&self) -> bool {
         self.state == State::Awake
+    }
+
+    /// Where it is now: where its pose leads, and no further away than it promised to come meanwhile.
+    pub(super) fn position_at(&self, now_ms: Ms) -> [f64; 3] {
+        self.pose.position_within(SLACK * self.max_speed_mps, now_ms)
+    }
+
+    /// The same with how it moves on.
+    pub(super) fn pose_at(&self, now_ms: Ms) -> Pose {
+        Pose {
+            position: self.position_at(now_ms),
+            ..self.pose.at(now_ms)
+        }
     }
 
     /// Whether its owner says when it leaves its volume, and hears when it is to speak before.

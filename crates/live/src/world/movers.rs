@@ -6,7 +6,8 @@ use belvedere_scene::{CellId, ObjectId};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Look, Moved, Refusal, Sent, World, check,
+    Look, Moved, Refusal, Sent, World,
+    check::{self, SLACK},
     clock::SenderClock,
     mover::{Mover, State},
 };
@@ -37,9 +38,8 @@ pub struct NewMover {
 
 /// Poses further apart than this say nothing of the speed, and who has not been heard of for so long stands.
 pub(super) const LONGEST_STEP_MS: Ms = 1_000;
-/// A pose that exceeds what was promised by less than this breaks no promise.
+/// A pose that exceeds what was promised by less than this, and by less than [`SLACK`], breaks no promise.
 const SLACK_M: f64 = 0.1;
-const SLACK: f64 = 1.05;
 /// A volume that ends so soon has done its work.
 const RENEWAL_TICKS: Ms = 3;
 
@@ -83,8 +83,8 @@ impl World {
             return Err(Refusal::NoCells);
         }
         let mut pose = Pose::resting(now_ms, sent.position, sent.orientation);
-        pose.velocity = sent.velocity.unwrap_or_default();
-        pose.acceleration = sent.acceleration.unwrap_or_default();
+        pose.velocity = sent.velocity_within(max_speed_mps).unwrap_or_default();
+        pose.acceleration = sent.acceleration_within(max_acceleration_mps2);
         let heard = owner.is_some() || new.way.is_some();
         let longest_ms = if heard {
             self.rules.longest_tbv_ms
@@ -159,8 +159,8 @@ impl World {
             t_ms,
             position: sent.position,
             orientation: sent.orientation,
-            velocity: sent.velocity.unwrap_or_else(estimate),
-            acceleration: sent.acceleration.unwrap_or_default(),
+            velocity: sent.velocity_within(mover.max_speed_mps).unwrap_or_else(estimate),
+            acceleration: sent.acceleration_within(mover.max_acceleration_mps2),
         };
         mover.velocity_is_said = sent.velocity.is_some();
         match mover.state {

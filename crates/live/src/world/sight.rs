@@ -53,7 +53,7 @@ impl Rules {
     /// Everything that a mover may touch until the next tick.
     pub(super) fn mover_ball(&self, mover: &Mover, now_ms: Ms) -> Ball {
         Ball {
-            center: mover.pose.position_at(now_ms),
+            center: mover.position_at(now_ms),
             radius_m: mover.radius_m + self.tick_reach_m(mover),
         }
     }
@@ -129,7 +129,7 @@ impl World {
     pub(super) fn sight(&self, session: &Session, mover: &Mover, since_ms: Option<Ms>, now_ms: Ms) -> Sight {
         let (rules, crowd) = (&self.rules, self.crowd.as_ref());
         let judge = Judge { rules, crowd, now_ms };
-        judge.sight(session, mover, mover.pose.position_at(now_ms), since_ms)
+        judge.sight(session, mover, mover.position_at(now_ms), since_ms)
     }
 
     /// Whether any session but its owner's watches one of these cells, on this node or on another.

@@ -78,7 +78,7 @@ impl Teller<'_> {
                 continue;
             }
             let mover = self.movers.get(*object);
-            let position = mover.pose.position_at(self.now_ms);
+            let position = mover.position_at(self.now_ms);
             let away_m = distance_m(eye, position);
             let seen = among::visibility(session.among.as_deref(), self.crowd, position);
             // It changes only when the mover is well beyond the border.
@@ -94,7 +94,9 @@ impl Teller<'_> {
                 self.due.push((f64::INFINITY, *object, mover.pose));
                 continue;
             };
-            let wrong = distance_m(sent.position_at(self.now_ms), position) > pace::tolerance_m(away_m)
+            // What is told is extrapolated by its readers as it is, so it is held against the same.
+            let believed = sent.position_at(self.now_ms);
+            let wrong = distance_m(believed, mover.pose.position_at(self.now_ms)) > pace::tolerance_m(away_m)
                 || sent.turned_rad(&mover.pose) > pace::TOLERANCE_RAD;
             shown.rests = !wrong && sent.is_resting() && mover.pose.is_resting();
             if wrong {

@@ -105,7 +105,7 @@ impl World {
     /// Judges how sessions, rising, stand to a mover from now on.
     fn judge_pairs(&mut self, object: ObjectId, sessions: &[SessionId], now_ms: Ms) {
         let mover = &self.movers[&object];
-        let at = mover.pose.position_at(now_ms);
+        let at = mover.position_at(now_ms);
         let judge = Judge {
             rules: &self.rules,
             crowd: self.crowd.as_ref(),
@@ -144,7 +144,7 @@ impl World {
     pub(super) fn away_m(&self, id: SessionId, object: ObjectId, now_ms: Ms) -> f64 {
         distance_m(
             self.sessions[&id].eye.position,
-            self.movers[&object].pose.position_at(now_ms),
+            self.movers[&object].position_at(now_ms),
         )
     }
 }

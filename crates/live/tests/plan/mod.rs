@@ -311,6 +311,17 @@ impl Stage {
         seen.moved.hush
     }
 
+    /// A pose where it is, with a velocity and an acceleration that its participant states.
+    pub(crate) fn state(&mut self, session: SessionId, velocity: [f64; 3], acceleration: [f64; 3]) {
+        let sent = Sent {
+            velocity: Some(velocity),
+            acceleration: Some(acceleration),
+            ..self.sent(self.x(session))
+        };
+        self.world.pose(session, sent, self.now_ms).unwrap();
+        self.listen();
+    }
+
     pub(crate) fn jump(&mut self, session: SessionId, x: f64) -> Option<Hush> {
         self.pose(session, x)
     }
