@@ -1,6 +1,6 @@
 //! How is a body read? Of the media types that are taken, up to a size, in the shape that is asked for.
 
-use std::{error::Error, time::Duration};
+use std::{error::Error, fmt, marker::PhantomData, time::Duration};
 
 use axum::{
     body::{Body, Bytes, HttpBody},
@@ -8,7 +8,10 @@ use axum::{
     http::header,
 };
 use http_body_util::LengthLimitError;
-use serde::de::DeserializeOwned;
+use serde::{
+    Deserialize, Deserializer,
+    de::{DeserializeOwned, MapAccess, Visitor, value::MapAccessDeserializer},
+};
 use serde_path_to_error::{Path, Segment};
 
 use super::error::ApiError;
@@ -58,15 +61,40 @@ pub(super) async fn json_body<T: DeserializeOwned>(request: Request, shape: &str
     json(&body(request, &[JSON], MAX_BODY_BYTES).await?, shape)
 }
 
-/// JSON of this shape.
+/// A JSON object of this shape.
 pub(super) fn json<T: DeserializeOwned>(text: &[u8], shape: &str) -> Result<T, ApiError> {
     let mut reader = serde_json::Deserializer::from_slice(text);
-    let read = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+    let read = serde_path_to_error::deserialize(&mut reader);
+    let read = read.map(|Object(value)| value).map_err(|error| {
         let pointer = pointer(error.path());
         (pointer, error.into_inner())
     });
     let read = read.and_then(|value| reader.end().map(|()| value).map_err(|error| (String::new(), error)));
     read.map_err(|(pointer, error)| ApiError::bad_body(pointer, format!("the body must be JSON, {shape}: {error}")))
+}
+
+/// What is read from an object, and from nothing else: by itself serde takes an array of the members' values for the same.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Object<T>(pub(super) T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Members<T>(PhantomData<T>);
+
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Members<T> {
+            type Value = Object<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, members: A) -> Result<Object<T>, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(members)).map(Object)
+            }
+        }
+
+        deserializer.deserialize_map(Members(PhantomData))
+    }
 }
 
 /// A JSON pointer (RFC 6901) to where reading ended.

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
 
 use super::{
-    body::json_body,
+    body::{Object, json_body},
     error::ApiError,
     extract::{MOST_DOORS, Path},
     momentary::now,
@@ -62,7 +62,7 @@ struct Asked {
     #[serde(alias = "radius")]
     radius_m: Option<f64>,
     #[serde(alias = "bounds")]
-    r#box: Option<Corners>,
+    r#box: Option<Object<Corners>>,
     closed: Vec<ObjectId>,
     /// To JSON Schema 10.0 is an integer.
     limit: Option<f64>,
@@ -104,7 +104,7 @@ impl Asked {
                 format!("numbers must lie between -{FURTHEST_M:e} and {FURTHEST_M:e} metres"),
             )
         };
-        if let Some(Corners { min, max }) = self.r#box {
+        if let Some(Object(Corners { min, max })) = self.r#box {
             if self.radius_m.is_some() {
                 return Err(ApiError::bad_body("/radius_m", "a box has no radius"));
             }

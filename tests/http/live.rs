@@ -204,7 +204,7 @@ async fn a_batch_is_applied_but_for_its_bad_lines() {
     }
     let stolen = visitor.token.clone();
     let lines = [
-        json!({"object": movers[0], "position": [0.5, 0.5, 0.5]}).to_string(),
+        format!("\u{feff}{}", json!({"object": movers[0], "position": [0.5, 0.5, 0.5]})),
         "{\"object\": oops".to_owned(),
         json!({"object": movers[1], "position": [0.5, 0.5, 0.5], "token": stolen}).to_string(),
         json!({"object": movers[1], "position": [1e8, 0.5, 0.5]}).to_string(),

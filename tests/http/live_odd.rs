@@ -175,6 +175,26 @@ async fn what_is_no_token_is_not_called_a_missing_one() {
     );
 }
 
+/// By itself serde takes an array for an object whose members have these values.
+#[tokio::test]
+async fn an_array_is_no_object_however_deep_it_stands() {
+    let server = Server::start().await;
+    let a = Person::enter(server.address, 0.5).await;
+    let pose = a.put("/pose", &json!([100, [0.5, 0.5, 0.5], null, null, null])).await;
+    let detail = pose.problem()["detail"].as_str().unwrap().to_owned();
+    assert!(pose.status == 400 && detail.contains("expected an object"), "{detail}");
+    let ask = async |path: &str, body: Value| {
+        let answer = json(server.address, ("POST", path), None, &body).await;
+        (answer.status, answer.problem()["pointer"].clone())
+    };
+    let session = json!({"position": [0.5, 0.5, 0.5], "aoi": [50, 60]});
+    assert_eq!(ask("/v1/scenes/row/sessions", session).await, (400, json!("/aoi")));
+    let mover = json!({"trajectory": {"keys": [[0, [0.5, 0.5, 0.5], null]]}});
+    let key = "/trajectory/keys/0";
+    assert_eq!(ask("/v1/scenes/row/movers", mover).await, (400, json!(key)));
+    assert_eq!(ask("/v1/scenes/row/visible", json!([])).await.0, 400);
+}
+
 #[tokio::test]
 async fn nobody_speaks_for_somebody_else() {
     let server = Server::start().await;

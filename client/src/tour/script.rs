@@ -47,12 +47,21 @@ impl Script {
         let text = text.trim_start_matches('\u{feff}');
         for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
             let wrong = |what: String| ScriptError::Line { line: number + 1, what };
+            // An array would be taken for the members' values in a row.
+            if !line.trim_start().starts_with('{') {
+                return Err(wrong(
+                    "expected an object, {\"t_ms\": 0, \"position\": [x, y, z]}".to_owned(),
+                ));
+            }
             let pose: Pose = serde_json::from_str(line)
                 .map_err(|cause| wrong(format!("{cause}; expected {{\"t_ms\": 0, \"position\": [x, y, z]}}")))?;
             let turned = pose.orientation.unwrap_or(UPRIGHT);
             let mut numbers = pose.position.iter().chain(&turned).chain([&pose.t_ms]);
             if !numbers.all(|x| x.is_finite()) {
                 return Err(wrong("numbers must be finite".to_owned()));
+            }
+            if pose.t_ms < 0.0 {
+                return Err(wrong(format!("t_ms {} is before the script begins, at 0", pose.t_ms)));
             }
             if turned.iter().all(|x| *x == 0.0) {
                 return Err(wrong("an orientation of length 0 turns nothing".to_owned()));
@@ -273,6 +282,9 @@ mod tests {
         assert_eq!(Script::parse("\n"), Err(ScriptError::Empty));
         let message = |text: &str| Script::parse(text).unwrap_err().to_string();
         assert!(message("\n{\"t_ms\": 1}").starts_with("line 2: missing field `position`"));
+        assert!(message("[1, [0, 0, 0]]").starts_with("line 1: expected an object"));
+        let early = r#"{"t_ms": -5, "position": [0, 0, 0]}"#;
+        assert_eq!(message(early), "line 1: t_ms -5 is before the script begins, at 0");
         let back = "{\"t_ms\": 5, \"position\": [0, 0, 0]}\n{\"t_ms\": 5, \"position\": [1, 0, 0]}";
         assert!(message(back).contains("line 2: t_ms 5 is not after"));
         let turned = r#"{"t_ms": 5, "position": [0, 0, 0], "orientation": [0, 0, 0, 0]}"#;

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::{Pose, Time, UPRIGHT, look, sessions::DEFAULT_RADIUS_M};
 use crate::{
     http::{
-        body::{JSON, body, json, json_body},
+        body::{JSON, Object, body, json, json_body},
         error::ApiError,
         extract::{self, Path, Shown},
         momentary::{done, now},
@@ -43,7 +43,7 @@ struct Asked {
     radius_m: Option<f64>,
     max_speed_mps: Option<f64>,
     max_acceleration_mps2: Option<f64>,
-    trajectory: Option<Way>,
+    trajectory: Option<Object<Way>>,
     persistent: Option<bool>,
 }
 
@@ -70,7 +70,7 @@ impl Asked {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Way {
-    keys: Vec<WayKey>,
+    keys: Vec<Object<WayKey>>,
     #[serde(default)]
     repeat: bool,
 }
@@ -117,7 +117,7 @@ pub(in crate::http) async fn create(
     const SHAPE: &str = r#"{"position": [x, y, z], "max_speed_mps": 3} or {"trajectory": {"keys": [{"t_ms": 0, "position": [x, y, z]}], "repeat": true}}"#;
     let asked: Asked = json_body(request, SHAPE).await?;
     let published = visitor.scene(&scene).await?;
-    let keys = asked.trajectory.as_ref().map_or(&[][..], |way| &way.keys);
+    let keys = asked.trajectory.as_ref().map_or(&[][..], |Object(way)| &way.keys);
     if keys.len() > MOST_KEYS {
         let detail = format!("a trajectory has at most {MOST_KEYS} keys");
         return Err(ApiError::bad_body("/trajectory/keys", detail));
@@ -125,7 +125,7 @@ pub(in crate::http) async fn create(
     if asked.trajectory.is_some() {
         asked.refuse_pose()?;
     }
-    let position = asked.position.or(keys.first().map(|key| key.position));
+    let position = asked.position.or(keys.first().map(|Object(key)| key.position));
     let position = position.ok_or_else(|| match asked.trajectory {
         Some(_) => LiveError::from(TrajectoryError::Empty).into(),
         None => ApiError::bad_body("", format!("the body must be JSON, {SHAPE}")),
@@ -138,9 +138,13 @@ pub(in crate::http) async fn create(
         acceleration: None,
     };
     let begin_ms = live.now_ms();
-    let way = asked
-        .trajectory
-        .map(|way| Trajectory::new(begin_ms, way.keys.iter().map(WayKey::key).collect(), way.repeat));
+    let way = asked.trajectory.map(|Object(way)| {
+        Trajectory::new(
+            begin_ms,
+            way.keys.iter().map(|Object(key)| key.key()).collect(),
+            way.repeat,
+        )
+    });
     let new = NewMover {
         pose: pose.sent(),
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
@@ -237,7 +241,9 @@ pub(in crate::http) async fn poses(
     let body = body(request, &[NDJSON, JSON], MAX_BATCH_BYTES).await?;
     visitor.scene(&scene).await?;
     let (mut lines, mut moves, mut refused) = (Vec::new(), Vec::new(), Vec::new());
-    for (number, text) in (1..).zip(body.split(|byte| *byte == b'\n')) {
+    // Some tools begin a file with a mark of its byte order, which says nothing of UTF-8.
+    let lines_sent = body.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&body);
+    for (number, text) in (1..).zip(lines_sent.split(|byte| *byte == b'\n')) {
         if text.trim_ascii().is_empty() {
             continue;
         }

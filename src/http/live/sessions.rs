@@ -23,7 +23,7 @@ use super::{Pose, Time, look};
 use crate::{
     http::{
         AppState,
-        body::json_body,
+        body::{Object, json_body},
         error::ApiError,
         extract::{Path, Shown},
         momentary::{done, now},
@@ -49,7 +49,7 @@ struct Asked {
     t_ms: Option<Time>,
     position: [f64; 3],
     orientation: Option<[f64; 4]>,
-    aoi: Option<Aoi>,
+    aoi: Option<Object<Aoi>>,
     avatar: Option<ObjectId>,
     name: Option<String>,
     radius_m: Option<f64>,
@@ -120,7 +120,7 @@ pub(in crate::http) async fn open(
     };
     let participant = world::Visitor {
         pose: pose.sent(),
-        aoi: asked.aoi.unwrap_or(DEFAULT_AOI),
+        aoi: asked.aoi.map_or(DEFAULT_AOI, |Object(aoi)| aoi),
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
         max_acceleration_mps2: asked.max_acceleration_mps2,
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),

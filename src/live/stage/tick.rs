@@ -57,8 +57,7 @@ impl Stage {
     fn end_silent_movers(&mut self, handle: &StageHandle) {
         let Live(live) = &self.live;
         let lease = live.settings.mover_lease;
-        let pause = lease.min(LONGEST_PAUSE);
-        if self.movers_counted.elapsed() < pause {
+        if self.movers_counted.elapsed() < pause(lease) {
             return;
         }
         self.movers_counted = Instant::now();
@@ -100,5 +99,21 @@ impl Stage {
             recorder.write(&self.scene, written).await;
         }
         self.ticked = false;
+    }
+}
+
+/// The time from one look for silent movers to the next: none stays for much longer than its lease.
+fn pause(lease: Duration) -> Duration {
+    (lease / 4).min(LONGEST_PAUSE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_mover_outlives_its_lease_by_more_than_a_quarter_nor_by_ten_seconds() {
+        let pauses = [4, 30, 3_600].map(|lease_s| pause(Duration::from_secs(lease_s)).as_secs_f64());
+        assert_eq!(pauses, [1.0, 7.5, 10.0]);
     }
 }
