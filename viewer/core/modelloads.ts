@@ -178,7 +178,9 @@ export class ModelLoads implements ModelNotes {
     let refused = 0;
     return wants.filter(({ object, cause }, i) => {
       if (refused >= REFUSALS) return false;
-      const gone = residency.promise(object.model.model, sizes[i] ?? 0, termsFor(cause, reserve_bytes));
+      const { model } = object.model;
+      const terms = termsFor(cause, reserve_bytes, residency.wasBlunted(model));
+      const gone = residency.promise(model, sizes[i] ?? 0, terms);
       if (gone) this.release(gone);
       else {
         refused += 1;
@@ -315,16 +317,22 @@ export class ModelLoads implements ModelNotes {
   }
 }
 
+/**
+ * What had to go once comes back only for what is further away than this. Else whoever goes to and fro between two rooms that
+ * memory cannot hold sharp together would fetch each of them again at every turn.
+ */
+const SHARP_STEPS = 2;
+
 /** On which terms memory is promised; so much is needed for what lies ahead. */
-function termsFor(cause: Cause, reserve_bytes: number): Terms {
+function termsFor(cause: Cause, reserve_bytes: number, wasBlunted: boolean): Terms {
   switch (cause.kind) {
     case "missing":
     case "coarser":
-      return { spare_bytes: 0, within_steps: 0, blunts: true };
+      return { spare_bytes: 0, within_steps: 0, sharp_within_steps: -1 };
     case "ahead":
-      return { spare_bytes: 0, within_steps: cause.step === 3 ? 2 : 1, blunts: cause.due };
+      return { spare_bytes: 0, within_steps: cause.step === 3 ? 2 : 1, sharp_within_steps: cause.due ? -1 : 0 };
     case "finer":
     case "relief":
-      return { spare_bytes: reserve_bytes, within_steps: 2, blunts: false };
+      return { spare_bytes: reserve_bytes, within_steps: 2, sharp_within_steps: wasBlunted ? SHARP_STEPS : 0 };
   }
 }

@@ -3,7 +3,7 @@ import type { Grade } from "./grades.ts";
 import { ResidencySet } from "./residency.ts";
 
 const level = (number: number): Grade => ({ kind: "level", number, triangles: 1, geometricError: number });
-const ANY = { spare_bytes: 0, within_steps: 0, blunts: true };
+const ANY = { spare_bytes: 0, within_steps: 0, sharp_within_steps: -1 };
 const NOTHING = { details: [], models: [] };
 
 /** Takes a grade in as what it should be. */
@@ -62,9 +62,9 @@ it("details go before bases, what is needed furthest away first, and only as muc
     ["base", 3],
     ["base", 1],
   ]);
-  expect(set.promise(5, 40, { ...ANY, blunts: false })).toEqual({ details: [2], models: [] });
-  expect(set.promise(6, 60, { ...ANY, within_steps: 3, blunts: false })).toBeUndefined();
-  expect(set.promise(6, 60, { ...ANY, blunts: false })).toEqual({ details: [1], models: [2] });
+  expect(set.promise(5, 40, { ...ANY, sharp_within_steps: 0 })).toEqual({ details: [2], models: [] });
+  expect(set.promise(6, 60, { ...ANY, within_steps: 3, sharp_within_steps: 0 })).toBeUndefined();
+  expect(set.promise(6, 60, { ...ANY, sharp_within_steps: 0 })).toEqual({ details: [1], models: [2] });
   expect(set.promise(7, 20, ANY)).toEqual({ details: [4], models: [] });
   expect([set.held(1)?.grade, set.held(2), set.held(4)?.grade]).toEqual([level(2), undefined, level(2)]);
   expect(set.bytes + set.promised_bytes).toBeLessThanOrEqual(240);
@@ -88,4 +88,18 @@ it("what turns out larger than was promised blunts even what is visible, and nev
   hold(set, 2, 2, 50);
   expect(set.evict()).toEqual({ details: [1], models: [] });
   expect(set.bytes).toBe(80);
+});
+
+it("knows what had to go once, so that it comes back only for what is further away", () => {
+  const set = new ResidencySet(100);
+  for (const model of [1, 2]) hold(set, model, 2, 10);
+  hold(set, 1, 0, 60);
+  set.need(new Set([2]), () => 1);
+  expect(set.promise(2, 60, { ...ANY, sharp_within_steps: 0 })).toEqual({ details: [1], models: [] });
+  expect([set.wasBlunted(1), set.wasBlunted(2)]).toEqual([true, false]);
+  hold(set, 2, 0, 60);
+  set.need(new Set([1]), () => 1);
+  expect(set.promise(1, 60, { ...ANY, within_steps: 2, sharp_within_steps: 2 })).toBeUndefined();
+  set.need(new Set([1]), () => 3);
+  expect(set.promise(1, 60, { ...ANY, within_steps: 2, sharp_within_steps: 2 })).toEqual({ details: [2], models: [] });
 });

@@ -35,8 +35,8 @@ export interface Terms {
   readonly spare_bytes: number;
   /** Bases of what is needed within so many steps do not go for it; those of what is visible never do. */
   readonly within_steps: number;
-  /** Whether details of what is visible go for it; those of all else may. */
-  readonly blunts: boolean;
+  /** Details of what is needed within so many steps do not go for it: those of what is visible at 0, any may at −1. */
+  readonly sharp_within_steps: number;
 }
 
 /** What went for want of memory. */
@@ -71,6 +71,7 @@ const NOTHING: Gone = { details: [], models: [] };
 export class ResidencySet {
   private readonly residents = new Map<number, Resident>();
   private readonly promises = new Map<number, number>();
+  private readonly blunted = new Set<number>();
   private needed: ReadonlySet<number> = new Set();
   private stepsTo = NOWHERE_NEAR;
   private uses = 0;
@@ -104,6 +105,11 @@ export class ResidencySet {
     return this.residents.get(model)?.base;
   }
 
+  /** Whether a model has ever lost its detail for want of memory. */
+  wasBlunted(model: number): boolean {
+    return this.blunted.has(model);
+  }
+
   /** Names the models that are visible now, and says how near the others are needed. */
   need(models: ReadonlySet<number>, stepsTo: StepsTo = NOWHERE_NEAR): void {
     this.needed = models;
@@ -119,9 +125,9 @@ export class ResidencySet {
    * Promises memory to what will be fetched, when there is room or can be made; answers what has gone for it, or
    * `undefined` when there is no room.
    */
-  promise(model: number, bytes: number, { spare_bytes, within_steps, blunts }: Terms): Gone | undefined {
+  promise(model: number, bytes: number, { spare_bytes, within_steps, sharp_within_steps }: Terms): Gone | undefined {
     const short_bytes = this.total + this.promised + bytes + spare_bytes - this.limit_bytes;
-    const mayGo = (steps: number, part: Part) => (part === "detail" ? steps > 0 || blunts : steps > within_steps);
+    const mayGo = (steps: number, part: Part) => steps > (part === "detail" ? sharp_within_steps : within_steps);
     const gone = short_bytes > 0 ? this.free(short_bytes, mayGo) : NOTHING;
     if (!gone) return undefined;
     this.withdraw(model);
@@ -230,6 +236,7 @@ export class ResidencySet {
     const resident = this.residents.get(model);
     if (!resident) return;
     this.total -= bytes;
+    if (resident.detail) this.blunted.add(model);
     if (part === "detail") resident.detail = undefined;
     else this.residents.delete(model);
   }

@@ -11,8 +11,8 @@ pub struct Terms {
     pub spare_bytes: u64,
     /// Bases of what is needed within so many steps do not go for it; those of what is visible never do.
     pub within_steps: u32,
-    /// Whether details of what is visible go for it; those of all else may.
-    pub blunts: bool,
+    /// Details of what is needed within so many steps do not go for it: those of what is visible at 0. Where there is none, any may.
+    pub sharp_within_steps: Option<u32>,
 }
 
 /// What went for want of memory, and what of it came again.

@@ -32,6 +32,10 @@ pub(crate) const WORTH_A_PACK: f64 = 0.5;
 /// After so many wishes without memory, what is less urgent waits.
 const REFUSALS: usize = 4;
 
+/// What had to go once comes back only for what is further away than this. Else whoever goes to and fro between two rooms that memory
+/// cannot hold sharp together would fetch each of them again at every turn.
+const SHARP_STEPS: u32 = 2;
+
 /// Turns wishes into requests, one after the other.
 #[derive(Debug)]
 pub struct Planner {
@@ -338,16 +342,17 @@ impl Planner {
             .filter_map(|part| part.holder(&self.residency))
             .collect();
         keep.extend(self.residency.files_of(wish.model));
-        let (spare_bytes, within_steps, blunts) = match wish.cause {
-            Cause::Missing { .. } => (0, 0, true),
-            Cause::Ahead { step, due, .. } => (0, u32::from(step / 3) + 1, due),
-            Cause::Finer { .. } => (self.reserve_bytes, 2, false),
+        let (spare_bytes, within_steps, sharp_within_steps) = match wish.cause {
+            Cause::Missing { .. } => (0, 0, None),
+            Cause::Ahead { step, due, .. } => (0, u32::from(step / 3) + 1, (!due).then_some(0)),
+            Cause::Finer { .. } if self.residency.was_blunted(wish.model) => (self.reserve_bytes, 2, Some(SHARP_STEPS)),
+            Cause::Finer { .. } => (self.reserve_bytes, 2, Some(0)),
         };
         let files: HashMap<Key, u64> = missing.iter().map(|file| (file.name.key(), file.bytes)).collect();
         let terms = Terms {
             spare_bytes,
             within_steps,
-            blunts,
+            sharp_within_steps,
         };
         self.residency.make_room(files.values().sum(), &keep, terms)
     }

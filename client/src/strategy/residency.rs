@@ -60,6 +60,7 @@ pub struct Residency {
     peak_bytes: u64,
     uses: u64,
     gone: HashSet<Key>,
+    blunted: HashSet<ModelId>,
     evictions: Evictions,
 }
 
@@ -80,6 +81,7 @@ impl Residency {
             peak_bytes: 0,
             uses: 0,
             gone: HashSet::new(),
+            blunted: HashSet::new(),
             evictions: Evictions::default(),
         }
     }
@@ -124,6 +126,12 @@ impl Residency {
     #[must_use]
     pub fn base(&self, model: ModelId) -> Option<Grade> {
         self.models.get(&model).map(|resident| resident.base.grade)
+    }
+
+    /// Whether a model has ever lost its detail for want of memory.
+    #[must_use]
+    pub fn was_blunted(&self, model: ModelId) -> bool {
+        self.blunted.contains(&model)
     }
 
     /// Names the models that are visible now, and says in how many steps others are needed.
@@ -181,7 +189,7 @@ impl Residency {
             bytes
         };
         for (steps, model) in &leaving {
-            if freed >= short || (*steps == 0 && !terms.blunts) {
+            if freed >= short || terms.sharp_within_steps.is_some_and(|within| *steps <= within) {
                 break;
             }
             if let Some(detail) = self.models[model].detail.as_ref() {
@@ -199,6 +207,7 @@ impl Residency {
         if freed < short {
             return None;
         }
+        self.blunted.extend(&gone.details);
         for model in &gone.details {
             let detail = self.models.get_mut(model).and_then(|resident| resident.detail.take());
             self.release(detail);

@@ -28,7 +28,7 @@ fn memory_is_never_exceeded_and_what_is_furthest_goes_first() {
         let terms = Terms {
             spare_bytes: 0,
             within_steps,
-            blunts: false,
+            sharp_within_steps: Some(0),
         };
         held.make_room(bytes, &[], terms)
             .map(|gone| (gone.models, gone.files.len(), held.bytes()))
@@ -67,4 +67,40 @@ fn details_go_before_anything_that_is_seen_next_door_and_leave_no_hole() {
     // And it does not come back for as long as there is no room for both.
     let finer = fetch_all(&mut planner, &soon, 1e9);
     assert!(finer.iter().all(|order| order.wish.grade.number != 0), "{finer:?}");
+}
+
+#[test]
+fn whoever_paces_between_two_rooms_fetches_nothing_again() {
+    let room = |first: u32| [first, first + 1].map(|number| seen_at(number, number, 1.0, 1.0, model(number)));
+    let (west, east) = (room(1), room(3));
+    // From all that the two rooms cannot do without to all that there is in them.
+    for memory_bytes in (8_000..=200_000).step_by(8_000) {
+        let mut planner = within(memory_bytes);
+        for turn in 0..20 {
+            let (here, next) = if turn % 2 == 0 { (&west, &east) } else { (&east, &west) };
+            need(&mut planner, here, next);
+            fetch_all(&mut planner, &view(here, vec![(approach(2, 1, 1.0), &next[..])]), 1e9);
+        }
+        let evictions = planner.residency.evictions();
+        assert_eq!(evictions.again_bytes, 0, "within {memory_bytes} bytes: {evictions:?}");
+    }
+}
+
+#[test]
+fn what_had_to_go_comes_back_for_what_is_far() {
+    let (here, far) = ([seen(1, 1.0)], [seen_at(2, 2, 1.0, 1.0, model(2))]);
+    let mut planner = within(60_000);
+    let mut sharp = |here: &[Seen], steps: HashMap<ModelId, u32>| {
+        planner
+            .residency
+            .need(here.iter().map(|seen| seen.model).collect(), steps);
+        fetch_all(&mut planner, &view(here, Vec::new()), 1e9);
+        planner.residency.held(here[0].model).map(|grade| grade.number) == Some(0)
+    };
+    assert!(sharp(&here, HashMap::new()) && sharp(&far, HashMap::from([(ModelId(1), 1)])));
+    assert!(
+        !sharp(&here, HashMap::from([(ModelId(2), 2)])),
+        "what is near stays sharp"
+    );
+    assert!(sharp(&here, HashMap::from([(ModelId(2), 3)])));
 }
