@@ -25,7 +25,7 @@ use bytes::Bytes;
 use flate2::read::GzDecoder;
 use reqwest::{
     Method, RequestBuilder, Response, StatusCode,
-    header::{ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_RANGE, LINK, RANGE},
+    header::{ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_RANGE, LINK, RANGE},
 };
 
 use crate::Error;
@@ -42,6 +42,11 @@ pub trait ByteSource: Send + Sync {
             let carried = bytes.len() as u64;
             Ok((bytes, carried))
         }
+    }
+
+    /// The same from where it is published, past whatever keeps copies on the way, as far as that can be asked for.
+    fn get_fresh(&self, path: &str) -> impl Future<Output = Result<(Bytes, u64), Error>> + Send {
+        self.get_carried(path)
     }
 
     /// A part of what is at a path, and what a line had to carry of it. Who cannot answer ranges answers out of the whole.
@@ -119,16 +124,39 @@ impl HttpSource {
     }
 }
 
+/// What of a path is asked for.
+#[derive(Debug, Clone, Copy)]
+enum Part<'a> {
+    Whole,
+    /// All of it, and no copy that somebody on the way has kept.
+    WholeFresh,
+    Range(&'a Range<u64>),
+}
+
 impl HttpSource {
+    /// All that is at a path, and what the line carried.
+    async fn whole(&self, path: &str, part: Part<'_>) -> Result<(Bytes, u64), Error> {
+        let answer = self.ask(path, part).await?;
+        let encoding = answer.headers().get(CONTENT_ENCODING);
+        let packed = encoding.is_some_and(|encoding| encoding == "gzip");
+        let bytes = answer.bytes().await.map_err(|cause| failed(path, &cause))?;
+        let carried = bytes.len() as u64;
+        let bytes = if packed { unpacked(path, &bytes)? } else { bytes };
+        Ok((bytes, carried))
+    }
+
     /// Asks for a path, all of it or a part; answers with success only.
-    async fn ask(&self, path: &str, range: Option<&Range<u64>>) -> Result<Response, Error> {
+    async fn ask(&self, path: &str, part: Part<'_>) -> Result<Response, Error> {
         let request = self.http.get(format!("{}{path}", self.base));
-        let request = match range {
+        let request = match part {
             // A range of what is compressed would be one of other bytes.
-            Some(range) => request
+            Part::Range(range) => request
                 .header(ACCEPT_ENCODING, "identity")
                 .header(RANGE, format!("bytes={}-{}", range.start, range.end.saturating_sub(1))),
-            None => request.header(ACCEPT_ENCODING, "gzip"),
+            Part::Whole => request.header(ACCEPT_ENCODING, "gzip"),
+            Part::WholeFresh => request
+                .header(ACCEPT_ENCODING, "gzip")
+                .header(CACHE_CONTROL, "no-cache"),
         };
         let answer = request.send().await.map_err(|cause| failed(path, &cause))?;
         let answer = succeeded(path, answer)?;
@@ -180,18 +208,16 @@ impl ByteSource for HttpSource {
     }
 
     async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        let answer = self.ask(path, None).await?;
-        let encoding = answer.headers().get(CONTENT_ENCODING);
-        let packed = encoding.is_some_and(|encoding| encoding == "gzip");
-        let bytes = answer.bytes().await.map_err(|cause| failed(path, &cause))?;
-        let carried = bytes.len() as u64;
-        let bytes = if packed { unpacked(path, &bytes)? } else { bytes };
-        Ok((bytes, carried))
+        self.whole(path, Part::Whole).await
+    }
+
+    async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        self.whole(path, Part::WholeFresh).await
     }
 
     /// A server that knows no ranges answers with all of it, and one that answers with another part is not believed.
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
-        let answer = self.ask(path, Some(&range)).await?;
+        let answer = self.ask(path, Part::Range(&range)).await?;
         let is_part = answer.status() == StatusCode::PARTIAL_CONTENT;
         let told = answer.headers().get(CONTENT_RANGE).and_then(|told| told.to_str().ok());
         let begins = format!("bytes {}-{}/", range.start, range.end.saturating_sub(1));

@@ -1,10 +1,14 @@
-//! When is a request worth another try? When it failed for a reason that may pass, or what came is damaged. Each try waits
-//! twice as long as the one before, more or less, so that clients that failed together do not come back together.
+//! When is a request worth another try? When it failed for a reason that may pass; each try waits twice as long as the one
+//! before, more or less, so that clients that failed together do not come back together. What came damaged is asked for once
+//! more, at once and past all caches: a copy may be damaged, and what is published damaged stays so. Where one file after the other
+//! cannot be had, each is asked for once, until one comes: who walks through a broken tree need not wait for it.
 
 use std::{
+    collections::HashSet,
     future::Future,
     hash::{BuildHasher, Hash, RandomState},
     ops::Range,
+    sync::{Arc, Mutex},
     time::Duration,
 };
 
@@ -18,18 +22,42 @@ use crate::Error;
 const TRIES: u32 = 5;
 /// Before the second try, on average.
 const FIRST_WAIT: Duration = Duration::from_millis(250);
+/// When so many files in a row could not be had, the next is no better for being asked for again.
+const HOPELESS: usize = 4;
 
 /// A source that is asked again where that may help.
 #[derive(Debug, Clone)]
 pub struct Retrying<S> {
     source: S,
+    /// Files that could not be had since the last one that came.
+    lost: Arc<Mutex<HashSet<String>>>,
 }
 
 impl<S> Retrying<S> {
     /// Asks this source, up to five times within about four seconds.
     #[must_use]
     pub fn new(source: S) -> Self {
-        Self { source }
+        Self {
+            source,
+            lost: Arc::default(),
+        }
+    }
+
+    /// How often the next request may be tried.
+    fn tries(&self) -> u32 {
+        let lost = self.lost.lock().expect("nothing panics while it holds this lock");
+        if lost.len() >= HOPELESS { 1 } else { TRIES }
+    }
+
+    /// Takes note of what became of a request. An answer that there is nothing came at once, and says nothing of others.
+    fn note<T>(&self, path: &str, answer: Result<T, Error>) -> Result<T, Error> {
+        let mut lost = self.lost.lock().expect("nothing panics while it holds this lock");
+        match &answer {
+            Ok(_) => lost.clear(),
+            Err(cause) if cause.is_transient() && lost.len() < HOPELESS => _ = lost.insert(path.to_owned()),
+            Err(_) => {}
+        }
+        answer
     }
 }
 
@@ -41,29 +69,34 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
     async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
         // Other paths than those of immutable objects promise nothing.
         let promised = BlobName::from_url(path);
-        let mut tried = 0;
+        let (tries, mut tried, mut fresh) = (self.tries(), 0, false);
         loop {
-            let answer = self.source.get_carried(path).await;
+            let answer = match fresh {
+                true => self.source.get_fresh(path).await,
+                false => self.source.get_carried(path).await,
+            };
             let answer = answer.and_then(|(bytes, carried)| match &promised {
                 Ok(name) if !name.is_of(&bytes) => Err(Error::Corrupt(name.clone())),
                 _ => Ok((bytes, carried)),
             });
             tried += 1;
             match answer {
-                Err(cause) if cause.is_transient() && tried < TRIES => tokio::time::sleep(wait(path, tried)).await,
-                answer => return answer,
+                Err(Error::Corrupt(_)) if !fresh && tried < tries => fresh = true,
+                Err(cause @ Error::Corrupt(_)) => return self.note(path, Err(cause)),
+                Err(cause) if cause.is_transient() && tried < tries => tokio::time::sleep(wait(path, tried)).await,
+                answer => return self.note(path, answer),
             }
         }
     }
 
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
-        let mut tried = 0;
+        let (tries, mut tried) = (self.tries(), 0);
         loop {
             let answer = self.source.get_range(path, range.clone()).await;
             tried += 1;
             match answer {
-                Err(cause) if cause.is_transient() && tried < TRIES => tokio::time::sleep(wait(path, tried)).await,
-                answer => return answer,
+                Err(cause) if cause.is_transient() && tried < tries => tokio::time::sleep(wait(path, tried)).await,
+                answer => return self.note(path, answer),
             }
         }
     }
@@ -99,6 +132,7 @@ mod tests {
     struct Shaky {
         failures: u32,
         asked: AtomicU32,
+        asked_fresh: AtomicU32,
         failure: fn(&str) -> Result<Bytes, Error>,
     }
 
@@ -110,12 +144,18 @@ mod tests {
                 Ok(Bytes::from_static(b"right"))
             }
         }
+
+        async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
+            self.asked_fresh.fetch_add(1, Ordering::Relaxed);
+            self.get_carried(path).await
+        }
     }
 
     fn shaky(failures: u32, failure: fn(&str) -> Result<Bytes, Error>) -> Retrying<Shaky> {
         Retrying::new(Shaky {
             failures,
             asked: AtomicU32::new(0),
+            asked_fresh: AtomicU32::new(0),
             failure,
         })
     }
@@ -130,13 +170,44 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn what_may_pass_is_asked_again() {
         let name = BlobName::of(b"right", "cell").unwrap().url();
-        for failure in [away, |_: &str| Ok(Bytes::from_static(b"wrong"))] {
-            let source = shaky(TRIES - 1, failure);
-            assert_eq!(source.get(&name).await.unwrap(), Bytes::from_static(b"right"));
-            let source = shaky(TRIES, failure);
-            assert!(source.get(&name).await.unwrap_err().is_transient());
-            assert_eq!(source.source.asked.load(Ordering::Relaxed), TRIES);
+        let source = shaky(TRIES - 1, away);
+        assert_eq!(source.get(&name).await.unwrap(), Bytes::from_static(b"right"));
+        let source = shaky(TRIES, away);
+        assert!(source.get(&name).await.unwrap_err().is_transient());
+        assert_eq!(source.source.asked.load(Ordering::Relaxed), TRIES);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_came_damaged_is_asked_for_once_more_past_all_caches() {
+        let name = BlobName::of(b"right", "cell").unwrap().url();
+        let damaged = |_: &str| Ok(Bytes::from_static(b"wrong"));
+        let begun = tokio::time::Instant::now();
+        for (failures, comes) in [(1, true), (2, false)] {
+            let source = shaky(failures, damaged);
+            assert_eq!(source.get(&name).await.is_ok(), comes);
+            let asked = [&source.source.asked, &source.source.asked_fresh].map(|asked| asked.load(Ordering::Relaxed));
+            assert_eq!(asked, [2, 1]);
         }
+        assert_eq!(begun.elapsed(), Duration::ZERO);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn where_nothing_comes_each_file_is_asked_for_once_until_one_does() {
+        let files = HOPELESS as u32;
+        let source = shaky(TRIES * files + 2, away);
+        let mut asked = 0;
+        let mut tries = async |path: &str| {
+            let came = source.get(path).await.is_ok();
+            let before = std::mem::replace(&mut asked, source.source.asked.load(Ordering::Relaxed));
+            (came, asked - before)
+        };
+        for file in 0..files {
+            assert_eq!(tries(&format!("/o/{file}")).await, (false, TRIES));
+        }
+        assert_eq!(tries("/o/next").await, (false, 1));
+        assert_eq!(tries("/o/one-more").await, (false, 1));
+        assert_eq!(tries("/o/right").await, (true, 1));
+        assert_eq!(source.tries(), TRIES);
     }
 
     #[tokio::test(start_paused = true)]
