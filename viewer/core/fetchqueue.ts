@@ -11,7 +11,7 @@ import type { RequestLog, RequestTrace } from "./requestlog.ts";
 import type { Shelf } from "./shelf.ts";
 import { type Fetch, FetchError, join, pause, transfer } from "./transfer.ts";
 import { compressed_bytes, leftOf } from "./travel.ts";
-import { type Digest, type Verdict, verify } from "./verify.ts";
+import { type Digest, isRung, promisedHash, type Verdict, verify } from "./verify.ts";
 
 export interface FetchQueueOptions {
   readonly fetch: Fetch;
@@ -57,7 +57,7 @@ export interface FetchTally {
   retries: number;
   /** Objects that came in bundles. */
   bundled: number;
-  /** Bodies that could not be compared with a hash. */
+  /** Bodies that could not be compared with the hash in their name; pointers and lists, which have none, do not count. */
   unverified: number;
   /** Bytes that need not travel, because this device had kept them. */
   kept_bytes: number;
@@ -314,7 +314,7 @@ export class FetchQueue {
   /** Whether bytes are what their URL promises; then they are kept. */
   private async accept(url: string, bytes: ArrayBuffer): Promise<boolean> {
     const verdict = await this.verdict(url, bytes);
-    if (verdict === "unverified") this.tally.unverified += 1;
+    if (verdict === "unverified" && (promisedHash(url) || isRung(url))) this.tally.unverified += 1;
     if (verdict === "verified" || verdict === "later") this.shelf?.keep(url, bytes);
     return verdict !== "mismatch";
   }

@@ -142,7 +142,8 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     uses: { smooth: isUsed("smooth"), impostors: isUsed("impostors"), rules: isUsed("rules") },
     posed: (pose) => history.replaceState(null, "", writePose(pose, scene.pointer.revision)),
     problem: (error) => {
-      problems.push(String(error));
+      // The same may be met again at each step.
+      if (!problems.includes(String(error))) problems.push(String(error));
       showToast(error, host, () => visit.explorer.retry());
     },
   });
