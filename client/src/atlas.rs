@@ -33,6 +33,8 @@ pub(crate) struct Place {
     pub(crate) seen: Vec<Seen>,
     /// What could not be read: objects, or 1 for the record itself. It is never there.
     pub(crate) lost: usize,
+    /// Whether nothing says what can be seen from there.
+    pub(crate) is_unknown: bool,
 }
 
 impl Place {
@@ -89,11 +91,11 @@ impl Cells for Atlas {
     }
 }
 
-/// Reads what can be seen from a cell whose record came, or not; says what could not be read.
+/// Reads what can be seen from a cell, as its record says, if that could be had; says what could not be read.
 pub(crate) async fn look<S: ByteSource>(
     scene: &Scene<S>,
     entry: CellEntry,
-    record: Result<CellRecord, Error>,
+    record: Option<CellRecord>,
     uses: Uses,
 ) -> (Place, Vec<Error>) {
     let mut place = Place {
@@ -101,14 +103,12 @@ pub(crate) async fn look<S: ByteSource>(
         portals: Vec::new(),
         seen: Vec::new(),
         lost: 0,
+        is_unknown: false,
     };
     let mut failures = Vec::new();
-    let record = match record {
-        Ok(record) => record,
-        Err(cause) => {
-            place.lost = 1;
-            return (place, vec![cause]);
-        }
+    let Some(record) = record else {
+        (place.lost, place.is_unknown) = (1, true);
+        return (place, failures);
     };
     let all = record.visible();
     let mut stand_ins = StandIns::default();

@@ -75,8 +75,7 @@ pub enum Error {
     NotIndexed(ObjectId),
     /// Memory does not hold even the coarsest of what can be seen from a cell and from its neighbours.
     #[error(
-        "the coarsest of what can be seen from {cell} and from the cells next door takes {needed_bytes} bytes of memory, and \
-         {limit_bytes} are allowed: things will be missing; raise the limit"
+        "{cell} and the cells next door take {needed_bytes} bytes of memory, {limit_bytes} are allowed; raise the limit"
     )]
     MemoryShort {
         /// The cell.

@@ -35,6 +35,7 @@ mod explorer;
 mod fetch;
 pub mod live;
 mod packs;
+mod records;
 mod scene;
 mod source;
 mod stand_ins;

@@ -44,8 +44,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
                     Err(cause) => return Brought::NoPlace(cell, cause),
                 },
             };
-            let record = scene.record(&entry).await;
-            let (place, failures) = atlas::look(&scene, entry, record, uses).await;
+            let (record, mut failures) = scene.record_somehow(&entry).await;
+            let (place, others) = atlas::look(&scene, entry, record, uses).await;
+            failures.extend(others);
             Brought::Place(Box::new(place), failures, uses)
         });
     }

@@ -86,6 +86,7 @@ fn place(cell: u32, knows_levels: bool) -> Place {
         portals: Vec::new(),
         seen: vec![seen_at(1, 1, 9.0, 1.0, model)],
         lost: 0,
+        is_unknown: false,
     }
 }
 

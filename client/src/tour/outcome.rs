@@ -1,5 +1,6 @@
 //! What became of a tour? Frame by frame, and in sum over many visitors.
 
+use belvedere_scene::CellId;
 use serde::Serialize;
 
 use crate::strategy::residency::Residency;
@@ -13,6 +14,8 @@ pub struct Frame {
     pub quality: f64,
     /// How many of them have nothing there.
     pub missing: u32,
+    /// Whether nobody knows what can be seen from that cell. What counts is then what could be seen from the one before, and one more.
+    pub unknown: bool,
     /// Bytes that have come so far.
     pub bytes: u64,
     /// The share of these objects that are as sharp as the eye can tell.
@@ -115,6 +118,8 @@ pub struct Memory {
     pub peak_bytes: u64,
     /// What the coarsest of all that can be seen from a cell and from its known neighbours takes at most, bytes.
     pub needed_bytes: u64,
+    /// The cell of which that is so.
+    pub needed_in: Option<CellId>,
     /// Bytes that went for want of memory …
     pub evicted_bytes: u64,
     /// … and were fetched again.
@@ -124,11 +129,19 @@ pub struct Memory {
 }
 
 impl Memory {
-    pub(super) fn of(residency: &Residency, needed_bytes: u64, short_cells: u64) -> Self {
+    /// Takes note of what a cell and its neighbours take.
+    pub(super) fn needs(&mut self, cell: CellId, bytes: u64) {
+        if bytes > self.needed_bytes {
+            (self.needed_bytes, self.needed_in) = (bytes, Some(cell));
+        }
+    }
+
+    pub(super) fn of(residency: &Residency, needed: Self, short_cells: u64) -> Self {
         let evictions = residency.evictions();
         Self {
             peak_bytes: residency.peak_bytes(),
-            needed_bytes,
+            needed_bytes: needed.needed_bytes,
+            needed_in: needed.needed_in,
             evicted_bytes: evictions.bytes,
             again_bytes: evictions.again_bytes,
             short_cells,
@@ -136,9 +149,15 @@ impl Memory {
     }
 
     fn and(self, other: Self) -> Self {
+        let needs_most = if other.needed_bytes > self.needed_bytes {
+            other
+        } else {
+            self
+        };
         Self {
             peak_bytes: self.peak_bytes.max(other.peak_bytes),
-            needed_bytes: self.needed_bytes.max(other.needed_bytes),
+            needed_bytes: needs_most.needed_bytes,
+            needed_in: needs_most.needed_in,
             evicted_bytes: self.evicted_bytes + other.evicted_bytes,
             again_bytes: self.again_bytes + other.again_bytes,
             short_cells: self.short_cells + other.short_cells,
@@ -181,6 +200,8 @@ pub struct Outcome {
     pub drawn_by_rungs: Option<f64>,
     /// Objects in sight of which nothing was there, summed over those frames.
     pub holes: u64,
+    /// Frames in cells of which nobody knows what can be seen from there.
+    pub unknown_frames: u64,
     /// Of all visitors.
     pub bytes: Causes,
     /// How bytes came, of all visitors.
@@ -229,6 +250,7 @@ impl Outcome {
             drawn_by_rungs: mean(frames.iter().map(|frame| frame.rungs)),
             came: tours.iter().fold(Ways::default(), |all, tour| all.and(tour.ways)),
             memory: tours.iter().fold(Memory::default(), |all, tour| all.and(tour.memory)),
+            unknown_frames: sum(|tour| tour.frames.iter().filter(|frame| frame.unknown).count() as u64),
             holes: frames.iter().map(|frame| u64::from(frame.missing)).sum(),
             bytes: Causes {
                 needed: sum(|tour| tour.bytes.needed),
@@ -275,6 +297,7 @@ mod tests {
             t_ms,
             quality,
             missing,
+            unknown: false,
             bytes: 0,
             sharp: 0.0,
             rungs: 0.0,

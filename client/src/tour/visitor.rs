@@ -92,8 +92,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
         let (ledger, mut tour) = (self.courier.ledger, self.courier.tour);
         (tour.bytes, tour.ways) = (ledger.causes(), ledger.ways);
-        let needed_bytes = tour.memory.needed_bytes;
-        tour.memory = Memory::of(&self.planner.residency, needed_bytes, self.short_in.len() as u64);
+        tour.memory = Memory::of(&self.planner.residency, tour.memory, self.short_in.len() as u64);
         tour
     }
 
@@ -114,9 +113,9 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             return;
         }
         let cell = at.cell;
-        self.here = Some(cell);
+        let before = self.here.replace(cell);
         self.planned_at = None;
-        self.learn(at, asked_ms).await;
+        self.learn(at, asked_ms, before).await;
         self.look_around();
         if self.is_known(cell) {
             // What is here already is drawn at once, whether or not anything more may be asked for now.
@@ -125,20 +124,25 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
     }
 
-    /// Reads what can be seen from a cell. What cannot be read is counted, and will never be there.
-    async fn learn(&mut self, entry: CellEntry, asked_ms: f64) {
+    /// Reads what can be seen from a cell. What cannot be read is counted, and will never be there. Where nobody knows what can be
+    /// seen, one goes on with what can be seen from the cell that one comes from.
+    async fn learn(&mut self, entry: CellEntry, asked_ms: f64, from: Option<CellId>) {
         let cell = entry.cell;
         if self.known_ms.contains_key(&cell) {
             return;
         }
-        let record = self.scene.record(&entry).await;
+        let (record, mut failures) = self.scene.record_somehow(&entry).await;
         let read_ms = self.courier.charge(asked_ms);
         let uses = Uses {
             smooth: self.settings.smooth,
             rules: self.settings.rules,
         };
-        let (place, failures) = atlas::look(self.scene, entry, record, uses).await;
+        let (mut place, others) = atlas::look(self.scene, entry, record, uses).await;
+        failures.extend(others);
         failures.into_iter().for_each(|cause| self.courier.tour.fail(cause));
+        if let Some(from) = from.filter(|_| place.is_unknown) {
+            place.seen = self.atlas.seen_from(from).to_vec();
+        }
         self.atlas.add(place);
         let from_ms = self.courier.charge(read_ms);
         self.known_ms.insert(cell, from_ms);
@@ -150,7 +154,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         let asked_ms = self.courier.charge(self.now_ms);
         let cause = match entry {
             Ok(Some(entry)) => {
-                self.learn(entry, asked_ms).await;
+                self.learn(entry, asked_ms, self.here).await;
                 return self.look_around();
             }
             Ok(None) => format!("the index does not lead to {cell}"),
@@ -172,8 +176,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             steps = steps_to_models(here, &self.atlas, |cell| self.atlas.seen_from(cell));
         }
         let needed_bytes = plan::least_bytes(self.atlas.seen_around(here), &self.planner.residency);
-        let memory = &mut self.courier.tour.memory;
-        memory.needed_bytes = memory.needed_bytes.max(needed_bytes);
+        self.courier.tour.memory.needs(here, needed_bytes);
         if needed_bytes > limit_bytes && self.short_in.insert(here) {
             self.courier.tour.fail(Error::MemoryShort {
                 cell: here,
@@ -370,6 +373,10 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             t_ms,
             quality,
             missing: missing as u32,
+            unknown: self
+                .here
+                .and_then(|here| self.atlas.place(here))
+                .is_none_or(|place| place.is_unknown),
             bytes: causes.needed + causes.prefetched_used + causes.prefetched_wasted,
             sharp: share(sharp),
             rungs: share(rungs),

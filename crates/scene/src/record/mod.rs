@@ -188,6 +188,25 @@ pub struct Crossing {
     pub model_bytes: u64,
 }
 
+impl From<&CellJson> for CellRecord {
+    fn from(json: &CellJson) -> Self {
+        Self {
+            cell: json.cell,
+            hull: json.hull.clone(),
+            adjacent: json.adjacent.clone(),
+            portals: json.portals.clone(),
+            cpvs: json.cpvs.clone(),
+            opvs: json.opvs.clone(),
+            lpvs: json.lpvs.clone(),
+            method: json.method.clone(),
+            guarantee: json.guarantee,
+            miss_bound: json.miss_bound,
+            visible_level0_bytes: json.bytes.visible_level0,
+            visible_coarsest_bytes: json.bytes.visible_coarsest,
+        }
+    }
+}
+
 impl CellJson {
     /// The twin of a record whose binary form has `record_bytes` bytes. Solid angles, fractions and the miss bound are
     /// those of the binary form.
