@@ -10,7 +10,7 @@ use std::{
 
 use serde_json::Value;
 
-use crate::program::{Data, THREE_ROOMS};
+use crate::program::{Data, THREE_ROOMS, text};
 
 const THROUGH_THE_DOOR: &str = r#"{"t_ms": 0, "position": [2.5, 1.5, 2.5]}
 {"t_ms": 20000, "position": [6.5, 1.5, 2.5]}
@@ -71,6 +71,22 @@ fn a_slow_line_brings_things_later_and_what_lies_ahead_is_there_before_it_is_see
     );
     let told = tight["first_failures"][0].as_str().unwrap_or_default();
     assert!(told.contains("cells next door"), "{tight}");
+    // Whoever reads no JSON hears of it too, with what would do, and has not had what was asked for.
+    let script = data.write("way.jsonl", THROUGH_THE_DOOR);
+    let script = script.to_str().expect("UTF-8");
+    let tight = ["walk", tree, "--scene", "rooms", "--script", script, "--memory", "3k"];
+    let told = text(&data.run(&[&tight[..], &["--json"]].concat()).stderr);
+    assert!(told.contains("and its neighbours take; give at least"), "{told}");
+    let table = data.ok(&tight);
+    assert!(table.lines().all(|line| line.chars().count() <= 160), "{table}");
+    let message = data.fails(&[&tight[..], &["--min-quality", "1%"]].concat());
+    assert!(message.contains("memory does not suffice"), "{message}");
+    let message = text(
+        &data
+            .run(&["walk", tree, "--scene", "rooms", "--bandwidth", "-1"])
+            .stderr,
+    );
+    assert!(message.contains("expected a bandwidth in bits a second"), "{message}");
     let many = walk(&data, &server.base, &["--sessions", "5", "--speed", "36km/h"]);
     assert_eq!(many["sessions"], 5);
     assert!(many["requests"].as_u64() > Some(20), "{many}");
@@ -117,6 +133,16 @@ fn lose(data: &Data, ext: &str) {
     }
 }
 
+/// Loses the JSON twins of all cell records.
+fn lose_twins(data: &Data) {
+    for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
+        let path = entry.expect("an entry").path();
+        if std::fs::read_to_string(&path).is_ok_and(|text| text.starts_with("{\"cell\":")) {
+            std::fs::remove_file(path).expect("to lose it");
+        }
+    }
+}
+
 #[test]
 fn what_is_lost_is_not_there_and_the_walk_goes_on() {
     let data = Data::new();
@@ -130,13 +156,22 @@ fn what_is_lost_is_not_there_and_the_walk_goes_on() {
         alone["failures"].as_u64() > Some(0) && alone["quality"]["min"] == 1.0,
         "{alone}"
     );
+    // A record also stands as JSON, and in the steps from the cells next door.
     lose(&data, "cell");
+    let twice = walk(&data, tree, &["--min-quality", "100%"]);
+    assert_eq!(
+        (&twice["unknown_frames"], &twice["quality"]["min"]),
+        (&0.into(), &1.0.into()),
+        "{twice}"
+    );
+    lose_twins(&data);
     let blind = walk(&data, tree, &[]);
     assert_eq!(
         (&blind["convergence_s"], &blind["frames"]),
         (&Value::Null, &201.into()),
         "{blind}"
     );
+    assert_eq!(blind["unknown_frames"], 201, "{blind}");
     assert!(
         blind["first_failures"][0]
             .as_str()

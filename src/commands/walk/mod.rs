@@ -3,6 +3,7 @@
 
 mod chart;
 mod live;
+mod losses;
 mod quantity;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use belvedere_client::{
     tour::{self, Line, Manner, Outcome, Rambles, Script, Tour, TourSettings},
 };
 use belvedere_scene::SceneName;
+use losses::Counted;
 
 use super::output::{bytes, percent, print, print_json, table};
 
@@ -31,13 +33,13 @@ pub(super) struct Args {
     #[arg(long, value_enum, default_value_t, conflicts_with = "script")]
     way: MadeUp,
     /// Bandwidth of each visitor's simulated line, in bits a second: 128k, 5M; by default without limit
-    #[arg(long, value_parser = quantity::bits_per_s)]
+    #[arg(long, value_parser = quantity::bits_per_s, allow_hyphen_values = true)]
     bandwidth: Option<f64>,
     /// Time from a request to its answer on that line: 50ms, 0.2s
-    #[arg(long, value_parser = quantity::milliseconds, default_value = "0ms")]
+    #[arg(long, value_parser = quantity::milliseconds, allow_hyphen_values = true, default_value = "0ms")]
     latency: f64,
     /// Walk at this speed: 3km/h, 1.5m/s; by default as the script says, or 5km/h
-    #[arg(long, value_parser = quantity::metres_per_s)]
+    #[arg(long, value_parser = quantity::metres_per_s, allow_hyphen_values = true)]
     speed: Option<f64>,
     /// Whether what lies ahead is fetched before it is seen
     #[arg(long, default_value = "on", value_parser = ["on", "off"])]
@@ -52,13 +54,13 @@ pub(super) struct Args {
     #[arg(long, default_value = "on", value_parser = ["on", "off"])]
     bundles: String,
     /// Memory of each visitor for what it has fetched: 64M, 500k; by default without limit
-    #[arg(long, value_parser = quantity::bytes)]
+    #[arg(long, value_parser = quantity::bytes, allow_hyphen_values = true)]
     memory: Option<u64>,
     /// Visitors at once; made-up walks differ, and of a script each starts a second later
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     sessions: u32,
     /// How long a made-up walk takes, in seconds of its own time
-    #[arg(long, default_value_t = 120.0)]
+    #[arg(long, default_value_t = 120.0, allow_hyphen_values = true)]
     duration: f64,
     /// Made-up walks of another number are other walks
     #[arg(long, default_value_t = 1)]
@@ -67,7 +69,7 @@ pub(super) struct Args {
     #[arg(long, default_value = "off", value_parser = ["on", "off"])]
     live: String,
     /// Fail when the mean download quality after convergence is lower: 95%
-    #[arg(long, value_parser = quantity::share)]
+    #[arg(long, value_parser = quantity::share, allow_hyphen_values = true)]
     min_quality: Option<f64>,
     /// Draw quality and bytes of the first visitor over time
     #[arg(long, value_name = "SVG")]
@@ -97,7 +99,11 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.tree.contains("://") {
         let source = HttpSource::new(&args.tree)?;
         let live = (args.live == "on").then(|| source.clone());
-        walk(args, Retrying::new(source), live).await
+        let source = Counted::new(Retrying::new(source));
+        tokio::select! {
+            walked = walk(args, source.clone(), live) => walked,
+            () = source.tell() => Ok(()),
+        }
     } else {
         anyhow::ensure!(
             std::path::Path::new(&args.tree).is_dir(),
@@ -158,6 +164,12 @@ async fn walk<S: ByteSource + Clone + 'static>(
         outcome: Outcome::of(&tours),
         live,
     };
+    let short = args
+        .memory
+        .and_then(|limit_bytes| short_of_memory(&report.outcome, limit_bytes));
+    if let Some(short) = &short {
+        eprintln!("belvedere: {short}");
+    }
     if args.json {
         print_json(&report)?;
     } else {
@@ -168,6 +180,11 @@ async fn walk<S: ByteSource + Clone + 'static>(
     }
     let outcome = &report.outcome;
     if let Some(least) = args.min_quality {
+        anyhow::ensure!(
+            short.is_none(),
+            "memory does not suffice, so things are missing: {} was asked for",
+            percent(least)
+        );
         anyhow::ensure!(
             outcome.convergence_s.is_some(),
             "not every visitor ever had all that can be seen from the first cell: {} was asked for",
@@ -187,6 +204,18 @@ async fn walk<S: ByteSource + Clone + 'static>(
         );
     }
     Ok(())
+}
+
+/// Where memory did not even hold the coarsest of a cell and its neighbours: what would.
+fn short_of_memory(outcome: &Outcome, limit_bytes: u64) -> Option<String> {
+    let memory = &outcome.memory;
+    let cell = memory.needed_in.filter(|_| memory.short_cells > 0)?;
+    Some(format!(
+        "--memory {} is less than the {} that {cell} and its neighbours take; give at least {}",
+        bytes(limit_bytes),
+        bytes(memory.needed_bytes),
+        memory.needed_bytes
+    ))
 }
 
 /// The way of each visitor.
@@ -289,6 +318,12 @@ fn summary(Report { outcome, live }: &Report) -> String {
         rows.push(row(
             "  … went for want of it; and was fetched again",
             format!("{}; {}", bytes(memory.evicted_bytes), bytes(memory.again_bytes)),
+        ));
+    }
+    if outcome.unknown_frames > 0 {
+        rows.push(row(
+            "frames in cells of which nothing says what is seen",
+            outcome.unknown_frames.to_string(),
         ));
     }
     if outcome.failures > 0 {
