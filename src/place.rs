@@ -1,11 +1,15 @@
 //! Where do the catalogue and the blobs live? In a folder, or, where several nodes shall serve the same, in a PostgreSQL
 //! database and an S3-compatible bucket. Chosen by settings alone, and the same for every command.
 
+mod absent;
+
 use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
 use serde::Deserialize;
+
+pub(crate) use absent::Absent;
 
 use crate::{
     db::{self, Catalogue},

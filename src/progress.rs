@@ -71,6 +71,19 @@ impl BakeProgress {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
+    /// Says for what the bake waits, or that it goes on.
+    pub(crate) fn waits(&self, why: &str) {
+        // Whoever has closed the pipe does not want to know.
+        let say = || match self.show {
+            Show::Bars => _ = writeln!(std::io::stderr().lock(), "{why}"),
+            Show::Lines => _ = writeln!(std::io::stdout().lock(), "{}", json!({"waits": why})),
+        };
+        match &*self.current() {
+            Some(current) => current.bar.suspend(say),
+            None => say(),
+        }
+    }
+
     /// Ends the last stage; gives the seconds that each stage took.
     pub(crate) fn seconds(&self) -> BTreeMap<String, f64> {
         self.end_current();

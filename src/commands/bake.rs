@@ -18,8 +18,8 @@ use super::{
 use crate::{
     confine::{self, confine, was_short_of_memory},
     db::Claim,
-    jobs::CLAIM,
-    place::PlaceArgs,
+    jobs::{CLAIM, Fault},
+    place::{Absent, PlaceArgs},
     progress::{BakeProgress, Show},
     publish::{self, BakeInput, OnFirst, Report, Request, data::DataFolder},
 };
@@ -85,6 +85,24 @@ impl Args {
 }
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
+    let tied = args.tied;
+    let done = bake(args).await;
+    if let (Err(cause), true) = (&done, tied) {
+        print(&serde_json::json!({"failed": fault(cause)}).to_string())?;
+    }
+    done
+}
+
+/// Whose fault it is.
+fn fault(cause: &anyhow::Error) -> Fault {
+    match Absent::of(cause) {
+        Some(absent) => Fault::Absent(absent),
+        None if publish::is_of_the_source(cause) => Fault::Source(super::sentence(cause)),
+        None => Fault::Server,
+    }
+}
+
+async fn bake(args: Args) -> anyhow::Result<()> {
     let limits = confine::Limits {
         memory_bytes: args.limit_memory_mib.map(|mib| mib << 20),
         time: args.limit_minutes.map(|minutes| Duration::from_secs(60 * minutes)),

@@ -196,6 +196,18 @@ pub fn was_away(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| cause.downcast_ref().is_some_and(away))
 }
 
+/// Whether the disk had no room for what the catalogue should keep.
+#[must_use]
+pub fn found_no_room(error: &anyhow::Error) -> bool {
+    /// `SQLITE_FULL`, `SQLITE_IOERR_SHMSIZE`, and PostgreSQL's `disk_full`.
+    const FULL: [&str; 3] = ["13", "4874", "53100"];
+    let full = |error: &sqlx::Error| {
+        let code = error.as_database_error().and_then(sqlx::error::DatabaseError::code);
+        code.is_some_and(|code| FULL.contains(&code.as_ref()))
+    };
+    error.chain().any(|cause| cause.downcast_ref().is_some_and(full))
+}
+
 #[cfg(test)]
 mod tests {
     use sqlx::{Row, migrate::Migration};

@@ -25,7 +25,7 @@ use belvedere_scene::{
 use sqlx::{AnyPool, AssertSqlSafe, Row};
 
 use connect::Dialect;
-pub use connect::{FILE_NAME, was_away};
+pub use connect::{FILE_NAME, found_no_room, was_away};
 pub use jobs::{Claim, NewJob, StoredJob};
 pub use kept::{KeptDoor, KeptMover};
 pub use keys::{NewKey, StoredKey};

@@ -8,7 +8,7 @@
 use std::{io, path::PathBuf, process::Stdio, time::Duration};
 
 use anyhow::Context;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tokio::{
     io::{AsyncBufReadExt, AsyncReadExt, BufReader},
@@ -16,7 +16,7 @@ use tokio::{
 };
 
 use super::{Failure, Job, Jobs, Open, Progress};
-use crate::{db::Claim, traces::BakeSpan};
+use crate::{db::Claim, place::Absent, traces::BakeSpan};
 
 /// The variable by which a child hears whose job it bakes: whoever knows a job's name may ask about it, and arguments are
 /// for everybody to read.
@@ -37,6 +37,8 @@ pub(super) enum Ended {
     Stopped,
     /// Not now: the system has no room for another process at the moment.
     NoRoom,
+    /// Not now: somebody did not answer for longer than the bake has waited, or the disk is full.
+    Absent(Absent),
     /// This server was not heard of in time, so another one has the job.
     Lost,
 }
@@ -45,7 +47,28 @@ pub(super) enum Ended {
 #[serde(rename_all = "lowercase")]
 enum Line {
     Progress(Progress),
+    /// For what the bake waits, in words for whoever runs the server.
+    Waits(String),
     Report(Value),
+    Failed(Fault),
+}
+
+/// Whose fault it is that a bake failed, as the child says it; all else that it says of that is for the log.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Fault {
+    /// The source's, in words for its author.
+    Source(String),
+    /// Nobody's: it may work another time.
+    Absent(Absent),
+    /// The server's.
+    Server,
+}
+
+/// What a child has said at its end.
+enum Last {
+    Report(Value),
+    Failed(Fault),
 }
 
 pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> Ended {
@@ -69,29 +92,47 @@ pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> E
     let stdout = child.stdout.take().expect("it is piped");
     let stderr = child.stderr.take().expect("it is piped");
     let reading = tokio::spawn(said(stderr));
-    let following = follow(stdout, open, jobs.inner.traces.bake(&job.scene));
+    let following = follow(stdout, job, open, jobs.inner.traces.bake(&job.scene));
     tokio::pin!(following);
     let limit = jobs.inner.settings.time;
-    let (report, asked) = tokio::select! {
-        report = &mut following => (report, None),
+    let (last, asked) = tokio::select! {
+        last = &mut following => (last, None),
         () = open.cancelled.cancelled() => (None, Some(Ended::Cancelled)),
         () = open.lost.cancelled() => (None, Some(Ended::Lost)),
         () = jobs.inner.stopping.cancelled() => (None, Some(Ended::Stopped)),
         () = tokio::time::sleep(limit) => (None, Some(too_long(limit))),
     };
     drop(tie);
-    let report = match asked {
-        None => report,
+    let last = match asked {
+        None => last,
         // It may have published just then.
         Some(_) => tokio::time::timeout(GRACE, following).await.ok().flatten(),
     };
     let status = end(&mut child).await;
     let said = reading.await.unwrap_or_default();
-    match (report, asked) {
-        (Some(report), _) if status.is_some_and(|status| status.success()) => Ended::Done(report),
-        (_, Some(asked)) => asked,
-        (_, None) => Ended::Failed(why(status, &said, jobs)),
+    let fault = match (last, asked) {
+        (Some(Last::Report(report)), _) if status.is_some_and(|status| status.success()) => return Ended::Done(report),
+        (_, Some(asked)) => return asked,
+        (Some(Last::Failed(fault)), None) => fault,
+        (_, None) => Fault::Server,
+    };
+    if let Some(failure) = crashed(status, &said, jobs) {
+        return Ended::Failed(failure);
     }
+    if let Fault::Source(sentence) = fault {
+        return Ended::Failed(Failure::new("bake-failed", "The scene cannot be baked", sentence));
+    }
+    let said = said.trim_end();
+    if let Fault::Absent(absent) = fault {
+        tracing::warn!(job = %job.job, said, "{absent}, so a bake has ended; the job waits again");
+        return Ended::Absent(absent);
+    }
+    tracing::error!(job = %job.job, said, "a bake has failed, and not for what its source is");
+    Ended::Failed(Failure::new(
+        "internal",
+        "The server failed",
+        "the scene could not be published; whoever runs this server finds the reason in its log",
+    ))
 }
 
 /// Whether the system may have room later for what it has none for now: a process, memory, an open file.
@@ -161,10 +202,10 @@ fn uploaded(jobs: &Jobs, job: &Job) -> anyhow::Result<PathBuf> {
     Ok(file.with_context(|| format!("{} is empty", folder.display()))?.path())
 }
 
-/// Tells how far the child is until it says no more; gives its report.
-async fn follow(stdout: ChildStdout, open: &Open, mut span: Option<BakeSpan>) -> Option<Value> {
+/// Tells how far the child is until it says no more; gives what it says at its end.
+async fn follow(stdout: ChildStdout, job: &Job, open: &Open, mut span: Option<BakeSpan>) -> Option<Last> {
     let mut lines = BufReader::new(stdout).lines();
-    let mut report = None;
+    let mut last = None;
     while let Ok(Some(line)) = lines.next_line().await {
         match serde_json::from_str(&line) {
             Ok(Line::Progress(progress)) => {
@@ -173,14 +214,16 @@ async fn follow(stdout: ChildStdout, open: &Open, mut span: Option<BakeSpan>) ->
                 }
                 open.now.send_modify(|job| job.progress = Some(progress));
             }
-            Ok(Line::Report(value)) => report = Some(value),
+            Ok(Line::Waits(why)) => tracing::warn!(job = %job.job, why, "a bake waits, or does no longer"),
+            Ok(Line::Report(report)) => last = Some(Last::Report(report)),
+            Ok(Line::Failed(fault)) => last = Some(Last::Failed(fault)),
             Err(error) => tracing::warn!(%error, "a bake says what nobody understands"),
         }
     }
-    if let (None, Some(span)) = (&report, &span) {
+    if let (None | Some(Last::Failed(_)), Some(span)) = (&last, &span) {
         span.failed();
     }
-    report
+    last
 }
 
 /// The end of what the child says on standard error.
@@ -215,9 +258,10 @@ fn too_long(limit: Duration) -> Ended {
     ))
 }
 
-/// What to tell of a child that ended without a report.
-fn why(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) -> Failure {
-    let over = |what: String| Failure::new("bake-limit", "The bake went over a limit", what);
+/// What to tell of a child that was ended, or went down: by a limit, by a signal, or by a fault of the program.
+fn crashed(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) -> Option<Failure> {
+    let over = |what: String| Some(Failure::new("bake-limit", "The bake went over a limit", what));
+    let crash = |what: String| Some(Failure::new("bake-crashed", "The bake crashed", what));
     let mib = jobs.inner.settings.memory_bytes >> 20;
     // Rust's allocator says the first, whoever cannot have a thread or a mapping one of the others.
     const OUT_OF_MEMORY: [&str; 3] = [
@@ -239,28 +283,20 @@ fn why(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) -> Fai
             signal if signal == Signal::KILL.as_raw() => over(format!(
                 "it was killed, as systems do that run out of memory; its limit is {mib} MiB"
             )),
-            signal => Failure::new(
-                "bake-crashed",
-                "The bake crashed",
-                format!("it was ended by signal {signal}; this is a fault of the program, please report it"),
-            ),
+            signal => crash(format!(
+                "it was ended by signal {signal}; this is a fault of the program, please report it"
+            )),
         };
     }
     let sentence = said.lines().rev().find_map(|line| line.strip_prefix("belvedere: "));
     match sentence {
-        Some(sentence) if sentence.contains(" panicked with message ") => Failure::new(
-            "bake-crashed",
-            "The bake crashed",
-            format!("{sentence}; this is a fault of the program, please report it"),
-        ),
-        Some(sentence) => Failure::new("bake-failed", "The scene cannot be baked", sentence),
-        None => Failure::new(
-            "bake-crashed",
-            "The bake crashed",
-            match status.and_then(|status| status.code()) {
-                Some(code) => format!("it ended with code {code} and said nothing"),
-                None => "it is not known how it ended".to_owned(),
-            },
-        ),
+        Some(sentence) if sentence.contains(" panicked with message ") => {
+            crash(format!("{sentence}; this is a fault of the program, please report it"))
+        }
+        Some(_) => None,
+        None => crash(match status.and_then(|status| status.code()) {
+            Some(code) => format!("it ended with code {code} and said nothing"),
+            None => "it is not known how it ended".to_owned(),
+        }),
     }
 }

@@ -34,7 +34,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 
-pub(crate) use child::CLAIM;
+pub(crate) use child::{CLAIM, Fault};
 pub use job::{Failure, Job, JobId, NoJob, Progress, State};
 pub use settings::JobSettings;
 pub use upload::{Format, Source, Upload};

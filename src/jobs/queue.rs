@@ -26,6 +26,7 @@ use super::{
     child::{self, Ended},
     job::random,
 };
+use crate::place::Absent;
 
 /// A job is its worker's for so long after it was last heard of.
 const LEASE_S: u32 = 30;
@@ -279,7 +280,8 @@ async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) -> Option<Du
             "bake-interrupted",
             "The bake was interrupted too often",
             format!(
-                "{} times the server ended while this was baked, or had no room for the bake; it is not tried again",
+                "{} times the server ended while this was baked, had no room for the bake, or could not reach where scenes \
+                 are kept; it is not tried again",
                 job.interrupted
             ),
         ))
@@ -289,9 +291,23 @@ async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) -> Option<Du
         tracing::info!(job = %id, scene = %job.scene, "a bake starts");
         child::bake(&jobs, &worker, &job, &open).await
     };
-    let rest = matches!(ended, Ended::NoRoom).then(|| NO_ROOM * 2_u32.pow(job.interrupted.min(MOST_INTERRUPTIONS)));
+    let rests = matches!(ended, Ended::NoRoom | Ended::Absent(_));
+    let rest = rests.then(|| NO_ROOM * 2_u32.pow(job.interrupted.min(MOST_INTERRUPTIONS)));
+    let ended = match ended {
+        Ended::Absent(absent) if job.interrupted >= MOST_INTERRUPTIONS => Ended::Failed(given_up(absent)),
+        ended => ended,
+    };
     end(&jobs, &worker, &open, ended).await;
     rest
+}
+
+/// What to tell of a job that has waited often enough.
+fn given_up(absent: Absent) -> Failure {
+    Failure::new(
+        "unavailable",
+        "The server cannot do this now",
+        format!("{absent}; what the bake has found is kept, so another upload of the same scene goes on from there"),
+    )
 }
 
 /// Gets what was uploaded, unless the job ends here meanwhile.
@@ -318,7 +334,9 @@ async fn end(jobs: &Jobs, worker: &str, open: &Open, ended: Ended) {
     let name = id.to_string();
     let catalogue = &jobs.inner.catalogue;
     let (state, error, report) = match &ended {
-        Ended::Stopped | Ended::NoRoom | Ended::Lost => return leave(jobs, worker, open, &ended).await,
+        Ended::Stopped | Ended::NoRoom | Ended::Absent(_) | Ended::Lost => {
+            return leave(jobs, worker, open, &ended).await;
+        }
         Ended::Done(report) => (State::Done, None, Some(report.to_string())),
         Ended::Failed(failure) => (State::Failed, serde_json::to_string(failure).ok(), None),
         Ended::Cancelled => (State::Cancelled, None, None),
@@ -357,7 +375,7 @@ async fn leave(jobs: &Jobs, worker: &str, open: &Open, ended: &Ended) {
     let (name, catalogue) = (id.to_string(), &jobs.inner.catalogue);
     let put_back = match ended {
         Ended::Stopped => catalogue.put_job_back(&name, worker).await,
-        Ended::NoRoom => catalogue.interrupt_job(&name, worker).await,
+        Ended::NoRoom | Ended::Absent(_) => catalogue.interrupt_job(&name, worker).await,
         _ => Ok(()),
     };
     if let Err(error) = put_back {

@@ -5,6 +5,7 @@
 
 pub(crate) mod data;
 mod found;
+mod patience;
 pub(crate) mod rollback;
 pub(crate) mod source_files;
 pub(crate) mod target;
@@ -13,15 +14,14 @@ pub(crate) mod tree;
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
-    time::{Duration, Instant},
 };
 
 use anyhow::Context;
 use belvedere_bake::{
-    BakeSettings, Host, Source,
+    BakeError, BakeSettings, Host, Source,
     defect::Defect,
     import::{
-        self, Limits,
+        self, ImportError, Limits,
         procedural::{Ground, Sowing},
     },
     records::{BlobSink, SinkError, Written},
@@ -30,16 +30,18 @@ use belvedere_scene::{
     BlobHash, BlobName, SceneName,
     manifest::{PackSummary, RecordSizes},
 };
+use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
 use self::{
     data::{DataFolder, DataLock},
     found::FoundFile,
+    patience::Patience,
     rollback::whole,
     source_files::SourceFolder,
 };
 use crate::{
-    db::{Claim, NewRevision, was_away},
+    db::{Claim, NewRevision},
     progress::BakeProgress,
     store::StoreError,
     worlds,
@@ -47,10 +49,6 @@ use crate::{
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
 const BAKE_VERSION: u32 = 21;
-
-/// How long a bake that is done waits for a catalogue that is away, and between two times that it asks.
-const PATIENCE: Duration = Duration::from_secs(600);
-const PAUSE: Duration = Duration::from_secs(2);
 
 /// What to bake, and under which name.
 #[derive(Debug)]
@@ -92,13 +90,14 @@ impl BakeInput {
                 let cannot = || format!("cannot read {}", path.display());
                 let about = std::fs::metadata(path).with_context(cannot)?;
                 anyhow::ensure!(about.is_file(), "{} is not a regular file", path.display());
-                anyhow::ensure!(
-                    about.len() <= limits.memory_bytes,
-                    "{} has {} bytes; the limit is {} (--memory-mib)",
-                    path.display(),
-                    about.len(),
-                    limits.memory_bytes,
-                );
+                if about.len() > limits.memory_bytes {
+                    return Err(SourceTooLarge {
+                        file: self.file_name(),
+                        bytes: about.len(),
+                        most_bytes: limits.memory_bytes,
+                    }
+                    .into());
+                }
                 let bytes = std::fs::read(path).with_context(cannot)?;
                 Ok((bytes, SourceFolder::beside(path)))
             }
@@ -108,6 +107,25 @@ impl BakeInput {
             }
         }
     }
+}
+
+/// A source that needs no reading.
+#[derive(Debug, thiserror::Error)]
+#[error("{file} has {bytes} bytes; the limit is {most_bytes} (--memory-mib)")]
+struct SourceTooLarge {
+    file: String,
+    bytes: u64,
+    most_bytes: u64,
+}
+
+/// Whether a bake failed for what its source is, so that its author can mend it.
+pub(crate) fn is_of_the_source(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        let of_the_bake = cause.downcast_ref::<BakeError>();
+        cause.is::<ImportError>()
+            || cause.is::<SourceTooLarge>()
+            || of_the_bake.is_some_and(|error| matches!(error, BakeError::World(_) | BakeError::Author(_)))
+    })
 }
 
 /// What a bake did; `bake --json` prints it and the catalogue keeps it for `inspect`.
@@ -216,10 +234,11 @@ pub(crate) async fn bake(
     progress: Arc<BakeProgress>,
     on_first: Option<OnFirst>,
 ) -> anyhow::Result<Report> {
-    let no_gc = data.lock_for_writing().await?;
+    let patience = Patience::new(progress.clone());
+    let no_gc = patience.wait(|| data.lock_for_writing()).await?;
     let key = source_key(&request);
     if !request.again
-        && let Some(report) = unchanged(data, &request, &key).await?
+        && let Some(report) = patience.wait(|| unchanged(data, &request, &key)).await?
     {
         return Ok(report);
     }
@@ -231,6 +250,7 @@ pub(crate) async fn bake(
         claim: request.claim.clone(),
         key,
         no_gc,
+        patience,
     };
     tokio::task::spawn_blocking(move || {
         let mut report = run(request, &publisher, &found, &progress, on_first.as_ref())?;
@@ -300,7 +320,7 @@ fn run(
             )
             .map_err(|cause| SinkError {
                 name: written.manifest_name.clone(),
-                cause: format!("{cause:#}"),
+                cause: cause.reallocate_into_boxed_dyn_error_without_backtrace(),
             })?;
         if let Some(hear) = on_first {
             hear(&report);
@@ -333,6 +353,7 @@ struct Publisher {
     key: String,
     /// As long as blobs are written, even when nobody waits for it any more.
     no_gc: DataLock,
+    patience: Patience,
 }
 
 impl Publisher {
@@ -352,20 +373,9 @@ impl Publisher {
             claim: self.claim.as_ref(),
         };
         let published = async {
+            // Not tried again: what could not be written out may be lost, and a system says so once.
             self.data.store().sync().await?;
-            let (begun, mut told) = (Instant::now(), false);
-            loop {
-                match self.move_pointer(&new).await {
-                    // What took hours to find waits until the catalogue is back.
-                    Err(cause) if was_away(&cause) && begun.elapsed() < PATIENCE => {
-                        if !std::mem::replace(&mut told, true) {
-                            eprintln!("the bake is done, and waits until the catalogue is back: {cause:#}");
-                        }
-                        tokio::time::sleep(PAUSE).await;
-                    }
-                    published => return published,
-                }
-            }
+            self.patience.wait(|| self.move_pointer(&new)).await
         };
         self.handle
             .block_on(published)
@@ -376,9 +386,13 @@ impl Publisher {
     async fn move_pointer(&self, new: &NewRevision<'_>) -> anyhow::Result<()> {
         if !self.data.still_locked(&self.no_gc).await? {
             // Somebody may have collected what no revision named yet.
-            whole(self.data.store(), new.blobs)
-                .await
-                .context("blobs were collected while the catalogue was away; bake again")?;
+            match whole(self.data.store(), new.blobs).await {
+                Err(cause @ StoreError::Missing(_)) => {
+                    let gone = "blobs were collected while the catalogue was away; bake again";
+                    return Err(anyhow::Error::from(cause).context(gone));
+                }
+                found => found?,
+            }
         }
         self.data.catalogue().publish(new).await
     }
@@ -386,13 +400,16 @@ impl Publisher {
 
 impl BlobSink for Publisher {
     fn put(&self, name: &BlobName, bytes: Vec<u8>) -> Result<(), SinkError> {
-        self.handle
-            .block_on(self.data.store().put(name, bytes.into()))
-            .map(drop)
-            .map_err(|cause| SinkError {
-                name: name.clone(),
-                cause: cause.to_string(),
-            })
+        let bytes = Bytes::from(bytes);
+        let putting = || {
+            let bytes = bytes.clone();
+            async move { Ok(self.data.store().put(name, bytes).await?) }
+        };
+        let put = self.handle.block_on(self.patience.wait(putting));
+        put.map(drop).map_err(|cause| SinkError {
+            name: name.clone(),
+            cause: cause.reallocate_into_boxed_dyn_error_without_backtrace(),
+        })
     }
 }
 

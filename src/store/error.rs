@@ -1,10 +1,14 @@
 //! Why can a blob not be stored or read? Damage is told apart from a store that does not answer.
 
-use std::sync::Arc;
+use std::{error::Error, io, sync::Arc};
 
 use belvedere_scene::{BlobHash, BlobName};
+use object_store::client::{HttpError, HttpErrorKind};
 
 use super::{Coding, MAX_BLOB_BYTES};
+
+const REQUEST_TIMEOUT: u16 = 408;
+const TOO_MANY: u16 = 429;
 
 /// Why a blob could not be stored or read. "No such blob" is not among them: that is an answer.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -64,6 +68,61 @@ pub enum StoreError {
         /// Why it failed.
         source: Arc<std::io::Error>,
     },
+}
+
+impl StoreError {
+    /// Whether folder or bucket did not answer, or said that they cannot just now, so that the same may work another time.
+    #[must_use]
+    pub fn was_away(&self) -> bool {
+        self.is_because(|cause| {
+            if refused_with(cause).is_some_and(|status| status >= 500 || [REQUEST_TIMEOUT, TOO_MANY].contains(&status))
+            {
+                return true;
+            }
+            if let Some(failed) = cause.downcast_ref::<HttpError>() {
+                return !matches!(failed.kind(), HttpErrorKind::Unknown);
+            }
+            cause.downcast_ref::<io::Error>().is_some_and(|error| {
+                use io::ErrorKind as K;
+                matches!(
+                    error.kind(),
+                    K::ConnectionRefused
+                        | K::ConnectionReset
+                        | K::ConnectionAborted
+                        | K::TimedOut
+                        | K::StaleNetworkFileHandle
+                )
+            })
+        })
+    }
+
+    /// Whether the disk, or a quota on it, had no room.
+    #[must_use]
+    pub fn found_no_room(&self) -> bool {
+        self.is_because(|cause| {
+            let error = cause.downcast_ref::<io::Error>();
+            error.is_some_and(|error| matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded))
+        })
+    }
+
+    fn is_because(&self, is_so: impl Fn(&(dyn Error + 'static)) -> bool) -> bool {
+        let Self::Io { source, .. } = self else { return false };
+        let mut cause: Option<&(dyn Error + 'static)> = Some(source.as_ref());
+        while let Some(this) = cause {
+            if is_so(this) {
+                return true;
+            }
+            cause = this.source();
+        }
+        false
+    }
+}
+
+/// The status that a bucket's server answered with: `object_store` tells it in words alone.
+fn refused_with(cause: &(dyn Error + 'static)) -> Option<u16> {
+    let told = cause.to_string();
+    let status = told.strip_prefix("Server returned non-2xx status code: ")?;
+    status.get(..3)?.parse().ok()
 }
 
 pub(super) fn io(what: String, source: object_store::Error) -> StoreError {

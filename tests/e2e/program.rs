@@ -144,6 +144,20 @@ impl Server {
         Client::new(HttpSource::new(&self.base).expect("an address"))
     }
 
+    /// Waits until its log has these words.
+    pub(crate) async fn until_it_says(&self, words: &str) {
+        for _ in 0..1200 {
+            if self.log.lock().expect("the log").contains(words) {
+                return;
+            }
+            tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+        }
+        panic!(
+            "a minute was not enough for it to say: {words}\n{}",
+            self.log.lock().expect("the log")
+        );
+    }
+
     /// Ends it without a warning.
     pub(crate) fn kill(mut self) {
         self.child.kill().expect("it is killed");

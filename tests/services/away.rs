@@ -163,7 +163,7 @@ async fn a_bake_outlives_the_database_and_publishes_when_it_is_back() {
         postgres.kill();
         let mut said = BufReader::new(bake.stderr.take().unwrap()).lines().map(Result::unwrap);
         assert!(
-            said.any(|line| line.contains("waits until the catalogue is back")),
+            said.any(|line| line.contains("the catalogue does not answer; the bake waits")),
             "it did not wait"
         );
         (bake, said)

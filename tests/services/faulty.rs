@@ -16,6 +16,8 @@ pub(crate) enum Fault {
     None,
     /// 500 for everything.
     Fails,
+    /// 500 for every blob that is written.
+    TakesNoBlobs,
     /// Bodies end in their middle.
     CutsBodies,
     /// A byte of each body is another one.
@@ -50,7 +52,8 @@ impl Faulty {
 
 async fn pass(mut client: TcpStream, server: SocketAddr, fault: Fault) -> std::io::Result<()> {
     let request = message(&mut client).await?;
-    if fault == Fault::Fails {
+    let blob = request.starts_with(b"PUT ") && has(&request[..request.len().min(1 << 10)], b"/o/");
+    if fault == Fault::Fails || (fault == Fault::TakesNoBlobs && blob) {
         let answer = b"HTTP/1.1 500 Internal Server Error\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
         return client.write_all(answer).await;
     }
@@ -93,6 +96,10 @@ async fn message(stream: &mut TcpStream) -> std::io::Result<Vec<u8>> {
             bytes => read.extend_from_slice(&buffer[..bytes]),
         }
     }
+}
+
+fn has(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|found| found == part)
 }
 
 fn head_len(message: &[u8]) -> Option<usize> {

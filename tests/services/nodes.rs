@@ -1,6 +1,10 @@
 //! Do two servers with folders of their own serve the same, and share the work?
 
-use std::time::Duration;
+use std::{
+    io::{BufRead, BufReader},
+    process::Stdio,
+    time::Duration,
+};
 
 use belvedere_scene::BlobHash;
 use serde_json::Value;
@@ -204,6 +208,48 @@ async fn upload(server: &Server, key: &str, plan: &str) -> String {
     .await;
     assert_eq!(answer.status, 202, "{}", String::from_utf8_lossy(&answer.body));
     answer.header("location").unwrap().to_owned()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "needs PostgreSQL and an S3 server: make test-services"]
+async fn what_is_baked_while_the_store_takes_nothing_waits_and_is_published_when_it_does() {
+    let mut shared = Shared::new().await;
+    let data = Data::new();
+    let key = shared.ok(&data, &["keys", "create"]).trim().to_owned();
+    let faulty = Faulty::before(s3()).await;
+    shared.endpoint = format!("http://{}", faulty.address);
+    let server = shared.node(&data, &[]).may_warn();
+    // All else it takes: what is uploaded, too.
+    faulty.set(Fault::TakesNoBlobs);
+    let job = upload(&server, &key, THREE_ROOMS).await;
+    server
+        .until_it_says("the store does not answer; the bake waits for it")
+        .await;
+    let waiting = get(server.address(), &job).await.json();
+    assert_eq!(
+        (&waiting["state"], &waiting["error"]),
+        (&"running".into(), &Value::Null)
+    );
+    faulty.set(Fault::None);
+    let ended = until(&server, &job, |job| !job["ended_at"].is_null()).await;
+    assert_eq!((&ended["state"], &ended["error"]), (&"done".into(), &Value::Null));
+
+    // A bake of a person waits as well, and says so.
+    faulty.set(Fault::TakesNoBlobs);
+    let file = data.write("other.plan", many_rooms(2));
+    let args = ["bake", file.to_str().unwrap(), "--scene", "other"];
+    let mut bake = data
+        .command(&shared.args(&args))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = BufReader::new(bake.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(said.any(|line| line.contains("the store does not answer; the bake waits for it")));
+    faulty.set(Fault::None);
+    assert!(said.any(|line| line == "the bake goes on"));
+    assert!(bake.wait().unwrap().success());
+    without_secrets(server);
+    shared.database.drop().await;
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -1,6 +1,6 @@
 //! What becomes of a job that nobody bakes.
 
-use std::io;
+use std::{io, process::Stdio};
 
 use tokio::process::{Child, Command};
 
@@ -114,6 +114,65 @@ async fn a_program_that_is_not_there_is_no_matter_of_time() {
     let mut waiting = Waiting::with(|_| Err(io::ErrorKind::NotFound.into())).await;
     assert_eq!(waiting.bake().await, None);
     assert_eq!(waiting.stored().await.0, "failed");
+}
+
+#[tokio::test]
+async fn a_bake_that_found_nobody_at_home_waits_again_and_at_last_says_who_it_was() {
+    let mut waiting = Waiting::with(|_| ends_with(r#"{"failed":{"absent":"store"}}"#)).await;
+    for times in 1..=MOST_INTERRUPTIONS {
+        assert!(waiting.bake().await.is_some(), "it takes no job for a while");
+        assert_eq!(waiting.stored().await, ("queued".to_owned(), times, None));
+    }
+    waiting.bake().await;
+    let (state, _, error) = waiting.stored().await;
+    let error = error.unwrap();
+    assert_eq!(state, "failed");
+    assert!(
+        error.contains("/problems/unavailable") && error.contains("the store does not answer"),
+        "{error}"
+    );
+    assert!(!error.contains("s3://"), "{error}");
+}
+
+#[tokio::test]
+async fn only_what_is_wrong_with_the_source_is_told_to_its_author() {
+    for (failed, kind, told) in [
+        (
+            r#"{"failed":{"source":"it has no floor"}}"#,
+            "bake-failed",
+            "it has no floor",
+        ),
+        (r#"{"failed":"server"}"#, "internal", "could not be published"),
+        ("", "internal", "could not be published"),
+    ] {
+        let start: fn(&mut Command) -> io::Result<Child> = match failed {
+            "" => |_| ends_with(""),
+            _ if failed.contains("source") => |_| ends_with(r#"{"failed":{"source":"it has no floor"}}"#),
+            _ => |_| ends_with(r#"{"failed":"server"}"#),
+        };
+        let mut waiting = Waiting::with(start).await;
+        assert_eq!(waiting.bake().await, None);
+        let error = waiting.stored().await.2.unwrap();
+        assert!(
+            error.contains(&format!("/problems/{kind}")) && error.contains(told),
+            "{error}"
+        );
+        assert!(!error.contains("s3://"), "{error}");
+    }
+}
+
+/// A child that says this as its last line, and more on standard error.
+fn ends_with(line: &'static str) -> io::Result<Child> {
+    Command::new("sh")
+        .args([
+            "-c",
+            r#"echo "$0"; echo "belvedere: cannot store it in s3://worlds at 10.0.0.7" >&2; exit 1"#,
+            line,
+        ])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
 }
 
 fn no_process(_: &mut Command) -> io::Result<Child> {

@@ -20,7 +20,8 @@ pub struct SinkError {
     /// The object.
     pub name: BlobName,
     /// What the store said.
-    pub cause: String,
+    #[source]
+    pub cause: Box<dyn std::error::Error + Send + Sync>,
 }
 
 /// Names, keeps and counts the objects of one revision.
