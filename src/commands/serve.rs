@@ -153,6 +153,7 @@ async fn serve_and_show(
     let jobs = Jobs::new(
         catalogue.clone(),
         &config.place,
+        publications.clone(),
         config.jobs,
         traces.clone(),
         shutdown.clone(),

@@ -15,7 +15,7 @@ use super::{
     momentary::now,
     owner::Owner,
 };
-use crate::{db::Catalogue, keys::Scope, publish::rollback::roll_back, store::BlobStore};
+use crate::{db::Catalogue, keys::Scope, publish::rollback::roll_back, published::Publications, store::BlobStore};
 
 const MAX_BODY_BYTES: usize = 1 << 10;
 
@@ -29,6 +29,7 @@ struct Asked {
 pub(super) async fn roll(
     State(catalogue): State<Catalogue>,
     State(blobs): State<BlobStore>,
+    State(publications): State<Publications>,
     Path(scene): Path<SceneName>,
     owner: Owner,
     request: Request,
@@ -41,5 +42,7 @@ pub(super) async fn roll(
     };
     let moved = roll_back(&catalogue, &blobs, &scene, asked.revision).await?;
     tracing::info!(%scene, from = %moved.from, to = %moved.revision, key = grant.id, "a scene was rolled back");
+    // Whoever reads the scene next, because of this answer, shall see it.
+    publications.refresh().await;
     Ok(now(StatusCode::OK, &moved))
 }

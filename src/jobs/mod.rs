@@ -39,7 +39,9 @@ pub use job::{Failure, Job, JobId, NoJob, Progress, State};
 pub use settings::JobSettings;
 pub use upload::{Format, Source, Upload};
 
-use crate::{db::Catalogue, keys::Grant, place::Place, secret::Secret, store::Errands, traces::Traces};
+use crate::{
+    db::Catalogue, keys::Grant, place::Place, published::Publications, secret::Secret, store::Errands, traces::Traces,
+};
 
 /// How often to look in the catalogue what another server has done.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
@@ -80,6 +82,7 @@ struct Inner {
     /// How a child finds the catalogue and the blobs.
     environment: Vec<(String, Secret)>,
     errands: Errands,
+    publications: Publications,
     settings: JobSettings,
     traces: Traces,
     /// How the process of a bake is started.
@@ -150,6 +153,7 @@ impl Jobs {
     pub fn new(
         catalogue: Catalogue,
         place: &Place,
+        publications: Publications,
         settings: JobSettings,
         traces: Traces,
         stopping: CancellationToken,
@@ -160,6 +164,7 @@ impl Jobs {
                 data: place.data.clone(),
                 environment: place.environment(),
                 errands: place.errands()?,
+                publications,
                 settings,
                 traces,
                 start: Command::spawn,

@@ -342,6 +342,10 @@ async fn end(jobs: &Jobs, worker: &str, open: &Open, ended: Ended) {
         Ended::Cancelled => (State::Cancelled, None, None),
     };
     tracing::info!(job = %id, state = state.name(), error, "a job has ended");
+    if state == State::Done {
+        // Whoever hears of it shall find the scene.
+        jobs.inner.publications.refresh().await;
+    }
     let write = async || -> anyhow::Result<(bool, Job)> {
         let job = (name.as_str(), worker);
         let ours = catalogue

@@ -4,6 +4,7 @@
 //! and a request never waits for SQL. A [`SceneReader`] answers questions about one revision from its blobs alone,
 //! exactly as a client would.
 
+mod asking;
 mod hiding;
 mod privacy;
 mod question;
@@ -37,6 +38,7 @@ use crate::{
     db::{Catalogue, PATIENCE},
     store::BlobStore,
 };
+use asking::Asking;
 use privacy::Reading;
 
 /// The bytes of a scene's pointer document, the same on the server and in a static tree.
@@ -99,10 +101,11 @@ pub struct Publications {
     /// Whether nothing is private; asked for at every request, so it is no lock.
     all_public: Arc<AtomicBool>,
     up_to_date: Arc<AtomicBool>,
+    asking: Asking,
 }
 
 impl Publications {
-    /// Reads the catalogue once, then again every `poll` until `stopping`. While the catalogue does not answer, the
+    /// Reads the catalogue once, then again every `poll`, and whenever somebody asks for it, until `stopping`. While the catalogue does not answer, the
     /// last snapshot stays.
     ///
     /// # Errors
@@ -121,9 +124,10 @@ impl Publications {
         let all_are_public = all_public.clone();
         let up_to_date = Arc::new(AtomicBool::new(true));
         let answers = up_to_date.clone();
+        let (asking, mut asked) = asking::asking();
         let polling = async move {
             loop {
-                tokio::time::sleep(poll).await;
+                let _waiting = asked.wait(poll).await;
                 let last = sender.borrow().clone();
                 match newer(&catalogue, &last).await {
                     Ok(newer) => {
@@ -155,7 +159,14 @@ impl Publications {
             current,
             all_public,
             up_to_date,
+            asking,
         })
+    }
+
+    /// Reads the catalogue now, for what is in it already to be served from here on. A catalogue that does not answer holds
+    /// this up for a second.
+    pub async fn refresh(&self) {
+        self.asking.ask().await;
     }
 
     /// Whether the catalogue has answered when it was last asked, so that nothing newer is published.

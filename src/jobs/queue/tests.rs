@@ -9,6 +9,7 @@ use crate::{
     db::{Catalogue, NewJob},
     jobs::{Inner, JobSettings},
     place::{Place, PlaceArgs},
+    published::Publications,
     traces::Traces,
 };
 
@@ -29,9 +30,14 @@ impl Waiting {
             data: Some(data.path().to_owned()),
             ..PlaceArgs::default()
         };
+        let place = Place::try_from(&args).unwrap();
+        let blobs = place.open_store(1 << 20).await.unwrap();
+        let poll = Duration::from_secs(1);
+        let publications = Publications::follow(catalogue.clone(), blobs, poll, CancellationToken::new()).await;
         let jobs = Jobs::new(
             catalogue.clone(),
-            &Place::try_from(&args).unwrap(),
+            &place,
+            publications.unwrap(),
             JobSettings::default(),
             Traces::default(),
             CancellationToken::new(),
