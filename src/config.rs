@@ -3,13 +3,10 @@
 //! exist unless it is usable.
 
 pub(crate) mod environment;
+mod file;
 mod listen;
 
-use std::{
-    net::SocketAddr,
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::{net::SocketAddr, path::PathBuf, time::Duration};
 
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
@@ -258,25 +255,6 @@ pub struct Config {
 }
 
 impl Settings {
-    /// Reads a TOML file.
-    ///
-    /// # Errors
-    /// When it cannot be read, is not TOML, or has an unknown key, which is named.
-    pub fn from_file(file: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(file).map_err(|source| ConfigError::Unreadable {
-            file: file.to_owned(),
-            source,
-        })?;
-        toml::from_str(&text).map_err(|error: toml::de::Error| {
-            let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-            ConfigError::Malformed {
-                file: file.to_owned(),
-                line: before.matches('\n').count() + 1,
-                what: error.message().to_owned(),
-            }
-        })
-    }
-
     /// These settings, and those of `fallback` where there are none.
     #[must_use]
     pub fn or(self, fallback: Self) -> Self {
@@ -460,16 +438,6 @@ mod tests {
             (7 << 20, Duration::from_secs(3))
         );
         assert_eq!(config.log_format, LogFormat::Json);
-    }
-
-    #[test]
-    fn an_unknown_key_is_named() {
-        assert!(
-            file("lisen = \"127.0.0.1:1\"")
-                .unwrap_err()
-                .to_string()
-                .contains("lisen")
-        );
     }
 
     #[test]

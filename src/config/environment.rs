@@ -1,4 +1,4 @@
-//! Which variables look like settings and are none? One whose name is spelt wrong would do nothing, without a word.
+//! Which variables look like settings and are none, and what was meant? One whose name is spelt wrong would do nothing, without a word.
 
 use std::{collections::BTreeSet, ffi::OsString, fmt};
 
@@ -37,7 +37,7 @@ fn strangers(program: &Command, variables: impl Iterator<Item = (String, String)
     variables
         .filter(|(name, value)| name.starts_with(PREFIX) && !known.contains(name) && !is_of_a_service(name, value))
         .map(|(name, _)| Stranger {
-            nearest: nearest(&name, &known),
+            nearest: nearest_of(&name, known.iter().map(String::as_str), name.len() - PREFIX.len()),
             name,
         })
         .collect()
@@ -57,16 +57,16 @@ fn is_of_a_service(name: &str, value: &str) -> bool {
         || value.starts_with("tcp://")
 }
 
-fn nearest(name: &str, known: &BTreeSet<String>) -> Option<String> {
-    let far = |other: &String| match (other.strip_prefix(name), name.strip_prefix(other.as_str())) {
+/// The name that is spelt most alike, if one is; `own` bytes of the name are its own.
+pub(super) fn nearest_of<'a>(name: &str, known: impl Iterator<Item = &'a str>, own: usize) -> Option<String> {
+    let far = |other: &str| match (other.strip_prefix(name), name.strip_prefix(other)) {
         // The start of one, or one with a word more.
         (Some(_), _) => 1,
         (_, Some(more)) if more.starts_with('_') => 2,
         _ => edits(name, other),
     };
-    let (far, nearest) = known.iter().map(|other| (far(other), other)).min()?;
-    let own = name.len() - PREFIX.len();
-    (own > 0 && far <= own.div_ceil(3)).then(|| nearest.clone())
+    let (far, nearest) = known.map(|other| (far(other), other)).min()?;
+    (own > 0 && far <= own.div_ceil(3)).then(|| nearest.to_owned())
 }
 
 /// How many letters must be put in, taken out or changed to make one text the other (Levenshtein 1966), row by row of the table
