@@ -14,6 +14,7 @@
 //! * [`config`]: the one list of settings.
 //! * [`traces`]: where the time of requests and bakes goes, for a collector.
 //! * `epoch`: what time it is on the wall.
+//! * `folder`: how a folder is made in which nobody else may read.
 //! * `media`: of which kind published files are, and how long they may be kept.
 //! * `open_files`: how many connections the system has room for.
 //! * `spread`: how many threads count the same.
@@ -27,6 +28,7 @@ mod confine;
 mod dashboard;
 pub mod db;
 mod epoch;
+mod folder;
 pub mod http;
 pub mod jobs;
 pub mod keys;

@@ -17,7 +17,7 @@ use sqlx::{
 };
 
 use super::Catalogue;
-use crate::secret::Secret;
+use crate::{folder, secret::Secret};
 
 /// The file of the catalogue in a data folder.
 pub const FILE_NAME: &str = "catalogue.sqlite";
@@ -84,9 +84,7 @@ impl Catalogue {
     /// # Errors
     /// When folder or file cannot be made, opened or brought up to date.
     pub async fn open(data: &Path) -> anyhow::Result<Self> {
-        tokio::fs::create_dir_all(data)
-            .await
-            .with_context(|| format!("cannot make the data folder {}", data.display()))?;
+        folder::make_private(data).with_context(|| format!("cannot make the data folder {}", data.display()))?;
         let file = data.join(FILE_NAME);
         let options = at(&file)?;
         let pool = AnyPoolOptions::new().max_connections(4).after_connect(|connection, _| {

@@ -26,7 +26,7 @@ use super::{
     child::{self, Ended},
     job::random,
 };
-use crate::place::Absent;
+use crate::{folder, place::Absent};
 
 /// A job is its worker's for so long after it was last heard of.
 const LEASE_S: u32 = 30;
@@ -114,7 +114,7 @@ async fn alone(jobs: &Jobs) -> (File, String) {
 
 fn lock(jobs: &Jobs) -> anyhow::Result<Option<(File, String)>> {
     let path = jobs.inner.data.join("jobs.lock");
-    std::fs::create_dir_all(&jobs.inner.data).with_context(|| format!("cannot make {}", jobs.inner.data.display()))?;
+    folder::make_private(&jobs.inner.data).with_context(|| format!("cannot make {}", jobs.inner.data.display()))?;
     let file = File::options()
         .create(true)
         .truncate(false)

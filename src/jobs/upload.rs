@@ -9,7 +9,7 @@ use belvedere_scene::SceneName;
 use tokio::{fs::File, io::AsyncWriteExt};
 
 use super::{GoingOn, Job, JobError, JobId, Jobs};
-use crate::db::NewJob;
+use crate::{db::NewJob, folder};
 
 /// What a source is, where whoever sends it says so. Else its content says it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,6 +100,7 @@ impl Upload {
         let path = jobs.folder(id);
         let folder = Folder { path, kept: false };
         let cannot = || format!("cannot keep an upload in {}", folder.path.display());
+        folder::make_private(&jobs.inner.data).with_context(cannot)?;
         tokio::fs::create_dir_all(&folder.path).await.with_context(cannot)?;
         // A folder of its own: nothing stands beside what was uploaded.
         let name = match source.format {

@@ -12,6 +12,7 @@ use tokio::sync::Mutex;
 
 use crate::{
     db::{Baked, BlobLock, Catalogue},
+    folder,
     place::{Place, PlaceArgs},
     store::BlobStore,
 };
@@ -65,8 +66,7 @@ impl DataFolder {
 
     /// The same for settings that are checked.
     pub(crate) async fn open_place(place: &Place) -> anyhow::Result<Self> {
-        tokio::fs::create_dir_all(&place.data)
-            .await
+        folder::make_private(&place.data)
             .with_context(|| format!("cannot make the data folder {}", place.data.display()))?;
         Ok(Self {
             path: place.data.clone(),
