@@ -61,7 +61,8 @@ impl From<JobError> for ApiError {
                 "",
                 "the body must be the source scene: a .glb, .gltf, .zip, .plan or .dcg",
             ),
-            JobError::Full(detail) => Self::Full(detail),
+            JobError::QuotaMet { .. } => Self::QuotaMet(error.to_string()),
+            JobError::Full { .. } => Self::Full(error.to_string()),
             JobError::Internal(cause) => Self::Unavailable(cause),
         }
     }

@@ -85,6 +85,8 @@ pub enum ApiError {
         /// When the next one is welcome.
         retry_s: u64,
     },
+    /// An API key has all that it may have; of what.
+    QuotaMet(String),
     /// No room for another one; of what.
     Full(String),
     /// The server is about to end.
@@ -308,6 +310,12 @@ impl ApiError {
                 "Too many requests in a row",
                 detail.clone(),
             ),
+            Self::QuotaMet(detail) => (
+                S::TOO_MANY_REQUESTS,
+                "quota-met",
+                "The API key has no room left",
+                detail.clone(),
+            ),
             Self::Full(detail) => (S::SERVICE_UNAVAILABLE, "full", "There is no room", detail.clone()),
             Self::Stopping => (
                 S::SERVICE_UNAVAILABLE,
@@ -392,7 +400,7 @@ impl IntoResponse for ApiError {
         let retry_s = match &self {
             Self::TimedOut | Self::Unavailable(_) | Self::Away { .. } | Self::Stopping => Some(1),
             Self::Flooded { retry_s, .. } => Some(*retry_s),
-            Self::Full(_) => Some(10),
+            Self::QuotaMet(_) | Self::Full(_) => Some(10),
             _ => None,
         };
         let unauthorized = matches!(

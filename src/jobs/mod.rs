@@ -61,9 +61,20 @@ pub enum JobError {
     /// Nothing was uploaded.
     #[error("the upload is empty")]
     Empty,
-    /// Too many jobs wait.
-    #[error("{0}")]
-    Full(String),
+    /// Too many jobs of one key wait or are baked.
+    #[error(
+        "{most} jobs of one key may wait or run, and so many do; send it again when one of them has ended, or cancel one"
+    )]
+    QuotaMet {
+        /// How many may.
+        most: u32,
+    },
+    /// Too many jobs of all keys do.
+    #[error("{most} jobs of all keys together may wait or run, and so many do; send it again when some have ended")]
+    Full {
+        /// How many may.
+        most: u32,
+    },
     /// The disk or the catalogue.
     #[error(transparent)]
     Internal(#[from] anyhow::Error),
@@ -196,21 +207,19 @@ impl Jobs {
         announced_bytes: u64,
     ) -> Result<Upload, JobError> {
         let (theirs, all) = self.inner.catalogue.open_jobs(&grant.id).await?;
-        let going_on = self.go_on(&grant.id, theirs, all).ok_or_else(|| self.full())?;
+        let going_on = self.go_on(&grant.id, theirs, all)?;
         Upload::begin(self.clone(), scene, source, going_on, announced_bytes).await
     }
 
-    /// Counts one more upload of a key that has so many open jobs, of so many in all; `None` when that is too many.
-    fn go_on(&self, key_id: &str, theirs: u32, all: u32) -> Option<GoingOn> {
+    /// Counts one more upload of a key that has so many open jobs, of so many in all.
+    fn go_on(&self, key_id: &str, theirs: u32, all: u32) -> Result<GoingOn, JobError> {
         let settings = &self.inner.settings;
         let mut uploading = self.inner.uploading.lock().unwrap_or_else(PoisonError::into_inner);
         let of_all = all.saturating_add(uploading.values().sum());
         let of_key = uploading.entry(key_id.to_owned()).or_default();
-        if theirs.saturating_add(*of_key) >= settings.open_of_a_key || of_all >= settings.open_of_all {
-            return None;
-        }
+        settings.room(theirs.saturating_add(*of_key), of_all)?;
         *of_key += 1;
-        Some(GoingOn {
+        Ok(GoingOn {
             jobs: self.clone(),
             key_id: key_id.to_owned(),
         })
@@ -321,14 +330,6 @@ impl Jobs {
     fn all_open(&self) -> Vec<(JobId, Arc<Open>)> {
         let open = self.inner.open.lock().unwrap_or_else(PoisonError::into_inner);
         open.iter().map(|(id, open)| (*id, open.clone())).collect()
-    }
-
-    fn full(&self) -> JobError {
-        let settings = &self.inner.settings;
-        JobError::Full(format!(
-            "{} jobs of one key and {} of all may wait or run; send it again when some have ended",
-            settings.open_of_a_key, settings.open_of_all
-        ))
     }
 
     /// Removes what was uploaded, wherever it is.

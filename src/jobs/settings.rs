@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use super::JobError;
+
 /// Limits of uploads and of the bakes that follow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JobSettings {
@@ -17,6 +19,21 @@ pub struct JobSettings {
     pub open_of_a_key: u32,
     /// How many jobs may wait or run.
     pub open_of_all: u32,
+}
+
+impl JobSettings {
+    /// Whether there is room for one more job of a key that has so many open ones, of so many in all.
+    pub(super) fn room(&self, theirs: u32, all: u32) -> Result<(), JobError> {
+        if theirs >= self.open_of_a_key {
+            let most = self.open_of_a_key;
+            return Err(JobError::QuotaMet { most });
+        }
+        if all >= self.open_of_all {
+            let most = self.open_of_all;
+            return Err(JobError::Full { most });
+        }
+        Ok(())
+    }
 }
 
 impl Default for JobSettings {

@@ -159,7 +159,12 @@ impl Upload {
         let kept = catalogue.keep_job(&new, settings.open_of_a_key, settings.open_of_all);
         if !kept.await? {
             self.jobs.recall(self.id).await;
-            return Err(self.jobs.full());
+            let (theirs, all) = catalogue.open_jobs(&self.going_on.key_id).await?;
+            settings.room(theirs, all)?;
+            // Some have ended just now.
+            return Err(JobError::Full {
+                most: settings.open_of_all,
+            });
         }
         // Whoever bakes it takes what was sent; where nothing travels, it is baked from here.
         self.folder.kept = !errands.travel();

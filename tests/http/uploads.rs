@@ -30,6 +30,7 @@ impl Publisher {
             max_bakes: Some(0),
             max_upload_mib: Some(1),
             max_jobs_per_key: Some(2),
+            max_jobs: Some(3),
             request_timeout_s: Some(1),
             ..Settings::default()
         })
@@ -199,8 +200,32 @@ async fn each_key_has_a_quota_and_what_waits_can_be_followed_and_cancelled() {
     );
     assert_eq!((&first["state"], &first["scene"]), (&"queued".into(), &"a".into()));
     let full = publisher.put("c", "x").await;
+    assert_eq!((full.status, full.header("retry-after")), (429, Some("10")));
+    assert_eq!(full.problem()["type"], "/problems/quota-met");
+    assert!(
+        full.problem()["detail"]
+            .as_str()
+            .unwrap()
+            .starts_with("2 jobs of one key")
+    );
+    let others = key(&publisher.server, &[Scope::Publish], None).await;
+    let put = async |scene: &str| ask(address, ("PUT", scene), Some(&others), (GLB, "x")).await;
+    let third = put("/v1/scenes/d").await;
+    assert_eq!(third.status, 202);
+    let full = put("/v1/scenes/e").await;
     assert_eq!((full.status, full.header("retry-after")), (503, Some("10")));
     assert_eq!(full.problem()["type"], "/problems/full");
+    assert!(
+        full.problem()["detail"]
+            .as_str()
+            .unwrap()
+            .starts_with("3 jobs of all keys")
+    );
+    let third = third.json()["url"].as_str().unwrap().to_owned();
+    assert_eq!(
+        ask(address, ("DELETE", &third), Some(&others), (GLB, "")).await.status,
+        200
+    );
     assert_eq!(publisher.uploads(), 2);
 
     let url = second["url"].as_str().unwrap();
