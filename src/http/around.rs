@@ -49,8 +49,9 @@ const MAX_IGNORED_BODY_BYTES: u64 = 64 << 10;
 pub(super) async fn around(State(state): State<AppState>, mut request: Request, next: Next) -> Response {
     let started = Instant::now();
     let (method, uri) = (request.method().clone(), request.uri().clone());
-    let theirs = request.headers().get(X_REQUEST_ID).cloned();
-    let id = theirs.clone().unwrap_or_else(made_id);
+    let theirs = request.headers().get(X_REQUEST_ID);
+    let wanted = theirs.is_some();
+    let id = theirs.filter(|id| can_be_an_id(id)).cloned().unwrap_or_else(made_id);
     let matched = request.extensions().get::<MatchedPath>().map(MatchedPath::as_str);
     let route = matched
         .and_then(|m| TEMPLATES.into_iter().find(|t| *t == m))
@@ -81,7 +82,7 @@ pub(super) async fn around(State(state): State<AppState>, mut request: Request, 
     let status = response.status();
     for_everybody(status, response.headers_mut());
     // Answers outlive their request in caches, so they carry its number only for who sent one or must report an error.
-    if theirs.is_some() || problem.is_some() {
+    if wanted || problem.is_some() {
         response.headers_mut().insert(X_REQUEST_ID, id.clone());
     }
     let (status, took) = (status.as_u16(), started.elapsed());
@@ -97,11 +98,12 @@ pub(super) async fn around(State(state): State<AppState>, mut request: Request, 
     }
     let trace = span.map(|span| tracing::field::display(span.trace_id()));
     let ms = took.as_secs_f64() * 1e3;
+    let id = id.to_str().unwrap_or_default();
     match problem.and_then(|problem| problem.cause) {
         Some(cause) => {
-            tracing::error!(%method, route, path = uri.path(), status, ms, ?id, trace, error = format!("{cause:#}"), "request failed");
+            tracing::error!(%method, route, path = uri.path(), status, ms, id, trace, error = format!("{cause:#}"), "request failed");
         }
-        None => tracing::debug!(%method, route, path = uri.path(), status, body_bytes, ms, ?id, trace, "request"),
+        None => tracing::debug!(%method, route, path = uri.path(), status, body_bytes, ms, id, trace, "request"),
     }
     response
 }
@@ -120,6 +122,12 @@ pub(super) fn for_everybody(status: StatusCode, headers: &mut HeaderMap) {
     }
     cors::tell_all(headers);
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+}
+
+/// Whether an id of somebody else's is one to send back and to write into a log.
+fn can_be_an_id(id: &HeaderValue) -> bool {
+    const MAX_ID_BYTES: usize = 128;
+    !id.is_empty() && id.len() <= MAX_ID_BYTES && id.as_bytes().iter().all(u8::is_ascii_graphic)
 }
 
 /// Names a request that came without an id: when this process first made one, and a count.

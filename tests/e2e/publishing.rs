@@ -4,7 +4,10 @@ use std::time::Duration;
 
 use belvedere_scene::{Revision, SceneName};
 
-use crate::program::{Data, THREE_ROOMS};
+use crate::{
+    program::{Data, THREE_ROOMS},
+    wire::send,
+};
 
 const OTHER_ROOMS: &str = "#####\n#a.b#\n#...#\n#####\n";
 
@@ -89,6 +92,16 @@ fn a_bake_that_is_killed_leaves_the_old_revision_and_only_garbage() {
     assert_eq!(shown["report"]["revision"], first["revision"]);
     let again: serde_json::Value = serde_json::from_str(&data.ok(&["gc", "--json"])).expect("JSON");
     assert_eq!(again["blobs"], 0, "gc leaves no garbage");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_log_holds_ids_of_requests_as_they_came() {
+    let data = Data::new();
+    let server = data.serve_with(&["--log", "debug", "--log-format", "json"]);
+    let answer = send(server.address(), "GET", "/v1/scenes", &[("X-Request-Id", "walk-7")]).await;
+    assert_eq!(answer.status, 200);
+    let (_, log) = server.stop();
+    assert!(log.contains(r#""id":"walk-7""#), "{log}");
 }
 
 #[test]

@@ -318,6 +318,14 @@ async fn a_request_id_comes_back_and_an_error_always_has_one() {
         let answer = send(server.address, "GET", path, &[("X-Request-Id", "walk-7")]).await;
         assert_eq!(answer.header("x-request-id"), Some("walk-7"), "{path}");
     }
+    let longest = "x".repeat(128);
+    let kept = send(server.address, "GET", &url, &[("X-Request-Id", &longest)]).await;
+    assert_eq!(kept.header("x-request-id"), Some(longest.as_str()));
+    for odd in [&"x".repeat(129), "two words", "caf\u{e9}", ""] {
+        let answer = send(server.address, "GET", &url, &[("X-Request-Id", odd)]).await;
+        let ours = answer.header("x-request-id").expect("one of our own");
+        assert!(answer.status == 200 && ours != odd && ours.len() < 40, "{ours}");
+    }
     assert!(
         get(server.address, "/v1/scenes/none")
             .await
