@@ -16,7 +16,7 @@ use crate::{
     jobs::JobSettings,
     live::{
         LiveSettings, NotAToken,
-        nodes::{NodeSettings, NotANodeName, NotNats},
+        nodes::{NodeName, NodeSettings, NotANodeName, NotNats},
     },
     place::{Place, PlaceArgs},
     store::NoBucket,
@@ -242,12 +242,16 @@ pub struct Config {
     pub live: LiveSettings,
     /// Other servers with sessions in the same scenes, if there may be some.
     pub nodes: Option<NodeSettings>,
+    /// What this server is called, whether there are others or not.
+    pub node: Option<NodeName>,
     /// Whose trees the viewer may show beside those of this server.
     pub base_origins: Vec<Origin>,
     /// Where live sessions are recorded, if they are.
     pub record: Option<PathBuf>,
     /// Where traces go, if they go anywhere.
     pub traces: Option<TraceSettings>,
+    /// Of how many requests, if they go anywhere.
+    pub share: Share,
     /// What to log.
     pub log: String,
     /// How to log.
@@ -346,9 +350,12 @@ impl TryFrom<Settings> for Config {
             session_bytes_per_s: within("session_bytes_per_s", bytes_per_s, 1_000, 1_000_000_000)?,
             lease: Duration::from_secs(within("lease_s", lease_s, 1, 3_600)?),
         };
-        let name = settings.node.map(|name| name.parse()).transpose()?;
+        let node: Option<NodeName> = settings.node.map(|name| name.parse()).transpose()?;
         let nats = settings.nats.map(|servers| servers.parse()).transpose()?;
-        let nodes = nats.map(|nats| NodeSettings { nats, name });
+        let nodes = nats.map(|nats| NodeSettings {
+            nats,
+            name: node.clone(),
+        });
         // An empty variable is one that is not set, says OpenTelemetry.
         let collector = settings.otlp.filter(|collector| !collector.is_empty());
         let share = Share::percent(settings.otlp_sample_percent.unwrap_or(100.0))?;
@@ -399,6 +406,7 @@ impl TryFrom<Settings> for Config {
             jobs,
             live,
             nodes,
+            node,
             base_origins: settings
                 .base_origins
                 .iter()
@@ -408,6 +416,7 @@ impl TryFrom<Settings> for Config {
                 .collect::<Result<_, _>>()?,
             record: settings.record,
             traces,
+            share,
             poll: Duration::from_millis(within("poll_ms", settings.poll_ms.unwrap_or(500), 10, 3_600_000)?),
             log,
             log_format: settings.log_format.unwrap_or_default(),

@@ -6,7 +6,7 @@ use std::{io::ErrorKind, path::Path, time::Duration};
 use anyhow::Context;
 
 use super::output::print;
-use crate::config::Config;
+use crate::{config::Config, live::nodes::NodeName};
 
 /// Looks at folders, address, certificate, database and bucket, and prints every setting.
 ///
@@ -80,7 +80,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
     let bucket = place.bucket.as_ref();
     let tls = config.tls.as_ref();
     let nats = config.nodes.as_ref().map(|nodes| &nodes.nats);
-    let name = config.nodes.as_ref().and_then(|nodes| nodes.name.as_ref());
+    let node = config.node.as_ref().map(ToString::to_string);
     let traces = config.traces.as_ref();
     let or_not = |set: Option<String>| set.unwrap_or_else(|| "not set".to_owned());
     let origins: Vec<_> = config.base_origins.iter().map(ToString::to_string).collect();
@@ -115,7 +115,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ("session_bytes_per_s", live.session_bytes_per_s.to_string()),
         ("lease_s", s(live.lease)),
         ("nats", nats.map_or_else(|| "not set".to_owned(), ToString::to_string)),
-        ("node", name.map_or_else(|| "not set".to_owned(), ToString::to_string)),
+        ("node", node.unwrap_or_else(|| NodeName::UNLESS_SET.to_owned())),
         ("max_upload_mib", mib(jobs.upload_bytes)),
         ("max_bakes", jobs.bakes.to_string()),
         ("bake_memory_mib", mib(jobs.memory_bytes)),
@@ -125,10 +125,7 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ("base_origins", or_not(origins)),
         ("record", file(config.record.as_deref())),
         ("otlp", or_not(traces.map(|traces| traces.collector.to_string()))),
-        (
-            "otlp_sample_percent",
-            or_not(traces.map(|traces| traces.share.to_string())),
-        ),
+        ("otlp_sample_percent", config.share.to_string()),
         ("log", config.log.clone()),
         ("log_format", format!("{:?}", config.log_format).to_lowercase()),
     ]

@@ -114,6 +114,11 @@ fn settings_are_checked_without_serving_and_without_a_trace() {
         lines.contains(&vec!["max_bakes", "3"]) && !said.contains(&token),
         "{said}"
     );
+    for default in [["node", "node"], ["otlp_sample_percent", "100"]] {
+        assert!(lines.contains(&default.to_vec()), "{said}");
+    }
+    let said = says(&["--node", "eu-1", "--otlp-sample-percent", "5"]);
+    assert!(said.contains(" eu-1\n") && said.contains(" 5\n"), "{said}");
     assert!(!data.path().exists(), "it made the data folder");
     let path = |path: std::path::PathBuf| path.to_str().expect("UTF-8").to_owned();
     let file = path(data.write("belvedere.toml", "max_bakes = 99"));

@@ -68,9 +68,12 @@ const MOST_NAME: usize = 40;
 pub struct NotANodeName;
 
 impl NodeName {
+    /// What a node is called that nobody has named.
+    pub const UNLESS_SET: &str = "node";
+
     /// This run of the node.
     pub(super) fn run(name: Option<&Self>, number: u32) -> NodeId {
-        let name = name.map_or("node", |name| &name.0);
+        let name = name.map_or(Self::UNLESS_SET, |name| &name.0);
         let id = format!("{name}-{number:08x}");
         id.parse().expect("letters, digits and hyphens, few of them")
     }
