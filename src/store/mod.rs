@@ -270,7 +270,20 @@ impl BlobStore {
         }
     }
 
+    /// Loads a blob; what comes damaged from a bucket was perhaps changed on its way, and is read once more.
     async fn load(&self, name: &BlobName) -> Result<Arc<Representations>, Option<StoreError>> {
+        match self.load_once(name).await {
+            Err(Some(StoreError::Corrupt { .. } | StoreError::CorruptVariant { .. }))
+                if self.inner.folder.is_none() =>
+            {
+                tracing::warn!(%name, "a blob came damaged from the bucket; it is read again");
+                self.load_once(name).await
+            }
+            loaded => loaded,
+        }
+    }
+
+    async fn load_once(&self, name: &BlobName) -> Result<Arc<Representations>, Option<StoreError>> {
         let identity = self.read(&identity_key(name)).await.map_err(Some)?.ok_or(None)?;
         let input = identity.clone();
         let found = tokio::task::spawn_blocking(move || BlobHash::of(&input))

@@ -22,6 +22,8 @@ pub(crate) enum Fault {
     CutsBodies,
     /// A byte of each body is another one.
     ChangesBodies,
+    /// So is one of the next body, and of no other.
+    ChangesABody,
 }
 
 pub(crate) struct Faulty {
@@ -37,7 +39,14 @@ impl Faulty {
         let now = fault.clone();
         tokio::spawn(async move {
             while let Ok((stream, _)) = listener.accept().await {
-                let fault = *now.lock().unwrap();
+                let fault = {
+                    let mut now = now.lock().unwrap();
+                    let fault = *now;
+                    if fault == Fault::ChangesABody {
+                        *now = Fault::None;
+                    }
+                    fault
+                };
                 // Whoever breaks off has what it needs.
                 tokio::spawn(async move { _ = pass(stream, server, fault).await });
             }
@@ -68,7 +77,7 @@ async fn pass(mut client: TcpStream, server: SocketAddr, fault: Fault) -> std::i
     let gives_bytes = request.starts_with(b"GET ") && answer.len() > body;
     match fault {
         Fault::CutsBodies if gives_bytes => answer.truncate(body + (answer.len() - body) / 2),
-        Fault::ChangesBodies if gives_bytes => {
+        Fault::ChangesBodies | Fault::ChangesABody if gives_bytes => {
             let middle = body + (answer.len() - body) / 2;
             answer[middle] ^= 1;
         }

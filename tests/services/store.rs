@@ -81,6 +81,13 @@ async fn what_a_faulty_store_says_is_never_taken_for_bytes_nor_kept() {
         assert!(expected, "{fault:?}: {error}");
         assert!(store.in_memory(&name).is_none(), "{fault:?}");
     }
+    faulty.set(Fault::None);
+    let other = BlobStore::open_bucket(&at(&place, faulty.address), CACHE_BYTES)
+        .await
+        .unwrap();
+    faulty.set(Fault::ChangesABody);
+    let read = other.get(&name).await.unwrap().unwrap();
+    assert_eq!(read.identity.bytes, bytes, "it is read once more");
     // The bytes are right, and what is sent instead of them to most clients is not.
     faulty.set(Fault::None);
     let direct = object_store::aws::AmazonS3Builder::from_env()
