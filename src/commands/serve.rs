@@ -248,7 +248,9 @@ fn start_log(config: &Config, screen: Screen) -> anyhow::Result<()> {
     let filter = config
         .log
         .parse::<Targets>()?
-        .with_target("async_nats", LevelFilter::WARN);
+        .with_target("async_nats", LevelFilter::WARN)
+        // It tells each time that it has knocked in vain; that NATS is away is told once.
+        .with_target("async_nats::connector", LevelFilter::OFF);
     let lines = tracing_subscriber::fmt::layer().with_writer(screen);
     let lines = match config.log_format {
         LogFormat::Text => lines.boxed(),

@@ -269,6 +269,11 @@ async fn while_nats_is_away_sessions_go_on_within_their_node_and_say_so_and_then
         east.stand(json!([6.7, 1.5, 2.5])).await;
     })
     .await;
+    let (_, log) = a.stop();
+    for words in ["NATS is away", "NATS cannot be reached"] {
+        assert_eq!(log.matches(words).count(), 1, "{log}");
+    }
+    assert!(!log.contains("async_nats"), "{log}");
     drop(nats);
 }
 

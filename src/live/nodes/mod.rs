@@ -9,10 +9,10 @@ mod settings;
 mod subject;
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     sync::{
-        Arc, Mutex,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
     },
     time::Duration,
 };
@@ -94,7 +94,7 @@ impl Nodes {
         getrandom::fill(&mut number).context("the system gives no random numbers")?;
         let node = NodeName::run(settings.name.as_ref(), u32::from_le_bytes(number));
         let (answers, connected) = watch::channel(false);
-        let answered_or_said = AtomicBool::new(false);
+        let told = Mutex::default();
         let options = ConnectOptions::new()
             .name(node.to_string())
             .no_echo()
@@ -103,7 +103,7 @@ impl Nodes {
             .reconnect_delay_callback(|attempts| AGAIN * attempts.clamp(1, LONGEST_AGAIN) as u32)
             .retry_on_initial_connect()
             .event_callback(move |event| {
-                note(&answers, &answered_or_said, &event);
+                note(&answers, &told, &event);
                 std::future::ready(())
             });
         let client = options.connect(settings.nats.servers()).await;
@@ -176,13 +176,17 @@ impl Nodes {
     }
 }
 
-/// Something has become of the connection. Only changes are logged, and no addresses.
-fn note(answers: &watch::Sender<bool>, answered_or_said: &AtomicBool, event: &Event) {
+/// Something has become of the connection. Only changes are logged, and no addresses: each reason why NATS cannot be reached
+/// once until it answers, however often it is asked.
+fn note(answers: &watch::Sender<bool>, told: &Mutex<BTreeSet<String>>, event: &Event) {
+    let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
     let change = match event {
         Event::Connected => Some(true),
         Event::Disconnected | Event::Closed => Some(false),
-        Event::ClientError(_) if !answered_or_said.swap(true, Ordering::Relaxed) => {
-            tracing::info!("NATS does not answer yet: sessions go on within this node");
+        Event::ClientError(error) => {
+            if told.insert(error.to_string()) {
+                tracing::info!(%error, "NATS cannot be reached: sessions go on within this node");
+            }
             None
         }
         Event::SlowConsumer(_) => {
@@ -193,8 +197,8 @@ fn note(answers: &watch::Sender<bool>, answered_or_said: &AtomicBool, event: &Ev
     };
     if let Some(connected) = change.filter(|connected| *connected != *answers.borrow()) {
         answers.send_replace(connected);
-        answered_or_said.store(true, Ordering::Relaxed);
         if connected {
+            told.clear();
             tracing::info!("NATS answers");
         } else {
             tracing::info!("NATS is away: sessions go on within this node");
