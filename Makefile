@@ -9,7 +9,7 @@ EVALUATION ?=
 STREAMS ?=
 MINUTES ?= 20
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist evaluation streams soak dist bless clean
+.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist deny evaluation streams soak dist bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -53,6 +53,12 @@ test-private: viewer
 ## Whether what `make dist` packs is whole, and the same twice.
 test-dist:
 	tests/tools/dist.sh $(BINARY)
+
+## Whether licences, sources and known holes of all dependencies are as deny.toml has them. Asks for the list of holes over the network.
+deny:
+	@$(CARGO) deny --version >/dev/null 2>&1 || \
+		{ echo "cargo-deny is missing: cargo install --locked cargo-deny" >&2; exit 1; }
+	$(CARGO) deny check
 
 ## A release for this machine's kind: dist/belvedere-{version}-{target}.tar.gz and its .sha256. BINARY=path packs one that is
 ## built already. Paths of this machine are kept out of the program, so that others can build the same bytes.
