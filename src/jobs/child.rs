@@ -258,6 +258,15 @@ fn too_long(limit: Duration) -> Ended {
     ))
 }
 
+/// What to tell of a job that has waited for a place often enough.
+pub(super) fn given_up(absent: Absent) -> Failure {
+    Failure::new(
+        "unavailable",
+        "The server cannot do this now",
+        format!("{absent}; what the bake has found is kept, so another upload of the same scene goes on from there"),
+    )
+}
+
 /// What to tell of a child that was ended, or went down: by a limit, by a signal, or by a fault of the program.
 fn crashed(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) -> Option<Failure> {
     let over = |what: String| Some(Failure::new("bake-limit", "The bake went over a limit", what));

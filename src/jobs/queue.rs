@@ -26,7 +26,7 @@ use super::{
     child::{self, Ended},
     job::random,
 };
-use crate::{folder, place::Absent};
+use crate::folder;
 
 /// A job is its worker's for so long after it was last heard of.
 const LEASE_S: u32 = 30;
@@ -294,20 +294,11 @@ async fn run(jobs: Jobs, worker: String, job: Job, open: Arc<Open>) -> Option<Du
     let rests = matches!(ended, Ended::NoRoom | Ended::Absent(_));
     let rest = rests.then(|| NO_ROOM * 2_u32.pow(job.interrupted.min(MOST_INTERRUPTIONS)));
     let ended = match ended {
-        Ended::Absent(absent) if job.interrupted >= MOST_INTERRUPTIONS => Ended::Failed(given_up(absent)),
+        Ended::Absent(absent) if job.interrupted >= MOST_INTERRUPTIONS => Ended::Failed(child::given_up(absent)),
         ended => ended,
     };
     end(&jobs, &worker, &open, ended).await;
     rest
-}
-
-/// What to tell of a job that has waited often enough.
-fn given_up(absent: Absent) -> Failure {
-    Failure::new(
-        "unavailable",
-        "The server cannot do this now",
-        format!("{absent}; what the bake has found is kept, so another upload of the same scene goes on from there"),
-    )
 }
 
 /// Gets what was uploaded, unless the job ends here meanwhile.
