@@ -100,6 +100,8 @@ export const COST = 33;
 export const JUMP = 34;
 /** Nothing, a register. Where to go on follows, if that is 0. */
 export const JUMP_IF_NOT = 35;
+/** Nothing, a register. */
+export const CHECK = 36;
 
 /** Where a list is. */
 export const AMONG_LOCALS = 0;

@@ -312,13 +312,59 @@ class Compiler {
     const functions = [...reach.functions, rule];
     this.cost.levels = Math.max(this.cost.levels, functions.length);
     const given: number[] = [];
+    const defaults = call.missing.map((slot) => rule.formals[slot]?.initial?.of[0] as Expr);
+    // What is amiss with an argument must not be lost with it.
+    const give = (slot: number, expr: Expr, reach: Reach) => {
+      const register = this.value(expr, nesting, reach);
+      given[slot] = register;
+      if (!isThere(expr, reach) && ![rule.value.of, ...defaults].some((of) => shows(of, slot))) this.checked(register);
+    };
     call.slots.forEach((slot, i) => {
-      given[slot] = this.value(call.row.of[i] as Expr, nesting, reach);
+      give(slot, call.row.of[i] as Expr, reach);
     });
     const inner = { given, sites: [...reach.sites, call.site], functions };
-    for (const slot of call.missing) {
-      given[slot] = this.value(rule.formals[slot]?.initial?.of[0] as Expr, nesting, inner);
-    }
+    call.missing.forEach((slot, i) => {
+      give(slot, defaults[i] as Expr, inner);
+    });
     return this.value(rule.value.of, nesting, inner, to);
+  }
+
+  /** Code that gives up where a register holds no finite number. */
+  private checked(register: number): void {
+    const key = `${code.CHECK},${register}`;
+    if (this.known.has(key)) return;
+    this.emit(code.wordOf(code.CHECK, 0, register, 0));
+    if (this.forks === 0) this.known.set(key, register);
+  }
+}
+
+/** Whether an expression is a finite number before anything is computed, or a list. */
+function isThere(expr: Expr, reach: Reach): boolean {
+  if (expr.kind === "minus") return expr.of.kind === "number";
+  return (
+    expr.kind === "number" || expr.kind === "detail" || expr.kind === "level" || (expr.kind === "local" && !reach.given)
+  );
+}
+
+/** Whether what is not finite in a slot shows in the value of an expression, or is noticed on the way, whatever it computes. */
+function shows(of: Expr, slot: number): boolean {
+  switch (of.kind) {
+    case "local":
+      return of.slot === slot;
+    case "minus":
+    case "not":
+      return shows(of.of, slot);
+    case "binary":
+      return shows(of.left, slot) || shows(of.right, slot);
+    case "and":
+    case "or":
+      return shows(of.left, slot);
+    case "if":
+      return shows(of.condition, slot) || (shows(of.yes, slot) && shows(of.no, slot));
+    case "builtin":
+      return of.args.some((argument) => shows(argument.of, slot));
+    // Items are of lists; what calls are given is not looked at again.
+    default:
+      return false;
   }
 }

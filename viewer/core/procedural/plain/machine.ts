@@ -132,7 +132,7 @@ export class Machine {
 
   /**
    * Whether it came to its end in so many turns, which lie side by side in registers of that width. What is not finite shows in
-   * the results, but where it is compared or divided by.
+   * the results, but where it is compared, divided by, or given to a function that may not look at it.
    */
   private compute(
     words: Int32Array,
@@ -330,6 +330,9 @@ export class Machine {
         case 35 satisfies typeof code.JUMP_IF_NOT:
           if (amissIn(registers, a, 1) !== 0) return false;
           at = registers[a] === 0 ? (words[at] as number) : at + 1;
+          break;
+        case 36 satisfies typeof code.CHECK:
+          if (amissIn(registers, a, count) !== 0) return false;
           break;
       }
     }

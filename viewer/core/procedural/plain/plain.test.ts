@@ -173,6 +173,7 @@ const NODES = [
   "sqrt(A)",
   "f(A, B)",
   "k(b = A)",
+  "u(A, B)",
 ];
 
 it("is what a visit of its nodes gives, step by step", () => {
@@ -183,7 +184,7 @@ it("is what a visit of its nodes gives, step by step", () => {
     return node.replace(/\b[ABC]\b/g, () => expression(depth - 1));
   };
   const before = `let g = 7 let h = [4, -5, 6, [1, 2, 3]] function k(b, c = b + g) = c * random(b, c) + level
-    function f(x, z) = if x > z then k(x) - z else x + k(z, x)`;
+    function f(x, z) = if x > z then k(x) - z else x + k(z, x) function u(x, z, y = z / x) = if x > 0 then z else 3`;
   // Deeper than the lists before, so that the nesting is that of the heights.
   const field = (height: string) => `${before}\n{{{{ heights x, z in 4 by 4 steps 2 by 2 =\n${height} }}}}`;
   const outcome = (text: string) => {
