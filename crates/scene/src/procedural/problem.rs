@@ -238,10 +238,13 @@ pub enum Problem {
 pub(super) fn shown(number: f64) -> String {
     let size = number.abs();
     if size >= 1e21 || (size > 0.0 && size < 1e-6) {
-        format!("{number:e}")
-    } else {
-        number.to_string()
+        return format!("{number:e}");
     }
+    let shortest = number.to_string();
+    // Where two such lie equally near, JavaScript takes the one that ends with an even digit; so does rounding to as many.
+    let decimals = shortest.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let even = format!("{number:.decimals$}");
+    if even.parse() == Ok(number) { even } else { shortest }
 }
 
 /// What to write in place of a character that other languages have.
