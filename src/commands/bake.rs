@@ -124,7 +124,7 @@ async fn bake(args: Args) -> anyhow::Result<()> {
         scene: args.scene,
         title: args.title,
         input: BakeInput::File(args.file),
-        sowing: args.sowing.into(),
+        sowing: args.sowing.try_into()?,
         settings: BakeSettings {
             visibility: VisibilitySettings {
                 method: args.visibility,

@@ -19,7 +19,10 @@ use belvedere_bake::{
 };
 use belvedere_scene::{
     Bounds,
-    procedural::{Settings, limits::FINEST},
+    procedural::{
+        Settings,
+        limits::{FINEST, MAX_TEXT_BYTES},
+    },
 };
 use serde::Serialize;
 
@@ -27,7 +30,7 @@ use super::{
     output::{bytes, print, print_json},
     sowing::SowingArgs,
 };
-use crate::publish::source_files::SourceFolder;
+use crate::publish::source_files::{SourceFolder, read_named};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -39,7 +42,7 @@ pub(super) struct Args {
     #[command(flatten)]
     sowing: SowingArgs,
     /// The level of detail, from 0 (coarsest) to 4 (finest)
-    #[arg(long, default_value_t = FINEST, value_parser = clap::value_parser!(u32).range(0..=i64::from(FINEST)))]
+    #[arg(long, default_value_t = FINEST, value_parser = detail, allow_negative_numbers = true)]
     detail: u32,
     /// Print the report as JSON
     #[arg(long)]
@@ -75,9 +78,9 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
             output.display()
         );
     }
-    let read = fs::read(&args.file).with_context(|| format!("cannot read {}", args.file.display()))?;
+    let read = read_named(&args.file, (MAX_TEXT_BYTES as u64, "the most that rules may have"))?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
-    let Sowing { seed, parameters } = args.sowing.into();
+    let Sowing { seed, parameters } = args.sowing.try_into()?;
     let settings = Settings {
         seed,
         detail: args.detail,
@@ -101,6 +104,11 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         return print_json(&report);
     }
     print(&report.sentences(&name))
+}
+
+fn detail(text: &str) -> Result<u32, String> {
+    let detail = text.parse().ok().filter(|detail| *detail <= FINEST);
+    detail.ok_or_else(|| format!("a level of detail is a whole number from 0 to {FINEST}"))
 }
 
 impl Report {

@@ -1,5 +1,7 @@
 //! What are rules given on the command line? `--set NAME=VALUE` and `--seed`, the same for every command that grows them.
 
+use std::collections::BTreeMap;
+
 use belvedere_bake::import::procedural::Sowing;
 use belvedere_scene::procedural::Value;
 
@@ -9,22 +11,55 @@ pub(super) struct SowingArgs {
     #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
     set: Vec<(String, Value)>,
     /// Where the random numbers of rules come from
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u32,
 }
 
-impl From<SowingArgs> for Sowing {
-    fn from(args: SowingArgs) -> Self {
-        Self {
-            seed: args.seed,
-            parameters: args.set.into_iter().collect(),
+impl TryFrom<SowingArgs> for Sowing {
+    type Error = anyhow::Error;
+
+    fn try_from(args: SowingArgs) -> anyhow::Result<Self> {
+        let mut parameters = BTreeMap::new();
+        for (name, value) in args.set {
+            anyhow::ensure!(
+                !parameters.contains_key(&name),
+                "`--set {name}=…` is given twice; remove one of the two"
+            );
+            parameters.insert(name, value);
         }
+        let seed = args.seed;
+        Ok(Self { seed, parameters })
     }
+}
+
+fn seed(text: &str) -> Result<u32, String> {
+    text.parse()
+        .map_err(|_| format!("a seed is a whole number from 0 to {}", u32::MAX))
 }
 
 fn parameter(text: &str) -> Result<(String, Value), String> {
     let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
+    if name.trim().is_empty() {
+        return Err("before `=` the name of a parameter is missing; write NAME=VALUE".to_owned());
+    }
     let json = serde_json::from_str(value).map_err(|_| format!("`{value}` is neither a number nor a list"))?;
     let value = Value::from_json(&json).ok_or_else(|| format!("`{value}` is neither a number nor a list of them"))?;
     Ok((name.trim().to_owned(), value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{parameter, seed};
+
+    #[test]
+    fn a_wrong_seed_or_parameter_is_told_what_it_should_be() {
+        assert_eq!(seed("4294967295"), Ok(u32::MAX));
+        for wrong in ["-1", "abc", "4294967296", "1.5", ""] {
+            assert!(seed(wrong).unwrap_err().contains("0 to 4294967295"), "{wrong}");
+        }
+        assert_eq!(parameter("height=12").unwrap().0, "height");
+        for wrong in ["=3", " = 3", "height"] {
+            assert!(parameter(wrong).unwrap_err().contains("NAME=VALUE"), "{wrong}");
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Which files beside the source did the importer read? Reads them from one folder, never from outside it, or from what
 //! is built into the program, and remembers their hashes so that an unchanged source is not baked again.
-//! And what is a file without an extension?
+//! And what is a file without an extension, and how much of a file that somebody names is read?
 
 use std::{
     borrow::Cow,
@@ -9,6 +9,7 @@ use std::{
     sync::Mutex,
 };
 
+use anyhow::Context;
 use belvedere_bake::import::{FileError, SourceFiles};
 use belvedere_scene::BlobHash;
 
@@ -112,6 +113,31 @@ impl SourceFiles for SourceFolder {
     }
 }
 
+/// What sets the limit of a source where no option does.
+pub(crate) const MOST_OF_A_SOURCE: &str = "the most that a source may have";
+
+/// A file that somebody named: a regular one, of at most so many bytes; `of` says what sets that limit.
+pub(crate) fn read_named(path: &Path, (limit, of): (u64, &str)) -> anyhow::Result<Vec<u8>> {
+    let shown = path.display();
+    let cannot = || format!("cannot read {shown}");
+    // Asked before it is opened, which would wait for who writes into a pipe.
+    let about = std::fs::metadata(path).with_context(cannot)?;
+    anyhow::ensure!(about.is_file(), "{shown} is not a regular file");
+    let too_large = |found: String| anyhow::anyhow!("{shown} has {found} bytes; the limit is {limit} ({of})");
+    if about.len() > limit {
+        return Err(too_large(about.len().to_string()));
+    }
+    let mut bytes = Vec::with_capacity(usize::try_from(about.len()).unwrap_or_default());
+    let file = std::fs::File::open(path).with_context(cannot)?;
+    file.take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .with_context(cannot)?;
+    if bytes.len() as u64 > limit {
+        return Err(too_large(format!("more than {limit}")));
+    }
+    Ok(bytes)
+}
+
 /// The file's name, with an extension where it has none and its content does not begin as what glTF comes in: texts are
 /// told apart by their names, and an upload may have come without one. Floor plans have rows of walls, rules do not.
 pub(crate) fn told_apart<'a>(file_name: &'a str, bytes: &[u8]) -> Cow<'a, str> {
@@ -128,7 +154,28 @@ pub(crate) fn told_apart<'a>(file_name: &'a str, bytes: &[u8]) -> Cow<'a, str> {
 
 #[cfg(test)]
 mod tests {
-    use super::told_apart;
+    use super::{read_named, told_apart};
+
+    #[test]
+    fn what_is_no_file_or_too_large_is_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.dcg");
+        std::fs::write(&file, "box(1, 1, 1)").unwrap();
+        assert_eq!(read_named(&file, (12, "a test")).unwrap(), b"box(1, 1, 1)");
+        let error = read_named(&file, (11, "a test")).unwrap_err().to_string();
+        assert!(
+            error.ends_with("a.dcg has 12 bytes; the limit is 11 (a test)"),
+            "{error}"
+        );
+        let endless = folder.path().join("endless.dcg");
+        std::os::unix::fs::symlink("/dev/zero", &endless).unwrap();
+        for no_file in [folder.path(), &endless] {
+            let error = read_named(no_file, (11, "a test")).unwrap_err().to_string();
+            assert!(error.ends_with("is not a regular file"), "{error}");
+        }
+        let error = read_named(&folder.path().join("b.dcg"), (11, "a test")).unwrap_err();
+        assert!(error.to_string().starts_with("cannot read"), "{error}");
+    }
 
     #[test]
     fn texts_without_an_extension_are_told_apart_by_their_content() {

@@ -7,7 +7,7 @@ use belvedere_scene::{
 };
 use serde_json::Value;
 
-use crate::program::Data;
+use crate::program::{Data, text};
 
 const HUT: &str = "
 import \"post.dcg\" as post
@@ -45,6 +45,35 @@ fn grow_writes_a_glb_and_says_what_it_took() {
     ] {
         let error = data.fails(&["grow", &file, "--set", argument]);
         assert!(error.contains(wanted), "{error}");
+    }
+}
+
+#[test]
+fn grow_says_what_its_options_take_and_reads_no_device() {
+    let data = Data::new();
+    let file = files(&data);
+    for (option, value, wanted) in [
+        ("--seed", "-1", "from 0 to 4294967295"),
+        ("--seed", "abc", "from 0 to 4294967295"),
+        ("--detail", "-1", "from 0 to 4"),
+        ("--detail", "5", "from 0 to 4"),
+        ("--set", "=3", "the name of a parameter is missing"),
+    ] {
+        let refused = data.run(&["grow", &file, option, value]);
+        let said = text(&refused.stderr);
+        assert!(
+            refused.status.code() == Some(2) && said.contains(wanted),
+            "{option} {value}: {said}"
+        );
+    }
+    let twice = data.fails(&["grow", &file, "--set", "size=3", "--set", "size=4"]);
+    assert!(twice.contains("`--set size=…` is given twice"), "{twice}");
+    let endless = data.folder("endless.dcg");
+    std::os::unix::fs::symlink("/dev/zero", &endless).expect("a link");
+    let endless = endless.to_str().expect("UTF-8");
+    for command in [&["grow", endless][..], &["mesh", "lod", endless]] {
+        let error = data.fails(command);
+        assert!(error.contains("endless.dcg is not a regular file"), "{error}");
     }
 }
 

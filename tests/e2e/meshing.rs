@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::program::Data;
+use crate::program::{Data, text};
 
 /// A bumpy sheet of n × n quads as a glTF with its buffer beside it.
 fn sheet(data: &Data, n: u32) -> String {
@@ -90,6 +90,71 @@ fn a_larger_error_on_the_screen_brings_levels_nearer() {
         levels(&report)[1]["switch_distance_m"].as_f64().expect("a number")
     };
     assert!((distance("1%") / distance("2%") - 2.0).abs() < 1e-9);
+}
+
+/// A triangle and a line, each a mesh of its own, over the same three vertices.
+fn triangle_and_line(data: &Data) -> String {
+    let corners = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    data.write("both.bin", corners.map(f32::to_le_bytes).concat());
+    let gltf = json!({
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "both.bin", "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "meshes": [
+            {"name": "sail", "primitives": [{"attributes": {"POSITION": 0}}]},
+            {"name": "rope", "primitives": [{"attributes": {"POSITION": 0}, "mode": 3}]},
+        ],
+        "nodes": [{"mesh": 0}, {"mesh": 1}],
+        "scenes": [{"nodes": [0, 1]}],
+    });
+    let file = data.write("both.gltf", gltf.to_string());
+    file.to_str().expect("a path in UTF-8").to_owned()
+}
+
+#[test]
+fn mesh_smooth_names_what_it_leaves_out() {
+    let data = Data::new();
+    let file = triangle_and_line(&data);
+    let printed = data.ok(&["mesh", "smooth", &file]);
+    assert!(
+        printed.contains("rope: skipped, it has lines or points only"),
+        "{printed}"
+    );
+    let report: Value = serde_json::from_str(&data.ok(&["mesh", "smooth", &file, "--json"])).expect("JSON");
+    assert_eq!(report["skipped"], json!(["rope"]));
+    assert_eq!(report["meshes"].as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn mesh_decode_says_what_a_cut_stream_lacks() {
+    let data = Data::new();
+    let file = sheet(&data, 8);
+    let folder = data.folder("smooth");
+    data.ok(&["mesh", "smooth", &file, "-o", folder.to_str().expect("UTF-8")]);
+    let stream = std::fs::read(folder.join("m0.slod")).expect("a stream");
+    let (out, all) = (data.folder("out.glb"), stream.len());
+    let decode = |length: usize| {
+        let cut = data.write("cut.slod", &stream[..length]);
+        let args = [
+            "mesh",
+            "decode",
+            cut.to_str().expect("UTF-8"),
+            "-o",
+            out.to_str().expect("UTF-8"),
+        ];
+        let output = data.run(&args);
+        (output.status.code(), text(&output.stderr))
+    };
+    for length in [0, 3, 20] {
+        let (code, said) = decode(length);
+        let wanted = format!("its header is not whole in {length} bytes");
+        assert!(code == Some(1) && said.contains(&wanted) && !out.exists(), "{said}");
+    }
+    let (code, said) = decode(all - 1);
+    let wanted = format!("{} of {all} bytes: the mesh is not whole yet", all - 1);
+    assert!(code == Some(0) && said.contains(&wanted) && out.exists(), "{said}");
+    assert_eq!(decode(all), (Some(0), String::new()));
 }
 
 #[test]

@@ -18,7 +18,7 @@ use super::super::{
     grow,
     output::{bytes, print, print_json},
 };
-use crate::publish::source_files::SourceFolder;
+use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
 
 /// What a source file holds, before anything is baked.
 #[derive(Debug, Serialize)]
@@ -37,11 +37,12 @@ struct FileReport {
 }
 
 pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
-    let bytes_read = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let limits = Limits::default();
+    let bytes_read = read_named(file, (limits.memory_bytes, MOST_OF_A_SOURCE))?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let ground = Ground {
         files: &SourceFolder::beside(file),
-        limits: &Limits::default(),
+        limits: &limits,
         progress: &Silent,
     };
     let (imported, growth) = if name.ends_with(".dcg") {

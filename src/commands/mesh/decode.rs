@@ -11,7 +11,10 @@ use belvedere_scene::smooth::{Decoder, Snapshot, thesis};
 use serde_json::json;
 
 use super::eye;
-use crate::commands::output::{bytes, print};
+use crate::{
+    commands::output::{bytes, print},
+    publish::source_files::read_named,
+};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -32,7 +35,7 @@ pub(super) struct Args {
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let shown = args.file.display();
-    let stream = std::fs::read(&args.file).with_context(|| format!("cannot read {shown}"))?;
+    let stream = read_named(&args.file, (args.memory_mib << 20, "--memory-mib"))?;
     let wanted = args.bytes.unwrap_or(stream.len());
     let beginning = stream
         .get(..wanted)
@@ -62,6 +65,15 @@ fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Optio
     }
     let mut decoder = Decoder::new(args.memory_mib << 20);
     decoder.push(beginning)?;
+    anyhow::ensure!(
+        decoder.header().is_some(),
+        "its header is not whole in {} bytes: there is no mesh in them yet",
+        beginning.len()
+    );
+    if !decoder.is_complete() {
+        let all = decoder.header().map_or(0, |header| header.total_bytes);
+        eprintln!("{} of {all} bytes: the mesh is not whole yet", beginning.len());
+    }
     Ok(match args.eye.look(&decoder) {
         Some((snapshot, seen)) => (snapshot, Some(seen)),
         None => (decoder.snapshot(), None),

@@ -14,7 +14,7 @@ use belvedere_bake::{
     source::SourceScene,
 };
 
-use crate::publish::source_files::SourceFolder;
+use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -42,9 +42,10 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
 
 /// Reads a scene with all that stands beside it.
 fn read_scene(file: &Path) -> anyhow::Result<SourceScene> {
-    let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let limits = Limits::default();
+    let bytes = read_named(file, (limits.memory_bytes, MOST_OF_A_SOURCE))?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let imported = import::import(&name, bytes, &SourceFolder::beside(file), &Limits::default(), &Silent)
+    let imported = import::import(&name, bytes, &SourceFolder::beside(file), &limits, &Silent)
         .with_context(|| format!("cannot import {name}"))?;
     Ok(imported.scene)
 }

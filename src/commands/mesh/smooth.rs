@@ -48,6 +48,8 @@ const LARGEST_M: f32 = 1e9;
 #[derive(Debug, Serialize)]
 struct Report {
     meshes: Vec<MeshReport>,
+    /// Names of meshes of lines and points, which have none.
+    skipped: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -81,8 +83,14 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
-    let with_triangles = scene.models.iter().enumerate().filter(|(_, m)| m.triangle_count() > 0);
+    let (with_triangles, without): (Vec<_>, Vec<_>) = scene
+        .models
+        .iter()
+        .enumerate()
+        .partition(|(_, model)| model.triangle_count() > 0);
+    let skipped: Vec<String> = without.into_iter().map(|(_, model)| model.name.clone()).collect();
     let meshes = with_triangles
+        .into_iter()
         .map(|(number, model)| report(number, model, &args))
         .collect::<anyhow::Result<Vec<_>>>()?;
     anyhow::ensure!(
@@ -91,7 +99,10 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         args.file.display()
     );
     if args.json {
-        return print_json(&Report { meshes });
+        return print_json(&Report { meshes, skipped });
+    }
+    for name in &skipped {
+        print(&format!("{name}: skipped, it has lines or points only"))?;
     }
     print(&summary(&meshes))
 }
