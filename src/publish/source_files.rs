@@ -111,7 +111,20 @@ impl SourceFiles for SourceFolder {
             .push(file);
         opened
     }
+
+    fn names(&self, relative: &str) -> Vec<String> {
+        let inside = || {
+            let root = self.root.as_ref()?.canonicalize().ok()?;
+            let folder = root.join(relative).canonicalize().ok()?;
+            folder.starts_with(&root).then_some(folder)?.read_dir().ok()
+        };
+        let files = inside().into_iter().flatten().take(MOST_NAMES).flatten();
+        files.filter_map(|file| file.file_name().into_string().ok()).collect()
+    }
 }
+
+/// Most files of a folder that are looked at to find one that was meant.
+const MOST_NAMES: usize = 4096;
 
 /// What sets the limit of a source where no option does.
 pub(crate) const MOST_OF_A_SOURCE: &str = "the most that a source may have";

@@ -66,6 +66,21 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
             "{option} {value}: {said}"
         );
     }
+    for (rules, wanted) in [
+        (
+            "import \"pots.dcg\" as post",
+            "there is no such file; did you mean \"post.dcg\"?",
+        ),
+        ("model \"bench.glb\"", "there is no such file in the source's folder"),
+        (
+            "import \"post.dcg\" as post post.rail(2)",
+            "`rail` is not a rule of \"post.dcg\"; it declares none",
+        ),
+    ] {
+        let file = data.write("wrong.dcg", rules);
+        let error = data.fails(&["grow", file.to_str().expect("UTF-8")]);
+        assert!(error.contains(wanted), "{error}");
+    }
     let twice = data.fails(&["grow", &file, "--set", "size=3", "--set", "size=4"]);
     assert!(twice.contains("`--set size=…` is given twice"), "{twice}");
     let endless = data.folder("endless.dcg");

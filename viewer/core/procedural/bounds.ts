@@ -110,9 +110,20 @@ function num(numbers: Float64Array, at: number): number {
   return numbers[at] as number;
 }
 
-/** Whether `inner` reaches out of `outer`. */
-export function exceeds(inner: Bounds, outer: Bounds): boolean {
+const TOWARDS = ["-x", "-y", "-z", "+x", "+y", "+z"] as const;
+
+/** Where most of `inner` is outside of `outer`, and how far it reaches out there, in whole millimetres. */
+export function beyond(inner: Bounds, outer: Bounds): { towards: string; byM: number } | undefined {
   const diagonal = Math.hypot(...outer.max.map((v, i) => v - (outer.min[i] as number)));
   const slack = SLACK * (1 + diagonal);
-  return ([0, 1, 2] as const).some((i) => inner.min[i] < outer.min[i] - slack || inner.max[i] > outer.max[i] + slack);
+  let most = slack;
+  let found: string | undefined;
+  TOWARDS.forEach((towards, side) => {
+    const axis = (side % 3) as 0 | 1 | 2;
+    const by = side < 3 ? outer.min[axis] - inner.min[axis] : inner.max[axis] - outer.max[axis];
+    if (by <= most) return;
+    most = by;
+    found = towards;
+  });
+  return found === undefined ? undefined : { towards: found, byM: Math.ceil(1000 * most) / 1000 };
 }

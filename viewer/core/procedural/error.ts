@@ -59,6 +59,31 @@ export function unknown(kind: string, name: string, known: Iterable<string>): st
   return `\`${name}\` is not ${article} ${kind} here${suggestion === undefined ? "" : `; did you mean \`${suggestion}\`?`}`;
 }
 
+/** Most names that a message lists. */
+const MOST_LISTED = 12;
+
+/** A name that was meant, or all that there are. */
+function meant(name: string, takes: string, known: readonly string[]): string {
+  const suggestion = nearest(name, known);
+  if (suggestion !== undefined) return `did you mean \`${suggestion}\`?`;
+  if (known.length === 0) return `it ${takes} none`;
+  const names = known.slice(0, MOST_LISTED).map((name) => `\`${name}\``);
+  return `it ${takes} ${names.join(", ")}${known.length > MOST_LISTED ? ", …" : ""}`;
+}
+
+/** Of a name that the file does not declare of which it is asked. */
+export function unknownOfFile(kind: string, name: string, file: string, known: readonly string[]): string {
+  return `\`${name}\` is not a ${kind} of "${file}"; ${meant(name, "declares", known)}`;
+}
+
+export function unknownArgument(name: string, callee: string, known: readonly string[]): string {
+  return `\`${name}\` is not a parameter of \`${callee}\`; ${meant(name, "takes", known)}`;
+}
+
+export function beyondDeclared(part: string, towards: string, byM: number): string {
+  return `part \`${part}\` reaches ${shown(byM)} m beyond what it declares with \`within\`, towards ${towards}; widen that`;
+}
+
 export function expected(what: string, found: string): string {
   return `expected ${what}, found ${found}`;
 }
@@ -152,7 +177,18 @@ const IN_PLACE_OF: readonly (readonly [characters: string, wayOut: string])[] = 
   ["×", "write `*`"],
 ];
 
+/** Blanks that are none of the language, and what has no picture at all. */
+const UNSEEN = /^[\p{Cc}\u00a0\u00ad\u1680\u180e\u2000-\u200f\u2028-\u202f\u205f-\u2064\u3000\ufeff]$/u;
+
 export function noWord(character: string): string {
-  const known = IN_PLACE_OF.find(([characters]) => characters.includes(character));
-  return `\`${character}\` means nothing here; ${known?.[1] ?? "comments begin with `//`, colours with `#`"}`;
+  if (UNSEEN.test(character)) {
+    const number = character.codePointAt(0)?.toString(16).toUpperCase().padStart(4, "0");
+    return `U+${number} means nothing here; write a space in its place, or nothing`;
+  }
+  const known = IN_PLACE_OF.find(([characters]) => characters.includes(character))?.[1];
+  const isLetter = /^\p{Alphabetic}$/u.test(character);
+  const otherwise = isLetter
+    ? "names are made of the letters a to z, digits and `_`"
+    : "comments begin with `//`, colours with `#`";
+  return `\`${character}\` means nothing here; ${known ?? otherwise}`;
 }

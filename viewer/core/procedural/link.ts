@@ -1,5 +1,15 @@
 /** What does each name of a file lead to? As `crates/scene/src/procedural/link.rs`. */
-import { argumentTwice, DcgError, Fault, missingArgument, otherKind, tooManyArguments, unknown } from "./error.ts";
+import {
+  argumentTwice,
+  DcgError,
+  Fault,
+  missingArgument,
+  otherKind,
+  tooManyArguments,
+  unknown,
+  unknownArgument,
+  unknownOfFile,
+} from "./error.ts";
 import { MAX_MODULES, reached } from "./limits.ts";
 import { parse } from "./parser/index.ts";
 import { SOLIDS, solidNamed } from "./solid/kinds.ts";
@@ -157,7 +167,7 @@ function unknownCall(module: Module, call: Call): string {
   const is = otherKindOf(module, call);
   if (is) return otherKind(call.name, is, call.wanted);
   // Of an imported file only what it has itself can be called.
-  if (call.alias !== undefined) return unknown(call.wanted, call.name, known);
+  if (call.alias !== undefined) return unknownOfFile(call.wanted, call.name, module.file, known);
   if (call.wanted === "rule") {
     known.push(...module.imports.map((item) => item.alias), ...Object.keys(SOLIDS), ...TRANSFORMS);
   }
@@ -173,7 +183,7 @@ function give(call: Call, formals: readonly Formal[]): void {
     const place = name === undefined ? i : formals.findIndex((formal) => formal.name === name);
     if (name !== undefined && place < 0) {
       const known = formals.map((formal) => formal.name);
-      throw new Fault(argument.at, unknown("parameter of what is called", name, known));
+      throw new Fault(argument.at, unknownArgument(name, call.name, known));
     }
     const formal = formals[place];
     if (!formal) throw new Fault(argument.at, tooManyArguments(call.name, formals.length));

@@ -83,6 +83,13 @@ pub trait SourceFiles {
     /// # Errors
     /// When there is no such file, or it is too large, or cannot be read.
     fn read(&self, relative: &str, max_bytes: u64) -> Result<Vec<u8>, FileError>;
+
+    /// Names of files in a folder below it, as `relative` says it (empty: that folder itself), for who looks for one that is
+    /// not there; none where they may not be listed.
+    fn names(&self, relative: &str) -> Vec<String> {
+        let _ = relative;
+        Vec::new()
+    }
 }
 
 /// No files beside the source: whatever it needs must be inside of it.

@@ -242,12 +242,18 @@ impl Program {
             let (name, wanted) = (call.name.clone(), kind);
             return Problem::OtherKind { name, is, wanted };
         }
-        let suggestion = nearest(&call.name, names);
-        Problem::Unknown {
-            kind,
-            name: call.name.clone(),
-            suggestion,
+        let name = call.name.clone();
+        let suggestion = nearest(&call.name, names.iter().copied());
+        if call.module.is_some() {
+            return Problem::UnknownOfFile {
+                kind,
+                name,
+                file: self.modules[module].file.clone(),
+                suggestion,
+                known: names.into_iter().map(str::to_owned).collect(),
+            };
         }
+        Problem::Unknown { kind, name, suggestion }
     }
 }
 
@@ -261,16 +267,14 @@ fn given(call: &Call, formals: &[&Formal]) -> Result<Vec<Option<usize>>, (At, Pr
         let place = match &argument.name {
             None => i,
             Some(name) => formals.iter().position(|formal| formal.name == *name).ok_or_else(|| {
-                let names = formals.iter().map(|formal| formal.name.as_str());
-                let (kind, suggestion) = ("parameter of what is called", nearest(name, names));
-                (
-                    argument.value.at,
-                    Problem::Unknown {
-                        kind,
-                        name: name.clone(),
-                        suggestion,
-                    },
-                )
+                let known = formals.iter().map(|formal| formal.name.clone());
+                let problem = Problem::UnknownArgument {
+                    name: name.clone(),
+                    callee: call.name.clone(),
+                    suggestion: nearest(name, formals.iter().map(|formal| formal.name.as_str())),
+                    known: known.collect(),
+                };
+                (argument.value.at, problem)
             })?,
         };
         match given.get_mut(place) {

@@ -44,4 +44,5 @@ pub use link::{Loader, NoImports, Program};
 pub use problem::Problem;
 pub use recipe::Recipe;
 pub use solid::Mesh;
+pub use spelling::nearest;
 pub use value::Value;

@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Problem {
     /// A character that means nothing.
-    #[error("`{0}` means nothing here; {way_out}", way_out = in_place_of(*.0))]
+    #[error("{shown} means nothing here; {way_out}", shown = character(*.0), way_out = in_place_of(*.0))]
     Character(char),
     /// A comment as other languages have it.
     #[error("comments begin with `//` and end with their line")]
@@ -77,6 +77,33 @@ pub enum Problem {
         name: String,
         /// A known name like it.
         suggestion: Option<String>,
+    },
+    /// A name that the file does not declare of which it is asked.
+    #[error("`{name}` is not {kind} of \"{file}\"; {way_out}", kind = with_article(.kind),
+        way_out = meant(.suggestion, "declares", .known))]
+    UnknownOfFile {
+        /// What was looked for.
+        kind: &'static str,
+        /// The name.
+        name: String,
+        /// The file.
+        file: String,
+        /// A known name like it.
+        suggestion: Option<String>,
+        /// What it declares.
+        known: Vec<String>,
+    },
+    /// An argument that what is called does not take.
+    #[error("`{name}` is not a parameter of `{callee}`; {way_out}", way_out = meant(.suggestion, "takes", .known))]
+    UnknownArgument {
+        /// The name.
+        name: String,
+        /// What is called.
+        callee: String,
+        /// A known name like it.
+        suggestion: Option<String>,
+        /// What it takes.
+        known: Vec<String>,
     },
     /// A name given twice.
     #[error("`{name}` was already given on line {first_line}; rename one of the two")]
@@ -230,8 +257,15 @@ pub enum Problem {
     )]
     NoPhase,
     /// Geometry outside of what was declared.
-    #[error("part `{0}` reaches beyond what it declares with `within`; widen that")]
-    BeyondDeclared(String),
+    #[error("part `{part}` reaches {by} m beyond what it declares with `within`, towards {towards}; widen that", by = shown(*.by_m))]
+    BeyondDeclared {
+        /// Its name.
+        part: String,
+        /// Where most of it is outside.
+        towards: &'static str,
+        /// How far it reaches out there.
+        by_m: f64,
+    },
 }
 
 /// A number with few digits, as JavaScript writes it but for the `+` of large exponents.
@@ -245,6 +279,38 @@ pub(super) fn shown(number: f64) -> String {
     let decimals = shortest.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let even = format!("{number:.decimals$}");
     if even.parse() == Ok(number) { even } else { shortest }
+}
+
+/// Most names that a message lists.
+const MOST_LISTED: usize = 12;
+
+/// A name that was meant, or all that there are.
+fn meant(suggestion: &Option<String>, takes: &str, known: &[String]) -> String {
+    if let Some(name) = suggestion {
+        return format!("did you mean `{name}`?");
+    }
+    if known.is_empty() {
+        return format!("it {takes} none");
+    }
+    let names: Vec<_> = known.iter().take(MOST_LISTED).map(|name| quoted(name)).collect();
+    let more = if known.len() > MOST_LISTED { ", …" } else { "" };
+    format!("it {takes} {}{more}", names.join(", "))
+}
+
+/// A character as it is, or by its number where one would not see it.
+fn character(character: char) -> String {
+    if is_unseen(character) {
+        format!("U+{:04X}", u32::from(character))
+    } else {
+        format!("`{character}`")
+    }
+}
+
+/// Blanks that are none of the language, and what has no picture at all.
+fn is_unseen(character: char) -> bool {
+    character.is_control()
+        || matches!(character, '\u{a0}' | '\u{ad}' | '\u{1680}' | '\u{180e}' | '\u{2000}'..='\u{200f}' | '\u{2028}'..='\u{202f}'
+            | '\u{205f}'..='\u{2064}' | '\u{3000}' | '\u{feff}')
 }
 
 /// What to write in place of a character that other languages have.
@@ -262,6 +328,8 @@ fn in_place_of(character: char) -> &'static str {
         '\'' | '“' | '”' | '„' | '‘' | '’' => "texts stand between `\"`",
         '−' | '–' => "write `-`",
         '×' => "write `*`",
+        _ if is_unseen(character) => "write a space in its place, or nothing",
+        _ if character.is_alphabetic() => "names are made of the letters a to z, digits and `_`",
         _ => "comments begin with `//`, colours with `#`",
     }
 }

@@ -1,7 +1,8 @@
 //! Which known name was meant?
 
 /// The known name that is most like this one, when one is like it: at most a third of its letters differ.
-pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+#[must_use]
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let most = name.chars().count().div_ceil(3);
     let distances = known.into_iter().map(|known| (distance(name, known), known));
     distances

@@ -1,12 +1,13 @@
 /** What is shared? Parts and files are pieces of their own, made once for equal calls. As `crates/scene/src/procedural/evaluator/part.rs`. */
-import { type Bounds, exceeds, Reach } from "../bounds.ts";
-import { unknown } from "../error.ts";
+import type { Vector } from "../affine.ts";
+import { type Bounds, beyond, Reach } from "../bounds.ts";
+import { beyondDeclared, unknown } from "../error.ts";
 import { Known } from "../known.ts";
 import { type Amounts, reached } from "../limits.ts";
 import type { Program } from "../link.ts";
 import type { Scope } from "../plain/machine.ts";
 import { stepName } from "../random.ts";
-import type { At, Call, Rule, Statement } from "../syntax.ts";
+import type { At, Call, Rule, Statement, Written } from "../syntax.ts";
 import { sizesOf, stepValue, type Value } from "../value.ts";
 import { Materials } from "./materials.ts";
 import type { Given, Instance } from "./modules.ts";
@@ -104,12 +105,10 @@ export abstract class Parts extends Materials {
       known.index = part;
       this.notePhase(part, rule.formals);
       const scope = { ...inner, path };
-      const declared = rule.within?.map(({ at, of }) => this.point3(scope, at, this.value(scope, at, of)));
+      const declared = this.declaredBounds(scope, rule);
       this.inside(part, turtle, true, (within) => this.visit(scope, within, rule.body));
-      if (declared && exceeds(this.boundsOf(part), around(declared))) {
-        const problem = `part \`${rule.name}\` reaches beyond what it declares with \`within\`; widen that`;
-        throw this.error(inner.module, rule.at, problem);
-      }
+      const reach = declared && beyond(this.boundsOf(part), declared);
+      if (reach) throw this.error(inner.module, rule.at, beyondDeclared(rule.name, reach.towards, reach.byM));
       this.finish(part);
     } else if (!this.account(part).finished) {
       const wayOut = "count them down and stop with `if`";
@@ -120,6 +119,16 @@ export abstract class Parts extends Materials {
       );
     }
     this.placeKnown(caller, call.at, turtle, part);
+  }
+
+  private declaredBounds(scope: Scope, { within }: Rule): Bounds | undefined {
+    if (!within) return undefined;
+    const corner = ({ at, of }: Written) => this.point3(scope, at, this.value(scope, at, of)) as Vector;
+    const [min, max] = [corner(within[0]), corner(within[1])];
+    if (min[0] > max[0] || min[1] > max[1] || min[2] > max[2]) {
+      throw this.error(scope.module, within[0].at, "this box must be from the least x, y and z to the most");
+    }
+    return { min, max };
   }
 
   /** A box around what is in a part: tight around its own triangles, not so around what it places. */
@@ -229,11 +238,4 @@ export abstract class Parts extends Materials {
     this.growing(this.part).placements.push({ part, frame: this.turtles.frame(turtle) });
     this.reach(this.part).placed(this.reach(part), this.turtles.numbers, turtle);
   }
-}
-
-/** A box around points. */
-function around(points: readonly (readonly number[])[]): Bounds {
-  const reach = new Reach();
-  for (const [x = 0, y = 0, z = 0] of points) reach.point(x, y, z);
-  return reach.bounds;
 }

@@ -17,7 +17,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
-use belvedere_scene::procedural::{DcgError, Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow};
+use belvedere_scene::procedural::{
+    DcgError, Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow, nearest,
+};
 
 use super::uri::relative_path;
 use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles};
@@ -174,6 +176,24 @@ impl<'a> Beside<'a> {
         })
     }
 
+    /// Why a file that rules name as `relative` was not read, and which they may have meant.
+    fn told(&self, relative: &str, path: &str, cause: &FileError) -> String {
+        if !matches!(cause, FileError::Missing) {
+            return cause.to_string();
+        }
+        let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+        let names = self.files.names(folder);
+        if let Some(meant) = nearest(name, names.iter().map(String::as_str)) {
+            let written = relative.rsplit_once('/').map_or("", |(folder, _)| folder);
+            let slash = if written.is_empty() { "" } else { "/" };
+            return format!("{cause}; did you mean \"{written}{slash}{meant}\"?");
+        }
+        match folder {
+            "" => format!("{cause} in the source's folder"),
+            _ => format!("{cause} in \"{folder}\", below the source's folder"),
+        }
+    }
+
     /// A glTF file that rules place. Rules in it are not grown.
     fn import(&self, relative: &str, program: &Program, ground: Ground) -> Result<Imported, ImportError> {
         let missing = |reason: String| ImportError::Rules(program.model_error(relative, reason));
@@ -184,7 +204,7 @@ impl<'a> Beside<'a> {
         let bytes = self
             .files
             .read(&path, ground.limits.memory_bytes)
-            .map_err(|cause| missing(cause.to_string()))?;
+            .map_err(|cause| missing(self.told(relative, &path, &cause)))?;
         let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
         let files = Below {
             folder,
@@ -205,12 +225,12 @@ impl<'a> Beside<'a> {
 const OUTSIDE: &str = "it lies outside of the source's folder: put it beside the source";
 
 impl Loader for Beside<'_> {
-    fn load(&self, path: &str) -> Result<String, String> {
-        let path = self.path(path).ok_or(OUTSIDE)?;
+    fn load(&self, relative: &str) -> Result<String, String> {
+        let path = self.path(relative).ok_or(OUTSIDE)?;
         let bytes = self
             .files
             .read(&path, MAX_TEXT_BYTES as u64)
-            .map_err(|cause| cause.to_string())?;
+            .map_err(|cause| self.told(relative, &path, &cause))?;
         DcgError::text_of(&path, bytes).map_err(|error| {
             let DcgError {
                 line, column, problem, ..
@@ -232,5 +252,11 @@ impl SourceFiles for Below<'_> {
             return self.files.read(relative, max_bytes);
         }
         self.files.read(&format!("{}/{relative}", self.folder), max_bytes)
+    }
+
+    fn names(&self, relative: &str) -> Vec<String> {
+        let parts = [self.folder, relative].map(|part| (!part.is_empty()).then_some(part));
+        let parts: Vec<&str> = parts.into_iter().flatten().collect();
+        self.files.names(&parts.join("/"))
     }
 }

@@ -73,7 +73,7 @@ fn imports_and_gltf_files_are_found_beside_the_rules() {
         ("import \"../x.dcg\" as x", "outside of the source's folder"),
         (
             "box(1, 1, 1)\nmove(0, 2, 0) model \"x.glb\"",
-            "world.dcg, line 2, column 15: \"x.glb\" cannot be placed: there is no such file",
+            "world.dcg, line 2, column 15: \"x.glb\" cannot be placed: there is no such file in the source's folder",
         ),
         ("model \"world.dcg\"", "use `import` for rules"),
         ("let a = 1", "the rules draw nothing"),

@@ -57,8 +57,10 @@ impl<'p> Evaluator<'p> {
                         e.visit(&scope, turtle, &rule.body)
                     })?,
                 }
-                if declared.is_some_and(|bounds| exceeds(&self.reach_of(part), &bounds)) {
-                    return self.error(inner.module, rule.at, Problem::BeyondDeclared(rule.name.clone()));
+                let beyond = declared.and_then(|bounds| beyond(&self.reach_of(part), &bounds));
+                if let Some((towards, by_m)) = beyond {
+                    let part = rule.name.clone();
+                    return self.error(inner.module, rule.at, Problem::BeyondDeclared { part, towards, by_m });
                 }
                 self.accounts[part].finished = true;
                 if self.instances[inner.instance].is_default {
@@ -104,7 +106,12 @@ impl<'p> Evaluator<'p> {
             let value = self.written(scope, written)?;
             self.point3(scope, written.at, &value)
         };
-        Ok(Some(Bounds::around([corner(least)?, corner(most)?])))
+        let (min, max) = (corner(least)?, corner(most)?);
+        if (0..3).any(|axis| min[axis] > max[axis]) {
+            let (what, wanted) = ("this box", "from the least x, y and z to the most");
+            return self.error(scope.module, least.at, Problem::Shape { what, wanted });
+        }
+        Ok(Some(Bounds { min, max }))
     }
 
     /// Notes how a part can be made alone: when it places nothing, and nothing in it has taken on paint from outside.
@@ -204,7 +211,23 @@ impl<'p> Evaluator<'p> {
     }
 }
 
-fn exceeds(inner: &Bounds, outer: &Bounds) -> bool {
+/// Where most of `inner` is outside of `outer`, and how far it reaches out there, in whole millimetres.
+fn beyond(inner: &Bounds, outer: &Bounds) -> Option<(&'static str, f64)> {
+    const TOWARDS: [&str; 6] = ["-x", "-y", "-z", "+x", "+y", "+z"];
     let slack = SLACK * (1.0 + outer.diagonal_m());
-    (0..3).any(|a| inner.min[a] < outer.min[a] - slack || inner.max[a] > outer.max[a] + slack)
+    let mut most = slack;
+    let mut found = None;
+    for (side, towards) in TOWARDS.into_iter().enumerate() {
+        let axis = side % 3;
+        let by = if side < 3 {
+            outer.min[axis] - inner.min[axis]
+        } else {
+            inner.max[axis] - outer.max[axis]
+        };
+        if by > most {
+            most = by;
+            found = Some(towards);
+        }
+    }
+    found.map(|towards| (towards, (1000.0 * most).ceil() / 1000.0))
 }

@@ -192,7 +192,7 @@ for i in 10 move(3 * i, 0, 0) turn(random(0, 360)) tree(random(2, 4))";
     assert_eq!(declared, declared.union(&exact));
     assert_eq!(
         complaint("part p() within [-1, 0, -1] to [1, 1, 1] { box(1, 2, 1) } p()"),
-        "test.dcg, line 1, column 6: part `p` reaches beyond what it declares with `within`; widen that"
+        "test.dcg, line 1, column 6: part `p` reaches 1 m beyond what it declares with `within`, towards +y; widen that"
     );
 }
 

@@ -65,7 +65,7 @@ fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
         ),
         (
             "rule r(a, b) {} r(1, c = 2)",
-            "line 1, column 22: `c` is not a parameter of what is called here; did you mean `a`?",
+            "line 1, column 22: `c` is not a parameter of `r`; did you mean `a`?",
         ),
     ] {
         let found = complaint(text);
