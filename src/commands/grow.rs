@@ -61,6 +61,8 @@ pub(super) struct Report {
     /// Those of every object, and those that are stored.
     triangles: u64,
     own_triangles: u64,
+    /// Those of the stored ones that have no area and are left out of what is written.
+    without_area: u64,
     bounds: Bounds,
     parameters: Vec<String>,
     /// For each limit what was used and what may be used.
@@ -126,6 +128,7 @@ impl Report {
             objects: scene.objects.len(),
             triangles: grown.triangles(),
             own_triangles: grown.usage.triangles,
+            without_area: growth.without_area(),
             bounds: grown.parts[0].bounds,
             parameters: program.parameters().map(str::to_owned).collect(),
             limits: usage
@@ -157,6 +160,12 @@ impl Report {
                 self.limits.iter().map(limit).collect::<Vec<_>>().join(", ")
             ),
         ];
+        if self.without_area > 0 {
+            lines.push(format!(
+                "  {} triangles have no area and are left out of what is written",
+                self.without_area
+            ));
+        }
         if !self.parameters.is_empty() {
             lines.push(format!("  parameters: {}", self.parameters.join(", ")));
         }

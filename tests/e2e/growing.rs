@@ -81,6 +81,12 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
         let error = data.fails(&["grow", file.to_str().expect("UTF-8")]);
         assert!(error.contains(wanted), "{error}");
     }
+    let flat = data.write("flat.dcg", "box(0, 0, 0) box(1, 1, 1)");
+    let said = data.ok(&["grow", flat.to_str().expect("UTF-8")]);
+    assert!(
+        said.contains("24 triangles in") && said.contains("  12 triangles have no area and are left out"),
+        "{said}"
+    );
     let twice = data.fails(&["grow", &file, "--set", "size=3", "--set", "size=4"]);
     assert!(twice.contains("`--set size=…` is given twice"), "{twice}");
     let endless = data.folder("endless.dcg");

@@ -41,6 +41,14 @@ pub struct Growth {
     pub defects: Defects,
 }
 
+impl Growth {
+    /// Triangles without area, each part once: they grow and are counted, but no scene has them.
+    #[must_use]
+    pub fn without_area(&self) -> u64 {
+        scene::without_area(&self.grown)
+    }
+}
+
 /// What rules are given besides their text.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sowing {

@@ -230,18 +230,28 @@ fn model(part: &Part, material_of: &BTreeMap<usize, usize>, (texts, seed): &Rule
     })
 }
 
-pub(super) fn primitive(mesh: &Mesh, material: Option<usize>) -> Primitive {
-    let corner = |i: u32| Vec3::from_array(mesh.positions[i as usize]);
-    let has_area = |t: &&[u32; 3]| {
-        let [a, b, c] = t.map(corner);
-        (b - a).cross(c - a) != Vec3::ZERO
+/// Triangles that are left out, each part once.
+pub(super) fn without_area(grown: &Grown) -> u64 {
+    let meshes = grown.parts.iter().flat_map(|part| &part.meshes);
+    let of_mesh = |mesh: &Mesh| {
+        let triangles = mesh.indices.as_chunks::<3>().0.iter();
+        triangles.filter(|triangle| !has_area(mesh, triangle)).count() as u64
     };
+    meshes.map(of_mesh).sum()
+}
+
+fn has_area(mesh: &Mesh, triangle: &[u32; 3]) -> bool {
+    let [a, b, c] = triangle.map(|i| Vec3::from_array(mesh.positions[i as usize]));
+    (b - a).cross(c - a) != Vec3::ZERO
+}
+
+pub(super) fn primitive(mesh: &Mesh, material: Option<usize>) -> Primitive {
     let mut indices: Vec<u32> = mesh
         .indices
         .as_chunks::<3>()
         .0
         .iter()
-        .filter(has_area)
+        .filter(|triangle| has_area(mesh, triangle))
         .flatten()
         .copied()
         .collect();
