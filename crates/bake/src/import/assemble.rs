@@ -12,7 +12,7 @@ use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::procedural::{self, Ground, Nursery, Planting};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
-use super::{ImportError, Limits, finish, impostor, materials};
+use super::{ImportError, Limits, finish, impostor, materials, uv_sets};
 use crate::progress::Stage;
 use crate::source::{AuthoredShape, Role, SourceModel, SourceObject, SourceScene};
 
@@ -81,6 +81,7 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
     let Assembly { mut scene, .. } = assembly;
     finish::leave_out_unused_models(&mut scene);
     materials::read_used(reader, &mut scene)?;
+    uv_sets::fill(reader, &mut scene)?;
     let mut nursery = Nursery::default();
     for planting in &plantings {
         if !nodes_grow {

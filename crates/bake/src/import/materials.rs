@@ -109,7 +109,7 @@ fn remap_textures(
     Ok(())
 }
 
-fn is_texture_reference(key: &str, value: &Value) -> bool {
+pub(super) fn is_texture_reference(key: &str, value: &Value) -> bool {
     key.ends_with("Texture") && value.as_object().is_some_and(|o| o.contains_key("index"))
 }
 

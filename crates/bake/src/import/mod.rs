@@ -41,6 +41,7 @@ pub mod split;
 mod subset;
 mod topology;
 mod uri;
+mod uv_sets;
 
 #[cfg(test)]
 mod damage_tests;

@@ -16,7 +16,7 @@ use super::topology::{compact, unroll, unrolled};
 use crate::source::{Primitive, Topology};
 
 /// Texture coordinate sets that are kept.
-const MAX_UV_SETS: usize = 8;
+pub(super) const MAX_UV_SETS: usize = 8;
 
 /// The joints that move a vertex, with their weights: four for each set.
 pub(super) type Influences = Vec<[(u32, f32); 4]>;
