@@ -82,6 +82,7 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
     finish::leave_out_unused_models(&mut scene);
     materials::read_used(reader, &mut scene)?;
     uv_sets::fill(reader, &mut scene)?;
+    finish::name_what_is_not_kept(reader, &scene);
     let mut nursery = Nursery::default();
     for planting in &plantings {
         if !nodes_grow {
