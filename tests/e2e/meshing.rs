@@ -48,7 +48,7 @@ fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
     let out = folder.to_str().expect("UTF-8");
     for method in ["octree", "quadric", "best"] {
         let args = [
-            "mesh", "lod", &file, "--levels", "10", "--method", method, "--error", "1%", "--json", "-o", out,
+            "mesh", "lod", &file, "--levels", "10", "--all", "--method", method, "--error", "1%", "--json", "-o", out,
         ];
         let report: Value = serde_json::from_str(&data.ok(&args)).expect("JSON");
         let levels = levels(&report);
@@ -76,6 +76,18 @@ fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
             assert_eq!(Some(triangles as u64), level["triangles"].as_u64());
         }
     }
+    let printed = data.ok(&["mesh", "lod", &file, "--levels", "100", "--json"]);
+    let few = levels(&serde_json::from_str(&printed).expect("JSON"));
+    for pair in few[1..].windows(2) {
+        let error = |level: &Value| level["geometric_error_m"].as_f64().expect("a number");
+        assert!(
+            error(&pair[1]) > error(&pair[0]),
+            "a level that brings nothing: {pair:?}"
+        );
+    }
+    let printed = data.ok(&["mesh", "lod", &file, "--levels", "100", "--all", "--json"]);
+    let all = levels(&serde_json::from_str(&printed).expect("JSON"));
+    assert!(all.len() > few.len(), "{} of {}", few.len(), all.len());
     let table = data.ok(&["mesh", "lod", &file, "--levels", "3"]);
     assert!(table.contains("level  triangles  lines"), "{table}");
 }

@@ -44,6 +44,9 @@ pub(super) struct Args {
     view_angle: f64,
     #[command(flatten)]
     octree: OctreeArgs,
+    /// Keep levels whose error is hardly smaller than that of a coarser one, which a bake leaves out
+    #[arg(long)]
+    all: bool,
     /// Leave fragments that follow each other apart
     #[arg(long)]
     no_join: bool,
@@ -145,7 +148,11 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         min_shapes: 1,
         usual_share: 0.95,
         worthwhile_share: 1.0,
-        dominated: 0.0,
+        dominated: if args.all {
+            0.0
+        } else {
+            LodSettings::default().dominated
+        },
         coarsest_shapes: COARSEST_SHAPES,
         double_sided: scene.materials.iter().enumerate().filter_map(double_sided).collect(),
         ..LodSettings::default()
