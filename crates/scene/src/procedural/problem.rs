@@ -276,8 +276,10 @@ pub(super) fn shown(number: f64) -> String {
     }
     let shortest = number.to_string();
     // Where two such lie equally near, JavaScript takes the one that ends with an even digit; so does rounding to as many.
-    let decimals = shortest.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-    let even = format!("{number:.decimals$}");
+    let Some((_, decimals)) = shortest.split_once('.') else {
+        return shortest;
+    };
+    let even = format!("{number:.*}", decimals.len());
     if even.parse() == Ok(number) { even } else { shortest }
 }
 
