@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     defect::Defects,
-    occluders::{Body, HOLE},
+    occluders::{Body, HOLE, highest_bottom_m},
     source::{Authored, AuthoredShape},
     world::World,
 };
@@ -186,11 +186,12 @@ pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defect
             normal(half).extend(offset).as_vec4()
         });
         let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+        let planes: Vec<_> = planes.collect();
         bodies.push(Body {
             min: min + margin_m as f32,
             max: max - margin_m as f32,
-            planes: planes.collect(),
-            stands_m: min.y,
+            stands_m: highest_bottom_m(min, max, &planes) - margin_m as f32,
+            planes,
             open_below: false,
             hides: true,
             object,

@@ -19,7 +19,7 @@ pub struct Body {
     pub max: Vec3,
     /// Faces of a body that is not a box: it is where `xyz · p ≤ w` for each. Normals have length 1.
     pub planes: Vec<Vec4>,
-    /// The height that it stands on, less what counts as no gap. A segment between places at or above it cannot pass
+    /// The height that all of its bottom stands on, less what counts as no gap. A segment between places at or above it cannot pass
     /// below the body, so there the body reaches down for ever.
     pub stands_m: f32,
     /// Nothing closes it from below: it blocks only segments between places at or above [`stands_m`](Self::stands_m).
@@ -33,6 +33,17 @@ pub struct Body {
 /// Whether a face looks straight down.
 pub(crate) fn is_bottom(normal: Vec3) -> bool {
     normal.y < BOTTOM
+}
+
+/// How high the bottom of a body reaches, whose box and faces these are: a bottom may lean by as much as still looks down.
+pub(crate) fn highest_bottom_m(min: Vec3, max: Vec3, planes: &[Vec4]) -> f32 {
+    let bottoms = planes.iter().filter(|plane| is_bottom(plane.truncate()));
+    let heights = bottoms.map(|plane| {
+        let uphill = |normal: f32, low: f32, high: f32| if normal > 0.0 { high } else { low };
+        let [x, z] = [uphill(plane.x, min.x, max.x), uphill(plane.z, min.z, max.z)];
+        (plane.x * x + plane.z * z - plane.w) / -plane.y
+    });
+    heights.fold(min.y, f32::max)
 }
 
 impl Body {

@@ -33,7 +33,9 @@ struct Grid {
 pub(super) struct Shape {
     /// Closed but for a flat bottom.
     pub(super) surface: Vec<Triangle>,
-    /// The closed surfaces of what is hollow inside.
+    /// Whether its faces hide from behind too, so that it does not matter which way they look.
+    pub(super) hides_both_ways: bool,
+    /// The closed surfaces of what is hollow inside, whose faces look into that.
     pub(super) cavities: Vec<Triangle>,
 }
 
@@ -44,8 +46,9 @@ impl Shape {
     }
 }
 
-/// Boxes inside a shape, clear of other geometry, largest first.
-pub(super) fn boxes(shape: &Shape, foreign: &[Triangle], min: Vec3, max: Vec3) -> Vec<[Vec3; 2]> {
+/// Boxes inside a shape between these corners, clear of other geometry, largest first. None reaches further out of the shape than
+/// half of `margin_m`.
+pub(super) fn boxes(shape: &Shape, foreign: &[Triangle], [min, max]: [Vec3; 2], margin_m: f32) -> Vec<[Vec3; 2]> {
     let faces = shape.faces();
     let grid = Grid {
         lines: [0, 1, 2].map(|axis| lines(&faces, min, max, axis)),
@@ -53,9 +56,11 @@ pub(super) fn boxes(shape: &Shape, foreign: &[Triangle], min: Vec3, max: Vec3) -
     let size = [0, 1, 2].map(|axis| grid.lines[axis].len() - 1);
     let mut solid = grid.inside(shape);
     // A face of the shape in the voxel's own side does not cut it.
-    grid.cut(&faces, &mut solid, 1.0 - TOUCH);
+    grid.cut(&faces, &mut solid, |half| {
+        half - (TOUCH * half).min(Vec3::splat(0.5 * margin_m))
+    });
     // What stands on a side of a voxel stands in it.
-    grid.cut(foreign, &mut solid, 1.0 + TOUCH);
+    grid.cut(foreign, &mut solid, |half| half * (1.0 + TOUCH));
     let mut found = Vec::new();
     let total: f32 = (max - min).element_product();
     for _ in 0..MAX_BOXES {
@@ -132,17 +137,18 @@ impl Grid {
     /// For each voxel whether its middle lies inside.
     fn inside(&self, shape: &Shape) -> Vec<bool> {
         let size = [0, 1, 2].map(|axis| self.lines[axis].len() - 1);
+        let is_solid = |turns: i32| turns > 0 || (shape.hides_both_ways && turns < 0);
         // Along two axes, which agree where a surface is closed.
         let [along_x, along_z] = [0, 2].map(|axis| self.winding(&shape.surface, axis, size));
         let [hollow_x, hollow_z] = [0, 2].map(|axis| self.winding(&shape.cavities, axis, size));
         let voxels = 0..along_x.len();
         voxels
-            .map(|at| along_x[at] && along_z[at] && !hollow_x[at] && !hollow_z[at])
+            .map(|at| is_solid(along_x[at]) && is_solid(along_z[at]) && hollow_x[at] >= 0 && hollow_z[at] >= 0)
             .collect()
     }
 
-    /// Takes out the voxels that faces go through, each as large as `scale` says.
-    fn cut(&self, triangles: &[Triangle], inside: &mut [bool], scale: f32) {
+    /// Takes out the voxels that faces go through, each with the half of its size that `half_of` makes of it.
+    fn cut(&self, triangles: &[Triangle], inside: &mut [bool], half_of: impl Fn(Vec3) -> Vec3) {
         let size = [0, 1, 2].map(|axis| self.lines[axis].len() - 1);
         for triangle in triangles {
             let low = triangle[0].min(triangle[1]).min(triangle[2]);
@@ -160,19 +166,19 @@ impl Grid {
                 let corner = |o: usize| Vec3::from([0, 1, 2].map(|a| self.lines[a][voxel[a] + o]));
                 let (a, b) = (corner(0), corner(1));
                 let middle = 0.5 * (a + b);
-                let half = 0.5 * (b - a) * scale;
+                let half = half_of(0.5 * (b - a));
                 inside[at] = !meets_box(&triangle.map(|p| p - middle), half);
             }
         }
     }
 
-    /// For each voxel whether a line along an axis to its middle has entered the surface more often than left it. All
-    /// faces of an inside-out surface count the other way round, so any sign will do.
-    fn winding(&self, triangles: &[Triangle], axis: usize, size: [usize; 3]) -> Vec<bool> {
+    /// For each voxel how much more often a line along an axis to its middle has entered the surface than left it: less than never
+    /// where its faces look inwards.
+    fn winding(&self, triangles: &[Triangle], axis: usize, size: [usize; 3]) -> Vec<i32> {
         // Off the middle, so that the line runs along no edge of a regular mesh.
         const OFF: [f32; 2] = [0.513_7, 0.486_1];
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-        let mut inside = vec![false; size.iter().product()];
+        let mut turns = vec![0; size.iter().product()];
         let mut crossings: Vec<Vec<(f32, i32)>> = vec![Vec::new(); size[u] * size[v]];
         let place = |axis: usize, i: usize, off: f32| {
             let lines = &self.lines[axis];
@@ -204,10 +210,10 @@ impl Grid {
                 let depth: i32 = crossings.iter().take_while(|c| c.0 < middle).map(|c| c.1).sum();
                 let mut voxel = [k; 3];
                 (voxel[u], voxel[v]) = (row % size[u], row / size[u]);
-                inside[index(voxel, size)] = depth != 0;
+                turns[index(voxel, size)] = depth;
             }
         }
-        inside
+        turns
     }
 }
 
@@ -316,7 +322,7 @@ mod tests {
     fn full(surface: Vec<Triangle>) -> Shape {
         Shape {
             surface,
-            cavities: Vec::new(),
+            ..Shape::default()
         }
     }
 
@@ -325,8 +331,8 @@ mod tests {
         let found = boxes(
             &full(block(Vec3::ZERO, Vec3::new(2.0, 3.0, 4.0))),
             &[],
-            Vec3::ZERO,
-            Vec3::new(2.0, 3.0, 4.0),
+            [Vec3::ZERO, Vec3::new(2.0, 3.0, 4.0)],
+            1e-4,
         );
         assert_eq!(found, [[Vec3::ZERO, Vec3::new(2.0, 3.0, 4.0)]]);
     }
@@ -355,7 +361,7 @@ mod tests {
             [Vec3::ZERO, Vec3::new(2.0, 1.0, 6.0)],
         ];
         let triangles: Vec<_> = arms.iter().flat_map(|[a, b]| block(*a, *b)).collect();
-        let found = boxes(&full(triangles), &[], Vec3::ZERO, Vec3::new(6.0, 1.0, 6.0));
+        let found = boxes(&full(triangles), &[], [Vec3::ZERO, Vec3::new(6.0, 1.0, 6.0)], 1e-4);
         let volume: f32 = found.iter().map(|[a, b]| (*b - *a).element_product()).sum();
         assert!(volume > 15.0, "of 20 m³ only {volume} are filled");
         for [a, b] in found {
@@ -372,8 +378,8 @@ mod tests {
         let found = boxes(
             &full(block(Vec3::ZERO, Vec3::splat(4.0))),
             &furniture,
-            Vec3::ZERO,
-            Vec3::splat(4.0),
+            [Vec3::ZERO, Vec3::splat(4.0)],
+            1e-4,
         );
         for [a, b] in found {
             let apart = a.cmpge(Vec3::splat(2.0)).any() || b.cmple(Vec3::splat(1.0)).any();
@@ -387,6 +393,7 @@ mod tests {
         let (low, high) = (Vec3::splat(0.3), Vec3::new(7.7, 3.3, 5.7));
         // Beside the room, what lies open already: no cavity of this shape, though in its box.
         let shape = Shape {
+            hides_both_ways: false,
             surface: block(Vec3::ZERO, Vec3::new(8.0, 3.6, 6.0)),
             cavities: [
                 inwards(block(low, high)),
@@ -394,7 +401,7 @@ mod tests {
             ]
             .concat(),
         };
-        let found = boxes(&shape, &[], Vec3::ZERO, Vec3::splat(10.0));
+        let found = boxes(&shape, &[], [Vec3::ZERO, Vec3::splat(10.0)], 1e-4);
         assert!(!found.is_empty());
         for [a, b] in found {
             let apart = a.cmpge(high - 1e-5).any() || b.cmple(low + 1e-5).any();
@@ -413,7 +420,7 @@ mod tests {
         triangles.extend(quad([p(0., 4., 0.), p(0., 4., 4.), p(4., 0., 4.), p(4., 0., 0.)]));
         triangles.push([p(0., 0., 0.), p(0., 4., 0.), p(4., 0., 0.)]);
         triangles.push([p(0., 0., 4.), p(4., 0., 4.), p(0., 4., 4.)]);
-        let found = boxes(&full(triangles), &[], Vec3::ZERO, Vec3::splat(4.0));
+        let found = boxes(&full(triangles), &[], [Vec3::ZERO, Vec3::splat(4.0)], 1e-4);
         assert!(!found.is_empty());
         for [_, b] in found {
             assert!(b.x + b.y <= 4.0 + 1e-4, "the corner {b} is above the roof");

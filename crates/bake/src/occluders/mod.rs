@@ -25,7 +25,10 @@ pub use self::{
     stored::{Stored, StoredError},
     wall::{Tolerance, Wall, Way},
 };
-pub(crate) use self::{body::is_bottom, wall::Rectangle};
+pub(crate) use self::{
+    body::{highest_bottom_m, is_bottom},
+    wall::Rectangle,
+};
 use std::sync::Arc;
 
 use glam::Vec3;

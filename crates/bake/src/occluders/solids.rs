@@ -22,7 +22,9 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    Body, fill,
+    Body,
+    body::highest_bottom_m,
+    fill,
     parts::{Part, bits, parts},
     rest,
 };
@@ -85,14 +87,14 @@ impl Part<'_> {
             max: max - margin_m,
             planes: planes.iter().map(|p| *p - margin_m * Vec4::W).collect(),
             // What rounding puts just below it counts as on it.
-            stands_m: min.y - STANDS_MARGINS * margin_m,
+            stands_m: highest_bottom_m(min, max, &planes) - STANDS_MARGINS * margin_m,
             open_below,
             hides: true,
             object,
         };
         let mut foreign = self.foreign(world, object, 4.0 * margin_m);
         let convex = self
-            .convex_planes(open_below)
+            .convex_planes(open_below, 0.5 * margin_m)
             .filter(|planes| planes.len() <= MAX_PLANES);
         let whole = convex.map(|planes| {
             let is_box = self.is_box(BOX_MARGINS * margin_m);
@@ -108,7 +110,7 @@ impl Part<'_> {
         let shape = self.shape(parts);
         let own: BTreeSet<_> = shape.cavities.iter().map(|corners| corners.map(bits)).collect();
         foreign.retain(|corners| !own.contains(&corners.map(bits)));
-        let boxes = fill::boxes(&shape, &foreign, self.min, self.max);
+        let boxes = fill::boxes(&shape, &foreign, [self.min, self.max], margin_m);
         let filled = boxes.iter().map(|[a, b]| body(*a, *b, Vec::new()));
         let mut bodies: Vec<Body> = filled.filter(has_volume).collect();
         if !bodies.is_empty() {
@@ -138,6 +140,7 @@ impl Part<'_> {
         });
         fill::Shape {
             surface: self.surface(),
+            hides_both_ways: self.triangles.iter().all(|triangle| triangle.hides_from_back()),
             cavities: cavities.flat_map(Part::surface).collect(),
         }
     }
@@ -237,8 +240,8 @@ impl Part<'_> {
         })
     }
 
-    /// The planes of its faces and of a missing bottom, when it is convex.
-    fn convex_planes(&self, open_below: bool) -> Option<Vec<Vec4>> {
+    /// The planes of its faces and of a missing bottom, when it is convex. No face stands further out of its plane than `slack_m`.
+    fn convex_planes(&self, open_below: bool, slack_m: f32) -> Option<Vec<Vec4>> {
         let tolerance_m = CONVEX * self.size_m();
         let mut planes: Vec<Vec4> = Vec::new();
         if open_below {
@@ -250,7 +253,13 @@ impl Part<'_> {
                 continue;
             };
             let plane = normal.extend(normal.dot(a).max(normal.dot(b)).max(normal.dot(c)));
-            let same = |p: &Vec4| p.truncate().dot(normal) > 1.0 - 1e-6 && (p.w - plane.w).abs() <= tolerance_m;
+            // Where the face is, and not at the origin, which may be far off.
+            let lies_in = |p: &Vec4| {
+                [a, b, c]
+                    .iter()
+                    .all(|corner| (p.truncate().dot(*corner) - p.w).abs() <= slack_m)
+            };
+            let same = |p: &Vec4| p.truncate().dot(normal) > 1.0 - 1e-6 && lies_in(p);
             if planes.iter().any(same) {
                 continue;
             }
@@ -277,10 +286,12 @@ fn stand_on_each_other(bodies: &mut [Body], margin_m: f32) {
     for upper in order {
         let body = &bodies[upper];
         let others = by_object.entry(body.object).or_default();
+        // As high as any of its bottom: one that leans stands on nothing beside its lowest edge.
+        let bottom_m = body.stands_m + (STANDS_MARGINS + 1.0) * margin_m;
         let below = others.iter().map(|i| &bodies[*i]).find(|lower| {
             lower.hides
                 && lower.planes.is_empty()
-                && lower.max.y + STANDS_MARGINS * margin_m >= body.min.y
+                && lower.max.y + STANDS_MARGINS * margin_m >= bottom_m
                 && lower.min.x <= body.min.x
                 && lower.min.z <= body.min.z
                 && lower.max.x >= body.max.x

@@ -1,6 +1,7 @@
 //! Does a cell that reaches into walls by a hair get all that an eye in there sees?
 //!
-//! And does an eye in what is hollow inside a thing get what stands in there?
+//! Does an eye in what is hollow inside a thing get what stands in there, and one beside a thing that leans or crosses itself what
+//! is beyond?
 //!
 //! A maze of boxes, turned about the vertical, so that no wall stands along a side of a cell: how far cells reach into
 //! walls is then a matter of chance, and may be as little as one likes.
@@ -12,6 +13,7 @@ use super::{
     blocker::AT_FACE,
     conservative::{Observer, Scenery},
     random::Random,
+    targets,
 };
 use crate::{cells::plan::Builder, occluders::Region, world::World};
 
@@ -180,30 +182,144 @@ fn hollow_thing(seed: u64) -> World {
     World::new(&builder.scene).unwrap()
 }
 
+/// Looks from cells between two corners; answers how many sight lines met something, and how often something was proved hidden.
+fn look_around(world: &World, seed: u64, [min, max]: [Vec3; 2]) -> (usize, usize) {
+    let scenery = Scenery::of(world);
+    let mut observer = Observer::new(&scenery, Method::Conservative.proofs());
+    let mut random = Random::stream(14, seed);
+    let (mut looked, mut hidden, mut passed) = (0, 0, Vec::new());
+    for _ in 0..40 {
+        let middle = world.relative(min.as_dvec3().to_array()) + random.cube() * (max - min);
+        let half = 0.05 * random.cube() * (max - min).min_element();
+        let cell = Region::of_box(middle - half, middle + half);
+        let set = observer.visible(&cell, &[]);
+        hidden += world.object_bounds().len() - set.len();
+        for i in 0..1_000 {
+            let eye = cell.min + random.cube() * (cell.max - cell.min);
+            let aimed = i % world.object_bounds().len() as u32;
+            let aim = (i % 2 == 0)
+                .then(|| targets::on_object(world, aimed, &mut random))
+                .flatten();
+            let direction = aim.map_or_else(|| random.direction(), |target| target - eye);
+            if let Some(hit) = world.cast(eye, direction, f32::MAX, &mut passed) {
+                let known = set.binary_search(&hit.object).is_ok();
+                assert!(known, "{seed}: {} is seen from {eye} in {cell:?}", hit.object);
+                looked += 1;
+            }
+        }
+    }
+    (looked, hidden)
+}
+
 #[test]
 fn an_eye_in_a_cavity_sees_nothing_that_its_cell_lacks() {
     let (mut looked, mut hidden) = (0, 0);
     for seed in 0..24 {
-        let world = hollow_thing(seed);
-        let scenery = Scenery::of(&world);
-        let mut observer = Observer::new(&scenery, Method::Conservative.proofs());
-        let mut random = Random::stream(14, seed);
-        let mut passed = Vec::new();
-        for _ in 0..40 {
-            let middle = world.relative([0.0; 3]) + random.cube() * Vec3::new(8.0, 3.6, 6.0);
-            let half = 0.2 * random.cube();
-            let cell = Region::of_box(middle - half, middle + half);
-            let set = observer.visible(&cell, &[]);
-            hidden += world.object_bounds().len() - set.len();
-            for _ in 0..1_000 {
-                let eye = cell.min + random.cube() * (cell.max - cell.min);
-                if let Some(hit) = world.cast(eye, random.direction(), f32::MAX, &mut passed) {
-                    let known = set.binary_search(&hit.object).is_ok();
-                    assert!(known, "{seed}: {} is seen from {eye} in {cell:?}", hit.object);
-                    looked += 1;
-                }
+        let found = look_around(&hollow_thing(seed), seed, [Vec3::ZERO, Vec3::new(8.0, 3.6, 6.0)]);
+        (looked, hidden) = (looked + found.0, hidden + found.1);
+    }
+    assert!(
+        looked > 100_000 && hidden > 500,
+        "{looked} sight lines, {hidden} proved hidden"
+    );
+}
+
+/// Ramps and bridges that rise by less than two in a hundred, blocks with tops that fall by as little to both sides, and posts beside
+/// them, low and high.
+fn leaning_things(seed: u64) -> World {
+    let mut random = Random::stream(15, seed);
+    let mut builder = Builder::default();
+    for thing in 0..4 {
+        // Nothing stands in the box around one, so that it is a body as it is.
+        let at = Vec3::new(20.0 * random.unit(), 0.0, 25.0 * thing as f32);
+        let place = |x: f32, y: f32, z: f32| (Vec3::new(x, y, z) + at).to_array();
+        let (rise_m, thick_m) = (0.8 + 0.8 * random.unit(), 0.5 + 2.5 * (thing % 2) as f32);
+        let mut positions = Vec::new();
+        for x in [-50.0, 0.0, 50.0] {
+            let (low_m, high_m) = match thing % 2 {
+                0 => (0.01 * (x + 50.0) * rise_m, 0.01 * (x + 50.0) * rise_m + thick_m),
+                _ => (0.0, thick_m + rise_m * (1.0 - f32::abs(x) / 50.0)),
+            };
+            positions.extend([place(x, low_m, -5.0), place(x, low_m, 5.0)]);
+            positions.extend([place(x, high_m, 5.0), place(x, high_m, -5.0)]);
+        }
+        let quads = [0, 4]
+            .into_iter()
+            .flat_map(|near| (0..4).map(move |k| [near + k, near + (k + 1) % 4, near + 4 + (k + 1) % 4, near + 4 + k]));
+        let ends = [[0, 3, 2, 1], [8, 9, 10, 11]];
+        let quads = quads.chain(ends).flat_map(|[a, b, c, d]| [a, c, b, a, d, c]);
+        builder.mesh("leaning", positions, quads.collect());
+        for _ in 0..6 {
+            let (x, z) = (100.0 * random.unit() - 50.0, 5.5 + 3.0 * random.unit());
+            let z = if random.unit() < 0.5 { z } else { -z - 0.3 };
+            for y in [0.0, thick_m + 0.3 + random.unit()] {
+                let foot = Vec3::from(place(x, y, z));
+                builder.block("post", foot.to_array(), (foot + Vec3::new(0.3, 0.6, 0.3)).to_array());
             }
         }
+    }
+    World::new(&builder.scene).unwrap()
+}
+
+#[test]
+fn an_eye_beside_what_leans_sees_nothing_that_its_cell_lacks() {
+    let (mut looked, mut hidden) = (0, 0);
+    for seed in 0..12 {
+        let corners = [
+            Vec3::new(-40.0, 0.1, -10.0),
+            Vec3::new(70.0, 2.0 + 3.0 * (seed % 2) as f32, 90.0),
+        ];
+        let found = look_around(&leaning_things(seed), seed, corners);
+        (looked, hidden) = (looked + found.0, hidden + found.1);
+    }
+    assert!(
+        looked > 100_000 && hidden > 500,
+        "{looked} sight lines, {hidden} proved hidden"
+    );
+}
+
+/// Houses over outlines that cross themselves, as maps have them: one lobe the right way round, a smaller one inside out.
+fn crossed_things(seed: u64) -> World {
+    let mut random = Random::stream(16, seed);
+    let mut builder = Builder::default();
+    for _ in 0..3 {
+        let at = Vec3::new(20.0 * random.unit(), 0.0, 20.0 * random.unit());
+        let (height_m, end_m) = (3.0 + random.unit(), 8.0 + 2.0 * random.unit());
+        let outline = [
+            [0.0, 0.0],
+            [0.0, 6.0],
+            [6.0, 6.0],
+            [end_m, 6.0],
+            [end_m, end_m],
+            [6.0, end_m],
+            [6.0, 6.0],
+            [6.0, 0.0],
+        ];
+        let floors = [0.0, height_m].into_iter();
+        let corners = floors.flat_map(|y| outline.iter().map(move |[x, z]| Vec3::new(*x, y, *z)));
+        let positions = corners.map(|corner| (corner + at).to_array()).collect();
+        let walls = (0..8).flat_map(|i| {
+            let next = (i + 1) % 8;
+            [i, next, next + 8, i, next + 8, i + 8]
+        });
+        let caps = [[0, 1, 2], [0, 2, 7], [3, 4, 5], [3, 5, 6]].into_iter();
+        let caps = caps.flat_map(|[a, b, c]| [a, c, b, a + 8, b + 8, c + 8]);
+        builder.mesh("house", positions, walls.chain(caps).collect());
+        for _ in 0..8 {
+            let foot = at + Vec3::new(12.0 * random.unit(), 0.0, 12.0 * random.unit());
+            builder.block("post", foot.to_array(), (foot + Vec3::new(0.3, 1.0, 0.3)).to_array());
+        }
+    }
+    World::new(&builder.scene).unwrap()
+}
+
+#[test]
+fn an_eye_beside_what_crosses_itself_sees_nothing_that_its_cell_lacks() {
+    let (mut looked, mut hidden) = (0, 0);
+    for seed in 0..12 {
+        let corners = [Vec3::new(-5.0, 0.1, -5.0), Vec3::new(35.0, 4.0, 35.0)];
+        let found = look_around(&crossed_things(seed), seed, corners);
+        (looked, hidden) = (looked + found.0, hidden + found.1);
     }
     assert!(
         looked > 100_000 && hidden > 500,
