@@ -191,7 +191,11 @@ pub fn was_away(error: &anyhow::Error) -> bool {
             .is_some_and(|code| ["08", "53", "57P"].iter().any(|class| code.starts_with(class))),
         _ => false,
     };
-    error.chain().any(|cause| cause.downcast_ref().is_some_and(away))
+    // Nobody who would answer is as good as nobody who is there.
+    let said_nothing = |cause: &(dyn std::error::Error + 'static)| cause.is::<tokio::time::error::Elapsed>();
+    error
+        .chain()
+        .any(|cause| said_nothing(cause) || cause.downcast_ref().is_some_and(away))
 }
 
 /// Whether the disk had no room for what the catalogue should keep.
@@ -240,6 +244,14 @@ mod tests {
                 "2329d1e892530b9b"
             ]
         );
+    }
+
+    #[tokio::test]
+    async fn a_database_that_says_nothing_is_away() {
+        let silent = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let url = format!("postgres://user:secret@{}/catalogue", silent.local_addr().unwrap());
+        let error = Catalogue::connect(&url.as_str().into()).await.unwrap_err();
+        assert!(was_away(&error), "{error:#}");
     }
 
     #[tokio::test]
