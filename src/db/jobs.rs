@@ -220,7 +220,7 @@ impl Catalogue {
         Ok(())
     }
 
-    /// A worker's job waits again, because there is no room for it now; that is counted.
+    /// A worker's job waits again, because there is no room for it now, or somebody whom it needs did not answer; that is counted.
     pub async fn interrupt_job(&self, job: &str, worker: &str) -> anyhow::Result<()> {
         sqlx::query(AssertSqlSafe(format!("{REQUEUE} AND job = $1 AND worker = $2")))
             .bind(job)

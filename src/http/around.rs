@@ -114,13 +114,14 @@ fn scene_in(route: &str, path: &str) -> Option<SceneName> {
     below.split('/').next()?.parse().ok()
 }
 
-/// What every answer has. A 304 leaves out what its reader has from the answer that it confirms.
+/// What every answer has. A 304 leaves out what its reader has from the answer that it confirms, but not that pages may read its
+/// fields: one that sends `If-None-Match` itself gets the 304, and asks it for its `ETag`.
 pub(super) fn for_everybody(status: StatusCode, headers: &mut HeaderMap) {
     cors::allow_reading(headers);
     if status == StatusCode::NOT_MODIFIED {
         return;
     }
-    cors::tell_all(headers);
+    cors::tell_time(headers);
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
 }
 

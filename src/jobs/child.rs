@@ -3,7 +3,7 @@
 //! only tie. When that pipe closes, because the job was cancelled or this process was killed, the child stops.
 //!
 //! The child writes one JSON object a line: how far it is, and at its end the report. What it says on standard error is
-//! for the person who uploaded.
+//! for whoever runs the server; whoever uploaded hears of it what a limit or a crash is told by.
 
 use std::{io, path::PathBuf, process::Stdio, time::Duration};
 

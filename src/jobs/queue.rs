@@ -39,8 +39,8 @@ const REMEMBERED_DAYS: u32 = 30;
 const LEFTOVER: Duration = Duration::from_secs(3600);
 /// `w` and 128 random bits in hex.
 const NAME_LEN: usize = 33;
-/// A job that was interrupted so often, because servers ended meanwhile or had no room for it, is given up: it may be what
-/// ends them.
+/// A job that was interrupted so often, because servers ended meanwhile, had no room for it or did not reach where scenes are kept,
+/// is given up: it may be what ends them.
 const MOST_INTERRUPTIONS: u32 = 5;
 /// How long to take no job after the first time that there was no room for one; twice as long after each time more.
 const NO_ROOM: Duration = Duration::from_secs(5);
