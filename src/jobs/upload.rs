@@ -156,15 +156,18 @@ impl Upload {
             key_id: &self.going_on.key_id,
         };
         let catalogue = &self.jobs.inner.catalogue;
-        let kept = catalogue.keep_job(&new, settings.open_of_a_key, settings.open_of_all);
-        if !kept.await? {
-            self.jobs.recall(self.id).await;
-            let (theirs, all) = catalogue.open_jobs(&self.going_on.key_id).await?;
-            settings.room(theirs, all)?;
-            // Some have ended just now.
-            return Err(JobError::Full {
-                most: settings.open_of_all,
-            });
+        let keep = || catalogue.keep_job(&new, settings.open_of_a_key, settings.open_of_all);
+        if !keep().await? {
+            let open = catalogue.open_jobs(&self.going_on.key_id).await;
+            let room = open
+                .map_err(JobError::from)
+                .and_then(|(theirs, all)| settings.room(theirs, all));
+            // Where there is room now, some have ended meanwhile.
+            if room.is_err() || !keep().await? {
+                self.jobs.recall(self.id).await;
+                let most = settings.open_of_all;
+                return Err(room.err().unwrap_or(JobError::Full { most }));
+            }
         }
         // Whoever bakes it takes what was sent; where nothing travels, it is baked from here.
         self.folder.kept = !errands.travel();
