@@ -268,3 +268,16 @@ pub(super) fn summary(report: &Report) -> String {
     lines.extend(report.notes.iter().map(|note| format!("  {note}")));
     lines.join("\n")
 }
+
+#[cfg(test)]
+mod tests {
+    use belvedere_bake::import::ImportError;
+
+    use super::*;
+
+    #[test]
+    fn a_bake_that_was_stopped_while_it_read_says_nothing_of_its_source() {
+        let stopped = anyhow::Error::from(ImportError::Cancelled).context("cannot import town.glb");
+        assert!(matches!(fault(&stopped), Fault::Server));
+    }
+}

@@ -113,6 +113,8 @@ pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> E
     let fault = match (last, asked) {
         (Some(Last::Report(report)), _) if status.is_some_and(|status| status.success()) => return Ended::Done(report),
         (_, Some(asked)) => return asked,
+        // Whoever stops a server may stop its bakes by the same signal, which they hear first.
+        (_, None) if jobs.inner.stopping.is_cancelled() => return Ended::Stopped,
         (Some(Last::Failed(fault)), None) => fault,
         (_, None) => Fault::Server,
     };

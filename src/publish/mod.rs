@@ -122,7 +122,8 @@ struct SourceTooLarge {
 pub(crate) fn is_of_the_source(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         let of_the_bake = cause.downcast_ref::<BakeError>();
-        cause.is::<ImportError>()
+        let of_the_import = cause.downcast_ref::<ImportError>();
+        of_the_import.is_some_and(|error| !matches!(error, ImportError::Cancelled))
             || cause.is::<SourceTooLarge>()
             || of_the_bake.is_some_and(|error| matches!(error, BakeError::World(_) | BakeError::Author(_)))
     })
