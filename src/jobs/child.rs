@@ -262,10 +262,17 @@ fn too_long(limit: Duration) -> Ended {
 
 /// What to tell of a job that has waited for a place often enough.
 pub(super) fn given_up(absent: Absent) -> Failure {
+    let then = match absent {
+        // What was found last may have had no room either.
+        Absent::Room => "upload the scene again when there is",
+        Absent::Catalogue | Absent::Store => {
+            "what the bake has found is kept, so another upload of the same scene goes on from there"
+        }
+    };
     Failure::new(
         "unavailable",
         "The server cannot do this now",
-        format!("{absent}; what the bake has found is kept, so another upload of the same scene goes on from there"),
+        format!("{absent}; {then}"),
     )
 }
 

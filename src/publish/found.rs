@@ -34,8 +34,26 @@ pub(crate) struct FoundFile {
 struct Written {
     /// Or why nothing can be kept.
     file: Result<File, String>,
+    /// What the file lacks, because it has not taken it: the end of a line that was cut off, and the lines that follow. An empty
+    /// line says nothing.
+    owed: String,
     /// Lines of this bake, recalled ones too.
     lines: BTreeMap<String, String>,
+}
+
+impl Written {
+    /// Whatever the file does not take now, it is given again with the next line: a disk that is full may have room then.
+    fn append(&mut self, line: &str) {
+        let Ok(file) = &mut self.file else {
+            return;
+        };
+        self.owed.push_str(line);
+        if file.write_all(self.owed.as_bytes()).is_ok() {
+            self.owed.clear();
+        } else if !self.owed.starts_with('\n') {
+            self.owed.insert(0, '\n');
+        }
+    }
 }
 
 impl FoundFile {
@@ -57,6 +75,7 @@ impl FoundFile {
             known,
             written: Mutex::new(Written {
                 file,
+                owed: "\n".to_owned(),
                 lines: BTreeMap::new(),
             }),
             _lock: lock,
@@ -90,13 +109,11 @@ fn append_to(folder: &Path, path: &Path) -> anyhow::Result<(File, File)> {
         Err(TryLockError::WouldBlock) => anyhow::bail!("another bake of the scene is writing {}", path.display()),
         Err(TryLockError::Error(cause)) => return Err(cause).with_context(cannot),
     }
-    let mut file = File::options()
+    let file = File::options()
         .append(true)
         .create(true)
         .open(path)
         .with_context(cannot)?;
-    // Ends a line that was cut off; an empty one says nothing.
-    file.write_all(b"\n").with_context(cannot)?;
     Ok((lock, file))
 }
 
@@ -128,11 +145,7 @@ impl Memory for FoundFile {
     fn keep(&self, key: &Digest, result: &str) {
         let key = key.to_string();
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Ok(file) = &mut written.file
-            && let Err(cause) = file.write_all(line(&key, result).as_bytes())
-        {
-            written.file = Err(format!("cannot write {}: {cause}", self.path.display()));
-        }
+        written.append(&line(&key, result));
         written.lines.insert(key, result.to_owned());
     }
 }
@@ -154,6 +167,32 @@ mod tests {
         let again = open(folder.path());
         assert_eq!(again.recall(&KEYS[0]).as_deref(), Some("{\"a\":1}"));
         assert_eq!(again.recall(&KEYS[1]), None);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
+        let on_a_full_disk = |found: &FoundFile| {
+            let full = File::options().write(true).open("/dev/full").unwrap();
+            let mut written = found.written.lock().unwrap();
+            std::mem::replace(&mut written.file, Ok(full)).unwrap()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let killed = open(folder.path());
+        let file = on_a_full_disk(&killed);
+        killed.keep(&KEYS[0], "x");
+        killed.written.lock().unwrap().file = Ok(file);
+        killed.keep(&KEYS[1], "y");
+        drop(killed);
+        let again = open(folder.path());
+        assert_eq!(
+            KEYS.map(|key| again.recall(&key)),
+            [Some("x".to_owned()), Some("y".to_owned())]
+        );
+        _ = on_a_full_disk(&again);
+        again.keep(&KEYS[0], "z");
+        again.finish().unwrap();
+        assert_eq!(open(folder.path()).recall(&KEYS[0]).as_deref(), Some("z"));
     }
 
     #[test]
