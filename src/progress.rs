@@ -17,6 +17,7 @@ use belvedere_bake::progress::{Progress, Stage};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::json;
 
+use crate::place::Absent;
 use forecast::{Forecast, Now};
 
 /// Between two lines of JSON of one stage.
@@ -72,11 +73,17 @@ impl BakeProgress {
     }
 
     /// Says for what the bake waits, or that it goes on.
-    pub(crate) fn waits(&self, why: &str) {
+    pub(crate) fn waits(&self, absent: Option<Absent>, why: &str) {
         // Whoever has closed the pipe does not want to know.
         let say = || match self.show {
             Show::Bars => _ = writeln!(std::io::stderr().lock(), "{why}"),
-            Show::Lines => _ = writeln!(std::io::stdout().lock(), "{}", json!({"waits": why})),
+            Show::Lines => {
+                _ = writeln!(
+                    std::io::stdout().lock(),
+                    "{}",
+                    json!({"waits": {"absent": absent, "why": why}})
+                )
+            }
         };
         match &*self.current() {
             Some(current) => current.bar.suspend(say),

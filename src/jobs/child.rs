@@ -5,7 +5,13 @@
 //! The child writes one JSON object a line: how far it is, and at its end the report. What it says on standard error is
 //! for whoever runs the server; whoever uploaded hears of it what a limit or a crash is told by.
 
-use std::{io, path::PathBuf, process::Stdio, time::Duration};
+use std::{
+    io,
+    path::PathBuf,
+    process::Stdio,
+    sync::{Mutex, PoisonError},
+    time::Duration,
+};
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
@@ -47,8 +53,11 @@ pub(super) enum Ended {
 #[serde(rename_all = "lowercase")]
 enum Line {
     Progress(Progress),
-    /// For what the bake waits, in words for whoever runs the server.
-    Waits(String),
+    /// For what the bake waits, nothing when it goes on, and in words for whoever runs the server.
+    Waits {
+        absent: Option<Absent>,
+        why: String,
+    },
     Report(Value),
     Failed(Fault),
 }
@@ -92,7 +101,8 @@ pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> E
     let stdout = child.stdout.take().expect("it is piped");
     let stderr = child.stderr.take().expect("it is piped");
     let reading = tokio::spawn(said(stderr));
-    let following = follow(stdout, job, open, jobs.inner.traces.bake(&job.scene));
+    let waits_for = Mutex::new(None);
+    let following = follow(stdout, job, open, &waits_for, jobs.inner.traces.bake(&job.scene));
     tokio::pin!(following);
     let limit = jobs.inner.settings.time;
     let (last, asked) = tokio::select! {
@@ -100,7 +110,7 @@ pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> E
         () = open.cancelled.cancelled() => (None, Some(Ended::Cancelled)),
         () = open.lost.cancelled() => (None, Some(Ended::Lost)),
         () = jobs.inner.stopping.cancelled() => (None, Some(Ended::Stopped)),
-        () = tokio::time::sleep(limit) => (None, Some(too_long(limit))),
+        () = tokio::time::sleep(limit) => (None, Some(too_long(limit, job, &waits_for))),
     };
     drop(tie);
     let last = match asked {
@@ -205,7 +215,13 @@ fn uploaded(jobs: &Jobs, job: &Job) -> anyhow::Result<PathBuf> {
 }
 
 /// Tells how far the child is until it says no more; gives what it says at its end.
-async fn follow(stdout: ChildStdout, job: &Job, open: &Open, mut span: Option<BakeSpan>) -> Option<Last> {
+async fn follow(
+    stdout: ChildStdout,
+    job: &Job,
+    open: &Open,
+    waits_for: &Mutex<Option<Absent>>,
+    mut span: Option<BakeSpan>,
+) -> Option<Last> {
     let mut lines = BufReader::new(stdout).lines();
     let mut last = None;
     while let Ok(Some(line)) = lines.next_line().await {
@@ -216,7 +232,10 @@ async fn follow(stdout: ChildStdout, job: &Job, open: &Open, mut span: Option<Ba
                 }
                 open.now.send_modify(|job| job.progress = Some(progress));
             }
-            Ok(Line::Waits(why)) => tracing::warn!(job = %job.job, why, "a bake waits, or does no longer"),
+            Ok(Line::Waits { absent, why }) => {
+                *waits_for.lock().unwrap_or_else(PoisonError::into_inner) = absent;
+                tracing::warn!(job = %job.job, why, "a bake waits, or does no longer");
+            }
             Ok(Line::Report(report)) => last = Some(Last::Report(report)),
             Ok(Line::Failed(fault)) => last = Some(Last::Failed(fault)),
             Err(error) => tracing::warn!(%error, "a bake says what nobody understands"),
@@ -249,7 +268,12 @@ async fn end(child: &mut Child) -> Option<std::process::ExitStatus> {
     child.wait().await.ok()
 }
 
-fn too_long(limit: Duration) -> Ended {
+/// What a bake's limit of time ends: one that waits then is not its author's to mend.
+fn too_long(limit: Duration, job: &Job, waits_for: &Mutex<Option<Absent>>) -> Ended {
+    if let Some(absent) = *waits_for.lock().unwrap_or_else(PoisonError::into_inner) {
+        tracing::warn!(job = %job.job, "{absent}, and a bake that waits for it went over its time; the job waits again");
+        return Ended::Absent(absent);
+    }
     Ended::Failed(Failure::new(
         "bake-limit",
         "The bake went over a limit",

@@ -14,6 +14,7 @@ pub(crate) mod tree;
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
+    time::Duration,
 };
 
 use anyhow::Context;
@@ -36,7 +37,7 @@ use serde::{Deserialize, Serialize};
 use self::{
     data::{DataFolder, DataLock},
     found::FoundFile,
-    patience::Patience,
+    patience::{ANSWER, Patience, answered},
     rollback::whole,
     source_files::SourceFolder,
 };
@@ -395,7 +396,9 @@ impl Publisher {
                 found => found?,
             }
         }
-        self.data.catalogue().publish(new).await
+        // Its time grows with what is written: a millisecond a blob is a slow database.
+        let patience = ANSWER + Duration::from_millis(new.blobs.len() as u64);
+        answered(patience, self.data.catalogue().publish(new)).await
     }
 }
 
@@ -425,16 +428,14 @@ fn source_key(request: &Request) -> String {
 
 /// The report of the current revision, when baking again would give the same one.
 async fn unchanged(data: &DataFolder, request: &Request, key: &str) -> anyhow::Result<Option<Report>> {
-    let Some(baked) = data.catalogue().baked(&request.scene).await? else {
+    let Some(baked) = answered(ANSWER, data.catalogue().baked(&request.scene)).await? else {
         return Ok(None);
     };
     if baked.source_key != key || !same_files(request, &baked.sources)? {
         return Ok(None);
     }
-    let blobs = data
-        .catalogue()
-        .blobs_of(&request.scene, baked.pointer.revision)
-        .await?;
+    let asking = data.catalogue().blobs_of(&request.scene, baked.pointer.revision);
+    let blobs = answered(ANSWER, asking).await?;
     match whole(data.store(), &blobs).await {
         Ok(()) => {}
         Err(StoreError::Missing(_)) => return Ok(None),

@@ -2,13 +2,11 @@
 //! usually away: what took hours to find is not given up for a restart of a database.
 
 use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
+use anyhow::Context;
 use belvedere_bake::progress::Progress;
 
 use crate::{place::Absent, progress::BakeProgress};
@@ -16,12 +14,15 @@ use crate::{place::Absent, progress::BakeProgress};
 /// How long it waits, and between two times that it asks.
 const PATIENCE: Duration = Duration::from_secs(600);
 const PAUSE: Duration = Duration::from_secs(2);
+/// A catalogue that has not answered one question for so long is away. A store has a limit of its own, on how long it stands
+/// still: large blobs take their time over slow lines.
+pub(super) const ANSWER: Duration = Duration::from_secs(60);
 
 /// Waits, for everything that one bake does.
 pub(super) struct Patience {
     progress: Arc<BakeProgress>,
-    /// Many threads wait for one store; one says so.
-    told: AtomicBool,
+    /// How many threads wait: the first one says so, and the last one that the bake goes on.
+    waiting: Mutex<usize>,
     pause: Duration,
 }
 
@@ -29,7 +30,7 @@ impl Patience {
     pub(super) fn new(progress: Arc<BakeProgress>) -> Self {
         Self {
             progress,
-            told: AtomicBool::new(false),
+            waiting: Mutex::new(0),
             pause: PAUSE,
         }
     }
@@ -39,37 +40,70 @@ impl Patience {
     where
         F: Future<Output = anyhow::Result<T>>,
     {
-        let begun = Instant::now();
-        loop {
+        let mut since = None;
+        let ended = loop {
             let cause = match trying().await {
-                Ok(done) => {
-                    if self.told.swap(false, Ordering::Relaxed) {
-                        self.progress.waits("the bake goes on");
-                    }
-                    return Ok(done);
-                }
+                Ok(done) => break Ok(done),
                 Err(cause) => cause,
             };
             let Some(absent) = Absent::of(&cause) else {
-                return Err(cause);
+                break Err(cause);
             };
-            if self.progress.cancelled() || begun.elapsed() >= PATIENCE {
-                return Err(cause);
+            if self.progress.cancelled() || since.is_some_and(|since: Instant| since.elapsed() >= PATIENCE) {
+                break Err(cause);
             }
-            if !self.told.swap(true, Ordering::Relaxed) {
-                let minutes = PATIENCE.as_secs() / 60;
-                self.progress.waits(&format!(
-                    "{absent}; the bake waits for it, for {minutes} minutes at most: {cause}"
-                ));
+            if since.is_none() {
+                since = Some(Instant::now());
+                self.begin(absent, &cause);
             }
             tokio::time::sleep(self.pause).await;
+        };
+        if since.is_some() {
+            self.end(ended.is_ok());
+        }
+        ended
+    }
+
+    fn begin(&self, absent: Absent, cause: &anyhow::Error) {
+        // Held while it is said, so that what is said last is so.
+        let mut waiting = self.waiting();
+        *waiting += 1;
+        if *waiting == 1 {
+            let minutes = PATIENCE.as_secs() / 60;
+            let why = format!("{absent}; the bake waits for it, for {minutes} minutes at most: {cause}");
+            self.progress.waits(Some(absent), &why);
         }
     }
+
+    fn end(&self, goes_on: bool) {
+        let mut waiting = self.waiting();
+        *waiting -= 1;
+        if *waiting == 0 && goes_on {
+            self.progress.waits(None, "the bake goes on");
+        }
+    }
+
+    fn waiting(&self) -> MutexGuard<'_, usize> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What the catalogue answers, if it does in time.
+pub(super) async fn answered<T>(
+    patience: Duration,
+    asking: impl Future<Output = anyhow::Result<T>>,
+) -> anyhow::Result<T> {
+    tokio::time::timeout(patience, asking)
+        .await
+        .context("a question to the catalogue was not answered in time")?
 }
 
 #[cfg(test)]
 mod tests {
-    use std::{io, sync::atomic::AtomicUsize};
+    use std::{
+        io,
+        sync::atomic::{AtomicUsize, Ordering},
+    };
 
     use super::*;
     use crate::{progress::Show, store::StoreError};
@@ -108,6 +142,30 @@ mod tests {
             assert_eq!(patience().wait(trying).await.unwrap(), "done");
             assert_eq!(tried.into_inner(), 4);
         }
+    }
+
+    #[tokio::test]
+    async fn a_catalogue_that_does_not_answer_is_away() {
+        let never = std::future::pending::<anyhow::Result<()>>();
+        let error = answered(Duration::ZERO, never).await.unwrap_err();
+        assert_eq!(Absent::of(&error), Some(Absent::Catalogue));
+    }
+
+    #[tokio::test]
+    async fn the_bake_goes_on_when_nobody_waits_any_more() {
+        let patience = patience();
+        let tried = AtomicUsize::new(0);
+        let trying = || {
+            let before = tried.fetch_add(1, Ordering::Relaxed);
+            assert_eq!(*patience.waiting(), usize::from(before > 0));
+            std::future::ready(
+                (before == 2)
+                    .then_some(())
+                    .ok_or_else(|| failed(io::ErrorKind::StorageFull)),
+            )
+        };
+        patience.wait(trying).await.unwrap();
+        assert_eq!(*patience.waiting(), 0);
     }
 
     #[tokio::test]

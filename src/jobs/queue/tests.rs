@@ -8,7 +8,7 @@ use super::*;
 use crate::{
     db::{Catalogue, NewJob},
     jobs::{Inner, JobSettings},
-    place::{Place, PlaceArgs},
+    place::{Absent, Place, PlaceArgs},
     published::Publications,
     traces::Traces,
 };
@@ -141,6 +141,30 @@ async fn a_bake_that_found_nobody_at_home_waits_again_and_at_last_says_who_it_wa
 }
 
 #[tokio::test]
+async fn time_that_a_bake_waits_is_not_told_as_the_limit_of_its_author() {
+    type Start = fn(&mut Command) -> io::Result<Child>;
+    let away: Start = |_| goes_on_after(r#"{"waits":{"absent":"store","why":"it is away"}}"#);
+    let back: Start = |_| goes_on_after(r#"{"waits":{"absent":null,"why":"it goes on"}}"#);
+    for (start, state) in [(away, "queued"), (back, "failed")] {
+        let mut waiting = Waiting::with(start).await;
+        let inner = Arc::get_mut(&mut waiting.worker.jobs.inner).unwrap();
+        inner.settings.time = Duration::from_secs(2);
+        waiting.bake().await;
+        let (found, _, error) = waiting.stored().await;
+        assert_eq!(found, state);
+        assert!(error.is_none_or(|error| error.contains("/problems/bake-limit")));
+    }
+}
+
+#[test]
+fn only_who_had_room_for_it_is_told_that_what_was_found_is_kept() {
+    for (absent, kept) in [(Absent::Store, true), (Absent::Catalogue, true), (Absent::Room, false)] {
+        let told = serde_json::to_string(&child::given_up(absent)).unwrap();
+        assert_eq!(told.contains("is kept"), kept, "{told}");
+    }
+}
+
+#[tokio::test]
 async fn only_what_is_wrong_with_the_source_is_told_to_its_author() {
     for (failed, kind, told) in [
         (
@@ -175,6 +199,16 @@ fn ends_with(line: &'static str) -> io::Result<Child> {
             r#"echo "$0"; echo "belvedere: cannot store it in s3://worlds at 10.0.0.7" >&2; exit 1"#,
             line,
         ])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+}
+
+/// A child that says this, and nothing more until it is untied.
+fn goes_on_after(line: &'static str) -> io::Result<Child> {
+    Command::new("sh")
+        .args(["-c", r#"echo "$0"; cat"#, line])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
