@@ -81,7 +81,7 @@ is "metrics below a link" "$one/metrics" 404
 sleep 2
 is "the object by a link that has expired" "$short$manifest" 404
 is "the pointer by a link that has expired" "$short/v1/scenes/tree" 403
-if grep -q "${one##*/}" "$work/logs/belvedere.log" "$work/serve.err"; then
+if grep -q "${one##*/}" "$work/logs/belvedere.log" "$work/logs/error.log" "$work/serve.err"; then
   echo "WRONG a log holds a signature" >&2
   failed=1
 fi
