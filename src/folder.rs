@@ -3,6 +3,8 @@
 
 use std::{io, path::Path};
 
+use anyhow::Context;
+
 /// Makes a folder for its owner alone, and those above it as folders are made here.
 pub(crate) fn make_private(folder: &Path) -> io::Result<()> {
     if let Some(above) = folder.parent() {
@@ -15,6 +17,11 @@ pub(crate) fn make_private(folder: &Path) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists && folder.is_dir() => Ok(()),
         made => made,
     }
+}
+
+/// The same for the data folder, where it is opened.
+pub(crate) fn make_data(folder: &Path) -> anyhow::Result<()> {
+    make_private(folder).with_context(|| format!("cannot make the data folder {}", folder.display()))
 }
 
 #[cfg(all(test, unix))]

@@ -104,8 +104,7 @@ impl Place {
     /// When folder or bucket cannot be used.
     pub async fn open_store(&self, cache_bytes: u64) -> anyhow::Result<BlobStore> {
         let Some(bucket) = &self.bucket else {
-            folder::make_private(&self.data)
-                .with_context(|| format!("cannot make the data folder {}", self.data.display()))?;
+            folder::make_data(&self.data)?;
             return Ok(BlobStore::open_folder(&self.data, cache_bytes).await?);
         };
         let opened = BlobStore::open_bucket(bucket, cache_bytes).await;

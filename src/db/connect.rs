@@ -84,7 +84,7 @@ impl Catalogue {
     /// # Errors
     /// When folder or file cannot be made, opened or brought up to date.
     pub async fn open(data: &Path) -> anyhow::Result<Self> {
-        folder::make_private(data).with_context(|| format!("cannot make the data folder {}", data.display()))?;
+        folder::make_data(data)?;
         let file = data.join(FILE_NAME);
         let options = at(&file)?;
         let pool = AnyPoolOptions::new().max_connections(4).after_connect(|connection, _| {

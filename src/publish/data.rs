@@ -66,8 +66,7 @@ impl DataFolder {
 
     /// The same for settings that are checked.
     pub(crate) async fn open_place(place: &Place) -> anyhow::Result<Self> {
-        folder::make_private(&place.data)
-            .with_context(|| format!("cannot make the data folder {}", place.data.display()))?;
+        folder::make_data(&place.data)?;
         Ok(Self {
             path: place.data.clone(),
             catalogue: place.open_catalogue().await?,

@@ -39,7 +39,7 @@ use self::{
     found::FoundFile,
     patience::{ANSWER, Patience, answered},
     rollback::whole,
-    source_files::SourceFolder,
+    source_files::{SourceFolder, TooLarge, read_named},
 };
 use crate::{
     db::{Claim, NewRevision},
@@ -88,18 +88,12 @@ impl BakeInput {
     fn read(&self, limits: &Limits) -> anyhow::Result<(Vec<u8>, SourceFolder)> {
         match self {
             Self::File(path) => {
-                let cannot = || format!("cannot read {}", path.display());
-                let about = std::fs::metadata(path).with_context(cannot)?;
-                anyhow::ensure!(about.is_file(), "{} is not a regular file", path.display());
-                if about.len() > limits.memory_bytes {
-                    return Err(SourceTooLarge {
-                        file: self.file_name(),
-                        bytes: about.len(),
-                        most_bytes: limits.memory_bytes,
-                    }
-                    .into());
-                }
-                let bytes = std::fs::read(path).with_context(cannot)?;
+                // By its name alone: where it lies on a server is nobody's business who uploaded it.
+                let told = |error: anyhow::Error| match error.downcast::<TooLarge>() {
+                    Ok(large) => anyhow::Error::from(large.of_file(self.file_name())),
+                    Err(other) => other,
+                };
+                let bytes = read_named(path, (limits.memory_bytes, "--memory-mib")).map_err(told)?;
                 Ok((bytes, SourceFolder::beside(path)))
             }
             Self::BuiltIn(file) => {
@@ -110,22 +104,13 @@ impl BakeInput {
     }
 }
 
-/// A source that needs no reading.
-#[derive(Debug, thiserror::Error)]
-#[error("{file} has {bytes} bytes; the limit is {most_bytes} (--memory-mib)")]
-struct SourceTooLarge {
-    file: String,
-    bytes: u64,
-    most_bytes: u64,
-}
-
 /// Whether a bake failed for what its source is, so that its author can mend it.
 pub(crate) fn is_of_the_source(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         let of_the_bake = cause.downcast_ref::<BakeError>();
         let of_the_import = cause.downcast_ref::<ImportError>();
         of_the_import.is_some_and(|error| !matches!(error, ImportError::Cancelled))
-            || cause.is::<SourceTooLarge>()
+            || cause.is::<TooLarge>()
             || of_the_bake.is_some_and(|error| matches!(error, BakeError::World(_) | BakeError::Author(_)))
     })
 }

@@ -129,16 +129,38 @@ const MOST_NAMES: usize = 4096;
 /// What sets the limit of a source where no option does.
 pub(crate) const MOST_OF_A_SOURCE: &str = "the most that a source may have";
 
-/// A file that somebody named: a regular one, of at most so many bytes; `of` says what sets that limit.
-pub(crate) fn read_named(path: &Path, (limit, of): (u64, &str)) -> anyhow::Result<Vec<u8>> {
+/// A file has more bytes than it may.
+#[derive(Debug, thiserror::Error)]
+#[error("{file} has {found} bytes; the limit is {limit} ({of})")]
+pub(crate) struct TooLarge {
+    file: String,
+    found: String,
+    limit: u64,
+    of: &'static str,
+}
+
+impl TooLarge {
+    /// The same of a file that is told of by another name.
+    pub(crate) fn of_file(self, file: String) -> Self {
+        Self { file, ..self }
+    }
+}
+
+/// A file that somebody named: a regular one, of at most so many bytes; `of` says what sets that limit. [`TooLarge`] when it has more.
+pub(crate) fn read_named(path: &Path, (limit, of): (u64, &'static str)) -> anyhow::Result<Vec<u8>> {
     let shown = path.display();
     let cannot = || format!("cannot read {shown}");
     // Asked before it is opened, which would wait for who writes into a pipe.
     let about = std::fs::metadata(path).with_context(cannot)?;
     anyhow::ensure!(about.is_file(), "{shown} is not a regular file");
-    let too_large = |found: String| anyhow::anyhow!("{shown} has {found} bytes; the limit is {limit} ({of})");
+    let too_large = |found: String| TooLarge {
+        file: shown.to_string(),
+        found,
+        limit,
+        of,
+    };
     if about.len() > limit {
-        return Err(too_large(about.len().to_string()));
+        return Err(too_large(about.len().to_string()).into());
     }
     let mut bytes = Vec::with_capacity(usize::try_from(about.len()).unwrap_or_default());
     let file = std::fs::File::open(path).with_context(cannot)?;
@@ -146,7 +168,7 @@ pub(crate) fn read_named(path: &Path, (limit, of): (u64, &str)) -> anyhow::Resul
         .read_to_end(&mut bytes)
         .with_context(cannot)?;
     if bytes.len() as u64 > limit {
-        return Err(too_large(format!("more than {limit}")));
+        return Err(too_large(format!("more than {limit}")).into());
     }
     Ok(bytes)
 }

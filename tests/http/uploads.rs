@@ -199,28 +199,20 @@ async fn each_key_has_a_quota_and_what_waits_can_be_followed_and_cancelled() {
         publisher.put("b", "x").await.json(),
     );
     assert_eq!((&first["state"], &first["scene"]), (&"queued".into(), &"a".into()));
+    let refused = |full: &Answer, status, kind: &str, why: &str| {
+        assert_eq!((full.status, full.header("retry-after")), (status, Some("10")));
+        let problem = full.problem();
+        assert_eq!(problem["type"], kind);
+        assert!(problem["detail"].as_str().unwrap().starts_with(why), "{problem}");
+    };
     let full = publisher.put("c", "x").await;
-    assert_eq!((full.status, full.header("retry-after")), (429, Some("10")));
-    assert_eq!(full.problem()["type"], "/problems/quota-met");
-    assert!(
-        full.problem()["detail"]
-            .as_str()
-            .unwrap()
-            .starts_with("2 jobs of one key")
-    );
+    refused(&full, 429, "/problems/quota-met", "2 jobs of one key");
     let others = key(&publisher.server, &[Scope::Publish], None).await;
     let put = async |scene: &str| ask(address, ("PUT", scene), Some(&others), (GLB, "x")).await;
     let third = put("/v1/scenes/d").await;
     assert_eq!(third.status, 202);
     let full = put("/v1/scenes/e").await;
-    assert_eq!((full.status, full.header("retry-after")), (503, Some("10")));
-    assert_eq!(full.problem()["type"], "/problems/full");
-    assert!(
-        full.problem()["detail"]
-            .as_str()
-            .unwrap()
-            .starts_with("3 jobs of all keys")
-    );
+    refused(&full, 503, "/problems/full", "3 jobs of all keys");
     let third = third.json()["url"].as_str().unwrap().to_owned();
     assert_eq!(
         ask(address, ("DELETE", &third), Some(&others), (GLB, "")).await.status,

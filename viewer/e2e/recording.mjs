@@ -31,11 +31,10 @@ function insistOnScript(text) {
 }
 
 /** Where one is and looks. */
-const pose = (page) =>
-  page.evaluate(() => {
-    const { position, yaw, pitch } = window.belvedere.state();
-    return JSON.stringify([position, yaw, pitch]);
-  });
+async function pose(page) {
+  const { position, yaw, pitch } = await state(page);
+  return JSON.stringify([position, yaw, pitch]);
+}
 
 await tell("recording", async (open) => {
   const page = await open();
