@@ -14,24 +14,38 @@ use serde::{
 };
 use serde_path_to_error::{Path, Segment};
 
-use super::error::ApiError;
+use super::{error::ApiError, extract::shortened};
 
 pub(super) const JSON: &str = "application/json";
 /// The size of a usual body.
 const MAX_BODY_BYTES: usize = 64 << 10;
+/// So many characters of what is wrong with it are told.
+const MOST_TOLD: usize = 300;
 /// How long a body may take: less than a request, so that it is told from an answer that takes long.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The body, of one of these media types or of none that is stated.
 pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) -> Result<Bytes, ApiError> {
-    let taken = request.headers().get(header::CONTENT_TYPE).is_none_or(|kind| {
-        let essence = kind.to_str().unwrap_or_default().split(';').next().unwrap_or_default();
-        types.iter().any(|taken| essence.trim().eq_ignore_ascii_case(taken))
+    let headers = request.headers();
+    let taken = headers.get(header::CONTENT_TYPE).is_none_or(|kind| {
+        let mut parts = kind.to_str().unwrap_or_default().split(';').map(str::trim);
+        let essence = parts.next().unwrap_or_default();
+        types.iter().any(|taken| essence.eq_ignore_ascii_case(taken)) && parts.all(is_utf8)
     });
-    if !taken {
+    let plain = headers
+        .get(header::CONTENT_ENCODING)
+        .is_none_or(|coding| coding == "identity");
+    if !(taken && plain) {
         return Err(ApiError::UnsupportedMediaType);
     }
     whole(request.into_body(), most_bytes, PATIENCE).await
+}
+
+/// Whether a parameter of a media type names no other charset.
+fn is_utf8(parameter: &str) -> bool {
+    let (name, value) = parameter.split_once('=').unwrap_or((parameter, ""));
+    let value = value.trim_matches('"');
+    !name.eq_ignore_ascii_case("charset") || ["utf-8", "us-ascii"].iter().any(|one| value.eq_ignore_ascii_case(one))
 }
 
 /// All of a body that is no larger and takes no longer.
@@ -70,7 +84,10 @@ pub(super) fn json<T: DeserializeOwned>(text: &[u8], shape: &str) -> Result<T, A
         (pointer, error.into_inner())
     });
     let read = read.and_then(|value| reader.end().map(|()| value).map_err(|error| (String::new(), error)));
-    read.map_err(|(pointer, error)| ApiError::bad_body(pointer, format!("the body must be JSON, {shape}: {error}")))
+    read.map_err(|(pointer, error)| {
+        let wrong = shortened(&error.to_string(), MOST_TOLD);
+        ApiError::bad_body(pointer, format!("the body must be JSON, {shape}: {wrong}"))
+    })
 }
 
 /// What is read from an object, and from nothing else: by itself serde takes an array of the members' values for the same.
@@ -97,12 +114,12 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
     }
 }
 
-/// A JSON pointer (RFC 6901) to where reading ended.
+/// A JSON pointer (RFC 6901) to where reading ended, as far as names are of a usual length.
 fn pointer(path: &Path) -> String {
     let names = path.iter().map_while(|segment| match segment {
         Segment::Seq { index } => Some(index.to_string()),
-        Segment::Map { key } => Some(key.replace('~', "~0").replace('/', "~1")),
-        Segment::Enum { .. } | Segment::Unknown => None,
+        Segment::Map { key } if key.len() <= MOST_TOLD => Some(key.replace('~', "~0").replace('/', "~1")),
+        Segment::Map { .. } | Segment::Enum { .. } | Segment::Unknown => None,
     });
     names.flat_map(|name| ["/".to_owned(), name]).collect()
 }
@@ -112,6 +129,42 @@ mod tests {
     use futures_util::stream;
 
     use super::*;
+
+    #[tokio::test]
+    async fn what_is_wrapped_or_written_otherwise_is_refused_by_its_headers() {
+        let read = async |name: &str, value: &str| {
+            let request = Request::builder().header(name, value).body(Body::from("{}")).unwrap();
+            body(request, &[JSON], 9).await.is_ok()
+        };
+        for kind in [
+            "application/json",
+            "Application/JSON; charset=UTF-8",
+            "application/json;charset=\"utf-8\"",
+        ] {
+            assert!(read("content-type", kind).await, "{kind}");
+        }
+        for kind in ["text/plain", "application/json; charset=utf-16", "application/jsonx"] {
+            assert!(!read("content-type", kind).await, "{kind}");
+        }
+        assert!(read("content-encoding", "identity").await);
+        assert!(!read("content-encoding", "gzip").await);
+    }
+
+    #[test]
+    fn long_nonsense_is_not_said_back() {
+        #[derive(Debug, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        #[expect(dead_code, reason = "it is only read")]
+        struct Asked {
+            object: belvedere_scene::ObjectId,
+        }
+        let long = "x".repeat(60_000);
+        for text in [format!(r#"{{"object": "{long}"}}"#), format!(r#"{{"{long}": 1}}"#)] {
+            let problem = json::<Asked>(text.as_bytes(), "{…}").unwrap_err().problem();
+            let told = problem.detail.len() + problem.pointer.map_or(0, |pointer| pointer.len());
+            assert!((20..1_000).contains(&told), "{told}");
+        }
+    }
 
     #[tokio::test]
     async fn half_a_body_is_not_waited_for_for_ever() {

@@ -214,8 +214,8 @@ impl ApiError {
                 S::UNSUPPORTED_MEDIA_TYPE,
                 "unsupported-media-type",
                 "The body has another media type than this address takes",
-                "send JSON with Content-Type: application/json, batches of poses with application/x-ndjson, a scene as the file itself: \
-                 whole, without multipart and Content-Encoding".to_owned(),
+                "send JSON with Content-Type: application/json, batches of poses with application/x-ndjson, both in UTF-8, a scene as the \
+                 file itself: whole, without multipart; nothing with Content-Encoding".to_owned(),
             ),
             Self::MethodNotAllowed => (
                 S::METHOD_NOT_ALLOWED,

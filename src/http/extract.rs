@@ -43,6 +43,8 @@ pub(super) fn token(text: &str, pointer: Option<&'static str>) -> Result<Token, 
     text.parse().map_err(|_| ApiError::BadToken { pointer })
 }
 
+/// So many characters of a parameter that cannot be read are said back.
+const MOST_ECHOED: usize = 80;
 /// So many doors a query may close.
 pub(super) const MOST_DOORS: usize = 64;
 
@@ -127,7 +129,7 @@ impl Query {
         text.and_then(coordinates).ok_or_else(|| {
             let got = text.map_or_else(
                 || "it is missing".to_owned(),
-                |text| format!("got `{}`", shortened(text)),
+                |text| format!("got `{}`", shortened(text, MOST_ECHOED)),
             );
             ApiError::bad_query(
                 name,
@@ -143,7 +145,7 @@ impl Query {
         let [ax, ay, az, bx, by, bz] = corners.ok_or_else(|| {
             let got = text.map_or_else(
                 || "it is missing".to_owned(),
-                |text| format!("got `{}`", shortened(text)),
+                |text| format!("got `{}`", shortened(text, MOST_ECHOED)),
             );
             let detail = format!("`{name}` must be six decimal numbers minx,miny,minz,maxx,maxy,maxz in metres; {got}");
             ApiError::bad_query(name, detail)
@@ -188,7 +190,7 @@ impl Query {
                 "limit",
                 format!(
                     "`limit` must be a whole number from 1 to {MOST}; got `{}`",
-                    shortened(text)
+                    shortened(text, MOST_ECHOED)
                 ),
             )
         })
@@ -200,7 +202,10 @@ impl Query {
             None => Ok(Form::Published),
             Some("plain") => Ok(Form::Plain),
             Some(other) => {
-                let detail = format!("`form` may be `plain` or missing; got `{}`", shortened(other));
+                let detail = format!(
+                    "`form` may be `plain` or missing; got `{}`",
+                    shortened(other, MOST_ECHOED)
+                );
                 Err(ApiError::bad_query("form", detail))
             }
         }
@@ -223,9 +228,8 @@ impl Query {
     }
 }
 
-fn shortened(text: &str) -> String {
-    const MOST: usize = 80;
-    let mut short: String = text.chars().take(MOST).collect();
+pub(super) fn shortened(text: &str, most_chars: usize) -> String {
+    let mut short: String = text.chars().take(most_chars).collect();
     if short.len() < text.len() {
         short.push('…');
     }

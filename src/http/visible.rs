@@ -63,7 +63,7 @@ struct Asked {
     radius_m: Option<f64>,
     #[serde(alias = "bounds")]
     r#box: Option<Object<Corners>>,
-    closed: Vec<ObjectId>,
+    closed: Option<Vec<ObjectId>>,
     /// To JSON Schema 10.0 is an integer.
     limit: Option<f64>,
     after: Option<ObjectId>,
@@ -147,7 +147,8 @@ pub(super) async fn from_anywhere(
 ) -> Result<Response, ApiError> {
     let asked: Asked = json_body(request, Asked::SHAPE).await?;
     let (eye, limit) = (asked.eye()?, asked.limit()?);
-    if asked.closed.len() > MOST_DOORS {
+    let closed = asked.closed.unwrap_or_default();
+    if closed.len() > MOST_DOORS {
         return Err(ApiError::bad_body(
             "/closed",
             format!("at most {MOST_DOORS} doors can be closed"),
@@ -161,10 +162,7 @@ pub(super) async fn from_anywhere(
     let blockers = published.reader.blockers().await?;
     let blockers =
         blockers.ok_or_else(|| ApiError::NotFound(format!("occluders in scene `{scene}`: bake it again")))?;
-    let question = Question {
-        eye,
-        closed: asked.closed,
-    };
+    let question = Question { eye, closed };
     let found = on_line.run(move || blockers.not_hidden(&question)).await?;
     let found = found.map_err(|NoDoor(object)| {
         let detail = format!("{object} is no door of scene `{scene}`: a door's object info says `door: true`");
@@ -207,6 +205,9 @@ mod tests {
     fn a_ball_is_asked_about_as_the_box_around_it() {
         let bounds = eye(r#"{"position": [1, 2, 3], "radius_m": 0.5}"#).unwrap();
         assert_eq!((bounds.min, bounds.max), ([0.5, 1.5, 2.5], [1.5, 2.5, 3.5]));
+        let with_nulls =
+            r#"{"position": [1, 2, 3], "radius_m": null, "closed": null, "box": null, "limit": null, "after": null}"#;
+        assert_eq!(eye(with_nulls).unwrap().min, [1.0, 2.0, 3.0]);
         let bounds = eye(r#"{"box": {"min": [4, 0, 6], "max": [1, 5, 3]}}"#).unwrap();
         assert_eq!((bounds.min, bounds.max), ([1.0, 0.0, 3.0], [4.0, 5.0, 6.0]));
     }

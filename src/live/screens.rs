@@ -3,11 +3,14 @@
 
 use std::sync::Arc;
 
-use belvedere_live::{cells::Cell, world::Unscreened};
+use belvedere_live::{
+    cells::{Cell, Hidden},
+    world::Unscreened,
+};
 use belvedere_scene::{CellId, ObjectId};
 
 use super::message::{Message, StageHandle};
-use crate::published::{Blockers, Published, ReadError};
+use crate::published::{Blockers, Published, ReadError, Screened};
 
 /// What cannot be seen from a cell.
 #[derive(Debug)]
@@ -17,7 +20,7 @@ pub(super) struct Screen {
     pub(super) cell: CellId,
     /// While these doors are closed.
     pub(super) closed: Vec<ObjectId>,
-    pub(super) hidden: Vec<CellId>,
+    pub(super) hidden: Vec<Hidden>,
 }
 
 /// Answers questions about one revision, and tells the scene's task each answer and the end.
@@ -54,7 +57,10 @@ async fn prove(published: &Arc<Published>, blockers: &Arc<Blockers>, question: U
         let region = |shape: &Cell| blockers.region(&shape.bounds, &shape.planes);
         let others = question.others.iter().map(|(cell, shape)| (*cell, region(shape)));
         let hidden = blockers.screened(&region(&question.shape), &others.collect::<Vec<_>>(), &question.closed);
-        (question, hidden)
+        let hidden = hidden
+            .into_iter()
+            .map(|Screened { cell, behind }| Hidden { cell, behind });
+        (question, hidden.collect())
     });
     let (question, hidden) = proved.await.ok()?;
     Some(Screen {

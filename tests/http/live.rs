@@ -226,6 +226,11 @@ async fn a_batch_is_applied_but_for_its_bad_lines() {
     let expected = [(2, 400), (3, 403), (4, 400), (5, 404)].map(|(line, status)| (json!(line), json!(status)));
     assert_eq!(refused, expected);
     assert_eq!(batch["refused"][2]["pointer"], "/position");
+    assert_eq!(batch["more_unreadable"], 0);
+    let nonsense = ask(server.address, what, None, (body.0, &"x\n".repeat(50_000))).await;
+    let batch = nonsense.json();
+    assert_eq!(batch["refused"].as_array().unwrap().len(), 100);
+    assert_eq!(batch["more_unreadable"], 49_900);
     let told = stream.wait("object-pos").await.data;
     assert_eq!(
         told["objects"].as_array().unwrap().len(),

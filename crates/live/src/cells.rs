@@ -78,12 +78,45 @@ pub struct Cells {
     screens: BTreeMap<CellId, Screen>,
 }
 
+/// A cell that cannot be seen into from another while doors are closed.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Hidden {
+    /// Which.
+    pub cell: CellId,
+    /// Each of these sets of doors hides it while all in it are closed, whatever becomes of others.
+    pub behind: Vec<Vec<ObjectId>>,
+}
+
 /// What closed doors leave of what a cell sees.
 #[derive(Debug, Clone)]
 struct Screen {
     /// These doors are closed, rising; of others it makes no use.
     closed: Vec<ObjectId>,
+    /// Whether all that they hide is known, as far as it can be.
+    whole: bool,
+    hidden: Vec<Hidden>,
     leaves: Arc<[CellId]>,
+}
+
+impl Screen {
+    /// Forgets what takes a door to be closed; whether something can be seen again.
+    fn open(&mut self, door: ObjectId) -> bool {
+        self.closed.retain(|closed| *closed != door);
+        for hidden in &mut self.hidden {
+            let known = hidden.behind.len();
+            hidden.behind.retain(|doors| !doors.contains(&door));
+            self.whole &= hidden.behind.len() == known;
+        }
+        let known = self.hidden.len();
+        self.hidden.retain(|hidden| !hidden.behind.is_empty());
+        self.hidden.len() < known
+    }
+
+    /// What it leaves of what the cell sees.
+    fn leave(&mut self, sees: &[CellId]) {
+        let hides = |other: &CellId| self.hidden.iter().any(|hidden| hidden.cell == *other);
+        self.leaves = sees.iter().copied().filter(|other| !hides(other)).collect();
+    }
 }
 
 impl Cells {
@@ -192,28 +225,43 @@ impl Cells {
     }
 
     /// Takes note of what cannot be seen from a cell while these doors, rising, are closed.
-    pub fn screen(&mut self, cell: CellId, closed: &[ObjectId], hidden: &[CellId]) {
+    pub fn screen(&mut self, cell: CellId, closed: &[ObjectId], hidden: &[Hidden]) {
         let Some(sees) = self.sees_through_all(cell) else {
             return;
         };
-        let left = sees.iter().filter(|other| **other == cell || !hidden.contains(other));
-        let screen = Screen {
+        let mut screen = Screen {
             closed: closed.to_vec(),
-            leaves: left.copied().collect(),
+            whole: true,
+            // A cell always sees itself.
+            hidden: hidden.iter().filter(|hidden| hidden.cell != cell).cloned().collect(),
+            leaves: [].into(),
         };
+        screen.leave(sees);
         self.screens.insert(cell, screen);
     }
 
-    /// The closed doors that have been reckoned with in what a cell sees.
+    /// Whether all is known that these closed doors, rising, hide from a cell.
     #[must_use]
-    pub fn screened_by(&self, cell: CellId) -> &[ObjectId] {
-        self.screens.get(&cell).map_or(&[], |screen| &screen.closed)
+    pub fn is_screened_by(&self, cell: CellId, closed: &[ObjectId]) -> bool {
+        self.screens
+            .get(&cell)
+            .map_or(closed.is_empty(), |screen| screen.whole && screen.closed == closed)
     }
 
-    /// A door is open: nothing counts as hidden any more that it hides. Gives the cells for which it did, rising.
+    /// A door is open: nothing counts as hidden any more that takes it to be closed. Gives the cells that see more now, rising.
     pub fn open(&mut self, door: ObjectId) -> Vec<CellId> {
-        let opened = self.screens.extract_if(.., |_, screen| screen.closed.contains(&door));
-        opened.map(|(cell, _)| cell).collect()
+        let mut widened = Vec::new();
+        for (cell, screen) in &mut self.screens {
+            if screen.closed.contains(&door)
+                && screen.open(door)
+                && let Some(sees) = &self.sees[cell.index()]
+            {
+                screen.leave(sees);
+                widened.push(*cell);
+            }
+        }
+        self.screens.retain(|_, screen| !screen.closed.is_empty());
+        widened
     }
 
     fn seen_by(&self, cell: CellId) -> Option<&Arc<[CellId]>> {
@@ -347,18 +395,47 @@ mod tests {
     fn closed_doors_leave_less_until_one_of_them_opens() {
         let mut cells = field(2);
         let [a, b] = [ObjectId(5), ObjectId(9)];
-        cells.screen(CellId(0), &[a], &[CellId(2)]);
-        assert_eq!(cells.screened_by(CellId(0)), [], "nothing is known of the cell yet");
+        let hidden = |cell: u32, behind: &[&[ObjectId]]| Hidden {
+            cell: CellId(cell),
+            behind: behind.iter().map(|doors| doors.to_vec()).collect(),
+        };
+        cells.screen(CellId(0), &[a], &[hidden(2, &[&[a]])]);
+        assert!(cells.is_screened_by(CellId(0), &[]), "nothing is known of the cell yet");
         cells.learn(CellId(0), &[CellId(1), CellId(2)]);
-        cells.screen(CellId(0), &[a, b], &[CellId(0), CellId(2)]);
+        cells.screen(CellId(0), &[a, b], &[hidden(0, &[&[a]]), hidden(2, &[&[a, b]])]);
         assert_eq!(
             *cells.seen_from(&[CellId(0)]),
             [CellId(0), CellId(1)],
             "a cell sees itself"
         );
-        assert_eq!(cells.screened_by(CellId(0)), [a, b]);
+        assert!(cells.is_screened_by(CellId(0), &[a, b]));
         assert_eq!(cells.open(ObjectId(7)), []);
         assert_eq!(cells.open(b), [CellId(0)]);
         assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0), CellId(1), CellId(2)]);
+        assert!(!cells.is_screened_by(CellId(0), &[a]), "it may hide more by itself");
+        assert_eq!(cells.open(a), []);
+        assert!(cells.is_screened_by(CellId(0), &[]));
+    }
+
+    #[test]
+    fn what_other_doors_hide_stays_hidden_when_one_opens() {
+        let mut cells = field(2);
+        let [a, b, c] = [3, 5, 9].map(ObjectId);
+        cells.learn(CellId(0), &[CellId(1), CellId(2), CellId(3)]);
+        let hidden = |cell: u32, behind: &[&[ObjectId]]| Hidden {
+            cell: CellId(cell),
+            behind: behind.iter().map(|doors| doors.to_vec()).collect(),
+        };
+        let answer = [hidden(1, &[&[a]]), hidden(2, &[&[b, c], &[a]]), hidden(3, &[&[c]])];
+        cells.screen(CellId(0), &[a, b, c], &answer);
+        assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0)]);
+        assert_eq!(cells.open(a), [CellId(0)]);
+        assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0), CellId(1)]);
+        assert_eq!(cells.open(c), [CellId(0)]);
+        assert_eq!(
+            *cells.seen_from(&[CellId(0)]),
+            [CellId(0), CellId(1), CellId(2), CellId(3)]
+        );
+        assert!(!cells.is_screened_by(CellId(0), &[b]));
     }
 }

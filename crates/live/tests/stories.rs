@@ -3,13 +3,13 @@
 mod plan;
 
 use belvedere_live::{
-    cells::distance_m,
+    cells::{Hidden, distance_m},
     event::{Event, Gone},
     journal::replay::Replay,
     world::Rules,
 };
 use belvedere_scene::{
-    CellId, ObjectId,
+    Bounds, CellId, ObjectId,
     foliage::{Foliage, FoliageSquare, Slab},
 };
 use plan::{SPEED_MPS, Stage};
@@ -302,9 +302,36 @@ fn an_answer_about_a_door_that_has_opened_since_is_void() {
     stage.stand(b);
     stage.tick();
     let now_ms = stage.now_ms;
-    stage.world.screen(CellId(1), &[ObjectId(1_002)], &[CellId(2)], now_ms);
+    let hidden = Hidden {
+        cell: CellId(2),
+        behind: vec![vec![ObjectId(1_002)]],
+    };
+    stage.world.screen(CellId(1), &[ObjectId(1_002)], &[hidden], now_ms);
     stage.tick();
     assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}
+
+#[test]
+fn until_it_is_known_what_doors_hide_now_one_that_opens_shows_nobody_behind_another() {
+    let mut stage = Stage::row(5, 3);
+    let (a, near, far) = (stage.enter(1.4), stage.enter(2.5), stage.enter(3.6));
+    stage.gate(2, false);
+    stage.gate(3, false);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), []);
+    let now_ms = stage.now_ms;
+    let gate = Bounds::around([[2.0, 0.5, 0.5]]);
+    stage.world.set_door(ObjectId(1_002), &gate, true, now_ms);
+    for session in [near, far] {
+        let sent = stage.sent(stage.x(session));
+        stage.world.pose(session, sent, now_ms).unwrap();
+    }
+    stage.world.tick(now_ms);
+    stage.listen_unanswered();
+    assert_eq!(stage.seen_by(a), [stage.avatar(near)]);
+    let asked = stage.world.unscreened();
+    let here = asked.iter().find(|asked| asked.cell == CellId(1)).unwrap();
+    assert_eq!(here.closed, [ObjectId(1_003)], "what the other hides is asked anew");
 }
 
 #[test]

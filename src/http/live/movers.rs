@@ -30,6 +30,8 @@ use crate::{
 const NDJSON: &str = "application/x-ndjson";
 const MAX_BATCH_BYTES: usize = 1 << 20;
 const MOST_KEYS: usize = 1_000;
+/// So many lines of a batch that cannot be read are told one by one.
+const MOST_UNREADABLE: usize = 100;
 const DEFAULT_SPEED_MPS: f64 = 10.0;
 
 #[derive(Debug, Deserialize)]
@@ -207,6 +209,8 @@ struct Line {
 struct Batch {
     accepted: usize,
     refused: Vec<RefusedLine>,
+    /// Lines that could not be read, besides those told.
+    more_unreadable: usize,
     hushed: Vec<Hush>,
 }
 
@@ -240,7 +244,7 @@ pub(in crate::http) async fn poses(
 ) -> Result<Response, ApiError> {
     let body = body(request, &[NDJSON, JSON], MAX_BATCH_BYTES).await?;
     visitor.scene(&scene).await?;
-    let (mut lines, mut moves, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut lines, mut moves, mut refused, mut more_unreadable) = (Vec::new(), Vec::new(), Vec::new(), 0);
     // Some tools begin a file with a mark of its byte order, which says nothing of UTF-8.
     let lines_sent = body.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&body);
     for (number, text) in (1..).zip(lines_sent.split(|byte| *byte == b'\n')) {
@@ -252,7 +256,8 @@ pub(in crate::http) async fn poses(
                 lines.push(number);
                 moves.push(admitted);
             }
-            Err(error) => refused.push(RefusedLine::new(number, error)),
+            Err(error) if refused.len() < MOST_UNREADABLE => refused.push(RefusedLine::new(number, error)),
+            Err(_) => more_unreadable += 1,
         }
     }
     if moves.is_empty() && refused.is_empty() {
@@ -273,6 +278,7 @@ pub(in crate::http) async fn poses(
     let batch = Batch {
         accepted,
         refused,
+        more_unreadable,
         hushed,
     };
     Ok(now(StatusCode::OK, &batch))

@@ -1,4 +1,4 @@
-//! Do closed doors hide one region from another?
+//! Do closed doors hide one region from another, and which of them does it take?
 //!
 //! A leaf stands in a doorway, but sight lines between two rooms diverge beyond it: they end in the masonry around, which is
 //! many walls and bodies, none of which blocks them all. So the question is cut into easier ones, as portal sequences are
@@ -10,10 +10,12 @@
 //! leaf, which are closed. Cost: a proof where one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf,
 //! and for all of them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
 
+use std::collections::BTreeSet;
+
 use super::{
     blocker::Blocker,
     crossing::{BEHIND, between, region_of},
-    prover::{Proofs, Prover},
+    prover::{Proofs, Prover, Witness},
 };
 use crate::occluders::{DOOR_GAP, Occluders, Rectangle, Region, Wall, Way};
 
@@ -32,13 +34,19 @@ const MOST_TESTS: usize = 1_000_000;
 pub struct Screening<'a> {
     blocker: &'a Blocker,
     prover: Prover<'a>,
+    /// Rising.
+    closed: Vec<u32>,
+    /// Of all doors that ever were closed.
     leaves: Vec<Leaf<'a>>,
+    /// What the proof at hand takes.
+    taken: BTreeSet<u32>,
     pieces_left: usize,
     tests_left: usize,
 }
 
 /// A side of a closed door, and what is known of the walls around it.
 struct Leaf<'a> {
+    door: u32,
     wall: &'a Wall,
     /// Walls in its plane.
     coplanar: Vec<&'a Wall>,
@@ -54,33 +62,65 @@ impl<'a> Screening<'a> {
             bodies: true,
             walls: true,
         };
-        let mut prover = Prover::new(blocker, proofs);
-        prover.close(closed);
-        prover.allow(steps);
-        let walls = blocker.occluders.walls.iter();
-        let leaves = walls.filter(|wall| wall.door.is_some_and(|door| closed.contains(&door)));
-        Self {
+        let leaf = |wall: &'a Wall| {
+            let door = wall.door.filter(|door| closed.contains(door))?;
+            Some(Leaf::new(&blocker.occluders, door, wall))
+        };
+        let mut screening = Self {
             blocker,
-            prover,
-            leaves: leaves.map(|wall| Leaf::new(&blocker.occluders, wall)).collect(),
+            prover: Prover::new(blocker, proofs),
+            closed: Vec::new(),
+            leaves: blocker
+                .occluders
+                .leaves()
+                .iter()
+                .filter_map(|wall| leaf(wall))
+                .collect(),
+            taken: BTreeSet::new(),
             pieces_left: 0,
-            tests_left: MOST_TESTS,
-        }
+            tests_left: 0,
+        };
+        screening.close(closed.to_vec(), steps);
+        screening
     }
 
-    /// Whether no point of the target can be seen from any point of the eye region, as far as that can be proved. Never when
-    /// no closed door stands between the two.
-    pub fn hides(&mut self, eye: &Region, target: &Region) -> bool {
+    /// From now on these of the doors are closed, and questions together take so many tests of a wall.
+    pub fn close(&mut self, mut closed: Vec<u32>, steps: u32) {
+        closed.sort_unstable();
+        self.prover.close(&closed);
+        self.prover.allow(steps);
+        self.closed = closed;
+        self.tests_left = MOST_TESTS;
+    }
+
+    /// The closed doors that it takes so that no point of the target can be seen from any point of the eye region, as far as
+    /// that can be proved; others may be open. `None` when it is not, and when no closed door stands between the two.
+    pub fn hides(&mut self, eye: &Region, target: &Region) -> Option<BTreeSet<u32>> {
         let between = Region::of_box(eye.min.min(target.min), eye.max.max(target.max));
         let stands_between = |leaf: &usize| {
-            let [min, max] = self.leaves[*leaf].wall.around();
-            Region::of_box(min, max).overlaps(&between)
+            let leaf = &self.leaves[*leaf];
+            let [min, max] = leaf.wall.around();
+            self.closed.binary_search(&leaf.door).is_ok() && Region::of_box(min, max).overlaps(&between)
         };
         let leaves: Vec<_> = (0..self.leaves.len()).filter(stands_between).collect();
         if leaves.is_empty() {
-            return false;
+            return None;
         }
-        self.prover.hides(eye, target).is_some() || leaves.into_iter().any(|leaf| self.leaf_hides(leaf, eye, target))
+        self.taken.clear();
+        let hidden = self.is_hidden(eye, target) || leaves.into_iter().any(|leaf| self.leaf_hides(leaf, eye, target));
+        hidden.then(|| std::mem::take(&mut self.taken))
+    }
+
+    /// Whether walls and bodies alone hide it, closed doors among them.
+    fn is_hidden(&mut self, eye: &Region, target: &Region) -> bool {
+        let Some(witness) = self.prover.hides(eye, target) else {
+            return false;
+        };
+        if let Witness::Walls(walls) = witness {
+            let walls = walls.iter().map(|wall| &self.blocker.occluders.walls[*wall as usize]);
+            self.taken.extend(walls.filter_map(|wall| wall.door));
+        }
+        true
     }
 
     /// Whether all sight lines cross the plane of a leaf, and none passes beside it.
@@ -100,6 +140,7 @@ impl<'a> Screening<'a> {
             return false;
         }
         self.pieces_left = MOST_PIECES;
+        self.taken = BTreeSet::from([self.leaves[number].door]);
         let pieces = self.leaves[number].cut(&between(leaf, eye, target));
         pieces
             .iter()
@@ -133,8 +174,8 @@ impl<'a> Screening<'a> {
         self.tests_left -= tests;
         let region = region_of(around.wall, &without_border(*piece, BORDER * tolerance.hole_m));
         if around.has_a_wall_over(way, &region, margin_m)
-            || self.prover.hides(eye, &region).is_some()
-            || self.prover.hides(&region, target).is_some()
+            || self.is_hidden(eye, &region)
+            || self.is_hidden(&region, target)
         {
             return true;
         }
@@ -145,7 +186,7 @@ impl<'a> Screening<'a> {
 }
 
 impl<'a> Leaf<'a> {
-    fn new(occluders: &'a Occluders, leaf: &'a Wall) -> Self {
+    fn new(occluders: &'a Occluders, door: u32, leaf: &'a Wall) -> Self {
         let margin_m = 2.0 * occluders.tolerance.plane_m;
         let whole = [0, 1].map(|axis| [leaf.lines[axis][0], leaf.lines[axis][leaf.lines[axis].len() - 1]]);
         let region = region_of(leaf, &whole);
@@ -153,6 +194,7 @@ impl<'a> Leaf<'a> {
             wall.door.is_none() && is_parallel(wall.normal.dot(leaf.normal)) && lies_in_plane(wall, &region, margin_m)
         });
         Self {
+            door,
             wall: leaf,
             coplanar: coplanar.map(|wall| &**wall).collect(),
             doorway: [0, 1].map(|axis| doorway(occluders, leaf, axis)),

@@ -161,12 +161,15 @@ fn a_closed_door_shuts_a_room_off_whether_its_wall_is_thick_or_thin() {
         let [west, east] = house.rooms();
         assert!(!house.leaks(&west, &east), "{thick_m}");
         assert!(
-            Screening::new(&house.blocker, &house.doors, STEPS).hides(&west, &east),
+            Screening::new(&house.blocker, &house.doors, STEPS)
+                .hides(&west, &east)
+                .is_some(),
             "{thick_m}"
         );
-        assert!(Screening::new(&house.blocker, &house.doors, STEPS).hides(&east, &west) || thick_m == 0.0);
+        let back = Screening::new(&house.blocker, &house.doors, STEPS).hides(&east, &west);
+        assert!(back.is_some() || thick_m == 0.0);
         assert!(
-            !Screening::new(&house.blocker, &[], STEPS).hides(&west, &east),
+            Screening::new(&house.blocker, &[], STEPS).hides(&west, &east).is_none(),
             "it is open"
         );
     }
@@ -179,7 +182,9 @@ fn a_window_beside_a_closed_door_shows_all_behind_it() {
         let [west, east] = house.rooms();
         assert!(house.leaks(&west, &east), "{thick_m}");
         assert!(
-            !Screening::new(&house.blocker, &house.doors, STEPS).hides(&west, &east),
+            Screening::new(&house.blocker, &house.doors, STEPS)
+                .hides(&west, &east)
+                .is_none(),
             "{thick_m}"
         );
     }
@@ -199,7 +204,7 @@ fn a_closed_door_that_stands_askew_hides_only_what_is_behind_it() {
                 house.region(low, low.map(|low| low + 0.1 + 0.5 * random.unit()))
             };
             let (eye, target) = (part(), part());
-            if !screening.hides(&eye, &target) {
+            if screening.hides(&eye, &target).is_none() {
                 continue;
             }
             hidden[turned] += 1;
@@ -234,10 +239,10 @@ fn a_closed_door_hides_only_where_it_is_opaque() {
             let from = round % 2;
             let side = if from == 0 { -1.0 } else { 1.0 };
             let (eye, target) = (part(side), part(-side));
-            if !closed.hides(&eye, &target) {
+            if closed.hides(&eye, &target).is_none() {
                 continue;
             }
-            hidden_by_the_door[from] += usize::from(!open.hides(&eye, &target));
+            hidden_by_the_door[from] += usize::from(open.hides(&eye, &target).is_none());
             for _ in 0..500 {
                 let mut within = |region: &Region| {
                     let share = Vec3::from_array([0; 3].map(|_| random.unit()));
@@ -272,11 +277,51 @@ fn what_is_proved_hidden_no_ray_finds() {
             };
             let (eye, target) = (part(-5.0), part(1.0));
             let leaks = house.leaks(&eye, &target);
-            let proved = screening.hides(&eye, &target);
+            let proved = screening.hides(&eye, &target).is_some();
             assert!(!(proved && leaks), "{eye:?} sees {target:?}");
             hidden += usize::from(proved);
             seen += usize::from(leaks);
         }
     }
     assert!(hidden >= 20 && seen >= 3, "{hidden} hidden, {seen} seen");
+}
+
+#[test]
+fn a_proof_tells_the_doors_that_it_takes() {
+    // Three rooms in a row, with a door in each wall between two.
+    let mut builder = Builder::default();
+    builder.block("floor", [-9.0, -0.2, -4.0], [9.0, 0.0, 12.0]);
+    builder.block("ceiling", [-9.0, 3.0, -4.0], [9.0, 3.2, 12.0]);
+    for z in [-4.2, 12.0] {
+        builder.block("side", [-9.0, 0.0, z], [9.0, 3.0, z + 0.2]);
+    }
+    let mut doors = Vec::new();
+    for x in [-3.0, 3.0] {
+        builder.block("wall", [x - 0.1, 0.0, -4.0], [x + 0.1, 3.0, -0.5]);
+        builder.block("wall", [x - 0.1, 2.2, -0.5], [x + 0.1, 3.0, 0.5]);
+        builder.block("wall", [x - 0.1, 0.0, 0.5], [x + 0.1, 3.0, 12.0]);
+        doors.push(builder.block("door", [x - 0.03, 0.0, -0.5], [x + 0.03, 2.2, 0.5]));
+    }
+    for door in &doors {
+        builder.scene.objects[*door as usize].role = Role::Door;
+    }
+    let world = World::new(&builder.scene).unwrap();
+    let blocker = Blocker::new(Occluders::of(&world));
+    let room = |from: f32, to: f32| {
+        let [min, max] = [[from, 0.1, -3.9], [to, 2.9, 11.9]].map(|p: [f32; 3]| world.relative(p.map(f64::from)));
+        Region::of_box(min, max)
+    };
+    let [west, middle, east] = [room(-8.0, -3.2), room(-2.8, 2.8), room(3.2, 8.0)];
+    let mut screening = Screening::new(&blocker, &doors, STEPS);
+    let [first, second] = [doors[0], doors[1]];
+    assert_eq!(screening.hides(&west, &middle), Some([first].into()));
+    assert_eq!(screening.hides(&middle, &east), Some([second].into()));
+    assert!(screening.hides(&west, &east).is_some());
+    // Either does alone, and none when both are open.
+    for other in doors {
+        screening.close(vec![other], STEPS);
+        assert_eq!(screening.hides(&west, &east), Some([other].into()));
+    }
+    screening.close(Vec::new(), STEPS);
+    assert_eq!(screening.hides(&west, &east), None);
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     Ms, World,
     aoi::Aoi,
-    cells::{Cell, Cells},
+    cells::{Cell, Cells, Hidden},
     event::{Event, Gone, SessionId, Void},
     world::{Moved, NewMover, Refusal, Rules, Seen, Sent, Visitor},
 };
@@ -100,7 +100,7 @@ pub enum Input {
     Screen {
         cell: CellId,
         closed: Vec<ObjectId>,
-        hidden: Vec<CellId>,
+        hidden: Vec<Hidden>,
     },
     Resync {
         session: SessionId,

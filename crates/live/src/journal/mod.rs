@@ -18,7 +18,7 @@ pub use self::input::{Answer, Ground, Input, Output};
 use crate::{
     Ms, World,
     aoi::Aoi,
-    cells::Cells,
+    cells::{Cells, Hidden},
     event::{Event, Gone, SessionId, Void},
     world::{Moved, NewMover, Refusal, Rules, Seen, Sent, Visitor},
 };
@@ -221,7 +221,7 @@ impl Journal {
     }
 
     /// [`World::screen`].
-    pub fn screen(&mut self, cell: CellId, closed: &[ObjectId], hidden: &[CellId], now_ms: Ms) {
+    pub fn screen(&mut self, cell: CellId, closed: &[ObjectId], hidden: &[Hidden], now_ms: Ms) {
         let input = self.input(|| Input::Screen {
             cell,
             closed: closed.to_vec(),

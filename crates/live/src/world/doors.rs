@@ -3,8 +3,9 @@
 //! What a cell sees is published with all doors open. What closed doors hide of that is for geometry to say, so it is
 //! asked for ([`World::unscreened`]) and taken note of ([`World::screen`]): for the cells that somebody stands in or is
 //! about to enter, and only of doors that can be seen from there. Until an answer comes everything counts as visible
-//! that was so before; an answer for some of the closed doors stays right when others are closed too, and is void as soon as
-//! one of them opens. So nobody ever misses what a door has just uncovered.
+//! that was so before. An answer says of each cell which doors it takes to hide it ([`Hidden`]): it stays right when others are closed
+//! or opened, and is void as soon as one of these opens. So nobody ever misses what a door has just uncovered, and nobody hears
+//! of what others still hide.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +14,7 @@ use belvedere_scene::{Bounds, CellId, ObjectId};
 use super::World;
 use crate::{
     Ms,
-    cells::{Ball, Cell},
+    cells::{Ball, Cell, Hidden},
     event::{Event, SessionId},
 };
 
@@ -80,7 +81,7 @@ impl World {
     fn question(&self, cell: CellId) -> Option<Unscreened> {
         let sees = self.cells.sees_through_all(cell)?;
         let closed = self.closed_near(sees);
-        if closed == self.cells.screened_by(cell) {
+        if self.cells.is_screened_by(cell, &closed) {
             return None;
         }
         let shape_of = |cell: CellId| self.cells.cell(cell).cloned();
@@ -93,16 +94,17 @@ impl World {
         })
     }
 
-    /// An answer: while these doors are closed, those cells cannot be seen from this one. It is void when one of the doors
-    /// has been opened meanwhile.
-    pub fn screen(&mut self, cell: CellId, closed: &[ObjectId], hidden: &[CellId], now_ms: Ms) {
-        let is_closed = |object: &ObjectId| self.doors.get(object).is_some_and(|door| !door.open);
-        if closed.iter().all(is_closed) {
-            self.cells.screen(cell, closed, hidden);
-            self.look_again(&[cell], now_ms);
-        } else {
-            self.unscreened.insert(cell);
+    /// An answer: while these doors are closed, those cells cannot be seen from this one. What takes a door that has been opened
+    /// meanwhile is void, and asked again.
+    pub fn screen(&mut self, cell: CellId, closed: &[ObjectId], hidden: &[Hidden], now_ms: Ms) {
+        self.cells.screen(cell, closed, hidden);
+        for door in closed {
+            if self.is_open(*door) {
+                self.cells.open(*door);
+                self.unscreened.insert(cell);
+            }
         }
+        self.look_again(&[cell], now_ms);
     }
 
     /// Closed doors that stand in one of these cells: others hide none of them.

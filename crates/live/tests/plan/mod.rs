@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_live::{
     Ms,
     aoi::Aoi,
-    cells::{Cell, Cells, distance_m},
+    cells::{Cell, Cells, Hidden, distance_m},
     event::{Event, FIRST_MOVER, Gone, Hush, SessionId, Void},
     journal::{Ground, Journal},
     motion::{Key, Pose, Trajectory},
@@ -273,12 +273,15 @@ impl Stage {
                 .iter()
                 .filter_map(|door| door.0.checked_sub(1_000))
                 .collect();
-            let apart = |to: &CellId| {
-                let mut borders = borders.iter();
-                borders.any(|border| (asked.cell.0 < *border) != (to.0 < *border))
+            let apart = |to: CellId| {
+                let between = borders
+                    .iter()
+                    .filter(|border| (asked.cell.0 < **border) != (to.0 < **border));
+                let behind: Vec<_> = between.map(|border| vec![ObjectId(1_000 + border)]).collect();
+                (!behind.is_empty()).then_some(Hidden { cell: to, behind })
             };
             let others = asked.others.iter().map(|(cell, _)| *cell);
-            let hidden: Vec<_> = others.filter(apart).collect();
+            let hidden: Vec<_> = others.filter_map(apart).collect();
             self.world.screen(asked.cell, &asked.closed, &hidden, self.now_ms);
         }
     }
@@ -353,6 +356,11 @@ impl Stage {
 
     pub(crate) fn listen(&mut self) {
         self.screen();
+        self.listen_unanswered();
+    }
+
+    /// Before it is known what gates hide now.
+    pub(crate) fn listen_unanswered(&mut self) {
         for (session, event) in self.world.events() {
             if let Some(belief) = self.beliefs.get_mut(&session) {
                 belief.hear(&event);
