@@ -41,8 +41,10 @@ use super::{
     sending::{self, Outgoing},
 };
 
-/// So many bytes may wait for a reader.
+/// So many bytes may wait for a reader …
 const QUEUE_BYTES: usize = 256 << 10;
+/// … and so many for the first one: whoever opens sessions and reads none costs little.
+const FIRST_BYTES: usize = 64 << 10;
 /// A piece of the stream is cut at the first event beyond this.
 const PIECE_BYTES: usize = 32 << 10;
 
@@ -150,7 +152,7 @@ impl Outbox {
         state.queue_bytes += data.len();
         let name = event.name();
         state.queue.push_back(Said { name, data });
-        if state.queue_bytes > QUEUE_BYTES {
+        if state.queue_bytes > state.most_bytes() {
             state.miss(Void::Missed);
             self.somebody_missed.store(true, Ordering::Release);
         }
@@ -160,7 +162,8 @@ impl Outbox {
 
     /// Whether more than half of the room is left.
     pub(super) fn has_room(&self) -> bool {
-        self.state().queue_bytes < QUEUE_BYTES / 2
+        let state = self.state();
+        state.queue_bytes < state.most_bytes() / 2
     }
 
     /// Why a reader that is there must be told everything anew; none when it need not be.
@@ -328,6 +331,14 @@ impl Departing<'_> {
 }
 
 impl State {
+    /// How much may wait.
+    fn most_bytes(&self) -> usize {
+        match self.reader.number {
+            0 => FIRST_BYTES,
+            _ => QUEUE_BYTES,
+        }
+    }
+
     fn wake(&mut self) {
         if let Some(waker) = self.reader.waker.take() {
             waker.wake();

@@ -207,6 +207,18 @@ fn a_stuck_reader_costs_bounded_memory() {
 }
 
 #[test]
+fn who_is_never_listened_to_costs_less() {
+    let outbox = Outbox::default();
+    for _ in 0..100_000 {
+        outbox.push(&gone());
+        assert!(outbox.state().queue_bytes <= FIRST_BYTES);
+    }
+    assert_eq!(outbox.wants_resync(), None, "nobody would hear it");
+    outbox.attach(None);
+    assert_eq!(outbox.wants_resync(), Some(Void::Missed), "what was dropped is told anew");
+}
+
+#[test]
 fn the_end_comes_after_what_waits() {
     let outbox = Outbox::default();
     let reader = outbox.attach(None);
