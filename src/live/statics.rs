@@ -69,5 +69,9 @@ async fn in_view(view: &View) -> Result<Vec<Told>, ReadError> {
     let seen = page.map_or_else(Vec::new, |page| page.objects);
     let near = seen.into_iter().map(|seen| seen.info);
     let near = near.filter(|info| info.bounds.distance_m(view.position) <= view.enter_m);
-    Ok(near.map(|info| Told { info, moving: None }).collect())
+    let told = near.map(|info| Told {
+        info: info.into(),
+        moving: None,
+    });
+    Ok(told.collect())
 }

@@ -179,7 +179,7 @@ pub enum Void {
 pub struct Told {
     /// As in the published scene; a mover without a model has no levels.
     #[serde(flatten)]
-    pub info: ObjectInfo,
+    pub info: Arc<ObjectInfo>,
     /// A mover's pose, size and update period.
     #[serde(flatten)]
     pub moving: Option<Moving>,

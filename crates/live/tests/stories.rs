@@ -2,9 +2,11 @@
 
 mod plan;
 
+use std::sync::Arc;
+
 use belvedere_live::{
     cells::{Hidden, distance_m},
-    event::{Event, Gone},
+    event::{Event, Gone, Void},
     journal::replay::Replay,
     world::Rules,
 };
@@ -332,6 +334,39 @@ fn until_it_is_known_what_doors_hide_now_one_that_opens_shows_nobody_behind_anot
     let asked = stage.world.unscreened();
     let here = asked.iter().find(|asked| asked.cell == CellId(1)).unwrap();
     assert_eq!(here.closed, [ObjectId(1_003)], "what the other hides is asked anew");
+}
+
+#[test]
+fn many_who_come_to_see_it_are_told_one_info_as_it_stands() {
+    let mut stage = Stage::hall(2);
+    let (a, b) = (stage.enter(0.5), stage.enter(0.6));
+    let c = stage.enter(1.5);
+    stage.tick();
+    let avatar = stage.avatar(c);
+    let infos = |stage: &mut Stage| {
+        let told = stage
+            .world
+            .events()
+            .into_iter()
+            .filter_map(|(session, event)| match event {
+                Event::ObjectInfo(told) if told.info.object == avatar => Some((session, told.info)),
+                _ => None,
+            });
+        told.collect::<Vec<_>>()
+    };
+    let now_ms = stage.now_ms;
+    for session in [a, b] {
+        stage.world.resync(session, Void::Unknown, now_ms);
+    }
+    let [(to_a, first), (to_b, second)] = infos(&mut stage).try_into().unwrap();
+    assert_eq!((to_a, to_b), (a, b));
+    assert!(Arc::ptr_eq(&first, &second), "held once");
+    // Elsewhere it is another.
+    let sent = stage.sent(1.6);
+    stage.world.pose(c, sent, now_ms + 50).unwrap();
+    stage.world.resync(a, Void::Unknown, now_ms + 50);
+    let moved = infos(&mut stage).pop().unwrap().1;
+    assert_eq!([first.transform[12], moved.transform[12]], [1.5, 1.6]);
 }
 
 #[test]

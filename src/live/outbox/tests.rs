@@ -215,7 +215,11 @@ fn who_is_never_listened_to_costs_less() {
     }
     assert_eq!(outbox.wants_resync(), None, "nobody would hear it");
     outbox.attach(None);
-    assert_eq!(outbox.wants_resync(), Some(Void::Missed), "what was dropped is told anew");
+    assert_eq!(
+        outbox.wants_resync(),
+        Some(Void::Missed),
+        "what was dropped is told anew"
+    );
 }
 
 #[test]

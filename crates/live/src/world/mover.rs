@@ -1,6 +1,9 @@
 //! What is kept of a mover?
 
-use std::{collections::BTreeSet, sync::Arc};
+use std::{
+    collections::BTreeSet,
+    sync::{Arc, Weak},
+};
 
 use belvedere_scene::{Bounds, CellId, ObjectId, object::ObjectInfo};
 
@@ -34,6 +37,8 @@ pub(super) struct Mover {
     /// Where it is registered, rising: the cells that it touches, or that its volume does.
     pub(super) cells: Vec<CellId>,
     pub(super) shown_to: BTreeSet<SessionId>,
+    /// What somebody was told of it last, while that is under way.
+    pub(super) told: Weak<ObjectInfo>,
     pub(super) validity: Validity,
 }
 
@@ -93,11 +98,28 @@ impl Mover {
     }
 
     /// What a session is told that does not know it.
-    pub(super) fn told(&self, object: ObjectId, attention: Attention) -> Told {
+    pub(super) fn told(&mut self, object: ObjectId, attention: Attention) -> Told {
+        let moving = Moving {
+            pose: self.pose,
+            radius_m: self.radius_m,
+            attention,
+        };
+        Told {
+            info: self.info(object),
+            moving: Some(moving),
+        }
+    }
+
+    /// An object info as of what is published; many who come to see it at once share it.
+    fn info(&mut self, object: ObjectId) -> Arc<ObjectInfo> {
         let Look { name, model } = &self.look;
         let position = self.pose.position;
         let scale = model.as_deref().map_or([1.0; 3], |model| axis_scales(&model.transform));
-        let info = ObjectInfo {
+        let transform = world_from_object(&self.pose, scale);
+        if let Some(told) = self.told.upgrade().filter(|told| told.transform == transform) {
+            return told;
+        }
+        let info = Arc::new(ObjectInfo {
             object,
             source_node: name.clone(),
             part: 0,
@@ -105,7 +127,7 @@ impl Mover {
                 min: position.map(|x| x - self.radius_m),
                 max: position.map(|x| x + self.radius_m),
             },
-            transform: world_from_object(&self.pose, scale),
+            transform,
             model: model.as_deref().and_then(|model| model.model),
             procedural: None,
             mover: true,
@@ -113,16 +135,9 @@ impl Mover {
             levels: model.as_deref().map_or_else(Vec::new, |model| model.levels.clone()),
             smooth: None,
             impostor: model.as_deref().and_then(|model| model.impostor.clone()),
-        };
-        let moving = Moving {
-            pose: self.pose,
-            radius_m: self.radius_m,
-            attention,
-        };
-        Told {
-            info,
-            moving: Some(moving),
-        }
+        });
+        self.told = Arc::downgrade(&info);
+        info
     }
 }
 

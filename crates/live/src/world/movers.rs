@@ -1,6 +1,6 @@
 //! How do movers come, move and go?
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, sync::Weak};
 
 use belvedere_scene::{CellId, ObjectId};
 use serde::{Deserialize, Serialize};
@@ -105,6 +105,7 @@ impl World {
             state: State::Awake,
             cells: Vec::new(),
             shown_to: BTreeSet::new(),
+            told: Weak::new(),
             validity: Validity::new(longest_ms),
         };
         let reach_m = radius_m + self.rules.tick_reach_m(&mover);

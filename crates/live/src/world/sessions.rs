@@ -150,7 +150,9 @@ impl World {
         self.gone.retain(|(session, _), _| *session != id);
         let mut infos = Vec::with_capacity(session.shown.len());
         for (object, shown) in &mut session.shown {
-            let mover = &self.movers[object];
+            let Some(mover) = self.movers.get_mut(object) else {
+                continue;
+            };
             shown.sent = Some(mover.pose);
             shown.sent_at_ms = now_ms;
             shown.rests = false;
