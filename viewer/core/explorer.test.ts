@@ -103,7 +103,7 @@ describe("an explorer", () => {
     expect(glbs.length).toBe(2 + finer);
     expect(requests.filter((path) => path.endsWith(".pack")).length).toBe(1);
     const reasons = log.entries.filter(({ url }) => url.endsWith(".pack")).map(({ reason }) => reason);
-    expect(reasons).toEqual([expect.stringMatching(/^not here yet: a pack with \d+ models$/)]);
+    expect(reasons).toEqual([expect.stringMatching(/^not here yet: a pack for \d+ models$/)]);
     go(room(1));
     await quiet();
     expect(requests.filter((path) => path.endsWith(".pack")).length).toBe(1);

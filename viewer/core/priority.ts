@@ -81,7 +81,7 @@ export function reasonFor({ object, grade, cause }: Want): string {
 
 /** Why a pack is fetched that brings so many of the models that are wanted. */
 export function reasonForPack({ cause }: Want, models: number): string {
-  return `${inWords(cause)}: a pack with ${models} ${models === 1 ? "model" : "models"}`;
+  return `${inWords(cause)}: a pack for ${models} ${models === 1 ? "model" : "models"}`;
 }
 
 function inWords(cause: Cause): string {
