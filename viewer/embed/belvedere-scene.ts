@@ -30,18 +30,21 @@ export class BelvedereScene extends HTMLElement {
   static readonly observedAttributes = ["src"];
   private visit: Visit | undefined;
   private canvas: HTMLCanvasElement | undefined;
+  private caption: Caption | undefined;
   /** Where to go as soon as a scene is open. */
   private wanted: Pose | undefined;
   /** Which attempt to show something is the current one. */
   private attempt = 0;
 
   connectedCallback(): void {
+    addEventListener("online", this.retry);
     takeEarly(this, "src");
     void this.show();
     takeEarly(this, "pose");
   }
 
   disconnectedCallback(): void {
+    removeEventListener("online", this.retry);
     this.leave();
   }
 
@@ -81,6 +84,16 @@ export class BelvedereScene extends HTMLElement {
     else this.wanted = { position, yaw, pitch };
   }
 
+  /** Where something could not be had, it may come now. */
+  private readonly retry = (): void => {
+    if (!this.caption?.hasFailed) return;
+    if (!this.visit) void this.show();
+    else {
+      this.caption.forgive();
+      this.visit.explorer.retry();
+    }
+  };
+
   private leave(): void {
     this.attempt += 1;
     this.visit?.close();
@@ -94,7 +107,7 @@ export class BelvedereScene extends HTMLElement {
     const stick = make("div", { class: "stick", hidden: true, "aria-hidden": "true" }, make("i"));
     const line = make("p", { role: "status" });
     const caption = new Caption(line, () => this.dispatchEvent(new Event("ready")));
-    this.canvas = canvas;
+    [this.canvas, this.caption] = [canvas, caption];
     const root = this.shadowRoot ?? this.attachShadow({ mode: "open" });
     const style = new CSSStyleSheet();
     style.replaceSync(STYLE);

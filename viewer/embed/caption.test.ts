@@ -40,4 +40,9 @@ it("keeps a problem in sight, whatever comes after it", () => {
   expect(ready()).toBe(1);
   caption.problem("Something is missing.");
   expect(line.textContent).toBe("Something is missing.");
+  expect(caption.hasFailed).toBe(true);
+  caption.forgive();
+  expect([caption.hasFailed, line.hidden]).toEqual([false, true]);
+  caption.mode("fly");
+  expect(line.hidden).toBe(false);
 });

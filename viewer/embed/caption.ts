@@ -1,6 +1,6 @@
 /**
  * What does the line at the bottom of the element say? How much of the first picture is here; later, that one flies. A
- * problem stays there, whatever happens after it.
+ * problem stays there, whatever happens after it, until all is tried again.
  */
 import { write } from "../ui/dom.ts";
 import { writeProgress } from "../ui/format.ts";
@@ -35,6 +35,17 @@ export class Caption implements Display {
   problem(text: string): void {
     this.failed = true;
     this.put(text);
+  }
+
+  /** Whether there is a problem. */
+  get hasFailed(): boolean {
+    return this.failed;
+  }
+
+  /** Is silent about what was wrong, since it is tried again. */
+  forgive(): void {
+    this.failed = false;
+    this.put("");
   }
 
   private say(text: string): void {
