@@ -428,7 +428,7 @@ const SAID_CHARACTERS: usize = 60;
 fn beginning(bytes: &[u8]) -> Option<String> {
     let begun = &bytes[..bytes.len().min(4 * SAID_CHARACTERS)];
     let text = String::from_utf8_lossy(begun);
-    let said: String = text.trim_start().chars().take(SAID_CHARACTERS).collect();
+    let said: String = text.trim().chars().take(SAID_CHARACTERS).collect();
     let is_text =
         !said.is_empty() && !said.contains(|c: char| c == '\u{fffd}' || (c.is_control() && !c.is_whitespace()));
     is_text.then_some(said)
