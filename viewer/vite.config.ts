@@ -23,7 +23,7 @@ export default defineConfig({
   test: {
     // A busy machine fails nothing; what hangs does.
     testTimeout: 120_000,
-    include: ["core/**/*.test.ts", "three/**/*.test.ts", "ui/**/*.test.ts", "test/**/*.test.ts"],
+    include: ["core/**/*.test.ts", "three/**/*.test.ts", "ui/**/*.test.ts", "embed/**/*.test.ts", "test/**/*.test.ts"],
     environment: "node",
   },
 });

@@ -10,6 +10,16 @@ pub enum Error {
     /// The base address cannot be one of a published tree.
     #[error("`{0}` is not an address of a published tree: expected http://host[:port][/path]")]
     Address(String),
+    /// The address goes on after that of a tree, as a link into its viewer does.
+    #[error(
+        "`{address}` is a link, not the address of a published tree: leave out what begins with `?` or `#`, as in {tree}"
+    )]
+    Link {
+        /// What was given.
+        address: String,
+        /// The same without what is too much.
+        tree: String,
+    },
     /// There is nothing at this path.
     #[error("there is nothing at {0}")]
     Missing(String),
@@ -46,6 +56,14 @@ pub enum Error {
     /// The bytes are not those that the name promises.
     #[error("{0} arrived damaged: its bytes do not have the hash in its name")]
     Corrupt(BlobName),
+    /// What travelled compressed cannot be unpacked.
+    #[error("{path} arrived damaged: {cause}")]
+    Garbled {
+        /// Path below the base address.
+        path: String,
+        /// What does not fit.
+        cause: String,
+    },
     /// A document is not of the published format.
     #[error("{path} is not what this client reads: {cause}")]
     Document {
@@ -110,6 +128,11 @@ impl Error {
     /// Whether the same request may succeed later.
     #[must_use]
     pub fn is_transient(&self) -> bool {
-        matches!(self, Self::Fetch { .. } | Self::Corrupt(_) | Self::Length { .. })
+        matches!(self, Self::Fetch { .. } | Self::Length { .. }) || self.is_damage()
+    }
+
+    /// Whether something came, and not as it was sent.
+    pub(crate) fn is_damage(&self) -> bool {
+        matches!(self, Self::Corrupt(_) | Self::Garbled { .. })
     }
 }

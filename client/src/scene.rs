@@ -39,8 +39,7 @@ impl<S: ByteSource> Client<S> {
     /// # Errors
     /// When the list cannot be fetched or read.
     pub async fn scenes(&self) -> Result<SceneList, Error> {
-        let path = "/v1/scenes/index.json";
-        document(path, &self.source.get(path).await?)
+        named(&*self.source, "/v1/scenes/index.json").await
     }
 
     /// Follows the pointer of a scene to its current revision.
@@ -391,8 +390,16 @@ impl<S: ByteSource> Scene<S> {
 }
 
 async fn pointer_of(source: &impl ByteSource, scene: &SceneName) -> Result<Pointer, Error> {
-    let path = format!("/v1/scenes/{scene}/index.json");
-    document(&path, &source.get(&path).await?)
+    named(source, &format!("/v1/scenes/{scene}/index.json")).await
+}
+
+/// A document that has a name instead of a hash. What cannot be read may be a damaged copy, or come from somebody on the way
+/// who answers for the server, such as the page where one signs in to a network: so it is asked for once more.
+async fn named<T: DeserializeOwned>(source: &impl ByteSource, path: &str) -> Result<T, Error> {
+    match document(path, &source.get(path).await?) {
+        Err(Error::Document { .. }) => document(path, &source.get_fresh(path).await?.0),
+        read => read,
+    }
 }
 
 async fn verified(source: &impl ByteSource, name: &BlobName) -> Result<Bytes, Error> {
@@ -407,6 +414,22 @@ async fn verified(source: &impl ByteSource, name: &BlobName) -> Result<Bytes, Er
 fn document<T: DeserializeOwned>(path: &str, bytes: &[u8]) -> Result<T, Error> {
     serde_json::from_slice(bytes).map_err(|cause| Error::Document {
         path: path.to_owned(),
-        cause: cause.to_string(),
+        cause: match beginning(bytes) {
+            Some(beginning) => format!("{cause}; it begins with {beginning:?}"),
+            None => format!("{cause}; it has {} bytes", bytes.len()),
+        },
     })
+}
+
+/// So much of a document is said back.
+const SAID_CHARACTERS: usize = 60;
+
+/// How something that is text begins; nothing where it is none, or empty.
+fn beginning(bytes: &[u8]) -> Option<String> {
+    let begun = &bytes[..bytes.len().min(4 * SAID_CHARACTERS)];
+    let text = String::from_utf8_lossy(begun);
+    let said: String = text.trim().chars().take(SAID_CHARACTERS).collect();
+    let is_text =
+        !said.is_empty() && !said.contains(|c: char| c == '\u{fffd}' || (c.is_control() && !c.is_whitespace()));
+    is_text.then_some(said)
 }

@@ -10,7 +10,7 @@ use std::{
 };
 
 use belvedere_client::{
-    ByteSource, Error, HttpSource, Retrying,
+    ByteSource, Client, Error, HttpSource, Retrying,
     live::{LiveEvent, Participant, Session, SessionEvent, Stand},
 };
 use belvedere_scene::{BlobName, SceneName};
@@ -102,6 +102,70 @@ async fn cut_connections_false_lengths_and_damage_cost_another_try() {
         let right = Retrying::new(source).get(&path()).await;
         assert_eq!(right.unwrap(), CONTENT, "{}", String::from_utf8_lossy(&failure));
         assert_eq!(asked.load(Ordering::Relaxed), 2);
+    }
+}
+
+/// The page where one signs in to a network, whatever was asked for.
+const SIGN_IN: &[u8] = b"\n<!DOCTYPE html><title>Welcome to our hotel</title>";
+
+#[tokio::test]
+async fn a_pointer_that_cannot_be_read_is_asked_for_once_more_and_then_told_with_what_came() {
+    let answers = vec![whole(SIGN_IN), whole(b"{\"scenes\": []}")];
+    let (source, asked) = server(answers);
+    let scenes = Client::new(Retrying::new(source)).scenes().await;
+    assert!(scenes.expect("a list").scenes.is_empty());
+    assert_eq!(asked.load(Ordering::Relaxed), 2);
+
+    let rooms: SceneName = "rooms".parse().expect("a name");
+    for (came, told) in [
+        (
+            SIGN_IN,
+            "it begins with \"<!DOCTYPE html><title>Welcome to our hotel</title>\"",
+        ),
+        (b"\x00\x01\xff".as_slice(), "it has 3 bytes"),
+        (b"", "it has 0 bytes"),
+    ] {
+        let (source, asked) = server(vec![whole(came)]);
+        let error = Client::new(Retrying::new(source)).open(&rooms).await.unwrap_err();
+        let message = error.to_string();
+        assert!(
+            message.starts_with("/v1/scenes/rooms/index.json is not what"),
+            "{message}"
+        );
+        assert!(message.ends_with(told), "{message}");
+        assert_eq!(asked.load(Ordering::Relaxed), 2);
+    }
+}
+
+#[tokio::test]
+async fn gzip_that_does_not_unpack_is_damage() {
+    let fields = "Content-Encoding: gzip\r\nContent-Length: 10\r\n";
+    let (source, asked) = server(vec![answer("200 OK", fields, CONTENT), whole(CONTENT)]);
+    assert_eq!(Retrying::new(source).get(&path()).await.unwrap(), CONTENT);
+    assert_eq!(asked.load(Ordering::Relaxed), 2);
+
+    let (source, asked) = server(vec![answer("200 OK", fields, CONTENT)]);
+    let error = Retrying::new(source)
+        .get("/v1/scenes/rooms/index.json")
+        .await
+        .unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.starts_with("/v1/scenes/rooms/index.json arrived damaged: its gzip"),
+        "{message}"
+    );
+    assert_eq!(asked.load(Ordering::Relaxed), 2);
+}
+
+#[test]
+fn a_link_is_no_address_of_a_tree() {
+    for link in [
+        "http://127.0.0.1:8080/?scene=rooms",
+        "http://127.0.0.1:8080/#p=1,2,3&yaw=0",
+    ] {
+        let message = HttpSource::new(link).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("`{link}` is a link")), "{message}");
+        assert!(message.ends_with("as in http://127.0.0.1:8080/"), "{message}");
     }
 }
 

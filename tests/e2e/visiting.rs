@@ -63,7 +63,8 @@ fn a_slow_line_brings_things_later_and_what_lies_ahead_is_there_before_it_is_see
     assert_eq!(together["holes"], slow["holes"], "{together}");
     assert!(together["requests"].as_u64() <= slow["requests"].as_u64(), "{together}");
     // Memory that does not hold a room is kept, and that is said.
-    let tight = walk(&data, tree, &["--memory", "3k"]);
+    let tight_outcome = walk(&data, tree, &["--memory", "3k"]);
+    let tight = &tight_outcome;
     assert!(tight["memory"]["peak_bytes"].as_u64() <= Some(3000), "{tight}");
     assert!(
         tight["holes"].as_u64() > Some(0) || tight["convergence_s"].is_null(),
@@ -81,12 +82,34 @@ fn a_slow_line_brings_things_later_and_what_lies_ahead_is_there_before_it_is_see
     assert!(table.lines().all(|line| line.chars().count() <= 160), "{table}");
     let message = data.fails(&[&tight[..], &["--min-quality", "1%"]].concat());
     assert!(message.contains("memory does not suffice"), "{message}");
-    let message = text(
-        &data
-            .run(&["walk", tree, "--scene", "rooms", "--bandwidth", "-1"])
-            .stderr,
+    assert!(tight_outcome["memory"]["missing"].as_u64() > Some(0), "{tight_outcome}");
+    assert_eq!(fast["memory"]["missing"], 0, "{fast}");
+    // Memory that is short by a byte, where smaller forms of things leave nothing in sight missing, is good enough.
+    let almost = fast["memory"]["needed_bytes"].as_u64().expect("a number") - 1;
+    let almost = almost.to_string();
+    let spare = walk(&data, tree, &["--memory", &almost, "--min-quality", "100%"]);
+    assert!(spare["memory"]["short_cells"].as_u64() > Some(0), "{spare}");
+    assert_eq!(spare["memory"]["missing"], 0, "{spare}");
+    for (option, value, told) in [
+        ("--bandwidth", "-1", "expected a bandwidth in bits a second"),
+        ("--duration", "-1", "expected a number of seconds above 0"),
+        ("--duration", "nan", "expected a number of seconds above 0"),
+        ("--memory", "1.5", "expected an amount of memory in whole bytes"),
+        ("--sessions", "2.5", "expected a whole number from 1 to 10000"),
+    ] {
+        let message = text(&data.run(&["walk", tree, "--scene", "rooms", option, value]).stderr);
+        assert!(message.contains(told), "{message}");
+    }
+    // What is not used is looked at nevertheless.
+    let output = data.run(&["walk", tree, "--scene", "rooms", "--script", script, "--duration", "0"]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    let message = data.fails(&["walk", "http://127.0.0.1:9/?scene=rooms", "--scene", "rooms"]);
+    assert!(message.contains("leave out what begins with `?`"), "{message}");
+    let message = data.fails(&["walk", tree, "--scene", "cellar"]);
+    assert!(
+        message.contains(&format!("cannot open `cellar` of {tree}: ")),
+        "{message}"
     );
-    assert!(message.contains("expected a bandwidth in bits a second"), "{message}");
     let many = walk(&data, &server.base, &["--sessions", "5", "--speed", "36km/h"]);
     assert_eq!(many["sessions"], 5);
     assert!(many["requests"].as_u64() > Some(20), "{many}");

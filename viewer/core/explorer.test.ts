@@ -92,7 +92,7 @@ describe("an explorer", () => {
   });
 
   it("fetches a pack once instead of its levels, and lone levels once most of it is held", async () => {
-    const { requests, explorer, host, problems, go, quiet } = await explore({ packed: true });
+    const { requests, explorer, host, problems, log, go, quiet } = await explore({ packed: true });
     go(ROOM_0);
     await quiet();
     expect(problems).toEqual([]);
@@ -102,6 +102,8 @@ describe("an explorer", () => {
     // Two pedestals are in no pack; the balls' finer levels never are.
     expect(glbs.length).toBe(2 + finer);
     expect(requests.filter((path) => path.endsWith(".pack")).length).toBe(1);
+    const reasons = log.entries.filter(({ url }) => url.endsWith(".pack")).map(({ reason }) => reason);
+    expect(reasons).toEqual([expect.stringMatching(/^not here yet: a pack for \d+ models$/)]);
     go(room(1));
     await quiet();
     expect(requests.filter((path) => path.endsWith(".pack")).length).toBe(1);

@@ -257,6 +257,11 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.residency.held(model) !== undefined;
   }
 
+  /** Whether something of a model is held or on its way. */
+  wants(model: number): boolean {
+    return this.holds(model) || this.loads.isComing(model);
+  }
+
   /** What is drawn otherwise than it could be, and why. */
   get notes(): readonly string[] {
     return [...this.directory.notes, ...this.loads.notes];
@@ -417,7 +422,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     if (looksAhead && view.isAllKnown && !wants.some(({ cause }) => cause.kind === "missing")) ahead.learn(bytes_per_s);
     // What is on its way to save memory is not begun anew while that is short.
     const smaller = loads.short ? this.smaller() : undefined;
-    loads.follow(smaller && loads.brings(smaller) ? [smaller, ...wants] : wants);
+    loads.follow(smaller && loads.isComing(smaller.object.model.model) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants);
     const far = farObjects(sight.objects, (model) => loads.of(model), eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;

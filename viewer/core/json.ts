@@ -15,6 +15,15 @@ export class DocumentError extends Error {
   }
 }
 
+/** So much of what is no JSON is said back. */
+const SAID_CHARACTERS = 60;
+
+/** How a text begins that came instead of a document: the page of somebody on the way, say. */
+function beginning(text: string): string {
+  const said = [...text.trim().slice(0, 2 * SAID_CHARACTERS)].slice(0, SAID_CHARACTERS).join("");
+  return said === "" ? "but it is empty" : `but it begins with “${said}”`;
+}
+
 /** A JSON value together with the place where it stands. */
 export class Json {
   constructor(
@@ -26,7 +35,7 @@ export class Json {
     try {
       return new Json(JSON.parse(text), place);
     } catch {
-      throw new DocumentError(place, "JSON");
+      throw new DocumentError(place, `JSON, ${beginning(text)}`);
     }
   }
 

@@ -20,6 +20,8 @@ export interface Load {
   priority: number;
   readonly urls: Set<string>;
   readonly reason: string;
+  /** Of the pack that brings it. */
+  readonly packReason: string;
   state: "cancelled" | "fetching" | "uploading";
 }
 
@@ -56,12 +58,12 @@ export class ModelFiles {
     this.lostTextures.clear();
   }
 
-  fetchGrade(load: Load, packs: ReadonlySet<string>): Promise<Make> {
+  fetchGrade(load: Load, packs: ReadonlyMap<string, number>): Promise<Make> {
     if (load.grade.kind === "rung") return this.fetchRungs(load);
     return load.grade.kind === "grown" ? this.fetchRules(load) : this.fetchLevel(load, packs);
   }
 
-  private async fetchLevel(load: Load, packs: ReadonlySet<string>): Promise<Make> {
+  private async fetchLevel(load: Load, packs: ReadonlyMap<string, number>): Promise<Make> {
     const level = levelOf(load.model, load.grade);
     if (!level) throw new Error(`m${load.model.model} has no ${nameOf(load.grade)}`);
     const glb = await this.fetchGlb(load, level, packs);
@@ -113,11 +115,11 @@ export class ModelFiles {
   }
 
   /** A level's GLB, out of its pack where that is worth it. One that cannot be had so is fetched alone. */
-  private async fetchGlb(load: Load, level: Level, packs: ReadonlySet<string>): Promise<ArrayBuffer> {
+  private async fetchGlb(load: Load, level: Level, packs: ReadonlyMap<string, number>): Promise<ArrayBuffer> {
     const { pack } = level;
     if (pack && packs.has(pack.url)) {
       try {
-        const glb = outOf(await this.fetch(load, pack), pack, level);
+        const glb = outOf(await this.fetch(load, pack, load.packReason), pack, level);
         if (glb) return glb;
       } catch (error) {
         if (load.state === "cancelled") throw error;
@@ -145,9 +147,9 @@ export class ModelFiles {
     );
   }
 
-  fetch(load: Load, { url, bytes }: FileRef): Promise<ArrayBuffer> {
+  fetch(load: Load, { url, bytes }: FileRef, reason = load.reason): Promise<ArrayBuffer> {
     const address = this.parts.tree.resolve(url);
     load.urls.add(address);
-    return this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
+    return this.parts.queue.request(address, load.priority, { reason, bytes });
   }
 }

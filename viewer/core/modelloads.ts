@@ -13,7 +13,7 @@ import type { Impostor } from "./impostordocument.ts";
 import { type Load, ModelFiles } from "./modelfiles.ts";
 import type { PlacedObject } from "./objects.ts";
 import { packsWorth } from "./packs.ts";
-import { type Cause, reasonFor, type Want } from "./priority.ts";
+import { type Cause, reasonFor, reasonForPack, type Want } from "./priority.ts";
 import type { Gone, Part, ResidencySet, Terms } from "./residency.ts";
 import type { Stock } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
@@ -101,9 +101,9 @@ export class ModelLoads implements ModelNotes {
     return this.loads.size;
   }
 
-  /** Whether something of the model of a want is on its way. */
-  brings({ object }: Want): boolean {
-    return this.loads.has(object.model.model);
+  /** Whether something of a model is on its way. */
+  isComing(model: number): boolean {
+    return this.loads.has(model);
   }
 
   of(model: number): Holding {
@@ -221,7 +221,7 @@ export class ModelLoads implements ModelNotes {
     for (const url of load.urls) if (!shared.has(url)) this.parts.queue.cancel(url);
   }
 
-  private async start(want: Want, packs: ReadonlySet<string>): Promise<void> {
+  private async start(want: Want, packs: ReadonlyMap<string, number>): Promise<void> {
     const { model } = want.object;
     if (this.closed) return;
     const load: Load = {
@@ -230,6 +230,7 @@ export class ModelLoads implements ModelNotes {
       priority: want.priority,
       urls: new Set(),
       reason: reasonFor(want),
+      packReason: reasonForPack(want, packs.get(levelOf(model, want.grade)?.pack?.url ?? "") ?? 0),
       state: "fetching",
     };
     this.loads.set(model.model, load);
@@ -265,7 +266,7 @@ export class ModelLoads implements ModelNotes {
     for (const { url } of smooth ? [smooth, ...smooth.rungs] : []) this.parts.queue.shelf?.forget(url);
   }
 
-  private async bring(load: Load, packs: ReadonlySet<string>): Promise<void> {
+  private async bring(load: Load, packs: ReadonlyMap<string, number>): Promise<void> {
     const { host, residency, budget, smooth } = this.parts;
     const { model, grade } = load;
     const textures = new Map<string, ArrayBuffer>();

@@ -16,11 +16,11 @@ const level = (from: number, bytes: number, url = "/o/a.pack"): Level => ({
 describe("packs", () => {
   it("are worth fetching when at least half of their bytes is wanted, each file counted once", () => {
     const worth = (levels: Level[], costOf: CostOf = costAlone_bytes) => packsWorth(levels, costOf);
-    expect(worth([level(0, 30), level(30, 20)])).toEqual(new Set(["/o/a.pack"]));
-    expect(worth([level(0, 30), level(0, 30)])).toEqual(new Set());
-    expect(worth([level(0, 30), level(30, 20, "/o/b.pack")])).toEqual(new Set());
-    expect(worth([{ ...level(0, 100), pack: undefined }])).toEqual(new Set());
-    expect(worth([level(0, 30)], () => 0)).toEqual(new Set(["/o/a.pack"]));
+    expect(worth([level(0, 30), level(30, 20)])).toEqual(new Map([["/o/a.pack", 2]]));
+    expect(worth([level(0, 30), level(0, 30)])).toEqual(new Map());
+    expect(worth([level(0, 30), level(30, 20, "/o/b.pack")])).toEqual(new Map());
+    expect(worth([{ ...level(0, 100), pack: undefined }])).toEqual(new Map());
+    expect(worth([level(0, 30)], () => 0)).toEqual(new Map([["/o/a.pack", 1]]));
   });
 
   it("give each level its bytes, or nothing when they are too short", () => {

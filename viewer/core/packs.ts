@@ -8,8 +8,11 @@ import type { CostOf } from "./travel.ts";
 /** A pack is fetched whole when at least this share of its bytes is wanted. */
 const WORTH_A_PACK = 0.5;
 
-/** The packs that are worth fetching, by URL, for who wants these levels; those that cost nothing always are. */
-export function packsWorth(levels: Iterable<Level>, costOf: CostOf): Set<string> {
+/**
+ * The packs that are worth fetching, by URL, for who wants these levels, and how many of them each brings; those that cost
+ * nothing always are.
+ */
+export function packsWorth(levels: Iterable<Level>, costOf: CostOf): Map<string, number> {
   const packs = new Map<string, { pack: PackRef; files: Map<number, number> }>();
   for (const { pack, bytes } of levels) {
     if (!pack) continue;
@@ -21,7 +24,7 @@ export function packsWorth(levels: Iterable<Level>, costOf: CostOf): Set<string>
     const wanted_bytes = [...files.values()].reduce((sum, bytes) => sum + bytes, 0);
     return wanted_bytes >= WORTH_A_PACK * pack.bytes || costOf(pack) === 0;
   });
-  return new Set(worth.map(({ pack }) => pack.url));
+  return new Map(worth.map(({ pack, files }) => [pack.url, files.size]));
 }
 
 /** A level's GLB out of its pack; `undefined` when the pack is too short for it. */

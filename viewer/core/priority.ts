@@ -79,6 +79,11 @@ export function reasonFor({ object, grade, cause }: Want): string {
   return `${inWords(cause)}: m${object.model.model} ${nameOf(grade)}`;
 }
 
+/** Why a pack is fetched that brings so many of the models that are wanted. */
+export function reasonForPack({ cause }: Want, models: number): string {
+  return `${inWords(cause)}: a pack for ${models} ${models === 1 ? "model" : "models"}`;
+}
+
 function inWords(cause: Cause): string {
   switch (cause.kind) {
     case "missing":

@@ -24,7 +24,7 @@ import {
   type Start,
 } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
-import { Json } from "./json.ts";
+import { DocumentError, Json } from "./json.ts";
 import { decodePopulation, type Member } from "./population.ts";
 import { PRIORITY } from "./priority.ts";
 import type { Tree } from "./tree.ts";
@@ -34,9 +34,21 @@ const KEPT_DOCUMENTS = 512;
 
 /** The scenes of a tree, by name. */
 export async function fetchSceneList(queue: FetchQueue, tree: Tree): Promise<SceneSummary[]> {
-  const url = tree.sceneList();
-  const bytes = await queue.request(url, PRIORITY.document, { fresh: true, reason: "the list of scenes" });
-  return readSceneList(jsonOf(bytes, "/v1/scenes/index.json"));
+  return readNamed(queue, tree.sceneList(), "the list of scenes", readSceneList);
+}
+
+/**
+ * A document that has a name instead of a hash. What cannot be read may be a damaged copy, or come from somebody on the way who
+ * answers for the server, such as the page where one signs in to a network: so it is asked for once more.
+ */
+async function readNamed<T>(queue: FetchQueue, url: string, reason: string, read: (json: Json) => T): Promise<T> {
+  const ask = async () => read(jsonOf(await queue.request(url, PRIORITY.document, { fresh: true, reason }), reason));
+  try {
+    return await ask();
+  } catch (error) {
+    if (!(error instanceof DocumentError)) throw error;
+    return ask();
+  }
 }
 
 /** One immutable revision of a scene. */
@@ -51,9 +63,7 @@ export class PublishedScene {
   ) {}
 
   static async open(queue: FetchQueue, tree: Tree, scene: string): Promise<PublishedScene> {
-    const url = tree.pointer(scene);
-    const asked = { fresh: true, reason: `the pointer of ${scene}` };
-    const pointer = readPointer(jsonOf(await queue.request(url, PRIORITY.document, asked), asked.reason));
+    const pointer = await readNamed(queue, tree.pointer(scene), `the pointer of ${scene}`, readPointer);
     const reason = `the manifest of ${scene}`;
     const bytes = await queue.request(tree.resolve(pointer.manifest), PRIORITY.document, { reason });
     return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, reason)));

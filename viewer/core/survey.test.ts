@@ -17,11 +17,11 @@ async function rooms() {
   return { scene, directory, all: await directory.everything(PRIORITY.prefetch) };
 }
 
-it("finds every object, and counts as saved only models that nothing visible uses", async () => {
+it("finds every object, and counts as saved only models of which nothing is here", async () => {
   const { scene, all } = await rooms();
   expect(all.length).toBe(scene.manifest.counts.objects);
   const firstRoom = all.filter(({ entry }) => entry.bounds.max[0] < 6);
-  const hidden = hiddenFrom(firstRoom, all);
+  const hidden = hiddenFrom(firstRoom, all, () => false);
   expect(hidden.objects.length).toBe(all.length - firstRoom.length);
   const shown = new Set(firstRoom.map(({ model }) => model.model));
   const others = new Map(all.filter(({ model }) => !shown.has(model.model)).map(({ model }) => [model.model, model]));
@@ -34,7 +34,17 @@ it("finds every object, and counts as saved only models that nothing visible use
       ? 0
       : (all.find(({ model }) => model.levels[0]?.textures[0])?.model.levels[0]?.textures[0]?.bytes ?? 0);
   expect(hidden.saved_bytes).toBe(geometry + pictures);
-  expect(hiddenFrom(all, all)).toMatchObject({ objects: [], saved_bytes: 0 });
+  expect(hiddenFrom(all, all, () => false)).toMatchObject({ objects: [], absent: 0, saved_bytes: 0 });
+  const hiddenModels = hidden.objects.filter(({ model }) => !shown.has(model.model));
+  expect(hidden.absent).toBe(hiddenModels.length);
+  // What was fetched ahead is hidden, and not saved.
+  const [ahead] = [...others.values()].filter(({ levels }) => levels[0]?.textures.length === 0);
+  if (!ahead) throw new Error("the fixture has no model without textures");
+  const later = hiddenFrom(firstRoom, all, (model) => model === ahead.model);
+  const fetched = hidden.objects.filter(({ model }) => model.model === ahead.model);
+  expect(later.objects).toEqual(hidden.objects);
+  expect(later.absent).toBe(hidden.absent - fetched.length);
+  expect(later.saved_bytes).toBe(hidden.saved_bytes - (ahead.levels[0]?.bytes ?? 0));
 });
 
 it("tells apart what is next door: unknown, known, coming and ready; and why things are visible", async () => {

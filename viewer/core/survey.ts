@@ -1,6 +1,6 @@
 /**
  * What does the inspector want to know of a place? Which cells lie around and what of them is here already, why an
- * object counts as visible, and what is hidden and was therefore never asked for.
+ * object counts as visible, and what is hidden, of most of which nothing is here.
  */
 import type { CellRecord } from "./cellrecord.ts";
 import type { CellEntry } from "./documents.ts";
@@ -66,17 +66,27 @@ export function reasonsAt(world: Surveyed, cell: number): Reasons {
 /** What is not in the picture. */
 export interface Hidden {
   readonly objects: readonly PlacedObject[];
-  /** Level 0, with its textures, of models that no visible object uses. */
+  /** How many of them have nothing here. The models of the others were seen before, lie ahead, or are used by what is visible. */
+  readonly absent: number;
+  /** Level 0, with its textures, of models of which nothing is here. */
   readonly saved_bytes: number;
   /** The same of all models. */
   readonly whole_bytes: number;
 }
 
-export function hiddenFrom(visible: readonly PlacedObject[], all: readonly PlacedObject[]): Hidden {
+/** Of all objects; `isHere` says of which models something is here or under way. */
+export function hiddenFrom(
+  visible: readonly PlacedObject[],
+  all: readonly PlacedObject[],
+  isHere: (model: number) => boolean,
+): Hidden {
   const shown = new Set(visible.map(({ entry }) => entry.object));
+  const seen = new Set(visible.map(({ model }) => model.model));
   const objects = all.filter(({ entry }) => !shown.has(entry.object));
+  const isWanted = ({ model }: PlacedObject) => seen.has(model.model) || isHere(model.model);
   const whole_bytes = finestBytes(all);
-  return { objects, saved_bytes: whole_bytes - finestBytes(visible), whole_bytes };
+  const saved_bytes = whole_bytes - finestBytes(all.filter(isWanted));
+  return { objects, absent: objects.filter((object) => !isWanted(object)).length, saved_bytes, whole_bytes };
 }
 
 function finestBytes(objects: readonly PlacedObject[]): number {

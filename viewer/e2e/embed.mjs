@@ -52,7 +52,7 @@ await tell("embed", async (open) => {
   });
   insist(refused.includes("position"), `a pose without a place is taken: ${refused}`);
   await page.evaluate(() => document.querySelector("belvedere-scene").remove());
-  const lost = await open(undefined, /status of 404/);
+  const lost = await open(undefined, /status of 404|ERR_INTERNET_DISCONNECTED/);
   await lost.goto(new URL("embed/example.html", base).href);
   await lost.evaluate(() => document.querySelector("belvedere-scene").setAttribute("src", "../nowhere/?scene=none"));
   await lost.locator("belvedere-scene p").getByText("missing").waitFor({ timeout });
@@ -65,5 +65,14 @@ await tell("embed", async (open) => {
   const late = `../${base.search}`;
   await ready(lost, "a link that came late", late);
   insist((await lost.evaluate(() => document.querySelector("belvedere-scene").src)) === late, "src is not told");
+  // Without a line nothing comes, and with the line it does.
+  await lost.context().setOffline(true);
+  await lost.evaluate((src) => document.querySelector("belvedere-scene").setAttribute("src", src), `${late}#p=0,0,0`);
+  const line = lost.locator("belvedere-scene p");
+  await line.getByText("cannot be reached").waitFor({ timeout });
+  const back = ready(lost, "a line that came back");
+  await lost.context().setOffline(false);
+  await back;
+  insist(await line.isHidden(), "a problem stays though it is over");
   console.log("one tag shows a world, and says so where it cannot");
 });

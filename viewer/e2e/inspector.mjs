@@ -24,7 +24,13 @@ async function freeze(page) {
   await page.keyboard.press("KeyG");
   await says(page, "saved", /objects are hidden/);
   const after = await state(page);
-  const hidden = Number(/^(\d+) of/.exec(await text(page, "saved"))?.[1]);
+  const told = await text(page, "saved");
+  const [hidden, absent, here = 0] = (
+    told.match(/^(\d+) of .*Nothing of (\d+) of them.*?(?:models of (\d+) are here|Fly)/) ?? []
+  )
+    .slice(1)
+    .map((number) => Number(number ?? 0));
+  insist(hidden === absent + here, `hidden objects do not add up: "${told}"`);
   const expected = before.objects - before.visible;
   insist(hidden === expected, `${hidden} objects are said to be hidden where ${expected} are`);
   insist(after.cell === before.cell, "the cell changed while the view was frozen");
@@ -64,6 +70,24 @@ async function pretendSlowLine(page) {
   await settle(page, "the other place");
 }
 
+/** What has a colour of its own to be known by must keep it where the system sets all others. */
+async function forceColours(page) {
+  await page.emulateMedia({ forcedColors: "active" });
+  const legends = await page.evaluate(() =>
+    [...document.querySelectorAll("#inspector :is(.legend, .toggle)")]
+      .map((legend) =>
+        [...legend.querySelectorAll(".swatch")].map((swatch) => getComputedStyle(swatch).backgroundColor),
+      )
+      .filter((colours) => colours.length > 1),
+  );
+  insist(legends.length >= 3, `only ${legends.length} legends have colours`);
+  for (const colours of legends) {
+    insist(new Set(colours).size === colours.length, `where colours are forced, a legend shows ${colours.join()}`);
+  }
+  await page.screenshot({ path: picture("inspector-forced-colours") });
+  await page.emulateMedia({ forcedColors: null });
+}
+
 await tell("inspector", async (open) => {
   const page = await open();
   await page.goto(url);
@@ -76,6 +100,7 @@ await tell("inspector", async (open) => {
   await page.screenshot({ path: picture("inspector") });
   const rows = await page.getByTestId("requests").locator("tbody tr:visible").count();
   insist(rows > 5, `only ${rows} requests are listed`);
+  await forceColours(page);
   if (start.visible < start.objects) await freeze(page);
   await page.mouse.click(500, 400);
   await says(page, "picked", /^o\d+ “.*”, model m\d+/);

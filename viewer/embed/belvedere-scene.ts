@@ -11,14 +11,17 @@ import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { fetchSceneList, PublishedScene } from "../core/published.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
+import { decoderReady } from "../three/decoder.ts";
 import { Stage } from "../three/stage.ts";
 import { Controls } from "../ui/controls.ts";
-import { make, write } from "../ui/dom.ts";
+import { make } from "../ui/dom.ts";
 import { Doors } from "../ui/doors.ts";
-import { writeProgress } from "../ui/format.ts";
+import { unlessForbidden } from "../ui/policy.ts";
 import { explain, NoSuchScene } from "../ui/problem.ts";
-import { type Display, type Moving, type Readings, Visit } from "../ui/visit.ts";
+import { Visit } from "../ui/visit.ts";
+import { Caption } from "./caption.ts";
 import { STYLE } from "./style.ts";
+import { takeEarly } from "./upgrade.ts";
 
 const HOW_TO_MOVE =
   "Move with W, A, S, D or the arrow keys; drag to look around, or press R and V; Enter opens and closes doors.";
@@ -27,14 +30,21 @@ export class BelvedereScene extends HTMLElement {
   static readonly observedAttributes = ["src"];
   private visit: Visit | undefined;
   private canvas: HTMLCanvasElement | undefined;
+  private caption: Caption | undefined;
+  /** Where to go as soon as a scene is open. */
+  private wanted: Pose | undefined;
   /** Which attempt to show something is the current one. */
   private attempt = 0;
 
   connectedCallback(): void {
+    addEventListener("online", this.retry);
+    takeEarly(this, "src");
     void this.show();
+    takeEarly(this, "pose");
   }
 
   disconnectedCallback(): void {
+    removeEventListener("online", this.retry);
     this.leave();
   }
 
@@ -63,15 +73,26 @@ export class BelvedereScene extends HTMLElement {
     return { position, yaw, pitch };
   }
 
-  /** Goes there; angles that are not given are zero. */
+  /** Goes there, or begins there when no scene is open yet; angles that are not given are zero. */
   set pose(pose: Partial<Pose> | undefined) {
     const { position, yaw = 0, pitch = 0 } = pose ?? {};
     const numbers = [...(position ?? []), yaw, pitch];
     if (position?.length !== 3 || !numbers.every(Number.isFinite)) {
       throw new TypeError("a pose is { position: [x, y, z], yaw, pitch }, in metres and radians");
     }
-    this.visit?.teleport({ position, yaw, pitch });
+    if (this.visit) this.visit.teleport({ position, yaw, pitch });
+    else this.wanted = { position, yaw, pitch };
   }
+
+  /** Where something could not be had, it may come now. */
+  private readonly retry = (): void => {
+    if (!this.caption?.hasFailed) return;
+    if (!this.visit) void this.show();
+    else {
+      this.caption.forgive();
+      this.visit.explorer.retry();
+    }
+  };
 
   private leave(): void {
     this.attempt += 1;
@@ -84,18 +105,19 @@ export class BelvedereScene extends HTMLElement {
     const { attempt } = this;
     const canvas = make("canvas", { tabindex: "0", role: "application", "aria-label": `A world. ${HOW_TO_MOVE}` });
     const stick = make("div", { class: "stick", hidden: true, "aria-hidden": "true" }, make("i"));
-    const caption = make("p", { role: "status" });
-    this.canvas = canvas;
+    const line = make("p", { role: "status" });
+    const caption = new Caption(line, () => this.dispatchEvent(new Event("ready")));
+    [this.canvas, this.caption] = [canvas, caption];
     const root = this.shadowRoot ?? this.attachShadow({ mode: "open" });
     const style = new CSSStyleSheet();
     style.replaceSync(STYLE);
     root.adoptedStyleSheets = [style];
-    root.replaceChildren(canvas, stick, caption);
+    root.replaceChildren(canvas, stick, line);
     let host = location.host;
     try {
       const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
       host = src.host;
-      const scene = await open(src);
+      const [scene] = await Promise.all([open(src), decoderReady()]);
       if (attempt !== this.attempt) return;
       this.visit = this.begin(new Stage(canvas), scene, { canvas, stick, caption }, readPose(src.hash));
     } catch (error) {
@@ -106,15 +128,16 @@ export class BelvedereScene extends HTMLElement {
   private begin(
     stage: Stage,
     scene: PublishedScene,
-    { canvas, stick, caption }: { canvas: HTMLCanvasElement; stick: HTMLElement; caption: HTMLElement },
+    { canvas, stick, caption }: { canvas: HTMLCanvasElement; stick: HTMLElement; caption: Caption },
     pose: Pose | undefined,
   ): Visit {
     canvas.setAttribute("aria-label", `${scene.manifest.title}. ${HOW_TO_MOVE}`);
-    const display = new Caption(caption, () => this.dispatchEvent(new Event("ready")));
     const problem = (error: unknown) => this.fail(error, scene.tree.base.host, caption);
-    const visit = new Visit({ scene, stage, display, problem });
+    const visit = new Visit({ scene, stage, display: caption, problem });
     const first = scene.manifest.viewpoints[0];
-    if (pose) visit.teleport(pose);
+    const begin = this.wanted ?? pose;
+    this.wanted = undefined;
+    if (begin) visit.teleport(begin);
     else if (first) visit.goTo(first);
     const doors = new Doors(visit);
     const controls = new Controls(canvas, stick, {
@@ -136,50 +159,26 @@ export class BelvedereScene extends HTMLElement {
     return visit;
   }
 
-  private fail(error: unknown, host: string, caption: HTMLElement): void {
+  private fail(error: unknown, host: string, caption: Caption): void {
     const { title, text } = explain(error, host);
-    caption.hidden = false;
-    write(caption, `${title}. ${text}`);
+    caption.problem(`${title}. ${text}`);
     this.dispatchEvent(new CustomEvent("problem", { detail: error }));
   }
 }
 
-async function open(src: URL): Promise<PublishedScene> {
+function open(src: URL): Promise<PublishedScene> {
   const tree = new Tree(treeBase(src.href));
   const queue = new FetchQueue({
     ...FETCH_DEFAULTS,
     fetch: (url, init) => fetch(url, init),
     digest: webCryptoDigest(),
   });
-  const named = src.searchParams.get("scene") ?? (await fetchSceneList(queue, tree))[0]?.scene;
-  if (!named) throw new NoSuchScene(undefined, []);
-  return PublishedScene.open(queue, tree, named);
-}
-
-/** One line at the bottom while the first picture is on its way. */
-class Caption implements Display {
-  private told = false;
-
-  constructor(
-    private readonly line: HTMLElement,
-    private readonly ready: () => void,
-  ) {}
-
-  title(): void {}
-
-  mode(mode: Moving): void {
-    this.line.hidden = mode !== "fly";
-    write(this.line, mode === "fly" ? "Flying: walls do not stop you. F to walk." : "");
-  }
-
-  show({ settled, progress }: Readings): void {
-    if (this.told) return;
-    write(this.line, progress ? writeProgress(progress) : "");
-    if (!settled) return;
-    this.told = true;
-    this.line.hidden = true;
-    this.ready();
-  }
+  const find = async () => {
+    const named = src.searchParams.get("scene") ?? (await fetchSceneList(queue, tree))[0]?.scene;
+    if (!named) throw new NoSuchScene(undefined, []);
+    return PublishedScene.open(queue, tree, named);
+  };
+  return unlessForbidden(tree, find());
 }
 
 if (!customElements.get("belvedere-scene")) customElements.define("belvedere-scene", BelvedereScene);

@@ -15,6 +15,7 @@ import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { growModel } from "../core/procedural/index.ts";
 import { PublishedScene } from "../core/published.ts";
+import { RequestLog } from "../core/requestlog.ts";
 import type { Part } from "../core/residency.ts";
 import type { Shelf } from "../core/shelf.ts";
 import { Tree } from "../core/tree.ts";
@@ -117,7 +118,9 @@ export async function explore({
   const files = publish({ rooms: 6, ...options });
   spoil?.(files);
   const { fetch, requests } = serveFiles(files, { bundles, delay_ms });
-  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest: webCryptoDigest(), shelf, meter });
+  const log = new RequestLog(() => 0);
+  const digest = webCryptoDigest();
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest, shelf, meter, log });
   const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
   const host = new RecordingHost();
   const problems: unknown[] = [];
@@ -139,5 +142,5 @@ export async function explore({
       calm = explorer.pending === 0 ? calm + 1 : 0;
     }
   };
-  return { explorer, host, problems, requests, files, scene, go, quiet };
+  return { explorer, host, problems, requests, log, files, scene, go, quiet };
 }

@@ -14,6 +14,7 @@ import { Throttle } from "../core/throttle.ts";
 import { FetchError } from "../core/transfer.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
+import { decoderReady } from "../three/decoder.ts";
 import { Stage } from "../three/stage.ts";
 import { describeInto } from "./alternative.ts";
 import { Announcer } from "./announcer.ts";
@@ -30,7 +31,8 @@ import { inspector } from "./inspect.ts";
 import { InspectorPanel } from "./inspector/panel.ts";
 import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
-import { explain, ForbiddenTree, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
+import { unlessForbidden } from "./policy.ts";
+import { explain, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
 import { Recording } from "./recording.ts";
 import { Visit } from "./visit.ts";
 
@@ -56,16 +58,6 @@ function choose(named: string | null, scenes: readonly SceneSummary[]): string {
   if (named) return named;
   if (first) return first;
   throw new NoSuchScene(undefined, scenes);
-}
-
-/** Fails when the page's policy keeps it from reading this tree; not when that is only reported. */
-function forbidden({ base }: Tree): Promise<never> {
-  return new Promise((_, fail) => {
-    document.addEventListener("securitypolicyviolation", ({ disposition, effectiveDirective, blockedURI }) => {
-      const isOurs = effectiveDirective === "connect-src" && blockedURI.startsWith(base.origin);
-      if (disposition === "enforce" && isOurs) fail(new ForbiddenTree(base.origin));
-    });
-  });
 }
 
 async function open(queue: FetchQueue, tree: Tree): Promise<{ scene: PublishedScene; scenes: SceneSummary[] }> {
@@ -263,10 +255,10 @@ async function main(): Promise<void> {
     const shelf = await Shelf.open(globalThis.caches, SHELF_BYTES);
     const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: throttle.fetch, digest: webCryptoDigest(), log, shelf });
     // The first documents travel while the renderer gets ready.
-    const opening = Promise.race([open(queue, tree), forbidden(tree)]);
+    const opening = Promise.all([unlessForbidden(tree, open(queue, tree)), decoderReady()]);
     opening.catch(() => {});
     const stage = new Stage(element("view", HTMLCanvasElement));
-    const { scene, scenes } = await opening;
+    const [{ scene, scenes }] = await opening;
     start(stage, scene, scenes, { log, throttle });
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];

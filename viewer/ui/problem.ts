@@ -7,6 +7,7 @@ import type { SceneSummary } from "../core/documents.ts";
 import { DocumentError } from "../core/json.ts";
 import { MemoryShortError } from "../core/residency.ts";
 import { FetchError } from "../core/transfer.ts";
+import { NoDecoderError } from "../three/decoder.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { element } from "./elements.ts";
 
@@ -43,6 +44,17 @@ export function explain(error: unknown, host: string, isElsewhere = false): Expl
       title: "3-D graphics are not available",
       text: "This browser cannot draw with WebGL 2. Switch on hardware acceleration in its settings, or open this page in another browser.",
     };
+  }
+  if (error instanceof NoDecoderError) {
+    return error.isForbidden
+      ? {
+          title: "This page may not decode 3-D models",
+          text: "Its Content Security Policy keeps WebAssembly from running. Whoever runs the page can allow that: add 'wasm-unsafe-eval' to script-src in its Content-Security-Policy.",
+        }
+      : {
+          title: "3-D models cannot be decoded",
+          text: "This browser has no WebAssembly, or it is switched off, as in Apple's Lockdown Mode. Allow it for this page, or open it in another browser.",
+        };
   }
   if (error instanceof NoSuchScene) {
     return {

@@ -65,6 +65,10 @@ impl<S: ByteSource> ByteSource for DiskCache<S> {
         Ok((bytes, carried))
     }
 
+    async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        self.source.get_fresh(path).await
+    }
+
     /// A part of what is in the folder, or of what the source has: that has no hash, and is not kept.
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
         if let Ok(name) = BlobName::from_url(path)

@@ -104,12 +104,18 @@ impl HttpSource {
     /// The tree below an address such as `http://127.0.0.1:8080` or `https://cdn.example.org/worlds`.
     ///
     /// # Errors
-    /// When the address is none.
+    /// When the address is none, or has a query or a fragment.
     pub fn new(base: &str) -> Result<Self, Error> {
         let wrong = || Error::Address(base.to_owned());
         let url: reqwest::Url = base.parse().map_err(|_| wrong())?;
         if !matches!(url.scheme(), "http" | "https") || url.cannot_be_a_base() {
             return Err(wrong());
+        }
+        if let Some(end) = base.find(['?', '#']) {
+            return Err(Error::Link {
+                address: base.to_owned(),
+                tree: base[..end].to_owned(),
+            });
         }
         let http = reqwest::Client::builder()
             .connect_timeout(Duration::from_secs(10))
@@ -256,9 +262,9 @@ fn unpacked(path: &str, packed: &[u8]) -> Result<Bytes, Error> {
             path,
             cause: format!("it has more than {MOST_DOCUMENT_BYTES} bytes"),
         }),
-        Err(cause) => Err(Error::Fetch {
+        Err(cause) => Err(Error::Garbled {
             path,
-            cause: format!("its gzip is damaged: {cause}"),
+            cause: format!("its gzip does not unpack: {cause}"),
         }),
     }
 }

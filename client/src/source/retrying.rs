@@ -61,15 +61,12 @@ impl<S> Retrying<S> {
     }
 }
 
-impl<S: ByteSource> ByteSource for Retrying<S> {
-    async fn get(&self, path: &str) -> Result<Bytes, Error> {
-        Ok(self.get_carried(path).await?.0)
-    }
-
-    async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
+impl<S: ByteSource> Retrying<S> {
+    /// All that is at a path; `fresh` when copies on the way are not believed from the start.
+    async fn whole(&self, path: &str, mut fresh: bool) -> Result<(Bytes, u64), Error> {
         // Other paths than those of immutable objects promise nothing.
         let promised = BlobName::from_url(path);
-        let (tries, mut tried, mut fresh) = (self.tries(), 0, false);
+        let (tries, mut tried) = (self.tries(), 0);
         loop {
             let answer = match fresh {
                 true => self.source.get_fresh(path).await,
@@ -81,12 +78,26 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
             });
             tried += 1;
             match answer {
-                Err(Error::Corrupt(_)) if !fresh && tried < tries => fresh = true,
-                Err(cause @ Error::Corrupt(_)) => return self.note(path, Err(cause)),
+                Err(cause) if cause.is_damage() && !fresh && tried < tries => fresh = true,
+                Err(cause) if cause.is_damage() => return self.note(path, Err(cause)),
                 Err(cause) if cause.is_transient() && tried < tries => tokio::time::sleep(wait(path, tried)).await,
                 answer => return self.note(path, answer),
             }
         }
+    }
+}
+
+impl<S: ByteSource> ByteSource for Retrying<S> {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        Ok(self.get_carried(path).await?.0)
+    }
+
+    async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        self.whole(path, false).await
+    }
+
+    async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        self.whole(path, true).await
     }
 
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
@@ -189,6 +200,14 @@ mod tests {
             assert_eq!(asked, [2, 1]);
         }
         assert_eq!(begun.elapsed(), Duration::ZERO);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn who_asks_past_all_caches_is_answered_so() {
+        let source = shaky(1, away);
+        assert_eq!(source.get_fresh("/v1/scenes/town/index.json").await.unwrap().1, 5);
+        let asked = [&source.source.asked, &source.source.asked_fresh].map(|asked| asked.load(Ordering::Relaxed));
+        assert_eq!(asked, [2, 2]);
     }
 
     #[tokio::test(start_paused = true)]

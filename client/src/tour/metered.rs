@@ -55,6 +55,13 @@ impl<S: ByteSource> ByteSource for Metered<S> {
         fetched.map(|(bytes, _)| bytes)
     }
 
+    async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        let started = Instant::now();
+        let fetched = self.source.get_fresh(path).await;
+        self.note(started, &fetched);
+        fetched
+    }
+
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
         let started = Instant::now();
         let fetched = self.source.get_range(path, range).await;

@@ -14,6 +14,8 @@ pub struct Frame {
     pub quality: f64,
     /// How many of them have nothing there.
     pub missing: u32,
+    /// Whether some of these found no room in memory.
+    pub is_short: bool,
     /// Whether nobody knows what can be seen from that cell. What counts is then what could be seen from the one before, and one more.
     pub unknown: bool,
     /// Bytes that have come so far.
@@ -126,6 +128,8 @@ pub struct Memory {
     pub again_bytes: u64,
     /// Cells for which memory does not suffice.
     pub short_cells: u64,
+    /// Objects in sight of which nothing was there in frames in which some of them found no room, summed over all frames.
+    pub missing: u64,
 }
 
 impl Memory {
@@ -136,7 +140,8 @@ impl Memory {
         }
     }
 
-    pub(super) fn of(residency: &Residency, needed: Self, short_cells: u64) -> Self {
+    pub(super) fn of(residency: &Residency, needed: Self, short_cells: u64, frames: &[Frame]) -> Self {
+        let short = frames.iter().filter(|frame| frame.is_short);
         let evictions = residency.evictions();
         Self {
             peak_bytes: residency.peak_bytes(),
@@ -145,6 +150,7 @@ impl Memory {
             evicted_bytes: evictions.bytes,
             again_bytes: evictions.again_bytes,
             short_cells,
+            missing: short.map(|frame| u64::from(frame.missing)).sum(),
         }
     }
 
@@ -161,6 +167,7 @@ impl Memory {
             evicted_bytes: self.evicted_bytes + other.evicted_bytes,
             again_bytes: self.again_bytes + other.again_bytes,
             short_cells: self.short_cells + other.short_cells,
+            missing: self.missing + other.missing,
         }
     }
 }
@@ -297,6 +304,7 @@ mod tests {
             t_ms,
             quality,
             missing,
+            is_short: false,
             unknown: false,
             bytes: 0,
             sharp: 0.0,

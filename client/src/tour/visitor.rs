@@ -92,7 +92,12 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
         let (ledger, mut tour) = (self.courier.ledger, self.courier.tour);
         (tour.bytes, tour.ways) = (ledger.causes(), ledger.ways);
-        tour.memory = Memory::of(&self.planner.residency, tour.memory, self.short_in.len() as u64);
+        tour.memory = Memory::of(
+            &self.planner.residency,
+            tour.memory,
+            self.short_in.len() as u64,
+            &tour.frames,
+        );
         tour
     }
 
@@ -373,6 +378,9 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             t_ms,
             quality,
             missing: missing as u32,
+            is_short: missing > 0
+                && self.planner.is_short()
+                && self.here.is_some_and(|here| self.short_in.contains(&here)),
             unknown: self
                 .here
                 .and_then(|here| self.atlas.place(here))

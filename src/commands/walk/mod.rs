@@ -57,13 +57,13 @@ pub(super) struct Args {
     #[arg(long, value_parser = quantity::bytes, allow_hyphen_values = true)]
     memory: Option<u64>,
     /// Visitors at once; made-up walks differ, and of a script each starts a second later
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, default_value_t = 1, value_parser = quantity::sessions, allow_hyphen_values = true)]
     sessions: u32,
     /// How long a made-up walk takes, in seconds of its own time
-    #[arg(long, default_value_t = 120.0, allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 120.0, value_parser = quantity::seconds, allow_hyphen_values = true)]
     duration: f64,
     /// Made-up walks of another number are other walks
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = quantity::seed, allow_hyphen_values = true)]
     seed: u64,
     /// Whether each visitor also opens a live session: then all walk their ways once more, in real time, and meet each other
     #[arg(long, default_value = "off", value_parser = ["on", "off"])]
@@ -93,7 +93,7 @@ enum MadeUp {
 /// Made-up walks are as fast as people, in metres a second.
 const WALKING_MPS: f64 = 5.0 / 3.6;
 /// No walk takes longer, in seconds.
-const LONGEST_S: f64 = 86_400.0;
+const LONGEST_S: f64 = quantity::DAY_S;
 
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.tree.contains("://") {
@@ -151,7 +151,7 @@ async fn walk<S: ByteSource + Clone + 'static>(
     let visitors: Vec<_> = visitors.collect();
     let mut tours: Vec<Tour> = Vec::with_capacity(visitors.len());
     for visitor in visitors {
-        tours.push(visitor.await??);
+        tours.push(visitor.await?.with_context(|| cannot_open(&args))?);
     }
     if let Some(file) = &args.plot {
         std::fs::write(file, chart::draw(&tours[0])).with_context(|| format!("cannot write {}", file.display()))?;
@@ -181,8 +181,9 @@ async fn walk<S: ByteSource + Clone + 'static>(
     let outcome = &report.outcome;
     if let Some(least) = args.min_quality {
         anyhow::ensure!(
-            short.is_none(),
-            "memory does not suffice, so things are missing: {} was asked for",
+            outcome.memory.missing == 0,
+            "memory does not suffice, so things are missing, {} of them summed over frames: {} was asked for",
+            outcome.memory.missing,
             percent(least)
         );
         anyhow::ensure!(
@@ -218,6 +219,11 @@ fn short_of_memory(outcome: &Outcome, limit_bytes: u64) -> Option<String> {
     ))
 }
 
+/// What a walk begins with, and may fail at.
+fn cannot_open(Args { scene, tree, .. }: &Args) -> String {
+    format!("cannot open `{scene}` of {tree}")
+}
+
 /// The way of each visitor.
 async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Result<Vec<Script>> {
     if let Some(file) = &args.script {
@@ -237,11 +243,8 @@ async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Resu
             .map(|number| script.later(f64::from(number) * 1000.0))
             .collect());
     }
-    anyhow::ensure!(
-        args.duration > 0.0 && args.duration <= LONGEST_S,
-        "--duration must be a number of seconds above 0 and at most {LONGEST_S}, a day"
-    );
-    let scene = Client::new(source.clone()).open(&args.scene).await?;
+    let scene = Client::new(source.clone()).open(&args.scene).await;
+    let scene = scene.with_context(|| cannot_open(args))?;
     let speed_mps = args.speed.unwrap_or(WALKING_MPS);
     let manner = match args.way {
         MadeUp::Random => Manner::Wander,
@@ -318,6 +321,12 @@ fn summary(Report { outcome, live }: &Report) -> String {
         rows.push(row(
             "  … went for want of it; and was fetched again",
             format!("{}; {}", bytes(memory.evicted_bytes), bytes(memory.again_bytes)),
+        ));
+    }
+    if outcome.memory.missing > 0 {
+        rows.push(row(
+            "  … found no room for, objects in sight summed over frames",
+            outcome.memory.missing.to_string(),
         ));
     }
     if outcome.unknown_frames > 0 {

@@ -2,6 +2,8 @@
  * What is there that one does not see? Freezes the view, so that one may fly out of it and look at what was left out; draws
  * the cell, its openings and its neighbours, and boxes around objects by why they count as visible.
  */
+
+import type { PlacedObject } from "../../core/objects.ts";
 import { PRIORITY } from "../../core/priority.ts";
 import { type Hidden, hiddenFrom, neighboursOf, type Preparation, reasonsAt } from "../../core/survey.ts";
 import { boxes, hull, type Ink, outlined, pyramid } from "../../three/overlay.ts";
@@ -24,7 +26,11 @@ export class Layers implements Section {
   private readonly shown = { cell: true, neighbours: false, reasons: false, ghosts: true, cut: true };
   private readonly freeze = make("button", { type: "button", "aria-pressed": "false" }, "Freeze the view (G)");
   private readonly saved = make("p", { class: "note", "data-testid": "saved" });
+  /** All objects of the scene, once they are known. */
+  private all: readonly PlacedObject[] | undefined;
   private hidden: Hidden | undefined;
+  /** Why they cannot be known. */
+  private unknown = "";
   private drawn = "";
 
   constructor(private readonly visit: Visit) {
@@ -57,9 +63,11 @@ export class Layers implements Section {
   }
 
   update(): void {
-    const { visit, hidden } = this;
-    if (!visit.frozen) this.hidden = undefined;
-    write(this.saved, visit.frozen ? this.describe(hidden) : "");
+    const { visit, all } = this;
+    const { explorer } = visit;
+    // What lies ahead still comes while the view is frozen.
+    this.hidden = visit.frozen && all ? hiddenFrom(explorer.visible, all, (model) => explorer.wants(model)) : undefined;
+    write(this.saved, visit.frozen ? this.describe(this.hidden) : "");
     const key = this.stateKey();
     if (key === this.drawn) return;
     this.drawn = key;
@@ -75,19 +83,21 @@ export class Layers implements Section {
   }
 
   private describe(hidden: Hidden | undefined): string {
-    if (!hidden) return "Asking what else there is …";
+    if (!hidden) return this.unknown || "Asking what else there is …";
     const all = hidden.objects.length + this.visit.explorer.visible.length;
     const share = `${writeBytes(hidden.saved_bytes)} of ${writeBytes(hidden.whole_bytes)}`;
-    return `${hidden.objects.length} of ${all} objects are hidden and were not asked for: ${share} saved. Fly out and look.`;
+    const others = hidden.objects.length - hidden.absent;
+    const told = `${hidden.objects.length} of ${all} objects are hidden. Nothing of ${hidden.absent} of them is here: ${share} saved.`;
+    const here = ` The models of ${others} are here: in sight too, seen before, or fetched ahead.`;
+    return `${told}${others > 0 ? here : ""} Fly out and look.`;
   }
 
   private async findHidden(): Promise<void> {
     const { explorer } = this.visit;
     try {
-      const all = await explorer.directory.everything(PRIORITY.prefetch);
-      if (this.visit.frozen) this.hidden = hiddenFrom(explorer.visible, all);
+      this.all = await explorer.directory.everything(PRIORITY.prefetch);
     } catch (error) {
-      write(this.saved, `What else there is cannot be told: ${String(error)}`);
+      this.unknown = `What else there is cannot be told: ${String(error)}`;
     }
     this.update();
   }

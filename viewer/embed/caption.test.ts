@@ -1,0 +1,48 @@
+import { expect, it } from "vitest";
+import type { Readings } from "../ui/visit.ts";
+import { Caption } from "./caption.ts";
+
+function reading(loaded_bytes: number, settled: boolean): Readings {
+  const progress = { loaded_bytes, isAbout: false, total_bytes: 4000, bound: "exact" } as const;
+  const counts = { visible: 1, objects: 1, fetched_bytes: loaded_bytes, whole_bytes: undefined };
+  return { cell: 0, inside: true, progress, settled, ...counts };
+}
+
+function captioned(): { line: { hidden: boolean; textContent: string }; caption: Caption; ready: () => number } {
+  const line = { hidden: false, textContent: "" };
+  let ready = 0;
+  const caption = new Caption(line as unknown as HTMLElement, () => {
+    ready += 1;
+  });
+  return { line, caption, ready: () => ready };
+}
+
+it("tells how much is here, is still once all is, and tells that one flies", () => {
+  const { line, caption, ready } = captioned();
+  caption.show(reading(1000, false));
+  expect(line).toEqual({ hidden: false, textContent: "1.0 kB of 4.0 kB" });
+  caption.show(reading(4000, true));
+  caption.show(reading(4000, true));
+  expect([line.hidden, ready()]).toEqual([true, 1]);
+  caption.mode("fly");
+  expect(line.hidden).toBe(false);
+  caption.mode("walk");
+  expect(line.hidden).toBe(true);
+});
+
+it("keeps a problem in sight, whatever comes after it", () => {
+  const { line, caption, ready } = captioned();
+  caption.problem("Memory is full.");
+  caption.show(reading(1000, false));
+  caption.show(reading(4000, true));
+  caption.mode("walk");
+  expect(line).toEqual({ hidden: false, textContent: "Memory is full." });
+  expect(ready()).toBe(1);
+  caption.problem("Something is missing.");
+  expect(line.textContent).toBe("Something is missing.");
+  expect(caption.hasFailed).toBe(true);
+  caption.forgive();
+  expect([caption.hasFailed, line.hidden]).toEqual([false, true]);
+  caption.mode("fly");
+  expect(line.hidden).toBe(false);
+});
