@@ -24,14 +24,10 @@ use tokio::{
 };
 
 use super::{Live, LiveError, ask, message::Message, token::Token};
-use crate::db::{Catalogue, HousedSession, KeptSession, SessionChanges};
+use crate::db::{Catalogue, HousedSession, KeptSession, PATIENCE, SessionChanges};
 
 /// Between two times that this server is heard of.
 const BEAT: Duration = Duration::from_secs(1);
-/// The catalogue is waited for no longer.
-const PATIENCE: Duration = Duration::from_secs(3);
-/// Whoever asks for a session of another server knows by then whether that one lives.
-const VERDICT: Duration = Duration::from_secs(6);
 /// The last words may take so long.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
@@ -127,10 +123,16 @@ impl Ledger {
             return Ok(0);
         }
         let mut homes = self.homes.subscribe();
-        let before = homes.borrow().beats(home);
-        let verdict = timeout(VERDICT, async {
+        let mut before = None;
+        let verdict = timeout(PATIENCE, async {
             loop {
-                match homes.borrow_and_update().life(home, before) {
+                let life = {
+                    let homes = homes.borrow_and_update();
+                    // It may be so new that nobody has looked since.
+                    before = before.or_else(|| homes.beats(home));
+                    homes.life(home, before)
+                };
+                match life {
                     Life::Gone(beats) => return Ok(beats),
                     Life::Lives => return Err(LiveError::Elsewhere(session)),
                     Life::Unsure => {}
