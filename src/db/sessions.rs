@@ -56,13 +56,18 @@ pub struct SessionChanges {
 impl Catalogue {
     /// What tokens of sessions are signed with: the secret that was kept first, this one if there is none.
     pub async fn session_secret(&self, fresh: &Secret) -> anyhow::Result<Secret> {
-        sqlx::query("INSERT INTO session_key (one, secret) VALUES (1, $1) ON CONFLICT (one) DO NOTHING")
-            .bind(fresh.reveal())
-            .execute(&self.pool)
-            .await?;
-        let row = sqlx::query("SELECT secret FROM session_key")
-            .fetch_one(&self.pool)
-            .await?;
+        const KEPT: &str = "SELECT secret FROM session_key";
+        let row = match sqlx::query(KEPT).fetch_optional(&self.pool).await? {
+            Some(row) => row,
+            None => {
+                sqlx::query("INSERT INTO session_key (one, secret) VALUES (1, $1) ON CONFLICT (one) DO NOTHING")
+                    .bind(fresh.reveal())
+                    .execute(&self.pool)
+                    .await?;
+                // Another server may have been faster.
+                sqlx::query(KEPT).fetch_one(&self.pool).await?
+            }
+        };
         Ok(row.try_get::<&str, _>("secret")?.into())
     }
 
