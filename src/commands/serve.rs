@@ -148,7 +148,7 @@ async fn serve_and_show(
         catalogue: catalogue.clone(),
         recorder: recorder.clone(),
     };
-    let live = Live::new(sources, config.live, shutdown.clone());
+    let live = Live::new(sources, config.live, shutdown.clone()).await?;
     live.restore().await?;
     let jobs = Jobs::new(
         catalogue.clone(),
@@ -163,9 +163,10 @@ async fn serve_and_show(
         async move { jobs.work().await }
     });
     let leaving = tokio::spawn({
-        let shutdown = shutdown.clone();
+        let (live, shutdown) = (live.clone(), shutdown.clone());
         async move {
             shutdown.cancelled().await;
+            live.leave().await;
             if let Some(nodes) = nodes {
                 nodes.leave().await;
             }

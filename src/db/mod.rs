@@ -4,7 +4,7 @@
 //! the scene's pointer in **one transaction, last**: a crash before it leaves the old revision served and nothing but
 //! blobs that `gc` collects.
 //!
-//! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`]), and who may change
+//! It also holds what of live sessions outlives the server ([`KeptMover`], [`KeptDoor`], [`KeptSession`]), and who may change
 //! what is published ([`StoredKey`]), who may read what is not for everybody ([`PrivateScene`]), and what is on its way
 //! ([`StoredJob`]).
 
@@ -14,6 +14,7 @@ mod kept;
 mod keys;
 mod lock;
 mod private;
+mod sessions;
 
 use std::{collections::BTreeSet, time::Duration};
 
@@ -31,6 +32,7 @@ pub use kept::{KeptDoor, KeptMover};
 pub use keys::{NewKey, StoredKey};
 pub use lock::BlobLock;
 pub use private::PrivateScene;
+pub use sessions::{HousedSession, KeptSession, SessionChanges, SessionHome};
 
 /// The catalogue. Cheap to clone.
 #[derive(Debug, Clone)]

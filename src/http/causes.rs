@@ -35,6 +35,7 @@ impl From<LiveError> for ApiError {
     fn from(error: LiveError) -> Self {
         match error {
             LiveError::NotFound(what) => Self::NotFound(what),
+            LiveError::Elsewhere(_) => Self::Misdirected(error.to_string()),
             LiveError::NoToken => Self::NoToken,
             LiveError::WrongToken(whose) => Self::WrongToken(whose),
             LiveError::Refused(refusal) => refusal.into(),

@@ -78,6 +78,8 @@ pub enum ApiError {
     },
     /// What is asked for cannot be, as things are; why.
     Conflict(String),
+    /// It is for another server to answer; what to do.
+    Misdirected(String),
     /// Too many requests in a row.
     Flooded {
         /// What became of this one.
@@ -304,6 +306,12 @@ impl ApiError {
                 format!("send all of it within {most_s} seconds"),
             ),
             Self::Conflict(detail) => (S::CONFLICT, "conflict", "This cannot be done now", detail.clone()),
+            Self::Misdirected(detail) => (
+                S::MISDIRECTED_REQUEST,
+                "misdirected",
+                "Another node answers this",
+                detail.clone(),
+            ),
             Self::Flooded { detail, .. } => (
                 S::TOO_MANY_REQUESTS,
                 "too-many-requests",

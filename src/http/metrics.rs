@@ -86,6 +86,7 @@ struct LiveMetrics {
     resyncs: Counter,
     floods: Counter,
     expired: Counter,
+    taken_up: Counter,
     quality_sessions: Gauge,
     quality_mean: Gauge<f64, AtomicU64>,
     quality_worst: Gauge<f64, AtomicU64>,
@@ -144,6 +145,11 @@ impl LiveMetrics {
             ("live_resyncs", "Readers that had missed too much", &self.resyncs),
             ("live_floods", "Poses that came too fast", &self.floods),
             ("live_expired_sessions", "Sessions whose lease ran out", &self.expired),
+            (
+                "live_taken_up_sessions",
+                "Sessions that came here when their server was gone",
+                &self.taken_up,
+            ),
             ("node_sent", "Messages to other nodes", &self.sent),
             ("node_sent_bytes", "Bytes of messages to other nodes", &self.sent_bytes),
             ("node_heard", "Messages of other nodes", &self.heard),
@@ -169,6 +175,7 @@ impl LiveMetrics {
         counter(&self.resyncs, counts.resyncs);
         counter(&self.floods, counts.floods);
         counter(&self.expired, counts.expired);
+        counter(&self.taken_up, counts.taken_up);
         gauge(&self.quality_sessions, counts.quality.sessions);
         self.quality_mean.set(counts.quality.mean);
         self.quality_worst.set(counts.quality.worst);

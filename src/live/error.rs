@@ -1,6 +1,6 @@
 //! Why is a live request not answered as asked?
 
-use belvedere_live::{Ms, motion::TrajectoryError, world::Refusal};
+use belvedere_live::{Ms, event::SessionId, motion::TrajectoryError, world::Refusal};
 
 use crate::published::ReadError;
 
@@ -10,6 +10,9 @@ pub enum LiveError {
     /// No such session, mover or door; what was looked for.
     #[error("there is no {0}")]
     NotFound(String),
+    /// It is on another node, which lives.
+    #[error("{0} is on another node; send each client's requests to one node, or open a new session")]
+    Elsewhere(SessionId),
     /// No token was given.
     #[error("a token is needed")]
     NoToken,
@@ -39,8 +42,8 @@ pub enum LiveError {
     /// The server is about to stop, or the scene cannot be read.
     #[error("the scene's live part is not running")]
     Stopped,
-    /// It was not written down that something stays, or does not any more.
-    #[error("the catalogue cannot be written: {0}")]
+    /// It was not written down that something stays, or does not any more, or cannot be read.
+    #[error("the catalogue does not answer as it should: {0}")]
     Unkept(anyhow::Error),
     /// The published scene cannot be read.
     #[error(transparent)]

@@ -133,9 +133,9 @@ impl StageHandle {
         *self.lock_counts() = counts;
     }
 
-    /// An outbox for a session of the scene.
-    pub(super) fn outbox(&self) -> Outbox {
-        Outbox::new(self.shared.somebody_missed.clone())
+    /// An outbox for a session of the scene that was taken up so often.
+    pub(super) fn outbox(&self, taken: u64) -> Outbox {
+        Outbox::new(self.shared.somebody_missed.clone(), taken)
     }
 
     /// Whether a reader may have missed something since the last call.

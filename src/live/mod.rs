@@ -5,22 +5,24 @@
 //! sends its task a message over a bounded channel and waits for the answer. What the rules need of the scene is read
 //! from what was published, as a client reads it.
 //!
-//! * [`Live`]: the front door: finds the scene of a session or a mover, and checks tokens. [`SessionHandle`]: what its holder
-//!   may ask.
+//! * [`Live`]: the front door: finds the scene of a mover, and checks tokens. [`SessionHandle`]: what the holder of a session may
+//!   ask. `entering`: how it comes by one, also after the server was gone that held it.
 //! * `stage`: the task that owns a scene; `message`: how it is asked. `terrain`: what it reads of the published scene.
 //! * `outbox`: what a session has not heard yet, bounded however slow its reader; `poses`: written once for all of them.
 //!   `reader`: the stream that a session hears; `line`: how it is told without being woken; `sending`: many lines at once.
 //! * `screens`: what closed doors hide from a cell, proved beside that task.
 //! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
-//! * `keeping`: movers and doors that outlive the server.
+//! * `keeping`: movers and doors that outlive the server. `ledger`: sessions that do.
 //! * [`nodes`]: the way to other servers that have sessions in the same scenes.
 //! * `registry`, `token`: who is where, and who may do what.
 
 mod clock;
+mod entering;
 mod error;
 mod ids;
 mod keeping;
+mod ledger;
 mod line;
 mod message;
 pub mod nodes;
@@ -46,8 +48,7 @@ use std::sync::{
 
 use belvedere_live::{
     Ms,
-    event::SessionId,
-    world::{Counts, Moved, NewMover, Refusal, Sent, Visitor},
+    world::{Counts, Moved, NewMover, Refusal, Sent},
 };
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::oneshot;
@@ -55,11 +56,14 @@ use tokio_util::sync::CancellationToken;
 
 use self::{
     clock::Clock,
+    entering::Turns,
     ids::Ids,
     keeping::Undo,
+    ledger::Ledger,
     message::{Message, StageHandle},
     nodes::{NodeCounts, Nodes},
     registry::Registry,
+    token::Signet,
 };
 pub use self::{
     error::LiveError,
@@ -84,6 +88,9 @@ struct Inner {
     settings: LiveSettings,
     registry: Registry,
     ids: Ids,
+    signet: Signet,
+    ledger: Ledger,
+    turns: Turns,
     clock: Clock,
     stopping: CancellationToken,
     tally: Tally,
@@ -94,7 +101,7 @@ struct Inner {
 pub struct Sources {
     /// The scenes.
     pub publications: Publications,
-    /// Where movers are kept that outlive the server.
+    /// Where sessions and movers are kept that outlive the server.
     pub catalogue: Catalogue,
     /// What happens is recorded, if there is a recorder.
     pub recorder: Option<Recorder>,
@@ -110,6 +117,7 @@ struct Tally {
     resyncs: AtomicU64,
     floods: AtomicU64,
     expired: AtomicU64,
+    taken_up: AtomicU64,
 }
 
 /// What there is, and what has been counted since the start.
@@ -127,6 +135,8 @@ pub struct LiveCounts {
     pub floods: u64,
     /// Sessions whose lease ran out.
     pub expired: u64,
+    /// Sessions that came here when the server that held them was gone.
+    pub taken_up: u64,
     /// What participants see of what there is to see, as far as they say it.
     pub quality: Quality,
     /// How it stands with other nodes, where there may be some.
@@ -135,17 +145,24 @@ pub struct LiveCounts {
 
 impl Live {
     /// Nobody is there yet. Streams end when `stopping` is cancelled.
-    #[must_use]
-    pub fn new(sources: Sources, settings: LiveSettings, stopping: CancellationToken) -> Self {
-        Self(Arc::new(Inner {
+    ///
+    /// # Errors
+    /// When the catalogue cannot be read, or the system gives no random numbers.
+    pub async fn new(sources: Sources, settings: LiveSettings, stopping: CancellationToken) -> anyhow::Result<Self> {
+        let live = Self(Arc::new(Inner {
             ids: Ids::new(sources.catalogue.clone()),
+            signet: Signet::of(&sources.catalogue).await?,
+            ledger: Ledger::new(sources.catalogue.clone())?,
+            turns: Turns::default(),
             sources,
             settings,
             registry: Registry::default(),
             clock: Clock::start(),
-            stopping,
+            stopping: stopping.clone(),
             tally: Tally::default(),
-        }))
+        }));
+        tokio::spawn(stopping.run_until_cancelled_owned(ledger::keep(live.clone())));
+        Ok(live)
     }
 
     /// Brings back whatever outlived the server, but of scenes that cannot be read: theirs comes back with them.
@@ -168,6 +185,11 @@ impl Live {
         Ok(())
     }
 
+    /// The server stops: its sessions may go on elsewhere.
+    pub async fn leave(&self) {
+        self.0.ledger.close().await;
+    }
+
     /// What there is.
     #[must_use]
     pub fn counts(&self) -> LiveCounts {
@@ -180,6 +202,7 @@ impl Live {
             resyncs: tally.resyncs.load(Ordering::Relaxed),
             floods: tally.floods.load(Ordering::Relaxed),
             expired: tally.expired.load(Ordering::Relaxed),
+            taken_up: tally.taken_up.load(Ordering::Relaxed),
             nodes: self.0.sources.nodes.as_ref().map(Nodes::counts),
         }
     }
@@ -195,53 +218,6 @@ impl Live {
         self.0
             .registry
             .stage(scene, || stage::start(self.clone(), scene.clone()))
-    }
-
-    /// Opens a session, which hears of static objects too if it wants.
-    ///
-    /// # Errors
-    /// When there is no room, or the rules refuse it.
-    pub async fn open(&self, scene: &SceneName, visitor: Visitor, with_statics: bool) -> Result<Opened, LiveError> {
-        let most = self.0.settings.sessions;
-        // Ids are never used again: whoever finds no room takes none.
-        self.0.registry.check_room(most)?;
-        let stage = self.stage(scene);
-        let object = self.0.ids.draw().await?;
-        let (entry, reserved) = self.0.registry.new_session(&stage, object, most)?;
-        let session = entry.session;
-        let message = |reply| Message::Open {
-            session,
-            object,
-            visitor,
-            outbox: entry.outbox.clone(),
-            with_statics,
-            reply,
-        };
-        let (seen, now_ms) = ask(&stage, message).await??;
-        reserved.keep();
-        Ok(Opened {
-            session,
-            object,
-            token: entry.token,
-            seen,
-            now_ms,
-        })
-    }
-
-    /// A session, for whoever has its token.
-    ///
-    /// # Errors
-    /// When there is none, or the token is not its own.
-    pub fn session(&self, session: SessionId, token: Option<Token>) -> Result<SessionHandle, LiveError> {
-        let entry = self.0.registry.session(session)?;
-        entry.token.admit(token, || format!("session {session}"))?;
-        Ok(SessionHandle {
-            session,
-            stage: entry.stage,
-            outbox: entry.outbox,
-            quality: entry.quality,
-            lease: self.0.settings.lease,
-        })
     }
 
     /// Adds a program-driven mover, which outlives the server if it `stays`. Who shows a session's token drives it through

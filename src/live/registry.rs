@@ -8,7 +8,7 @@ use std::{
 
 use belvedere_live::{
     Ms,
-    event::{FIRST_MOVER, SessionId},
+    event::SessionId,
     world::{Counts, Seen},
 };
 use belvedere_scene::{Bounds, ObjectId, SceneName};
@@ -189,21 +189,21 @@ impl Registry {
         self.tables().check_room(most)
     }
 
+    /// A new session, or one that has moved here and was `taken` up so often.
     pub(super) fn new_session(
         &self,
         stage: &StageHandle,
-        object: ObjectId,
+        (session, token): (SessionId, Token),
+        taken: u64,
         most: usize,
     ) -> Result<(SessionEntry, Reserved<'_>), LiveError> {
         let mut tables = self.tables();
         tables.check_room(most)?;
-        let token = Token::random()?;
         let entry = SessionEntry {
-            // No other node has one of this number either.
-            session: SessionId(u64::from(object.0.saturating_sub(FIRST_MOVER))),
+            session,
             token,
             stage: stage.clone(),
-            outbox: Arc::new(stage.outbox()),
+            outbox: Arc::new(stage.outbox(taken)),
             quality: Arc::default(),
         };
         tables.sessions.insert(entry.session, entry.clone());
@@ -211,9 +211,13 @@ impl Registry {
         Ok((entry, Reserved { registry: self, what }))
     }
 
-    pub(super) fn session(&self, session: SessionId) -> Result<SessionEntry, LiveError> {
-        let entry = self.tables().sessions.get(&session).cloned();
-        entry.ok_or_else(|| LiveError::NotFound(format!("session {session} on this node: it has ended, never was, or is on another; open a new one, and send each client's requests to one node")))
+    pub(super) fn session(&self, session: SessionId) -> Option<SessionEntry> {
+        self.tables().sessions.get(&session).cloned()
+    }
+
+    /// Whether anybody is here.
+    pub(super) fn has_sessions(&self) -> bool {
+        !self.tables().sessions.is_empty()
     }
 
     /// The session of a scene that has this token.
@@ -339,9 +343,9 @@ mod tests {
         const ROOM: usize = 100;
         let registry = Registry::default();
         let (stage, _inbox) = StageHandle::new("row".parse().unwrap());
-        let mut let_in = 0;
+        let (token, mut let_in) = (Token::random().unwrap(), 0);
         for i in 0..1_000_000 {
-            let entered = registry.new_session(&stage, ObjectId(FIRST_MOVER + i), ROOM);
+            let entered = registry.new_session(&stage, (SessionId(i), token), 0, ROOM);
             match entered {
                 // Some do not wait for an answer: what was kept for them is given back.
                 Ok((_, reserved)) if i % 2 == 0 => drop(reserved),

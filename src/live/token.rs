@@ -1,8 +1,37 @@
-//! Who may speak for a session or a mover? Whoever has its token: 128 random bits, shown as 32 hex digits.
+//! Who may speak for a session or a mover? Whoever has its token: 128 bits, shown as 32 hex digits. A mover's are random. A
+//! session's are the signature of its name, so that every server that has the same [`Signet`] knows it, also one that has never
+//! heard of the session.
 
 use std::{fmt, str::FromStr};
 
+use belvedere_live::event::SessionId;
+use hmac::{Hmac, KeyInit, Mac};
+use sha2::Sha256;
+
 use super::LiveError;
+use crate::{db::Catalogue, secret::Secret};
+
+/// What tokens of sessions are signed with: the same for all servers of a catalogue.
+#[derive(Debug)]
+pub(super) struct Signet(Secret);
+
+impl Signet {
+    /// That of the catalogue, which gets one if it has none.
+    pub(super) async fn of(catalogue: &Catalogue) -> anyhow::Result<Self> {
+        let fresh = [Token::random()?, Token::random()?].map(Token::reveal).concat();
+        Ok(Self(catalogue.session_secret(&fresh.as_str().into()).await?))
+    }
+
+    /// The token of a session: the first 16 bytes of HMAC-SHA256 (RFC 2104) of its name.
+    pub(super) fn token(&self, session: SessionId) -> Token {
+        let mut mac =
+            Hmac::<Sha256>::new_from_slice(self.0.reveal().as_bytes()).expect("HMAC takes keys of any length");
+        mac.update(format!("session {session}").as_bytes());
+        let signature: [u8; 32] = mac.finalize().into_bytes().into();
+        let (token, _) = signature.split_first_chunk().expect("32 bytes begin with 16");
+        Token(u128::from_be_bytes(*token))
+    }
+}
 
 /// A secret.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,5 +103,16 @@ mod tests {
         ] {
             assert_eq!(text.parse::<Token>(), Err(NotAToken), "{text}");
         }
+    }
+
+    #[test]
+    fn a_session_has_one_token_under_each_secret() {
+        let [a, b] = ["a", "b"].map(|secret| Signet(secret.into()));
+        let (one, other) = (SessionId(1), SessionId(11));
+        assert_eq!(a.token(one), Signet("a".into()).token(one));
+        assert_ne!(a.token(one), a.token(other));
+        assert_ne!(a.token(one), b.token(one));
+        // printf %s 'session s1' | openssl dgst -sha256 -hmac a
+        assert_eq!(a.token(one).reveal(), "47286e4699bfa12a357521b54ac0d4f2");
     }
 }

@@ -17,6 +17,7 @@ mod private;
 mod program;
 mod publishing;
 mod rambling;
+mod resuming;
 mod smooth;
 mod standing_in;
 mod triangles;

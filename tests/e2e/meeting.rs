@@ -12,6 +12,7 @@ use belvedere_client::{
 };
 use belvedere_scene::ObjectId;
 use tokio::{
+    io::{AsyncReadExt, AsyncWriteExt},
     net::{TcpListener, TcpStream},
     task::JoinSet,
     time::{Instant, timeout_at},
@@ -27,14 +28,14 @@ const PATIENCE: Duration = Duration::from_secs(30);
 const FRAME: Duration = Duration::from_millis(10);
 
 /// Somebody who stands somewhere and keeps what it was told.
-struct Person {
-    session: Session,
-    position: [f64; 3],
-    told: Vec<SessionEvent>,
+pub(crate) struct Person {
+    pub(crate) session: Session,
+    pub(crate) position: [f64; 3],
+    pub(crate) told: Vec<SessionEvent>,
 }
 
 impl Person {
-    async fn enter(base: &str, name: &str, position: [f64; 3]) -> Self {
+    pub(crate) async fn enter(base: &str, name: &str, position: [f64; 3]) -> Self {
         let source = HttpSource::new(base).expect("an address");
         let who = Participant {
             name: Some(name.to_owned()),
@@ -52,7 +53,7 @@ impl Person {
     }
 
     /// Stands there for a frame.
-    async fn live(&mut self) {
+    pub(crate) async fn live(&mut self) {
         self.session.stand(Stand::upright(self.position), [0.0; 3]);
         let end = Instant::now() + FRAME;
         while let Ok(Some(event)) = timeout_at(end, self.session.advance()).await {
@@ -74,7 +75,7 @@ impl Person {
         matches!(self.sees()[..], [(seen, at)] if seen == name && is_near(at))
     }
 
-    fn was_told(&self, matches: impl Fn(&LiveEvent) -> bool) -> usize {
+    pub(crate) fn was_told(&self, matches: impl Fn(&LiveEvent) -> bool) -> usize {
         let told = self.told.iter();
         told.filter(|event| matches!(event, SessionEvent::Told(event) if matches(event)))
             .count()
@@ -96,32 +97,46 @@ async fn until(what: &str, west: &mut Person, east: &mut Person, is_so: impl Fn(
     }
 }
 
-/// A line to a server that can be cut.
-struct Cable {
-    base: String,
+/// A line to a server that can be cut, as by a proxy that says 502 while its server is away.
+pub(crate) struct Cable {
+    pub(crate) base: String,
+    server: Arc<Mutex<Option<SocketAddr>>>,
     carried: Arc<Mutex<JoinSet<()>>>,
 }
 
 impl Cable {
-    async fn to(server: SocketAddr) -> Self {
+    pub(crate) async fn to(server: SocketAddr) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port");
         let base = format!("http://{}", listener.local_addr().expect("an address"));
         let carried = Arc::new(Mutex::new(JoinSet::new()));
-        let all = carried.clone();
+        let (all, leads_to) = (carried.clone(), Arc::new(Mutex::new(Some(server))));
+        let server = leads_to.clone();
         tokio::spawn(async move {
             while let Ok((mut near, _)) = listener.accept().await {
+                let server = *leads_to.lock().expect("nobody panics");
                 let carry = async move {
+                    let Some(server) = server else {
+                        _ = near.read(&mut [0; 4096]).await;
+                        let gone = b"HTTP/1.1 502 Bad Gateway\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
+                        _ = near.write_all(gone).await;
+                        return;
+                    };
                     let mut far = TcpStream::connect(server).await.expect("the server");
                     _ = tokio::io::copy_bidirectional(&mut near, &mut far).await;
                 };
                 all.lock().expect("nobody panics").spawn(carry);
             }
         });
-        Self { base, carried }
+        Self { base, server, carried }
     }
 
     fn cut(&self) {
         self.carried.lock().expect("nobody panics").abort_all();
+    }
+
+    /// From the next connection on.
+    pub(crate) fn lead_to(&self, server: Option<SocketAddr>) {
+        *self.server.lock().expect("nobody panics") = server;
     }
 }
 

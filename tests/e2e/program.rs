@@ -164,10 +164,23 @@ impl Server {
         self.child.wait().expect("it ends");
     }
 
+    /// Holds it up, as a machine does that is out of breath.
+    pub(crate) fn pause(&self) {
+        self.signal("-STOP");
+    }
+
+    pub(crate) fn resume(&self) {
+        self.signal("-CONT");
+    }
+
+    fn signal(&self, signal: &str) {
+        let id = self.child.id().to_string();
+        Command::new("kill").args([signal, &id]).status().expect("kill runs");
+    }
+
     /// Asks it to stop as an init system would; gives its exit code and its log.
     pub(crate) fn stop(mut self) -> (Option<i32>, String) {
-        let id = self.child.id().to_string();
-        Command::new("kill").args(["-TERM", &id]).status().expect("kill runs");
+        self.signal("-TERM");
         let status = self.child.wait().expect("it ends");
         (status.code(), self.log.lock().expect("the log").clone())
     }

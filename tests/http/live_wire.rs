@@ -38,7 +38,8 @@ pub(crate) async fn json(address: SocketAddr, what: (&str, &str), token: Option<
 
 /// Somebody in a scene.
 pub(crate) struct Person {
-    address: SocketAddr,
+    /// The server that it speaks to.
+    pub(crate) address: SocketAddr,
     /// The link through which it came, without its last `/`; empty where the scene is public.
     link: String,
     pub(crate) session: String,

@@ -18,13 +18,13 @@ use crate::{
 };
 
 /// A PostgreSQL that can be ended and started again.
-struct Postgres {
+pub(crate) struct Postgres {
     folder: PathBuf,
     port: u16,
 }
 
 impl Postgres {
-    fn start(name: &str) -> Self {
+    pub(crate) fn start(name: &str) -> Self {
         let folder = std::env::var("BELVEDERE_TEST_FOLDER").expect("run `make test-services`");
         let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let postgres = Self {
@@ -36,11 +36,11 @@ impl Postgres {
         postgres
     }
 
-    fn again(&self) {
+    pub(crate) fn again(&self) {
         self.script("start", &[&self.port.to_string()]);
     }
 
-    fn kill(&self) {
+    pub(crate) fn kill(&self) {
         self.script("kill", &[]);
     }
 
@@ -57,7 +57,7 @@ impl Postgres {
         );
     }
 
-    fn url(&self) -> String {
+    pub(crate) fn url(&self) -> String {
         format!("postgres://belvedere@127.0.0.1:{}/postgres", self.port)
     }
 }

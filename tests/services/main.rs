@@ -14,6 +14,7 @@ mod nats;
 mod nodes;
 #[path = "../e2e/program.rs"]
 mod program;
+mod resuming;
 #[path = "../http/scene.rs"]
 mod scene;
 mod shared;

@@ -252,7 +252,8 @@ impl Session {
         if let Line::Open { wakes, .. } = &mut self.line {
             match &event {
                 LiveEvent::Hush(hush) => self.speaker.keep_quiet(*hush),
-                LiveEvent::Wake => {
+                // What was said before may be as void as what was told: another server may have taken the session up.
+                LiveEvent::Wake | LiveEvent::Resync => {
                     *wakes += 1;
                     self.speaker.wake();
                 }
@@ -274,7 +275,13 @@ impl Session {
             Ok(Answered::Heard { hush: Some(hush) }) if *wakes == wakes_before => self.speaker.keep_quiet(hush),
             Ok(Answered::Heard { .. }) => {}
             Ok(Answered::TooMuch { pause }) => self.speaker.pause(now_ms + pause.as_secs_f64() * 1e3),
-            Err(cause @ (Error::Missing(_) | Error::Refused { status: 401 | 403, .. })) => self.lose(cause),
+            Err(
+                cause @ (Error::Missing(_)
+                | Error::Refused {
+                    status: 401 | 403 | 421,
+                    ..
+                }),
+            ) => self.lose(cause),
             // It may not have been heard: what is to be said then is said, though not at once.
             Err(cause) => {
                 self.speaker.pause(now_ms + AFTER_A_FAILURE_MS);

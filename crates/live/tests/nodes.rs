@@ -13,6 +13,7 @@ use belvedere_live::{
         message::{Letter, Said, Says, To},
     },
     pace,
+    world::Sent,
 };
 use belvedere_scene::{Bounds, ObjectId};
 use plan::{SPEED_MPS, Stage};
@@ -283,6 +284,39 @@ fn a_mover_that_outlives_nodes_has_one_home_and_another_when_that_is_gone() {
     house.nodes[0].exchange.keep(robot, now_ms);
     house.silence(500);
     assert_eq!(house.nodes[1].exchange.yielded(), BTreeSet::from([robot]));
+}
+
+#[test]
+fn who_is_taken_up_is_not_moved_by_what_its_last_node_still_says() {
+    let mut house = House::new(5);
+    let guest = house.nodes[0].stage.park(1.5);
+    let b = house.nodes[1].stage.enter(1.5);
+    house.silence(500);
+    assert_eq!(house.nodes[1].stage.seen_by(b), [guest]);
+    let now_ms = house.now_ms();
+    let exported = house.nodes[0].stage.world.exported(now_ms).next();
+    let as_told = exported.expect("it is seen over there").introduction();
+    let Node { stage, exchange, .. } = &mut house.nodes[1];
+    stage.world.withdraw(guest, Gone::Hidden, now_ms);
+    exchange.adopt(guest);
+    stage
+        .world
+        .create(guest, None, as_told.clone(), now_ms)
+        .expect("a place");
+    let mut moved = Sent {
+        t_ms: None,
+        ..as_told.pose
+    };
+    moved.position[0] = 1.9;
+    let last_node = &mut house.nodes[0].stage.world;
+    last_node.move_to(guest, moved, now_ms).expect("it moves there");
+    house.silence(500);
+    let pose = house.nodes[1].stage.beliefs[&b].shown[&guest];
+    assert_eq!(pose.position, as_told.pose.position);
+    let now_ms = house.now_ms();
+    house.nodes[0].stage.world.destroy(guest, now_ms);
+    house.silence(500);
+    assert_eq!(house.nodes[1].stage.seen_by(b), [guest]);
 }
 
 #[test]

@@ -151,7 +151,7 @@ impl FromRequestParts<AppState> for Own {
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, ApiError> {
         let Path(session): Path<SessionId> = parts.extract_with_state(state).await?;
         let Shown(token) = parts.extract().await?;
-        let own = state.live.session(session, token)?;
+        let own = state.live.session(session, token).await?;
         let Ok(visitor) = parts.extract_with_state::<Visitor, _>(state).await;
         visitor.scene(own.scene()).await?;
         Ok(Self(own))
@@ -164,7 +164,7 @@ pub(in crate::http) async fn close(
     Path(session): Path<SessionId>,
     Shown(token): Shown,
 ) -> Result<Response, ApiError> {
-    live.session(session, token)?.close().await?;
+    live.session(session, token).await?.close().await?;
     Ok(done())
 }
 

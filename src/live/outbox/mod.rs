@@ -109,9 +109,15 @@ impl Default for State {
 
 impl Outbox {
     /// An empty one, which says to whoever looks after several of them that a reader has missed something.
-    pub(super) fn new(somebody_missed: Arc<AtomicBool>) -> Self {
+    /// Of a session that was taken up, what others have told is void.
+    pub(super) fn new(somebody_missed: Arc<AtomicBool>, taken: u64) -> Self {
+        let state = State {
+            told: Told::after(taken),
+            missed: (taken > 0).then_some(Void::Missed),
+            ..State::default()
+        };
         Self {
-            state: Mutex::default(),
+            state: Mutex::new(state),
             somebody_missed,
         }
     }

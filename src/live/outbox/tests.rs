@@ -123,6 +123,27 @@ fn of_poses_only_the_newest_is_told_and_none_of_what_is_gone() {
 }
 
 #[test]
+fn whoever_comes_to_a_session_that_was_taken_up_is_told_all_anew_under_higher_numbers() {
+    for last_seen in [None, Some(0), Some(7), Some(u64::MAX)] {
+        let missed = Arc::new(AtomicBool::new(false));
+        let outbox = Outbox::new(missed.clone(), 2);
+        outbox.push(&gone());
+        let reader = outbox.attach(last_seen);
+        assert_eq!(read(&outbox, reader), "", "what was told before is void");
+        let reason = outbox.wants_resync().unwrap();
+        assert!(missed.load(Ordering::Relaxed));
+        outbox.push(&Event::Resync { reason });
+        outbox.push(&gone());
+        let text = read(&outbox, reader);
+        assert_eq!(names(&text), ["resync", "object-gone"]);
+        assert!(text.starts_with("id: 8589934593\n"), "{text}");
+        // From there on it is resumed as ever.
+        let again = outbox.attach(Some(8_589_934_593));
+        assert_eq!(names(&read(&outbox, again)), ["object-gone"]);
+    }
+}
+
+#[test]
 fn what_many_are_told_alike_is_held_once_and_each_hears_it_in_its_own_order() {
     let outboxes: [Arc<Outbox>; 3] = Default::default();
     let readers = outboxes.each_ref().map(|outbox| outbox.attach(None));

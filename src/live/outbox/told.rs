@@ -48,18 +48,27 @@ pub(super) struct Told {
     again: u64,
 }
 
+/// Whoever takes a session up counts on so much further, past all that was told before.
+const NUMBERS: u64 = 1 << 32;
+
 impl Default for Told {
     fn default() -> Self {
-        Self {
-            kept: VecDeque::new(),
-            kept_bytes: 0,
-            next: 1,
-            again: 1,
-        }
+        Self::after(0)
     }
 }
 
 impl Told {
+    /// Nothing was told here yet, to a session that was taken up so often.
+    pub(super) fn after(taken: u64) -> Self {
+        let first = taken.saturating_mul(NUMBERS).saturating_add(1);
+        Self {
+            kept: VecDeque::new(),
+            kept_bytes: 0,
+            next: first,
+            again: first,
+        }
+    }
+
     /// Whether nobody was told anything yet.
     pub(super) fn is_nothing(&self) -> bool {
         self.next == 1

@@ -124,6 +124,16 @@ impl Stage {
         }
     }
 
+    /// A mover is about to come here that may still be known as one of another node's.
+    pub(super) fn adopt(&mut self, object: ObjectId) {
+        if self.world.holds(object) {
+            self.world.withdraw(object, Gone::Hidden, self.live.now_ms());
+        }
+        if let Some(abroad) = &mut self.abroad {
+            abroad.exchange.adopt(object);
+        }
+    }
+
     /// A mover that stays has its home here from now on, and not where it had it before.
     pub(super) fn take_over(&mut self, object: ObjectId, new: NewMover) -> Result<(), LiveError> {
         let now_ms = self.live.now_ms();

@@ -49,7 +49,12 @@ impl Stage {
             }
             last = Some(session);
             if let Some(person) = people.find(session) {
+                let hello = matches!(event, Event::Resync { .. })
+                    .then(|| self.hello(session))
+                    .flatten();
                 ours.push((person.outbox.clone(), event));
+                // What follows may be of another clock or revision than what was told before.
+                ours.extend(hello.map(|hello| (person.outbox.clone(), hello)));
             }
         }
         let mut at_once = put(ours).await;

@@ -32,6 +32,7 @@ use tokio::{
 use self::abroad::Abroad;
 use super::{
     Live, LiveError,
+    ids::avatar_of,
     keeping::{DoorToKeep, Keeping},
     message::{Message, StageHandle},
     outbox::Outbox,
@@ -83,6 +84,7 @@ async fn run(
         told_at: Instant::now(),
         people_counted: Instant::now(),
         movers_counted: Instant::now(),
+        stands_kept: Instant::now(),
         keeping: Keeping::new(&live.0.sources.catalogue, scene),
         abroad: None,
     };
@@ -137,6 +139,8 @@ struct Stage {
     people_counted: Instant,
     /// When silent movers were looked for.
     movers_counted: Instant,
+    /// When it was kept where people stand.
+    stands_kept: Instant,
     keeping: Keeping,
     /// Other nodes, where there may be some.
     abroad: Option<Abroad>,
@@ -147,6 +151,8 @@ struct Person {
     outbox: Arc<Outbox>,
     poses: Bucket,
     view: Option<watch::Sender<View>>,
+    /// Where it stands, or how far it looks, has changed since that was kept.
+    moved: bool,
 }
 
 impl Stage {
@@ -169,6 +175,7 @@ impl Stage {
             Message::Pose { session, sent, reply } => _ = reply.send(self.pose(session, sent).await),
             Message::Aoi { session, aoi, reply } => {
                 let set = self.world.set_aoi(session, aoi, self.live.now_ms());
+                self.has_moved(session);
                 self.show_statics(session, false);
                 _ = reply.send(set.map_err(LiveError::from));
             }
@@ -237,20 +244,11 @@ impl Stage {
         self.learn(self.world.unknown_at(position, visitor.max_speed_mps))
             .await?;
         let now_ms = self.live.now_ms();
+        self.adopt(object);
         let seen = self.world.open(session, object, visitor, now_ms)?;
-        let settings = &self.live.0.settings;
-        outbox.push(&Event::Hello(Hello {
-            session,
-            object,
-            scene: self.scene.clone(),
-            revision: self.terrain.published.pointer.revision,
-            cell: seen.place.cell,
-            now_ms,
-            tick_ms: settings.tick.as_millis() as Ms,
-            lease_ms: settings.lease.as_millis() as Ms,
-            extrapolate_ms: LONGEST_EXTRAPOLATION_MS,
-            network: self.network(),
-        }));
+        if let Some(hello) = self.hello(session) {
+            outbox.push(&hello);
+        }
         let view = with_statics.then(|| {
             let (view, seen) = watch::channel(View {
                 published: self.terrain.published.clone(),
@@ -267,9 +265,27 @@ impl Stage {
             outbox,
             poses: Bucket::full(POSES.0, POSES.1, now_ms),
             view,
+            moved: false,
         };
         self.people.insert(session, person);
         Ok((seen, now_ms))
+    }
+
+    /// What a session is told first.
+    fn hello(&self, session: SessionId) -> Option<Event> {
+        let settings = &self.live.0.settings;
+        Some(Event::Hello(Hello {
+            session,
+            object: avatar_of(session)?,
+            scene: self.scene.clone(),
+            revision: self.terrain.published.pointer.revision,
+            cell: self.world.place_of(session).ok()?.cell,
+            now_ms: self.live.now_ms(),
+            tick_ms: settings.tick.as_millis() as Ms,
+            lease_ms: settings.lease.as_millis() as Ms,
+            extrapolate_ms: LONGEST_EXTRAPOLATION_MS,
+            network: self.network(),
+        }))
     }
 
     async fn pose(&mut self, session: SessionId, sent: Sent) -> Result<Seen, LiveError> {
@@ -291,8 +307,15 @@ impl Stage {
         self.learn(self.world.unknown_to(session, sent.position)).await?;
         let seen = self.world.pose(session, sent, self.live.now_ms())?;
         self.moved = true;
+        self.has_moved(session);
         self.show_statics(session, false);
         Ok(seen)
+    }
+
+    fn has_moved(&mut self, session: SessionId) {
+        if let Some(person) = self.people.get_mut(&session) {
+            person.moved = true;
+        }
     }
 
     fn show_statics_to_all(&mut self, anew: bool) {
@@ -321,6 +344,7 @@ impl Stage {
         self.world.close(session, self.live.now_ms());
         self.people.remove(&session);
         self.late.remove(&session);
+        self.live.0.ledger.end(session);
         self.live.0.registry.end_session(session);
     }
 }

@@ -8,6 +8,8 @@ use std::{
 
 use super::{Live, Stage, StageHandle};
 
+/// Where people stand is kept so often.
+const STANDS: Duration = Duration::from_secs(5);
 /// Silent movers are looked for at least so often, silent sessions ten times as often.
 const LONGEST_PAUSE: Duration = Duration::from_secs(10);
 
@@ -34,6 +36,7 @@ impl Stage {
         self.world.tick(self.live.now_ms());
         self.ticked = true;
         self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
+        self.keep_stands();
         if handle.take_somebody_missed() {
             self.resync().await;
         }
@@ -50,6 +53,21 @@ impl Stage {
         for session in silent.map(|(s, _)| *s).collect::<Vec<_>>() {
             self.live.0.tally.expired.fetch_add(1, Ordering::Relaxed);
             self.close(session);
+        }
+    }
+
+    /// Has it kept where people stand who have moved, now and then.
+    fn keep_stands(&mut self) {
+        if self.stands_kept.elapsed() < STANDS {
+            return;
+        }
+        self.stands_kept = Instant::now();
+        for (session, person) in &mut self.people {
+            if std::mem::take(&mut person.moved)
+                && let Some(stand) = self.world.stand(*session)
+            {
+                self.live.0.ledger.stands(*session, stand);
+            }
         }
     }
 

@@ -15,11 +15,12 @@ function server(link: string | undefined) {
   const sent: Sent[] = [];
   const streams: { url: string; listeners: Map<string, (event: { data: string }) => void>; stream: EventStream }[] = [];
   const events: LiveEvent[] = [];
-  const clock = { now_ms: 0, poseStatus: 200 };
+  const clock = { now_ms: 0, poseStatus: 200, eventsStatus: 200 };
   const fetch = async (url: string, init: RequestInit): Promise<Response> => {
     const method = init.method ?? "GET";
     const token = new Headers(init.headers).get("Authorization");
     sent.push({ method, url, body: init.body ? JSON.parse(String(init.body)) : undefined, token });
+    if (url.endsWith("/events")) return new Response(null, { status: clock.eventsStatus });
     if (method === "HEAD") return new Response(null, { headers: link ? { Link: link } : {} });
     if (method === "POST") {
       const opened = {
@@ -169,21 +170,78 @@ it("opens anew, after a pause, when the session has ended", async () => {
   expect(sent.filter(({ method }) => method === "POST").length).toBe(2);
 });
 
-it("opens anew when its stream is refused for good, as by another node after its own has died", async () => {
+/** What a browser does with a stream that was answered with anything else. */
+function refuse(stream: EventStream | undefined): void {
+  const refused = stream as unknown as { onerror: () => void; readyState: number };
+  refused.readyState = 2;
+  refused.onerror();
+}
+
+it("listens again, with the same token, when a proxy has refused its stream while the server was away", async () => {
   const { parts, sent, streams, clock, events } = server(LINK);
   const session = await Session.offered(parts);
   session?.update(self(0));
   await vi.waitFor(() => expect(session?.isOpen).toBe(true));
-  const stream = streams[0]?.stream as unknown as { onerror: () => void; readyState: number };
-  clock.now_ms = 9000;
-  stream.readyState = 0;
-  stream.onerror();
+  const asked = () => sent.filter(({ method, url }) => method === "HEAD" && url.endsWith("/events")).length;
+  clock.eventsStatus = 502;
+  clock.poseStatus = 502;
+  refuse(streams[0]?.stream);
+  for (const times of [1, 2]) {
+    session?.update(self(0));
+    expect(asked()).toBe(times - 1);
+    clock.now_ms += 3001;
+    session?.update(self(0));
+    await new Promise((done) => setTimeout(done));
+    expect(asked()).toBe(times);
+  }
   expect(session?.isOpen).toBe(true);
-  stream.readyState = 2;
-  stream.onerror();
-  expect(session?.isOpen).toBe(false);
-  expect(events.at(-1)).toEqual({ kind: "resync" });
+  clock.eventsStatus = 200;
+  clock.poseStatus = 200;
+  clock.now_ms += 3001;
+  session?.update(self(0));
+  await vi.waitFor(() => expect(streams.length).toBe(2));
+  expect(streams[1]?.url).toBe(streams[0]?.url);
+  expect(sent.filter(({ method }) => method === "POST").length).toBe(1);
+  // Only the last stream is listened to, and what it says counts.
+  const door = (i: number, object: number) =>
+    streams[i]?.listeners.get("door")?.({ data: `{"object": "o${object}", "open": true}` });
+  door(0, 1);
+  door(1, 2);
+  expect(events.filter(({ kind }) => kind === "door")).toEqual([{ kind: "door", object: 2, open: true }]);
+});
+
+it("says anew where one is when all that was told is void", async () => {
+  const { parts, sent, streams, clock } = server(LINK);
+  const session = await Session.offered(parts);
   session?.update(self(0));
   await vi.waitFor(() => expect(session?.isOpen).toBe(true));
-  expect(sent.filter(({ method }) => method === "POST").length).toBe(2);
+  const said = () => sent.filter(({ url }) => url.endsWith("/pose")).length;
+  for (const _ of [1, 2]) {
+    clock.now_ms += 500;
+    session?.update(self(0));
+    await new Promise((done) => setTimeout(done));
+  }
+  expect(said()).toBe(1);
+  streams[0]?.listeners.get("resync")?.({ data: '{"reason": "missed"}' });
+  session?.update(self(0));
+  expect(said()).toBe(2);
+});
+
+it("opens anew when its stream is refused because the session has ended or lives elsewhere", async () => {
+  for (const status of [404, 421]) {
+    const { parts, sent, streams, clock, events } = server(LINK);
+    const session = await Session.offered(parts);
+    session?.update(self(0));
+    await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+    clock.eventsStatus = status;
+    clock.poseStatus = 503;
+    refuse(streams[0]?.stream);
+    clock.now_ms = 9000;
+    session?.update(self(0));
+    await vi.waitFor(() => expect(session?.isOpen).toBe(false));
+    expect(events.at(-1)).toEqual({ kind: "resync" });
+    session?.update(self(0));
+    await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+    expect(sent.filter(({ method }) => method === "POST").length).toBe(2);
+  }
 });

@@ -1,6 +1,7 @@
 /**
  * How does one take part in a live scene? Opens a session where the server offers them, listens to its events, says
- * where one is and opens it anew when it has ended. A static tree offers none, and nothing is asked of it.
+ * where one is and opens it anew when it has ended. While the server is away the session stays: it goes on when the same
+ * one or another is back. A static tree offers none, and nothing is asked of it.
  */
 import type { Vec3 } from "../geometry.ts";
 import { Json } from "../json.ts";
@@ -35,7 +36,11 @@ export interface Participant {
 interface Opened {
   readonly session: string;
   readonly token: string;
-  readonly stream: EventStream;
+  /** Where its events are told. */
+  readonly events: string;
+  stream: EventStream;
+  /** When to ask for its stream again; `undefined` while that lasts, or comes back by itself. */
+  listen_ms: number | undefined;
 }
 
 /** The area of interest: what comes nearer is told of, what goes further is not any more. */
@@ -44,6 +49,10 @@ export const AOI = { enter_m: 50, leave_m: 60 } as const;
 const MAX_SPEED_MPS = 5.5;
 const STREAM_CLOSED = 2;
 const AGAIN_AFTER_MS = 5000;
+/** A stream that was refused is asked for again after so long, give or take half of it. */
+const LISTEN_AFTER_MS = 2000;
+/** The session has ended, or its requests do not reach where it lives. */
+const LOST = [401, 403, 404, 421];
 /** After a pose that was not heard nothing is said for so long. */
 const AFTER_A_FAILURE_MS = 1000;
 
@@ -81,6 +90,7 @@ export class Session {
       if (!this.busy && !this.closed && now_ms >= this.again_ms) void this.open(self);
       return;
     }
+    if (opened.listen_ms !== undefined && now_ms >= opened.listen_ms) void this.resume(opened);
     if (this.sending) return;
     const pose = this.speaker.speak(now_ms, self.position, self.orientation, self.velocity);
     if (pose) void this.say(opened, pose);
@@ -146,8 +156,7 @@ export class Session {
     try {
       const events = this.parts.tree.resolve(json.field("events_url").text());
       this.speaker.keepQuiet(json.field("hush").optional(readHush));
-      const stream = this.parts.listen(`${events}?token=${encodeURIComponent(token)}`);
-      this.opened = { session, token, stream };
+      this.opened = { session, token, events, stream: this.streamOf(events, token), listen_ms: undefined };
       this.listen(this.opened);
     } catch (error) {
       this.end(session, token);
@@ -155,23 +164,46 @@ export class Session {
     }
   }
 
+  private streamOf(events: string, token: string): EventStream {
+    return this.parts.listen(`${events}?token=${encodeURIComponent(token)}`);
+  }
+
   private listen(opened: Opened): void {
     this.parts.told({ kind: "resync" });
+    const { stream } = opened;
     for (const name of EVENT_NAMES) {
-      opened.stream.addEventListener(name, ({ data }) => {
-        const event = this.opened === opened ? readEvent(name, data) : undefined;
+      stream.addEventListener(name, ({ data }) => {
+        const current = this.opened === opened && opened.stream === stream;
+        const event = current ? readEvent(name, data) : undefined;
         if (event?.kind === "hush") this.speaker.keepQuiet(event.hush);
-        if (event?.kind === "wake") {
+        // What was said before may be as void as what was told: another server may have taken the session up.
+        if (event?.kind === "wake" || event?.kind === "resync") {
           this.wakes += 1;
           this.speaker.keepQuiet(undefined);
         }
         if (event) this.parts.told(event);
       });
     }
-    opened.stream.onerror = () => {
-      // It reconnects by itself unless the session has ended.
-      if (opened.stream.readyState === STREAM_CLOSED) this.lose(opened);
+    stream.onerror = () => {
+      // It reconnects by itself unless something else than a stream was answered, and does not say what.
+      if (stream.readyState === STREAM_CLOSED) this.listenLater(opened);
     };
+  }
+
+  private listenLater(opened: Opened): void {
+    opened.listen_ms = this.parts.now_ms() + LISTEN_AFTER_MS * (0.5 + Math.random());
+  }
+
+  /** Listens again to a session whose stream was refused, as by a proxy that has lost its server for a while. */
+  private async resume(opened: Opened): Promise<void> {
+    opened.listen_ms = undefined;
+    const answer = await this.send(opened.events, "HEAD", undefined, opened.token).catch(() => undefined);
+    if (this.opened !== opened) return;
+    if (answer && LOST.includes(answer.status)) this.lose(opened);
+    else if (answer?.ok) {
+      opened.stream = this.streamOf(opened.events, opened.token);
+      this.listen(opened);
+    } else this.listenLater(opened);
   }
 
   private async say(opened: Opened, pose: Participant & { readonly t_ms: number }): Promise<void> {
@@ -181,7 +213,7 @@ export class Session {
       const { t_ms, position, orientation, velocity } = pose;
       const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}/pose`);
       const answer = await this.send(url, "PUT", { t_ms, position, orientation, velocity }, opened.token);
-      if ([401, 403, 404].includes(answer.status)) this.lose(opened);
+      if (LOST.includes(answer.status)) this.lose(opened);
       else if (answer.ok) {
         const hush = Json.parse(await answer.text(), "the answer to a pose")
           .field("hush")

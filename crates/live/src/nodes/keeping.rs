@@ -64,14 +64,20 @@ impl Exchange {
     /// From now on this node keeps a mover, whichever did before.
     pub fn keep(&mut self, object: ObjectId, now_ms: Ms) {
         let mut since_ms = now_ms;
-        for peer in self.peers.values_mut() {
-            // What is under way of it is said of another's.
-            peer.heard.movers.remove(&object);
+        self.adopt(object);
+        for peer in self.peers.values() {
             let theirs_ms = peer.keeps.get(&object).map_or(since_ms, |theirs_ms| theirs_ms + 1);
             since_ms = since_ms.max(theirs_ms);
         }
         self.keeping.kept.insert(object, since_ms);
         self.hurry();
+    }
+
+    /// From now on a mover lives on this node: what is under way of it is said of another's.
+    pub fn adopt(&mut self, object: ObjectId) {
+        for peer in self.peers.values_mut() {
+            peer.heard.movers.remove(&object);
+        }
     }
 
     /// It does not any more.

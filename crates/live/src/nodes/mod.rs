@@ -8,6 +8,7 @@
 //! * [`Exchange`]: the state machine of one node: messages and the time go in, messages come out.
 //! * `peer`: what it keeps of another node. `export`: what it tells of its own movers. `import`: what it believes of others'.
 //! * `doors`: whose word counts when two nodes move a door. `keeping`: which node has the movers that outlive nodes.
+//! * [`homes`]: which runs of servers are gone, so that others may go on with their sessions.
 //!
 //! What is lost, comes twice or in another order on the way makes a difference for a beat or two and no longer: interest is
 //! told whole with each beat; introductions are counted, and whoever lacks one asks for all; a pose is told again
@@ -16,6 +17,7 @@
 mod doors;
 mod exchange;
 mod export;
+pub mod homes;
 mod import;
 mod keeping;
 pub mod message;

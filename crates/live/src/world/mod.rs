@@ -37,7 +37,7 @@ pub use self::{
     mover::Look,
     movers::NewMover,
     session::REMEMBERED,
-    sessions::Visitor,
+    sessions::{Stand, Visitor},
 };
 use self::{abroad::Watched, doors::Door, mover::Mover, session::Session};
 use crate::{

@@ -38,6 +38,39 @@ pub struct Visitor {
     pub hears_movers: bool,
 }
 
+/// How a participant stands, without motion, and how far it looks.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Stand {
+    /// World space, metres.
+    pub position: [f64; 3],
+    /// A quaternion.
+    pub orientation: [f64; 4],
+    /// How far it looks.
+    pub aoi: Aoi,
+}
+
+impl Visitor {
+    /// The same, come to stand where it was last; times are those of whatever clock it has by now.
+    #[must_use]
+    pub fn standing(mut self, last: Option<Stand>) -> Self {
+        if let Some(Stand {
+            position,
+            orientation,
+            aoi,
+        }) = last
+        {
+            (self.pose.position, self.pose.orientation, self.aoi) = (position, orientation, aoi);
+        }
+        self.pose = Sent {
+            t_ms: None,
+            velocity: None,
+            acceleration: None,
+            ..self.pose
+        };
+        self
+    }
+}
+
 impl World {
     /// Opens a session with an avatar; nothing else ever had their ids. The caller greets it; what it sees is told at the
     /// next tick.
@@ -105,6 +138,18 @@ impl World {
     pub fn standpoint(&self, id: SessionId) -> Option<([f64; 3], Aoi)> {
         let session = self.sessions.get(&id)?;
         Some((self.movers[&session.object].pose.position, session.aoi))
+    }
+
+    /// How a participant stands.
+    #[must_use]
+    pub fn stand(&self, id: SessionId) -> Option<Stand> {
+        let session = self.sessions.get(&id)?;
+        let pose = &self.movers[&session.object].pose;
+        Some(Stand {
+            position: pose.position,
+            orientation: pose.orientation,
+            aoi: session.aoi,
+        })
     }
 
     /// Ends a session and its avatar. Movers that it drove stay, and are driven by nobody.

@@ -1,0 +1,311 @@
+//! Which sessions may outlive the server that holds them, and where is each at home? A home is a run of a server; whoever takes a
+//! session up puts its own name in place of the last one, and of several who try at once only one does.
+
+use belvedere_scene::SceneName;
+use sqlx::{AnyConnection, Row};
+
+use super::Catalogue;
+use crate::secret::Secret;
+
+/// A session as it is kept. What it wants and where it stands, the catalogue need not understand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeptSession {
+    /// Its number.
+    pub session: u64,
+    /// Its scene.
+    pub scene: SceneName,
+    /// JSON: what it was opened with.
+    pub visitor: String,
+    /// Whether it hears of objects that do not move.
+    pub statics: bool,
+}
+
+/// A session with what has become of it since it was opened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HousedSession {
+    /// As it was opened.
+    pub kept: KeptSession,
+    /// Who said last that it holds it.
+    pub home: String,
+    /// JSON: where it stood last, if that was kept.
+    pub stand: Option<String>,
+}
+
+/// A run of a server.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SessionHome {
+    /// Its name.
+    pub home: String,
+    /// Rises while it runs.
+    pub beats: i64,
+    /// It has said that it ends.
+    pub ended: bool,
+}
+
+/// What is to be kept of the sessions of one home.
+#[derive(Debug, Clone, Default)]
+pub struct SessionChanges {
+    /// New ones.
+    pub opened: Vec<KeptSession>,
+    /// JSON: where some stand.
+    pub stands: Vec<(u64, String)>,
+    /// Those that have ended.
+    pub ended: Vec<u64>,
+}
+
+impl Catalogue {
+    /// What tokens of sessions are signed with: the secret that was kept first, this one if there is none.
+    pub async fn session_secret(&self, fresh: &Secret) -> anyhow::Result<Secret> {
+        const KEPT: &str = "SELECT secret FROM session_key";
+        let row = match sqlx::query(KEPT).fetch_optional(&self.pool).await? {
+            Some(row) => row,
+            None => {
+                sqlx::query("INSERT INTO session_key (one, secret) VALUES (1, $1) ON CONFLICT (one) DO NOTHING")
+                    .bind(fresh.reveal())
+                    .execute(&self.pool)
+                    .await?;
+                // Another server may have been faster.
+                sqlx::query(KEPT).fetch_one(&self.pool).await?
+            }
+        };
+        Ok(row.try_get::<&str, _>("secret")?.into())
+    }
+
+    /// Keeps what has changed, all of it or nothing. The same may be kept again.
+    pub async fn keep_sessions(&self, home: &str, changes: &SessionChanges) -> anyhow::Result<()> {
+        let mut tx = self.pool.begin().await?;
+        beat(&mut tx, home).await?;
+        for new in &changes.opened {
+            sqlx::query(
+                "INSERT INTO sessions (session, scene, home, visitor, statics) VALUES ($1, $2, $3, $4, $5) \
+                 ON CONFLICT (session) DO NOTHING",
+            )
+            .bind(i64::try_from(new.session)?)
+            .bind(new.scene.as_str())
+            .bind(home)
+            .bind(&new.visitor)
+            .bind(i64::from(new.statics))
+            .execute(&mut *tx)
+            .await?;
+        }
+        for (session, stand) in &changes.stands {
+            sqlx::query("UPDATE sessions SET stand = $1 WHERE session = $2 AND home = $3")
+                .bind(stand)
+                .bind(i64::try_from(*session)?)
+                .bind(home)
+                .execute(&mut *tx)
+                .await?;
+        }
+        for session in &changes.ended {
+            sqlx::query("DELETE FROM sessions WHERE session = $1 AND home = $2")
+                .bind(i64::try_from(*session)?)
+                .bind(home)
+                .execute(&mut *tx)
+                .await?;
+        }
+        tx.commit().await?;
+        Ok(())
+    }
+
+    /// A session.
+    pub async fn kept_session(&self, session: u64) -> anyhow::Result<Option<HousedSession>> {
+        let row = sqlx::query("SELECT scene, home, visitor, statics, stand FROM sessions WHERE session = $1")
+            .bind(i64::try_from(session)?)
+            .fetch_optional(&self.pool)
+            .await?;
+        row.map(|row| {
+            let kept = KeptSession {
+                session,
+                scene: row.try_get::<&str, _>("scene")?.parse()?,
+                visitor: row.try_get("visitor")?,
+                statics: row.try_get::<i64, _>("statics")? != 0,
+            };
+            Ok(HousedSession {
+                kept,
+                home: row.try_get("home")?,
+                stand: row.try_get("stand")?,
+            })
+        })
+        .transpose()
+    }
+
+    /// Gives a session another home if it is still at home where it was, and nothing was heard from there since that many
+    /// beats. Says how often it has moved by now; none when it was not for this home to take.
+    pub async fn take_session(&self, session: u64, from: (&str, i64), to: &str) -> anyhow::Result<Option<u64>> {
+        let mut tx = self.pool.begin().await?;
+        beat(&mut tx, to).await?;
+        let row = sqlx::query(
+            "UPDATE sessions SET home = $1, taken = taken + 1 WHERE session = $2 AND home = $3 AND \
+             (home = $1 OR EXISTS (SELECT 1 FROM session_homes WHERE session_homes.home = $3 AND beats = $4)) \
+             RETURNING taken",
+        )
+        .bind(to)
+        .bind(i64::try_from(session)?)
+        .bind(from.0)
+        .bind(from.1)
+        .fetch_optional(&mut *tx)
+        .await?;
+        let taken = row.map(|row| row.try_get::<i64, _>("taken")).transpose()?;
+        tx.commit().await?;
+        Ok(taken.map(u64::try_from).transpose()?)
+    }
+
+    /// A home is heard of.
+    pub async fn beat_home(&self, home: &str) -> anyhow::Result<()> {
+        beat(&mut *self.pool.acquire().await?, home).await?;
+        Ok(())
+    }
+
+    /// All homes.
+    pub async fn session_homes(&self) -> anyhow::Result<Vec<SessionHome>> {
+        let rows = sqlx::query("SELECT home, beats, ended FROM session_homes")
+            .fetch_all(&self.pool)
+            .await?;
+        rows.iter()
+            .map(|row| {
+                Ok(SessionHome {
+                    home: row.try_get("home")?,
+                    beats: row.try_get("beats")?,
+                    ended: row.try_get::<i64, _>("ended")? != 0,
+                })
+            })
+            .collect()
+    }
+
+    /// A home ends: whoever is asked for its sessions may take them up.
+    pub async fn end_home(&self, home: &str) -> anyhow::Result<()> {
+        sqlx::query("UPDATE session_homes SET ended = 1 WHERE home = $1")
+            .bind(home)
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// Forgets a home of which nothing was heard since that many beats, and all sessions that nobody has taken up since.
+    pub async fn forget_home(&self, home: &str, beats: i64) -> anyhow::Result<()> {
+        sqlx::query("DELETE FROM session_homes WHERE home = $1 AND beats = $2")
+            .bind(home)
+            .bind(beats)
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// The sessions that are not at home here.
+    pub async fn sessions_elsewhere(&self, home: &str) -> anyhow::Result<Vec<u64>> {
+        let rows = sqlx::query("SELECT session FROM sessions WHERE home <> $1")
+            .bind(home)
+            .fetch_all(&self.pool)
+            .await?;
+        rows.iter()
+            .map(|row| Ok(u64::try_from(row.try_get::<i64, _>("session")?)?))
+            .collect()
+    }
+}
+
+async fn beat(connection: &mut AnyConnection, home: &str) -> Result<(), sqlx::Error> {
+    sqlx::query(
+        "INSERT INTO session_homes (home, beats) VALUES ($1, 1) \
+         ON CONFLICT (home) DO UPDATE SET beats = session_homes.beats + 1",
+    )
+    .bind(home)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn opened(session: u64) -> SessionChanges {
+        let kept = KeptSession {
+            session,
+            scene: "rooms".parse().unwrap(),
+            visitor: "{}".into(),
+            statics: true,
+        };
+        SessionChanges {
+            opened: vec![kept],
+            ..SessionChanges::default()
+        }
+    }
+
+    async fn beats(catalogue: &Catalogue, home: &str) -> i64 {
+        let homes = catalogue.session_homes().await.unwrap();
+        homes.into_iter().find(|known| known.home == home).unwrap().beats
+    }
+
+    #[tokio::test]
+    async fn a_session_has_one_home_and_only_one_of_many_takes_it() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        for _ in 0..2 {
+            catalogue.keep_sessions("a", &opened(7)).await.unwrap();
+        }
+        let stands = SessionChanges {
+            stands: vec![(7, "here".into())],
+            ..SessionChanges::default()
+        };
+        catalogue.keep_sessions("a", &stands).await.unwrap();
+        let (before, heard) = (
+            catalogue.kept_session(7).await.unwrap().unwrap(),
+            beats(&catalogue, "a").await,
+        );
+        assert_eq!((before.home.as_str(), before.stand.as_deref()), ("a", Some("here")));
+        assert_eq!(before.kept, opened(7).opened[0]);
+
+        catalogue.beat_home("a").await.unwrap();
+        let take = async |from, to| catalogue.take_session(7, from, to).await.unwrap();
+        assert_eq!(take(("a", heard), "b").await, None, "it was heard of since");
+        let takes = ["b", "c", "d"].map(|to| take(("a", heard + 1), to));
+        let taken = futures_util::future::join_all(takes).await;
+        assert_eq!(taken.iter().flatten().collect::<Vec<_>>(), [&1], "{taken:?}");
+        let after = catalogue.kept_session(7).await.unwrap().unwrap();
+        let home = after.home.clone();
+        assert_eq!(
+            after,
+            HousedSession {
+                home: ["b", "c", "d"][taken.iter().position(Option::is_some).unwrap()].into(),
+                ..before
+            }
+        );
+        assert_eq!(take((&home, 0), &home).await, Some(2), "its own again");
+
+        // Who has lost it changes nothing of it, and hears that.
+        let ends = SessionChanges {
+            stands: vec![(7, "there".into())],
+            ended: vec![7],
+            ..SessionChanges::default()
+        };
+        catalogue.keep_sessions("a", &ends).await.unwrap();
+        assert_eq!(catalogue.kept_session(7).await.unwrap(), Some(after));
+        assert_eq!(catalogue.sessions_elsewhere("a").await.unwrap(), [7]);
+        catalogue.keep_sessions(&home, &ends).await.unwrap();
+        assert_eq!(catalogue.kept_session(7).await.unwrap(), None);
+    }
+
+    #[tokio::test]
+    async fn a_home_that_is_forgotten_takes_its_sessions_along_unless_it_is_heard_of() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        catalogue.keep_sessions("a", &opened(7)).await.unwrap();
+        let heard = beats(&catalogue, "a").await;
+        catalogue.end_home("a").await.unwrap();
+        assert!(catalogue.session_homes().await.unwrap()[0].ended);
+        catalogue.forget_home("a", heard - 1).await.unwrap();
+        assert!(catalogue.kept_session(7).await.unwrap().is_some());
+        catalogue.forget_home("a", heard).await.unwrap();
+        assert_eq!(catalogue.kept_session(7).await.unwrap(), None);
+    }
+
+    #[tokio::test]
+    async fn all_sign_with_the_secret_that_was_kept_first() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        for fresh in ["a", "b"] {
+            let secret = catalogue.session_secret(&fresh.into()).await.unwrap();
+            assert_eq!(secret.reveal(), "a");
+        }
+    }
+}

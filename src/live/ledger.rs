@@ -1,0 +1,302 @@
+//! Which sessions does this server hold, as far as others can know, and which servers are gone? Each session has a line in the
+//! catalogue, so that another server, or the same one started again, goes on with it.
+//!
+//! All is written behind, by one task: nobody who opens, moves or leaves waits for the catalogue, and while that is away lines wait
+//! here. A line is written soon after a session was opened, and where people stand now and then. The same task says each
+//! second that this server is there, as long as it holds sessions, and looks who else is ([`Homes`]).
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Arc, Mutex, MutexGuard},
+    time::{Duration, Instant},
+};
+
+use anyhow::Context;
+use belvedere_live::{
+    event::SessionId,
+    nodes::homes::{Homes, Life},
+    world::{Stand, Visitor},
+};
+use belvedere_scene::SceneName;
+use tokio::{
+    sync::{Notify, watch},
+    time::{MissedTickBehavior, timeout},
+};
+
+use super::{Live, LiveError, ask, message::Message, token::Token};
+use crate::db::{Catalogue, HousedSession, KeptSession, PATIENCE, SessionChanges};
+
+/// Between two times that this server is heard of.
+const BEAT: Duration = Duration::from_secs(1);
+/// The last words may take so long.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+#[derive(Debug)]
+pub(super) struct Ledger {
+    catalogue: Catalogue,
+    /// What this run of the server is called.
+    home: String,
+    unwritten: Mutex<Unwritten>,
+    /// Rung when a session was opened or has ended.
+    rung: Notify,
+    homes: watch::Sender<Homes>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Unwritten {
+    opened: BTreeMap<SessionId, Arc<KeptSession>>,
+    stands: BTreeMap<SessionId, Stand>,
+    ended: BTreeSet<SessionId>,
+}
+
+impl Unwritten {
+    fn is_empty(&self) -> bool {
+        self.opened.is_empty() && self.stands.is_empty() && self.ended.is_empty()
+    }
+
+    fn changes(&self) -> SessionChanges {
+        SessionChanges {
+            opened: self.opened.values().map(|kept| KeptSession::clone(kept)).collect(),
+            stands: self.stands.iter().map(|(s, stand)| (s.0, json(stand))).collect(),
+            ended: self.ended.iter().map(|session| session.0).collect(),
+        }
+    }
+
+    /// All of this is written; what has come since stays.
+    fn strike(&mut self, written: &Self) {
+        self.opened.retain(|session, _| !written.opened.contains_key(session));
+        self.stands
+            .retain(|session, stand| written.stands.get(session) != Some(stand));
+        self.ended.retain(|session| !written.ended.contains(session));
+    }
+}
+
+impl Ledger {
+    pub(super) fn new(catalogue: Catalogue) -> Result<Self, LiveError> {
+        Ok(Self {
+            catalogue,
+            // As hard to meet twice.
+            home: Token::random()?.reveal(),
+            unwritten: Mutex::default(),
+            rung: Notify::new(),
+            homes: watch::Sender::default(),
+        })
+    }
+
+    fn unwritten(&self) -> MutexGuard<'_, Unwritten> {
+        self.unwritten.lock().expect("nobody panics while holding this lock")
+    }
+
+    /// A line for a session that has been opened.
+    pub(super) fn open(&self, session: SessionId, line: KeptSession) {
+        self.unwritten().opened.insert(session, Arc::new(line));
+        self.rung.notify_one();
+    }
+
+    /// Where a session stands is written with whatever is written next.
+    pub(super) fn stands(&self, session: SessionId, stand: Stand) {
+        self.unwritten().stands.insert(session, stand);
+    }
+
+    /// No line any more for a session that has ended.
+    pub(super) fn end(&self, session: SessionId) {
+        let mut unwritten = self.unwritten();
+        unwritten.opened.remove(&session);
+        unwritten.stands.remove(&session);
+        // It may be under way.
+        unwritten.ended.insert(session);
+        drop(unwritten);
+        self.rung.notify_one();
+    }
+
+    /// The line of a session that this server does not hold, wherever it is at home.
+    pub(super) async fn find(&self, session: SessionId) -> Result<Option<HousedSession>, LiveError> {
+        if self.unwritten().ended.contains(&session) {
+            return Ok(None);
+        }
+        in_time(self.catalogue.kept_session(session.0)).await
+    }
+
+    /// Waits until it is known that a home is gone; gives its number. Fails when it is heard of.
+    pub(super) async fn outlives(&self, session: SessionId, home: &str) -> Result<i64, LiveError> {
+        if home == self.home {
+            return Ok(0);
+        }
+        let mut homes = self.homes.subscribe();
+        let mut before = None;
+        let verdict = timeout(PATIENCE, async {
+            loop {
+                let life = {
+                    let homes = homes.borrow_and_update();
+                    // It may be so new that nobody has looked since.
+                    before = before.or_else(|| homes.beats(home));
+                    homes.life(home, before)
+                };
+                match life {
+                    Life::Gone(beats) => return Ok(beats),
+                    Life::Lives => return Err(LiveError::Elsewhere(session)),
+                    Life::Unsure => {}
+                }
+                homes.changed().await.map_err(|_| LiveError::Stopped)?;
+            }
+        });
+        verdict
+            .await
+            .context("nobody knows whether another server lives")
+            .map_err(LiveError::Unkept)?
+    }
+
+    /// Makes this the home of a session whose last one is gone; says how often it has moved. None when another server was faster.
+    pub(super) async fn take(&self, session: SessionId, from: (&str, i64)) -> Result<Option<u64>, LiveError> {
+        in_time(self.catalogue.take_session(session.0, from, &self.home)).await
+    }
+
+    /// Writes what waits; nothing is lost when that fails.
+    async fn write(&self) -> Result<(), LiveError> {
+        let batch = self.unwritten().clone();
+        if batch.is_empty() {
+            return Ok(());
+        }
+        in_time(self.catalogue.keep_sessions(&self.home, &batch.changes())).await?;
+        self.unwritten().strike(&batch);
+        Ok(())
+    }
+
+    /// Looks who else is there.
+    async fn look(&self) -> Result<(), LiveError> {
+        let homes = in_time(self.catalogue.session_homes()).await;
+        match &homes {
+            Ok(all) => {
+                let all = all.iter().map(|home| (home.home.clone(), home.beats, home.ended));
+                self.homes.send_modify(|homes| homes.look(all));
+            }
+            Err(_) => self.homes.send_modify(Homes::blink),
+        }
+        homes.map(drop)
+    }
+
+    async fn forget_forsaken(&self) -> Result<(), LiveError> {
+        let forsaken: Vec<_> = {
+            let homes = self.homes.borrow();
+            let others = homes.forsaken().filter(|(home, _)| *home != self.home);
+            others.map(|(home, beats)| (home.to_owned(), beats)).collect()
+        };
+        for (home, beats) in forsaken {
+            in_time(self.catalogue.forget_home(&home, beats)).await?;
+        }
+        Ok(())
+    }
+
+    /// The last words: what waits is written, and others need not wait until this server is missed.
+    pub(super) async fn close(&self) {
+        let words = async {
+            self.write().await?;
+            in_time(self.catalogue.end_home(&self.home)).await
+        };
+        if !matches!(timeout(LAST_WORDS, words).await, Ok(Ok(()))) {
+            tracing::info!("the catalogue does not answer: sessions can be taken up when this server is missed");
+        }
+    }
+}
+
+/// A line for a session that was opened so.
+pub(super) fn line(session: SessionId, scene: &SceneName, visitor: &Visitor, statics: bool) -> KeptSession {
+    KeptSession {
+        session: session.0,
+        scene: scene.clone(),
+        visitor: json(visitor),
+        statics,
+    }
+}
+
+/// The visitor of a line, come to stand where it was last.
+pub(super) fn visitor(line: &HousedSession) -> anyhow::Result<Visitor> {
+    let visitor: Visitor = serde_json::from_str(&line.kept.visitor)?;
+    let stand = line.stand.as_deref().map(serde_json::from_str).transpose()?;
+    Ok(visitor.standing(stand))
+}
+
+/// Keeps the ledger until the server stops.
+pub(super) async fn keep(live: Live) {
+    let ledger = &live.0.ledger;
+    let mut beats = tokio::time::interval(BEAT);
+    beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut heard = Heard {
+        last: Instant::now(),
+        away: false,
+    };
+    loop {
+        let beats = tokio::select! {
+            _ = beats.tick() => true,
+            () = ledger.rung.notified() => false,
+        };
+        let done = match beats {
+            true => heard.beat(&live).await,
+            false => ledger.write().await,
+        };
+        heard.note(&done);
+    }
+}
+
+/// When this server was heard of last, and whether that is told.
+struct Heard {
+    last: Instant,
+    away: bool,
+}
+
+impl Heard {
+    async fn beat(&mut self, live: &Live) -> Result<(), LiveError> {
+        let ledger = &live.0.ledger;
+        // Also when nothing else works: whoever looks must know that it could not.
+        ledger.look().await?;
+        if live.0.registry.has_sessions() {
+            in_time(ledger.catalogue.beat_home(&ledger.home)).await?;
+            if self.last.elapsed() > 2 * BEAT {
+                part_from_lost(live).await?;
+            }
+            self.last = Instant::now();
+        }
+        ledger.write().await?;
+        ledger.forget_forsaken().await
+    }
+
+    /// Only changes are told.
+    fn note(&mut self, done: &Result<(), LiveError>) {
+        match done {
+            Err(error) if !self.away => {
+                tracing::warn!(%error, "sessions go on here and cannot be taken up elsewhere");
+                self.away = true;
+            }
+            Ok(()) if self.away => {
+                tracing::info!("sessions can be taken up elsewhere again");
+                self.away = false;
+            }
+            Ok(()) | Err(_) => {}
+        }
+    }
+}
+
+/// This server was not heard of for a while: what others have taken up meanwhile ends here.
+async fn part_from_lost(live: &Live) -> Result<(), LiveError> {
+    let ledger = &live.0.ledger;
+    for session in in_time(ledger.catalogue.sessions_elsewhere(&ledger.home)).await? {
+        let session = SessionId(session);
+        if let Some(entry) = live.0.registry.session(session) {
+            tracing::info!(%session, "another server has taken the session up");
+            ask(&entry.stage, |reply| Message::Close { session, reply }).await?;
+        }
+    }
+    Ok(())
+}
+
+async fn in_time<T>(asked: impl Future<Output = anyhow::Result<T>>) -> Result<T, LiveError> {
+    let answer = timeout(PATIENCE, asked).await;
+    let answer = answer
+        .context("the catalogue does not answer")
+        .and_then(|answer| answer);
+    answer.map_err(LiveError::Unkept)
+}
+
+fn json<T: serde::Serialize>(value: &T) -> String {
+    serde_json::to_string(value).expect("what is kept holds nothing that JSON cannot say")
+}
