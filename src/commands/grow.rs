@@ -28,7 +28,7 @@ use serde::Serialize;
 
 use super::{
     output::{bytes, print, print_json},
-    sowing::SowingArgs,
+    sowing::{SowingArgs, told},
 };
 use crate::publish::source_files::{SourceFolder, read_named};
 
@@ -95,7 +95,9 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         limits: &Limits::default(),
         progress: &Silent,
     };
-    let growth = plant(&name, read, &settings, ground).with_context(|| format!("cannot grow {name}"))?;
+    let growth = plant(&name, read, &settings, ground)
+        .map_err(told)
+        .with_context(|| format!("cannot grow {name}"))?;
     let mut report = Report::of(&growth, &settings, started.elapsed());
     if let Some(output) = &args.output {
         let glb = write_whole(&growth.scene);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use belvedere_bake::import::procedural::Sowing;
+use belvedere_bake::import::{ImportError, procedural::Sowing};
 use belvedere_scene::procedural::Value;
 
 #[derive(Debug, clap::Args)]
@@ -32,6 +32,14 @@ impl TryFrom<SowingArgs> for Sowing {
     }
 }
 
+/// What is wrong with rules; where it is what they were given, that is said.
+pub(super) fn told(error: ImportError) -> anyhow::Error {
+    match error {
+        ImportError::Rules(rules) if rules.line == 0 => anyhow::anyhow!("`--set`: {rules}"),
+        error => error.into(),
+    }
+}
+
 fn seed(text: &str) -> Result<u32, String> {
     text.parse()
         .map_err(|_| format!("a seed is a whole number from 0 to {}", u32::MAX))
@@ -49,7 +57,35 @@ fn parameter(text: &str) -> Result<(String, Value), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{parameter, seed};
+    use belvedere_bake::import::procedural::{Ground, plant};
+    use belvedere_bake::{import::Limits, progress::Silent};
+    use belvedere_scene::procedural::{Settings, Value};
+
+    use super::{parameter, seed, told};
+    use crate::publish::source_files::SourceFolder;
+
+    #[test]
+    fn what_was_set_wrongly_is_told_where_it_was_set() {
+        let refused = |text: &str| {
+            let settings = Settings {
+                parameters: [("heigth".to_owned(), Value::Number(3.0))].into(),
+                ..Settings::default()
+            };
+            let ground = Ground {
+                files: &SourceFolder::beside(std::path::Path::new("tree.dcg")),
+                limits: &Limits::default(),
+                progress: &Silent,
+            };
+            let planted = plant("tree.dcg", text.as_bytes().to_vec(), &settings, ground);
+            told(planted.err().unwrap()).to_string()
+        };
+        let known = refused("parameter height = 2 box(1, height, 1)");
+        assert_eq!(
+            known,
+            "`--set`: `heigth` is not a parameter of `tree.dcg`; did you mean `height`?"
+        );
+        assert!(refused("bix(1)").starts_with("tree.dcg, line 1, column 1: "));
+    }
 
     #[test]
     fn a_wrong_seed_or_parameter_is_told_what_it_should_be() {

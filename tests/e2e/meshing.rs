@@ -138,6 +138,89 @@ fn mesh_smooth_names_what_it_leaves_out() {
     assert_eq!(report["meshes"].as_array().map(Vec::len), Some(1));
 }
 
+/// Triangles, lines and points over four corners, and an index too many: a mesh that `mesh smooth` holds in part.
+fn mixed(data: &Data) -> String {
+    let corners = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0];
+    let mut bytes = corners.map(f32::to_le_bytes).concat();
+    bytes.extend([0u32, 1, 2, 3].map(u32::to_le_bytes).concat());
+    data.write("mixed.bin", bytes);
+    let gltf = json!({
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "mixed.bin", "byteLength": 64}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 16}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+            {"bufferView": 1, "componentType": 5125, "count": 4, "type": "SCALAR"},
+        ],
+        "meshes": [{"name": "mixed", "primitives": [
+            {"attributes": {"POSITION": 0}, "indices": 1},
+            {"attributes": {"POSITION": 0}, "indices": 1, "mode": 1},
+            {"attributes": {"POSITION": 0}, "indices": 1, "mode": 0},
+        ]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    });
+    let file = data.write("mixed.gltf", gltf.to_string());
+    file.to_str().expect("a path in UTF-8").to_owned()
+}
+
+#[test]
+fn what_is_wrong_with_the_source_of_a_mesh_is_told() {
+    let data = Data::new();
+    let file = mixed(&data);
+    let kind = "indices left over after the last whole shape: dropped";
+    for tool in ["lod", "smooth"] {
+        let output = data.run(&["mesh", tool, &file, "--json"]);
+        let said = text(&output.stderr);
+        assert!(
+            said.contains(&format!("mixed.gltf: 1 × {kind} (first: /meshes/0")),
+            "{tool}: {said}"
+        );
+        let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(report["defects"][0]["kind"], kind, "{tool}");
+    }
+    let printed = data.ok(&["mesh", "smooth", &file]);
+    let left_out = "mixed: 2 lines and 4 points left out, only triangles have smooth LODs";
+    assert!(printed.contains(left_out), "{printed}");
+    let report: Value = serde_json::from_str(&data.ok(&["mesh", "smooth", &file, "--json"])).expect("JSON");
+    let of_mesh = |name: &str| report["meshes"][0][name].clone();
+    assert_eq!(
+        (of_mesh("lines_left_out"), of_mesh("points_left_out")),
+        (json!(2), json!(4))
+    );
+}
+
+/// The coarser level of the smaller sheet has fewer corners and takes no fewer bytes.
+#[test]
+fn mesh_lod_keeps_what_saves_bytes_and_says_what_its_files_take() {
+    let data = Data::new();
+    let folder = data.folder("out");
+    let out = folder.to_str().expect("UTF-8");
+    for (quads, fewest) in [(2, 1), (8, 2)] {
+        let file = sheet(&data, quads);
+        let printed = data.ok(&["mesh", "lod", &file, "--levels", "100", "--json", "-o", out]);
+        let levels = levels(&serde_json::from_str(&printed).expect("JSON"));
+        assert!(levels.len() >= fewest);
+        for pair in levels.windows(2) {
+            assert!(pair[1]["bytes"].as_u64() < pair[0]["bytes"].as_u64(), "{pair:?}");
+        }
+        for (number, level) in levels.iter().enumerate() {
+            let name = level["file"].as_str().expect("a file");
+            assert_eq!(name, format!("mesh0.lod{number}.glb"));
+            let length = std::fs::metadata(folder.join(name)).expect("a file").len();
+            assert_eq!(level["file_bytes"].as_u64(), Some(length));
+        }
+    }
+}
+
+#[test]
+fn a_triangle_that_comes_once_is_one_level() {
+    let data = Data::new();
+    let file = triangle_and_line(&data);
+    let report: Value = serde_json::from_str(&data.ok(&["mesh", "lod", &file, "--all", "--json"])).expect("JSON");
+    assert_eq!(levels(&report).len(), 1);
+}
+
 #[test]
 fn mesh_decode_says_what_a_cut_stream_lacks() {
     let data = Data::new();

@@ -72,7 +72,7 @@ fn share_materials(scene: &mut SourceScene) {
 
 /// Models that are the same have sizes in the same class or in the next: one is a hundredth of the size wide.
 fn size_class(model: &SourceModel) -> i32 {
-    (largest_edge(model).max(f32::MIN_POSITIVE).ln() * 100.0).floor() as i32
+    (largest_edge(model).clamp(f32::MIN_POSITIVE, f32::MAX).ln() * 100.0).floor() as i32
 }
 
 /// A digest of all that must agree to the bit.
@@ -208,6 +208,18 @@ mod tests {
                 assert!(was.distance(is) < 1e-3, "{was} {is}");
             }
         }
+    }
+
+    /// Their box is longer than a number of 32 bits can be, and what is a metre further is within its roundings.
+    #[test]
+    fn models_without_measure_have_a_size_too() {
+        let vast = |z: f32| {
+            let mut chair = chair(0, [0.0; 3], 0.45);
+            chair.primitives[0].positions[0] = [f32::MAX, 0.0, z];
+            chair.primitives[0].positions[1] = [f32::MIN, 0.0, z];
+            chair
+        };
+        assert_eq!(share(scene(vec![vast(0.0), vast(0.0), vast(1.0)])).models.len(), 1);
     }
 
     #[test]

@@ -39,8 +39,8 @@ pub use cast::Hit;
 use copies::{Copies, Once, Placed};
 pub(crate) use flatten::bounds_of;
 use flatten::{Placing, sample_points};
-pub use limits::{MAX_PLACED_TRIANGLES, MAX_REACH_M, MAX_TRIANGLES, WorldError};
-use limits::{check_reach, check_size};
+pub use limits::{MAX_PLACED_TRIANGLES, MAX_REACH_M, MAX_TRIANGLES, MIN_SIZE_M, WorldError};
+use limits::{check_extent, check_reach, check_size};
 use mesh::Mesh;
 pub(crate) use mesh::tree_over;
 pub use triangle::Triangle;
@@ -97,6 +97,7 @@ impl World {
         check_size(scene, &once)?;
         let object_bounds: Vec<_> = scene.objects.par_iter().map(|o| bounds_of(scene, o)).collect();
         let bounds = object_bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
+        check_extent(bounds)?;
         let (origin, scale_m) = frame(&bounds);
         check_reach(scene, &object_bounds, origin)?;
         let mut mesh_of = vec![None; scene.models.len()];

@@ -11,6 +11,7 @@ use std::{
 
 use anyhow::Context;
 use belvedere_bake::{
+    defect::Defect,
     glb::{self, Glb, GlbInput, lattice::Lattice},
     lod::{self, LodLevel, LodSettings, Measures, Method, OctreeSettings, Order, join},
     source::{Material, SourceModel, SourceScene},
@@ -44,7 +45,8 @@ pub(super) struct Args {
     view_angle: f64,
     #[command(flatten)]
     octree: OctreeArgs,
-    /// Keep levels whose error is hardly smaller than that of a coarser one, which a bake leaves out
+    /// Keep levels whose error is hardly smaller than that of a coarser one, and those that take no fewer bytes than a finer one
+    /// once compressed, which a bake leaves out
     #[arg(long)]
     all: bool,
     /// Leave fragments that follow each other apart
@@ -53,7 +55,8 @@ pub(super) struct Args {
     /// Print as JSON
     #[arg(long)]
     json: bool,
-    /// The folder in which each level is written as a GLB
+    /// The folder in which each level is written as a plain GLB, for any reader; `size` is of the compressed form that a bake
+    /// publishes, `file` of this one
     #[arg(short, long)]
     output: Option<PathBuf>,
 }
@@ -112,6 +115,8 @@ struct Report {
     /// How many fragments were joined to another.
     joined: usize,
     meshes: Vec<MeshReport>,
+    /// What was wrong with the source.
+    defects: Vec<Defect>,
 }
 
 #[derive(Debug, Serialize)]
@@ -131,14 +136,17 @@ struct LevelReport {
     /// The same from the middle of the mesh, as VRML's ranges are.
     range_m: f64,
     geometric_error_m: f64,
-    /// As it is published; files are plain, for any reader.
+    /// As it would be published, compressed.
     bytes: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
+    /// Of the file, which is plain, for any reader.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file_bytes: Option<usize>,
 }
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
-    let mut scene = super::read_scene(&args.file)?;
+    let (mut scene, defects) = super::read_scene(&args.file)?;
     let joined = if args.no_join { 0 } else { join::join(&mut scene) };
     let double_sided = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let settings = LodSettings {
@@ -171,16 +179,24 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         let radius_m = radius_m(model);
         let lattice = Lattice::alone(&model.primitives);
         let mut worst_m = 0.0f64;
-        let report = |(level, mesh): (usize, &LodLevel)| {
+        let mut levels: Vec<LevelReport> = Vec::with_capacity(chain.levels.len());
+        for mesh in &chain.levels {
             let glb = pictures.glb(mesh, lattice.of_error(mesh.geometric_error));
-            let file = args.output.as_ref().map(|folder| {
+            let saves = levels.last().is_none_or(|finer| glb.bytes.len() < finer.bytes);
+            if !saves && !args.all {
+                continue;
+            }
+            let level = levels.len();
+            let written = args.output.as_ref().map(|folder| {
                 let name = format!("mesh{number}.lod{level}.glb");
-                write(&folder.join(&name), &glb::plain(&glb.bytes, "")?).map(|()| name)
+                let plain = glb::plain(&glb.bytes, "")?;
+                write(&folder.join(&name), &plain).map(|()| (name, plain.len()))
             });
+            let (file, file_bytes) = written.transpose()?.unzip();
             let geometric_error_m = worst_m.max(mesh.geometric_error + glb.rounding);
             worst_m = geometric_error_m;
             let switch_distance_m = geometric_error_m / (args.error * tangent);
-            anyhow::Ok(LevelReport {
+            levels.push(LevelReport {
                 level,
                 triangles: mesh.triangles,
                 lines: mesh.lines,
@@ -188,16 +204,21 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
                 range_m: switch_distance_m + radius_m,
                 geometric_error_m,
                 bytes: glb.bytes.len(),
-                file: file.transpose()?,
-            })
-        };
+                file,
+                file_bytes,
+            });
+        }
         meshes.push(MeshReport {
             name: model.name.clone(),
-            levels: chain.levels.iter().enumerate().map(report).collect::<Result<_, _>>()?,
+            levels,
             seconds,
         });
     }
-    let report = Report { joined, meshes };
+    let report = Report {
+        joined,
+        meshes,
+        defects,
+    };
     if args.json {
         print_json(&report)
     } else {
@@ -214,7 +235,9 @@ impl Report {
         for mesh in &self.meshes {
             lines.push(format!("{}: {:.2} s", mesh.name, mesh.seconds));
             let rows: Vec<_> = mesh.levels.iter().map(LevelReport::row).collect();
-            lines.push(table(&["level", "triangles", "lines", "range", "error", "size"], &rows));
+            let is_written = mesh.levels.iter().any(|level| level.file.is_some());
+            let head = ["level", "triangles", "lines", "range", "error", "size", "file"];
+            lines.push(table(&head[..head.len() - usize::from(!is_written)], &rows));
         }
         lines.join("\n")
     }
@@ -222,14 +245,16 @@ impl Report {
 
 impl LevelReport {
     fn row(&self) -> Vec<String> {
-        vec![
+        let mut row = vec![
             self.level.to_string(),
             self.triangles.to_string(),
             self.lines.to_string(),
             format!("{:.4}", self.range_m),
             format!("{:.6}", self.geometric_error_m),
             bytes(self.bytes as u64),
-        ]
+        ];
+        row.extend(self.file_bytes.map(|file| bytes(file as u64)));
+        row
     }
 }
 

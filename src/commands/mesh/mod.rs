@@ -9,6 +9,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use belvedere_bake::{
+    defect::Defect,
     import::{self, Limits},
     progress::Silent,
     source::SourceScene,
@@ -40,12 +41,16 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     }
 }
 
-/// Reads a scene with all that stands beside it.
-fn read_scene(file: &Path) -> anyhow::Result<SourceScene> {
+/// Reads a scene with all that stands beside it, and tells what is wrong with it.
+fn read_scene(file: &Path) -> anyhow::Result<(SourceScene, Vec<Defect>)> {
     let limits = Limits::default();
     let bytes = read_named(file, (limits.memory_bytes, MOST_OF_A_SOURCE))?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let imported = import::import(&name, bytes, &SourceFolder::beside(file), &limits, &Silent)
         .with_context(|| format!("cannot import {name}"))?;
-    Ok(imported.scene)
+    let defects: Vec<_> = imported.defects.iter().collect();
+    for Defect { kind, count, first } in &defects {
+        eprintln!("{name}: {count} × {kind} (first: {first})");
+    }
+    Ok((imported.scene, defects))
 }

@@ -7,13 +7,14 @@ use std::{
 
 use anyhow::Context;
 use belvedere_bake::{
+    defect::Defect,
     lod::error::HausdorffLimits,
     smooth::{
         encode, publish,
         quantise::{Precision, QuantisedMesh},
         thesis,
     },
-    source::SourceModel,
+    source::{Primitive, SourceModel, Topology},
 };
 use belvedere_scene::smooth::{Decoder, Header};
 use serde::Serialize;
@@ -50,6 +51,8 @@ struct Report {
     meshes: Vec<MeshReport>,
     /// Names of meshes of lines and points, which have none.
     skipped: Vec<String>,
+    /// What was wrong with the source.
+    defects: Vec<Defect>,
 }
 
 #[derive(Debug, Serialize)]
@@ -59,6 +62,9 @@ struct MeshReport {
     file: Option<PathBuf>,
     vertices: usize,
     triangles: usize,
+    /// Which have no smooth LOD.
+    lines_left_out: usize,
+    points_left_out: usize,
     bytes: usize,
     /// Positions, triangles and materials as packets of the thesis; none where these cannot tell so many materials.
     thesis_bytes: Option<usize>,
@@ -79,7 +85,7 @@ struct RungReport {
 }
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
-    let scene = read_scene(&args.file)?;
+    let (scene, defects) = read_scene(&args.file)?;
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
@@ -99,10 +105,23 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         args.file.display()
     );
     if args.json {
-        return print_json(&Report { meshes, skipped });
+        return print_json(&Report {
+            meshes,
+            skipped,
+            defects,
+        });
     }
     for name in &skipped {
         print(&format!("{name}: skipped, it has lines or points only"))?;
+    }
+    for mesh in &meshes {
+        let (lines, points) = (mesh.lines_left_out, mesh.points_left_out);
+        if lines + points > 0 {
+            let name = &mesh.mesh;
+            print(&format!(
+                "{name}: {lines} lines and {points} points left out, only triangles have smooth LODs"
+            ))?;
+        }
     }
     print(&summary(&meshes))
 }
@@ -166,12 +185,20 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
             .transpose()?,
         vertices: mesh.positions.len(),
         triangles: mesh.triangles.len(),
+        lines_left_out: count(model, Topology::Lines),
+        points_left_out: count(model, Topology::Points),
         bytes: written.len(),
         thesis_bytes: packets.as_ref().map(Vec::len),
         object_bytes: 12 * mesh.positions.len() + 6 * mesh.triangles.len(),
         encode_s,
         decode_s,
     })
+}
+
+/// How many shapes of a kind a mesh has.
+fn count(model: &SourceModel, topology: Topology) -> usize {
+    let of_topology = model.primitives.iter().filter(|p| p.topology == topology);
+    of_topology.map(Primitive::count).sum()
 }
 
 fn write(folder: &Path, name: &str, stream: &[u8]) -> anyhow::Result<PathBuf> {

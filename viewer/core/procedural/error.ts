@@ -15,7 +15,10 @@ export class Fault extends Error {
   }
 }
 
-/** Why a model was refused. Line and column count from 1, columns in characters. */
+/**
+ * Why a model was refused. Line and column count from 1, columns in characters; both are 0 where no place of the text is wrong
+ * but what it was given.
+ */
 export class DcgError extends Error {
   override readonly name = "DcgError";
 
@@ -27,7 +30,13 @@ export class DcgError extends Error {
     readonly text: string,
     readonly problem: string,
   ) {
-    super(printable(`${file}, line ${line}, column ${column}: ${problem}`) + (text ? `\n    ${printable(text)}` : ""));
+    const place = line === 0 ? "" : `${file}, line ${line}, column ${column}: `;
+    super(printable(place + problem) + (text ? `\n    ${printable(text)}` : ""));
+  }
+
+  /** An error in what a file was given, which says itself which file that is. */
+  static ofWhole(file: string, problem: string): DcgError {
+    return new DcgError(file, 0, 0, "", problem);
   }
 
   static at(file: string, whole: string, place: number, problem: string): DcgError {
@@ -78,6 +87,25 @@ export function unknownOfFile(kind: string, name: string, file: string, known: r
 
 export function unknownArgument(name: string, callee: string, known: readonly string[]): string {
   return `\`${name}\` is not a parameter of \`${callee}\`; ${meant(name, "takes", known)}`;
+}
+
+export function unknownProperty(name: string, known: readonly string[]): string {
+  return `\`${name}\` is not a property of a material; ${meant(name, "takes", known)}`;
+}
+
+/** Of a value of another file. */
+export function valueOfFile(file: string, name: string): string {
+  const wayOut = `let "${file}" declare a function, as in \`function ${name}() = …\`, and write \`${file}.${name}()\``;
+  return `values of other files cannot be read; ${wayOut}`;
+}
+
+export function notComputed(name: string, wayOut: string): string {
+  return `\`${name}\` is not computed yet; ${wayOut}`;
+}
+
+/** Of two signs in the order of other languages. */
+export function comparison(written: string, meant: string): string {
+  return `\`${written}\` means nothing here; write \`${meant}\``;
 }
 
 export function beyondDeclared(part: string, towards: string, byM: number): string {
@@ -155,6 +183,9 @@ export function shown(number: number): string {
 export const DIVISION_BY_ZERO = "division by zero; test the divisor with `if` before";
 export const ELSE = "`else` follows the statement of an `if`; there is none before this";
 export const THEN = "`then` stands in values; the statement of an `if` follows its condition at once";
+export const LET_IN_CHOOSE =
+  "`choose` does one of its statements, and a `let` alone does nothing; put it before the `choose`, or in braces with " +
+  "the statement that it is for";
 export const THEN_WITHOUT_LEVELS = "`then` says what a rule draws when its `levels` are used up; give it `levels`";
 export const EQUALS = "`=` gives a value a name; compare with `==`";
 export const COMPARED = "a comparison cannot follow another; join them with `and`, as in `a < b and b < c`";

@@ -103,6 +103,14 @@ describe("what is said of a mistake is what is said in Rust", () => {
   });
 });
 
+it("tells of a parameter that there is not, at no place of the text", () => {
+  const program = readProgram("test.dcg", "parameter height = 2 box(1, height, 1)", () => "");
+  const told = "`heigth` is not a parameter of `test.dcg`; did you mean `height`?";
+  expect(() => grow(program, { parameters: new Map([["heigth", 3]]) })).toThrow(
+    new RegExp(`^${told.replace("?", "\\?")}$`),
+  );
+});
+
 it("grows a part alone as it is in the whole", () => {
   const whole = grown({ file: "modules", seed: 5 });
   const text = (name: string) => readFileSync(join(GOLDEN, name), "utf8");

@@ -1,16 +1,24 @@
 /** Which known name was meant? */
 
-/** The known name that is most like this one, when one is like it: at most a third of its letters differ. */
+/**
+ * The known name that is most like this one, when one is like it: at most a third of its letters differ, or all do by their
+ * case only.
+ */
 export function nearest(name: string, known: Iterable<string>): string | undefined {
   let least = Math.ceil([...name].length / 3);
   let best: string | undefined;
   for (const candidate of known) {
-    const found = distance(name, candidate);
+    const found = lower(candidate) === lower(name) ? 0 : distance(name, candidate);
     if (found > least || (found === least && best !== undefined && candidate >= best)) continue;
     least = found;
     best = candidate;
   }
   return best;
+}
+
+/** In small letters, those of ASCII only. */
+function lower(name: string): string {
+  return name.replace(/[A-Z]/g, (letter) => letter.toLowerCase());
 }
 
 /** Letters to insert, delete, replace or swap with the next (optimal string alignment). */

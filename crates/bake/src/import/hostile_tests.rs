@@ -1,6 +1,6 @@
 //! Does the import mend or refuse what a file must not hold, without panicking, hanging or allocating on its word?
 
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 use serde_json::{Value, json};
 
 use super::testing::{Gltf, import_bytes, rich};
@@ -176,6 +176,26 @@ fn sparse_zeros_are_claimed_before_they_are_believed() {
         refused.contains("/accessors/2") && refused.contains("limit"),
         "{refused}"
     );
+}
+
+/// As glTF 2.0 has it (§5.1.1).
+#[test]
+fn an_accessor_without_data_is_zeros() {
+    let mut gltf = Gltf::triangle();
+    let moved = gltf.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 2}));
+    let scaled = gltf.floats("VEC3", &[[1.0f32; 3], [2.0; 3]]);
+    let attributes = json!({"TRANSLATION": moved, "SCALE": scaled});
+    let gltf = gltf.with(
+        "/nodes/0/extensions",
+        json!({"EXT_mesh_gpu_instancing": {"attributes": attributes}}),
+    );
+    let imported = gltf.import().unwrap();
+    let placed = imported.scene.objects.iter().map(|o| o.world_from_object);
+    assert_eq!(
+        placed.collect::<Vec<_>>(),
+        [1.0, 2.0].map(|scale| DMat4::from_scale(DVec3::splat(scale)))
+    );
+    assert_eq!(imported.defects.iter().count(), 0);
 }
 
 #[test]

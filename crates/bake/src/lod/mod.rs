@@ -156,7 +156,7 @@ pub fn chain(model: &SourceModel, settings: &LodSettings) -> LodChain {
                 break;
             };
             let bytes = geometry_bytes(&level.primitives) as f64;
-            if bytes <= settings.worthwhile_share * last_bytes {
+            if saves(bytes, last_bytes, settings.worthwhile_share) {
                 last_bytes = bytes;
                 worst = worst.max(level.geometric_error);
                 level.geometric_error = worst;
@@ -203,13 +203,18 @@ fn worthwhile(mut levels: Vec<LodLevel>, share: f64) -> Vec<LodLevel> {
     let mut last_bytes = f64::INFINITY;
     levels.retain(|level| {
         let bytes = geometry_bytes(&level.primitives) as f64;
-        let saves = bytes <= share * last_bytes;
+        let saves = saves(bytes, last_bytes, share);
         if saves {
             last_bytes = bytes;
         }
         saves
     });
     levels
+}
+
+/// Whether a level of these bytes saves enough beside one of those: some bytes in any case.
+fn saves(bytes: f64, last_bytes: f64, share: f64) -> bool {
+    bytes < last_bytes && bytes <= share * last_bytes
 }
 
 impl LodLevel {

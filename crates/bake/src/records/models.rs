@@ -56,15 +56,20 @@ impl<'a> Models<'a> {
             }
             let chain = lod::chain(model, settings);
             let pictures = pictures.on(model);
-            let levels = (0u32..).zip(&chain.levels);
+            let mut written = Vec::with_capacity(chain.levels.len());
             let mut coarsest_glb = Vec::new();
-            let levels = levels.map(|(number, level)| {
-                let input = (number, level);
-                write_level(input, scene, lattice, &pictures, &ledger, &mut coarsest_glb)
-            });
-            let levels = no_finer_level_worse(levels.collect::<Result<_, _>>()?);
+            for level in &chain.levels {
+                write_level(
+                    level,
+                    scene,
+                    lattice,
+                    &pictures,
+                    &ledger,
+                    (&mut written, &mut coarsest_glb),
+                )?;
+            }
             progress.advance(cost(model));
-            Ok((levels, coarsest_glb))
+            Ok((no_finer_level_worse(written), coarsest_glb))
         });
         let written: Vec<_> = levels.collect::<Result<_, BakeError>>()?;
         let (levels, coarsest_glb): (Vec<_>, Vec<_>) = written.into_iter().unzip();
@@ -187,15 +192,16 @@ impl PicturesOnModel<'_> {
     }
 }
 
-/// Stores a level; leaves its GLB in `last_glb`.
+/// Stores a level behind the finer ones, and leaves its GLB in `last_glb`; not one that takes no fewer bytes than the last of
+/// them.
 fn write_level(
-    (number, level): (u32, &LodLevel),
+    level: &LodLevel,
     scene: &SourceScene,
     lattice: Lattice,
     pictures: &PicturesOnModel<'_>,
     ledger: &Ledger<'_>,
-    last_glb: &mut Vec<u8>,
-) -> Result<Level, SinkError> {
+    (finer, last_glb): (&mut Vec<Level>, &mut Vec<u8>),
+) -> Result<(), SinkError> {
     let used: BTreeSet<usize> = glb::used_textures(&level.primitives, &scene.materials)
         .into_iter()
         .map(|texture| scene.textures[texture].image)
@@ -207,27 +213,36 @@ fn write_level(
         image_uri: &|image| pictures.at(image, level.geometric_error).url.to_string(),
     };
     let glb = glb::write(&input, lattice.of_error(level.geometric_error));
+    let textures: BTreeSet<_> = used
+        .into_iter()
+        .map(|image| pictures.at(image, level.geometric_error).clone())
+        .collect();
+    let bytes = glb.bytes.len() as u64 + textures.iter().map(|texture| texture.bytes).sum::<u64>();
+    if finer.last().is_some_and(|last| bytes >= bytes_of(last)) {
+        return Ok(());
+    }
     last_glb.clear();
     if glb.bytes.len() as u64 <= MOST_PACK_BYTES {
         last_glb.extend_from_slice(&glb.bytes);
     }
     let (url, bytes) = ledger.put("glb", glb.bytes)?;
     let geometric_error = level.geometric_error + glb.rounding;
-    Ok(Level {
-        level: number,
+    finer.push(Level {
+        level: finer.len() as u32,
         url,
         bytes,
         triangles: level.triangles,
         geometric_error_m: geometric_error,
         switch_distance_m: switch_distance_m(geometric_error),
-        textures: used
-            .into_iter()
-            .map(|image| pictures.at(image, level.geometric_error).clone())
-            .collect::<BTreeSet<_>>()
-            .into_iter()
-            .collect(),
+        textures: textures.into_iter().collect(),
         pack: None,
-    })
+    });
+    Ok(())
+}
+
+/// What a level costs who has nothing yet: its GLB and its pictures.
+fn bytes_of(level: &Level) -> u64 {
+    level.bytes + level.textures.iter().map(|texture| texture.bytes).sum::<u64>()
 }
 
 /// States no smaller bound for a coarser level than for a finer one, as rounding alone might.
@@ -271,4 +286,70 @@ impl UniqueBytes {
 /// The coarsest level of a model.
 pub(super) fn coarsest(model: &Model) -> &Level {
     model.levels.last().expect("a model has at least level 0")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::{Primitive, Topology};
+
+    struct Nowhere;
+
+    impl BlobSink for Nowhere {
+        fn put(&self, _: &BlobName, _: Vec<u8>) -> Result<(), SinkError> {
+            Ok(())
+        }
+    }
+
+    /// A second primitive costs more than what is left out with most corners of the first.
+    #[test]
+    fn a_coarser_level_that_takes_more_bytes_is_left_out() {
+        let strip = |corners: u32| Primitive {
+            positions: (0..corners).map(|i| [i as f32, (i % 2) as f32, 0.0]).collect(),
+            indices: (2..corners).flat_map(|i| [i - 2, i - 1, i]).collect(),
+            ..Primitive::default()
+        };
+        let line = Primitive {
+            topology: Topology::Lines,
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0]],
+            indices: vec![0, 1],
+            ..Primitive::default()
+        };
+        let level = |geometric_error: f64, primitives: Vec<Primitive>| LodLevel {
+            geometric_error,
+            triangles: 1,
+            lines: 0,
+            primitives,
+        };
+        let chain = [
+            level(0.0, vec![strip(12)]),
+            level(0.1, vec![strip(4), line]),
+            level(0.2, vec![strip(3)]),
+        ];
+        let estimate = |level: &LodLevel| lod::geometry_bytes(&level.primitives);
+        assert!(estimate(&chain[1]) < estimate(&chain[0]));
+        let pictures = PicturesOnModel {
+            ladders: &[],
+            covered: BTreeMap::new(),
+        };
+        let (ledger, scene) = (Ledger::new(&Nowhere, &[]), SourceScene::default());
+        let lattice = Lattice::alone(&chain[0].primitives);
+        let (mut written, mut last_glb) = (Vec::new(), Vec::new());
+        for level in &chain {
+            write_level(
+                level,
+                &scene,
+                lattice,
+                &pictures,
+                &ledger,
+                (&mut written, &mut last_glb),
+            )
+            .unwrap();
+        }
+        let errors = written
+            .iter()
+            .map(|level| (level.level, (10.0 * level.geometric_error_m).round()));
+        assert_eq!(errors.collect::<Vec<_>>(), [(0, 0.0), (1, 2.0)]);
+        assert!(written[1].bytes < written[0].bytes && last_glb.len() as u64 == written[1].bytes);
+    }
 }

@@ -12,6 +12,8 @@ pub const MAX_TRIANGLES: usize = 64 << 20;
 pub const MAX_PLACED_TRIANGLES: usize = u32::MAX as usize;
 /// The largest distance of a vertex from the middle of the scene. Beyond it `f32` could not tell walls apart.
 pub const MAX_REACH_M: f64 = 1e9;
+/// The least size of a scene that has any. Below it the distances that `f32` tells apart in it would be no numbers any more.
+pub const MIN_SIZE_M: f64 = 1e-30;
 
 /// Why a scene cannot be asked for visibility.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -31,6 +33,12 @@ pub enum WorldError {
     TooManyCopies {
         /// How many there are.
         count: usize,
+    },
+    /// Shares of its size would be zero.
+    #[error("the scene is {size_m:e} m large, at least {MIN_SIZE_M:e} m are needed: scale it up")]
+    TooSmall {
+        /// Its longest edge.
+        size_m: f64,
     },
     /// Coordinates would lose all precision.
     #[error(
@@ -58,6 +66,18 @@ pub(super) fn check_size(scene: &SourceScene, once: &Once) -> Result<(), WorldEr
     }
     if placed > MAX_PLACED_TRIANGLES {
         return Err(WorldError::TooManyCopies { count: placed });
+    }
+    Ok(())
+}
+
+/// Whether a scene is large enough, or one point.
+pub(super) fn check_extent(bounds: Bounds) -> Result<(), WorldError> {
+    if bounds.is_empty() {
+        return Ok(());
+    }
+    let size_m = bounds.size_m().into_iter().fold(0.0, f64::max);
+    if size_m > 0.0 && size_m < MIN_SIZE_M {
+        return Err(WorldError::TooSmall { size_m });
     }
     Ok(())
 }

@@ -92,6 +92,24 @@ fn far_from_zero_millimetres_are_kept() {
 }
 
 #[test]
+fn what_is_too_small_to_be_cut_is_refused() {
+    let sized = |metres: f64| {
+        let mut builder = Builder::default();
+        builder.quad("speck", facing_z(0.0));
+        builder.scene.objects[0].world_from_object = DMat4::from_scale(DVec3::splat(metres));
+        World::new(&builder.scene).err()
+    };
+    for metres in [1e-44, 1e-40, 1e-36, 1e-33] {
+        let refused = sized(metres).expect("too small").to_string();
+        assert!(
+            refused.ends_with("at least 1e-30 m are needed: scale it up"),
+            "{refused}"
+        );
+    }
+    assert_eq!((sized(1e-20), sized(0.0)), (None, None));
+}
+
+#[test]
 fn what_cannot_be_held_is_refused_with_its_place() {
     let mut builder = Builder::default();
     builder.quad("near", facing_z(0.0));

@@ -7,7 +7,8 @@ use super::problem::Problem;
 /// Longest part of a line that an error repeats, characters.
 const MOST_SHOWN: usize = 120;
 
-/// Why a procedural model was refused. Line and column count from 1, columns in characters.
+/// Why a procedural model was refused. Line and column count from 1, columns in characters; both are 0 where no place of the
+/// text is wrong but what it was given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DcgError {
     /// The file, as it was imported.
@@ -31,7 +32,10 @@ impl fmt::Display for DcgError {
             text,
             problem,
         } = self;
-        let told = format!("{file}, line {line}, column {column}: {problem}");
+        let told = match line {
+            0 => problem.to_string(),
+            _ => format!("{file}, line {line}, column {column}: {problem}"),
+        };
         f.write_str(&printable(&told))?;
         if text.is_empty() {
             Ok(())
@@ -65,6 +69,17 @@ impl DcgError {
             line: line_of(source, at),
             column: before[start..].chars().count() + 1,
             text: line.trim_matches(BLANKS).chars().take(MOST_SHOWN).collect(),
+            problem,
+        })
+    }
+
+    /// An error in what a file was given, which says itself which file that is.
+    pub(super) fn of_whole(file: &str, problem: Problem) -> Box<Self> {
+        Box::new(Self {
+            file: file.to_owned(),
+            line: 0,
+            column: 0,
+            text: String::new(),
             problem,
         })
     }

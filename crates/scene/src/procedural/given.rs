@@ -43,11 +43,13 @@ impl Program {
         let Some(name) = given.find(|name| !self.parameters().any(|known| known == *name)) else {
             return Ok(());
         };
-        let problem = Problem::Unknown {
-            kind: "parameter",
+        let file = &self.modules[0].file;
+        let problem = Problem::UnknownArgument {
             name: name.clone(),
+            callee: file.clone(),
             suggestion: nearest(name, self.parameters()),
+            known: self.parameters().map(str::to_owned).collect(),
         };
-        Err(self.modules[0].error(0, problem))
+        Err(DcgError::of_whole(file, problem))
     }
 }

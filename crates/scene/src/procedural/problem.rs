@@ -32,6 +32,9 @@ pub enum Problem {
     /// A sign for giving names where values are compared.
     #[error("`=` gives a value a name; compare with `==`")]
     Equals,
+    /// Two signs in the order of other languages, and what is meant by them.
+    #[error("`{0}` means nothing here; write `{1}`")]
+    Comparison(&'static str, &'static str),
     /// A comparison of a comparison.
     #[error("a comparison cannot follow another; join them with `and`, as in `a < b and b < c`")]
     Compared,
@@ -55,6 +58,23 @@ pub enum Problem {
     /// The same.
     #[error("`then` stands in values; the statement of an `if` follows its condition at once")]
     Then,
+    /// A value where one of several statements is chosen.
+    #[error(
+        "`choose` does one of its statements, and a `let` alone does nothing; put it before the `choose`, or in braces with \
+         the statement that it is for"
+    )]
+    LetInChoose,
+    /// A value of another file.
+    #[error(
+        "values of other files cannot be read; let \"{file}\" declare a function, as in `function {name}() = …`, and write \
+         `{file}.{name}()`"
+    )]
+    ValueOfFile {
+        /// What the file is called here.
+        file: String,
+        /// The value.
+        name: String,
+    },
     /// A value without `let`.
     #[error("a value is named with `let`: write `let {0} = …`; it never changes")]
     WithoutLet(String),
@@ -103,6 +123,16 @@ pub enum Problem {
         /// A known name like it.
         suggestion: Option<String>,
         /// What it takes.
+        known: Vec<String>,
+    },
+    /// A property that materials do not have.
+    #[error("`{name}` is not a property of a material; {way_out}", way_out = meant(.suggestion, "takes", .known))]
+    UnknownProperty {
+        /// The name.
+        name: String,
+        /// A known name like it.
+        suggestion: Option<String>,
+        /// What there are.
         known: Vec<String>,
     },
     /// A name given twice.
@@ -243,8 +273,13 @@ pub enum Problem {
         way_out: &'static str,
     },
     /// A value asked for before it is there.
-    #[error("`{0}` is not computed yet; move its `let` up")]
-    NotComputed(String),
+    #[error("`{name}` is not computed yet; {way_out}")]
+    NotComputed {
+        /// The value.
+        name: String,
+        /// How it is computed before.
+        way_out: &'static str,
+    },
     /// A part that contains itself.
     #[error("part `{0}` contains itself with the same parameters; count them down and stop with `if`")]
     PartInItself(String),

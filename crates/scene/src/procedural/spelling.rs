@@ -1,10 +1,12 @@
 //! Which known name was meant?
 
-/// The known name that is most like this one, when one is like it: at most a third of its letters differ.
+/// The known name that is most like this one, when one is like it: at most a third of its letters differ, or all do by
+/// their case only.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let most = name.chars().count().div_ceil(3);
-    let distances = known.into_iter().map(|known| (distance(name, known), known));
+    let far = |known: &str| usize::from(!known.eq_ignore_ascii_case(name)) * distance(name, known);
+    let distances = known.into_iter().map(|known| (far(known), known));
     distances
         .filter(|(distance, _)| *distance <= most)
         .min()

@@ -269,6 +269,14 @@ pub(super) enum Statement {
 }
 
 impl Statement {
+    /// Where a value is named, when this does that.
+    pub(super) fn let_at(&self) -> Option<At> {
+        match self {
+            Self::Let { at, .. } => Some(*at),
+            _ => None,
+        }
+    }
+
     /// Its number among those that may be done at one go. That of a loop is for its turns.
     pub(super) fn plan(&self) -> Option<u32> {
         match self {

@@ -3,7 +3,7 @@
  * `crates/scene/src/procedural/evaluator/expression.rs`.
  */
 import { atan2, cosine, power, sine } from "../arithmetic.ts";
-import { DIVISION_BY_ZERO, outOfRange, shown } from "../error.ts";
+import { DIVISION_BY_ZERO, notComputed, outOfRange, shown } from "../error.ts";
 import { MAX_LIST, MAX_LIST_DEPTH, reached } from "../limits.ts";
 import { fractal, isWhole, MAX_NOISE, MAX_OCTAVES, MAX_POWER } from "../operation.ts";
 import type { Frame } from "../plain/columns.ts";
@@ -173,9 +173,24 @@ export abstract class Expressions extends Plain {
     const use = this.module(scope.module).uses[index];
     const value = this.globals(scope).get(use?.slot ?? 0);
     if (value === undefined) {
-      throw this.error(scope.module, use?.at ?? 0, `\`${use?.name}\` is not computed yet; move its \`let\` up`);
+      throw this.error(
+        scope.module,
+        use?.at ?? 0,
+        notComputed(use?.name ?? "", this.wayToCompute(scope, use?.slot ?? 0)),
+      );
     }
     return value;
+  }
+
+  /** What would have a value computed before it is asked for. */
+  private wayToCompute(scope: Scope, slot: number): string {
+    const { length } = this.module(scope.module).parameters;
+    if (slot < length) return "move its `parameter` up";
+    for (let i = 0; i < length; i += 1) {
+      if (this.globals(scope).get(i) === undefined)
+        return "defaults of parameters can use parameters above, and no `let`";
+    }
+    return "move its `let` up";
   }
 
   private item(scope: Scope, { at, of, index }: Kind<"item">): Value {

@@ -1,7 +1,7 @@
 /** What is shared? Parts and files are pieces of their own, made once for equal calls. As `crates/scene/src/procedural/evaluator/part.rs`. */
 import type { Vector } from "../affine.ts";
 import { type Bounds, beyond, Reach } from "../bounds.ts";
-import { beyondDeclared, unknown } from "../error.ts";
+import { beyondDeclared, DcgError, unknownArgument } from "../error.ts";
 import { Known } from "../known.ts";
 import { type Amounts, reached } from "../limits.ts";
 import type { Program } from "../link.ts";
@@ -50,7 +50,8 @@ export abstract class Parts extends Materials {
   protected growModel(parameters: ReadonlyMap<string, Value>): void {
     const names = this.module(0).parameters.map(({ formal }) => formal.name);
     for (const name of [...parameters.keys()].sort()) {
-      if (!names.includes(name)) throw this.error(0, 0, unknown("parameter", name, names));
+      const { file } = this.module(0);
+      if (!names.includes(name)) throw DcgError.ofWhole(file, unknownArgument(name, file, names));
     }
     // What is given from outside has no place but the parameter's own.
     const given = this.module(0).parameters.map(({ formal: { name, at } }) => {

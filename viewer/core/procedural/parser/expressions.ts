@@ -1,5 +1,14 @@
 /** How is a value written? Operators by rising strength: `or`, `and`, `not`, comparisons, `+ −`, `* /`, a sign, `[item]`. */
-import { COMPARED, EQUALS, Fault, namedArgument, tooFewArguments, tooManyArguments } from "../error.ts";
+import {
+  COMPARED,
+  comparison,
+  EQUALS,
+  Fault,
+  namedArgument,
+  tooFewArguments,
+  tooManyArguments,
+  valueOfFile,
+} from "../error.ts";
 import {
   type Argument,
   type At,
@@ -20,7 +29,11 @@ const PRODUCTS: readonly Operator[] = ["*", "/"];
 export class ExpressionParser extends Cursor {
   expression(): Expr {
     const value = this.valueBeforeSign();
-    if (this.isSymbol("=")) throw new Fault(this.next.at, EQUALS);
+    if (this.isSymbol("=")) {
+      const { next, afterNext } = this;
+      const sign = afterNext?.kind === "symbol" ? afterNext.text : "";
+      throw new Fault(next.at, sign === "<" || sign === ">" ? comparison(`=${sign}`, `${sign}=`) : EQUALS);
+    }
     return value;
   }
 
@@ -65,6 +78,7 @@ export class ExpressionParser extends Cursor {
     const left = this.sum();
     const found = this.operator(COMPARISONS);
     if (!found) return left;
+    if (found.operator === "<" && this.isSymbol(">")) throw new Fault(found.at, comparison("<>", "!="));
     const right = this.sum();
     const { at } = this.next;
     if (this.operator(COMPARISONS)) throw new Fault(at, COMPARED);
@@ -163,6 +177,8 @@ export class ExpressionParser extends Cursor {
   /** The rest of a call, from behind its first name on; its place in the table of calls. */
   call(first: string, at: At, wanted: Wanted): number {
     const name = this.takes(".") ? this.name("a name of the imported file").name : undefined;
+    const isImported = name !== undefined && this.module.imports.some(({ alias }) => alias === first);
+    if (wanted === "function" && isImported && !this.isSymbol("(")) throw new Fault(at, valueOfFile(first, name));
     const site = this.site();
     const args = wanted !== "material" || this.isSymbol("(") ? this.args() : [];
     this.module.calls.push({

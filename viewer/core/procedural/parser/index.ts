@@ -1,5 +1,14 @@
 /** What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body. */
-import { DcgError, Fault, reserved, THEN_WITHOUT_LEVELS, twice, unknown } from "../error.ts";
+import {
+  argumentTwice,
+  DcgError,
+  Fault,
+  reserved,
+  THEN_WITHOUT_LEVELS,
+  twice,
+  unknown,
+  unknownProperty,
+} from "../error.ts";
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
 import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";
@@ -125,7 +134,8 @@ class Parser extends StatementParser {
       while (!this.takes("}")) {
         const { name, at } = this.name("a property, such as `colour`");
         const property = PROPERTIES.find((known) => known === name);
-        if (!property) throw new Fault(at, unknown("property of a material", name, PROPERTIES));
+        if (!property) throw new Fault(at, unknownProperty(name, PROPERTIES));
+        if (properties.some(([given]) => given === property)) throw new Fault(at, argumentTwice(name));
         this.expect("=");
         properties.push([property, this.written()]);
         this.takes(",");

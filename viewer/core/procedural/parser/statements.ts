@@ -3,16 +3,19 @@ import {
   argumentTwice,
   ELSE,
   Fault,
+  LET_IN_CHOOSE,
   missingNumber,
   noStatement,
   THEN,
   tooManyArguments,
+  twice,
   unclosed,
   unknown,
   withoutLet,
 } from "../error.ts";
 import { type Formals, IMPOSTOR, listsOf, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
 import { type At, isBuiltIn, rowOf, type Statement, TRANSFORMS, type Transform, type Written } from "../syntax.ts";
+import type { NamedAt } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
 
 const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
@@ -55,7 +58,10 @@ export class StatementParser extends ExpressionParser {
       }
       case "choose": {
         const number = rowOf("numbers", this.written());
-        return { kind: "choose", at, number, of: this.statements() };
+        const of = this.statements();
+        // Only the chosen one is done: what a value of the braces were, would not be computed.
+        for (const one of of) if (one.kind === "let") throw new Fault(one.at, LET_IN_CHOOSE);
+        return { kind: "choose", at, number, of };
       }
       case "for":
         return this.repetition(at);
@@ -159,15 +165,26 @@ export class StatementParser extends ExpressionParser {
 
   /** Names of values, separated by commas, not yet in reach. */
   private names(): string[] {
-    const names = [this.name(VALUE_NAME).name];
-    while (this.takes(",")) names.push(this.name(VALUE_NAME).name);
-    return names;
+    const names = [this.name(VALUE_NAME)];
+    while (this.takes(",")) {
+      const name = this.name(VALUE_NAME);
+      this.refuseAgain(name, names);
+      names.push(name);
+    }
+    return names.map(({ name }) => name);
+  }
+
+  private refuseAgain({ name, at }: NamedAt, names: readonly NamedAt[]): void {
+    const first = names.find((known) => known.name === name);
+    if (first) throw new Fault(at, twice(name, this.line(first.at)));
   }
 
   private twoNames(): [string, string] {
-    const first = this.name("a name for x").name;
+    const first = this.name("a name for x");
     this.expect(",");
-    return [first, this.name("a name for z").name];
+    const second = this.name("a name for z");
+    this.refuseAgain(second, [first]);
+    return [first.name, second.name];
   }
 
   /** `WIDTH by DEPTH` */

@@ -134,7 +134,19 @@ impl<'p> Evaluator<'p> {
         let used = &self.program.modules[scope.module].uses[index];
         match &self.instances[scope.instance].values[used.slot] {
             Some(value) => Ok(value.clone()),
-            None => self.error(scope.module, used.at, Problem::NotComputed(used.name.clone())),
+            None => {
+                let values = &self.instances[scope.instance].values;
+                let parameters = self.program.modules[scope.module].parameters.len();
+                let way_out = if used.slot < parameters {
+                    "move its `parameter` up"
+                } else if values[..parameters].contains(&None) {
+                    "defaults of parameters can use parameters above, and no `let`"
+                } else {
+                    "move its `let` up"
+                };
+                let name = used.name.clone();
+                self.error(scope.module, used.at, Problem::NotComputed { name, way_out })
+            }
         }
     }
 

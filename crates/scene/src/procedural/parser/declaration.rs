@@ -6,6 +6,7 @@ use crate::procedural::lexer::Kind;
 use crate::procedural::operation::BuiltIn;
 use crate::procedural::problem::Problem;
 use crate::procedural::solid::SolidKind;
+use crate::procedural::spelling::nearest;
 use crate::procedural::syntax::{
     At, Formal, Function, Import, MaterialRule, Named, Parameter, Property, Rule, Written,
 };
@@ -176,8 +177,18 @@ impl<'t> Parser<'t> {
                 let known = Property::ALL.iter().find(|(known, _)| *known == name);
                 let Some((_, property)) = known else {
                     let names = Property::ALL.iter().map(|(name, _)| *name);
-                    return Err((at, unknown("property of a material", name, names)));
+                    let (suggestion, known) = (nearest(name, names.clone()), names.map(str::to_owned).collect());
+                    let name = name.to_owned();
+                    let problem = Problem::UnknownProperty {
+                        name,
+                        suggestion,
+                        known,
+                    };
+                    return Err((at, problem));
                 };
+                if properties.iter().any(|(given, _)| given == property) {
+                    return Err((at, Problem::ArgumentTwice(name.to_owned())));
+                }
                 parser.expect("=")?;
                 properties.push((*property, parser.written()?));
                 parser.takes(",");

@@ -25,7 +25,12 @@ impl Parser<'_> {
     pub(super) fn expression(&mut self) -> Parsed<Expr> {
         let value = self.value_before_sign()?;
         if self.is_symbol("=") {
-            return Err((self.peek().at, Problem::Equals));
+            let problem = match self.words.get(self.next + 1).map(|word| word.kind) {
+                Some(Kind::Symbol("<")) => Problem::Comparison("=<", "<="),
+                Some(Kind::Symbol(">")) => Problem::Comparison("=>", ">="),
+                _ => Problem::Equals,
+            };
+            return Err((self.peek().at, problem));
         }
         Ok(value)
     }
@@ -71,6 +76,7 @@ impl Parser<'_> {
         let left = self.sum()?;
         match self.operator(&COMPARISONS) {
             None => Ok(left),
+            Some((Operator::Less, at)) if self.is_symbol(">") => Err((at, Problem::Comparison("<>", "!="))),
             Some((operator, at)) => {
                 let sides = Box::new([left, self.sum()?]);
                 match self.operator(&COMPARISONS) {
@@ -206,6 +212,10 @@ impl Parser<'_> {
             (None, first.to_owned())
         };
         let site = self.site();
+        if wanted == Wanted::Function && module.is_some() && !self.is_symbol("(") && self.imports(first) {
+            let (file, name) = (first.to_owned(), name);
+            return Err((at, Problem::ValueOfFile { file, name }));
+        }
         let takes_arguments = wanted != Wanted::Material || self.is_symbol("(");
         let arguments = if takes_arguments { self.arguments()? } else { Vec::new() };
         self.module.calls.push(Call {
@@ -219,6 +229,11 @@ impl Parser<'_> {
             given: Vec::new(),
         });
         Ok(self.module.calls.len() - 1)
+    }
+
+    /// Whether a file was imported by this name above.
+    fn imports(&self, name: &str) -> bool {
+        self.module.imports.iter().any(|import| import.alias == name)
     }
 
     fn operator(&mut self, known: &[(&str, Operator)]) -> Option<(Operator, At)> {

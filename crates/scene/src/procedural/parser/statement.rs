@@ -39,6 +39,10 @@ impl<'t> Parser<'t> {
             "choose" => {
                 let number = self.written()?;
                 let of = self.statements()?;
+                // Only the chosen one is done: what a value of the braces were, would not be computed.
+                if let Some(at) = of.iter().find_map(Statement::let_at) {
+                    return Err((at, Problem::LetInChoose));
+                }
                 Ok(Statement::Choose {
                     at: token.at,
                     number,

@@ -1,7 +1,7 @@
 //! What is said when a text is wrong, and where?
 
 use super::{complaint, read};
-use crate::procedural::DcgError;
+use crate::procedural::{DcgError, Settings, Value, grow};
 
 #[test]
 fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
@@ -70,6 +70,32 @@ fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
     ] {
         let found = complaint(text);
         assert_eq!(found.strip_prefix("test.dcg, "), Some(wanted), "{text}");
+    }
+}
+
+/// No place of the text is wrong, so none is told.
+#[test]
+fn a_parameter_that_there_is_not_is_no_mistake_of_the_text() {
+    for (text, wanted) in [
+        (
+            "parameter height = 2 box(1, height, 1)",
+            "`heigth` is not a parameter of `test.dcg`; did you mean `height`?",
+        ),
+        (
+            "parameter size = 2 parameter floors = 1",
+            "`heigth` is not a parameter of `test.dcg`; it takes `size`, `floors`",
+        ),
+        (
+            "box(1, 1, 1)",
+            "`heigth` is not a parameter of `test.dcg`; it takes none",
+        ),
+    ] {
+        let settings = Settings {
+            parameters: [("heigth".to_owned(), Value::Number(3.0))].into(),
+            ..Settings::default()
+        };
+        let refused = grow(&read(text).unwrap(), &settings).unwrap_err();
+        assert_eq!((refused.to_string().as_str(), refused.line), (wanted, 0));
     }
 }
 
