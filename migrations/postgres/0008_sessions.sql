@@ -6,7 +6,9 @@ CREATE TABLE session_homes (
     -- Rises while the server runs; what stands still is gone.
     beats       BIGINT NOT NULL DEFAULT 0,
     -- The server has said that it ends.
-    ended       BIGINT NOT NULL DEFAULT 0 CHECK (ended IN (0, 1))
+    ended       BIGINT NOT NULL DEFAULT 0 CHECK (ended IN (0, 1)),
+    -- How many sessions others have taken from it.
+    robbed      BIGINT NOT NULL DEFAULT 0
 );
 
 CREATE TABLE sessions (

@@ -6,7 +6,9 @@ CREATE TABLE session_homes (
     -- Rises while the server runs; what stands still is gone.
     beats       INTEGER NOT NULL DEFAULT 0,
     -- The server has said that it ends.
-    ended       INTEGER NOT NULL DEFAULT 0 CHECK (ended IN (0, 1))
+    ended       INTEGER NOT NULL DEFAULT 0 CHECK (ended IN (0, 1)),
+    -- How many sessions others have taken from it.
+    robbed      INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 
 CREATE TABLE sessions (

@@ -1,6 +1,8 @@
 //! Which sessions may outlive the server that holds them, and where is each at home? A home is a run of a server; whoever takes a
 //! session up puts its own name in place of the last one, and of several who try at once only one does.
 
+use std::collections::BTreeSet;
+
 use belvedere_scene::SceneName;
 use sqlx::{AnyConnection, Row};
 
@@ -29,6 +31,8 @@ pub struct HousedSession {
     pub home: String,
     /// JSON: where it stood last, if that was kept.
     pub stand: Option<String>,
+    /// The beats of that home when it was asked.
+    pub beats: i64,
 }
 
 /// A run of a server.
@@ -74,7 +78,7 @@ impl Catalogue {
     /// Keeps what has changed, all of it or nothing. The same may be kept again.
     pub async fn keep_sessions(&self, home: &str, changes: &SessionChanges) -> anyhow::Result<()> {
         let mut tx = self.pool.begin().await?;
-        beat(&mut tx, home).await?;
+        settle(&mut tx, home).await?;
         for new in &changes.opened {
             sqlx::query(
                 "INSERT INTO sessions (session, scene, home, visitor, statics) VALUES ($1, $2, $3, $4, $5) \
@@ -109,10 +113,13 @@ impl Catalogue {
 
     /// A session.
     pub async fn kept_session(&self, session: u64) -> anyhow::Result<Option<HousedSession>> {
-        let row = sqlx::query("SELECT scene, home, visitor, statics, stand FROM sessions WHERE session = $1")
-            .bind(i64::try_from(session)?)
-            .fetch_optional(&self.pool)
-            .await?;
+        let row = sqlx::query(
+            "SELECT scene, sessions.home AS home, visitor, statics, stand, beats \
+             FROM sessions JOIN session_homes ON session_homes.home = sessions.home WHERE session = $1",
+        )
+        .bind(i64::try_from(session)?)
+        .fetch_optional(&self.pool)
+        .await?;
         row.map(|row| {
             let kept = KeptSession {
                 session,
@@ -124,36 +131,54 @@ impl Catalogue {
                 kept,
                 home: row.try_get("home")?,
                 stand: row.try_get("stand")?,
+                beats: row.try_get("beats")?,
             })
         })
         .transpose()
     }
 
     /// Gives a session another home if it is still at home where it was, and nothing was heard from there since that many
-    /// beats. Says how often it has moved by now; none when it was not for this home to take.
+    /// beats; that home hears of it with its next beat. Says how often it has moved by now; none when it was not for this home to take.
     pub async fn take_session(&self, session: u64, from: (&str, i64), to: &str) -> anyhow::Result<Option<u64>> {
         let mut tx = self.pool.begin().await?;
-        beat(&mut tx, to).await?;
+        settle(&mut tx, to).await?;
+        if from.0 != to {
+            // Its next beat waits for this, or has been before.
+            let robbed = sqlx::query("UPDATE session_homes SET robbed = robbed + 1 WHERE home = $1 AND beats = $2")
+                .bind(from.0)
+                .bind(from.1)
+                .execute(&mut *tx)
+                .await?;
+            if robbed.rows_affected() == 0 {
+                return Ok(None);
+            }
+        }
         let row = sqlx::query(
-            "UPDATE sessions SET home = $1, taken = taken + 1 WHERE session = $2 AND home = $3 AND \
-             (home = $1 OR EXISTS (SELECT 1 FROM session_homes WHERE session_homes.home = $3 AND beats = $4)) \
-             RETURNING taken",
+            "UPDATE sessions SET home = $1, taken = taken + 1 WHERE session = $2 AND home = $3 RETURNING taken",
         )
         .bind(to)
         .bind(i64::try_from(session)?)
         .bind(from.0)
-        .bind(from.1)
         .fetch_optional(&mut *tx)
         .await?;
-        let taken = row.map(|row| row.try_get::<i64, _>("taken")).transpose()?;
+        let Some(row) = row else {
+            return Ok(None);
+        };
+        let taken = row.try_get::<i64, _>("taken")?;
         tx.commit().await?;
-        Ok(taken.map(u64::try_from).transpose()?)
+        Ok(Some(u64::try_from(taken)?))
     }
 
-    /// A home is heard of.
-    pub async fn beat_home(&self, home: &str) -> anyhow::Result<()> {
-        beat(&mut *self.pool.acquire().await?, home).await?;
-        Ok(())
+    /// A home is heard of; says how many sessions others have taken from it by now.
+    pub async fn beat_home(&self, home: &str) -> anyhow::Result<i64> {
+        let row = sqlx::query(
+            "INSERT INTO session_homes (home, beats) VALUES ($1, 1) \
+             ON CONFLICT (home) DO UPDATE SET beats = session_homes.beats + 1 RETURNING robbed",
+        )
+        .bind(home)
+        .fetch_one(&self.pool)
+        .await?;
+        Ok(row.try_get("robbed")?)
     }
 
     /// All homes.
@@ -191,9 +216,9 @@ impl Catalogue {
         Ok(())
     }
 
-    /// The sessions that are not at home here.
-    pub async fn sessions_elsewhere(&self, home: &str) -> anyhow::Result<Vec<u64>> {
-        let rows = sqlx::query("SELECT session FROM sessions WHERE home <> $1")
+    /// The sessions that are at home here.
+    pub async fn sessions_at(&self, home: &str) -> anyhow::Result<BTreeSet<u64>> {
+        let rows = sqlx::query("SELECT session FROM sessions WHERE home = $1")
             .bind(home)
             .fetch_all(&self.pool)
             .await?;
@@ -203,14 +228,12 @@ impl Catalogue {
     }
 }
 
-async fn beat(connection: &mut AnyConnection, home: &str) -> Result<(), sqlx::Error> {
-    sqlx::query(
-        "INSERT INTO session_homes (home, beats) VALUES ($1, 1) \
-         ON CONFLICT (home) DO UPDATE SET beats = session_homes.beats + 1",
-    )
-    .bind(home)
-    .execute(connection)
-    .await?;
+/// Makes sure that a home is known; it is heard of only when it beats.
+async fn settle(connection: &mut AnyConnection, home: &str) -> Result<(), sqlx::Error> {
+    sqlx::query("INSERT INTO session_homes (home, beats) VALUES ($1, 1) ON CONFLICT (home) DO NOTHING")
+        .bind(home)
+        .execute(connection)
+        .await?;
     Ok(())
 }
 
@@ -255,7 +278,8 @@ mod tests {
         assert_eq!((before.home.as_str(), before.stand.as_deref()), ("a", Some("here")));
         assert_eq!(before.kept, opened(7).opened[0]);
 
-        catalogue.beat_home("a").await.unwrap();
+        assert_eq!(before.beats, heard);
+        assert_eq!(catalogue.beat_home("a").await.unwrap(), 0);
         let take = async |from, to| catalogue.take_session(7, from, to).await.unwrap();
         assert_eq!(take(("a", heard), "b").await, None, "it was heard of since");
         let takes = ["b", "c", "d"].map(|to| take(("a", heard + 1), to));
@@ -267,6 +291,7 @@ mod tests {
             after,
             HousedSession {
                 home: ["b", "c", "d"][taken.iter().position(Option::is_some).unwrap()].into(),
+                beats: 1,
                 ..before
             }
         );
@@ -280,7 +305,9 @@ mod tests {
         };
         catalogue.keep_sessions("a", &ends).await.unwrap();
         assert_eq!(catalogue.kept_session(7).await.unwrap(), Some(after));
-        assert_eq!(catalogue.sessions_elsewhere("a").await.unwrap(), [7]);
+        assert_eq!(catalogue.beat_home("a").await.unwrap(), 1, "one was taken, once");
+        assert!(catalogue.sessions_at("a").await.unwrap().is_empty());
+        assert_eq!(catalogue.sessions_at(&home).await.unwrap(), [7].into());
         catalogue.keep_sessions(&home, &ends).await.unwrap();
         assert_eq!(catalogue.kept_session(7).await.unwrap(), None);
     }

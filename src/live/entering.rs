@@ -57,7 +57,12 @@ impl Live {
             Some(entry) => entry,
             // Whoever has no token learns nothing of what others hold.
             None if token != Some(self.0.signet.token(session)) => return Err(no_session(session)),
-            None => self.take_up(session).await?,
+            None => {
+                // Whoever asks may go away; what is begun is done.
+                let live = self.clone();
+                let taking = tokio::spawn(async move { live.take_up(session).await });
+                taking.await.map_err(|_| LiveError::Stopped)??
+            }
         };
         entry.token.admit(token, || format!("session {session}"))?;
         Ok(SessionHandle {
@@ -75,15 +80,18 @@ impl Live {
             return Err(LiveError::Stopped);
         }
         let line = ledger.find(session).await?.ok_or_else(|| no_session(session))?;
-        let beats = ledger.outlives(session, &line.home).await?;
+        ledger.outlives(&line).await?;
         let _turn = self.0.turns.of(session).lock().await;
         if let Some(entry) = self.0.registry.session(session) {
             return Ok(entry);
         }
         self.0.registry.check_room(self.0.settings.sessions)?;
+        // Whose turn was before may have moved it.
+        let line = ledger.find(session).await?.ok_or_else(|| no_session(session))?;
+        let beats = ledger.outlives(&line).await?;
+        let visitor = ledger::visitor(&line).map_err(LiveError::Unkept)?;
         let taken = ledger.take(session, (&line.home, beats)).await?;
         let taken = taken.ok_or(LiveError::Elsewhere(session))?;
-        let visitor = ledger::visitor(&line).map_err(LiveError::Unkept)?;
         let (scene, statics) = (&line.kept.scene, line.kept.statics);
         match self.let_in(session, scene, visitor, (statics, taken)).await {
             Ok(_) => {}

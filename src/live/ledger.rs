@@ -1,14 +1,14 @@
 //! Which sessions does this server hold, as far as others can know, and which servers are gone? Each session has a line in the
 //! catalogue, so that another server, or the same one started again, goes on with it.
 //!
-//! All is written behind, by one task: nobody who opens, moves or leaves waits for the catalogue, and while that is away lines wait
-//! here. A line is written soon after a session was opened, and where people stand now and then. The same task says each
-//! second that this server is there, as long as it holds sessions, and looks who else is ([`Homes`]).
+//! All is written behind, by a task: nobody who opens, moves or leaves waits for the catalogue, and while that is away lines wait
+//! here. A line is written soon after a session was opened, and where people stand now and then. Another task says each
+//! second that this server is there, as long as it holds sessions, and looks who else is ([`Homes`]); writing holds it up in nothing.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{Arc, Mutex, MutexGuard},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use anyhow::Context;
@@ -28,6 +28,8 @@ use crate::db::{Catalogue, HousedSession, KeptSession, PATIENCE, SessionChanges}
 
 /// Between two times that this server is heard of.
 const BEAT: Duration = Duration::from_secs(1);
+/// So many lines of a kind are written together.
+const TOGETHER: usize = 500;
 /// The last words may take so long.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
@@ -52,6 +54,24 @@ struct Unwritten {
 impl Unwritten {
     fn is_empty(&self) -> bool {
         self.opened.is_empty() && self.stands.is_empty() && self.ended.is_empty()
+    }
+
+    /// Some of it, to be written together.
+    fn some(&self) -> Self {
+        fn first<K: Ord + Copy, V: Clone>(all: &BTreeMap<K, V>) -> BTreeMap<K, V> {
+            let some = all.iter().take(TOGETHER);
+            some.map(|(key, value)| (*key, value.clone())).collect()
+        }
+        Self {
+            opened: first(&self.opened),
+            // Where somebody stands is said of a line that is there.
+            stands: if self.opened.len() > TOGETHER {
+                BTreeMap::new()
+            } else {
+                first(&self.stands)
+            },
+            ended: self.ended.iter().take(TOGETHER).copied().collect(),
+        }
     }
 
     fn changes(&self) -> SessionChanges {
@@ -117,21 +137,16 @@ impl Ledger {
         in_time(self.catalogue.kept_session(session.0)).await
     }
 
-    /// Waits until it is known that a home is gone; gives its number. Fails when it is heard of.
-    pub(super) async fn outlives(&self, session: SessionId, home: &str) -> Result<i64, LiveError> {
+    /// Waits until it is known that the home of a session is gone; gives its number. Fails when it is heard of.
+    pub(super) async fn outlives(&self, line: &HousedSession) -> Result<i64, LiveError> {
+        let (session, home) = (SessionId(line.kept.session), line.home.as_str());
         if home == self.home {
             return Ok(0);
         }
         let mut homes = self.homes.subscribe();
-        let mut before = None;
         let verdict = timeout(PATIENCE, async {
             loop {
-                let life = {
-                    let homes = homes.borrow_and_update();
-                    // It may be so new that nobody has looked since.
-                    before = before.or_else(|| homes.beats(home));
-                    homes.life(home, before)
-                };
+                let life = homes.borrow_and_update().life(home, line.beats);
                 match life {
                     Life::Gone(beats) => return Ok(beats),
                     Life::Lives => return Err(LiveError::Elsewhere(session)),
@@ -153,13 +168,27 @@ impl Ledger {
 
     /// Writes what waits; nothing is lost when that fails.
     async fn write(&self) -> Result<(), LiveError> {
-        let batch = self.unwritten().clone();
-        if batch.is_empty() {
-            return Ok(());
+        loop {
+            let batch = self.unwritten().some();
+            if batch.is_empty() {
+                return Ok(());
+            }
+            in_time(self.catalogue.keep_sessions(&self.home, &batch.changes())).await?;
+            self.unwritten().strike(&batch);
         }
-        in_time(self.catalogue.keep_sessions(&self.home, &batch.changes())).await?;
-        self.unwritten().strike(&batch);
-        Ok(())
+    }
+
+    /// Says that this server is there, if it holds sessions; how many others have taken from it by now.
+    async fn beat(&self, live: &Live) -> Result<Option<i64>, LiveError> {
+        if !live.0.registry.has_sessions() {
+            return Ok(None);
+        }
+        let beat = in_time(self.catalogue.beat_home(&self.home)).await;
+        if beat.is_err() {
+            // Where this server cannot write, the silence of others says nothing.
+            self.homes.send_modify(Homes::blink);
+        }
+        beat.map(Some)
     }
 
     /// Looks who else is there.
@@ -187,11 +216,11 @@ impl Ledger {
         Ok(())
     }
 
-    /// The last words: what waits is written, and others need not wait until this server is missed.
+    /// The last words: others need not wait until this server is missed, and what waits is written.
     pub(super) async fn close(&self) {
         let words = async {
-            self.write().await?;
-            in_time(self.catalogue.end_home(&self.home)).await
+            in_time(self.catalogue.end_home(&self.home)).await?;
+            self.write().await
         };
         if !matches!(timeout(LAST_WORDS, words).await, Ok(Ok(()))) {
             tracing::info!("the catalogue does not answer: sessions can be taken up when this server is missed");
@@ -218,69 +247,71 @@ pub(super) fn visitor(line: &HousedSession) -> anyhow::Result<Visitor> {
 
 /// Keeps the ledger until the server stops.
 pub(super) async fn keep(live: Live) {
-    let ledger = &live.0.ledger;
+    tokio::join!(say_and_look(&live), write_behind(&live));
+}
+
+/// Says each second that this server is there, and looks who else is.
+async fn say_and_look(live: &Live) {
     let mut beats = tokio::time::interval(BEAT);
     beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let mut heard = Heard {
-        last: Instant::now(),
-        away: false,
-    };
+    let (mut robbed, mut away) = (0, false);
     loop {
-        let beats = tokio::select! {
-            _ = beats.tick() => true,
-            () = ledger.rung.notified() => false,
-        };
-        let done = match beats {
-            true => heard.beat(&live).await,
-            false => ledger.write().await,
-        };
-        heard.note(&done);
+        beats.tick().await;
+        note(&round(live, &mut robbed).await, &mut away);
     }
 }
 
-/// When this server was heard of last, and whether that is told.
-struct Heard {
-    last: Instant,
-    away: bool,
-}
-
-impl Heard {
-    async fn beat(&mut self, live: &Live) -> Result<(), LiveError> {
-        let ledger = &live.0.ledger;
-        // Also when nothing else works: whoever looks must know that it could not.
-        ledger.look().await?;
-        if live.0.registry.has_sessions() {
-            in_time(ledger.catalogue.beat_home(&ledger.home)).await?;
-            if self.last.elapsed() > 2 * BEAT {
-                part_from_lost(live).await?;
-            }
-            self.last = Instant::now();
-        }
-        ledger.write().await?;
-        ledger.forget_forsaken().await
-    }
-
-    /// Only changes are told.
-    fn note(&mut self, done: &Result<(), LiveError>) {
-        match done {
-            Err(error) if !self.away => {
-                tracing::warn!(%error, "sessions go on here and cannot be taken up elsewhere");
-                self.away = true;
-            }
-            Ok(()) if self.away => {
-                tracing::info!("sessions can be taken up elsewhere again");
-                self.away = false;
-            }
-            Ok(()) | Err(_) => {}
+/// Writes what waits as soon as there is something, and each second.
+async fn write_behind(live: &Live) {
+    let ledger = &live.0.ledger;
+    let mut away = false;
+    loop {
+        // What rang meanwhile rings at once.
+        _ = timeout(BEAT, ledger.rung.notified()).await;
+        note(&ledger.write().await, &mut away);
+        if away {
+            tokio::time::sleep(BEAT).await;
         }
     }
 }
 
-/// This server was not heard of for a while: what others have taken up meanwhile ends here.
+async fn round(live: &Live, robbed: &mut i64) -> Result<(), LiveError> {
+    let ledger = &live.0.ledger;
+    if let Some(by_now) = ledger.beat(live).await? {
+        if by_now != *robbed {
+            part_from_lost(live).await?;
+            *robbed = by_now;
+        }
+    }
+    ledger.look().await?;
+    ledger.forget_forsaken().await
+}
+
+/// Only changes are told.
+fn note(done: &Result<(), LiveError>, away: &mut bool) {
+    match done {
+        Err(error) if !*away => {
+            tracing::warn!(%error, "sessions go on here and cannot be taken up elsewhere");
+            *away = true;
+        }
+        Ok(()) if *away => {
+            tracing::info!("sessions can be taken up elsewhere again");
+            *away = false;
+        }
+        Ok(()) | Err(_) => {}
+    }
+}
+
+/// Others have taken sessions up that this server holds, since it was not heard of: these end here.
 async fn part_from_lost(live: &Live) -> Result<(), LiveError> {
     let ledger = &live.0.ledger;
-    for session in in_time(ledger.catalogue.sessions_elsewhere(&ledger.home)).await? {
-        let session = SessionId(session);
+    let held = live.0.registry.sessions();
+    let unwritten: BTreeSet<_> = ledger.unwritten().opened.keys().copied().collect();
+    let ours = in_time(ledger.catalogue.sessions_at(&ledger.home)).await?;
+    let lost = held
+        .into_iter()
+        .filter(|session| !ours.contains(&session.0) && !unwritten.contains(session));
+    for session in lost {
         if let Some(entry) = live.0.registry.session(session) {
             tracing::info!(%session, "another server has taken the session up");
             ask(&entry.stage, |reply| Message::Close { session, reply }).await?;

@@ -215,6 +215,11 @@ impl Registry {
         self.tables().sessions.get(&session).cloned()
     }
 
+    /// All sessions.
+    pub(super) fn sessions(&self) -> Vec<SessionId> {
+        self.tables().sessions.keys().copied().collect()
+    }
+
     /// Whether anybody is here.
     pub(super) fn has_sessions(&self) -> bool {
         !self.tables().sessions.is_empty()

@@ -171,6 +171,8 @@ impl Account {
                 Some(mover) => mover.say(&new.pose, now_ms),
                 None => _ = self.movers.insert(*object, Mover::new(None, new, now_ms)),
             },
+            // Of who is here, others have nothing to say.
+            Input::Withdraw { object, .. } if self.people.values().any(|person| person.avatar == *object) => {}
             Input::Withdraw { object, .. } => _ = self.movers.remove(object),
             Input::Move { object, sent } => {
                 if let Some(mover) = self.movers.get_mut(object) {

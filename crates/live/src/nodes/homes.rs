@@ -49,18 +49,12 @@ impl Homes {
         self.0.values_mut().for_each(|seen| seen.silent = 0);
     }
 
-    /// The number of a home.
+    /// Whether a home is there that had this number when somebody asked; the last look may have been before that.
     #[must_use]
-    pub fn beats(&self, home: &str) -> Option<i64> {
-        self.0.get(home).map(|seen| seen.beats)
-    }
-
-    /// Whether a home is there that had this number when somebody began to ask.
-    #[must_use]
-    pub fn life(&self, home: &str, before: Option<i64>) -> Life {
-        match self.0.get(home) {
+    pub fn life(&self, home: &str, before: i64) -> Life {
+        match self.0.get(home).filter(|seen| seen.beats >= before) {
             Some(seen) if seen.ended || seen.silent >= SILENT_LOOKS => Life::Gone(seen.beats),
-            Some(seen) if before.is_some_and(|before| before != seen.beats) => Life::Lives,
+            Some(seen) if seen.beats > before => Life::Lives,
             Some(_) | None => Life::Unsure,
         }
     }
@@ -83,22 +77,23 @@ mod tests {
     #[test]
     fn who_is_silent_for_some_looks_is_gone_and_who_is_heard_of_lives() {
         let mut homes = Homes::default();
-        assert_eq!(homes.life("a", None), Life::Unsure, "nobody has looked yet");
+        assert_eq!(homes.life("a", 0), Life::Unsure, "nobody has looked yet");
         for beats in 1..5 {
             look(&mut homes, beats);
-            assert_eq!(homes.life("a", Some(beats)), Life::Unsure);
-            assert_eq!(homes.life("a", Some(beats - 1)), Life::Lives);
+            assert_eq!(homes.life("a", beats), Life::Unsure);
+            assert_eq!(homes.life("a", beats - 1), Life::Lives);
+            assert_eq!(homes.life("a", beats + 1), Life::Unsure, "nobody has looked since");
         }
         for _ in 1..SILENT_LOOKS {
             look(&mut homes, 4);
-            assert_eq!(homes.life("a", Some(4)), Life::Unsure);
+            assert_eq!(homes.life("a", 4), Life::Unsure);
         }
         look(&mut homes, 4);
-        assert_eq!(homes.life("a", Some(4)), Life::Gone(4));
+        assert_eq!(homes.life("a", 4), Life::Gone(4));
         look(&mut homes, 5);
-        assert_eq!(homes.life("a", Some(4)), Life::Lives);
+        assert_eq!(homes.life("a", 4), Life::Lives);
         homes.look([("a".to_owned(), 5, true)]);
-        assert_eq!(homes.life("a", Some(4)), Life::Gone(5), "it has said so");
+        assert_eq!(homes.life("a", 4), Life::Gone(5), "it has said so");
     }
 
     #[test]
@@ -109,7 +104,7 @@ mod tests {
         }
         homes.blink();
         look(&mut homes, 4);
-        assert_eq!(homes.life("a", Some(4)), Life::Unsure);
+        assert_eq!(homes.life("a", 4), Life::Unsure);
     }
 
     #[test]
