@@ -277,11 +277,11 @@ async fn write_behind(live: &Live) {
 
 async fn round(live: &Live, robbed: &mut i64) -> Result<(), LiveError> {
     let ledger = &live.0.ledger;
-    if let Some(by_now) = ledger.beat(live).await? {
-        if by_now != *robbed {
-            part_from_lost(live).await?;
-            *robbed = by_now;
-        }
+    if let Some(by_now) = ledger.beat(live).await?
+        && by_now != *robbed
+    {
+        part_from_lost(live).await?;
+        *robbed = by_now;
     }
     ledger.look().await?;
     ledger.forget_forsaken().await
