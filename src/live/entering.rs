@@ -1,6 +1,6 @@
 //! How does a participant come into a scene: anew, or again after the server was gone that held its session?
 //!
-//! A session that this server does not hold is looked for in the [ledger](super::ledger) when its token is shown. While its
+//! A session that this server does not hold is looked for in the [ledger] when its token is shown. While its
 //! home lives it is not for this server; when that is gone, whoever is asked first takes it up under the same name, and
 //! whoever listens is told all anew.
 
