@@ -17,6 +17,7 @@ use super::{
     message::Message,
     registry::SessionEntry,
 };
+
 /// Who takes a session up keeps others out who want the same one, and few besides.
 #[derive(Debug)]
 pub(super) struct Turns([Mutex<()>; 64]);

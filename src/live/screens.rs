@@ -10,7 +10,7 @@ use belvedere_live::{
 use belvedere_scene::{CellId, ObjectId};
 
 use super::message::{Message, StageHandle};
-use crate::published::{Blockers, Published, ReadError, Screened};
+use crate::published::{Blockers, Published, ReadError};
 
 /// What cannot be seen from a cell.
 #[derive(Debug)]
@@ -57,10 +57,7 @@ async fn prove(published: &Arc<Published>, blockers: &Arc<Blockers>, question: U
         let region = |shape: &Cell| blockers.region(&shape.bounds, &shape.planes);
         let others = question.others.iter().map(|(cell, shape)| (*cell, region(shape)));
         let hidden = blockers.screened(&region(&question.shape), &others.collect::<Vec<_>>(), &question.closed);
-        let hidden = hidden
-            .into_iter()
-            .map(|Screened { cell, behind }| Hidden { cell, behind });
-        (question, hidden.collect())
+        (question, hidden)
     });
     let (question, hidden) = proved.await.ok()?;
     Some(Screen {

@@ -33,7 +33,6 @@ pub use hiding::{Hiding, Plane};
 pub use privacy::Privacy;
 pub use question::{Blockers, NoDoor, NotHidden, Question};
 pub use reader::{DecodedCache, ObjectPage, ReadError, SceneReader, VisibleObject, VisiblePage};
-pub use screening::Screened;
 
 use crate::{
     db::{Catalogue, PATIENCE},

@@ -10,6 +10,7 @@
 //! with that door open: whichever door opens next, what the others hide is known already.
 
 use belvedere_bake::{occluders::Region, visibility::screen::Screening};
+use belvedere_live::cells::Hidden;
 use belvedere_scene::{CellId, ObjectId};
 use glam::Vec3;
 
@@ -21,19 +22,10 @@ const BESIDE_A_WALL: f32 = 8.0;
 /// is open.
 const STEPS: u32 = 100_000;
 
-/// A cell that closed doors hide.
-#[derive(Debug)]
-pub struct Screened {
-    /// Which.
-    pub cell: CellId,
-    /// Each of these sets of doors hides it alone.
-    pub behind: Vec<Vec<ObjectId>>,
-}
-
 impl Blockers {
     /// Those of the other cells that cannot be seen from one while these doors are closed. Takes milliseconds of CPU.
     #[must_use]
-    pub fn screened(&self, eye: &Region, others: &[(CellId, Region)], closed: &[ObjectId]) -> Vec<Screened> {
+    pub fn screened(&self, eye: &Region, others: &[(CellId, Region)], closed: &[ObjectId]) -> Vec<Hidden> {
         let closed: Vec<_> = closed.iter().map(|door| door.0).collect();
         let mut screening = Screening::new(&self.scenery.blocker, &closed, STEPS);
         let others = others.iter().map(|(cell, other)| (*cell, self.off_its_walls(other)));
@@ -56,7 +48,7 @@ impl Blockers {
                 behind.extend(screening.hides(eye, other));
             }
         }
-        let screened = hidden.into_iter().map(|(cell, behind, _)| Screened {
+        let screened = hidden.into_iter().map(|(cell, behind, _)| Hidden {
             cell,
             behind: behind
                 .into_iter()

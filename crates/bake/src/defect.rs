@@ -1,6 +1,6 @@
 //! What was wrong with the source, and what was done about it?
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fmt};
 
 use serde::Serialize;
 
@@ -17,6 +17,13 @@ pub struct Defect {
     pub count: u64,
     /// The first place: `mesh "Wall" primitive 2, triangle 17`.
     pub first: String,
+}
+
+impl fmt::Display for Defect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kind, count, first } = self;
+        write!(f, "{count} × {kind} (first: {first})")
+    }
 }
 
 impl Defects {

@@ -94,7 +94,8 @@ struct Screen {
     closed: Vec<ObjectId>,
     /// Whether all that they hide is known, as far as it can be.
     whole: bool,
-    hidden: Vec<Hidden>,
+    /// What they hide, each with the sets of doors of which one alone does.
+    hidden: BTreeMap<CellId, Vec<Vec<ObjectId>>>,
     leaves: Arc<[CellId]>,
 }
 
@@ -102,20 +103,20 @@ impl Screen {
     /// Forgets what takes a door to be closed; whether something can be seen again.
     fn open(&mut self, door: ObjectId) -> bool {
         self.closed.retain(|closed| *closed != door);
-        for hidden in &mut self.hidden {
-            let known = hidden.behind.len();
-            hidden.behind.retain(|doors| !doors.contains(&door));
-            self.whole &= hidden.behind.len() == known;
-        }
-        let known = self.hidden.len();
-        self.hidden.retain(|hidden| !hidden.behind.is_empty());
+        let (known, whole) = (self.hidden.len(), &mut self.whole);
+        self.hidden.retain(|_, behind| {
+            let known = behind.len();
+            behind.retain(|doors| !doors.contains(&door));
+            *whole &= behind.len() == known;
+            !behind.is_empty()
+        });
         self.hidden.len() < known
     }
 
     /// What it leaves of what the cell sees.
     fn leave(&mut self, sees: &[CellId]) {
-        let hides = |other: &CellId| self.hidden.iter().any(|hidden| hidden.cell == *other);
-        self.leaves = sees.iter().copied().filter(|other| !hides(other)).collect();
+        let left = sees.iter().filter(|other| !self.hidden.contains_key(other));
+        self.leaves = left.copied().collect();
     }
 }
 
@@ -229,11 +230,12 @@ impl Cells {
         let Some(sees) = self.sees_through_all(cell) else {
             return;
         };
+        // A cell always sees itself.
+        let others = hidden.iter().filter(|hidden| hidden.cell != cell);
         let mut screen = Screen {
             closed: closed.to_vec(),
             whole: true,
-            // A cell always sees itself.
-            hidden: hidden.iter().filter(|hidden| hidden.cell != cell).cloned().collect(),
+            hidden: others.map(|hidden| (hidden.cell, hidden.behind.clone())).collect(),
             leaves: [].into(),
         };
         screen.leave(sees);
@@ -391,14 +393,17 @@ mod tests {
         assert!(cells.knows(CellId(0)) && !cells.knows(CellId(3)));
     }
 
+    fn hidden(cell: u32, behind: &[&[ObjectId]]) -> Hidden {
+        Hidden {
+            cell: CellId(cell),
+            behind: behind.iter().map(|doors| doors.to_vec()).collect(),
+        }
+    }
+
     #[test]
     fn closed_doors_leave_less_until_one_of_them_opens() {
         let mut cells = field(2);
         let [a, b] = [ObjectId(5), ObjectId(9)];
-        let hidden = |cell: u32, behind: &[&[ObjectId]]| Hidden {
-            cell: CellId(cell),
-            behind: behind.iter().map(|doors| doors.to_vec()).collect(),
-        };
         cells.screen(CellId(0), &[a], &[hidden(2, &[&[a]])]);
         assert!(cells.is_screened_by(CellId(0), &[]), "nothing is known of the cell yet");
         cells.learn(CellId(0), &[CellId(1), CellId(2)]);
@@ -422,10 +427,6 @@ mod tests {
         let mut cells = field(2);
         let [a, b, c] = [3, 5, 9].map(ObjectId);
         cells.learn(CellId(0), &[CellId(1), CellId(2), CellId(3)]);
-        let hidden = |cell: u32, behind: &[&[ObjectId]]| Hidden {
-            cell: CellId(cell),
-            behind: behind.iter().map(|doors| doors.to_vec()).collect(),
-        };
         let answer = [hidden(1, &[&[a]]), hidden(2, &[&[b, c], &[a]]), hidden(3, &[&[c]])];
         cells.screen(CellId(0), &[a, b, c], &answer);
         assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0)]);

@@ -89,10 +89,7 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
         print(&growth.sentences(&name))?;
     }
     for defect in &report.defects {
-        print(&format!(
-            "  {} × {} (first: {})",
-            defect.count, defect.kind, defect.first
-        ))?;
+        print(&format!("  {defect}"))?;
     }
     Ok(())
 }

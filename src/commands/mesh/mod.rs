@@ -49,8 +49,8 @@ fn read_scene(file: &Path) -> anyhow::Result<(SourceScene, Vec<Defect>)> {
     let imported = import::import(&name, bytes, &SourceFolder::beside(file), &limits, &Silent)
         .with_context(|| format!("cannot import {name}"))?;
     let defects: Vec<_> = imported.defects.iter().collect();
-    for Defect { kind, count, first } in &defects {
-        eprintln!("{name}: {count} × {kind} (first: {first})");
+    for defect in &defects {
+        eprintln!("{name}: {defect}");
     }
     Ok((imported.scene, defects))
 }

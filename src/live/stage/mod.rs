@@ -244,11 +244,6 @@ impl Stage {
         self.learn(self.world.unknown_at(position, visitor.max_speed_mps))
             .await?;
         let now_ms = self.live.now_ms();
-        if self.people.remove(&session).is_some() {
-            // It was let in for somebody who did not wait for the answer.
-            self.world.close(session, now_ms);
-            self.late.remove(&session);
-        }
         self.adopt(object);
         let seen = self.world.open(session, object, visitor, now_ms)?;
         if let Some(hello) = self.hello(session) {

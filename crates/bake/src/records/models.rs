@@ -217,8 +217,12 @@ fn write_level(
         .into_iter()
         .map(|image| pictures.at(image, level.geometric_error).clone())
         .collect();
-    let bytes = glb.bytes.len() as u64 + textures.iter().map(|texture| texture.bytes).sum::<u64>();
-    if finer.last().is_some_and(|last| bytes >= bytes_of(last)) {
+    let textures: Vec<_> = textures.into_iter().collect();
+    let bytes = with_pictures(glb.bytes.len() as u64, &textures);
+    if finer
+        .last()
+        .is_some_and(|last| bytes >= with_pictures(last.bytes, &last.textures))
+    {
         return Ok(());
     }
     last_glb.clear();
@@ -234,15 +238,15 @@ fn write_level(
         triangles: level.triangles,
         geometric_error_m: geometric_error,
         switch_distance_m: switch_distance_m(geometric_error),
-        textures: textures.into_iter().collect(),
+        textures,
         pack: None,
     });
     Ok(())
 }
 
 /// What a level costs who has nothing yet: its GLB and its pictures.
-fn bytes_of(level: &Level) -> u64 {
-    level.bytes + level.textures.iter().map(|texture| texture.bytes).sum::<u64>()
+fn with_pictures(glb_bytes: u64, textures: &[TextureRef]) -> u64 {
+    glb_bytes + textures.iter().map(|texture| texture.bytes).sum::<u64>()
 }
 
 /// States no smaller bound for a coarser level than for a finer one, as rounding alone might.
