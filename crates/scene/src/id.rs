@@ -165,7 +165,33 @@ string_serde!(BlobHash);
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BlobName {
     hash: BlobHash,
-    ext: String,
+    ext: Extension,
+}
+
+/// One to eight of `a-z0-9`, then zeros. It lies where the name does: servers look names up at every request.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+struct Extension([u8; Self::MOST_BYTES]);
+
+impl Extension {
+    const MOST_BYTES: usize = 8;
+
+    fn new(text: &str) -> Option<Self> {
+        let plain = text.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit());
+        let mut bytes = [0; Self::MOST_BYTES];
+        bytes.get_mut(..text.len())?.copy_from_slice(text.as_bytes());
+        (plain && !text.is_empty()).then_some(Self(bytes))
+    }
+
+    fn text(&self) -> &str {
+        let end = self.0.iter().position(|b| *b == 0).unwrap_or(Self::MOST_BYTES);
+        str::from_utf8(&self.0[..end]).expect("it is letters and digits")
+    }
+}
+
+impl fmt::Debug for Extension {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.text(), f)
+    }
 }
 
 impl BlobName {
@@ -182,13 +208,10 @@ impl BlobName {
     /// # Errors
     /// When the extension is not one to eight of `a-z0-9`.
     pub fn new(hash: BlobHash, ext: &str) -> Result<Self, IdError> {
-        if ext.is_empty() || ext.len() > 8 || !ext.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit()) {
-            return Err(IdError::Blob(format!("{hash}.{ext}")));
+        match Extension::new(ext) {
+            Some(ext) => Ok(Self { hash, ext }),
+            None => Err(IdError::Blob(format!("{hash}.{ext}"))),
         }
-        Ok(Self {
-            hash,
-            ext: ext.to_owned(),
-        })
     }
 
     /// The content hash.
@@ -206,7 +229,7 @@ impl BlobName {
     /// The extension, without the dot.
     #[must_use]
     pub fn ext(&self) -> &str {
-        &self.ext
+        self.ext.text()
     }
 
     /// The URL below the root of the published tree: `/o/{hash}.{ext}`.
@@ -228,7 +251,7 @@ impl BlobName {
 
 impl fmt::Display for BlobName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}.{}", self.hash, self.ext)
+        write!(f, "{}.{}", self.hash, self.ext())
     }
 }
 
