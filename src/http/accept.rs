@@ -23,6 +23,7 @@ use hyper_util::{
 use tokio::{
     io::{AsyncRead, AsyncWrite},
     net::{TcpListener, TcpStream},
+    runtime::Handle,
     sync::Semaphore,
 };
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
@@ -31,6 +32,7 @@ use super::{
     addresses::Addresses,
     direct::{Answer, Direct, Outcome, Socket},
     ending::{Ending, Heard},
+    event_loops::EventLoops,
     front::Front,
     peer::{Peer, Requests, household},
     quiet::{Moves, Patience, Quiet},
@@ -81,6 +83,11 @@ const MAX_HEAD_BYTES: usize = 64 << 10;
 const PING_INTERVAL: Duration = Duration::from_secs(30);
 const MAX_STREAMS: u32 = 200;
 
+/// So much of an answer waits in the system beside what is on its way. More would wait outside the processor's cache, and be
+/// memory that everybody holds who reads slowly.
+#[cfg(any(target_os = "linux", target_os = "android"))]
+const UNSENT_BYTES: u32 = 512 << 10;
+
 /// Takes connections until `stopping`, then lets them go.
 pub async fn serve_connections(
     listener: TcpListener,
@@ -89,8 +96,11 @@ pub async fn serve_connections(
     tls: Option<Tls>,
     stopping: CancellationToken,
 ) {
+    limit_unsent(&listener);
     let permits = Arc::new(Semaphore::new(limits.connections));
     let builders = Arc::new(Builders::new());
+    let shared = Handle::current();
+    let loops = EventLoops::start().expect("the system has room for threads");
     let addresses = Addresses::new(limits.most_of_an_address());
     let (tasks, ending, cutting) = (TaskTracker::new(), Ending::default(), Ending::default());
     let accepting = async {
@@ -114,32 +124,58 @@ pub async fn serve_connections(
             let connection = Connection {
                 builders: builders.clone(),
                 front: front.clone(),
-                tls: tls.clone(),
                 patience: Patience {
                     quiet: limits.quiet,
                     answer: limits.answer,
                     head: limits.head,
                 },
                 stopping: ending.heard(),
+                shared: shared.clone(),
             };
-            let (open, mut cut) = (front.state().metrics.connection(), cutting.heard());
+            let open = front.state().metrics.connection();
+            let cut = cutting.heard();
+            // The permit last: whoever is let in by it finds the place free and the file closed.
+            let held = (place, open, permit);
+            // Without it small answers wait for the peer's delayed acknowledgements.
+            let _ = stream.set_nodelay(true);
+            if let Some(tls) = &tls {
+                let running = Box::pin(connection.shake_hands(tls.clone(), stream, address));
+                tasks.spawn(async move {
+                    attend(running, cut).await;
+                    drop(held);
+                });
+                continue;
+            }
+            let (handle, load) = loops.least_busy();
             // Boxed: what is there until a connection is known to be of one kind takes no room after that.
-            let mut running = connection.run(stream, address);
-            tasks.spawn(async move {
-                poll_fn(|cx| {
-                    loop {
-                        match running.as_mut().poll(cx) {
-                            Poll::Ready(GoesOn(Some(next))) => running = next,
-                            Poll::Ready(GoesOn(None)) => return Poll::Ready(()),
-                            Poll::Pending => return cut.poll(cx),
-                        }
-                    }
-                })
-                .await;
-                // The permit last: whoever is let in by it finds the place free and the file closed.
-                drop((running, place, open));
-                drop(permit);
-            });
+            let running = {
+                let _within = handle.enter();
+                stream
+                    .into_std()
+                    .and_then(TcpStream::from_std)
+                    .map(|stream| connection.talk(stream, address))
+            };
+            let running = match running {
+                Ok(running) => running,
+                Err(error) => {
+                    pause_after(&error).await;
+                    continue;
+                }
+            };
+            let (going_on, shared) = (tasks.clone(), shared.clone());
+            let answering = async move {
+                let again = cut.again();
+                let left = attend(running, cut).await;
+                drop(load);
+                if let Some(left) = left {
+                    let left = async move {
+                        attend(left, again).await;
+                        drop(held);
+                    };
+                    going_on.spawn_on(left, &shared);
+                }
+            };
+            tasks.spawn_on(answering, handle);
         }
     };
     let _: Option<()> = stopping.run_until_cancelled(accepting).await;
@@ -152,6 +188,19 @@ pub async fn serve_connections(
         tasks.wait().await;
     }
 }
+
+/// For all connections that are taken from there.
+#[cfg(any(target_os = "linux", target_os = "android"))]
+fn limit_unsent(listener: &TcpListener) {
+    let limited = socket2::SockRef::from(listener).set_tcp_notsent_lowat(UNSENT_BYTES);
+    if let Err(error) = limited {
+        tracing::debug!(%error, "cannot limit what waits to be sent");
+    }
+}
+
+/// Elsewhere as much waits as the system likes.
+#[cfg(not(any(target_os = "linux", target_os = "android")))]
+fn limit_unsent(_: &TcpListener) {}
 
 fn builder() -> Builder<TokioExecutor> {
     let mut builder = Builder::new(TokioExecutor::new());
@@ -193,30 +242,45 @@ impl Builders {
 
 /// What is left to be done for a connection. So what it took to get as far takes no room any more, which counts while a
 /// stream is quiet.
-struct GoesOn(Option<Running>);
+enum GoesOn {
+    /// Nothing.
+    Over,
+    /// This, where it is.
+    Here(Running),
+    /// This, on the runtime that all else shares.
+    Shared(Running),
+}
 
 type Running = Pin<Box<dyn Future<Output = GoesOn> + Send>>;
+
+/// Goes on with a connection until it is over or is cut, or the rest that this gives is to be gone on with elsewhere.
+async fn attend(mut running: Running, mut cut: Heard) -> Option<Running> {
+    poll_fn(|cx| {
+        loop {
+            match running.as_mut().poll(cx) {
+                Poll::Ready(GoesOn::Here(next)) => running = next,
+                Poll::Ready(GoesOn::Shared(next)) => return Poll::Ready(Some(next)),
+                Poll::Ready(GoesOn::Over) => return Poll::Ready(None),
+                Poll::Pending => return cut.poll(cx).map(|()| None),
+            }
+        }
+    })
+    .await
+}
 
 struct Connection {
     builders: Arc<Builders>,
     front: Front,
-    tls: Option<Tls>,
     patience: Patience,
     stopping: Heard,
+    shared: Handle,
 }
 
 impl Connection {
-    fn run(self, stream: TcpStream, address: SocketAddr) -> Running {
-        // Without it small answers wait for the peer's delayed acknowledgements.
-        let _ = stream.set_nodelay(true);
-        if self.tls.is_some() {
-            return Box::pin(async move {
-                self.shake_hands(stream, address).await;
-                GoesOn(None)
-            });
-        }
+    /// Without TLS.
+    fn talk(self, stream: TcpStream, address: SocketAddr) -> Running {
         let (io, peer) = self.watched(Socket::new(stream), address);
-        let direct = Direct::new(io, self.front.clone(), peer, self.stopping.again());
+        let direct = Direct::new(io, self.front.clone(), peer, self.stopping.again(), self.shared.clone());
         Box::new(self).talk_plainly(Box::new(direct))
     }
 
@@ -227,8 +291,7 @@ impl Connection {
         (Quiet::new(stream, self.patience, requests), peer)
     }
 
-    async fn shake_hands(mut self, stream: TcpStream, address: SocketAddr) {
-        let Some(tls) = self.tls.take() else { return };
+    async fn shake_hands(mut self, tls: Tls, stream: TcpStream, address: SocketAddr) -> GoesOn {
         let mut shaking = Box::pin(tls.shake_hands(stream));
         let shaken = poll_fn(|cx| match shaking.as_mut().poll(cx) {
             Poll::Ready(shaken) => Poll::Ready(Some(shaken)),
@@ -243,6 +306,7 @@ impl Connection {
             Some(Err(error)) => tracing::debug!(%error, "a peer did not shake hands"),
             None => {}
         }
+        GoesOn::Over
     }
 
     fn talk_plainly(self: Box<Self>, mut direct: Box<Direct>) -> Running {
@@ -250,23 +314,28 @@ impl Connection {
             match direct.talk().await {
                 Ok(Outcome::Ended) => {}
                 Ok(Outcome::NotSimple { first }) => {
-                    let (io, peer) = direct.leave();
-                    Box::pin(self.ask_hyper(io, peer, first)).await;
+                    return GoesOn::Shared(Box::pin(async move {
+                        match direct.leave().await {
+                            Ok((io, peer)) => self.ask_hyper(io, peer, first).await,
+                            Err(error) => tracing::debug!(%error, "a connection ended early"),
+                        }
+                        GoesOn::Over
+                    }));
                 }
-                Ok(Outcome::Stream(answer)) => return GoesOn(Some(Box::pin(self.stream(direct, answer)))),
+                Ok(Outcome::Stream(answer)) => return GoesOn::Here(Box::pin(self.stream(direct, answer))),
                 Err(error) => tracing::debug!(%error, "a connection ended early"),
             }
-            GoesOn(None)
+            GoesOn::Over
         })
     }
 
     async fn stream(self: Box<Self>, mut direct: Box<Direct>, answer: Box<Answer>) -> GoesOn {
         match direct.write(answer).await {
-            Ok(true) => GoesOn(Some(self.talk_plainly(direct))),
-            Ok(false) => GoesOn(None),
+            Ok(true) => GoesOn::Here(self.talk_plainly(direct)),
+            Ok(false) => GoesOn::Over,
             Err(error) => {
                 tracing::debug!(%error, "a connection ended early");
-                GoesOn(None)
+                GoesOn::Over
             }
         }
     }
@@ -299,5 +368,20 @@ impl Connection {
         if let Err(error) = ended.await {
             tracing::debug!(%error, "a connection ended early");
         }
+    }
+}
+
+#[cfg(all(test, any(target_os = "linux", target_os = "android")))]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn what_waits_to_be_sent_is_limited_for_every_connection() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        limit_unsent(&listener);
+        let _far = TcpStream::connect(listener.local_addr().unwrap()).await.unwrap();
+        let (near, _) = listener.accept().await.unwrap();
+        let limit = socket2::SockRef::from(&near).tcp_notsent_lowat().unwrap();
+        assert_eq!(limit, UNSENT_BYTES);
     }
 }

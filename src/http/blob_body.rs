@@ -22,13 +22,19 @@ pub(super) enum BlobBody {
 }
 
 impl BlobBody {
-    /// How many bytes are still to be sent.
+    /// What is still to be sent.
+    pub(super) fn parts(&self) -> impl Iterator<Item = &Bytes> {
+        let (one, many) = match self {
+            Self::Empty => (None, None),
+            Self::One(bytes) => (Some(bytes), None),
+            Self::Many(parts) => (None, Some(parts)),
+        };
+        one.into_iter().chain(many.into_iter().flatten())
+    }
+
+    /// How many bytes that are.
     pub(super) fn len(&self) -> u64 {
-        match self {
-            Self::Empty => 0,
-            Self::One(bytes) => bytes.len() as u64,
-            Self::Many(parts) => parts.iter().map(|part| part.len() as u64).sum(),
-        }
+        self.parts().map(|part| part.len() as u64).sum()
     }
 }
 

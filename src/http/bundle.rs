@@ -10,28 +10,34 @@ use std::{collections::VecDeque, ops::Range, str::FromStr};
 use axum::{
     body::Body,
     http::{HeaderMap, HeaderValue, Method, StatusCode, header},
-    response::{IntoResponse, Response},
+    response::Response,
 };
 use belvedere_scene::{BlobHash, BlobName, rung::RungName};
 use bytes::Bytes;
 
 use super::{
+    AppState, around,
     blob_body::BlobBody,
     conditional::{self, Verdict},
     error::ApiError,
     extract::Path,
+    fields::Fields,
     immutable::IMMUTABLE,
     rungs,
     visitor::Visitor,
 };
 use crate::store::Representations;
 
+/// What addresses of bundles begin with.
+pub(super) const PATH: &str = "/o/bundle/";
 /// A bundle holds at most so many members.
 const MAX_MEMBERS: usize = 64;
 /// What is larger gains nothing.
 const MAX_BYTES: u64 = 8 << 20;
 /// … and to cut slices out of more than this would load the store.
 const MAX_READ_BYTES: u64 = 256 << 20;
+/// What is no longer is copied rather than shared with the blob's other readers.
+const COPIED_BYTES: usize = 16 << 10;
 const MAGIC: &[u8; 4] = b"BVBN";
 const VERSION: u16 = 1;
 const MEDIA_TYPE: HeaderValue = HeaderValue::from_static("application/vnd.belvedere.bundle");
@@ -80,14 +86,14 @@ impl Member {
         }
     }
 
-    /// Its bytes.
+    /// Its bytes, as a part of those of the whole.
     fn bytes(&self, forms: &Representations) -> Result<Bytes, ApiError> {
         let whole = &forms.identity.bytes;
         match self {
             Self::Whole(_) => Ok(whole.clone()),
-            Self::Rung(rung) => Ok(alone(&rungs::cut(*rung, forms)?.identity.bytes, whole)),
+            Self::Rung(rung) => Ok(rungs::cut(*rung, forms)?.identity.bytes),
             Self::Slice(_, range) if range.end <= whole.len() as u64 => {
-                Ok(alone(&whole.slice(range.start as usize..range.end as usize), whole))
+                Ok(whole.slice(range.start as usize..range.end as usize))
             }
             Self::Slice(name, range) => Err(ApiError::NotFound(format!(
                 "byte {} of `{name}`; it has {}",
@@ -95,15 +101,6 @@ impl Member {
                 whole.len()
             ))),
         }
-    }
-}
-
-/// A part of a blob that does not keep the blob in memory as long as somebody reads it, unless it is most of it.
-fn alone(part: &Bytes, whole: &Bytes) -> Bytes {
-    if part.len() < whole.len() / 2 {
-        Bytes::copy_from_slice(part)
-    } else {
-        part.clone()
     }
 }
 
@@ -125,6 +122,101 @@ fn members(text: &str) -> Result<Vec<Member>, ApiError> {
     text.split('+').map(read).collect()
 }
 
+/// The parts of a bundle that are there so far.
+struct Gathered {
+    head: Vec<u8>,
+    /// Each with whether nothing but a copy of it may be kept.
+    parts: Vec<(Bytes, bool)>,
+    length: u64,
+    read: u64,
+}
+
+impl Gathered {
+    fn new(members: usize) -> Self {
+        let mut head = Vec::with_capacity(8 + 4 * members);
+        head.extend_from_slice(MAGIC);
+        head.extend_from_slice(&VERSION.to_le_bytes());
+        head.extend_from_slice(&(members as u16).to_le_bytes());
+        Self {
+            head,
+            parts: Vec::with_capacity(members),
+            length: 0,
+            read: 0,
+        }
+    }
+
+    fn add(&mut self, member: &Member, forms: &Representations) -> Result<(), ApiError> {
+        let whole = forms.identity.bytes.len();
+        self.read += whole as u64;
+        if self.read > MAX_READ_BYTES {
+            return Err(ApiError::bad_request(format!(
+                "the objects that a bundle is cut from have at most {MAX_READ_BYTES} bytes together; ask for fewer at once"
+            )));
+        }
+        let bytes = member.bytes(forms)?;
+        self.length += bytes.len() as u64;
+        if self.length > MAX_BYTES {
+            return Err(ApiError::bad_request(format!(
+                "a bundle has at most {MAX_BYTES} bytes; fetch what is large alone"
+            )));
+        }
+        self.head.extend_from_slice(&(self.length as u32).to_le_bytes());
+        // A small part of a blob shall not keep the blob in memory as long as somebody reads it.
+        let copied = bytes.len() <= COPIED_BYTES || bytes.len() < whole / 2;
+        self.parts.push((bytes, copied));
+        Ok(())
+    }
+
+    /// What is copied lies together, so that it is sent together.
+    fn into_body(self) -> BlobBody {
+        let copied: usize = self.parts.iter().filter(|part| part.1).map(|part| part.0.len()).sum();
+        let mut run = self.head;
+        run.reserve_exact(copied);
+        let mut pieces = VecDeque::new();
+        for (bytes, copied) in self.parts {
+            if copied {
+                run.extend_from_slice(&bytes);
+                continue;
+            }
+            if !run.is_empty() {
+                pieces.push_back(std::mem::take(&mut run).into());
+            }
+            pieces.push_back(bytes);
+        }
+        if pieces.is_empty() {
+            return BlobBody::One(run.into());
+        }
+        if !run.is_empty() {
+            pieces.push_back(run.into());
+        }
+        BlobBody::Many(pieces)
+    }
+
+    /// The answer with all of them.
+    fn answer(self, text: &str, method: &Method, fields: &impl Fields) -> Result<Response<BlobBody>, ApiError> {
+        // The address names the content, so a hash of it is as good as one of the bytes.
+        let etag = format!("\"{}\"", &BlobHash::of(text.as_bytes()).to_string()[..32]);
+        let mut response = Response::new(BlobBody::Empty);
+        let headers = response.headers_mut();
+        headers.reserve(8);
+        headers.insert(header::CACHE_CONTROL, IMMUTABLE);
+        let tag = HeaderValue::try_from(&etag).expect("a tag is quoted hex digits");
+        headers.insert(header::ETAG, tag);
+        match conditional::evaluate(fields, etag.as_bytes()) {
+            Verdict::Failed => return Err(ApiError::PreconditionFailed),
+            Verdict::NotModified => *response.status_mut() = StatusCode::NOT_MODIFIED,
+            Verdict::Proceed => {
+                headers.insert(header::CONTENT_TYPE, MEDIA_TYPE);
+                headers.insert(header::CONTENT_LENGTH, (self.head.len() as u64 + self.length).into());
+                if *method != Method::HEAD {
+                    *response.body_mut() = self.into_body();
+                }
+            }
+        }
+        Ok(response)
+    }
+}
+
 /// `GET /o/bundle/{members}`: many small things in one answer.
 pub(super) async fn bundle(
     visitor: Visitor,
@@ -132,56 +224,41 @@ pub(super) async fn bundle(
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let (mut parts, mut length, mut read) = (VecDeque::new(), 0u64, 0u64);
     let members = members(&text)?;
-    let mut head = Vec::with_capacity(8 + 4 * members.len());
-    head.extend_from_slice(MAGIC);
-    head.extend_from_slice(&VERSION.to_le_bytes());
-    head.extend_from_slice(&(members.len() as u16).to_le_bytes());
+    let mut gathered = Gathered::new(members.len());
     for member in members {
         let blob = member.blob();
         let forms = visitor.blob(&blob).await?;
         let forms = forms.ok_or_else(|| ApiError::NotFound(format!("object `{blob}`")))?;
-        read += forms.identity.bytes.len() as u64;
-        if read > MAX_READ_BYTES {
-            return Err(ApiError::bad_request(format!(
-                "the objects that a bundle is cut from have at most {MAX_READ_BYTES} bytes together; ask for fewer at once"
-            )));
-        }
-        let bytes = member.bytes(&forms)?;
-        length += bytes.len() as u64;
-        if length > MAX_BYTES {
-            return Err(ApiError::bad_request(format!(
-                "a bundle has at most {MAX_BYTES} bytes; fetch what is large alone"
-            )));
-        }
-        head.extend_from_slice(&(length as u32).to_le_bytes());
-        parts.push_back(bytes);
+        gathered.add(&member, &forms)?;
     }
-    parts.push_front(head.into());
-    // The address names the content, so a hash of it is as good as one of the bytes.
-    let etag = format!("\"{}\"", &BlobHash::of(text.as_bytes()).to_string()[..32]);
-    let mut answer = HeaderMap::with_capacity(8);
-    answer.insert(header::CACHE_CONTROL, IMMUTABLE);
-    answer.insert(
-        header::ETAG,
-        HeaderValue::try_from(&etag).expect("a tag is quoted hex digits"),
-    );
-    match conditional::evaluate(&headers, etag.as_bytes()) {
-        Verdict::Failed => Err(ApiError::PreconditionFailed),
-        Verdict::NotModified => Ok((StatusCode::NOT_MODIFIED, answer).into_response()),
-        Verdict::Proceed => {
-            let body = BlobBody::Many(parts);
-            answer.insert(header::CONTENT_TYPE, MEDIA_TYPE);
-            answer.insert(header::CONTENT_LENGTH, body.len().into());
-            let body = if method == Method::HEAD {
-                Body::empty()
-            } else {
-                Body::new(body)
-            };
-            Ok((answer, body).into_response())
-        }
+    let answered = gathered.answer(&text, &method, &headers)?;
+    Ok(answered.map(Body::new))
+}
+
+/// The same without waiting, when all members are public and in memory and nothing about the request needs an explanation.
+pub(super) fn bundle_in_memory(
+    state: &AppState,
+    (method, path): (&Method, &str),
+    fields: &impl Fields,
+) -> Option<Response<BlobBody>> {
+    let text = path.strip_prefix(PATH)?;
+    // What was got with a key is not for caches, public or not.
+    if fields.has(&header::AUTHORIZATION) {
+        return None;
     }
+    let members = members(text).ok()?;
+    let mut gathered = Gathered::new(members.len());
+    for member in members {
+        let blob = member.blob();
+        if !state.publications.is_public(&blob) {
+            return None;
+        }
+        gathered.add(&member, &*state.blobs.in_memory(&blob)?).ok()?;
+    }
+    let mut response = gathered.answer(text, method, fields).ok()?;
+    around::for_everybody(response.status(), response.headers_mut());
+    Some(response)
 }
 
 #[cfg(test)]

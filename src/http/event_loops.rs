@@ -54,7 +54,9 @@ impl EventLoop {
         let handle = runtime.handle().clone();
         let (goes_on, ended) = oneshot::channel();
         let waits = move || drop(runtime.block_on(ended));
-        thread::Builder::new().name(format!("connections-{number}")).spawn(waits)?;
+        thread::Builder::new()
+            .name(format!("connections-{number}"))
+            .spawn(waits)?;
         Ok(Self {
             handle,
             load: Load::default(),

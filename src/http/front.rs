@@ -19,6 +19,7 @@ use tower::ServiceExt;
 use super::{
     AppState, around,
     blob_body::BlobBody,
+    bundle,
     direct::{Ready, Simple},
     fields::Fields,
     immutable, links,
@@ -88,19 +89,31 @@ impl Front {
     }
 
     /// The same for a request whose head is simple, and hence neither long nor followed by a body, where none is traced.
-    pub(super) fn ready(&self, simple: &Simple) -> Option<Ready> {
+    pub(super) fn ready<A>(&self, simple: &Simple, peer: &Peer, answer: impl FnOnce(Ready) -> A) -> Option<A> {
         if self.0.state.traces.are_sent() || told_of(&simple.fields) {
             return None;
         }
         let started = Instant::now();
         let asked = (&simple.method, simple.target);
-        let ready = immutable::object_in_memory(&self.0.state, asked, |object| {
+        if simple.target.starts_with(bundle::PATH) {
+            let bundle = bundle::bundle_in_memory(&self.0.state, asked, &simple.fields)?;
+            // Who asks too often is told so by the router.
+            self.0.state.pace.request(peer).ok()?;
+            let ready = Ready::of(bundle, started);
+            let (status, body_bytes) = (ready.status.as_u16(), ready.body_bytes());
+            self.0
+                .state
+                .metrics
+                .request(routes::BUNDLE, status, body_bytes, started.elapsed());
+            return Some(answer(ready));
+        }
+        immutable::object_in_memory(&self.0.state, asked, |object| {
             let chosen = object.choose(&simple.method, &simple.fields)?;
-            Ok(Ready::new(&simple.method, object, &chosen, started))
-        })?;
-        let metrics = &self.0.state.metrics;
-        metrics.immutable(ready.status, ready.body.len(), started.elapsed());
-        Some(ready)
+            let ready = Ready::new(&simple.method, object, &chosen, started);
+            let metrics = &self.0.state.metrics;
+            metrics.immutable(ready.status, ready.body_bytes(), started.elapsed());
+            Ok(answer(ready))
+        })
     }
 }
 

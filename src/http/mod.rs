@@ -16,7 +16,7 @@
 //! * `viewer`: its page and scripts. `policy`: what these may load, and from where.
 //! * `momentary`: answers that no cache keeps.
 //! * [`accept`]: the accept loop with its limits, one of them for each of the `addresses`, and its `ending`. [`tls`]: certificates. `direct`: simple requests without TLS,
-//!   answered in front of hyper. `quiet`: how long a peer is waited for.
+//!   answered in front of hyper, by the threads of `event_loops`. `quiet`: how long a peer is waited for.
 
 pub mod accept;
 mod addresses;
@@ -31,6 +31,7 @@ mod direct;
 mod documents;
 mod ending;
 mod error;
+mod event_loops;
 mod extract;
 mod fields;
 pub mod front;

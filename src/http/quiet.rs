@@ -76,6 +76,15 @@ impl<T: Moves> Quiet<T> {
         }
     }
 
+    /// The same on the runtime of whoever calls this.
+    pub(super) fn moved(self, io: impl FnOnce(T) -> io::Result<T>) -> io::Result<Self> {
+        Ok(Self {
+            io: io(self.io)?,
+            timer: Box::pin(tokio::time::sleep_until(self.timer.deadline())),
+            ..self
+        })
+    }
+
     /// Some of a head is here.
     pub(super) fn head_has_begun(&mut self) {
         if self.head_since.is_none() {
@@ -91,6 +100,30 @@ impl<T: Moves> Quiet<T> {
     /// All of a head is here.
     pub(super) fn head_is_whole(&mut self) {
         self.head_since = None;
+    }
+
+    /// Waits for something as patiently as for bytes.
+    pub(super) fn poll_ready(
+        &mut self,
+        cx: &mut Context<'_>,
+        ready: impl FnOnce(&T, &mut Context<'_>) -> Poll<io::Result<()>>,
+    ) -> Poll<io::Result<()>> {
+        match ready(&self.io, cx) {
+            Poll::Pending => self.wait(cx),
+            ready => ready,
+        }
+    }
+
+    /// Writes what goes without waiting, which may be nothing.
+    pub(super) fn write_now(&mut self, write: impl FnOnce(&T) -> io::Result<usize>) -> io::Result<usize> {
+        match write(&self.io) {
+            Ok(written) => {
+                self.has_written();
+                Ok(written)
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => Ok(0),
+            Err(error) => Err(error),
+        }
     }
 
     pub(super) fn get_ref(&self) -> &T {

@@ -44,7 +44,7 @@ fn table() -> Vec<(&'static str, MethodRouter<AppState>)> {
         ("/v1/jobs/{job}", get(uploads::job).delete(uploads::cancel)),
         ("/v1/jobs/{job}/events", get(uploads::events)),
         (IMMUTABLE_OBJECT, get(immutable::object)),
-        ("/o/bundle/{members}", get(bundle::bundle)),
+        (BUNDLE, get(bundle::bundle)),
         ("/healthz", get(health::alive)),
         ("/readyz", get(health::ready)),
         ("/metrics", get(metrics::metrics)),
@@ -72,13 +72,16 @@ pub(super) const UNMATCHED: &str = "unmatched";
 /// The template of immutable objects.
 pub(super) const IMMUTABLE_OBJECT: &str = "/o/{name}";
 
+/// The template of bundles.
+pub(super) const BUNDLE: &str = "/o/bundle/{members}";
+
 /// The template of a scene's pointer, and of uploads.
 pub(super) const SCENE: &str = "/v1/scenes/{scene}";
 
 /// The templates, as they label metrics.
 pub(super) const TEMPLATES: [&str; 32] = [
     IMMUTABLE_OBJECT,
-    "/o/bundle/{members}",
+    BUNDLE,
     "/v1/scenes",
     "/v1/scenes/index.json",
     SCENE,

@@ -108,11 +108,15 @@ fn usual() -> Vec<String> {
         "Authorization: Bearer x\r\n".to_owned(),
         "X-Request-Id: mine\r\n".to_owned(),
     ];
+    let bundle = format!("/o/bundle/{0}@0-9+{0}+{0}@20-30", &url[3..]);
+    let disguised = bundle.replace('+', "%2B");
     let paths = [
         url.as_str(),
         &absent,
+        &bundle,
         "/o/x",
         "/o/%2e%2e/x",
+        &disguised,
         "/v1/scenes",
         "/v1/scenes/row/index.json",
         "/v1/scenes/none",
@@ -126,7 +130,7 @@ fn usual() -> Vec<String> {
     for method in ["GET", "HEAD"] {
         for (i, path) in paths.iter().enumerate() {
             // Of what is no object, a few are enough.
-            for fields in fields.iter().take(if i < 2 { usize::MAX } else { 4 }) {
+            for fields in fields.iter().take(if i < 3 { usize::MAX } else { 4 }) {
                 all.push(format!("{method} {path} HTTP/1.1\r\nHost: t\r\n{fields}\r\n"));
             }
         }

@@ -4,6 +4,7 @@
 //! says ahead of time is kept, up to the size of a head. What is held while a stream is quiet is the stream.
 
 use std::{
+    convert::Infallible,
     future::poll_fn,
     io::{self, IoSlice},
     mem::MaybeUninit,
@@ -14,11 +15,12 @@ use std::{
 
 use axum::{
     body::{Body, HttpBody},
-    http::{HeaderValue, Method, Request, StatusCode, header, response::Parts},
+    http::{HeaderValue, Method, Request, Response, StatusCode, header, response::Parts},
 };
 use bytes::Bytes;
 use http_body_util::Either;
 use tokio::io::{AsyncRead, ReadBuf};
+use tokio_util::task::AbortOnDropHandle;
 
 use super::{
     Direct, MAX_HEAD_BYTES, head_lines,
@@ -27,6 +29,11 @@ use super::{
 use crate::{http::blob_body::BlobBody, live::Shortcut};
 
 type AnyBody = Either<BlobBody, Body>;
+
+type Answering = Pin<Box<dyn Future<Output = Result<Response<AnyBody>, Infallible>> + Send>>;
+
+/// What paths of things that are named by their content begin with.
+const IMMUTABLE: &str = "/o/";
 
 /// How the end of a body is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,12 +78,30 @@ impl Direct {
     pub(super) async fn answered(&mut self, request: Box<Request<Body>>) -> io::Result<Box<Answer>> {
         let method = request.method().clone();
         let (front, peer) = (self.front.clone(), self.peer.clone());
-        let mut answering = Box::pin(async move { front.answer(*request, &peer).await });
-        let answer = poll_fn(|cx| match answering.as_mut().poll(cx) {
-            Poll::Ready(Ok(answer)) => Poll::Ready(Ok(answer)),
-            Poll::Pending => self.poll_gone(cx).map(Err),
+        // What is named by its content is most often in memory, and then answered here and now.
+        let at_once = request.uri().path().starts_with(IMMUTABLE);
+        let mut answering: Answering = Box::pin(async move { front.answer(*request, &peer).await });
+        let here = poll_fn(|cx| {
+            let _within = self.shared.enter();
+            Poll::Ready(if at_once {
+                answering.as_mut().poll(cx)
+            } else {
+                Poll::Pending
+            })
         });
-        let (mut parts, body) = answer.await?.into_parts();
+        let answer = match here.await {
+            Poll::Ready(Ok(answer)) => answer,
+            Poll::Pending => {
+                let mut answering = AbortOnDropHandle::new(self.shared.spawn(answering));
+                let answer = poll_fn(|cx| match Pin::new(&mut answering).poll(cx) {
+                    Poll::Ready(Ok(Ok(answer))) => Poll::Ready(Ok(answer)),
+                    Poll::Ready(Err(broken)) => Poll::Ready(Err(io::Error::other(broken))),
+                    Poll::Pending => self.poll_gone(cx).map(Err),
+                });
+                answer.await?
+            }
+        };
+        let (mut parts, body) = answer.into_parts();
         let last = self.stopping.given() || says_close(&parts);
         if last {
             parts

@@ -24,15 +24,21 @@ use std::{
 };
 
 use axum::{body::Body, http::Request};
-use tokio::io::{AsyncRead, ReadBuf};
+use tokio::{
+    io::{AsyncRead, ReadBuf},
+    runtime::Handle,
+};
 
-use self::head::{Head, MAX_HEAD_BYTES};
 pub(super) use self::{
     body::Answer,
     head::Simple,
     rewind::Rewind,
     socket::Socket,
     wire::{Ready, head_lines},
+};
+use self::{
+    head::{Head, MAX_HEAD_BYTES},
+    wire::Rest,
 };
 use super::{ending::Heard, front::Front, peer::Peer, quiet::Quiet};
 
@@ -60,23 +66,36 @@ pub(super) struct Direct {
     front: Front,
     peer: Peer,
     stopping: Heard,
+    /// Where the router answers.
+    shared: Handle,
     first: bool,
 }
 
 /// What is to be done next.
 enum Next {
-    /// Write an object.
-    Write(Ready),
+    /// Write the rest of an object.
+    Write(Box<Rest>),
     /// Ask the router.
     Ask(Box<Request<Body>>),
     /// Leave it to hyper.
     Leave,
     /// The peer, or the server, has come to an end.
     End,
+    /// The peer does not take what is written.
+    Broken(io::Error),
+}
+
+/// What has come of what was said.
+enum Taken {
+    /// An object, which has been written.
+    Written,
+    /// Half a head.
+    Partial,
+    Next(Next),
 }
 
 impl Direct {
-    pub(super) fn new(io: Quiet<Socket>, front: Front, peer: Peer, stopping: Heard) -> Self {
+    pub(super) fn new(io: Quiet<Socket>, front: Front, peer: Peer, stopping: Heard, shared: Handle) -> Self {
         Self {
             io,
             said: Vec::new(),
@@ -84,6 +103,7 @@ impl Direct {
             front,
             peer,
             stopping,
+            shared,
             first: true,
         }
     }
@@ -92,7 +112,7 @@ impl Direct {
     pub(super) async fn talk(&mut self) -> io::Result<Outcome> {
         loop {
             match poll_fn(|cx| self.poll_next(cx)).await? {
-                Next::Write(ready) => ready.write(&mut self.io).await?,
+                Next::Write(rest) => rest.write(&mut self.io).await?,
                 Next::Ask(request) => {
                     // Boxed: what it takes to get an answer is over when the answer is there.
                     let answer = Box::pin(self.answered(request)).await?;
@@ -106,77 +126,94 @@ impl Direct {
                 }
                 Next::Leave => return Ok(Outcome::NotSimple { first: self.first }),
                 Next::End => return Ok(Outcome::Ended),
+                Next::Broken(error) => return Err(error),
             }
             self.first = false;
         }
     }
 
-    /// The connection for whoever goes on with it, and who is at its other end.
-    pub(super) fn leave(self) -> (Rewind<Quiet<Socket>>, Peer) {
-        (Rewind::new(self.io, self.said), self.peer)
+    /// The connection for whoever goes on with it, on the runtime where this is called, and who is at its other end.
+    pub(super) async fn leave(self) -> io::Result<(Rewind<Quiet<Socket>>, Peer)> {
+        let mut io = self.io.moved(Socket::moved)?;
+        // That it can be written to is told anew, and hyper gives up on some requests when it must wait for that.
+        poll_fn(|cx| io.poll_ready(cx, Socket::poll_writable)).await?;
+        Ok((Rewind::new(io, self.said), self.peer))
     }
 
     /// The next request. Nothing is kept meanwhile: bytes are read into the stack, and moved only when they are more or less
     /// than one head.
     fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Next>> {
-        if !self.said.is_empty() && self.pieces == 0 {
-            let said = std::mem::take(&mut self.said);
-            if let Some(next) = self.take(&said) {
-                return Poll::Ready(Ok(next));
-            }
-        }
         loop {
-            let mut room = [MaybeUninit::uninit(); MAX_HEAD_BYTES];
-            let mut read = ReadBuf::uninit(&mut room);
-            if Pin::new(&mut self.io).poll_read(cx, &mut read)?.is_pending() {
-                ready!(self.stopping.poll(cx));
-                return Poll::Ready(Ok(Next::End));
-            }
-            if read.filled().is_empty() {
-                return Poll::Ready(Ok(Next::End));
-            }
-            let next = if self.said.is_empty() {
-                self.take(read.filled())
+            let taken = if self.said.is_empty() || self.pieces > 0 {
+                ready!(self.poll_said(cx))?
             } else {
-                let mut said = std::mem::take(&mut self.said);
-                said.extend_from_slice(read.filled());
+                let said = std::mem::take(&mut self.said);
                 self.take(&said)
             };
-            if let Some(next) = next {
-                return Poll::Ready(Ok(next));
+            match taken {
+                Taken::Written => self.first = false,
+                Taken::Partial => {}
+                Taken::Next(next) => return Poll::Ready(Ok(next)),
             }
         }
     }
 
-    /// Takes the first request of what was said, and keeps the rest; none when more of its head must come.
-    fn take(&mut self, said: &[u8]) -> Option<Next> {
-        let (next, taken) = match head::read(said, |simple| self.next(simple)) {
-            Head::Simple(next, taken) => {
+    /// What comes of the next bytes.
+    fn poll_said(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Taken>> {
+        let mut room = [MaybeUninit::uninit(); MAX_HEAD_BYTES];
+        let mut read = ReadBuf::uninit(&mut room);
+        if Pin::new(&mut self.io).poll_read(cx, &mut read)?.is_pending() {
+            ready!(self.stopping.poll(cx));
+            return Poll::Ready(Ok(Taken::Next(Next::End)));
+        }
+        if read.filled().is_empty() {
+            return Poll::Ready(Ok(Taken::Next(Next::End)));
+        }
+        if self.said.is_empty() {
+            return Poll::Ready(Ok(self.take(read.filled())));
+        }
+        let mut said = std::mem::take(&mut self.said);
+        said.extend_from_slice(read.filled());
+        Poll::Ready(Ok(self.take(&said)))
+    }
+
+    /// Takes the first request of what was said, and keeps the rest.
+    fn take(&mut self, said: &[u8]) -> Taken {
+        let (taken, length) = match head::read(said, |simple| self.answer_now(simple)) {
+            Head::Simple(taken, length) => {
                 self.io.head_is_whole();
-                (next, taken)
+                (taken, length)
             }
             Head::Partial if said.len() < MAX_HEAD_BYTES && self.pieces < MOST_PIECES => {
                 self.pieces += 1;
                 self.said = said.to_vec();
                 self.io.head_has_begun();
-                return None;
+                return Taken::Partial;
             }
-            Head::Partial | Head::NotSimple => (Next::Leave, 0),
+            Head::Partial | Head::NotSimple => (Taken::Next(Next::Leave), 0),
         };
         self.pieces = 0;
-        if taken < said.len() {
-            self.said = said[taken..].to_vec();
+        if length < said.len() {
+            self.said = said[length..].to_vec();
         }
-        Some(next)
+        taken
     }
 
-    fn next(&self, simple: &Simple) -> Option<Next> {
+    /// Answers a request, if that needs no waiting; none when it cannot be handed to the router.
+    fn answer_now(&mut self, simple: &Simple) -> Option<Taken> {
         if self.stopping.given() {
-            return Some(Next::End);
+            return Some(Taken::Next(Next::End));
         }
-        if let Some(ready) = self.front.ready(simple) {
-            return Some(Next::Write(ready));
-        }
-        simple.request().map(|request| Next::Ask(Box::new(request)))
+        let io = &mut self.io;
+        let written = self.front.ready(simple, &self.peer, |ready| {
+            ready.write(|slices| io.write_now(|socket| socket.write_now(slices)))
+        });
+        let next = match written {
+            Some(Ok(None)) => return Some(Taken::Written),
+            Some(Ok(Some(rest))) => Next::Write(rest),
+            Some(Err(error)) => Next::Broken(error),
+            None => Next::Ask(Box::new(simple.request()?)),
+        };
+        Some(Taken::Next(next))
     }
 }

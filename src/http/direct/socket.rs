@@ -53,6 +53,19 @@ impl Socket {
         Self { read, shared }
     }
 
+    /// The same where the runtime of whoever calls this tells when bytes have come.
+    pub(super) fn moved(self) -> io::Result<Self> {
+        let Self { read, shared } = self;
+        match Arc::try_unwrap(shared) {
+            Ok(shared) => {
+                let stream = read.reunite(shared.write).map_err(io::Error::other)?;
+                TcpStream::from_std(stream.into_std()?).map(Self::new)
+            }
+            // Somebody may write to it still: the one before tells the one that calls.
+            Err(shared) => Ok(Self { read, shared }),
+        }
+    }
+
     pub(super) fn shared(&self) -> &Arc<Shared> {
         &self.shared
     }
@@ -117,6 +130,19 @@ impl AsyncRead for Socket {
 }
 
 impl Socket {
+    /// Ready when something can be written.
+    pub(super) fn poll_writable(&self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        self.shared.stream().poll_write_ready(cx)
+    }
+
+    /// Writes as much as goes now.
+    pub(super) fn write_now(&self, slices: &[IoSlice<'_>]) -> io::Result<usize> {
+        match slices {
+            [one] => self.shared.stream().try_write(one),
+            many => self.shared.stream().try_write_vectored(many),
+        }
+    }
+
     /// Writes as soon as something can be written.
     fn poll_io(
         &self,

@@ -2,16 +2,18 @@
 //! they lie, or, when they are short, copied together.
 
 use std::{
+    borrow::Cow,
     cell::RefCell,
     future::poll_fn,
-    io::{self, IoSlice, Write},
+    io::{self, Cursor, IoSlice, Write},
     mem::MaybeUninit,
+    ops::Range,
     pin::Pin,
     task::{Context, Poll},
     time::{Duration, Instant, SystemTime},
 };
 
-use axum::http::{HeaderMap, Method, StatusCode};
+use axum::http::{HeaderMap, Method, Response, StatusCode};
 use bytes::Bytes;
 use tokio::io::{AsyncWrite, ReadBuf};
 
@@ -68,7 +70,7 @@ impl ChunkHead {
 }
 
 /// Ends a head, with the time.
-pub(super) fn end_head(lines: &mut Vec<u8>, now: Instant) {
+pub(super) fn end_head(lines: &mut impl Write, now: Instant) {
     thread_local! {
         /// The line, and until when it is right.
         static DATE: RefCell<(String, Option<Instant>)> = const { RefCell::new((String::new(), None)) };
@@ -79,66 +81,157 @@ pub(super) fn end_head(lines: &mut Vec<u8>, now: Instant) {
             let of_this_second = Duration::from_nanos(since_1970().subsec_nanos().into());
             *right_until = Some(now + (Duration::from_secs(1) - of_this_second));
         }
-        lines.extend_from_slice(line.as_bytes());
+        lines.write_all(line.as_bytes()).expect("there is room");
     });
 }
 
-/// An answer with an object, to be written.
+/// An answer with an object, as it lies in memory.
 #[derive(Debug)]
-pub(in crate::http) struct Ready {
+pub(in crate::http) struct Ready<'a> {
     pub(in crate::http) status: StatusCode,
     /// Made once, for all such answers.
-    head: Bytes,
-    added: Vec<u8>,
-    pub(in crate::http) body: BlobBody,
+    head: Cow<'a, Bytes>,
+    added: Added,
+    body: Held<'a>,
 }
 
-impl Ready {
+/// What an answer adds to its head.
+type Added = Cursor<[u8; ADDED_BYTES]>;
+
+/// A body that nobody else holds for its sake.
+#[derive(Debug)]
+enum Held<'a> {
+    Nothing,
+    One(&'a Bytes, Range<usize>),
+    /// Put together for this answer.
+    Kept(BlobBody),
+}
+
+impl<'a> Ready<'a> {
     /// What was chosen of an object.
-    pub(in crate::http) fn new(method: &Method, object: &BlobResponse, chosen: &Chosen, now: Instant) -> Self {
+    pub(in crate::http) fn new(method: &Method, object: &BlobResponse, chosen: &Chosen<'a>, now: Instant) -> Self {
         let (bytes, written) = (&chosen.form.bytes, chosen.heads.written());
-        let mut added = Vec::with_capacity(ADDED_BYTES);
+        let mut added = Cursor::new([0; ADDED_BYTES]);
         let (status, head, body) = match &chosen.part {
-            Part::Whole if *method == Method::HEAD => (StatusCode::OK, &written.whole, BlobBody::Empty),
-            Part::Whole => (StatusCode::OK, &written.whole, BlobBody::One(bytes.clone())),
-            Part::Unchanged => (StatusCode::NOT_MODIFIED, &written.unchanged, BlobBody::Empty),
+            Part::Whole if *method == Method::HEAD => (StatusCode::OK, Cow::Borrowed(&written.whole), Held::Nothing),
+            Part::Whole => (
+                StatusCode::OK,
+                Cow::Borrowed(&written.whole),
+                Held::One(bytes, 0..bytes.len()),
+            ),
+            Part::Unchanged => (
+                StatusCode::NOT_MODIFIED,
+                Cow::Borrowed(&written.unchanged),
+                Held::Nothing,
+            ),
             Part::One(slice) => {
                 let (length, range) = (slice.end - slice.start, content_range(slice, bytes.len()));
-                write!(added, "content-length: {length}\r\ncontent-range: {range}\r\n").expect("a vector takes it");
-                let body = bytes.slice(slice.start as usize..slice.end as usize);
-                (StatusCode::PARTIAL_CONTENT, &written.slice, BlobBody::One(body))
+                write!(added, "content-length: {length}\r\ncontent-range: {range}\r\n").expect("there is room");
+                let body = Held::One(bytes, slice.start as usize..slice.end as usize);
+                (StatusCode::PARTIAL_CONTENT, Cow::Borrowed(&written.slice), body)
             }
-            Part::Many(_) => {
-                let (parts, body) = object.respond(method, chosen).into_parts();
-                (parts.status, &head_lines(parts.status, &parts.headers).into(), body)
-            }
+            Part::Many(_) => return Self::of(object.respond(method, chosen), now),
         };
         end_head(&mut added, now);
         Self {
             status,
-            head: head.clone(),
+            head,
             added,
             body,
         }
     }
 
-    pub(super) async fn write<T: AsyncWrite + Unpin>(&self, io: &mut T) -> io::Result<()> {
-        let (head, added) = (IoSlice::new(&self.head), IoSlice::new(&self.added));
-        match &self.body {
-            BlobBody::Empty => write_all(io, &mut [head, added]).await,
-            BlobBody::One(bytes) => write_all(io, &mut [head, added, IoSlice::new(bytes)]).await,
-            BlobBody::Many(parts) => {
-                let parts = parts.iter().map(|part| IoSlice::new(part));
-                write_all(io, &mut [head, added].into_iter().chain(parts).collect::<Vec<_>>()).await
-            }
+    /// What was put together for this request.
+    pub(in crate::http) fn of(response: Response<BlobBody>, now: Instant) -> Self {
+        let (parts, body) = response.into_parts();
+        let mut added = Cursor::new([0; ADDED_BYTES]);
+        end_head(&mut added, now);
+        Self {
+            status: parts.status,
+            head: Cow::Owned(head_lines(parts.status, &parts.headers).into()),
+            added,
+            body: Held::Kept(body),
         }
+    }
+
+    pub(in crate::http) fn body_bytes(&self) -> u64 {
+        match &self.body {
+            Held::Nothing => 0,
+            Held::One(_, slice) => slice.len() as u64,
+            Held::Kept(body) => body.len(),
+        }
+    }
+
+    /// Writes as much as goes at once; gives the rest.
+    pub(super) fn write(
+        self,
+        write: impl FnOnce(&[IoSlice<'_>]) -> io::Result<usize>,
+    ) -> io::Result<Option<Box<Rest>>> {
+        let (head, added) = (IoSlice::new(&self.head), IoSlice::new(added_bytes(&self.added)));
+        let (length, written) = match &self.body {
+            Held::Nothing => write_few(&[head, added], write),
+            Held::One(bytes, slice) => write_few(&[head, added, IoSlice::new(&bytes[slice.clone()])], write),
+            Held::Kept(body) => write_few(&gathered([head, added], body), write),
+        };
+        let written = written?;
+        let rest = || {
+            let body = match self.body {
+                Held::Nothing => BlobBody::Empty,
+                Held::One(bytes, slice) => BlobBody::One(bytes.slice(slice)),
+                Held::Kept(body) => body,
+            };
+            Box::new(Rest {
+                head: self.head.into_owned(),
+                added: self.added,
+                body,
+                written,
+            })
+        };
+        Ok((written < length).then(rest))
+    }
+}
+
+fn added_bytes(added: &Added) -> &[u8] {
+    &added.get_ref()[..added.position() as usize]
+}
+
+fn gathered<'a>(first: [IoSlice<'a>; 2], body: &'a BlobBody) -> Vec<IoSlice<'a>> {
+    first
+        .into_iter()
+        .chain(body.parts().map(|part| IoSlice::new(part)))
+        .collect()
+}
+
+/// What of an answer did not go at once.
+#[derive(Debug)]
+pub(super) struct Rest {
+    head: Bytes,
+    added: Added,
+    body: BlobBody,
+    /// So many bytes of all these have gone.
+    written: usize,
+}
+
+impl Rest {
+    pub(super) async fn write<T: AsyncWrite + Unpin>(&self, io: &mut T) -> io::Result<()> {
+        let (head, added) = (IoSlice::new(&self.head), IoSlice::new(added_bytes(&self.added)));
+        write_after(self.written, io, &mut gathered([head, added], &self.body)).await
     }
 }
 
 /// Writes all of these, together as far as that goes.
-pub(super) async fn write_all<T: AsyncWrite + Unpin>(io: &mut T, mut slices: &mut [IoSlice<'_>]) -> io::Result<()> {
+pub(super) async fn write_all<T: AsyncWrite + Unpin>(io: &mut T, slices: &mut [IoSlice<'_>]) -> io::Result<()> {
     // Empty ones in front are passed over.
-    IoSlice::advance_slices(&mut slices, 0);
+    write_after(0, io, slices).await
+}
+
+/// The same but for the first bytes.
+async fn write_after<T: AsyncWrite + Unpin>(
+    first: usize,
+    io: &mut T,
+    mut slices: &mut [IoSlice<'_>],
+) -> io::Result<()> {
+    IoSlice::advance_slices(&mut slices, first);
     while !slices.is_empty() {
         let written = poll_fn(|cx| poll_write(Pin::new(&mut *io), slices, cx)).await?;
         if written == 0 {
@@ -150,14 +243,21 @@ pub(super) async fn write_all<T: AsyncWrite + Unpin>(io: &mut T, mut slices: &mu
 }
 
 fn poll_write(io: Pin<&mut impl AsyncWrite>, slices: &[IoSlice<'_>], cx: &mut Context<'_>) -> Poll<io::Result<usize>> {
-    if let [one] = slices {
-        return io.poll_write(cx, one);
-    }
-    if slices.iter().map(|slice| slice.len()).sum::<usize>() > COPIED_BYTES {
-        return io.poll_write_vectored(cx, slices);
+    let write = |slices: &[IoSlice<'_>]| match slices {
+        [one] => io.poll_write(cx, one),
+        many => io.poll_write_vectored(cx, many),
+    };
+    write_few(slices, write).1
+}
+
+/// Writes these as one where they are short; says how many bytes they are.
+fn write_few<R>(slices: &[IoSlice<'_>], write: impl FnOnce(&[IoSlice<'_>]) -> R) -> (usize, R) {
+    let length = slices.iter().map(|slice| slice.len()).sum();
+    if slices.len() == 1 || length > COPIED_BYTES {
+        return (length, write(slices));
     }
     let mut room = [MaybeUninit::uninit(); COPIED_BYTES];
     let mut whole = ReadBuf::uninit(&mut room);
     slices.iter().for_each(|slice| whole.put_slice(slice));
-    io.poll_write(cx, whole.filled())
+    (length, write(&[IoSlice::new(whole.filled())]))
 }
