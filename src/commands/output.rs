@@ -64,9 +64,13 @@ pub(super) fn bytes(count: u64) -> String {
     format!("{value:.1} {}", units[unit])
 }
 
-/// `86.2 %`
+/// `86.2 %`; a dash for a share of nothing.
 pub(super) fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
+    if share.is_finite() {
+        format!("{:.1} %", 100.0 * share)
+    } else {
+        "–".to_owned()
+    }
 }
 
 /// What to say of a cell that a scene of so many cells does not have.
@@ -90,6 +94,12 @@ mod tests {
             read,
             ["0 B", "999 B", "1.0 kB", "999.9 kB", "1.0 MB", "1.2 MB", "5.0 GB"]
         );
+    }
+
+    #[test]
+    fn a_share_of_nothing_is_no_number() {
+        assert_eq!(percent(0.862), "86.2 %");
+        assert_eq!([percent(1.0 / 0.0), percent(0.0 / 0.0)], ["–", "–"]);
     }
 
     #[test]

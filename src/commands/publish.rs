@@ -86,6 +86,8 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         report.new_blobs,
         report.rungs,
         match to {
+            _ if viewer.is_empty() =>
+                "this belvedere was built without its viewer, so there is no page to open: clients read these files",
             Target::Folder(_) => "serve that folder with any web server and open it in a browser",
             Target::Bucket(..) =>
                 "let the bucket be read by everybody, or by a CDN, and open its index.html in a browser",

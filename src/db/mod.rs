@@ -32,7 +32,7 @@ pub use kept::{KeptDoor, KeptMover};
 pub use keys::{NewKey, StoredKey};
 pub use lock::BlobLock;
 pub use private::PrivateScene;
-pub use sessions::{HousedSession, KeptSession, SessionChanges, SessionHome};
+pub use sessions::{HousedSession, KeptSession, SessionChanges, SessionHome, Taking};
 
 /// The catalogue. Cheap to clone.
 #[derive(Debug, Clone)]

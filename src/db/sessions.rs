@@ -1,10 +1,10 @@
 //! Which sessions may outlive the server that holds them, and where is each at home? A home is a run of a server; whoever takes a
 //! session up puts its own name in place of the last one, and of several who try at once only one does.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::SceneName;
-use sqlx::{AnyConnection, Row};
+use sqlx::{AnyConnection, Row, any::AnyRow};
 
 use super::Catalogue;
 use crate::secret::Secret;
@@ -33,6 +33,23 @@ pub struct HousedSession {
     pub stand: Option<String>,
     /// The beats of that home when it was asked.
     pub beats: i64,
+}
+
+/// A session that is to have another home.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Taking {
+    /// Its number.
+    pub session: u64,
+    /// Its home that is gone …
+    pub from: String,
+    /// … of which nothing was heard since so many beats.
+    pub beats: i64,
+}
+
+impl Taking {
+    fn home(&self) -> (&str, i64) {
+        (&self.from, self.beats)
+    }
 }
 
 /// A run of a server.
@@ -111,62 +128,74 @@ impl Catalogue {
         Ok(())
     }
 
-    /// A session.
-    pub async fn kept_session(&self, session: u64) -> anyhow::Result<Option<HousedSession>> {
-        let row = sqlx::query(
-            "SELECT scene, sessions.home AS home, visitor, statics, stand, beats \
-             FROM sessions JOIN session_homes ON session_homes.home = sessions.home WHERE session = $1",
-        )
-        .bind(i64::try_from(session)?)
-        .fetch_optional(&self.pool)
-        .await?;
-        row.map(|row| {
-            let kept = KeptSession {
-                session,
-                scene: row.try_get::<&str, _>("scene")?.parse()?,
-                visitor: row.try_get("visitor")?,
-                statics: row.try_get::<i64, _>("statics")? != 0,
-            };
-            Ok(HousedSession {
-                kept,
-                home: row.try_get("home")?,
-                stand: row.try_get("stand")?,
-                beats: row.try_get("beats")?,
-            })
-        })
-        .transpose()
+    /// Sessions, each in its place; none where there is none.
+    pub async fn kept_sessions(&self, sessions: &[u64]) -> anyhow::Result<Vec<Option<HousedSession>>> {
+        let mut connection = self.pool.acquire().await?;
+        let mut found = Vec::with_capacity(sessions.len());
+        for session in sessions {
+            let row = sqlx::query(
+                "SELECT session, scene, sessions.home AS home, visitor, statics, stand, beats \
+                 FROM sessions JOIN session_homes ON session_homes.home = sessions.home WHERE session = $1",
+            )
+            .bind(i64::try_from(*session)?)
+            .fetch_optional(&mut *connection)
+            .await?;
+            found.push(row.as_ref().map(housed).transpose()?);
+        }
+        Ok(found)
     }
 
-    /// Gives a session another home if it is still at home where it was, and nothing was heard from there since that many
-    /// beats; that home hears of it with its next beat. Says how often it has moved by now; none when it was not for this home to take.
-    pub async fn take_session(&self, session: u64, from: (&str, i64), to: &str) -> anyhow::Result<Option<u64>> {
+    /// Gives each of these another home if it is still at home where it was, and nothing was heard from there since that many
+    /// beats; that home hears of it with its next beat. Says in its place how often each has moved by now; none where it was not for
+    /// this home to take.
+    pub async fn take_sessions(&self, takings: &[Taking], to: &str) -> anyhow::Result<Vec<Option<u64>>> {
         let mut tx = self.pool.begin().await?;
         settle(&mut tx, to).await?;
-        if from.0 != to {
+        // How many were taken from each home that may be taken from.
+        let mut gone = BTreeMap::new();
+        // In one order everywhere, so that no two who take wait for each other.
+        let homes: BTreeSet<_> = takings.iter().map(Taking::home).collect();
+        for (home, beats) in homes {
             // Its next beat waits for this, or has been before.
-            let robbed = sqlx::query("UPDATE session_homes SET robbed = robbed + 1 WHERE home = $1 AND beats = $2")
-                .bind(from.0)
-                .bind(from.1)
+            let silent = sqlx::query("UPDATE session_homes SET robbed = robbed WHERE home = $1 AND beats = $2")
+                .bind(home)
+                .bind(beats)
                 .execute(&mut *tx)
                 .await?;
-            if robbed.rows_affected() == 0 {
-                return Ok(None);
+            if home == to || silent.rows_affected() > 0 {
+                gone.insert((home, beats), 0);
             }
         }
-        let row = sqlx::query(
-            "UPDATE sessions SET home = $1, taken = taken + 1 WHERE session = $2 AND home = $3 RETURNING taken",
-        )
-        .bind(to)
-        .bind(i64::try_from(session)?)
-        .bind(from.0)
-        .fetch_optional(&mut *tx)
-        .await?;
-        let Some(row) = row else {
-            return Ok(None);
-        };
-        let taken = row.try_get::<i64, _>("taken")?;
+        let mut all = Vec::with_capacity(takings.len());
+        for taking in takings {
+            let Some(robbed) = gone.get_mut(&taking.home()) else {
+                all.push(None);
+                continue;
+            };
+            let row = sqlx::query(
+                "UPDATE sessions SET home = $1, taken = taken + 1 WHERE session = $2 AND home = $3 RETURNING taken",
+            )
+            .bind(to)
+            .bind(i64::try_from(taking.session)?)
+            .bind(&taking.from)
+            .fetch_optional(&mut *tx)
+            .await?;
+            *robbed += i64::from(row.is_some());
+            let taken = row.map(|row| anyhow::Ok(u64::try_from(row.try_get::<i64, _>("taken")?)?));
+            all.push(taken.transpose()?);
+        }
+        for ((home, _), robbed) in gone
+            .into_iter()
+            .filter(|((home, _), robbed)| *home != to && *robbed > 0)
+        {
+            sqlx::query("UPDATE session_homes SET robbed = robbed + $1 WHERE home = $2")
+                .bind(robbed)
+                .bind(home)
+                .execute(&mut *tx)
+                .await?;
+        }
         tx.commit().await?;
-        Ok(Some(u64::try_from(taken)?))
+        Ok(all)
     }
 
     /// A home is heard of; says how many sessions others have taken from it by now.
@@ -228,6 +257,21 @@ impl Catalogue {
     }
 }
 
+fn housed(row: &AnyRow) -> anyhow::Result<HousedSession> {
+    let kept = KeptSession {
+        session: u64::try_from(row.try_get::<i64, _>("session")?)?,
+        scene: row.try_get::<&str, _>("scene")?.parse()?,
+        visitor: row.try_get("visitor")?,
+        statics: row.try_get::<i64, _>("statics")? != 0,
+    };
+    Ok(HousedSession {
+        kept,
+        home: row.try_get("home")?,
+        stand: row.try_get("stand")?,
+        beats: row.try_get("beats")?,
+    })
+}
+
 /// Makes sure that a home is known; it is heard of only when it beats.
 async fn settle(connection: &mut AnyConnection, home: &str) -> Result<(), sqlx::Error> {
     sqlx::query("INSERT INTO session_homes (home, beats) VALUES ($1, 1) ON CONFLICT (home) DO NOTHING")
@@ -254,6 +298,18 @@ mod tests {
         }
     }
 
+    async fn kept(catalogue: &Catalogue) -> Option<HousedSession> {
+        catalogue.kept_sessions(&[7]).await.unwrap().remove(0)
+    }
+
+    fn taking(session: u64, (from, beats): (&str, i64)) -> Taking {
+        Taking {
+            session,
+            from: from.into(),
+            beats,
+        }
+    }
+
     async fn beats(catalogue: &Catalogue, home: &str) -> i64 {
         let homes = catalogue.session_homes().await.unwrap();
         homes.into_iter().find(|known| known.home == home).unwrap().beats
@@ -271,21 +327,23 @@ mod tests {
             ..SessionChanges::default()
         };
         catalogue.keep_sessions("a", &stands).await.unwrap();
-        let (before, heard) = (
-            catalogue.kept_session(7).await.unwrap().unwrap(),
-            beats(&catalogue, "a").await,
-        );
+        let (before, heard) = (kept(&catalogue).await.unwrap(), beats(&catalogue, "a").await);
         assert_eq!((before.home.as_str(), before.stand.as_deref()), ("a", Some("here")));
         assert_eq!(before.kept, opened(7).opened[0]);
 
         assert_eq!(before.beats, heard);
         assert_eq!(catalogue.beat_home("a").await.unwrap(), 0);
-        let take = async |from, to| catalogue.take_session(7, from, to).await.unwrap();
+        let take = async |from, to| {
+            let takings = [taking(7, from), taking(8, from)];
+            let taken = catalogue.take_sessions(&takings, to).await.unwrap();
+            assert_eq!(taken[1], None, "there is no such session");
+            taken[0]
+        };
         assert_eq!(take(("a", heard), "b").await, None, "it was heard of since");
         let takes = ["b", "c", "d"].map(|to| take(("a", heard + 1), to));
         let taken = futures_util::future::join_all(takes).await;
         assert_eq!(taken.iter().flatten().collect::<Vec<_>>(), [&1], "{taken:?}");
-        let after = catalogue.kept_session(7).await.unwrap().unwrap();
+        let after = kept(&catalogue).await.unwrap();
         let home = after.home.clone();
         assert_eq!(
             after,
@@ -304,12 +362,12 @@ mod tests {
             ..SessionChanges::default()
         };
         catalogue.keep_sessions("a", &ends).await.unwrap();
-        assert_eq!(catalogue.kept_session(7).await.unwrap(), Some(after));
+        assert_eq!(kept(&catalogue).await, Some(after));
         assert_eq!(catalogue.beat_home("a").await.unwrap(), 1, "one was taken, once");
         assert!(catalogue.sessions_at("a").await.unwrap().is_empty());
         assert_eq!(catalogue.sessions_at(&home).await.unwrap(), [7].into());
         catalogue.keep_sessions(&home, &ends).await.unwrap();
-        assert_eq!(catalogue.kept_session(7).await.unwrap(), None);
+        assert_eq!(kept(&catalogue).await, None);
     }
 
     #[tokio::test]
@@ -321,9 +379,9 @@ mod tests {
         catalogue.end_home("a").await.unwrap();
         assert!(catalogue.session_homes().await.unwrap()[0].ended);
         catalogue.forget_home("a", heard - 1).await.unwrap();
-        assert!(catalogue.kept_session(7).await.unwrap().is_some());
+        assert!(kept(&catalogue).await.is_some());
         catalogue.forget_home("a", heard).await.unwrap();
-        assert_eq!(catalogue.kept_session(7).await.unwrap(), None);
+        assert_eq!(kept(&catalogue).await, None);
     }
 
     #[tokio::test]

@@ -5,7 +5,7 @@ use std::{error::Error, fmt, marker::PhantomData, time::Duration};
 use axum::{
     body::{Body, Bytes, HttpBody},
     extract::Request,
-    http::header,
+    http::{HeaderMap, HeaderValue, header},
 };
 use http_body_util::LengthLimitError;
 use serde::{
@@ -32,13 +32,19 @@ pub(super) async fn body(request: Request, types: &[&str], most_bytes: usize) ->
         let essence = parts.next().unwrap_or_default();
         types.iter().any(|taken| essence.eq_ignore_ascii_case(taken)) && parts.all(is_utf8)
     });
-    let plain = headers
-        .get(header::CONTENT_ENCODING)
-        .is_none_or(|coding| coding == "identity");
-    if !(taken && plain) {
+    if !(taken && is_unwrapped(headers)) {
         return Err(ApiError::UnsupportedMediaType);
     }
     whole(request.into_body(), most_bytes, PATIENCE).await
+}
+
+/// Whether a body is what it stands for, not compressed.
+pub(super) fn is_unwrapped(headers: &HeaderMap) -> bool {
+    let is_identity = |coding: &HeaderValue| {
+        let coding = coding.as_bytes().trim_ascii();
+        coding.is_empty() || coding.eq_ignore_ascii_case(b"identity")
+    };
+    headers.get_all(header::CONTENT_ENCODING).iter().all(is_identity)
 }
 
 /// Whether a parameter of a media type names no other charset.
@@ -146,7 +152,7 @@ mod tests {
         for kind in ["text/plain", "application/json; charset=utf-16", "application/jsonx"] {
             assert!(!read("content-type", kind).await, "{kind}");
         }
-        assert!(read("content-encoding", "identity").await);
+        assert!(read("content-encoding", "Identity ").await);
         assert!(!read("content-encoding", "gzip").await);
     }
 

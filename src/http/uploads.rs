@@ -17,6 +17,7 @@ use tokio::time::{Instant, timeout_at};
 
 use super::{
     AppState,
+    body::is_unwrapped,
     error::ApiError,
     extract::{Path, Query},
     momentary::now,
@@ -132,21 +133,12 @@ fn private(query: &Query) -> Result<bool, ApiError> {
 /// What is sent is the file itself: found out by its content, so its media type does not matter unless it says that
 /// the file is wrapped in something.
 fn plain(headers: &HeaderMap) -> Result<(), ApiError> {
-    let says = |name: HeaderName| {
-        headers
-            .get(name)
-            .and_then(|value| value.to_str().ok())
-            .unwrap_or_default()
-    };
-    let wrapped = says(header::CONTENT_TYPE)
-        .trim_start()
-        .to_ascii_lowercase()
-        .starts_with("multipart/");
-    let coding = says(header::CONTENT_ENCODING).trim();
-    if wrapped
-        || !(coding.is_empty() || coding.eq_ignore_ascii_case("identity"))
-        || headers.contains_key(header::CONTENT_RANGE)
-    {
+    let kind = headers.get(header::CONTENT_TYPE);
+    let in_parts = kind.is_some_and(|kind| {
+        let kind = kind.as_bytes().trim_ascii_start().to_ascii_lowercase();
+        kind.starts_with(b"multipart/")
+    });
+    if in_parts || !is_unwrapped(headers) || headers.contains_key(header::CONTENT_RANGE) {
         return Err(ApiError::UnsupportedMediaType);
     }
     Ok(())

@@ -17,6 +17,7 @@ use super::{
     message::Message,
     registry::SessionEntry,
 };
+use crate::db::Taking;
 
 /// Who takes a session up keeps others out who want the same one, and few besides.
 #[derive(Debug)]
@@ -80,19 +81,22 @@ impl Live {
         if self.0.stopping.is_cancelled() {
             return Err(LiveError::Stopped);
         }
+        // Nobody waits in turn for what can be known before.
         let line = ledger.find(session).await?.ok_or_else(|| no_session(session))?;
-        ledger.outlives(&line).await?;
+        let beats = ledger.outlives(&line).await?;
         let _turn = self.0.turns.of(session).lock().await;
         if let Some(entry) = self.0.registry.session(session) {
             return Ok(entry);
         }
         self.0.registry.check_room(self.0.settings.sessions)?;
-        // Whose turn was before may have moved it.
-        let line = ledger.find(session).await?.ok_or_else(|| no_session(session))?;
-        let beats = ledger.outlives(&line).await?;
         let visitor = ledger::visitor(&line).map_err(LiveError::Unkept)?;
-        let taken = ledger.take(session, (&line.home, beats)).await?;
-        let taken = taken.ok_or(LiveError::Elsewhere(session))?;
+        let taking = Taking {
+            session: session.0,
+            from: line.home,
+            beats,
+        };
+        // It may have moved while others had their turn.
+        let taken = ledger.take(taking).await?.ok_or(LiveError::Elsewhere(session))?;
         let (scene, statics) = (&line.kept.scene, line.kept.statics);
         match self.let_in(session, scene, visitor, (statics, taken)).await {
             Ok(_) => {}

@@ -23,8 +23,8 @@ use tokio::{
     time::{MissedTickBehavior, timeout},
 };
 
-use super::{Live, LiveError, ask, message::Message, token::Token};
-use crate::db::{Catalogue, HousedSession, KeptSession, PATIENCE, SessionChanges};
+use super::{Live, LiveError, ask, message::Message, together::Together, token::Token};
+use crate::db::{Catalogue, HousedSession, KeptSession, PATIENCE, SessionChanges, Taking};
 
 /// Between two times that this server is heard of.
 const BEAT: Duration = Duration::from_secs(1);
@@ -42,6 +42,9 @@ pub(super) struct Ledger {
     /// Rung when a session was opened or has ended.
     rung: Notify,
     homes: watch::Sender<Homes>,
+    /// Sessions that are looked for, and those that come here. When a server dies, those of all who were there are at once.
+    finds: Together<u64, Option<HousedSession>>,
+    takes: Together<Taking, Option<u64>>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -100,6 +103,8 @@ impl Ledger {
             unwritten: Mutex::default(),
             rung: Notify::new(),
             homes: watch::Sender::default(),
+            finds: Together::default(),
+            takes: Together::default(),
         })
     }
 
@@ -134,7 +139,8 @@ impl Ledger {
         if self.unwritten().ended.contains(&session) {
             return Ok(None);
         }
-        in_time(self.catalogue.kept_session(session.0)).await
+        let all = |sessions: Vec<u64>| in_time(async move { self.catalogue.kept_sessions(&sessions).await });
+        self.finds.ask(session.0, all).await
     }
 
     /// Waits until it is known that the home of a session is gone; gives its number. Fails when it is heard of.
@@ -162,8 +168,10 @@ impl Ledger {
     }
 
     /// Makes this the home of a session whose last one is gone; says how often it has moved. None when another server was faster.
-    pub(super) async fn take(&self, session: SessionId, from: (&str, i64)) -> Result<Option<u64>, LiveError> {
-        in_time(self.catalogue.take_session(session.0, from, &self.home)).await
+    pub(super) async fn take(&self, taking: Taking) -> Result<Option<u64>, LiveError> {
+        let all =
+            |takings: Vec<Taking>| in_time(async move { self.catalogue.take_sessions(&takings, &self.home).await });
+        self.takes.ask(taking, all).await
     }
 
     /// Writes what waits; nothing is lost when that fails.

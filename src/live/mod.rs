@@ -13,7 +13,7 @@
 //! * `screens`: what closed doors hide from a cell, proved beside that task.
 //! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
-//! * `keeping`: movers and doors that outlive the server. `ledger`: sessions that do.
+//! * `keeping`: movers and doors that outlive the server. `ledger`: sessions that do; `together`: how many at once ask for them.
 //! * [`nodes`]: the way to other servers that have sessions in the same scenes.
 //! * `registry`, `token`: who is where, and who may do what.
 
@@ -39,6 +39,7 @@ mod settings;
 mod stage;
 mod statics;
 mod terrain;
+mod together;
 mod token;
 
 use std::sync::{

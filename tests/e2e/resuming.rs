@@ -33,7 +33,7 @@ async fn is_kept(data: &Data, session: &str, so: impl Fn(&HousedSession) -> bool
     let number = session.trim_start_matches('s').parse().expect("a number");
     let end = Instant::now() + PATIENCE;
     loop {
-        let line = catalogue.kept_session(number).await.expect("an answer");
+        let line = catalogue.kept_sessions(&[number]).await.expect("an answer").remove(0);
         if line.as_ref().is_some_and(&so) {
             return;
         }

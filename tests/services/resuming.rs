@@ -38,7 +38,14 @@ async fn is_kept(url: &str, session: &str, kept: bool) {
     let catalogue = Catalogue::connect(&Secret::from(url)).await.expect("the catalogue");
     let number = session.trim_start_matches('s').parse().expect("a number");
     within(async {
-        while catalogue.kept_session(number).await.expect("an answer").is_some() != kept {
+        while catalogue
+            .kept_sessions(&[number])
+            .await
+            .expect("an answer")
+            .remove(0)
+            .is_some()
+            != kept
+        {
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
     })

@@ -15,7 +15,7 @@ export interface Pose {
 /** `#p=x,y,z&yaw=…&pitch=…&rev=…`, centimetres, hundredths of a degree and the revision that was seen. */
 export function writePose({ position, yaw, pitch }: Pose, revision: string): string {
   const degrees = (angle: number) => ((angle * 180) / Math.PI).toFixed(2);
-  return `#p=${position.map((x) => x.toFixed(2)).join(",")}&yaw=${degrees(yaw)}&pitch=${degrees(pitch)}&rev=${revision}`;
+  return `#p=${position.map((x) => x.toFixed(3)).join(",")}&yaw=${degrees(yaw)}&pitch=${degrees(pitch)}&rev=${revision}`;
 }
 
 /** The revision that somebody saw who made a link, when it says so. */

@@ -23,5 +23,9 @@ it("a storey has the cells at the height of the eye", () => {
   const cell = (id: number, low: number, high: number) =>
     ({ cell: id, bounds: { min: [0, low, 0], max: [1, high, 1] } }) as unknown as CellEntry;
   const cells = [cell(0, 1, 3), cell(1, 0, 3), cell(2, 3.1, 6)];
-  expect(storey(cells, 1.6).map(({ cell: id }) => id)).toEqual([1, 0]);
+  const at = (height_m: number) => storey(cells, height_m).map(({ cell: id }) => id);
+  expect(at(1.6)).toEqual([1, 0]);
+  expect(at(50), "from above").toEqual([2]);
+  expect(at(-3), "from below").toEqual([1]);
+  expect(storey([], 1.6)).toEqual([]);
 });

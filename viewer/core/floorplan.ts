@@ -49,9 +49,19 @@ export class MapFrame {
   }
 }
 
-/** The cells that a storey at a height has, the highest last, so that what is drawn later lies on top. */
+/**
+ * The cells that a storey at a height has, the highest last, so that what is drawn later lies on top. Above and below all
+ * cells that is the storey of the nearest one.
+ */
 export function storey(cells: Iterable<CellEntry>, height_m: number): CellEntry[] {
-  const near = [...cells].filter(({ bounds: { min, max } }) => min[1] <= height_m && height_m <= max[1]);
+  const all = [...cells];
+  const at = (y: number) => all.filter(({ bounds: { min, max } }) => min[1] <= y && y <= max[1]);
+  let near = at(height_m);
+  if (near.length === 0) {
+    const heights = all.flatMap(({ bounds: { min, max } }) => [min[1], max[1]]);
+    const away_m = (y: number) => Math.abs(y - height_m);
+    near = at(heights.reduce((best, y) => (away_m(y) < away_m(best) ? y : best), Number.POSITIVE_INFINITY));
+  }
   return near.sort((a, b) => a.bounds.min[1] - b.bounds.min[1]);
 }
 

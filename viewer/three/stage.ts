@@ -26,7 +26,9 @@ import { Resolution } from "../core/resolution.ts";
 import type { Eye } from "../core/screenerror.ts";
 
 const VIEW_ANGLE_DEG = 62;
+/** What is nearer than this is not drawn; in a world no larger than a few metres, than this share of it. */
 const NEAR_M = 0.06;
+const NEAR_SHARE = 0.01;
 const MAX_PIXEL_RATIO = 2;
 const ENVIRONMENT_SIZE_PX = 64;
 /** Pixels are given up until the picture is so small, a share of its full width and height. */
@@ -64,9 +66,10 @@ export class Stage {
     this.scene.add(object);
   }
 
-  /** Fits the far plane to a world. */
+  /** Fits the near and the far plane to a world. */
   fit(bounds: Bounds): void {
     const diagonal_m = Math.hypot(...[0, 1, 2].map((axis) => (bounds.max[axis] ?? 0) - (bounds.min[axis] ?? 0)));
+    this.camera.near = diagonal_m > 0 ? Math.min(NEAR_M, NEAR_SHARE * diagonal_m) : NEAR_M;
     this.camera.far = Math.max(200, diagonal_m * 2);
     this.camera.updateProjectionMatrix();
   }

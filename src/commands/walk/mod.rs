@@ -6,7 +6,7 @@ mod live;
 mod losses;
 mod quantity;
 
-use std::path::PathBuf;
+use std::{io::IsTerminal, path::PathBuf};
 
 use anyhow::Context;
 use belvedere_client::{
@@ -14,6 +14,7 @@ use belvedere_client::{
     tour::{self, Line, Manner, Outcome, Rambles, Script, Tour, TourSettings},
 };
 use belvedere_scene::SceneName;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use losses::Counted;
 
 use super::output::{bytes, percent, print, print_json, table};
@@ -150,9 +151,12 @@ async fn walk<S: ByteSource + Clone + 'static>(
     });
     let visitors: Vec<_> = visitors.collect();
     let mut tours: Vec<Tour> = Vec::with_capacity(visitors.len());
+    let bar = progress(visitors.len(), args.json)?;
     for visitor in visitors {
         tours.push(visitor.await?.with_context(|| cannot_open(&args))?);
+        bar.inc(1);
     }
+    bar.finish_and_clear();
     if let Some(file) = &args.plot {
         std::fs::write(file, chart::draw(&tours[0])).with_context(|| format!("cannot write {}", file.display()))?;
     }
@@ -207,6 +211,20 @@ async fn walk<S: ByteSource + Clone + 'static>(
     Ok(())
 }
 
+/// How many visitors have gone their ways.
+fn progress(visitors: usize, json: bool) -> anyhow::Result<ProgressBar> {
+    let target = if !json && std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(visitors as u64), target);
+    bar.set_style(ProgressStyle::with_template(
+        "    walk {bar:40.cyan/dim} {pos} of {len} visitors",
+    )?);
+    Ok(bar)
+}
+
 /// Where memory did not even hold the coarsest of a cell and its neighbours: what would.
 fn short_of_memory(outcome: &Outcome, limit_bytes: u64) -> Option<String> {
     let memory = &outcome.memory;
@@ -253,7 +271,10 @@ async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Resu
     let mut rambles = Rambles::through(&scene, speed_mps, args.duration);
     let mut scripts = Vec::with_capacity(args.sessions as usize);
     for number in 0..u64::from(args.sessions) {
-        scripts.push(rambles.script(manner, args.seed.wrapping_add(number << 32)).await?);
+        let script = rambles.script(manner, args.seed.wrapping_add(number << 32)).await;
+        let unknown =
+            "the cells of the scene cannot be read, and without them no way can be made up; give one with --script";
+        scripts.push(script.context(unknown)?);
     }
     Ok(scripts)
 }
