@@ -5,7 +5,7 @@
 //! up to `to` of an object, `{hash}.{ext}@{from}-{to}`. The answer is `BVBN`, a version, the number of members, where
 //! each ends, and their bytes (`docs/FORMAT.md`).
 
-use std::{collections::VecDeque, ops::Range, str::FromStr};
+use std::{ops::Range, str::FromStr};
 
 use axum::{
     body::Body,
@@ -17,7 +17,7 @@ use bytes::Bytes;
 
 use super::{
     AppState, around,
-    blob_body::BlobBody,
+    blob_body::{Keep, Pieces},
     conditional::{self, Verdict},
     error::ApiError,
     extract::Path,
@@ -105,28 +105,30 @@ impl Member {
 }
 
 fn members(text: &str) -> Result<Vec<Member>, ApiError> {
-    if text.split('+').count() > MAX_MEMBERS {
+    let count = 1 + text.bytes().filter(|byte| *byte == b'+').count();
+    if count > MAX_MEMBERS {
         return Err(ApiError::bad_request(format!(
             "a bundle has at most {MAX_MEMBERS} members"
         )));
     }
-    let read = |member: &str| {
-        let shown: String = member.chars().take(100).collect();
-        member.parse().map_err(|()| {
+    let mut members = Vec::with_capacity(count);
+    for member in text.split('+') {
+        let read = member.parse().map_err(|()| {
+            let shown: String = member.chars().take(100).collect();
             ApiError::bad_request(format!(
                 "`{shown}` is no member of a bundle: it must be {{hash}}.{{ext}}, {{hash}}.r{{n}}.slod or \
                  {{hash}}.{{ext}}@{{from}}-{{to}}; `+` stands between members"
             ))
-        })
-    };
-    text.split('+').map(read).collect()
+        });
+        members.push(read?);
+    }
+    Ok(members)
 }
 
 /// The parts of a bundle that are there so far.
 struct Gathered {
     head: Vec<u8>,
-    /// Each with whether nothing but a copy of it may be kept.
-    parts: Vec<(Bytes, bool)>,
+    pieces: Pieces,
     length: u64,
     read: u64,
 }
@@ -139,7 +141,7 @@ impl Gathered {
         head.extend_from_slice(&(members as u16).to_le_bytes());
         Self {
             head,
-            parts: Vec::with_capacity(members),
+            pieces: Pieces::with_capacity(1 + members),
             length: 0,
             read: 0,
         }
@@ -161,42 +163,21 @@ impl Gathered {
             )));
         }
         self.head.extend_from_slice(&(self.length as u32).to_le_bytes());
-        // A small part of a blob shall not keep the blob in memory as long as somebody reads it.
-        let copied = bytes.len() <= COPIED_BYTES || bytes.len() < whole / 2;
-        self.parts.push((bytes, copied));
+        // A part of a blob shall not keep the blob in memory as long as somebody reads it, unless it is most of it.
+        let keep = if bytes.len() <= COPIED_BYTES || bytes.len() < whole / 2 {
+            Keep::Copied
+        } else {
+            Keep::Shared
+        };
+        self.pieces.push(bytes, keep);
         Ok(())
     }
 
-    /// What is copied lies together, so that it is sent together.
-    fn into_body(self) -> BlobBody {
-        let copied: usize = self.parts.iter().filter(|part| part.1).map(|part| part.0.len()).sum();
-        let mut run = self.head;
-        run.reserve_exact(copied);
-        let mut pieces = VecDeque::new();
-        for (bytes, copied) in self.parts {
-            if copied {
-                run.extend_from_slice(&bytes);
-                continue;
-            }
-            if !run.is_empty() {
-                pieces.push_back(std::mem::take(&mut run).into());
-            }
-            pieces.push_back(bytes);
-        }
-        if pieces.is_empty() {
-            return BlobBody::One(run.into());
-        }
-        if !run.is_empty() {
-            pieces.push_back(run.into());
-        }
-        BlobBody::Many(pieces)
-    }
-
     /// The answer with all of them.
-    fn answer(self, text: &str, method: &Method, fields: &impl Fields) -> Result<Response<BlobBody>, ApiError> {
+    fn answer(mut self, text: &str, method: &Method, fields: &impl Fields) -> Result<Response<Pieces>, ApiError> {
         // The address names the content, so a hash of it is as good as one of the bytes.
         let etag = format!("\"{}\"", &BlobHash::of(text.as_bytes()).to_string()[..32]);
-        let mut response = Response::new(BlobBody::Empty);
+        let mut response = Response::new(Pieces::default());
         let headers = response.headers_mut();
         headers.reserve(8);
         headers.insert(header::CACHE_CONTROL, IMMUTABLE);
@@ -209,7 +190,8 @@ impl Gathered {
                 headers.insert(header::CONTENT_TYPE, MEDIA_TYPE);
                 headers.insert(header::CONTENT_LENGTH, (self.head.len() as u64 + self.length).into());
                 if *method != Method::HEAD {
-                    *response.body_mut() = self.into_body();
+                    self.pieces.begin_with(self.head.into());
+                    *response.body_mut() = self.pieces;
                 }
             }
         }
@@ -231,9 +213,11 @@ pub(super) async fn bundle(
         let forms = visitor.blob(&blob).await?;
         let forms = forms.ok_or_else(|| ApiError::NotFound(format!("object `{blob}`")))?;
         gathered.add(&member, &forms)?;
+        // The next one may have to be waited for.
+        gathered.pieces.let_go();
     }
     let answered = gathered.answer(&text, &method, &headers)?;
-    Ok(answered.map(Body::new))
+    Ok(answered.map(|pieces| Body::new(pieces.kept())))
 }
 
 /// The same without waiting, when all members are public and in memory and nothing about the request needs an explanation.
@@ -241,7 +225,7 @@ pub(super) fn bundle_in_memory(
     state: &AppState,
     (method, path): (&Method, &str),
     fields: &impl Fields,
-) -> Option<Response<BlobBody>> {
+) -> Option<Response<Pieces>> {
     let text = path.strip_prefix(PATH)?;
     // What was got with a key is not for caches, public or not.
     if fields.has(&header::AUTHORIZATION) {
@@ -249,12 +233,19 @@ pub(super) fn bundle_in_memory(
     }
     let members = members(text).ok()?;
     let mut gathered = Gathered::new(members.len());
+    // Members often come from one blob.
+    let mut last = None;
     for member in members {
         let blob = member.blob();
-        if !state.publications.is_public(&blob) {
-            return None;
-        }
-        gathered.add(&member, &*state.blobs.in_memory(&blob)?).ok()?;
+        let forms = match last.take() {
+            Some((name, forms)) if name == blob => forms,
+            _ => state
+                .publications
+                .is_public(&blob)
+                .then(|| state.blobs.in_memory(&blob))??,
+        };
+        gathered.add(&member, &forms).ok()?;
+        last = Some((blob, forms));
     }
     let mut response = gathered.answer(text, method, fields).ok()?;
     around::for_everybody(response.status(), response.headers_mut());

@@ -99,7 +99,7 @@ impl Front {
             let bundle = bundle::bundle_in_memory(&self.0.state, asked, &simple.fields)?;
             // Who asks too often is told so by the router.
             self.0.state.pace.request(peer).ok()?;
-            let ready = Ready::of(bundle, started);
+            let ready = Ready::bundle(bundle, started);
             let (status, body_bytes) = (ready.status.as_u16(), ready.body_bytes());
             self.0
                 .state

@@ -20,7 +20,7 @@ use tokio::io::{AsyncWrite, ReadBuf};
 use crate::{
     epoch::since_1970,
     http::{
-        blob_body::BlobBody,
+        blob_body::{BlobBody, Pieces},
         immutable::{BlobResponse, Chosen, Part, content_range},
     },
 };
@@ -105,6 +105,7 @@ enum Held<'a> {
     One(&'a Bytes, Range<usize>),
     /// Put together for this answer.
     Kept(BlobBody),
+    Pieces(Pieces),
 }
 
 impl<'a> Ready<'a> {
@@ -130,7 +131,7 @@ impl<'a> Ready<'a> {
                 let body = Held::One(bytes, slice.start as usize..slice.end as usize);
                 (StatusCode::PARTIAL_CONTENT, Cow::Borrowed(&written.slice), body)
             }
-            Part::Many(_) => return Self::of(object.respond(method, chosen), now),
+            Part::Many(_) => return Self::of(object.respond(method, chosen).map(Held::Kept), now),
         };
         end_head(&mut added, now);
         Self {
@@ -141,8 +142,13 @@ impl<'a> Ready<'a> {
         }
     }
 
+    /// Many things at once.
+    pub(in crate::http) fn bundle(response: Response<Pieces>, now: Instant) -> Self {
+        Self::of(response.map(Held::Pieces), now)
+    }
+
     /// What was put together for this request.
-    pub(in crate::http) fn of(response: Response<BlobBody>, now: Instant) -> Self {
+    fn of(response: Response<Held<'a>>, now: Instant) -> Self {
         let (parts, body) = response.into_parts();
         let mut added = Cursor::new([0; ADDED_BYTES]);
         end_head(&mut added, now);
@@ -150,7 +156,7 @@ impl<'a> Ready<'a> {
             status: parts.status,
             head: Cow::Owned(head_lines(parts.status, &parts.headers).into()),
             added,
-            body: Held::Kept(body),
+            body,
         }
     }
 
@@ -159,6 +165,7 @@ impl<'a> Ready<'a> {
             Held::Nothing => 0,
             Held::One(_, slice) => slice.len() as u64,
             Held::Kept(body) => body.len(),
+            Held::Pieces(pieces) => pieces.len(),
         }
     }
 
@@ -171,7 +178,8 @@ impl<'a> Ready<'a> {
         let (length, written) = match &self.body {
             Held::Nothing => write_few(&[head, added], write),
             Held::One(bytes, slice) => write_few(&[head, added, IoSlice::new(&bytes[slice.clone()])], write),
-            Held::Kept(body) => write_few(&gathered([head, added], body), write),
+            Held::Kept(body) => write_few(&gathered([head, added], body.parts()), write),
+            Held::Pieces(pieces) => write_few(&gathered([head, added], pieces.iter()), write),
         };
         let written = written?;
         let rest = || {
@@ -179,6 +187,7 @@ impl<'a> Ready<'a> {
                 Held::Nothing => BlobBody::Empty,
                 Held::One(bytes, slice) => BlobBody::One(bytes.slice(slice)),
                 Held::Kept(body) => body,
+                Held::Pieces(pieces) => pieces.kept(),
             };
             Box::new(Rest {
                 head: self.head.into_owned(),
@@ -195,11 +204,8 @@ fn added_bytes(added: &Added) -> &[u8] {
     &added.get_ref()[..added.position() as usize]
 }
 
-fn gathered<'a>(first: [IoSlice<'a>; 2], body: &'a BlobBody) -> Vec<IoSlice<'a>> {
-    first
-        .into_iter()
-        .chain(body.parts().map(|part| IoSlice::new(part)))
-        .collect()
+fn gathered<'a>(first: [IoSlice<'a>; 2], parts: impl Iterator<Item = &'a Bytes>) -> Vec<IoSlice<'a>> {
+    first.into_iter().chain(parts.map(|part| IoSlice::new(part))).collect()
 }
 
 /// What of an answer did not go at once.
@@ -215,7 +221,7 @@ pub(super) struct Rest {
 impl Rest {
     pub(super) async fn write<T: AsyncWrite + Unpin>(&self, io: &mut T) -> io::Result<()> {
         let (head, added) = (IoSlice::new(&self.head), IoSlice::new(added_bytes(&self.added)));
-        write_after(self.written, io, &mut gathered([head, added], &self.body)).await
+        write_after(self.written, io, &mut gathered([head, added], self.body.parts())).await
     }
 }
 
