@@ -49,7 +49,7 @@ use crate::{
 };
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 23;
+const BAKE_VERSION: u32 = 24;
 
 /// What to bake, and under which name.
 #[derive(Debug)]

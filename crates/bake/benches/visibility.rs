@@ -122,7 +122,9 @@ fn interior() {
     let viewpoints: Vec<_> = scene.viewpoints.iter().map(origin).collect();
     let scenery = Scenery::of(&world);
     let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, &Silent);
-    let graph = cells::build_refined(&world, &viewpoints, &CellSettings::default(), &estimate, &Silent).unwrap();
+    let graph = cells::build_refined(&world, &viewpoints, &CellSettings::default(), &estimate, &Silent)
+        .unwrap()
+        .graph(&world);
     let eyes: Vec<_> = graph.cells.iter().map(|cell| Region::of_cell(&world, cell)).collect();
     let roof = scene
         .objects

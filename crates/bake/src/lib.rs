@@ -16,6 +16,9 @@
 
 pub mod cells;
 pub mod city;
+mod cutting;
+#[cfg(test)]
+mod cutting_tests;
 pub mod defect;
 pub mod digest;
 mod foliage;

@@ -5,12 +5,13 @@ use glam::DVec3;
 
 use crate::{
     cells::{self, CellGraph, CellSettings, author::AuthorError},
+    cutting::Cutting,
     defect::Defects,
     foliage,
     frame::Frame,
     import::split::{self, SplitSettings},
     lod::LodSettings,
-    memory::{Forgetful, Memory},
+    memory::{Forgetful, Memory, Recent},
     morton,
     occluders::Hiders,
     progress::{Cancelled, Progress, Silent, Stage},
@@ -121,17 +122,17 @@ pub fn bake(
     let scenery = Scenery::with(&world, hiders.occluders());
     note_leaky_doors(&scenery, &scene, defects);
     progress.advance(1);
-    let graph = if scene.authored.cells.is_empty() {
+    let (partition, graph) = if scene.authored.cells.is_empty() {
         let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, progress);
-        cells::build_refined(&world, &viewpoints, &settings.cells, &estimate, progress)?
+        let partition = cells::build_refined(&world, &viewpoints, &settings.cells, &estimate, progress)?;
+        let graph = partition.graph(&world);
+        (Some(partition), graph)
     } else {
-        cells::author::build(&world, &scene.authored, defects)?
+        (None, cells::author::build(&world, &scene.authored, defects)?)
     };
     progress.expect(Stage::Visibility, graph.cells.len() as u64);
     unturned.put_back(&mut scene);
     let views = Views::of(&world, &graph, &hiders);
-    let placed = frame.leave_with(graph.clone());
-    note_strays(&placed, &scene, defects);
     let bounds = if frame.is_source() {
         world.object_bounds().to_vec()
     } else {
@@ -150,11 +151,11 @@ pub fn bake(
     let foliage = foliage::of(&scene);
     let is_drawn = !scene.authored.cells.is_empty();
     let mut models = Models::write(&scene, &lod, host.sink, progress)?;
-    let write = |models: &Models<'_>, mut visibility: Visibility| {
+    let write = |models: &Models<'_>, placed: &CellGraph, mut visibility: Visibility| {
         visibility.reason = format!(
             "{}; {}",
             visibility.reason,
-            how_cut(&bounds, (&placed, is_drawn), &visibility)
+            how_cut(&bounds, (placed, is_drawn), &visibility)
         );
         let input = records::Input {
             scene: &scene,
@@ -163,20 +164,38 @@ pub fn bake(
             world: &world,
             frame,
             bounds: &bounds,
-            graph: &placed,
+            graph: placed,
             scenery: &scenery,
             foliage: &foliage,
             visibility: &visibility,
         };
         records::write(input, models, host.sink, progress)
     };
+    let cutting = Cutting {
+        world: &world,
+        hiders: &hiders,
+        partition,
+        bytes: models.bytes_of_objects(&scene),
+    };
+    let rough = match host.first.is_some() || cutting.is_fine() {
+        true => visibility::rough(&views, progress)?,
+        false => Vec::new(),
+    };
     if let Some(first) = host.first {
-        first(&write(&models, visibility::preview(&views, progress)?)?)?;
+        let (graph, visibility) = cutting.preview(&views, &rough, progress)?;
+        first(&write(&models, &frame.leave_with(graph), visibility)?)?;
     }
+    let mut memory = Recent::over(host.memory);
+    let graph = cutting.tried(&views, &rough, &settings.visibility, &memory, progress)?;
+    memory.close();
+    progress.expect(Stage::Visibility, graph.cells.len() as u64);
+    let views = Views::of(&world, &graph, &hiders);
+    let placed = frame.leave_with(graph.clone());
+    note_strays(&placed, &scene, defects);
     models.add_smooth(&lod, host.sink, progress)?;
     models.add_impostors(host.sink, progress)?;
-    let visibility = visibility::compute(&views, &settings.visibility, host.memory, progress)?;
-    write(&models, visibility)
+    let visibility = visibility::compute(&views, &settings.visibility, &memory, progress)?;
+    write(&models, &placed, visibility)
 }
 
 /// Cells whose rays see less than this share of all do not see everything.

@@ -17,6 +17,8 @@ pub enum Stage {
     Lod,
     /// A first look at what each cell sees.
     Preview,
+    /// Looking from some cells, to see where proofs hide anything.
+    Trial,
     /// Making smooth levels of detail.
     Smooth,
     /// Drawing pictures for far away.
@@ -38,6 +40,7 @@ impl Stage {
             Self::Glance => "glance",
             Self::Lod => "lod",
             Self::Preview => "preview",
+            Self::Trial => "trial",
             Self::Smooth => "smooth",
             Self::Impostors => "impostors",
             Self::Visibility => "visibility",

@@ -55,20 +55,21 @@ struct Link {
 }
 
 /// Takes back cuts that are not worth it, and more of them while there are more than so many cells. `seen` is what each
-/// leaf sees, rising, in the order of the leaves. Whether there are few enough now.
-pub(super) fn merge(tree: &mut Tree, seen: &[Vec<u32>], max_cells: usize) -> bool {
+/// leaf sees, rising, in the order of the leaves. What each leaf that is left sees, and whether there are few enough now.
+pub(super) fn merge(tree: &mut Tree, seen: &[Vec<u32>], max_cells: usize) -> (Vec<Vec<u32>>, bool) {
     let mut of_leaf = vec![Vec::new(); tree.nodes.len()];
     for (leaf, seen) in tree.leaves().into_iter().zip(seen) {
         of_leaf[leaf].clone_from(seen);
     }
     let mut links = prune(tree, &of_leaf);
     let cells = prune_weakest(tree, &mut links, max_cells);
-    for (node, link) in tree.nodes.iter_mut().zip(links) {
-        if link.merged {
-            node.children = None;
+    for index in (0..tree.nodes.len()).rev().filter(|index| links[*index].merged) {
+        if let Some([low, high]) = tree.nodes[index].children.take() {
+            of_leaf[index] = union(&of_leaf[low], &of_leaf[high]);
         }
     }
-    cells <= max_cells
+    let seen = tree.leaves().into_iter().map(|leaf| std::mem::take(&mut of_leaf[leaf]));
+    (seen.collect(), cells <= max_cells)
 }
 
 /// For each node whether it becomes one cell. Children stand after their parents.
@@ -91,7 +92,7 @@ fn prune(tree: &Tree, of_leaf: &[Vec<u32>]) -> Vec<Link> {
                     seen: of_leaf[index].clone(),
                     wall_m2: 0.0,
                     boxes_m3: size.element_product(),
-                    peopled_m3: filled_m3(tree.voxels, &node.voxels),
+                    peopled_m3: filled_m3(&tree.voxels, &node.voxels),
                     uneven_m3: 0.0,
                 };
                 (summary, true, false)
@@ -172,16 +173,14 @@ fn joined([low, high]: [Summary; 2], node: &Node, size: DVec3, metre: f64) -> (S
         sum(low.mean_seen * low.peopled_m3, high.mean_seen * high.peopled_m3) / peopled_m3.max(f64::MIN_POSITIVE);
     let seen = union(&low.seen, &high.seen);
     let wall_m2 = low.wall_m2 + high.wall_m2 + node.wall_m2;
-    let half_m2 = size.x * size.y + size.y * size.z + size.z * size.x;
-    let max_wall_m2 = (MAX_WALL_SHARE * half_m2).min(MAX_WALL_M2 * metre.powi(2));
-    let whole = wall_m2 <= max_wall_m2 && boxes_m3 >= MIN_FILL_KEPT * box_m3;
+    let whole = wall_m2 <= most_wall_of(size, metre) && boxes_m3 >= MIN_FILL_KEPT * box_m3;
     let gain = (seen.len() as f64 - mean_seen) / (seen.len() as f64).max(1.0);
     let uneven_m3 = if gain > MIN_GAIN {
         peopled_m3
     } else {
         sum(low.uneven_m3, high.uneven_m3)
     };
-    let one = whole && uneven_m3 <= (MIN_UNEVEN * peopled_m3).min(UNEVEN_ROOMS * ROOM_M3 * metre.powi(3));
+    let one = whole && is_even(uneven_m3, peopled_m3, metre);
     let summary = Summary {
         seen,
         mean_seen,
@@ -193,7 +192,24 @@ fn joined([low, high]: [Summary; 2], node: &Node, size: DVec3, metre: f64) -> (S
     (summary, whole, one)
 }
 
-fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
+/// Whether so much that is uneven is no good part of what it is in, in m³.
+pub(super) fn is_even(uneven_m3: f64, peopled_m3: f64, metre: f64) -> bool {
+    uneven_m3 <= (MIN_UNEVEN * peopled_m3).min(UNEVEN_ROOMS * ROOM_M3 * metre.powi(3))
+}
+
+/// The walls along cuts inside a box may be as large as this, in m².
+fn most_wall_of(size: DVec3, metre: f64) -> f64 {
+    let half_m2 = size.x * size.y + size.y * size.z + size.z * size.x;
+    (MAX_WALL_SHARE * half_m2).min(MAX_WALL_M2 * metre.powi(2))
+}
+
+/// The same for a node.
+pub(super) fn most_wall_m2(tree: &Tree, node: usize) -> f64 {
+    let [min, max] = tree.voxels.grid.bounds(&tree.nodes[node].voxels);
+    most_wall_of((max - min).as_dvec3(), f64::from(tree.voxels.grid.metre()))
+}
+
+pub(super) fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
     let mut all: Vec<_> = a.iter().chain(b).copied().collect();
     all.sort_unstable();
     all.dedup();

@@ -12,7 +12,8 @@
 //! 3. [`partition`]: boxes are split where the plane is mostly wall, then where they are too large, then shrunk to the
 //!    space that can be reached;
 //! 4. [`merge`]: cuts after which about the same is seen on both sides are taken back;
-//! 5. [`portals`]: unblocked grid faces between two boxes, merged to rectangles.
+//! 5. [`mod@rejoin`]: so are those on both sides of which about the same is published;
+//! 6. [`portals`]: unblocked grid faces between two boxes, merged to rectangles.
 //!
 //! Where an author drew cells, these are the cells instead: [`author`].
 //!
@@ -31,6 +32,7 @@ mod merge;
 mod overlap;
 mod partition;
 mod portals;
+mod rejoin;
 mod view_cell;
 mod voxels;
 
@@ -41,6 +43,8 @@ pub(crate) mod plan;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use belvedere_scene::Bounds;
 
 use crate::{
@@ -50,6 +54,7 @@ use crate::{
 use grid::Grid;
 pub use hull::CellHull;
 use partition::Tree;
+pub use rejoin::{Look, Partition};
 pub use view_cell::{CellGraph, Portal, ViewCell};
 use voxels::Voxels;
 pub(crate) use voxels::meets_box;
@@ -117,7 +122,7 @@ pub fn build(
     settings: &CellSettings,
     progress: &dyn Progress,
 ) -> Result<CellGraph, Cancelled> {
-    cut(world, viewpoints, settings, None, progress)
+    Ok(cut(world, viewpoints, settings, None, progress)?.graph(world))
 }
 
 /// As [`build`], but cut finer where that makes visible sets smaller and less fine where it does not.
@@ -130,7 +135,7 @@ pub fn build_refined(
     settings: &CellSettings,
     estimate: &Estimate,
     progress: &dyn Progress,
-) -> Result<CellGraph, Cancelled> {
+) -> Result<Partition, Cancelled> {
     cut(world, viewpoints, settings, Some(estimate), progress)
 }
 
@@ -140,7 +145,7 @@ fn cut(
     settings: &CellSettings,
     estimate: Option<&Estimate>,
     progress: &dyn Progress,
-) -> Result<CellGraph, Cancelled> {
+) -> Result<Partition, Cancelled> {
     const STEPS: u64 = 4;
     progress.start(Stage::Cells, STEPS);
     let step = || {
@@ -150,16 +155,18 @@ fn cut(
     let seeds: Vec<_> = viewpoints.iter().map(|p| world.relative(*p)).collect();
     let grid = Grid::over(world, &seeds, settings);
     step()?;
-    let mut voxels = Voxels::new(&grid);
+    let mut voxels = Voxels::new(grid);
     voxels.block(world, progress)?;
     step()?;
     voxels.reach(world, &seeds, settings.min_enclosed_share);
     step()?;
+    let voxels = Arc::new(voxels);
     let most = settings.max_cells.min(most_cells(world.object_bounds().len()));
     let Some(estimate) = estimate else {
         let tree = Tree::cut(&voxels, settings, most);
         step()?;
-        return Ok(graph_of(world, &tree));
+        let unknown = vec![Vec::new(); tree.leaves().len()];
+        return Ok(Partition::new(tree, unknown));
     };
     let settings = &CellSettings {
         max_cell_share: settings.max_cell_share.min(SPREAD / (most as f32).sqrt()),
@@ -173,13 +180,14 @@ fn cut(
     let mut tree = Tree::cut(&voxels, &finer, (TRIALS * most).min(settings.max_cells));
     step()?;
     let seen = estimate(&graph_of(world, &tree))?;
-    if !merge::merge(&mut tree, &seen, most) {
+    let (mut seen, few_enough) = merge::merge(&mut tree, &seen, most);
+    if !few_enough {
         // Too many of them are held apart by walls: leave out the smallest walls.
         tree = Tree::cut(&voxels, settings, most);
-        let seen = estimate(&graph_of(world, &tree))?;
-        merge::merge(&mut tree, &seen, most);
+        seen = estimate(&graph_of(world, &tree))?;
+        seen = merge::merge(&mut tree, &seen, most).0;
     }
-    Ok(graph_of(world, &tree))
+    Ok(Partition::new(tree, seen))
 }
 
 /// How many cells are worth it: where a handful of objects stand, a cell more tells nobody more, and looking from very many
@@ -190,7 +198,7 @@ fn most_cells(objects: usize) -> usize {
 
 /// The leaves of a tree as cells, with the openings between them.
 fn graph_of(world: &World, tree: &Tree) -> CellGraph {
-    let grid = tree.voxels.grid;
+    let grid = &tree.voxels.grid;
     let leaves: Vec<_> = tree.leaves().into_iter().map(|leaf| tree.cell(leaf)).collect();
     let mut graph = CellGraph {
         cells: leaves
@@ -200,7 +208,7 @@ fn graph_of(world: &World, tree: &Tree) -> CellGraph {
         voxel_m: f64::from(grid.voxel_m()),
         reason: format!("{} cells cut along walls", leaves.len()),
     };
-    for opening in portals::openings(tree.voxels, &leaves) {
+    for opening in portals::openings(&tree.voxels, &leaves) {
         graph.join(opening.cells, &opening.corners.map(|corner| world.absolute(corner)));
     }
     graph.settle();

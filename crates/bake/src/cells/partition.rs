@@ -5,7 +5,7 @@
 //! along whatever wall it has, or near its middle. A box without reachable voxels is dropped; what is left is shrunk to its
 //! reachable voxels and then grown by one voxel where a slanted surface leaves half-filled voxels.
 
-use std::{cmp::Ordering, collections::BinaryHeap};
+use std::{cmp::Ordering, collections::BinaryHeap, sync::Arc};
 
 use glam::DVec3;
 
@@ -43,8 +43,10 @@ const MIN_VOID: f32 = 1.5;
 /// A box that can be split, and how much that is worth.
 struct Open {
     worth_m2: f64,
-    /// How much wall lies on the plane, in m².
+    /// How much wall lies on the plane, in m² …
     wall_m2: f64,
+    /// … and how much of that is built.
+    built_m2: f64,
     /// Whether people stand below the plane and nobody above.
     at_eye_level: bool,
     node: usize,
@@ -80,6 +82,7 @@ struct Plane {
 }
 
 /// A box of the partition, and whether it was split.
+#[derive(Clone)]
 pub(super) struct Node {
     /// Shrunk to what can be reached of the region.
     pub(super) voxels: IndexBox,
@@ -88,10 +91,12 @@ pub(super) struct Node {
     pub(super) children: Option<[usize; 2]>,
     /// How much wall lies on the plane between its children, in m².
     pub(super) wall_m2: f64,
+    /// How much of that is built and no furniture, see [`eye_level::built_m2`].
+    pub(super) built_m2: f64,
     /// Whether people stand in the first of its children and nobody in the second.
     pub(super) at_eye_level: bool,
     /// Whether it lies above such a plane.
-    over_heads: bool,
+    pub(super) over_heads: bool,
 }
 
 impl Node {
@@ -102,14 +107,15 @@ impl Node {
 }
 
 /// The tree of boxes; the root is the first node.
-pub(super) struct Tree<'a> {
-    pub(super) voxels: &'a Voxels<'a>,
+#[derive(Clone)]
+pub(super) struct Tree {
+    pub(super) voxels: Arc<Voxels>,
     pub(super) nodes: Vec<Node>,
 }
 
-impl<'a> Tree<'a> {
+impl Tree {
     /// Cuts all reached voxels into at most so many boxes.
-    pub(super) fn cut(voxels: &'a Voxels, settings: &CellSettings, max_cells: usize) -> Self {
+    pub(super) fn cut(voxels: &Arc<Voxels>, settings: &CellSettings, max_cells: usize) -> Self {
         let everything = voxels.grid.everything();
         let node = |region: IndexBox| Node {
             // Planes are chosen inside shrunk boxes, so both halves hold reached voxels.
@@ -117,6 +123,7 @@ impl<'a> Tree<'a> {
             region,
             children: None,
             wall_m2: 0.0,
+            built_m2: 0.0,
             at_eye_level: false,
             over_heads: false,
         };
@@ -143,16 +150,25 @@ impl<'a> Tree<'a> {
             });
             nodes[split.node].children = Some(children);
             nodes[split.node].wall_m2 = split.wall_m2;
+            nodes[split.node].built_m2 = split.built_m2;
             nodes[split.node].at_eye_level = split.at_eye_level;
             count += 1;
         }
-        Self { voxels, nodes }
+        Self {
+            voxels: Arc::clone(voxels),
+            nodes,
+        }
     }
 
     /// The boxes that are not split, disjoint, neighbours near each other; together they hold all reached voxels.
     pub(super) fn leaves(&self) -> Vec<usize> {
+        self.leaves_of(0)
+    }
+
+    /// Those below a node, or itself.
+    pub(super) fn leaves_of(&self, node: usize) -> Vec<usize> {
         let mut leaves = Vec::new();
-        let mut stack = vec![0];
+        let mut stack = vec![node];
         while let Some(node) = stack.pop() {
             match self.nodes[node].children {
                 Some([low, high]) => stack.extend([high, low]),
@@ -164,7 +180,7 @@ impl<'a> Tree<'a> {
 
     /// A box as it becomes a cell.
     pub(super) fn cell(&self, node: usize) -> IndexBox {
-        grown(self.voxels, self.nodes[node].voxels, &self.nodes[node].region)
+        grown(&self.voxels, self.nodes[node].voxels, &self.nodes[node].region)
     }
 }
 
@@ -293,6 +309,7 @@ fn split_of(voxels: &Voxels, number: usize, node: &Node, settings: &CellSettings
     Some(Open {
         worth_m2: worth_m2 * node.weight(),
         wall_m2: section.wall_m2,
+        built_m2: eye_level::built_m2(voxels, within, node.over_heads, (plane.axis, plane.index)),
         at_eye_level: above_heads.is_some(),
         node: number,
         plane,
@@ -337,7 +354,7 @@ fn halving_of(
     sections: &[Vec<Section>; 3],
     settings: &CellSettings,
 ) -> Option<(f64, Plane)> {
-    let grid = voxels.grid;
+    let grid = &voxels.grid;
     let [min, max] = grid.bounds(within);
     let size = (max - min).as_dvec3();
     let across_m = (settings.max_cell_m * grid.open_metre()).max(settings.max_cell_share * grid.scene_m());

@@ -316,7 +316,9 @@ fn refined(builder: &Builder, viewpoint: [f64; 3]) -> CellGraph {
     let world = World::new(&builder.scene).unwrap();
     let scenery = crate::visibility::conservative::Scenery::of(&world);
     let estimate = |graph: &CellGraph| crate::visibility::glance(&world, &scenery, graph, &Silent);
-    build_refined(&world, &[viewpoint], &CellSettings::default(), &estimate, &Silent).unwrap()
+    build_refined(&world, &[viewpoint], &CellSettings::default(), &estimate, &Silent)
+        .unwrap()
+        .graph(&world)
 }
 
 /// From over the wall both yards are seen, from where people stand one.
@@ -359,7 +361,9 @@ fn clear_streets(city: &crate::city::City, scene: &crate::source::SourceScene) -
     let scenery = crate::visibility::conservative::Scenery::of(&world);
     let estimate = |graph: &CellGraph| crate::visibility::glance(&world, &scenery, graph, &Silent);
     let viewpoint = [8.5, 1.65, 8.5];
-    let graph = build_refined(&world, &[viewpoint], &CellSettings::default(), &estimate, &Silent).unwrap();
+    let graph = build_refined(&world, &[viewpoint], &CellSettings::default(), &estimate, &Silent)
+        .unwrap()
+        .graph(&world);
     assert_sound(&graph);
     let houses = city.buildings();
     let (mut clear, mut all) = (0, 0);

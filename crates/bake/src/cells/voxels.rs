@@ -34,8 +34,8 @@ const SOLID_SHARE: f64 = 0.8;
 const CANCEL_EVERY: usize = 4096;
 
 /// The state of each voxel.
-pub(super) struct Voxels<'a> {
-    pub(super) grid: &'a Grid,
+pub(super) struct Voxels {
+    pub(super) grid: Grid,
     size: [usize; 3],
     bits: Vec<u8>,
 }
@@ -49,8 +49,8 @@ struct Space {
     corners: [[usize; 3]; 2],
 }
 
-impl<'a> Voxels<'a> {
-    pub(super) fn new(grid: &'a Grid) -> Self {
+impl Voxels {
+    pub(super) fn new(grid: Grid) -> Self {
         let size = grid.size();
         Self {
             grid,

@@ -21,7 +21,7 @@ use crate::{
     lod::{self, LodLevel, LodSettings},
     pictures::{self, texels},
     progress::{Progress, Stage},
-    source::{SourceModel, SourceScene},
+    source::{SourceModel, SourceObject, SourceScene},
 };
 
 /// The levels of every model, stored; models keep their order.
@@ -259,6 +259,21 @@ fn no_finer_level_worse(mut levels: Vec<Level>) -> Vec<Level> {
         }
     }
     levels
+}
+
+impl Models<'_> {
+    /// How many bytes draw each object: those of its model's finest level, shared out among all that use it.
+    #[must_use]
+    pub fn bytes_of_objects(&self, scene: &SourceScene) -> Vec<f64> {
+        let mut uses = vec![0u32; self.models.len()];
+        scene.objects.iter().for_each(|object| uses[object.model] += 1);
+        let bytes = |object: &SourceObject| {
+            let mut level0 = UniqueBytes::default();
+            level0.add(&self.models[object.model].levels[0]);
+            level0.total() as f64 / f64::from(uses[object.model])
+        };
+        scene.objects.iter().map(bytes).collect()
+    }
 }
 
 /// Adds up the bytes of some levels, each GLB and each texture once.

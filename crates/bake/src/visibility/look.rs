@@ -70,7 +70,10 @@ impl Looker<'_> {
             .recall(&key)
             .and_then(|text| kept::decode(&text, &surroundings))
         {
-            return found;
+            return Found {
+                remembered: !self.memory.is_of_this_bake(&key),
+                ..found
+            };
         }
         let found = self.look(
             cell,

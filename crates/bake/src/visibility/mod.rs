@@ -23,6 +23,7 @@ mod kept;
 mod look;
 mod measure;
 mod method;
+mod preview;
 pub(crate) mod random;
 mod sampler;
 mod segment;
@@ -64,6 +65,7 @@ use conservative::ConservativeSettings;
 pub use glance::glance;
 use look::{Found, Looker};
 pub use method::{Method, UnknownMethod};
+pub use preview::{Rough, preview, rough};
 use sampler::Scratch;
 use sights::Sights;
 use surroundings::Atlas;
@@ -199,6 +201,12 @@ impl<'a> Views<'a> {
             sights: Sights::of(world, graph),
         }
     }
+
+    /// The cells.
+    #[must_use]
+    pub fn graph(&self) -> &CellGraph {
+        self.graph
+    }
 }
 
 /// Computes what each cell sees.
@@ -213,7 +221,22 @@ pub fn compute(
 ) -> Result<Visibility, Cancelled> {
     let count = views.graph.cells.len();
     progress.start(Stage::Visibility, count as u64);
-    let mut looker = Looker {
+    let mut looker = looker(views, settings, memory);
+    let mut found = look(&looker, &in_rows(count), progress)?;
+    let mut ratio = tightness(&found);
+    if settings.method == Method::Auto && ratio > WORTH {
+        // Nothing but rays will do: they look once more, harder.
+        progress.start(Stage::Visibility, count as u64);
+        looker.thorough = true;
+        found = look(&looker, &in_rows(count), progress)?;
+        ratio = tightness(&found);
+    }
+    Ok(published(views.graph, found, decide(settings.method, ratio)))
+}
+
+fn looker<'a>(views: &'a Views<'_>, settings: &VisibilitySettings, memory: &'a dyn Memory) -> Looker<'a> {
+    let count = views.graph.cells.len();
+    Looker {
         atlas: &views.atlas,
         sights: &views.sights,
         proofs: ConservativeSettings {
@@ -224,60 +247,31 @@ pub fn compute(
         sampled: settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count)),
         thorough: settings.method == Method::Sampled,
         memory,
-    };
-    let mut found = look(&looker, count, progress)?;
-    let mut ratio = tightness(&found);
-    if settings.method == Method::Auto && ratio > WORTH {
-        // Nothing but rays will do: they look once more, harder.
-        progress.start(Stage::Visibility, count as u64);
-        looker.thorough = true;
-        found = look(&looker, count, progress)?;
-        ratio = tightness(&found);
     }
-    Ok(published(views.graph, found, decide(settings.method, ratio)))
 }
 
-/// What each cell may see, from the cheapest proofs and nothing else: larger sets, found many times faster, in order of the solid
-/// angles of boxes. They say nothing of doors: who closes one is shown what it hides.
+/// What would be published for some cells, as far as they tell how: objects, rising.
 ///
 /// # Errors
 /// When cancelled.
-pub fn preview(views: &Views<'_>, progress: &dyn Progress) -> Result<Visibility, Cancelled> {
-    let count = views.graph.cells.len();
-    progress.start(Stage::Preview, count as u64);
-    let glimpse = |cell: usize| {
-        if progress.cancelled() {
-            return Err(Cancelled);
-        }
-        let (objects, mut cells) = views.atlas.not_hidden(cell);
-        cells.retain(|other| *other as usize != cell);
-        let seen = |object: u32| SeenObject {
-            object,
-            fraction: UNSEEN_FRACTION,
-            solid_angle: views.atlas.box_sr(cell, object),
-            doors: Vec::new(),
-        };
-        let mut objects: Vec<_> = objects.into_iter().map(seen).collect();
-        objects.sort_by(SeenObject::order);
-        progress.advance(1);
-        Ok(CellVisibility {
-            objects,
-            cells,
-            ..CellVisibility::default()
-        })
+pub fn of_some(
+    views: &Views<'_>,
+    cells: &[usize],
+    settings: &VisibilitySettings,
+    memory: &dyn Memory,
+    progress: &dyn Progress,
+) -> Result<Vec<Vec<u32>>, Cancelled> {
+    progress.start(Stage::Trial, cells.len() as u64);
+    let found = look(&looker(views, settings, memory), cells, progress)?;
+    let (method, _) = decide(settings.method, tightness(&found));
+    let set = |cell: Found| {
+        let open = cell.open.iter().map(|(object, _)| *object);
+        let open = open.filter(|_| method != Method::Sampled);
+        let mut set: Vec<u32> = cell.seen.objects.iter().map(|seen| seen.object).chain(open).collect();
+        set.sort_unstable();
+        set
     };
-    let mut cells: Vec<_> = (0..count).into_par_iter().map(glimpse).collect::<Result<_, _>>()?;
-    join_both_ends(views.graph, &mut cells);
-    let total: usize = cells.iter().map(|cell| cell.objects.len()).sum();
-    Ok(Visibility {
-        cells,
-        method: Method::Conservative,
-        guarantee: Guarantee::Conservative,
-        mean_seen: 0.0,
-        mean_not_hidden: total as f64 / count.max(1) as f64,
-        reason: "a first look; smaller sets follow".to_owned(),
-        remembered: 0,
-    })
+    Ok(found.into_iter().map(set).collect())
 }
 
 /// What was found, as it is published.
@@ -311,10 +305,15 @@ fn published(graph: &CellGraph, found: Vec<Found>, (method, reason): (Method, St
 /// So many cells in a row stay beside each other: neighbours share walls, which are made once for both.
 const ROW: usize = 16;
 
-/// Looks from all cells, in parallel, rows of them in no order of space, so that the first tenth is like all the others.
-fn look(looker: &Looker<'_>, count: usize, progress: &dyn Progress) -> Result<Vec<Found>, Cancelled> {
+/// All of so many cells, rows of them in no order of space, so that the first tenth is like all the others.
+fn in_rows(count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by_key(|cell| ((cell / ROW) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    order
+}
+
+/// Looks from cells in this order, in parallel; what each sees, rising by cell.
+fn look(looker: &Looker<'_>, order: &[usize], progress: &dyn Progress) -> Result<Vec<Found>, Cancelled> {
     let mut found: Vec<(usize, Found)> = order
         .par_iter()
         .map_init(

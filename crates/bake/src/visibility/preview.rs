@@ -1,0 +1,63 @@
+//! What can be published of visible sets before anybody has looked? What the cheapest proofs leave: larger sets, found many
+//! times faster.
+
+use belvedere_scene::record::Guarantee;
+use rayon::prelude::*;
+
+use super::{CellVisibility, Method, SeenObject, UNSEEN_FRACTION, Views, Visibility, join_both_ends};
+use crate::progress::{Cancelled, Progress, Stage};
+
+/// Objects and cells that the cheapest proofs cannot hide from each cell, both rising.
+pub type Rough = Vec<(Vec<u32>, Vec<u32>)>;
+
+/// Finds them for all cells.
+///
+/// # Errors
+/// When cancelled.
+pub fn rough(views: &Views<'_>, progress: &dyn Progress) -> Result<Rough, Cancelled> {
+    let count = views.graph.cells.len();
+    progress.start(Stage::Preview, count as u64);
+    let glimpse = |cell: usize| {
+        if progress.cancelled() {
+            return Err(Cancelled);
+        }
+        let found = views.atlas.not_hidden(cell);
+        progress.advance(1);
+        Ok(found)
+    };
+    (0..count).into_par_iter().map(glimpse).collect()
+}
+
+/// Such sets as they are published first, in order of the solid angles of boxes. They say nothing of doors: who closes one is shown
+/// what it hides.
+#[must_use]
+pub fn preview(views: &Views<'_>, rough: &Rough) -> Visibility {
+    let of_cell = |(cell, (objects, cells)): (usize, &(Vec<u32>, Vec<u32>))| {
+        let seen = |object: &u32| SeenObject {
+            object: *object,
+            fraction: UNSEEN_FRACTION,
+            solid_angle: views.atlas.box_sr(cell, *object),
+            doors: Vec::new(),
+        };
+        let mut objects: Vec<_> = objects.iter().map(seen).collect();
+        objects.sort_by(SeenObject::order);
+        let others = cells.iter().copied().filter(|other| *other as usize != cell);
+        CellVisibility {
+            objects,
+            cells: others.collect(),
+            ..CellVisibility::default()
+        }
+    };
+    let mut cells: Vec<_> = rough.par_iter().enumerate().map(of_cell).collect();
+    join_both_ends(views.graph, &mut cells);
+    let total: usize = cells.iter().map(|cell| cell.objects.len()).sum();
+    Visibility {
+        mean_not_hidden: total as f64 / cells.len().max(1) as f64,
+        cells,
+        method: Method::Conservative,
+        guarantee: Guarantee::Conservative,
+        mean_seen: 0.0,
+        reason: "a first look; smaller sets follow".to_owned(),
+        remembered: 0,
+    }
+}
