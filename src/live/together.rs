@@ -100,6 +100,7 @@ mod tests {
             together.ask(question, |questions| {
                 let round = rounds.fetch_add(1, Ordering::Relaxed);
                 async move {
+                    tokio::task::yield_now().await;
                     // Of the first, who asks alone, and of those who came meanwhile.
                     match round {
                         0 | 1 => Err(LiveError::Unkept(anyhow!("it is away"))),
