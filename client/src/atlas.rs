@@ -31,7 +31,7 @@ pub(crate) struct Place {
     pub(crate) portals: Vec<Portal>,
     /// Largest solid angle first.
     pub(crate) seen: Vec<Seen>,
-    /// What could not be read: objects, or 1 for the record itself. It is never there.
+    /// What could not be read: objects, or 1 for the record itself, or for what nobody knows of. It is never there.
     pub(crate) lost: usize,
     /// Whether nothing says what can be seen from there.
     pub(crate) is_unknown: bool,
@@ -91,7 +91,8 @@ impl Cells for Atlas {
     }
 }
 
-/// Reads what can be seen from a cell, as its record says, if that could be had; says what could not be read.
+/// Reads what can be seen from a cell, as its record says; where that could not be had, all that is there, where that is known.
+/// Says what could not be read.
 pub(crate) async fn look<S: ByteSource>(
     scene: &Scene<S>,
     entry: CellEntry,
@@ -106,8 +107,10 @@ pub(crate) async fn look<S: ByteSource>(
         is_unknown: false,
     };
     let mut failures = Vec::new();
-    let Some(record) = record else {
+    if record.is_none() {
         (place.lost, place.is_unknown) = (1, true);
+    }
+    let Some(record) = record.or_else(|| scene.record_of_all()) else {
         return (place, failures);
     };
     let all = record.visible();

@@ -91,6 +91,14 @@ pub enum Error {
     /// The index names no chunk for an object, or the chunk lacks it.
     #[error("the scene's index does not lead to {0}")]
     NotIndexed(ObjectId),
+    /// A part of the index of cells is lost: one may be in a cell of which nobody knows.
+    #[error(
+        "a part of the map of cells cannot be had, what can be seen from the nearest known place is shown instead: {cause}"
+    )]
+    Unmapped {
+        /// Why it cannot be had.
+        cause: String,
+    },
     /// Memory does not hold even the coarsest of what can be seen from a cell and from its neighbours.
     #[error(
         "{cell} and the cells next door take {needed_bytes} bytes of memory, {limit_bytes} are allowed; raise the limit"
@@ -129,6 +137,11 @@ impl Error {
     #[must_use]
     pub fn is_transient(&self) -> bool {
         matches!(self, Self::Fetch { .. } | Self::Length { .. }) || self.is_damage()
+    }
+
+    /// Whether an immutable document that fails so is lost: asked for again, it would be no other.
+    pub(crate) fn is_final(&self) -> bool {
+        !self.is_transient() || matches!(self, Self::Corrupt(_))
     }
 
     /// Whether something came, and not as it was sent.

@@ -43,6 +43,7 @@ mod start;
 pub mod strategy;
 pub mod tour;
 mod walk;
+mod whereabouts;
 
 pub use error::Error;
 pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh, Seedling};

@@ -5,11 +5,14 @@ use belvedere_scene::{
     record::{CellJson, CellRecord, Steps},
 };
 
-use crate::{ByteSource, Error, Scene};
+use crate::{ByteSource, Error, Scene, whereabouts::NOWHERE};
 
 impl<S: ByteSource> Scene<S> {
     /// What is visible from a cell, by whichever way that can be had, with what failed before; `None` where there is none.
     pub(crate) async fn record_somehow(&self, cell: &CellEntry) -> (Option<CellRecord>, Vec<Error>) {
+        if cell.cell == NOWHERE {
+            return (None, Vec::new());
+        }
         let mut failures = match self.record(cell).await {
             Ok(record) => return (Some(record), Vec::new()),
             Err(cause) => vec![cause],

@@ -5,14 +5,13 @@ use std::{any::Any, collections::HashMap, sync::Arc};
 
 use belvedere_scene::{
     BlobName, CellId, ModelId, ObjectId, SceneName,
-    index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
+    index::{CellChunk, CellEntry, Page, PageEntry, PageKind},
     manifest::{FORMAT, Manifest},
     object::{Model, ModelChunk, ObjectChunk, ObjectEntry, ObjectInfo},
     pointer::{Pointer, SceneList},
     population::Population,
     record::{CellRecord, Steps},
     start::Start,
-    walk::CellWalk,
 };
 use bytes::Bytes;
 use serde::de::DeserializeOwned;
@@ -134,41 +133,6 @@ impl<S: ByteSource> Scene<S> {
     #[must_use]
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
-    }
-
-    /// The cell at a point (world space, metres), or the nearest one with its distance.
-    ///
-    /// # Errors
-    /// When a part of the index cannot be fetched or read.
-    pub async fn locate(&self, point: [f64; 3]) -> Result<Located, Error> {
-        let mut search = CellSearch::new(&self.manifest.cells, point);
-        while let Some(entry) = search.wants() {
-            match entry.kind {
-                PageKind::Page => search.give_page(self.indexed::<Page>(&entry.url).await?.as_ref()),
-                PageKind::Chunk => search.give_chunk(self.indexed::<CellChunk>(&entry.url).await?.as_ref()),
-            }
-        }
-        search.finish().ok_or(Error::NoCells)
-    }
-
-    /// The cell at a point (world space, metres) for who knows the cell at a point nearby: the same answer as
-    /// [`Scene::locate`], mostly without a look at the index.
-    ///
-    /// # Errors
-    /// When a part of the index cannot be fetched or read.
-    pub async fn locate_from(&self, from: &CellEntry, point: [f64; 3]) -> Result<Located, Error> {
-        let mut walk = CellWalk::new(from, point);
-        while let Some(wanted) = walk.wants() {
-            let mut entries = Vec::with_capacity(wanted.len());
-            for cell in wanted {
-                entries.extend(self.cell(*cell).await?);
-            }
-            walk.give(&entries);
-        }
-        match walk.finish() {
-            Some(cell) => Ok(Located { cell, distance_m: 0.0 }),
-            None => self.locate(point).await,
-        }
     }
 
     /// What the index knows of a cell; `None` when there is no such cell.
@@ -380,7 +344,7 @@ impl<S: ByteSource> Scene<S> {
                 Ok(read)
             }
             Err(cause) => {
-                if !cause.is_transient() || matches!(cause, Error::Corrupt(_)) {
+                if cause.is_final() {
                     self.lost.lock().await.insert(name.clone(), cause.to_string());
                 }
                 Err(cause)

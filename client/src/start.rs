@@ -26,7 +26,7 @@ impl<S: ByteSource> Scene<S> {
     }
 
     /// The cell that surely holds a point, from its start, unless what is around has been read of already.
-    async fn start_at(&self, point: [f64; 3], grows: bool) -> Option<CellEntry> {
+    pub(crate) async fn start_at(&self, point: [f64; 3], grows: bool) -> Option<CellEntry> {
         let holds = |start: &&StartRef| start.bounds.distance_m(point) == 0.0 && start.is_worth(grows);
         let named = self.manifest().starts.iter().find(holds)?;
         let around = self.manifest().cells.entry_of(named.cell.0)?;

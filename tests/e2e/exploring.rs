@@ -120,6 +120,34 @@ async fn what_is_lost_or_damaged_is_told_and_done_without() {
 }
 
 #[tokio::test]
+async fn without_the_map_of_cells_or_any_record_all_is_shown_and_that_is_said() {
+    let (_data, tree) = rooms();
+    let harms: [Harm; 2] = [
+        |path, bytes| {
+            let names_cells = path.ends_with(".json") && bytes.windows(10).any(|ten| ten == b"\"adjacent\"");
+            if names_cells {
+                Err(Error::Missing(path.to_owned()))
+            } else {
+                Ok(bytes)
+            }
+        },
+        |path, bytes| match path.ends_with(".cell") || bytes.starts_with(b"{\"cell\":") {
+            true => Err(Error::Missing(path.to_owned())),
+            false => Ok(bytes),
+        },
+    ];
+    for (harm, told) in harms.into_iter().zip(["map of cells", ".cell"]) {
+        let mut explorer = explorer(Watched::new(FolderSource::new(&tree), harm), u64::MAX).await;
+        let problems = walk(&mut explorer).await;
+        let all = explorer.scene().manifest().counts.objects;
+        assert_eq!((explorer.visible().len(), explorer.missing()), (all as usize, 0));
+        assert!(problems[0].to_string().contains(told), "{problems:?}");
+        let again = walk(&mut explorer).await;
+        assert!(again.is_empty(), "told once: {again:?}");
+    }
+}
+
+#[tokio::test]
 async fn memory_is_kept_and_said_when_not_even_the_neighbours_fit() {
     let (_data, tree) = rooms();
     let mut roomy = explorer(FolderSource::new(&tree), u64::MAX).await;

@@ -208,6 +208,27 @@ fn what_is_lost_is_not_there_and_the_walk_goes_on() {
 }
 
 #[test]
+fn a_walk_without_a_map_of_cells_goes_on_and_does_not_count_as_whole() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
+        let path = entry.expect("an entry").path();
+        if std::fs::read_to_string(&path).is_ok_and(|text| text.starts_with("{\"cells\":")) {
+            std::fs::remove_file(path).expect("to lose it");
+        }
+    }
+    let tree = data.folder("tree");
+    let lost = walk(&data, tree.to_str().expect("UTF-8"), &[]);
+    assert_eq!(lost["unknown_frames"], lost["frames"], "{lost}");
+    let cause = lost["first_failures"][0].as_str().expect("a failure");
+    assert!(cause.contains("map of cells"), "{lost}");
+    // All is there, and nobody knows whether that is all.
+    assert!(lost["came"]["packs"]["bytes"].as_u64() > Some(0), "{lost}");
+    assert_eq!(lost["convergence_s"], Value::Null, "{lost}");
+}
+
+#[test]
 fn visitors_meet_each_other_in_real_time_where_the_scene_is_live() {
     let data = Data::new();
     data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");

@@ -128,17 +128,16 @@ impl<S: ByteSource + 'static> Explorer<S> {
     pub async fn follow(&mut self, eye: Eye) {
         self.motion.observe(self.started.elapsed().as_secs_f64(), eye.position);
         self.eye = Some(eye);
-        let located = match &self.at {
-            Some(entry) => self.scene.locate_from(entry, eye.position).await,
-            None => self.scene.begin(eye.position, self.options.rules).await,
-        };
-        match located {
-            Ok(located) => {
-                let cell = located.cell.cell;
+        let grows = self.options.rules;
+        match self.scene.whereabouts(self.at.as_ref(), eye.position, grows).await {
+            Ok(whereabouts) => {
+                let entry = whereabouts.cell;
+                self.events.extend(whereabouts.failures.into_iter().map(Event::Problem));
+                let cell = entry.cell;
                 if self.asked.insert(cell) || self.unfound.remove(&cell) {
-                    self.read(Ok(located.cell.clone()));
+                    self.read(Ok(entry.clone()));
                 }
-                self.at = Some(located.cell);
+                self.at = Some(entry);
                 self.show(cell);
             }
             Err(Error::GivenUp { .. }) => {}

@@ -1,6 +1,8 @@
 //! What comes over the line, and when? Requests of one visitor: fetched for real, charged to a simulated line, and here when
 //! they would have come.
 
+use std::collections::VecDeque;
+
 use belvedere_scene::rung::RungName;
 use bytes::Bytes;
 
@@ -51,6 +53,9 @@ pub(super) struct Courier<'a, S> {
     manners: Manners,
     streams: Streams,
     under_way: Vec<UnderWay>,
+    /// When answers are here, and how large they are, in the order in which they come.
+    arriving: VecDeque<(f64, u64)>,
+    arrived_bytes: u64,
     pub(super) ledger: Ledger,
     pub(super) tour: Tour,
 }
@@ -64,6 +69,8 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             manners: Manners::default(),
             streams: Streams::default(),
             under_way: Vec::new(),
+            arriving: VecDeque::new(),
+            arrived_bytes: 0,
             ledger: Ledger::default(),
             tour: Tour::default(),
         }
@@ -91,6 +98,14 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// Bytes of all answers that are here by a time; asked for times that only grow.
+    pub(super) fn arrived_bytes(&mut self, now_ms: f64) -> u64 {
+        while let Some((_, bytes)) = self.arriving.pop_front_if(|(there_ms, _)| *there_ms <= now_ms) {
+            self.arrived_bytes += bytes;
+        }
+        self.arrived_bytes
+    }
+
     /// Lets all documents that were fetched since come over the line, asked for at this time; says when the last is there.
     pub(super) fn charge(&mut self, asked_ms: f64) -> f64 {
         let mut there_ms = asked_ms;
@@ -105,6 +120,7 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         self.tour.requests += 1;
         self.tour.latencies_ms.push(1000.0 * answer.took.as_secs_f64());
         let there_ms = self.traffic.send(asked_ms, answer.bytes);
+        self.arriving.push_back((there_ms, answer.bytes));
         let bytes = (answer.bytes + HEADER_BYTES) as f64;
         self.meter.came(asked_ms / 1000.0, there_ms / 1000.0, bytes);
         there_ms

@@ -16,7 +16,8 @@ pub struct Frame {
     pub missing: u32,
     /// Whether some of these found no room in memory.
     pub is_short: bool,
-    /// Whether nobody knows what can be seen from that cell. What counts is then what could be seen from the one before, and one more.
+    /// Whether nobody knows what can be seen. What counts is then all that there is, or, where nobody knows that, what could be seen from
+    /// the cell before; and one more.
     pub unknown: bool,
     /// Bytes that have come so far.
     pub bytes: u64,
@@ -207,7 +208,7 @@ pub struct Outcome {
     pub drawn_by_rungs: Option<f64>,
     /// Objects in sight of which nothing was there, summed over those frames.
     pub holes: u64,
-    /// Frames in cells of which nobody knows what can be seen from there.
+    /// Frames of which nobody knows what can be seen.
     pub unknown_frames: u64,
     /// Of all visitors.
     pub bytes: Causes,

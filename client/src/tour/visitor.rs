@@ -23,7 +23,6 @@ use crate::{
         order::{Change, View},
         plan::{self, Held},
         planner::Planner,
-        priority::Cause,
         sight::{Eye, Seen},
     },
 };
@@ -44,6 +43,8 @@ pub(super) struct Visitor<'a, S> {
     planner: Planner,
     motion: Motion,
     here: Option<CellId>,
+    /// Whether one may be in another cell, of which nobody knows.
+    is_astray: bool,
     visible: HashSet<ModelId>,
     position: [f64; 3],
     /// Where one stood when it was last planned; nowhere when that is out of date.
@@ -66,6 +67,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             planner: Planner::new(settings.budgets()),
             motion: Motion::default(),
             here: None,
+            is_astray: false,
             visible: HashSet::new(),
             position: [0.0; 3],
             planned_at: None,
@@ -104,13 +106,18 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     /// Finds the cell at a position and reads what can be seen from there. Who cannot find it stays where it was.
     async fn enter(&mut self, t_ms: f64) {
         self.now_ms = self.now_ms.max(t_ms);
-        let at = match self.here.and_then(|here| self.atlas.place(here)) {
-            Some(place) => self.scene.locate_from(&place.entry, self.position).await,
-            None => self.scene.begin(self.position, self.settings.rules).await,
-        };
+        let from = self.here.and_then(|here| self.atlas.place(here));
+        let from = from.map(|place| &place.entry);
+        let found = self.scene.whereabouts(from, self.position, self.settings.rules).await;
         let asked_ms = self.courier.charge(self.now_ms);
-        let at = match at {
-            Ok(at) => at.cell,
+        let at = match found {
+            Ok(whereabouts) => {
+                self.is_astray = !whereabouts.is_sure;
+                for cause in whereabouts.failures {
+                    self.courier.tour.fail(cause);
+                }
+                whereabouts.cell
+            }
             Err(Error::GivenUp { .. }) => return,
             Err(cause) => return self.courier.tour.fail(cause),
         };
@@ -145,7 +152,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         let (mut place, others) = atlas::look(self.scene, entry, record, uses).await;
         failures.extend(others);
         failures.into_iter().for_each(|cause| self.courier.tour.fail(cause));
-        if let Some(from) = from.filter(|_| place.is_unknown) {
+        if let Some(from) = from.filter(|_| place.is_unknown && place.seen.is_empty()) {
             place.seen = self.atlas.seen_from(from).to_vec();
         }
         self.atlas.add(place);
@@ -222,10 +229,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
         self.note(&changes);
         // What can be seen ahead must be known before it can be fetched.
-        let is_seen = order
-            .as_ref()
-            .is_some_and(|order| matches!(order.wish.cause, Cause::Missing { .. }));
-        let learnt = !is_seen && self.learn_ahead(here).await;
+        let learnt = self.learn_ahead(here).await;
         let asked = order.is_some();
         if let Some(order) = order {
             self.courier.fetch(&order, &mut self.planner, self.now_ms).await;
@@ -252,8 +256,10 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         self.planner.plan(&view, self.courier.bytes_per_s())
     }
 
+    /// Cells that may be entered soon; not before something of all that can be had here is here.
     fn ahead(&self, here: CellId) -> Vec<Approach> {
-        if !self.settings.prefetch {
+        let lacks = || !plan::first_wishes(self.atlas.seen_from(here), &self.planner.residency).is_empty();
+        if !self.settings.prefetch || lacks() {
             return Vec::new();
         }
         approaches(here, &self.atlas, self.position, self.motion.velocity_mps())
@@ -324,16 +330,22 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             .frames
             .last()
             .is_none_or(|frame| frame.t_ms < self.now_ms);
-        let is_told = is_after && self.here.is_some_and(|here| self.is_known(here));
+        let is_told = is_after && !self.is_blind() && self.here.is_some_and(|here| self.is_known(here));
         if self.courier.tour.converged_ms.is_none() && is_told && self.has_all_that_can_be_had() {
             self.courier.tour.converged_ms = Some(self.now_ms);
         }
     }
 
+    /// Whether nobody knows what can be seen.
+    fn is_blind(&self) -> bool {
+        let place = self.here.and_then(|here| self.atlas.place(here));
+        self.is_astray || place.is_none_or(|place| place.is_unknown)
+    }
+
     /// How many objects in sight have nothing there, of how many; `None` for who does not know where it is.
     fn in_sight(&self) -> Option<(usize, usize)> {
         let place = self.atlas.place(self.here?)?;
-        let all = place.seen.len() + place.lost;
+        let all = place.seen.len() + place.lost.max(usize::from(self.is_astray));
         let held = place
             .seen
             .iter()
@@ -350,7 +362,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         has_any && seen.iter().filter(|seen| !held(seen)).all(|seen| !can_come(seen))
     }
 
-    fn frame(&self, t_ms: f64) -> Frame {
+    fn frame(&mut self, t_ms: f64) -> Frame {
         let (missing, quality) = match self.in_sight() {
             Some((_, 0)) => (0, 1.0),
             Some((missing, all)) => (missing, 1.0 - missing as f64 / all as f64),
@@ -373,7 +385,6 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
                 count as f64 / seen.len() as f64
             }
         };
-        let causes = self.courier.ledger.causes();
         Frame {
             t_ms,
             quality,
@@ -381,11 +392,8 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             is_short: missing > 0
                 && self.planner.is_short()
                 && self.here.is_some_and(|here| self.short_in.contains(&here)),
-            unknown: self
-                .here
-                .and_then(|here| self.atlas.place(here))
-                .is_none_or(|place| place.is_unknown),
-            bytes: causes.needed + causes.prefetched_used + causes.prefetched_wasted,
+            unknown: self.is_blind(),
+            bytes: self.courier.arrived_bytes(t_ms),
             sharp: share(sharp),
             rungs: share(rungs),
         }

@@ -203,7 +203,12 @@ impl CellSearch {
         }
     }
 
-    /// The answer; `None` only when the index holds no cell.
+    /// Answers [`CellSearch::wants`] when it cannot be had: the search goes on without what is below it.
+    pub fn lose(&mut self) {
+        self.open.pop_front();
+    }
+
+    /// The answer; `None` only when no cell was found.
     #[must_use]
     pub fn finish(self) -> Option<Located> {
         self.best

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use belvedere_client::tour::{Frame, Tour};
+use belvedere_client::tour::{Frame, Line, Tour};
+use belvedere_scene::SceneName;
 
 use crate::commands::output::bytes;
 
@@ -10,11 +11,23 @@ const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 320.0;
 const LEFT: f64 = 60.0;
 const RIGHT: f64 = 80.0;
-const TOP: f64 = 30.0;
+const TOP: f64 = 50.0;
 const BOTTOM: f64 = 40.0;
 
-/// Draws a tour.
-pub(super) fn draw(tour: &Tour) -> String {
+/// What is drawn: which scene, over which line.
+pub(super) fn title(scene: &SceneName, line: &Line) -> String {
+    let mut title = format!("{scene}: what a visitor sees");
+    if line.bits_per_s.is_finite() {
+        _ = write!(title, ", {} kbit/s", line.bits_per_s / 1000.0);
+    }
+    if line.latency_ms > 0.0 {
+        _ = write!(title, ", {} ms", line.latency_ms);
+    }
+    title
+}
+
+/// Draws a tour under a title.
+pub(super) fn draw(title: &str, tour: &Tour) -> String {
     let last_ms = tour.frames.last().map_or(1.0, |frame| frame.t_ms).max(1.0);
     let most_bytes = tour.frames.last().map_or(1, |frame| frame.bytes).max(1);
     let x = |t_ms: f64| LEFT + (WIDTH - LEFT - RIGHT) * t_ms / last_ms;
@@ -50,13 +63,14 @@ pub(super) fn draw(tour: &Tour) -> String {
     }
     format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-family="sans-serif" font-size="12" fill="#333">
-<title>Download quality and bytes over time</title>
+<title>{title}</title>
 <rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>
 {grid}
 <polyline points="{fetched}" fill="none" stroke="#b5651d" stroke-width="1.5"/>
 <polyline points="{quality}" fill="none" stroke="#1f6f8b" stroke-width="2"/>
-<text x="{LEFT}" y="18" fill="#1f6f8b">objects in sight that are there</text>
-<text x="{}" y="18" fill="#b5651d" text-anchor="end">bytes fetched</text>
+<text x="{LEFT}" y="20" font-size="15">{title}</text>
+<text x="{LEFT}" y="40" fill="#1f6f8b">objects in sight that are there</text>
+<text x="{}" y="40" fill="#b5651d" text-anchor="end">bytes fetched</text>
 </svg>
 "##,
         WIDTH - RIGHT,

@@ -158,7 +158,8 @@ async fn walk<S: ByteSource + Clone + 'static>(
     }
     bar.finish_and_clear();
     if let Some(file) = &args.plot {
-        std::fs::write(file, chart::draw(&tours[0])).with_context(|| format!("cannot write {}", file.display()))?;
+        std::fs::write(file, chart::draw(&chart::title(&args.scene, &settings.line), &tours[0]))
+            .with_context(|| format!("cannot write {}", file.display()))?;
     }
     let live = match &live_source {
         Some(live_source) => Some(live::meet(live_source, &args.scene, &scripts).await?),
@@ -317,12 +318,11 @@ fn summary(Report { outcome, live }: &Report) -> String {
         row("  … fetched ahead and seen", bytes(causes.prefetched_used)),
         row("  … fetched ahead and never seen", bytes(causes.prefetched_wasted)),
         row("requests", outcome.requests.to_string()),
-        row("  … for files alone, for packs, for bundles", {
+        row("  … for documents, files alone, packs, bundles", {
             let ways = &outcome.came;
-            format!(
-                "{}, {}, {}",
-                ways.alone.requests, ways.packs.requests, ways.bundles.requests
-            )
+            let files = [ways.alone, ways.packs, ways.bundles].map(|way| way.requests);
+            let documents = outcome.requests - files.iter().sum::<u64>();
+            format!("{documents}, {}, {}, {}", files[0], files[1], files[2])
         }),
         row(
             "most memory of a visitor; a cell and its neighbours take",
@@ -352,7 +352,7 @@ fn summary(Report { outcome, live }: &Report) -> String {
     }
     if outcome.unknown_frames > 0 {
         rows.push(row(
-            "frames in cells of which nothing says what is seen",
+            "frames of which nothing says what is seen",
             outcome.unknown_frames.to_string(),
         ));
     }

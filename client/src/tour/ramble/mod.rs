@@ -20,7 +20,7 @@ const MOST_PLACES: usize = 100_000;
 /// How a made-up way goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Manner {
-    /// From cell to cell at random, never straight back unless there is no other way.
+    /// From cell to cell at random, never straight back unless there is no other way; at random within the only one.
     #[default]
     Wander,
     /// From each cell to the nearest that was not visited, along streets before into houses; when all are, home, and round

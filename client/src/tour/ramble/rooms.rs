@@ -9,7 +9,8 @@ use belvedere_scene::{
     record::{CellRecord, Portal},
 };
 
-use crate::{ByteSource, Error, Scene};
+use super::random;
+use crate::{ByteSource, Error, Scene, whereabouts::NOWHERE};
 
 /// A cell as who walks needs it.
 #[derive(Debug)]
@@ -19,6 +20,24 @@ pub(super) struct Room {
     pub(super) middle: [f64; 3],
     /// Ways out of it.
     pub(super) openings: Vec<Opening>,
+}
+
+/// So many tries to find a place in a cell that is not its box.
+const TRIES: usize = 64;
+
+impl Room {
+    /// A place in it at random, at the height of its middle.
+    pub(super) fn somewhere(&self, state: &mut u64) -> [f64; 3] {
+        let Bounds { min, max } = self.entry.bounds;
+        let mut place = || {
+            let mut between = |i: usize| min[i] + (max[i] - min[i]) * (random(state) as f64 / u64::MAX as f64);
+            [between(0), self.middle[1], between(2)]
+        };
+        let mut tries = std::iter::repeat_with(|| place()).take(TRIES);
+        tries
+            .find(|place| self.entry.holds_alone(*place))
+            .unwrap_or(self.middle)
+    }
 }
 
 /// A place where one cell leads to another.
@@ -54,7 +73,7 @@ impl<'s, S: ByteSource> Rooms<'s, S> {
 
     /// The cell at a place.
     pub(super) async fn at(&mut self, place: [f64; 3]) -> Result<Arc<Room>, Error> {
-        let entry = self.scene.locate(place).await?.cell;
+        let entry = self.scene.whereabouts(None, place, false).await?.cell;
         match self.known.get(&entry.cell) {
             Some(room) => Ok(room.clone()),
             None => self.read(entry).await,
@@ -66,37 +85,45 @@ impl<'s, S: ByteSource> Rooms<'s, S> {
         match self.known.get(&cell) {
             Some(room) => Ok(room.clone()),
             None => {
-                let entry = self.entry(cell).await?;
+                let entry = self.entry(cell).await?.ok_or(Error::NoCells)?;
                 self.read(entry).await
             }
         }
     }
 
-    async fn entry(&self, cell: CellId) -> Result<CellEntry, Error> {
-        self.scene.cell(cell).await?.ok_or(Error::NoCells)
+    /// What the index knows of a cell, unless that is lost.
+    async fn entry(&self, cell: CellId) -> Result<Option<CellEntry>, Error> {
+        match self.scene.cell(cell).await {
+            Err(cause) if cause.is_final() => Ok(None),
+            entry => entry,
+        }
     }
 
     async fn read(&mut self, entry: CellEntry) -> Result<Arc<Room>, Error> {
         let Bounds { min, max } = entry.bounds;
         let in_the_middle = |place| at_height(place, min[1], max[1], self.height_m);
-        let room = match self.scene.record(&entry).await {
-            Ok(record) => Room {
-                middle: in_the_middle(mean(&record.hull.points)),
-                openings: self.openings(&record),
-                entry,
-            },
-            Err(_) => {
-                let mut openings = Vec::with_capacity(entry.adjacent.len());
-                for next in &entry.adjacent {
-                    let there = self.entry(*next).await?;
-                    openings.push(self.between(&entry, &there));
-                }
-                Room {
-                    middle: in_the_middle(entry.bounds.center()),
-                    openings,
-                    entry,
-                }
-            }
+        let known = match entry.cell {
+            NOWHERE => None,
+            _ => self.scene.record(&entry).await.ok(),
+        };
+        let middle = match &known {
+            Some(record) => mean(&record.hull.points),
+            None => entry.bounds.center(),
+        };
+        let mut next_door = Vec::with_capacity(entry.adjacent.len());
+        for next in &entry.adjacent {
+            next_door.extend(self.entry(*next).await?);
+        }
+        let mut openings = match &known {
+            Some(record) => self.openings(record),
+            None => next_door.iter().map(|there| self.between(&entry, there)).collect(),
+        };
+        // One does not go where the index no longer leads.
+        openings.retain(|opening| next_door.iter().any(|there| there.cell == opening.to));
+        let room = Room {
+            middle: in_the_middle(middle),
+            openings,
+            entry,
         };
         let room = Arc::new(room);
         self.known.insert(room.entry.cell, room.clone());

@@ -1,6 +1,6 @@
 //! How does somebody walk who wants to have been everywhere? From each cell by the shortest way to the nearest that was not
 //! visited (the nearest-neighbour rule for tours), straight from the middle of one opening to that of the next; when all
-//! have been visited, home, and round again.
+//! have been visited, home, and round again. Who cannot leave its cell wanders in it.
 //!
 //! What is near counts in metres of the way, and some ways count as longer than they are: through narrow openings and
 //! doors, so that streets come before houses; up or down; and round corners, so that a street is followed to its end.
@@ -18,6 +18,7 @@ use belvedere_scene::CellId;
 use super::{
     MOST_PLACES, random,
     rooms::{Opening, Room, Rooms},
+    wander,
 };
 use crate::{ByteSource, Error, tour::script::distance_m};
 
@@ -61,7 +62,7 @@ pub(super) async fn places<S: ByteSource>(
         if is_round {
             walker.step_to(start);
             if walker.walked_m <= began_m {
-                return Ok(walker.ended());
+                return wander::places(rooms, start, long_m, seed).await;
             }
             began_m = walker.walked_m;
             plan.visited.clear();

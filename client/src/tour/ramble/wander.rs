@@ -1,5 +1,5 @@
 //! How does somebody walk who just looks around? From cell to cell through openings at random, never straight back unless
-//! there is no other way.
+//! there is no other way; to and fro in a cell without openings.
 
 use belvedere_scene::CellId;
 
@@ -24,7 +24,10 @@ pub(super) async fn places<S: ByteSource>(
             ways = here.openings.iter().collect();
         }
         if ways.is_empty() {
-            break;
+            let place = here.somewhere(&mut state);
+            walked_m += distance_m(places[places.len() - 1], place);
+            places.push(place);
+            continue;
         }
         let way = ways[(random(&mut state) % ways.len() as u64) as usize];
         let next = rooms.room(way.to).await?;
