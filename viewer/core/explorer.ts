@@ -20,7 +20,7 @@ import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject, type Uses } from "./objects.ts";
 import { Pacer } from "./pacer.ts";
 import { PRIORITY, type Want } from "./priority.ts";
-import { firstProgress, type Progress, type Scope, sharpProgress } from "./progress.ts";
+import { type CameOf, firstProgress, type HoldingOf, type Progress, type Scope, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
 import { MemoryShortError, ResidencySet } from "./residency.ts";
 import { shrink, targetWithin, wanted } from "./scheduler.ts";
@@ -96,6 +96,8 @@ export class Explorer implements NavigationSpace, Surveyed {
   private shortIn: number | undefined;
   private closed = false;
   private readonly planning = new Pacer(() => this.replan(), PAUSE_MS);
+  private readonly holdingOf: HoldingOf = (model) => this.loads.of(model);
+  private readonly cameOf: CameOf = (model, file) => this.loads.came_bytes(model, file);
 
   constructor(
     readonly scene: PublishedScene,
@@ -211,19 +213,19 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Towards the first picture; nothing while nobody knows what can be seen. */
   progress(): Progress | undefined {
     const scope = this.scope();
-    return scope && firstProgress(scope, (model) => this.loads.of(model));
+    return scope && firstProgress(scope, this.holdingOf, this.cameOf);
   }
 
   /** Towards a picture that is as sharp as it will get from here. */
   sharpProgress(): Progress | undefined {
     const scope = this.scope();
-    return scope && this.eye && sharpProgress(scope, (model) => this.loads.of(model), this.eye, this.target_px);
+    return scope && this.eye && sharpProgress(scope, this.holdingOf, this.eye, this.target_px, this.cameOf);
   }
 
   /** Shares of the visible objects that are here, and that are as sharp as the eye can tell. */
   quality(): Shares | undefined {
     if (!this.eye || !this.showsCurrent) return undefined;
-    return shares(this.sight, (model) => this.loads.of(model), this.eye, this.target_px);
+    return shares(this.sight, this.holdingOf, this.eye, this.target_px);
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */
@@ -424,7 +426,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     const smaller = loads.short ? this.smaller() : undefined;
     loads.follow(smaller && loads.isComing(smaller.object.model.model) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants);
-    const far = farObjects(sight.objects, (model) => loads.of(model), eye, this.target_px, this.far);
+    const far = farObjects(sight.objects, this.holdingOf, eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;
     this.far = far;
     this.host.drawFar(far);
