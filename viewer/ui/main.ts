@@ -144,6 +144,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const company = new LiveCompany({
     doors,
     visit,
+    line: network.throttle,
     counted: (people) => hud.people(people),
     outdated: () =>
       showNotice("This world was published anew while you were in it.", "Show it", () => location.reload()),
