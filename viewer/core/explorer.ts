@@ -11,6 +11,7 @@ import { nearestPoint } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import { areSame, farObjects } from "./farobjects.ts";
 import type { FrameBudget } from "./framebudget.ts";
+import { Gate } from "./gate.ts";
 import { length, subtract, type Vec3 } from "./geometry.ts";
 import { type Growing, growing } from "./growing.ts";
 import { LookAhead } from "./lookahead.ts";
@@ -95,6 +96,12 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** The cell of which it was said that memory does not suffice for it. */
   private shortIn: number | undefined;
   private closed = false;
+  /** The cell from which it was begun to learn what is next door. */
+  private surveyed: number | undefined;
+  /** Opened when something is here of all that can be seen … */
+  private readonly pictured = new Gate();
+  /** … and when one walks. */
+  private readonly walked = new Gate();
   private readonly planning = new Pacer(() => this.replan(), PAUSE_MS);
   private readonly holdingOf: HoldingOf = (model) => this.loads.of(model);
   private readonly cameOf: CameOf = (model, file) => this.loads.came_bytes(model, file);
@@ -328,10 +335,18 @@ export class Explorer implements NavigationSpace, Surveyed {
     const arrival = this.arrivals;
     const hasLeft = () => this.closed || this.arrivals !== arrival;
     const beheld = this.behold(cell, hasLeft);
-    // The walker needs hulls next door, also where nobody knows what can be seen; the first picture does not wait for them.
-    const neighbours = beheld
-      .catch(() => {})
-      .then(() => Promise.all(entry.adjacent.map((next) => this.index.entry(next, PRIORITY.due))));
+    const pictured = beheld.then(
+      () => {
+        const next = this.pictured.next();
+        this.planning.ask();
+        return next;
+      },
+      () => {},
+    );
+    // The walker needs hulls next door, also where nobody knows what can be seen. Only who stands still can wait for them.
+    const neighbours = Promise.race([pictured, this.walked.next()]).then(async () =>
+      hasLeft() ? [] : Promise.all(entry.adjacent.map((next) => this.index.entry(next, PRIORITY.due))),
+    );
     // Should the record fail first, that is what is told.
     neighbours.catch(() => {});
     try {
@@ -339,10 +354,13 @@ export class Explorer implements NavigationSpace, Surveyed {
       const resolved = this.directory.resolve(ids, PRIORITY.finer).then(see);
       // Should a neighbour fail first, that is what is told.
       resolved.catch(() => {});
-      const known = await neighbours;
+      const [known] = await Promise.all([neighbours, pictured]);
       if (hasLeft()) return;
       this.events.changed();
-      await Promise.all([this.records.learnNeighbours(entry, known), resolved]);
+      const learnt = this.records.learnNeighbours(entry, known);
+      this.surveyed = cell;
+      this.planning.ask();
+      await Promise.all([learnt, resolved]);
     } catch (error) {
       if (!hasLeft()) this.events.problem(error);
     }
@@ -419,13 +437,18 @@ export class Explorer implements NavigationSpace, Surveyed {
       isAllKnown: sight.objects.length === sight.count,
       ahead: looksAhead ? ahead.known : [],
     };
-    const wants = wanted(view, loads, this.target_px, bytes_per_s);
-    // What lies ahead is of no use before something of all that can be seen is here.
-    if (looksAhead && view.isAllKnown && !wants.some(({ cause }) => cause.kind === "missing")) ahead.learn(bytes_per_s);
+    const all = wanted(view, loads, this.target_px, bytes_per_s);
+    // What lies ahead is of no use before something of all that can be seen is here: it is not begun.
+    const isMissing = all.some(({ cause }) => cause.kind === "missing");
+    const mayBegin = ({ object, cause }: Want) => cause.kind !== "ahead" || loads.isComing(object.model.model);
+    const wants = isMissing ? all.filter(mayBegin) : all;
+    if (looksAhead && this.surveyed === sight.cell && view.isAllKnown && !isMissing) ahead.learn(bytes_per_s);
     // What is on its way to save memory is not begun anew while that is short.
     const smaller = loads.short ? this.smaller() : undefined;
     loads.follow(smaller && loads.isComing(smaller.object.model.model) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants);
+    if (view.isAllKnown && (!isMissing || loads.short)) this.pictured.open();
+    if (length(velocity_mps) > CHANGED_MPS) this.walked.open();
     const far = farObjects(sight.objects, this.holdingOf, eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;
     this.far = far;
