@@ -30,6 +30,7 @@ import { isSameSight, NOTHING_IN_SIGHT, type Shares, type Sight, shares } from "
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import { Starts } from "./starts.ts";
+import { bySolidAngle, surroundings } from "./surroundings.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 import { Whereabouts } from "./whereabouts.ts";
@@ -54,6 +55,9 @@ export interface ExplorerEvents {
 
 /** Who has moved so far, or goes so much faster or elsewhere, looks anew at what is wanted. */
 const [MOVED_M, CHANGED_MPS] = [0.25, 0.5];
+
+/** A share of the diagonal of a world. */
+const STRAYED_SHARE = 0.1;
 
 /** Of what comes one after the other within this time, only the first is looked at by itself. */
 const PAUSE_MS = 15;
@@ -96,6 +100,10 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** The cell of which it was said that memory does not suffice for it. */
   private shortIn: number | undefined;
   private closed = false;
+  /** Where one looked around because no cell says what can be seen … */
+  private around: Vec3 | undefined;
+  /** … and whether that is what is shown. */
+  private isAround = false;
   /** The cell from which it was begun to learn what is next door. */
   private surveyed: number | undefined;
   /** Opened when something is here of all that can be seen … */
@@ -115,7 +123,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   ) {
     this.target_px = options.target_px;
     this.directory = new ObjectDirectory(scene, options.uses);
-    this.index = new CellIndex(scene);
+    this.index = new CellIndex(scene, events.problem);
     this.records = new CellRecords(scene, this.index);
     this.navigation = new MetCells(this.index, this.records);
     this.residency = new ResidencySet(options.memory_limit_bytes);
@@ -140,6 +148,7 @@ export class Explorer implements NavigationSpace, Surveyed {
         void this.arrive(entry);
       },
       located: events.changed,
+      nowhere: (position) => void this.lookAround(position),
       problem: events.problem,
     });
     this.ahead = new LookAhead(this.records, this.directory, this, () => this.planning.ask());
@@ -201,7 +210,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Whether what is shown is the set of the current cell. */
   private get showsCurrent(): boolean {
     const rightSet = this.cellId !== undefined && this.sight.cell === this.cellId;
-    return rightSet || this.scene.manifest.whole !== undefined;
+    return rightSet || this.isAround || this.scene.manifest.whole !== undefined;
   }
 
   /** Visible objects of which nothing is held yet. */
@@ -273,7 +282,7 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** What is drawn otherwise than it could be, and why. */
   get notes(): readonly string[] {
-    return [...this.directory.notes, ...this.loads.notes];
+    return [...this.index.notes, ...this.directory.notes, ...this.loads.notes];
   }
 
   /** What is known of models: how they are drawn, what a finer grade would take, and what could not be had. */
@@ -300,6 +309,11 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.records.doors;
   }
 
+  /** Whether nobody can say where a cell is. */
+  isLost(cell: number): boolean {
+    return this.index.isLost(cell);
+  }
+
   isShut(door: number): boolean {
     return this.records.isShut(door);
   }
@@ -316,7 +330,9 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Tries again what failed. */
   retry(): void {
     this.loads.forgive();
+    this.index.forgive();
     this.directory.forgive();
+    this.around = undefined;
     this.ahead.renew();
     this.whereabouts.again();
     this.planning.now();
@@ -345,7 +361,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     );
     // The walker needs hulls next door, also where nobody knows what can be seen. Only who stands still can wait for them.
     const neighbours = Promise.race([pictured, this.walked.next()]).then(async () =>
-      hasLeft() ? [] : Promise.all(entry.adjacent.map((next) => this.index.entry(next, PRIORITY.due))),
+      hasLeft() ? [] : this.index.entriesOf(entry.adjacent, PRIORITY.due),
     );
     // Should the record fail first, that is what is told.
     neighbours.catch(() => {});
@@ -362,8 +378,34 @@ export class Explorer implements NavigationSpace, Surveyed {
       this.planning.ask();
       await Promise.all([learnt, resolved]);
     } catch (error) {
-      if (!hasLeft()) this.events.problem(error);
+      if (hasLeft()) return;
+      this.events.problem(error);
+      if (this.sight.count === 0 && this.eye) void this.lookAround(this.eye.position);
     }
+  }
+
+  /** Shows what there is around, where nothing says what can be seen: no cell is known, or not what the first one sees. */
+  private async lookAround(position: Vec3): Promise<void> {
+    const { around, scene, directory, events } = this;
+    if (around && length(subtract(around, position)) < this.strayed_m) return;
+    this.around = position;
+    let isTold = false;
+    const problem = (error: unknown) => {
+      if (!isTold) events.problem(error);
+      isTold = true;
+    };
+    const all = directory.whole();
+    const objects = all ? bySolidAngle(all, position) : await surroundings(scene, directory, position, problem);
+    if (this.closed || this.around !== position || this.sight.cell !== undefined) return;
+    this.show({ cell: undefined, objects, count: objects.length });
+    this.isAround = true;
+    events.changed();
+  }
+
+  /** Who has moved so far in a world without a map looks around anew. */
+  private get strayed_m(): number {
+    const { min, max } = this.scene.manifest.bounds;
+    return STRAYED_SHARE * length(subtract(max, min));
   }
 
   /** Shows what can be seen from a cell as soon as it can be drawn; answers with all of it, and with how to show more of that. */
@@ -382,6 +424,7 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   private show(sight: Sight): void {
     const { cell, objects } = sight;
+    if (cell !== undefined) this.isAround = false;
     if (isSameSight(sight, this.sight)) return;
     this.sight = sight;
     this.residency.need(
@@ -396,7 +439,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** What can be seen from the current cell, as far as that is known. */
   private scope(): Scope | undefined {
     const { sight, told, directory } = this;
-    if (this.scene.manifest.whole) return { ...sight, told_bytes: undefined, isHiding: false };
+    if (this.scene.manifest.whole || this.isAround) return { ...sight, told_bytes: undefined, isHiding: false };
     if (!told || told.cell !== this.cellId) return undefined;
     const isShown = sight.cell === told.cell && sight.count === told.ids.length;
     const objects = isShown ? sight.objects : told.ids.flatMap((id) => directory.beheld(id) ?? []);

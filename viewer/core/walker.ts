@@ -31,6 +31,8 @@ export interface NavigationSpace {
   cell(id: number): NavigationCell | undefined;
   /** Whether a door is closed, so that nobody gets through. */
   isShut(door: number): boolean;
+  /** Whether nobody can say where a cell is: nothing holds who goes there. */
+  isLost(cell: number): boolean;
 }
 
 /** What a person wants, each from −1 to 1. */
@@ -52,6 +54,8 @@ export const BODY_RADIUS_M = 0.22;
 const SETTLE_MPS = 6;
 /** Gap between hulls that still counts as touching. */
 const SEAM_M = 2e-3;
+/** What leans more is no wall but a floor or a ceiling: a vertical part of its normal. */
+const STEEP = 0.5;
 /** How far from a portal's polygon one may pass. */
 const PORTAL_SLACK_M = 0.05;
 /** Eyes higher than this above the floor come down when they walk … */
@@ -86,6 +90,7 @@ export function sweep(space: NavigationSpace, start: Place, displacement: Vec3, 
     if (!face) break;
     const beyond = continues(space, cell, position, remaining);
     if (beyond) cell = beyond;
+    else if (leadsAway(space, cell, position, face)) return { position: add(position, remaining), cell };
     else if (mode === "stop") break;
     else remaining = subtract(remaining, scale(face.normal, dot(face.normal, remaining)));
   }
@@ -105,6 +110,15 @@ function continues(
     if (next && insidePlanes(next.planes, ahead, SEAM_M) && passes(space, cell, next, point)) return next;
   }
   return undefined;
+}
+
+/** Whether an opening in a wall leads from a point into a cell of which nobody knows where it is. */
+function leadsAway(space: NavigationSpace, cell: NavigationCell, point: Vec3, face: Plane): boolean {
+  const portals = cell.portals?.filter(({ to, door }) => {
+    return space.isLost(to) && (door === undefined || !space.isShut(door));
+  });
+  const isWall = Math.abs(face.normal[1]) < STEEP;
+  return isWall && (portals?.some(({ polygon }) => distanceToPolygon(polygon, point) <= PORTAL_SLACK_M) ?? false);
 }
 
 /** Whether an opening leads from one cell into another at a point; cells that overlap there need none. */
@@ -219,6 +233,11 @@ export class Walker {
     if (this.eyeHeight_m === undefined) this.eyeHeight_m = this.feelFloor({ position: this.position, cell: from });
     if (displacement[1] !== 0) this.eyeHeight_m = "hover";
     let place = sweep(this.space, { position: this.position, cell: from }, displacement, "slide");
+    if (!insidePlanes(place.cell.planes, place.position, SEAM_M)) {
+      // Out into a cell of which nothing is known.
+      this.position = place.position;
+      return;
+    }
     place = this.keepOffWalls(place, seconds);
     if (typeof this.eyeHeight_m === "number") place = this.standOnFloor(place, this.eyeHeight_m, seconds);
     this.position = place.position;
@@ -246,7 +265,7 @@ export class Walker {
   private keepOffWalls(place: Place, seconds: number): Place {
     let result = place;
     for (const plane of place.cell.planes) {
-      if (Math.abs(plane.normal[1]) > 0.5) continue;
+      if (Math.abs(plane.normal[1]) > STEEP) continue;
       const gap = plane.offset - dot(plane.normal, result.position);
       if (gap >= BODY_RADIUS_M) continue;
       const reach = sweep(this.space, result, scale(plane.normal, BODY_RADIUS_M), "stop");
