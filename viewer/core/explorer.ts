@@ -30,6 +30,7 @@ import { isSameSight, NOTHING_IN_SIGHT, type Shares, type Sight, shares } from "
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import { Starts } from "./starts.ts";
+import { statureIn } from "./stature.ts";
 import { bySolidAngle, surroundings } from "./surroundings.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
@@ -80,6 +81,8 @@ interface Beheld {
 export class Explorer implements NavigationSpace, Surveyed {
   readonly directory: ObjectDirectory;
   readonly residency: ResidencySet;
+  /** Of who goes through it, as a share of a person's. */
+  private readonly size: number;
   private readonly index: CellIndex;
   private readonly loads: ModelLoads;
   private readonly navigation: MetCells;
@@ -122,6 +125,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly events: ExplorerEvents,
   ) {
     this.target_px = options.target_px;
+    this.size = statureIn(scene.manifest).size;
     this.directory = new ObjectDirectory(scene, options.uses);
     this.index = new CellIndex(scene, events.problem);
     this.records = new CellRecords(scene, this.index);
@@ -457,8 +461,8 @@ export class Explorer implements NavigationSpace, Surveyed {
     if (!this.planned) return false;
     const { eye, velocity_mps } = this.planned;
     const isSame = height_px === eye.height_px && viewAngle_rad === eye.viewAngle_rad;
-    const isNear = length(subtract(position, eye.position)) < MOVED_M;
-    return isSame && isNear && length(subtract(this.velocity_mps, velocity_mps)) < CHANGED_MPS;
+    const isNear = length(subtract(position, eye.position)) < MOVED_M * this.size;
+    return isSame && isNear && length(subtract(this.velocity_mps, velocity_mps)) < CHANGED_MPS * this.size;
   }
 
   /** Makes what is under way equal to what is wanted. */
@@ -491,7 +495,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     loads.follow(smaller && loads.isComing(smaller.object.model.model) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants);
     if (view.isAllKnown && (!isMissing || loads.short)) this.pictured.open();
-    if (length(velocity_mps) > CHANGED_MPS) this.walked.open();
+    if (length(velocity_mps) > CHANGED_MPS * this.size) this.walked.open();
     const far = farObjects(sight.objects, this.holdingOf, eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;
     this.far = far;
