@@ -29,9 +29,15 @@ describe("a view of everything", () => {
     const ahead = direction(pose.yaw, pose.pitch);
     const way = subtract(middle(BOUNDS), pose.position);
     expect(dot(ahead, way)).toBeCloseTo(length(way), 6);
-    const radius = length(subtract(BOUNDS.max, BOUNDS.min)) / 2;
-    const half = Math.min(0.5, Math.atan(Math.tan(0.5) * aspect));
-    expect(radius / length(way)).toBeCloseTo(Math.sin(half), 6);
+    const [up, right] = [direction(pose.yaw, pose.pitch + Math.PI / 2), direction(pose.yaw - Math.PI / 2)];
+    const places = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => {
+      const at = (axis: 0 | 1 | 2) => (i & (1 << axis) ? BOUNDS.max : BOUNDS.min)[axis];
+      const to = subtract([at(0), at(1), at(2)], pose.position);
+      const deep = dot(ahead, to) * Math.tan(0.5);
+      return Math.max(Math.abs(dot(up, to)) / deep, Math.abs(dot(right, to)) / (deep * aspect));
+    });
+    expect(Math.max(...places)).toBeLessThan(1);
+    expect(Math.max(...places)).toBeGreaterThan(0.8);
   });
 
   it("is for who is given no other place, and where one would not look at a roof", () => {

@@ -209,6 +209,7 @@ export class Visit {
     if (walker.mode === "walk") walker.mode = "fly";
     else if (place && this.hasOnlyLooked) {
       this.goTo(place);
+      this.level();
       walker.land(place.position, place.cell);
     } else {
       const { cellId } = explorer;
