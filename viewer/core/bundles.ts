@@ -2,6 +2,7 @@
  * How do many small files come with one request? As a bundle, where the server offers them (`docs/FORMAT.md`): one address
  * names them all, and its answer holds them one after the other. They are taken out while it arrives.
  */
+import { Incoming } from "./incoming.ts";
 import { compressed_bytes } from "./travel.ts";
 
 /** What a name takes in the address of a bundle, and its place in the table. */
@@ -74,28 +75,28 @@ function folderOf(url: string): string {
 
 /** Takes members out of a bundle as its bytes come. */
 export class BundleReader {
-  private bytes = new Uint8Array(4096);
-  private length = 0;
+  private readonly incoming = new Incoming();
   private given = 0;
 
   constructor(private readonly members: number) {}
 
   /** Whether all members were given, and nothing else came. */
   get isWhole(): boolean {
-    return this.given === this.members && this.length === this.tableBytes + this.end(this.members - 1);
+    return this.given === this.members && this.incoming.length === this.tableBytes + this.end(this.members - 1);
   }
 
   /** Takes in the next piece; answers the members that are whole by now, in their order. */
   push(piece: Uint8Array): ArrayBuffer[] {
-    this.append(piece);
-    if (this.length < this.tableBytes) return [];
+    const { incoming } = this;
+    incoming.push(piece);
+    if (incoming.length < this.tableBytes) return [];
     if (this.given === 0) this.checkHead();
     const whole: ArrayBuffer[] = [];
-    while (this.given < this.members && this.length >= this.tableBytes + this.end(this.given)) {
+    while (this.given < this.members && incoming.length >= this.tableBytes + this.end(this.given)) {
       const from = this.given === 0 ? 0 : this.end(this.given - 1);
       const to = this.end(this.given);
       if (to < from) throw new BundleError("a bundle's members end before they begin");
-      whole.push(this.bytes.slice(this.tableBytes + from, this.tableBytes + to).buffer);
+      whole.push(incoming.slice(this.tableBytes + from, this.tableBytes + to));
       this.given += 1;
     }
     return whole;
@@ -106,29 +107,14 @@ export class BundleReader {
   }
 
   private end(member: number): number {
-    return this.view.getUint32(HEAD_BYTES + 4 * member, true);
-  }
-
-  private get view(): DataView {
-    return new DataView(this.bytes.buffer);
+    return this.incoming.view.getUint32(HEAD_BYTES + 4 * member, true);
   }
 
   private checkHead(): void {
-    const { view } = this;
+    const { view } = this.incoming;
     const right = view.getUint32(0, true) === MAGIC && view.getUint16(4, true) === VERSION;
     if (!right || view.getUint16(6, true) !== this.members) {
       throw new BundleError(`this is no bundle of ${this.members} members in version ${VERSION}`);
     }
-  }
-
-  private append(piece: Uint8Array): void {
-    const needed = this.length + piece.byteLength;
-    if (needed > this.bytes.byteLength) {
-      const wide = new Uint8Array(Math.max(needed, 2 * this.bytes.byteLength));
-      wide.set(this.bytes.subarray(0, this.length));
-      this.bytes = wide;
-    }
-    this.bytes.set(piece, this.length);
-    this.length = needed;
   }
 }

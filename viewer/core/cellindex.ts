@@ -2,11 +2,13 @@
  * In which cell is a point? Adjacency first: a walker mostly stays or steps next door, which needs no request. Otherwise
  * a best-first search down the page tree, which reads as few pages as possible and finds the nearest cell when no cell
  * holds the point. Where cells touch, the search takes the lowest id, so that every client agrees on faces and corners.
+ * A page or chunk that cannot be had is done without, until one asks for it once more: what is known has to do.
  */
 import { walkTo } from "./cellwalk.ts";
 import { distanceToCell } from "./convex.ts";
 import type { CellEntry, Page, PageEntry } from "./documents.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
+import { LostPages } from "./lostpages.ts";
 import { entryOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
@@ -48,8 +50,18 @@ export class CellSearch {
     this.add(page);
   }
 
-  giveChunk(cells: readonly CellEntry[]): void {
+  giveChunk(cells: Iterable<CellEntry>): void {
     this.open.shift();
+    this.consider(cells);
+  }
+
+  /** What was to be read next cannot be had. */
+  skip(): void {
+    this.open.shift();
+  }
+
+  /** Whoever of these is nearer is the answer. */
+  consider(cells: Iterable<CellEntry>): void {
     for (const entry of cells) {
       const distance_m = distanceToCell(entry, this.point);
       const best = this.best;
@@ -59,7 +71,7 @@ export class CellSearch {
     }
   }
 
-  /** The answer; `undefined` only when the index holds no cell. */
+  /** The answer; `undefined` only when no cell was given. */
   finish(): Located | undefined {
     return this.best;
   }
@@ -73,8 +85,15 @@ export class CellSearch {
 /** Finds cells by place or by id, and remembers the entries that it has met. */
 export class CellIndex {
   private readonly entries = new Map<number, CellEntry>();
+  private readonly lost: LostPages;
 
-  constructor(private readonly scene: PublishedScene) {}
+  /** `told` hears once that something of it cannot be had. */
+  constructor(
+    private readonly scene: PublishedScene,
+    told: (error: unknown) => void = () => {},
+  ) {
+    this.lost = new LostPages(told);
+  }
 
   /** A cell that was met already. */
   known(cell: number): CellEntry | undefined {
@@ -98,11 +117,8 @@ export class CellIndex {
       open.sort((a, b) => distanceToBounds(b.bounds, point) - distanceToBounds(a.bounds, point));
       const next = open.pop();
       if (!next) return;
-      if (next.kind === "page") open.push(...(await this.scene.page(next, PRIORITY.prefetch)).entries);
-      else {
-        await this.chunk(next, PRIORITY.prefetch);
-        chunks += 1;
-      }
+      if (next.kind === "page") open.push(...((await this.page(next, PRIORITY.prefetch))?.entries ?? []));
+      else if (await this.chunk(next, PRIORITY.prefetch)) chunks += 1;
     }
   }
 
@@ -111,14 +127,43 @@ export class CellIndex {
     return walkTo(from, point, (cell) => this.entries.get(cell));
   }
 
-  /** The cell at a point, or the nearest one. */
+  /** The cell at a point, or the nearest one of those that can be had. */
   async locate(point: Vec3): Promise<Located | undefined> {
     const search = new CellSearch(this.scene.manifest.cells, point);
     for (let wanted = search.wants(); wanted; wanted = search.wants()) {
-      if (wanted.kind === "page") search.givePage(await this.scene.page(wanted, PRIORITY.document));
-      else search.giveChunk(await this.chunk(wanted, PRIORITY.document));
+      const page = wanted.kind === "page" ? await this.page(wanted, PRIORITY.document) : undefined;
+      const cells = wanted.kind === "chunk" ? await this.chunk(wanted, PRIORITY.document) : undefined;
+      if (page) search.givePage(page);
+      else if (cells) search.giveChunk(cells);
+      else search.skip();
     }
+    // Other documents may have told of cells whose chunk is lost.
+    if (this.lost.some) search.consider(this.met());
     return search.finish();
+  }
+
+  /** Whether what should say where a cell is cannot be had. */
+  isLost(cell: number): boolean {
+    return !this.entries.has(cell) && this.lost.holds(cell);
+  }
+
+  /** Tries again what could not be had. */
+  forgive(): void {
+    this.lost.forgive();
+  }
+
+  /** What is missing of it. */
+  get notes(): readonly string[] {
+    return this.lost.notes;
+  }
+
+  /** The entries of some cells, but for those that are lost. */
+  async entriesOf(cells: readonly number[], priority: number): Promise<CellEntry[]> {
+    const found = cells.map(async (cell) => {
+      const entry = this.entry(cell, priority);
+      return entry.catch((error: unknown) => (this.isLost(cell) ? [] : Promise.reject(error)));
+    });
+    return (await Promise.all(found)).flat();
   }
 
   /** The entry of a cell by its id. */
@@ -130,17 +175,25 @@ export class CellIndex {
       const below = entryOf(page, cell);
       if (!below) throw new Error(`the index of cells does not hold c${cell}`);
       if (below.kind === "chunk") {
-        const found = (await this.chunk(below, priority)).find((entry) => entry.cell === cell);
+        const cells = await this.chunk(below, priority);
+        const found = cells?.find((entry) => entry.cell === cell);
+        if (!cells) throw this.lost.errorOf(below);
         if (!found) throw new Error(`the chunk ${below.url} does not hold c${cell}`);
         return found;
       }
-      page = await this.scene.page(below, priority);
+      const next = await this.page(below, priority);
+      if (!next) throw this.lost.errorOf(below);
+      page = next;
     }
   }
 
-  private async chunk(entry: PageEntry, priority: number): Promise<CellEntry[]> {
-    const cells = await this.scene.cellChunk(entry, priority);
-    for (const cell of cells) this.meet(cell);
+  private page(entry: PageEntry, priority: number): Promise<Page | undefined> {
+    return this.lost.unless(entry, () => this.scene.page(entry, priority));
+  }
+
+  private async chunk(entry: PageEntry, priority: number): Promise<CellEntry[] | undefined> {
+    const cells = await this.lost.unless(entry, () => this.scene.cellChunk(entry, priority));
+    for (const cell of cells ?? []) this.meet(cell);
     return cells;
   }
 }

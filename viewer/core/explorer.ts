@@ -11,6 +11,7 @@ import { nearestPoint } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import { areSame, farObjects } from "./farobjects.ts";
 import type { FrameBudget } from "./framebudget.ts";
+import { Gate } from "./gate.ts";
 import { length, subtract, type Vec3 } from "./geometry.ts";
 import { type Growing, growing } from "./growing.ts";
 import { LookAhead } from "./lookahead.ts";
@@ -20,7 +21,7 @@ import { stepsToModels } from "./nearness.ts";
 import { ObjectDirectory, type PlacedObject, type Uses } from "./objects.ts";
 import { Pacer } from "./pacer.ts";
 import { PRIORITY, type Want } from "./priority.ts";
-import { firstProgress, type Progress, type Scope, sharpProgress } from "./progress.ts";
+import { type CameOf, firstProgress, type HoldingOf, type Progress, type Scope, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
 import { MemoryShortError, ResidencySet } from "./residency.ts";
 import { shrink, targetWithin, wanted } from "./scheduler.ts";
@@ -29,6 +30,8 @@ import { isSameSight, NOTHING_IN_SIGHT, type Shares, type Sight, shares } from "
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import { Starts } from "./starts.ts";
+import { statureIn } from "./stature.ts";
+import { bySolidAngle, surroundings } from "./surroundings.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 import { Whereabouts } from "./whereabouts.ts";
@@ -54,6 +57,9 @@ export interface ExplorerEvents {
 /** Who has moved so far, or goes so much faster or elsewhere, looks anew at what is wanted. */
 const [MOVED_M, CHANGED_MPS] = [0.25, 0.5];
 
+/** A share of the diagonal of a world. */
+const STRAYED_SHARE = 0.1;
+
 /** Of what comes one after the other within this time, only the first is looked at by itself. */
 const PAUSE_MS = 15;
 
@@ -75,6 +81,8 @@ interface Beheld {
 export class Explorer implements NavigationSpace, Surveyed {
   readonly directory: ObjectDirectory;
   readonly residency: ResidencySet;
+  /** Of who goes through it, as a share of a person's. */
+  private readonly size: number;
   private readonly index: CellIndex;
   private readonly loads: ModelLoads;
   private readonly navigation: MetCells;
@@ -95,7 +103,19 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** The cell of which it was said that memory does not suffice for it. */
   private shortIn: number | undefined;
   private closed = false;
+  /** Where one looked around because no cell says what can be seen … */
+  private around: Vec3 | undefined;
+  /** … and whether that is what is shown. */
+  private isAround = false;
+  /** The cell from which it was begun to learn what is next door. */
+  private surveyed: number | undefined;
+  /** Opened when something is here of all that can be seen … */
+  private readonly pictured = new Gate();
+  /** … and when one walks. */
+  private readonly walked = new Gate();
   private readonly planning = new Pacer(() => this.replan(), PAUSE_MS);
+  private readonly holdingOf: HoldingOf = (model) => this.loads.of(model);
+  private readonly cameOf: CameOf = (model, file) => this.loads.came_bytes(model, file);
 
   constructor(
     readonly scene: PublishedScene,
@@ -105,8 +125,9 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly events: ExplorerEvents,
   ) {
     this.target_px = options.target_px;
+    this.size = statureIn(scene.manifest).size;
     this.directory = new ObjectDirectory(scene, options.uses);
-    this.index = new CellIndex(scene);
+    this.index = new CellIndex(scene, events.problem);
     this.records = new CellRecords(scene, this.index);
     this.navigation = new MetCells(this.index, this.records);
     this.residency = new ResidencySet(options.memory_limit_bytes);
@@ -131,6 +152,7 @@ export class Explorer implements NavigationSpace, Surveyed {
         void this.arrive(entry);
       },
       located: events.changed,
+      nowhere: (position) => void this.lookAround(position),
       problem: events.problem,
     });
     this.ahead = new LookAhead(this.records, this.directory, this, () => this.planning.ask());
@@ -192,7 +214,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Whether what is shown is the set of the current cell. */
   private get showsCurrent(): boolean {
     const rightSet = this.cellId !== undefined && this.sight.cell === this.cellId;
-    return rightSet || this.scene.manifest.whole !== undefined;
+    return rightSet || this.isAround || this.scene.manifest.whole !== undefined;
   }
 
   /** Visible objects of which nothing is held yet. */
@@ -211,19 +233,19 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Towards the first picture; nothing while nobody knows what can be seen. */
   progress(): Progress | undefined {
     const scope = this.scope();
-    return scope && firstProgress(scope, (model) => this.loads.of(model));
+    return scope && firstProgress(scope, this.holdingOf, this.cameOf);
   }
 
   /** Towards a picture that is as sharp as it will get from here. */
   sharpProgress(): Progress | undefined {
     const scope = this.scope();
-    return scope && this.eye && sharpProgress(scope, (model) => this.loads.of(model), this.eye, this.target_px);
+    return scope && this.eye && sharpProgress(scope, this.holdingOf, this.eye, this.target_px, this.cameOf);
   }
 
   /** Shares of the visible objects that are here, and that are as sharp as the eye can tell. */
   quality(): Shares | undefined {
     if (!this.eye || !this.showsCurrent) return undefined;
-    return shares(this.sight, (model) => this.loads.of(model), this.eye, this.target_px);
+    return shares(this.sight, this.holdingOf, this.eye, this.target_px);
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */
@@ -264,7 +286,7 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** What is drawn otherwise than it could be, and why. */
   get notes(): readonly string[] {
-    return [...this.directory.notes, ...this.loads.notes];
+    return [...this.index.notes, ...this.directory.notes, ...this.loads.notes];
   }
 
   /** What is known of models: how they are drawn, what a finer grade would take, and what could not be had. */
@@ -291,6 +313,11 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.records.doors;
   }
 
+  /** Whether nobody can say where a cell is. */
+  isLost(cell: number): boolean {
+    return this.index.isLost(cell);
+  }
+
   isShut(door: number): boolean {
     return this.records.isShut(door);
   }
@@ -307,7 +334,9 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** Tries again what failed. */
   retry(): void {
     this.loads.forgive();
+    this.index.forgive();
     this.directory.forgive();
+    this.around = undefined;
     this.ahead.renew();
     this.whereabouts.again();
     this.planning.now();
@@ -326,10 +355,18 @@ export class Explorer implements NavigationSpace, Surveyed {
     const arrival = this.arrivals;
     const hasLeft = () => this.closed || this.arrivals !== arrival;
     const beheld = this.behold(cell, hasLeft);
-    // The walker needs hulls next door, also where nobody knows what can be seen; the first picture does not wait for them.
-    const neighbours = beheld
-      .catch(() => {})
-      .then(() => Promise.all(entry.adjacent.map((next) => this.index.entry(next, PRIORITY.due))));
+    const pictured = beheld.then(
+      () => {
+        const next = this.pictured.next();
+        this.planning.ask();
+        return next;
+      },
+      () => {},
+    );
+    // The walker needs hulls next door, also where nobody knows what can be seen. Only who stands still can wait for them.
+    const neighbours = Promise.race([pictured, this.walked.next()]).then(async () =>
+      hasLeft() ? [] : this.index.entriesOf(entry.adjacent, PRIORITY.due),
+    );
     // Should the record fail first, that is what is told.
     neighbours.catch(() => {});
     try {
@@ -337,13 +374,42 @@ export class Explorer implements NavigationSpace, Surveyed {
       const resolved = this.directory.resolve(ids, PRIORITY.finer).then(see);
       // Should a neighbour fail first, that is what is told.
       resolved.catch(() => {});
-      const known = await neighbours;
+      const [known] = await Promise.all([neighbours, pictured]);
       if (hasLeft()) return;
       this.events.changed();
-      await Promise.all([this.records.learnNeighbours(entry, known), resolved]);
+      const learnt = this.records.learnNeighbours(entry, known);
+      this.surveyed = cell;
+      this.planning.ask();
+      await Promise.all([learnt, resolved]);
     } catch (error) {
-      if (!hasLeft()) this.events.problem(error);
+      if (hasLeft()) return;
+      this.events.problem(error);
+      if (this.sight.count === 0 && this.eye) void this.lookAround(this.eye.position);
     }
+  }
+
+  /** Shows what there is around, where nothing says what can be seen: no cell is known, or not what the first one sees. */
+  private async lookAround(position: Vec3): Promise<void> {
+    const { around, scene, directory, events } = this;
+    if (around && length(subtract(around, position)) < this.strayed_m) return;
+    this.around = position;
+    let isTold = false;
+    const problem = (error: unknown) => {
+      if (!isTold) events.problem(error);
+      isTold = true;
+    };
+    const all = directory.whole();
+    const objects = all ? bySolidAngle(all, position) : await surroundings(scene, directory, position, problem);
+    if (this.closed || this.around !== position || this.sight.cell !== undefined) return;
+    this.show({ cell: undefined, objects, count: objects.length });
+    this.isAround = true;
+    events.changed();
+  }
+
+  /** Who has moved so far in a world without a map looks around anew. */
+  private get strayed_m(): number {
+    const { min, max } = this.scene.manifest.bounds;
+    return STRAYED_SHARE * length(subtract(max, min));
   }
 
   /** Shows what can be seen from a cell as soon as it can be drawn; answers with all of it, and with how to show more of that. */
@@ -362,6 +428,7 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   private show(sight: Sight): void {
     const { cell, objects } = sight;
+    if (cell !== undefined) this.isAround = false;
     if (isSameSight(sight, this.sight)) return;
     this.sight = sight;
     this.residency.need(
@@ -376,7 +443,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** What can be seen from the current cell, as far as that is known. */
   private scope(): Scope | undefined {
     const { sight, told, directory } = this;
-    if (this.scene.manifest.whole) return { ...sight, told_bytes: undefined, isHiding: false };
+    if (this.scene.manifest.whole || this.isAround) return { ...sight, told_bytes: undefined, isHiding: false };
     if (!told || told.cell !== this.cellId) return undefined;
     const isShown = sight.cell === told.cell && sight.count === told.ids.length;
     const objects = isShown ? sight.objects : told.ids.flatMap((id) => directory.beheld(id) ?? []);
@@ -394,8 +461,8 @@ export class Explorer implements NavigationSpace, Surveyed {
     if (!this.planned) return false;
     const { eye, velocity_mps } = this.planned;
     const isSame = height_px === eye.height_px && viewAngle_rad === eye.viewAngle_rad;
-    const isNear = length(subtract(position, eye.position)) < MOVED_M;
-    return isSame && isNear && length(subtract(this.velocity_mps, velocity_mps)) < CHANGED_MPS;
+    const isNear = length(subtract(position, eye.position)) < MOVED_M * this.size;
+    return isSame && isNear && length(subtract(this.velocity_mps, velocity_mps)) < CHANGED_MPS * this.size;
   }
 
   /** Makes what is under way equal to what is wanted. */
@@ -417,14 +484,19 @@ export class Explorer implements NavigationSpace, Surveyed {
       isAllKnown: sight.objects.length === sight.count,
       ahead: looksAhead ? ahead.known : [],
     };
-    const wants = wanted(view, loads, this.target_px, bytes_per_s);
-    // What lies ahead is of no use before something of all that can be seen is here.
-    if (looksAhead && view.isAllKnown && !wants.some(({ cause }) => cause.kind === "missing")) ahead.learn(bytes_per_s);
+    const all = wanted(view, loads, this.target_px, bytes_per_s);
+    // What lies ahead is of no use before something of all that can be seen is here: it is not begun.
+    const isMissing = all.some(({ cause }) => cause.kind === "missing");
+    const mayBegin = ({ object, cause }: Want) => cause.kind !== "ahead" || loads.isComing(object.model.model);
+    const wants = isMissing ? all.filter(mayBegin) : all;
+    if (looksAhead && this.surveyed === sight.cell && view.isAllKnown && !isMissing) ahead.learn(bytes_per_s);
     // What is on its way to save memory is not begun anew while that is short.
     const smaller = loads.short ? this.smaller() : undefined;
     loads.follow(smaller && loads.isComing(smaller.object.model.model) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants);
-    const far = farObjects(sight.objects, (model) => loads.of(model), eye, this.target_px, this.far);
+    if (view.isAllKnown && (!isMissing || loads.short)) this.pictured.open();
+    if (length(velocity_mps) > CHANGED_MPS * this.size) this.walked.open();
+    const far = farObjects(sight.objects, this.holdingOf, eye, this.target_px, this.far);
     if (areSame(far, this.far)) return;
     this.far = far;
     this.host.drawFar(far);

@@ -122,6 +122,27 @@ describe("the fetch queue", () => {
   });
 });
 
+it.each([true, false])("gives up bodies that begin and do not go on, tries again, and says so", async (obeys) => {
+  let tries = 0;
+  const fetch = async (_: string, { signal }: RequestInit) => {
+    tries += 1;
+    const body = new ReadableStream<Uint8Array>({
+      start: (controller) => {
+        controller.enqueue(new Uint8Array(3));
+        if (obeys) signal?.addEventListener("abort", () => controller.error(signal.reason));
+        if (tries === 2) controller.close();
+      },
+    });
+    return new Response(body);
+  };
+  const { queue } = manual({ stall_ms: 20, attempts: 2, fetch });
+  expect((await queue.request("a", 1)).byteLength).toBe(3);
+  expect(queue.tally.retries).toBe(1);
+  const lost = queue.request("b", 1);
+  await expect(lost).rejects.toMatchObject({ kind: "unreachable", message: expect.stringContaining("nothing came") });
+  expect([tries, queue.pending]).toEqual([4, 0]);
+});
+
 describe("what may be under way", () => {
   /** A line that takes so many bytes more, and what it was asked for. */
   function lineOf(most_bytes: number) {

@@ -5,11 +5,13 @@
  */
 import { addressOf, BundleReader, inOrder, isSmall, NAME_BYTES, offersBundles, together } from "./bundles.ts";
 import type { FileRef } from "./documents.ts";
+import { Download } from "./download.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
 import { purposeOf } from "./priority.ts";
-import type { RequestLog, RequestTrace } from "./requestlog.ts";
+import type { RequestLog } from "./requestlog.ts";
 import type { Shelf } from "./shelf.ts";
-import { type Fetch, FetchError, join, pause, transfer } from "./transfer.ts";
+import type { Part } from "./slices.ts";
+import { type Fetch, FetchError, pause, transfer } from "./transfer.ts";
 import { compressed_bytes, leftOf } from "./travel.ts";
 import { type Digest, isRung, promisedHash, type Verdict, verify } from "./verify.ts";
 
@@ -63,21 +65,6 @@ export interface FetchTally {
   kept_bytes: number;
 }
 
-interface Download {
-  readonly url: string;
-  readonly fresh: boolean;
-  readonly bytes: number | undefined;
-  readonly controller: AbortController;
-  readonly promise: Promise<ArrayBuffer>;
-  readonly resolve: (bytes: ArrayBuffer) => void;
-  readonly reject: (error: unknown) => void;
-  priority: number;
-  readonly order: number;
-  readonly trace: RequestTrace | undefined;
-  /** Whether it did not come in a bundle where it should have, and now goes alone. */
-  alone: boolean;
-}
-
 export class FetchQueue {
   readonly tally: FetchTally = { bytes: 0, requests: 0, retries: 0, bundled: 0, unverified: 0, kept_bytes: 0 };
   private readonly waiting = new Map<string, Download>();
@@ -112,25 +99,38 @@ export class FetchQueue {
    * Asks for the bytes of a URL; the lowest priority number goes first. Asking again joins the download and may only
    * make it more urgent.
    */
-  request(url: string, priority: number, { fresh = false, reason = "", bytes }: Asked = {}): Promise<ArrayBuffer> {
+  request(url: string, priority: number, asked: Asked = {}): Promise<ArrayBuffer> {
+    return this.ask(url, priority, asked).all();
+  }
+
+  /** Asks for a file that also stands in another one: it is given while that still comes, unless it is damaged there. */
+  slice(part: Part, of: string, priority: number, asked: Asked = {}): Promise<ArrayBuffer> {
+    return this.ask(of, priority, asked).part(part);
+  }
+
+  /** Whether a file is on its way. */
+  isComing(url: string): boolean {
+    return this.running.has(url) || this.waiting.has(url);
+  }
+
+  /** How much has come of a file that is on its way. */
+  came_bytes(url: string): number {
+    return this.running.get(url)?.came_bytes ?? 0;
+  }
+
+  private ask(url: string, priority: number, { fresh = false, reason = "", bytes }: Asked): Download {
     const known = this.waiting.get(url) ?? this.running.get(url);
     if (known) {
       known.priority = Math.min(known.priority, priority);
-      return known.promise;
+      return known;
     }
-    let resolve: Download["resolve"] = () => {};
-    let reject: Download["reject"] = () => {};
-    const promise = new Promise<ArrayBuffer>((yes, no) => {
-      resolve = yes;
-      reject = no;
-    });
-    const controller = new AbortController();
     const trace = this.options.log?.asks(url, purposeOf(priority), reason);
-    const order = this.orders++;
-    const alone = false;
-    this.waiting.set(url, { url, fresh, bytes, controller, promise, resolve, reject, priority, order, trace, alone });
+    const wish = { url, fresh, bytes, order: this.orders++, trace };
+    const isSound = async (part: string, slice: ArrayBuffer) => (await this.verdict(part, slice)) !== "mismatch";
+    const download = new Download(wish, priority, isSound);
+    this.waiting.set(url, download);
     this.pumpSoon();
-    return promise;
+    return download;
   }
 
   /** What a file takes until it is here, a share of a request included. */
@@ -170,8 +170,7 @@ export class FetchQueue {
     this.waiting.delete(url);
     this.running.delete(url);
     download.controller.abort();
-    download.trace?.ends("cancelled");
-    download.reject(cancelled(url));
+    download.fails(cancelled(url), "cancelled");
     this.pump();
   }
 
@@ -247,19 +246,16 @@ export class FetchQueue {
       const bytes = kept ?? (await this.bytesOf(download));
       this.settle(download, bytes, kept ? "kept" : "done");
     } catch (error) {
-      if (this.running.get(download.url) === download) {
-        this.running.delete(download.url);
-        download.trace?.ends("failed");
-      }
-      download.reject(error);
+      const isRunning = this.running.get(download.url) === download;
+      if (isRunning) this.running.delete(download.url);
+      download.fails(error, isRunning ? "failed" : undefined);
     }
   }
 
   private settle(download: Download, bytes: ArrayBuffer, result: "done" | "kept"): void {
     if (this.running.get(download.url) !== download) return;
     this.running.delete(download.url);
-    download.trace?.ends(result);
-    download.resolve(bytes);
+    download.succeeds(bytes, result);
   }
 
   /** Downloads that come together. What does not come so, for whatever reason, then goes alone. */
@@ -320,28 +316,28 @@ export class FetchQueue {
   }
 
   private async bytesOf(download: Download): Promise<ArrayBuffer> {
-    const { url, controller, trace, fresh } = download;
+    const { url, controller, fresh } = download;
     let reload = false;
     for (let attempt = 1; ; attempt += 1) {
       const last = attempt >= this.options.attempts;
       this.tally.requests += 1;
-      trace?.starts();
+      download.starts();
       try {
-        const pieces: Uint8Array[] = [];
         const cache = reload ? "reload" : fresh ? "no-cache" : "default";
         await this.transfer(url, cache, controller.signal, (piece) => {
-          pieces.push(piece);
           this.tally.bytes += piece.byteLength;
-          trace?.receives(piece.byteLength);
+          download.receives(piece);
         });
-        const bytes = join(pieces);
+        const bytes = download.taken();
         if (await this.accept(url, bytes)) return bytes;
-        if (reload) throw new FetchError("corrupt", url, `${url} does not hold the bytes that its name promises`);
+        // Who waits for a part has been given it, or knows that it is damaged.
+        if (reload || !download.isForAll)
+          throw new FetchError("corrupt", url, `${url} does not hold the bytes that its name promises`);
         reload = true;
       } catch (error) {
         if (controller.signal.aborted) throw cancelled(url);
         const final = error instanceof FetchError && error.kind !== "unreachable";
-        if (final || last) throw error;
+        if (final || last || !download.isWorthAnotherTry) throw error;
         await pause(this.options.backoff_ms * 2 ** (attempt - 1), controller.signal);
       }
       this.tally.retries += 1;

@@ -2,12 +2,11 @@
  * How do the files of a grade become something to draw? Fetches a level, the next rungs of a smooth LOD, or rules, with the
  * textures that nobody holds yet, and answers a GLB.
  */
-import type { FileRef, Level, Model } from "./documents.ts";
+import type { FileRef, Level, Model, PackRef } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { type Grade, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import { GrowthQueue } from "./growthqueue.ts";
-import { outOf } from "./packs.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
 import type { Tree } from "./tree.ts";
@@ -19,11 +18,16 @@ export interface Load {
   /** As it is wanted now; lower is more urgent. */
   priority: number;
   readonly urls: Set<string>;
+  /** Files of it that have come. */
+  readonly here: Set<string>;
   readonly reason: string;
   /** Of the pack that brings it. */
   readonly packReason: string;
   state: "cancelled" | "fetching" | "uploading";
 }
+
+/** A file that may also come in a pack. */
+export type Coming = FileRef & { readonly pack?: PackRef | undefined };
 
 /** Makes something to draw of what was fetched. */
 export type Make = () => Promise<Refined>;
@@ -119,8 +123,7 @@ export class ModelFiles {
     const { pack } = level;
     if (pack && packs.has(pack.url)) {
       try {
-        const glb = outOf(await this.fetch(load, pack, load.packReason), pack, level);
-        if (glb) return glb;
+        return await this.fetchOutOf(load, level, pack);
       } catch (error) {
         if (load.state === "cancelled") throw error;
       }
@@ -147,9 +150,34 @@ export class ModelFiles {
     );
   }
 
-  fetch(load: Load, { url, bytes }: FileRef, reason = load.reason): Promise<ArrayBuffer> {
+  async fetch(load: Load, { url, bytes }: FileRef): Promise<ArrayBuffer> {
     const address = this.parts.tree.resolve(url);
     load.urls.add(address);
-    return this.parts.queue.request(address, load.priority, { reason, bytes });
+    const come = await this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
+    load.here.add(url);
+    return come;
+  }
+
+  /** A level as soon as it has come in its pack. */
+  private async fetchOutOf(load: Load, { url, bytes }: Level, pack: PackRef): Promise<ArrayBuffer> {
+    const { queue, tree } = this.parts;
+    const address = tree.resolve(pack.url);
+    load.urls.add(address);
+    const part = { url: tree.resolve(url), bytes, from: pack.from };
+    const asked = { reason: load.packReason, bytes: pack.bytes };
+    const come = await queue.slice(part, address, load.priority, asked);
+    load.here.add(url);
+    return come;
+  }
+
+  /** How much has come of a file that a load is for, alone or in a pack. */
+  came_bytes(load: Load, { url, bytes, pack }: Coming): number {
+    if (load.here.has(url)) return bytes;
+    const cameOf = (published: string) => {
+      const address = this.parts.tree.resolve(published);
+      return load.urls.has(address) ? this.parts.queue.came_bytes(address) : 0;
+    };
+    const came = Math.max(cameOf(url), pack ? cameOf(pack.url) - pack.from : 0);
+    return Math.max(0, Math.min(bytes, came));
   }
 }

@@ -10,7 +10,7 @@ import type { FrameBudget } from "./framebudget.ts";
 import { ALL_RUNGS, type Holding, isFailed, levelOf, nameOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import type { Impostor } from "./impostordocument.ts";
-import { type Load, ModelFiles } from "./modelfiles.ts";
+import { type Coming, type Load, ModelFiles } from "./modelfiles.ts";
 import type { PlacedObject } from "./objects.ts";
 import { packsWorth } from "./packs.ts";
 import { type Cause, reasonFor, reasonForPack, type Want } from "./priority.ts";
@@ -106,6 +106,12 @@ export class ModelLoads implements ModelNotes {
     return this.loads.has(model);
   }
 
+  /** How much of one of its files has come for a model of which something is on its way. */
+  came_bytes(model: number, file: Coming): number {
+    const load = this.loads.get(model);
+    return load ? this.files.came_bytes(load, file) : 0;
+  }
+
   of(model: number): Holding {
     const held = this.parts.residency.held(model)?.grade;
     const { pictures_bytes } = this.beside.get(model) ?? NOTHING_BESIDE;
@@ -161,9 +167,14 @@ export class ModelLoads implements ModelNotes {
     const starting = this.affordable(wants.filter((want) => !this.loads.has(want.object.model.model)));
     const worth = packsWorth(
       starting.flatMap(({ object, grade }) => levelOf(object.model, grade) ?? []),
-      this.costOf,
+      (pack) => (this.isOnItsWay(pack) ? 0 : this.costOf(pack)),
     );
     for (const want of starting) void this.start(want, worth);
+  }
+
+  /** Whether a pack comes anyway. */
+  private isOnItsWay({ url }: FileRef): boolean {
+    return this.parts.queue.isComing(this.parts.tree.resolve(url));
   }
 
   /**
@@ -229,6 +240,7 @@ export class ModelLoads implements ModelNotes {
       grade: want.grade,
       priority: want.priority,
       urls: new Set(),
+      here: new Set(),
       reason: reasonFor(want),
       packReason: reasonForPack(want, packs.get(levelOf(model, want.grade)?.pack?.url ?? "") ?? 0),
       state: "fetching",

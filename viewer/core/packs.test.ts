@@ -1,7 +1,12 @@
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
+import { explore } from "../test/explore.ts";
+import { type Files, PITCH_M } from "../test/fixture.ts";
 import type { Level } from "./documents.ts";
-import { outOf, packsWorth } from "./packs.ts";
+import type { Vec3 } from "./geometry.ts";
+import { packsWorth } from "./packs.ts";
 import { type CostOf, costAlone_bytes } from "./travel.ts";
+
+const ROOM_0: Vec3 = [1, 1.6, 3];
 
 const level = (from: number, bytes: number, url = "/o/a.pack"): Level => ({
   level: 0,
@@ -22,11 +27,131 @@ describe("packs", () => {
     expect(worth([{ ...level(0, 100), pack: undefined }])).toEqual(new Map());
     expect(worth([level(0, 30)], () => 0)).toEqual(new Map([["/o/a.pack", 1]]));
   });
+});
 
-  it("give each level its bytes, or nothing when they are too short", () => {
-    const whole = Uint8Array.from({ length: 100 }, (_, i) => i).buffer;
-    const pack = { url: "/o/a.pack", bytes: 100, from: 30 };
-    expect([...new Uint8Array(outOf(whole, pack, level(30, 3)) ?? [])]).toEqual([30, 31, 32]);
-    expect(outOf(whole, pack, level(30, 71))).toBeUndefined();
+const isPack = (path: string) => path.endsWith(".pack");
+const isGlb = (path: string) => path.endsWith(".glb");
+
+/** An explorer in the first room whose pack comes only as far as it is let. */
+async function withSlowPack() {
+  let pack: ReadableStreamDefaultController<Uint8Array> | undefined;
+  let whole = new Uint8Array();
+  const visit = await explore({
+    packed: true,
+    answer: (path, bytes) => {
+      if (!isPack(path)) return undefined;
+      whole = new Uint8Array(bytes);
+      return new ReadableStream({
+        start: (controller) => {
+          pack = controller;
+        },
+      });
+    },
   });
+  let sent = 0;
+  /** Lets the pack come up to a share of it. */
+  const send = (share: number, damage: (bytes: Uint8Array) => Uint8Array = (bytes) => bytes) => {
+    const to = Math.ceil(share * whole.length);
+    pack?.enqueue(damage(whole.slice(sent, to)));
+    sent = to;
+  };
+  visit.go(ROOM_0);
+  await vi.waitFor(() => expect(pack).toBeDefined());
+  const { host } = visit;
+  /** Models out of the pack that are drawn: no pedestals, which stand in none. */
+  const drawn = () => new Set(host.uploads.flatMap(({ model }) => (model < 5 ? [model] : [])));
+  /** Waits until more of them are drawn than before. */
+  const draws = (before: number) => vi.waitFor(() => expect(drawn().size).toBeGreaterThan(before));
+  const end = () => pack?.close();
+  const breakOff = () => pack?.error(new TypeError("the line broke"));
+  return { ...visit, send, drawn, draws, end, breakOff };
+}
+
+describe("a pack that is still coming", () => {
+  it("gives each level as soon as that has come, counts what has come, and is fetched once", async () => {
+    const { explorer, requests, problems, scene, quiet, send, drawn, draws, end } = await withSlowPack();
+    const loaded: number[] = [];
+    for (const share of [0.3, 0.6, 0.999]) {
+      const before = drawn().size;
+      send(share);
+      await draws(before);
+      loaded.push(explorer.progress()?.loaded_bytes ?? 0);
+    }
+    expect(loaded).toEqual([...loaded].sort((a, b) => a - b));
+    expect(loaded.at(-1)).toBeLessThan(explorer.progress()?.total_bytes ?? 0);
+    expect(explorer.settled).toBe(false);
+    send(1);
+    end();
+    await quiet();
+    expect(problems).toEqual([]);
+    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+    expect(requests.filter(isPack).length).toBe(1);
+    expect(scene.queue.pending).toBe(0);
+    const { loaded_bytes, total_bytes } = explorer.progress() ?? {};
+    expect(loaded_bytes).toBe(total_bytes);
+  });
+
+  it("counts the part of a level that has come", async () => {
+    const { explorer, send } = await withSlowPack();
+    const loaded = () => explorer.progress()?.loaded_bytes ?? 0;
+    for (const share of [0.01, 0.02, 0.03]) {
+      const before = loaded();
+      send(share);
+      await vi.waitFor(() => expect(loaded()).toBeGreaterThan(before));
+    }
+  });
+
+  it("that breaks off keeps what was right, and the rest is fetched alone", async () => {
+    const { explorer, host, requests, problems, quiet, send, drawn, draws, breakOff } = await withSlowPack();
+    send(0.6);
+    await draws(0);
+    const kept = drawn();
+    const before = host.uploads.length;
+    const alone = requests.filter(isGlb).length;
+    breakOff();
+    await quiet();
+    expect(problems).toEqual([]);
+    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+    expect(requests.filter(isPack).length).toBe(1);
+    expect(requests.filter(isGlb).length).toBeGreaterThan(alone);
+    const again = host.uploads.slice(before).filter(({ model, missing }) => missing > 0 && kept.has(model));
+    expect(again).toEqual([]);
+  });
+
+  it("that is damaged somewhere brings the other levels", async () => {
+    const { explorer, requests, problems, scene, quiet, send, end } = await withSlowPack();
+    send(0.02);
+    send(0.04, (bytes) => bytes.map((byte) => byte ^ 1));
+    send(1);
+    end();
+    await quiet();
+    expect(problems).toEqual([]);
+    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+    expect(requests.filter(isPack).length).toBe(1);
+    expect(scene.queue.tally.retries).toBe(0);
+  });
+});
+
+it("a pack that was damaged is not kept, and one that was right is", async () => {
+  const spoil = (files: Files) => {
+    for (const [path, bytes] of files)
+      if (isPack(path))
+        files.set(
+          path,
+          bytes.map((byte, i) => (i === 9 ? 1 : byte)),
+        );
+  };
+  for (const damaged of [true, false]) {
+    const kept: string[] = [];
+    const shelf = { has: () => false, read: async () => undefined, keep: (url: string) => kept.push(url) };
+    const { go, quiet, explorer } = await explore({
+      packed: true,
+      shelf: shelf as never,
+      ...(damaged && { spoil }),
+    });
+    go([PITCH_M + 1, 1.6, 3]);
+    await quiet();
+    expect(explorer).toMatchObject({ settled: true, missing: 0 });
+    expect(kept.some(isPack)).toBe(!damaged);
+  }
 });

@@ -1,6 +1,6 @@
 /**
  * Which coarsest levels come together? A pack holds those that the same cells see, one GLB after the other; who wants most
- * of it fetches all of it with one request.
+ * of it fetches all of it with one request, and draws each as soon as it has come.
  */
 import type { Level, PackRef } from "./documents.ts";
 import type { CostOf } from "./travel.ts";
@@ -25,10 +25,4 @@ export function packsWorth(levels: Iterable<Level>, costOf: CostOf): Map<string,
     return wanted_bytes >= WORTH_A_PACK * pack.bytes || costOf(pack) === 0;
   });
   return new Map(worth.map(({ pack, files }) => [pack.url, files.size]));
-}
-
-/** A level's GLB out of its pack; `undefined` when the pack is too short for it. */
-export function outOf(whole: ArrayBuffer, pack: PackRef, level: Level): ArrayBuffer | undefined {
-  const to = pack.from + level.bytes;
-  return to <= whole.byteLength ? whole.slice(pack.from, to) : undefined;
 }

@@ -1,5 +1,6 @@
 /**
- * How much of what one can see is here? Counted in bytes of published files, each once however many objects share them.
+ * How much of what one can see is here? Counted in bytes of published files, each once however many objects share them, also of
+ * those that are still on their way.
  *
  * The first picture is measured by coarsest levels, whatever stands for them: a rung, pictures or what was grown counts as
  * the level that need not come any more. So the total is what the cell's record says, before anything else is known of the
@@ -44,8 +45,13 @@ export interface Scope {
 /** What is known of a model. */
 export type HoldingOf = (model: number) => Holding;
 
+/** How much has come of one of a model's files that is on its way. */
+export type CameOf = (model: number, file: FileRef) => number;
+
+const NOTHING_CAME: CameOf = () => 0;
+
 /** Towards the first picture: something of everything visible. */
-export function firstProgress(scope: Scope, holdingOf: HoldingOf): Progress {
+export function firstProgress(scope: Scope, holdingOf: HoldingOf, cameOf: CameOf = NOTHING_CAME): Progress {
   const { objects, count, told_bytes, isHiding } = scope;
   const files = new Files();
   let [known, here] = [0, 0];
@@ -54,7 +60,8 @@ export function firstProgress(scope: Scope, holdingOf: HoldingOf): Progress {
     const coarsest = coarsestLevel(model);
     if (coarsest) {
       known += 1;
-      for (const file of [coarsest, ...coarsest.textures]) files.add(file, isHeld);
+      for (const file of [coarsest, ...coarsest.textures])
+        files.add(file, isHeld ? file.bytes : cameOf(model.model, file));
     } else if (isHeld) here += 1;
   }
   const unknown = count - known;
@@ -73,7 +80,13 @@ export function firstProgress(scope: Scope, holdingOf: HoldingOf): Progress {
 }
 
 /** Towards the sharp picture: of everything visible what will do from here. */
-export function sharpProgress(scope: Scope, holdingOf: HoldingOf, eye: Eye, target_px: number): Progress {
+export function sharpProgress(
+  scope: Scope,
+  holdingOf: HoldingOf,
+  eye: Eye,
+  target_px: number,
+  cameOf: CameOf = NOTHING_CAME,
+): Progress {
   const wanted = new Map<number, { object: PlacedObject; grade: Grade; does: boolean }>();
   let known = 0;
   for (const object of scope.objects) {
@@ -93,7 +106,8 @@ export function sharpProgress(scope: Scope, holdingOf: HoldingOf, eye: Eye, targ
   for (const { object, grade, does } of wanted.values()) {
     const { held } = holdingOf(object.model.model);
     const here = new Set(held ? filesOf(object.model, held).map(({ url }) => url) : []);
-    for (const file of filesOf(object.model, grade)) files.add(file, does || here.has(file.url));
+    for (const file of filesOf(object.model, grade))
+      files.add(file, does || here.has(file.url) ? file.bytes : cameOf(object.model.model, file));
   }
   const { loaded_bytes, total_bytes } = files;
   return { loaded_bytes, isAbout: false, total_bytes, bound: known === scope.count ? "exact" : "least" };
@@ -101,21 +115,17 @@ export function sharpProgress(scope: Scope, holdingOf: HoldingOf, eye: Eye, targ
 
 /** Files, each once. */
 class Files {
-  private readonly files = new Map<string, { readonly bytes: number; readonly isHere: boolean }>();
+  private readonly files = new Map<string, { readonly bytes: number; readonly here_bytes: number }>();
 
-  add({ url, bytes }: FileRef, isHere: boolean): void {
-    this.files.set(url, { bytes, isHere: isHere || (this.files.get(url)?.isHere ?? false) });
+  add({ url, bytes }: FileRef, here_bytes: number): void {
+    this.files.set(url, { bytes, here_bytes: Math.max(here_bytes, this.files.get(url)?.here_bytes ?? 0) });
   }
 
   get loaded_bytes(): number {
-    return this.sum(({ isHere }) => isHere);
+    return [...this.files.values()].reduce((sum, { here_bytes }) => sum + here_bytes, 0);
   }
 
   get total_bytes(): number {
-    return this.sum(() => true);
-  }
-
-  private sum(counts: (file: { readonly isHere: boolean }) => boolean): number {
-    return [...this.files.values()].reduce((sum, file) => sum + (counts(file) ? file.bytes : 0), 0);
+    return [...this.files.values()].reduce((sum, { bytes }) => sum + bytes, 0);
   }
 }

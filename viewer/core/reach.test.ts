@@ -69,6 +69,7 @@ it("one gets straight to the doors of one's own cell, not through a wall to thos
   let shut = true;
   const space: NavigationSpace = {
     isShut: () => shut,
+    isLost: () => false,
     cell: (id) => {
       const cell = cells[id];
       return cell?.planes && { cell: id, ...cell, planes: planesOfBounds(cell.planes) };

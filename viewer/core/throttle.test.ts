@@ -41,3 +41,59 @@ it("keeps status and headers", async () => {
   const response = await throttle.fetch("a", {});
   expect([response.status, response.headers.get("X-Why"), await response.text()]).toEqual([404, "gone", "no"]);
 });
+
+/** A body that comes when it is told to. */
+function tap() {
+  let controller: ReadableStreamDefaultController<Uint8Array> | undefined;
+  const body = new ReadableStream<Uint8Array>({
+    start: (one) => {
+      controller = one;
+    },
+  });
+  return { body, pour: (bytes: number) => controller?.enqueue(new Uint8Array(bytes)), end: () => controller?.close() };
+}
+
+const SLOW = { name: "8k", bits_per_s: 8000, latency_ms: 100 };
+
+it("slows down what was under way when a line was chosen", async () => {
+  const clock = virtualClock();
+  const { body, pour, end } = tap();
+  const throttle = new Throttle(async () => new Response(body), clock);
+  const reader = (await throttle.fetch("a", {})).body?.getReader();
+  pour(5000);
+  expect((await reader?.read())?.value?.byteLength).toBe(5000);
+  expect(clock.now_ms()).toBe(0);
+  throttle.line = SLOW;
+  pour(5000);
+  end();
+  let came = 0;
+  for (let part = await reader?.read(); part?.value; part = await reader?.read()) came += part.value.byteLength;
+  expect(came).toBe(5000);
+  expect(clock.now_ms()).toBeCloseTo(5000, -2);
+});
+
+it("slows down an answer that was asked for before a line was chosen, and one without a body", async () => {
+  const clock = virtualClock();
+  let reply: (response: Response) => void = () => {};
+  const throttle = new Throttle(() => new Promise((resolve) => (reply = resolve)), clock);
+  const early = throttle.fetch("a", {});
+  throttle.line = SLOW;
+  reply(new Response(new Uint8Array(1000)));
+  await (await early).arrayBuffer();
+  expect(clock.now_ms()).toBeCloseTo(1100, -1);
+  const empty = throttle.fetch("b", { method: "HEAD" });
+  reply(new Response(null));
+  await empty;
+  expect(clock.now_ms()).toBeCloseTo(1200, -1);
+});
+
+it("lets go of what waits when another line is chosen", async () => {
+  const forever = { now_ms: () => 0, pause: () => new Promise<void>(() => {}) };
+  const throttle = new Throttle(answer(3000), forever);
+  throttle.line = { ...SLOW, latency_ms: 0 };
+  const response = await throttle.fetch("a", {});
+  const whole = response.arrayBuffer();
+  await new Promise((resolve) => setTimeout(resolve, 0));
+  throttle.line = undefined;
+  expect((await whole).byteLength).toBe(3000);
+});

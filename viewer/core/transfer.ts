@@ -35,22 +35,33 @@ export async function transfer(
   const stalled = new AbortController();
   const watch = () => setTimeout(() => stalled.abort(), stall_ms);
   let timer = watch();
+  const either = AbortSignal.any([signal, stalled.signal]);
+  // Whatever it is that does not answer need not hear of it either.
+  const ended = new Promise<never>((_, reject) => {
+    either.addEventListener("abort", () => reject(either.reason));
+  });
+  ended.catch(() => {});
+  let body: ReadableStreamDefaultReader<Uint8Array> | undefined;
   try {
-    const response = await fetch(url, { cache, signal: AbortSignal.any([signal, stalled.signal]) });
+    const response = await Promise.race([fetch(url, { cache, signal: either }), ended]);
     if (!response.ok) {
       const passes = response.status >= 500 || response.status === 429 || response.status === 408;
       throw new FetchError(passes ? "unreachable" : "status", url, `${url} was answered with ${response.status}`);
     }
-    const body = response.body?.getReader();
-    for (let part = await body?.read(); body && part?.value; part = await body.read()) {
-      receive(part.value);
+    body = response.body?.getReader();
+    while (body) {
+      const { value } = await Promise.race([body.read(), ended]);
+      if (!value) break;
+      receive(value);
       clearTimeout(timer);
       timer = watch();
     }
     return response.headers;
   } catch (error) {
     if (error instanceof FetchError) throw error;
-    throw new FetchError("unreachable", url, `${url} cannot be reached (${String(error)})`);
+    if (either.aborted) body?.cancel().catch(() => {});
+    const why = stalled.signal.aborted ? `nothing came of it for ${stall_ms / 1000} s` : String(error);
+    throw new FetchError("unreachable", url, `${url} cannot be reached (${why})`);
   } finally {
     clearTimeout(timer);
   }

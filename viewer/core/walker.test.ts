@@ -9,6 +9,7 @@ function spaceOf(boxes: Bounds[]): NavigationSpace {
     [0, 1, 2].every((i) => (a.min[i] ?? 0) <= (b.max[i] ?? 0) && (b.min[i] ?? 0) <= (a.max[i] ?? 0));
   return {
     isShut: () => false,
+    isLost: () => false,
     cell(id) {
       const bounds = boxes[id];
       if (!bounds) return undefined;
@@ -103,6 +104,7 @@ describe("a walker", () => {
     const shut = new Set<number>();
     const space: NavigationSpace = {
       isShut: (id) => shut.has(id),
+      isLost: () => false,
       cell(id) {
         const cell = touching.cell(id);
         return cell && { ...cell, portals: [{ to: 1 - id, polygon: door, door: 7 }] };
@@ -121,6 +123,44 @@ describe("a walker", () => {
       who.look(-Math.PI / 2, 0);
       stroll(who, 3);
       expect(who.position[0] > 4, `at z = ${z}, closed: ${closed}`).toBe(passes);
+    }
+  });
+
+  it("goes through an opening into a cell that is lost, and comes back", () => {
+    const here: Bounds = { min: [0, 0, 0], max: [4, 3, 4] };
+    const door: Vec3[] = [
+      [4, 0, 1],
+      [4, 2, 1],
+      [4, 2, 2],
+      [4, 0, 2],
+    ];
+    const space: NavigationSpace = {
+      isShut: () => false,
+      isLost: (id) => id === 1,
+      cell: (id) =>
+        id === 0
+          ? {
+              cell: 0,
+              planes: planesOfBounds(here),
+              adjacent: [1],
+              portals: [{ to: 1, polygon: door, door: undefined }],
+            }
+          : undefined,
+    };
+    for (const [z, passes] of [
+      [1.5, true],
+      [3, false],
+    ] as const) {
+      const who = new Walker(space);
+      who.place([2, 1.6, z], 0);
+      who.look(-Math.PI / 2, 0);
+      stroll(who, 3);
+      expect(who.position[0] > 5, `at z = ${z}`).toBe(passes);
+      expect(who.position[1]).toBeCloseTo(1.6, 2);
+      who.look(Math.PI / 2, 0);
+      stroll(who, 5);
+      expect(who.position[0]).toBeGreaterThan(0.1);
+      expect(who.position[0]).toBeLessThan(1);
     }
   });
 

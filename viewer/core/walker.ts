@@ -2,7 +2,8 @@
  * Where may a walker go? Inside the union of the view cells: a step is swept through the current cell, goes on through a
  * portal where an adjacent cell continues, and slides along the hull where none does. In fly mode nothing holds it back.
  *
- * Positions are the eye's, in metres; yaw turns left about +Y and is 0 towards −Z, pitch is positive upwards, radians.
+ * Positions are the eye's, in metres; yaw turns left about +Y and is 0 towards −Z, pitch is positive upwards, radians. Lengths and
+ * speeds are a person's; in worlds of another scale they are all taken times its size (`stature.ts`).
  */
 import type { Portal } from "./cellrecord.ts";
 import {
@@ -16,6 +17,7 @@ import {
   subtract,
   type Vec3,
 } from "./geometry.ts";
+import { PERSON, type Stature } from "./stature.ts";
 
 /** What walking needs to know of a cell. */
 export interface NavigationCell {
@@ -31,6 +33,8 @@ export interface NavigationSpace {
   cell(id: number): NavigationCell | undefined;
   /** Whether a door is closed, so that nobody gets through. */
   isShut(door: number): boolean;
+  /** Whether nobody can say where a cell is: nothing holds who goes there. */
+  isLost(cell: number): boolean;
 }
 
 /** What a person wants, each from −1 to 1. */
@@ -44,14 +48,15 @@ export interface Intent {
 export const IDLE: Intent = { forward: 0, right: 0, up: 0, fast: false };
 
 export const WALK_SPEED_MPS = 2.2;
-export const FAST_FACTOR = 2.5;
-const FLY_FACTOR = 2;
+const FAST_FACTOR = 2.5;
 /** Distance that a walker keeps from walls, so that the near plane never cuts into one. */
-export const BODY_RADIUS_M = 0.22;
+const BODY_RADIUS_M = 0.22;
 /** How fast a walker is pushed off a wall, or rises and falls to stand on the floor. */
 const SETTLE_MPS = 6;
 /** Gap between hulls that still counts as touching. */
 const SEAM_M = 2e-3;
+/** What leans more is no wall but a floor or a ceiling: a vertical part of its normal. */
+const STEEP = 0.5;
 /** How far from a portal's polygon one may pass. */
 const PORTAL_SLACK_M = 0.05;
 /** Eyes higher than this above the floor come down when they walk … */
@@ -60,6 +65,8 @@ const EYE_HEIGHT_M = 1.7;
 const HOVER_FROM_M = 3;
 /** Who comes down by less in a frame has landed. */
 const LANDED_M = 1e-4;
+/** Who is slower stands. */
+const LEAST_MPS = 1e-3;
 /** How quickly the wanted velocity is reached, as a rate per second. */
 const RESPONSE_PER_S = 12;
 
@@ -86,6 +93,7 @@ export function sweep(space: NavigationSpace, start: Place, displacement: Vec3, 
     if (!face) break;
     const beyond = continues(space, cell, position, remaining);
     if (beyond) cell = beyond;
+    else if (leadsAway(space, cell, position, face)) return { position: add(position, remaining), cell };
     else if (mode === "stop") break;
     else remaining = subtract(remaining, scale(face.normal, dot(face.normal, remaining)));
   }
@@ -105,6 +113,15 @@ function continues(
     if (next && insidePlanes(next.planes, ahead, SEAM_M) && passes(space, cell, next, point)) return next;
   }
   return undefined;
+}
+
+/** Whether an opening in a wall leads from a point into a cell of which nobody knows where it is. */
+function leadsAway(space: NavigationSpace, cell: NavigationCell, point: Vec3, face: Plane): boolean {
+  const portals = cell.portals?.filter(({ to, door }) => {
+    return space.isLost(to) && (door === undefined || !space.isShut(door));
+  });
+  const isWall = Math.abs(face.normal[1]) < STEEP;
+  return isWall && (portals?.some(({ polygon }) => distanceToPolygon(polygon, point) <= PORTAL_SLACK_M) ?? false);
 }
 
 /** Whether an opening leads from one cell into another at a point; cells that overlap there need none. */
@@ -128,7 +145,25 @@ export class Walker {
   /** Whether it comes down although it wants to go nowhere. */
   private landing = false;
 
-  constructor(private readonly space: NavigationSpace) {}
+  constructor(
+    private readonly space: NavigationSpace,
+    private readonly stature: Stature = PERSON,
+  ) {}
+
+  /** A share of a person's size. */
+  get size(): number {
+    return this.stature.size;
+  }
+
+  /** How fast one walks who does not hurry. */
+  get walkSpeed_mps(): number {
+    return WALK_SPEED_MPS * this.size;
+  }
+
+  /** The distance that is kept from walls. */
+  get bodyRadius_m(): number {
+    return BODY_RADIUS_M * this.size;
+  }
 
   /** Metres per second, for prediction. */
   get speed(): Vec3 {
@@ -148,7 +183,7 @@ export class Walker {
   land(position: Vec3, cell: number): void {
     this.place(position, cell);
     this.mode = "walk";
-    this.eyeHeight_m = EYE_HEIGHT_M;
+    this.eyeHeight_m = EYE_HEIGHT_M * this.size;
     this.landing = true;
   }
 
@@ -169,7 +204,7 @@ export class Walker {
     const wanted = this.wantedVelocity(intent);
     const blend = 1 - Math.exp(-RESPONSE_PER_S * seconds);
     this.velocity = add(this.velocity, scale(subtract(wanted, this.velocity), blend));
-    if (length(this.velocity) < 1e-3) this.velocity = [0, 0, 0];
+    if (length(this.velocity) < LEAST_MPS * this.size) this.velocity = [0, 0, 0];
     return this.travel(scale(this.velocity, seconds), seconds);
   }
 
@@ -183,8 +218,8 @@ export class Walker {
       this.walk(cell, displacement, seconds);
     }
     const way_m = length(subtract(this.position, before));
-    if (this.landing && seconds > 0 && way_m < LANDED_M) this.landing = false;
-    return way_m > 1e-7;
+    if (this.landing && cell && seconds > 0 && way_m < LANDED_M * this.size) this.landing = false;
+    return way_m > 1e-7 * this.size;
   }
 
   /** Whether a straight line from the eye towards a point leads to an opening of a door; nothing hinders who is in no cell. */
@@ -203,7 +238,8 @@ export class Walker {
     const fly = this.mode === "fly";
     const size = Math.hypot(intent.forward, intent.right, intent.up);
     if (size === 0) return [0, 0, 0];
-    const speed = (WALK_SPEED_MPS * (intent.fast ? FAST_FACTOR : 1) * (fly ? FLY_FACTOR : 1)) / Math.max(size, 1);
+    const plain_mps = fly ? this.stature.flight_mps : this.walkSpeed_mps;
+    const speed = (plain_mps * (intent.fast ? FAST_FACTOR : 1)) / Math.max(size, 1);
     const [sin, cos] = [Math.sin(this.yaw), Math.cos(this.yaw)];
     const level = fly ? Math.cos(this.pitch) : 1;
     const climb = fly ? Math.sin(this.pitch) * intent.forward : 0;
@@ -219,6 +255,11 @@ export class Walker {
     if (this.eyeHeight_m === undefined) this.eyeHeight_m = this.feelFloor({ position: this.position, cell: from });
     if (displacement[1] !== 0) this.eyeHeight_m = "hover";
     let place = sweep(this.space, { position: this.position, cell: from }, displacement, "slide");
+    if (!insidePlanes(place.cell.planes, place.position, SEAM_M)) {
+      // Out into a cell of which nothing is known.
+      this.position = place.position;
+      return;
+    }
     place = this.keepOffWalls(place, seconds);
     if (typeof this.eyeHeight_m === "number") place = this.standOnFloor(place, this.eyeHeight_m, seconds);
     this.position = place.position;
@@ -227,8 +268,8 @@ export class Walker {
 
   private feelFloor(place: Place): number | "hover" {
     const height = this.heightAboveFloor(place);
-    if (height > HOVER_FROM_M) return "hover";
-    return Math.min(height, EYE_HEIGHT_M);
+    if (height > HOVER_FROM_M * this.size) return "hover";
+    return Math.min(height, EYE_HEIGHT_M * this.size);
   }
 
   private heightAboveFloor(place: Place): number {
@@ -238,21 +279,22 @@ export class Walker {
 
   private standOnFloor(place: Place, eyeHeight_m: number, seconds: number): Place {
     const rise = eyeHeight_m - this.heightAboveFloor(place);
-    const most = SETTLE_MPS * seconds;
+    const most = SETTLE_MPS * this.size * seconds;
     return sweep(this.space, place, [0, Math.min(most, Math.max(-most, rise)), 0], "stop");
   }
 
   /** Pushes the eye off faces behind which nothing continues. */
   private keepOffWalls(place: Place, seconds: number): Place {
     let result = place;
+    const radius_m = this.bodyRadius_m;
     for (const plane of place.cell.planes) {
-      if (Math.abs(plane.normal[1]) > 0.5) continue;
+      if (Math.abs(plane.normal[1]) > STEEP) continue;
       const gap = plane.offset - dot(plane.normal, result.position);
-      if (gap >= BODY_RADIUS_M) continue;
-      const reach = sweep(this.space, result, scale(plane.normal, BODY_RADIUS_M), "stop");
+      if (gap >= radius_m) continue;
+      const reach = sweep(this.space, result, scale(plane.normal, radius_m), "stop");
       const open = dot(plane.normal, subtract(reach.position, result.position));
-      if (open >= BODY_RADIUS_M - SEAM_M) continue;
-      const push = Math.min(BODY_RADIUS_M - open, SETTLE_MPS * seconds);
+      if (open >= radius_m - Math.min(SEAM_M, radius_m / 2)) continue;
+      const push = Math.min(radius_m - open, SETTLE_MPS * this.size * seconds);
       result = sweep(this.space, result, scale(plane.normal, -push), "stop");
     }
     return result;

@@ -12,6 +12,7 @@ it("tells when the index has answered, though the eye is still nearest to the sa
   const whereabouts = new Whereabouts(index, {
     entered,
     located: () => told.push({ locating: whereabouts.locating, inside: whereabouts.inside }),
+    nowhere: () => {},
     problem: () => {},
   });
   whereabouts.follow([0, 0, 0]);

@@ -19,6 +19,8 @@ export interface WhereaboutsEvents {
   readonly entered: (entry: CellEntry) => void;
   /** The index has answered, or the eye has left its cell or come back into it. */
   readonly located: () => void;
+  /** No cell is known anywhere. */
+  readonly nowhere: (position: Vec3) => void;
   readonly problem: (error: unknown) => void;
 }
 
@@ -78,6 +80,7 @@ export class Whereabouts {
         const located = await this.cells.locate(position);
         if (this.closed) return;
         if (located) this.enter(located.entry, located.distance_m === 0);
+        else this.events.nowhere(position);
       } while (length(subtract(this.position, position)) > FURTHEST_M);
     } catch (error) {
       this.events.problem(error);

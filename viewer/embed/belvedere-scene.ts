@@ -134,11 +134,10 @@ export class BelvedereScene extends HTMLElement {
     canvas.setAttribute("aria-label", `${scene.manifest.title}. ${HOW_TO_MOVE}`);
     const problem = (error: unknown) => this.fail(error, scene.tree.base.host, caption);
     const visit = new Visit({ scene, stage, display: caption, problem });
-    const first = scene.manifest.viewpoints[0];
     const begin = this.wanted ?? pose;
     this.wanted = undefined;
     if (begin) visit.teleport(begin);
-    else if (first) visit.goTo(first);
+    else visit.start();
     const doors = new Doors(visit);
     const controls = new Controls(canvas, stick, {
       keys: this,

@@ -39,6 +39,7 @@ const { position } = scene.manifest.viewpoints[0];
 explorer.follow({ position, viewAngle_rad: 1, height_px: 1080 }, [0, 0, 0]);
 while (!explorer.settled) await new Promise((resolve) => setTimeout(resolve, 50));
 const { loaded_bytes, total_bytes } = explorer.progress();
-console.log(`${scene.manifest.title}, cell ${explorer.cellId}: ${explorer.visible.length} objects can be seen`);
+const where = explorer.cellId === undefined ? "in no cell that is known" : `cell ${explorer.cellId}`;
+console.log(`${scene.manifest.title}, ${where}: ${explorer.visible.length} objects can be seen`);
 console.log(`${models.size} models are here, ${loaded_bytes} of ${total_bytes} bytes of the first picture`);
 explorer.close();

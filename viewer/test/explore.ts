@@ -111,13 +111,14 @@ export async function explore({
   request_bytes = HEADER_BYTES,
   bundles = false,
   delay_ms = 0,
+  answer = () => undefined,
   ...options
 }: SetUp = {}) {
   const starts = () => ({ receives: () => {}, ends: () => {} });
   const meter = { request_bytes, bytes_per_s: Number.POSITIVE_INFINITY, hasRoom: () => true, starts };
   const files = publish({ rooms: 6, ...options });
   spoil?.(files);
-  const { fetch, requests } = serveFiles(files, { bundles, delay_ms });
+  const { fetch, requests } = serveFiles(files, { bundles, delay_ms, answer });
   const log = new RequestLog(() => 0);
   const digest = webCryptoDigest();
   const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest, shelf, meter, log });

@@ -6,10 +6,15 @@ export interface ServerOptions {
   readonly bundles?: boolean;
   /** Every answer takes so long. */
   readonly delay_ms?: number;
+  /** Answers some paths in its own way, given what the file holds. */
+  readonly answer?: (path: string, bytes: Uint8Array) => BodyInit | undefined;
 }
 
 /** Answers requests from files below a base, and counts them. */
-export function serveFiles(files: Files, { bundles = false, delay_ms = 0 }: ServerOptions = {}) {
+export function serveFiles(
+  files: Files,
+  { bundles = false, delay_ms = 0, answer = () => undefined }: ServerOptions = {},
+) {
   const base = "https://host/sub/";
   const requests: string[] = [];
   const headers: HeadersInit = bundles ? { Link: '</o/bundle/>; rel="bundles"' } : {};
@@ -19,7 +24,9 @@ export function serveFiles(files: Files, { bundles = false, delay_ms = 0 }: Serv
     await new Promise((resolve) => setTimeout(resolve, delay_ms));
     if (init.signal?.aborted) throw new DOMException("aborted", "AbortError");
     const bytes = bundles && path.startsWith(BUNDLE) ? bundleOf(files, path) : files.get(path);
-    return bytes ? new Response(bytes as BodyInit, { headers }) : new Response("", { status: 404 });
+    return bytes
+      ? new Response(answer(path, bytes) ?? (bytes as BodyInit), { headers })
+      : new Response("", { status: 404 });
   };
   return { fetch, requests };
 }

@@ -7,7 +7,9 @@ import { length, subtract } from "../core/geometry.ts";
 import { Company, type Mover } from "../core/live/company.ts";
 import type { LiveEvent } from "../core/live/events.ts";
 import { type Participant, Session } from "../core/live/session.ts";
+import { slowStream } from "../core/live/slowstream.ts";
 import type { PlacedObject } from "../core/objects.ts";
+import type { Throttle } from "../core/throttle.ts";
 import { Avatars } from "../three/avatars.ts";
 import type { Doors } from "./doors.ts";
 import type { Visit } from "./visit.ts";
@@ -19,6 +21,8 @@ const REPORT_EVERY_MS = 5000;
 export interface LivePartsOfPage {
   readonly visit: Visit;
   readonly doors: Doors;
+  /** Slows down what is said and heard, when a slow line is tried out. */
+  readonly line: Throttle;
   /** How many other people are in sight, when that changes. */
   readonly counted: (people: number) => void;
   /** The scene was published anew while one was in it. */
@@ -60,13 +64,14 @@ export class LiveCompany {
 
   /** Joins, where that is possible; a server that cannot be asked is one without company. */
   async join(): Promise<void> {
-    const { scene } = this.parts.visit.explorer;
+    const { line, visit } = this.parts;
+    const { scene } = visit.explorer;
     try {
       this.session = await Session.offered({
         tree: scene.tree,
         scene: scene.pointer.scene,
-        fetch: (url, init) => fetch(url, init),
-        listen: (url) => new EventSource(url),
+        fetch: line.fetch,
+        listen: (url) => slowStream(new EventSource(url), (bytes) => line.carry(bytes)),
         now_ms: () => performance.now(),
         told: (event) => this.hear(event),
       });

@@ -23,7 +23,7 @@ export class Doors {
   /** The door that one would use from here. */
   inReach(): number | undefined {
     const { walker } = this.visit;
-    return doorInReach(this.places(), walker, (point, door) => walker.leadsTo(point, door));
+    return doorInReach(this.places(), walker, (point, door) => walker.leadsTo(point, door), walker.size);
   }
 
   /** Opens the door in reach, or closes it; answers whether there is one. */

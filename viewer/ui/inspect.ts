@@ -4,7 +4,6 @@
  */
 import type { CellRecord } from "../core/cellrecord.ts";
 import type { Vec3 } from "../core/geometry.ts";
-import { WALK_SPEED_MPS } from "../core/walker.ts";
 import type { LiveCompany } from "./company.ts";
 import type { Recording } from "./recording.ts";
 import type { Visit } from "./visit.ts";
@@ -128,8 +127,8 @@ export function inspector({ visit, company, recording, encodedBytes, problems }:
       notes: explorer.notes,
     }),
     teleport: (position, yaw = walker.yaw, pitch = walker.pitch) => visit.teleport({ position, yaw, pitch }),
-    walk: (forward_m) => visit.walkTo(visit.ahead(forward_m), WALK_SPEED_MPS),
-    walkTo: (position, speed_mps = WALK_SPEED_MPS) => visit.walkTo(position, speed_mps),
+    walk: (forward_m) => visit.walkTo(visit.ahead(forward_m), walker.walkSpeed_mps),
+    walkTo: (position, speed_mps = walker.walkSpeed_mps) => visit.walkTo(position, speed_mps),
     recording,
     find: (sourceNode) => visit.find(sourceNode),
     record: (cell) => explorer.record(typeof cell === "number" ? cell : Number(cell.replace(/^c/, ""))),

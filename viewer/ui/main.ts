@@ -144,6 +144,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const company = new LiveCompany({
     doors,
     visit,
+    line: network.throttle,
     counted: (people) => hud.people(people),
     outdated: () =>
       showNotice("This world was published anew while you were in it.", "Show it", () => location.reload()),
@@ -217,14 +218,13 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     return false;
   });
   describeInto(element("picture", HTMLParagraphElement), visit);
-  const viewpoint = scene.manifest.viewpoints[0];
   const pose = readPose(location.hash);
   const seen = readRevision(location.hash);
   if (seen !== undefined && seen !== scene.pointer.revision) {
     showNotice("This world has changed since the link was made.", "All right", () => {});
   }
   if (pose) visit.teleport(pose);
-  else if (viewpoint) visit.goTo(viewpoint);
+  else visit.start();
   addEventListener("hashchange", () => {
     const linked = readPose(location.hash);
     if (linked) visit.teleport(linked);

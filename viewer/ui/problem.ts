@@ -5,6 +5,7 @@
 import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
 import { DocumentError } from "../core/json.ts";
+import { IncompleteMapError } from "../core/lostpages.ts";
 import { MemoryShortError } from "../core/residency.ts";
 import { FetchError } from "../core/transfer.ts";
 import { NoDecoderError } from "../three/decoder.ts";
@@ -81,6 +82,12 @@ export function explain(error: unknown, host: string, isElsewhere = false): Expl
   }
   if (error instanceof MemoryShortError) {
     return { title: "Memory is full", text: `Some things are left out: ${error.message}.` };
+  }
+  if (error instanceof IncompleteMapError) {
+    return {
+      title: "Part of the map of this world is missing",
+      text: `The walk goes on with what is known; in the rest, walls do not hold and less is shown (${error.message}). Trying again may help.`,
+    };
   }
   const damaged = error instanceof DocumentError || error instanceof CellRecordError || error instanceof FetchError;
   const message = error instanceof Error ? error.message : String(error);

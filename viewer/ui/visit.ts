@@ -10,12 +10,14 @@ import { FrameTimes } from "../core/frametimes.ts";
 import { add, direction, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
 import { Motion } from "../core/motion.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
+import { madeUp, overview } from "../core/overview.ts";
 import { PRIORITY } from "../core/priority.ts";
 import type { Progress } from "../core/progress.ts";
 import type { PublishedScene } from "../core/published.ts";
 import { QualityHistory } from "../core/quality.ts";
 import type { Eye } from "../core/screenerror.ts";
-import { BODY_RADIUS_M, IDLE, Walker } from "../core/walker.ts";
+import { statureIn } from "../core/stature.ts";
+import { IDLE, Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
 import type { Matrix4, Object3D, Stage } from "../three/stage.ts";
@@ -112,6 +114,8 @@ export class Visit {
   private lastFrame_ms: number | undefined;
   private readonly motion = new Motion();
   private errand: Errand | undefined;
+  /** Where one has begun high up, if so. */
+  private looksDownFrom: Vec3 | undefined;
   private pinned:
     | { readonly pose: Pose; readonly mode: Walker["mode"]; readonly corners: (m: number) => Vec3[] }
     | undefined;
@@ -130,7 +134,7 @@ export class Visit {
         problem,
       },
     );
-    this.walker = new Walker(this.explorer);
+    this.walker = new Walker(this.explorer, statureIn(scene.manifest));
     stage.add(this.host.root);
     stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
@@ -174,14 +178,42 @@ export class Visit {
     this.turn(0, -this.walker.pitch);
   }
 
-  /** Flies, or comes down to walk: onto the floor of the cell that is nearest. */
+  /** Begins where the author says; where nobody does, high up with all of it in view, as far as it is open above. */
+  start(): void {
+    const { scene, stage, display } = this.parts;
+    const [first] = scene.manifest.viewpoints;
+    const { width, height } = stage.size;
+    const high = overview(scene.manifest, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
+    if (high) {
+      this.teleport(high);
+      this.walker.mode = "fly";
+      this.looksDownFrom = high.position;
+      display.mode("fly");
+    } else if (first) this.goTo(first);
+  }
+
+  /** Whether one has not flown away from where one has begun high up. */
+  private get hasOnlyLooked(): boolean {
+    const { walker, looksDownFrom } = this;
+    return looksDownFrom !== undefined && length(subtract(walker.position, looksDownFrom)) < walker.bodyRadius_m;
+  }
+
+  /**
+   * Flies, or comes down to walk: onto the floor of the cell that is nearest. Who has only looked from high up comes down where a bake
+   * would begin, in a large cell with a floor.
+   */
   toggleFly(): void {
     const { walker, explorer } = this;
+    const place = madeUp(this.parts.scene.manifest);
     if (this.frozen) return;
     if (walker.mode === "walk") walker.mode = "fly";
-    else {
+    else if (place && this.hasOnlyLooked) {
+      this.goTo(place);
+      this.level();
+      walker.land(place.position, place.cell);
+    } else {
       const { cellId } = explorer;
-      const footing = explorer.footing(walker.position, BODY_RADIUS_M);
+      const footing = explorer.footing(walker.position, walker.bodyRadius_m);
       if (footing && cellId !== undefined) walker.land(footing, cellId);
       else walker.mode = "walk";
     }
@@ -203,7 +235,7 @@ export class Visit {
       unit.map((corner) => add(position, scale(subtract(corner, position), distance_m)));
     this.pinned = { pose: { position, yaw, pitch }, mode, corners };
     this.walker.mode = "fly";
-    this.walker.place(add(this.ahead(-LOOK_BACK_M), [0, LOOK_DOWN_M, 0]));
+    this.walker.place(add(this.ahead(-LOOK_BACK_M * this.walker.size), [0, LOOK_DOWN_M * this.walker.size, 0]));
     this.walker.look(yaw, -Math.atan2(LOOK_DOWN_M, LOOK_BACK_M));
     this.moved = true;
     this.parts.display.mode("frozen");
@@ -211,7 +243,9 @@ export class Visit {
 
   /** While the view is frozen: leaves out of the picture what is above the eye, such as ceilings. */
   cutAway(cut: boolean): void {
-    this.parts.stage.cutAbove(cut && this.pinned ? this.pinned.pose.position[1] + HEADROOM_M : undefined);
+    this.parts.stage.cutAbove(
+      cut && this.pinned ? this.pinned.pose.position[1] + HEADROOM_M * this.walker.size : undefined,
+    );
     this.dirty = true;
   }
 
@@ -350,14 +384,15 @@ export class Visit {
     const way = subtract(errand.target, before);
     const flat: Vec3 = this.walker.mode === "fly" ? way : [way[0], 0, way[2]];
     const left_m = length(flat);
-    if (left_m > ARRIVED_M) {
+    const arrived_m = ARRIVED_M * this.walker.size;
+    if (left_m > arrived_m) {
       const step_m = Math.min(left_m, errand.speed_mps * seconds);
       this.walker.travel(scale(flat, step_m / left_m), seconds);
     }
     const after = this.walker.position;
     const gained_m = left_m - Math.hypot(errand.target[0] - after[0], errand.target[2] - after[2]);
     errand.stuck_s = gained_m > 0.1 * errand.speed_mps * seconds ? 0 : errand.stuck_s + seconds;
-    if (left_m <= ARRIVED_M) this.endErrand(true);
+    if (left_m <= arrived_m) this.endErrand(true);
     else if (errand.stuck_s > STUCK_AFTER_S) this.endErrand(false);
     return length(subtract(after, before)) > 1e-7;
   }

@@ -74,7 +74,8 @@ export class Requests implements Section {
     select.onchange = () => {
       this.throttle.line = LINES.find(({ name }) => name === select.value);
     };
-    return make("label", { class: "line" }, "Pretend that the line is ", select);
+    const choice = make("label", { class: "line" }, "Pretend that the line is ", select);
+    return make("div", {}, choice, make("p", { class: "note" }, "What this device has kept does not travel."));
   }
 }
 

@@ -1,0 +1,105 @@
+/**
+ * Who waits for one file, and what has come of it? Some wait for all of it, others for a part of it; all hear of its end.
+ */
+import { Incoming } from "./incoming.ts";
+import type { RequestTrace } from "./requestlog.ts";
+import { type Part, PartError, Slices } from "./slices.ts";
+
+/** What was asked for. */
+export interface Wish {
+  readonly url: string;
+  readonly fresh: boolean;
+  /** How large it is said to be. */
+  readonly bytes: number | undefined;
+  /** Which of them all was asked for earlier. */
+  readonly order: number;
+  readonly trace: RequestTrace | undefined;
+}
+
+export class Download {
+  readonly url: string;
+  readonly fresh: boolean;
+  readonly bytes: number | undefined;
+  readonly order: number;
+  readonly trace: RequestTrace | undefined;
+  readonly controller = new AbortController();
+  /** Whether it did not come in a bundle where it should have, and now goes alone. */
+  alone = false;
+  private readonly whole: Promise<ArrayBuffer>;
+  private resolve: (bytes: ArrayBuffer) => void = () => {};
+  private reject: (error: unknown) => void = () => {};
+  private isWantedWhole = false;
+  private incoming = new Incoming();
+  private readonly slices: Slices;
+
+  constructor(
+    wish: Wish,
+    public priority: number,
+    isSound: (url: string, bytes: ArrayBuffer) => Promise<boolean>,
+  ) {
+    ({ url: this.url, fresh: this.fresh, bytes: this.bytes, order: this.order, trace: this.trace } = wish);
+    this.slices = new Slices(isSound);
+    this.whole = new Promise((yes, no) => {
+      this.resolve = yes;
+      this.reject = no;
+    });
+    // Who waits for a part only hears of the end by that.
+    this.whole.catch(() => {});
+  }
+
+  /** Whether trying again is of use: what nobody wants whole, and some had their part of, is left to be fetched part by part. */
+  get isWorthAnotherTry(): boolean {
+    return this.isWantedWhole || !this.slices.hasGiven;
+  }
+
+  /** Whether anybody waits for all of it. */
+  get isForAll(): boolean {
+    return this.isWantedWhole;
+  }
+
+  /** How much of it has come. */
+  get came_bytes(): number {
+    return this.incoming.length;
+  }
+
+  all(): Promise<ArrayBuffer> {
+    this.isWantedWhole = true;
+    return this.whole;
+  }
+
+  part(part: Part): Promise<ArrayBuffer> {
+    const given = this.slices.ask(part);
+    this.slices.look(this.incoming);
+    return given;
+  }
+
+  /** It is asked for, for the first time or once more. */
+  starts(): void {
+    this.trace?.starts();
+    this.incoming = new Incoming(this.bytes);
+  }
+
+  receives(piece: Uint8Array): void {
+    this.trace?.receives(piece.byteLength);
+    this.incoming.push(piece);
+    this.slices.look(this.incoming);
+  }
+
+  /** What has come, when that is all of it. */
+  taken(): ArrayBuffer {
+    return this.incoming.slice(0, this.incoming.length);
+  }
+
+  succeeds(bytes: ArrayBuffer, result: "done" | "kept"): void {
+    this.trace?.ends(result);
+    this.resolve(bytes);
+    this.slices.look(Incoming.of(bytes));
+    this.slices.end(new PartError(`${this.url} is too short for what should stand in it`));
+  }
+
+  fails(error: unknown, result: "failed" | "cancelled" | undefined): void {
+    if (result) this.trace?.ends(result);
+    this.reject(error);
+    this.slices.end(error);
+  }
+}
