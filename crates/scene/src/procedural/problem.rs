@@ -231,6 +231,9 @@ pub enum Problem {
     /// A list in place of a number.
     #[error("{0} must be a number, and this is a list")]
     NotANumber(&'static str),
+    /// A list for a parameter that has a range.
+    #[error("`{0}` has a range and must be a number, and this is a list")]
+    ListInRange(String),
     /// A number in place of a list.
     #[error("{0} must be a list, and this is a number")]
     NotAList(&'static str),
@@ -286,6 +289,15 @@ pub enum Problem {
     /// A polygon that cannot be filled.
     #[error("this polygon crosses itself or has no area; list its corners in order around it")]
     Polygon,
+    /// A polygon that is not flat.
+    #[error(
+        "this polygon is not flat: its corners lie up to {percent} % of its size off a plane, where 1 % is allowed; move them, \
+         or give `mesh` the faces that it is folded into", percent = shown(*.percent)
+    )]
+    NotFlat {
+        /// Of the longest side of a box around it, rounded up.
+        percent: f64,
+    },
     /// Frames of what does not move.
     #[error(
         "`frames` needs a parameter `phase` of this part or file, by which it moves; give it one, such as `phase = 0`"
