@@ -62,7 +62,7 @@ export function lineOf(text: string, at: number): number {
   return text.slice(0, at).split(/\r\n|\r|\n/).length;
 }
 
-export function unknown(kind: string, name: string, known: Iterable<string>): string {
+export function unknown(kind: string, name: string, known: readonly string[]): string {
   const suggestion = nearest(name, known);
   const article = /^[aeiou]/.test(kind) ? "an" : "a";
   return `\`${name}\` is not ${article} ${kind} here${suggestion === undefined ? "" : `; did you mean \`${suggestion}\`?`}`;
@@ -129,13 +129,19 @@ export function twice(name: string, firstLine: number): string {
   return `\`${name}\` was already given on line ${firstLine}; rename one of the two`;
 }
 
-export function noStatement(word: string, known: Iterable<string>): string {
+export function noStatement(word: string, known: readonly string[]): string {
   const suggestion = nearest(word, known);
   const wayOut =
     suggestion === undefined
       ? `a rule is called with brackets, as in \`${word}()\``
       : `did you mean \`${suggestion}\`?`;
   return `no statement begins with \`${word}\`; ${wayOut}`;
+}
+
+/** Of what changes a statement at the end of the file or of braces. */
+export function nothingBehind(word: string): string {
+  const wayOut = "write one, such as `box(1, 2, 1)`, or braces with several";
+  return `\`${word}\` is for the statement behind it, and there is none; ${wayOut}`;
 }
 
 export function withoutLet(name: string): string {

@@ -66,6 +66,11 @@ pub enum Problem {
          the statement that it is for"
     )]
     LetInChoose,
+    /// What changes a statement at the end of the file or of braces.
+    #[error(
+        "`{0}` is for the statement behind it, and there is none; write one, such as `box(1, 2, 1)`, or braces with several"
+    )]
+    NothingBehind(String),
     /// A value of another file.
     #[error(
         "values of other files cannot be read; let \"{file}\" declare a function, as in `function {name}() = …`, and write \

@@ -94,7 +94,7 @@ class Parser extends StatementParser {
     const { at } = this.next;
     // The same file, however it is written.
     const path = this.text("the file to import, in quotes").replace(/^(\.\/)+/, "");
-    this.expectWord("as");
+    if (!this.takesWord("as")) throw this.expected("`as` and a name for the file");
     const { name: alias } = this.declared("a name for the file");
     this.module.imports.push({ alias, at, path, module: 0 });
   }

@@ -104,7 +104,9 @@ impl<'t> Parser<'t> {
         let path = self.text("the file to import, in quotes")?;
         // The same file, however it is written.
         let path = path.trim_start_matches("./").to_owned();
-        self.expect_word("as")?;
+        if !self.takes_word("as") {
+            return self.expected("`as` and a name for the file");
+        }
         let (alias, _) = self.declared("a name for the file")?;
         let alias = alias.to_owned();
         self.module.imports.push(Import {
