@@ -13,7 +13,7 @@ use tokio::task::JoinError;
 
 use super::{
     output::{bytes, percent, print, print_json},
-    sowing::SowingArgs,
+    sowing::{SowingArgs, blamed},
 };
 use crate::{
     confine::{self, confine, was_short_of_memory},
@@ -157,7 +157,7 @@ async fn bake(args: Args) -> anyhow::Result<()> {
     let baked = publish::bake(&data, request, progress, args.preview.then_some(on_first)).await;
     let report = baked.map_err(|cause| match cause.downcast_ref::<JoinError>() {
         Some(_) if was_short_of_memory(&limits) => cause.context("Cannot allocate memory"),
-        _ => cause,
+        _ => blamed(cause),
     })?;
     if args.tied {
         print(&serde_json::json!({"report": report}).to_string())

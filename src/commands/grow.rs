@@ -162,6 +162,12 @@ impl Report {
                 self.limits.iter().map(limit).collect::<Vec<_>>().join(", ")
             ),
         ];
+        if self.objects == 0 {
+            lines.push(
+                "  nothing is drawn: a rule draws when it is called, at last by a statement outside of rules"
+                    .to_owned(),
+            );
+        }
         if self.without_area > 0 {
             lines.push(format!(
                 "  {} triangles have no area and are left out of what is written",

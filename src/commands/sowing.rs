@@ -40,6 +40,16 @@ pub(super) fn told(error: ImportError) -> anyhow::Error {
     }
 }
 
+/// The same of what became of them.
+pub(super) fn blamed(cause: anyhow::Error) -> anyhow::Error {
+    match cause.downcast_ref() {
+        Some(ImportError::Rules(rules)) if rules.line == 0 => {
+            cause.context("`--set` gives what these rules do not take")
+        }
+        _ => cause,
+    }
+}
+
 fn seed(text: &str) -> Result<u32, String> {
     text.parse()
         .map_err(|_| format!("a seed is a whole number from 0 to {}", u32::MAX))
@@ -61,12 +71,12 @@ mod tests {
     use belvedere_bake::{import::Limits, progress::Silent};
     use belvedere_scene::procedural::{Settings, Value};
 
-    use super::{parameter, seed, told};
+    use super::{blamed, parameter, seed, told};
     use crate::publish::source_files::SourceFolder;
 
     #[test]
     fn what_was_set_wrongly_is_told_where_it_was_set() {
-        let refused = |text: &str| {
+        let planted = |text: &str| {
             let settings = Settings {
                 parameters: [("heigth".to_owned(), Value::Number(3.0))].into(),
                 ..Settings::default()
@@ -76,15 +86,21 @@ mod tests {
                 limits: &Limits::default(),
                 progress: &Silent,
             };
-            let planted = plant("tree.dcg", text.as_bytes().to_vec(), &settings, ground);
-            told(planted.err().unwrap()).to_string()
+            plant("tree.dcg", text.as_bytes().to_vec(), &settings, ground)
+                .err()
+                .unwrap()
         };
+        let refused = |text: &str| told(planted(text)).to_string();
         let known = refused("parameter height = 2 box(1, height, 1)");
         assert_eq!(
             known,
             "`--set`: `heigth` is not a parameter of `tree.dcg`; did you mean `height`?"
         );
         assert!(refused("bix(1)").starts_with("tree.dcg, line 1, column 1: "));
+        let of_bake = blamed(anyhow::Error::from(planted("parameter height = 2")).context("cannot import tree.dcg"));
+        assert!(
+            super::super::sentence(&of_bake).starts_with("`--set` gives what these rules do not take: cannot import")
+        );
     }
 
     #[test]

@@ -62,7 +62,7 @@ export function lineOf(text: string, at: number): number {
   return text.slice(0, at).split(/\r\n|\r|\n/).length;
 }
 
-export function unknown(kind: string, name: string, known: Iterable<string>): string {
+export function unknown(kind: string, name: string, known: readonly string[]): string {
   const suggestion = nearest(name, known);
   const article = /^[aeiou]/.test(kind) ? "an" : "a";
   return `\`${name}\` is not ${article} ${kind} here${suggestion === undefined ? "" : `; did you mean \`${suggestion}\`?`}`;
@@ -71,12 +71,12 @@ export function unknown(kind: string, name: string, known: Iterable<string>): st
 /** Most names that a message lists. */
 const MOST_LISTED = 12;
 
-/** A name that was meant, or all that there are. */
-function meant(name: string, takes: string, known: readonly string[]): string {
+/** A name that was meant, or all that there are, as they are shown. */
+function meant(name: string, takes: string, known: readonly string[], shown = known): string {
   const suggestion = nearest(name, known);
   if (suggestion !== undefined) return `did you mean \`${suggestion}\`?`;
   if (known.length === 0) return `it ${takes} none`;
-  const names = known.slice(0, MOST_LISTED).map((name) => `\`${name}\``);
+  const names = shown.slice(0, MOST_LISTED).map((name) => `\`${name}\``);
   return `it ${takes} ${names.join(", ")}${known.length > MOST_LISTED ? ", …" : ""}`;
 }
 
@@ -85,8 +85,13 @@ export function unknownOfFile(kind: string, name: string, file: string, known: r
   return `\`${name}\` is not a ${kind} of "${file}"; ${meant(name, "declares", known)}`;
 }
 
-export function unknownArgument(name: string, callee: string, known: readonly string[]): string {
-  return `\`${name}\` is not a parameter of \`${callee}\`; ${meant(name, "takes", known)}`;
+/** @param shown How those that are known are shown, if not by their names alone. */
+export function unknownArgument(name: string, callee: string, known: readonly string[], shown = known): string {
+  return `\`${name}\` is not a parameter of \`${callee}\`; ${meant(name, "takes", known, shown)}`;
+}
+
+export function listInRange(name: string): string {
+  return `\`${name}\` has a range and must be a number, and this is a list`;
 }
 
 export function unknownProperty(name: string, known: readonly string[]): string {
@@ -124,13 +129,19 @@ export function twice(name: string, firstLine: number): string {
   return `\`${name}\` was already given on line ${firstLine}; rename one of the two`;
 }
 
-export function noStatement(word: string, known: Iterable<string>): string {
+export function noStatement(word: string, known: readonly string[]): string {
   const suggestion = nearest(word, known);
   const wayOut =
     suggestion === undefined
       ? `a rule is called with brackets, as in \`${word}()\``
       : `did you mean \`${suggestion}\`?`;
   return `no statement begins with \`${word}\`; ${wayOut}`;
+}
+
+/** Of what changes a statement at the end of the file or of braces. */
+export function nothingBehind(word: string): string {
+  const wayOut = "write one, such as `box(1, 2, 1)`, or braces with several";
+  return `\`${word}\` is for the statement behind it, and there is none; ${wayOut}`;
 }
 
 export function withoutLet(name: string): string {
@@ -191,6 +202,12 @@ export const EQUALS = "`=` gives a value a name; compare with `==`";
 export const COMPARED = "a comparison cannot follow another; join them with `and`, as in `a < b and b < c`";
 export const COMMENT = "comments begin with `//` and end with their line";
 export const POLYGON = "this polygon crosses itself or has no area; list its corners in order around it";
+
+/** Of corners that lie so far off a plane, as a part of the longest side of a box around them. */
+export function notFlat(off: number): string {
+  const found = `its corners lie up to ${shown(Math.ceil(100 * off))} % of its size off a plane, where 1 % is allowed`;
+  return `this polygon is not flat: ${found}; move them, or give \`mesh\` the faces that it is folded into`;
+}
 
 /** What to write in place of a character that other languages have. */
 const IN_PLACE_OF: readonly (readonly [characters: string, wayOut: string])[] = [

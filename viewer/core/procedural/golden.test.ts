@@ -111,6 +111,29 @@ it("tells of a parameter that there is not, at no place of the text", () => {
   );
 });
 
+it("tells what there is in place of a parameter that there is not, and what is out of its range", () => {
+  const text = "parameter size = 2 from 1 to 3 // metres\nparameter lean = 0 from -1 // to the left\n to size";
+  const refused = (name: string, value: number) => () =>
+    grow(
+      readProgram("test.dcg", text, () => ""),
+      { parameters: new Map([[name, value]]) },
+    );
+  const known = "`size from 1 to 3`, `lean from -1 to size`";
+  expect(refused("heigth", 3)).toThrow(/^`heigth` is not a parameter of `test.dcg`; it takes /);
+  expect(refused("heigth", 3)).toThrow(known);
+  expect(refused("size", 4)).toThrow(/^`size` is 4; it must be from 1 to 3$/);
+});
+
+it("imports a file once, however it is written", () => {
+  const asked: string[] = [];
+  const load = (path: string) => {
+    asked.push(path);
+    return "box(1, 1, 1)";
+  };
+  readProgram("test.dcg", 'import "./a.dcg" as a import "a.dcg" as b a() b()', load);
+  expect(asked).toEqual(["a.dcg"]);
+});
+
 it("grows a part alone as it is in the whole", () => {
   const whole = grown({ file: "modules", seed: 5 });
   const text = (name: string) => readFileSync(join(GOLDEN, name), "utf8");

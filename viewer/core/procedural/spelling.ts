@@ -1,10 +1,30 @@
 /** Which known name was meant? */
 
+/** What other languages call something, and what it is called here. */
+const ELSEWHERE = new Map([
+  ["cube", "box"],
+  ["cuboid", "box"],
+  ["ball", "sphere"],
+  ["plane", "polygon"],
+  ["extrude", "prism"],
+  ["translate", "move"],
+  ["rotate", "turn"],
+  ["repeat", "for"],
+  ["while", "for"],
+  ["switch", "choose"],
+  ["pow", "power"],
+  ["lerp", "mix"],
+  ["len", "count"],
+  ["length", "count"],
+]);
+
 /**
  * The known name that is most like this one, when one is like it: at most a third of its letters differ, or all do by their
- * case only.
+ * case only; or the one that means what this means elsewhere.
  */
-export function nearest(name: string, known: Iterable<string>): string | undefined {
+export function nearest(name: string, known: readonly string[]): string | undefined {
+  const here = ELSEWHERE.get(name);
+  if (here !== undefined && known.includes(here)) return here;
   let least = Math.ceil([...name].length / 3);
   let best: string | undefined;
   for (const candidate of known) {

@@ -67,6 +67,8 @@ export interface Global {
 export interface Parameter {
   readonly formal: Formal;
   readonly range?: readonly [Written, Written];
+  /** Its name with its range, as they are written. */
+  readonly shown: string;
 }
 
 /** What a rule, function or material can be given. */

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::Settings;
 use super::error::DcgError;
 use super::link::Program;
 use super::problem::Problem;
@@ -38,6 +39,14 @@ impl Program {
         Ok(text + &module.text[copied..])
     }
 
+    /// Whether the model takes parameters that it is given.
+    ///
+    /// # Errors
+    /// When there is no parameter of a name, or a value is out of its range.
+    pub fn refuse_given(&self, settings: &Settings) -> Result<(), Box<DcgError>> {
+        super::evaluator::refuse_given(self, settings)
+    }
+
     /// Refuses the first name that no parameter of the first file has.
     pub(super) fn refuse_unknown<'n>(&self, mut given: impl Iterator<Item = &'n String>) -> Result<(), Box<DcgError>> {
         let Some(name) = given.find(|name| !self.parameters().any(|known| known == *name)) else {
@@ -48,7 +57,11 @@ impl Program {
             name: name.clone(),
             callee: file.clone(),
             suggestion: nearest(name, self.parameters()),
-            known: self.parameters().map(str::to_owned).collect(),
+            known: self.modules[0]
+                .parameters
+                .iter()
+                .map(|parameter| parameter.shown.clone())
+                .collect(),
         };
         Err(DcgError::of_whole(file, problem))
     }

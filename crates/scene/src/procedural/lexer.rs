@@ -1,7 +1,8 @@
 //! Which words does a text consist of?
 
 use super::limits::{MAX_NAME, reached};
-use super::problem::{Problem, shown};
+use super::problem::Problem;
+use super::wording::shown;
 
 /// A word and where it begins.
 #[derive(Debug, Clone, Copy, PartialEq)]

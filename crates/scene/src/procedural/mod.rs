@@ -10,7 +10,7 @@
 //! * [`evaluator`]: from a program and [`Settings`] to a [`Grown`] model, or only to its bounds.
 //! * [`solid`]: from the numbers of a terminal to triangles.
 //! * [`arithmetic`], [`random`], [`affine`]: what must give the same bits everywhere.
-//! * [`limits`], [`problem`] and [`error`]: what a model may take, and what is said when it is wrong.
+//! * [`limits`], [`problem`], [`wording`] and [`error`]: what a model may take, and what is said when it is wrong.
 //!
 //! Guarantee: the same texts, parameters, seed and level of detail give the same bits, on every platform and in both
 //! languages. Any text gives a model or an error, in bounded time and memory.
@@ -35,6 +35,7 @@ mod syntax;
 #[cfg(test)]
 mod tests;
 mod value;
+mod wording;
 
 pub use error::DcgError;
 pub use evaluator::{PHASE, Settings, bounds, grow};

@@ -1,5 +1,7 @@
 //! What can be wrong at a place of a text, and what would put it right?
 
+use super::wording::{character, counted, in_place_of, meant, quoted, shown, suggested, with_article};
+
 /// What is wrong at one place.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Problem {
@@ -64,6 +66,11 @@ pub enum Problem {
          the statement that it is for"
     )]
     LetInChoose,
+    /// What changes a statement at the end of the file or of braces.
+    #[error(
+        "`{0}` is for the statement behind it, and there is none; write one, such as `box(1, 2, 1)`, or braces with several"
+    )]
+    NothingBehind(String),
     /// A value of another file.
     #[error(
         "values of other files cannot be read; let \"{file}\" declare a function, as in `function {name}() = …`, and write \
@@ -231,6 +238,9 @@ pub enum Problem {
     /// A list in place of a number.
     #[error("{0} must be a number, and this is a list")]
     NotANumber(&'static str),
+    /// A list for a parameter that has a range.
+    #[error("`{0}` has a range and must be a number, and this is a list")]
+    ListInRange(String),
     /// A number in place of a list.
     #[error("{0} must be a list, and this is a number")]
     NotAList(&'static str),
@@ -286,6 +296,15 @@ pub enum Problem {
     /// A polygon that cannot be filled.
     #[error("this polygon crosses itself or has no area; list its corners in order around it")]
     Polygon,
+    /// A polygon that is not flat.
+    #[error(
+        "this polygon is not flat: its corners lie up to {percent} % of its size off a plane, where 1 % is allowed; move them, \
+         or give `mesh` the faces that it is folded into", percent = shown(*.percent)
+    )]
+    NotFlat {
+        /// Of the longest side of a box around it, rounded up.
+        percent: f64,
+    },
     /// Frames of what does not move.
     #[error(
         "`frames` needs a parameter `phase` of this part or file, by which it moves; give it one, such as `phase = 0`"
@@ -301,99 +320,4 @@ pub enum Problem {
         /// How far it reaches out there.
         by_m: f64,
     },
-}
-
-/// A number with few digits, as JavaScript writes it but for the `+` of large exponents.
-pub(super) fn shown(number: f64) -> String {
-    let size = number.abs();
-    if size >= 1e21 || (size > 0.0 && size < 1e-6) {
-        return format!("{number:e}");
-    }
-    let shortest = number.to_string();
-    // Where two such lie equally near, JavaScript takes the one that ends with an even digit; so does rounding to as many.
-    let Some((_, decimals)) = shortest.split_once('.') else {
-        return shortest;
-    };
-    let even = format!("{number:.*}", decimals.len());
-    if even.parse() == Ok(number) { even } else { shortest }
-}
-
-/// Most names that a message lists.
-const MOST_LISTED: usize = 12;
-
-/// A name that was meant, or all that there are.
-fn meant(suggestion: &Option<String>, takes: &str, known: &[String]) -> String {
-    if let Some(name) = suggestion {
-        return format!("did you mean `{name}`?");
-    }
-    if known.is_empty() {
-        return format!("it {takes} none");
-    }
-    let names: Vec<_> = known.iter().take(MOST_LISTED).map(|name| quoted(name)).collect();
-    let more = if known.len() > MOST_LISTED { ", …" } else { "" };
-    format!("it {takes} {}{more}", names.join(", "))
-}
-
-/// A character as it is, or by its number where one would not see it.
-fn character(character: char) -> String {
-    if is_unseen(character) {
-        format!("U+{:04X}", u32::from(character))
-    } else {
-        format!("`{character}`")
-    }
-}
-
-/// Blanks that are none of the language, and what has no picture at all.
-fn is_unseen(character: char) -> bool {
-    character.is_control()
-        || matches!(character, '\u{a0}' | '\u{ad}' | '\u{1680}' | '\u{180e}' | '\u{2000}'..='\u{200f}' | '\u{2028}'..='\u{202f}'
-            | '\u{205f}'..='\u{2064}' | '\u{3000}' | '\u{feff}')
-}
-
-/// What to write in place of a character that other languages have.
-fn in_place_of(character: char) -> &'static str {
-    match character {
-        ';' => "nothing stands between statements, and `,` between arguments",
-        ':' => "arguments and properties are named with `=`",
-        '&' => "write `and`",
-        '|' => "write `or`",
-        '!' => "write `not`, or `!=` between what should differ",
-        '?' => "write `if … then … else …`",
-        '^' => "write `power(x, whole)`",
-        '%' => "write `mod(a, b)`",
-        '°' => "angles are degrees anyway",
-        '\'' | '“' | '”' | '„' | '‘' | '’' => "texts stand between `\"`",
-        '−' | '–' => "write `-`",
-        '×' => "write `*`",
-        _ if is_unseen(character) => "write a space in its place, or nothing",
-        _ if character.is_alphabetic() => "names are made of the letters a to z, digits and `_`",
-        _ => "comments begin with `//`, colours with `#`",
-    }
-}
-
-fn counted(arguments: usize) -> String {
-    match arguments {
-        0 => "no arguments".to_owned(),
-        1 => "1 argument".to_owned(),
-        _ => format!("{arguments} arguments"),
-    }
-}
-
-fn with_article(kind: &str) -> String {
-    let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) {
-        "an"
-    } else {
-        "a"
-    };
-    format!("{article} {kind}")
-}
-
-fn quoted(name: &str) -> String {
-    format!("`{name}`")
-}
-
-fn suggested(suggestion: &Option<String>) -> String {
-    suggestion
-        .as_ref()
-        .map_or(String::new(), |name| format!("; did you mean `{name}`?"))
 }

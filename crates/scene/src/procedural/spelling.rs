@@ -1,9 +1,32 @@
 //! Which known name was meant?
 
+/// What other languages call something, and what it is called here.
+const ELSEWHERE: [(&str, &str); 14] = [
+    ("cube", "box"),
+    ("cuboid", "box"),
+    ("ball", "sphere"),
+    ("plane", "polygon"),
+    ("extrude", "prism"),
+    ("translate", "move"),
+    ("rotate", "turn"),
+    ("repeat", "for"),
+    ("while", "for"),
+    ("switch", "choose"),
+    ("pow", "power"),
+    ("lerp", "mix"),
+    ("len", "count"),
+    ("length", "count"),
+];
+
 /// The known name that is most like this one, when one is like it: at most a third of its letters differ, or all do by
-/// their case only.
+/// their case only; or the one that means what this means elsewhere.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let known: Vec<_> = known.into_iter().collect();
+    let here = ELSEWHERE.iter().find(|(elsewhere, _)| *elsewhere == name);
+    if let Some((_, here)) = here.filter(|(_, here)| known.contains(here)) {
+        return Some((*here).to_owned());
+    }
     let most = name.chars().count().div_ceil(3);
     let far = |known: &str| usize::from(!known.eq_ignore_ascii_case(name)) * distance(name, known);
     let distances = known.into_iter().map(|known| (far(known), known));

@@ -65,6 +65,8 @@ pub(super) struct Parameter {
     pub(super) range: Option<[Written; 2]>,
     /// Where its own value stands in the text, with the blanks behind it.
     pub(super) default: Range<usize>,
+    /// Its name with its range, as they are written.
+    pub(super) shown: String,
 }
 
 /// What a rule, function or material can be given.

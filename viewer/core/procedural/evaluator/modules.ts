@@ -1,5 +1,5 @@
 /** Which values does a file have? Parameters, given or its own, and globals. As `crates/scene/src/procedural/evaluator/module.rs`. */
-import { outOfRange } from "../error.ts";
+import { DcgError, listInRange, outOfRange } from "../error.ts";
 import { Known } from "../known.ts";
 import { reached } from "../limits.ts";
 import type { Scope } from "../plain/machine.ts";
@@ -21,10 +21,10 @@ interface Place {
   readonly at: At;
 }
 
-/** A value, and the place that says it. */
+/** A value, and the place that says it; what is given from outside has none. */
 export interface Given {
   readonly value: Value;
-  readonly place: Place;
+  readonly place?: Place;
 }
 
 /** What is called with arguments. */
@@ -135,19 +135,17 @@ export abstract class Modules extends Terminals {
     return { value, place: { module: scope.module, at: initial?.places[0] ?? at } };
   }
 
-  private checkRange(scope: Scope, { formal, range }: Parameter, value: Value, place: Place): void {
+  private checkRange(scope: Scope, { formal, range }: Parameter, value: Value, place: Place | undefined): void {
     if (!range) return;
+    const refused = (problem: string) =>
+      place ? this.error(place.module, place.at, problem) : DcgError.ofWhole(this.module(scope.module).file, problem);
     const [least, most] = range;
     const min = this.number(scope, least.at, least.of, "the least value");
     const max = this.number(scope, most.at, most.of, "the most value");
     if (min > max) {
       throw this.error(scope.module, least.at, "this range must be from the least value to the most");
     }
-    if (typeof value !== "number") {
-      throw this.error(place.module, place.at, "a parameter with a range must be a number, and this is a list");
-    }
-    if (value < min || value > max) {
-      throw this.error(place.module, place.at, outOfRange(`\`${formal.name}\``, value, min, max));
-    }
+    if (typeof value !== "number") throw refused(listInRange(formal.name));
+    if (value < min || value > max) throw refused(outOfRange(`\`${formal.name}\``, value, min, max));
   }
 }

@@ -107,9 +107,10 @@ export abstract class Outlines extends Expressions {
     return true;
   }
 
-  /** One face around so many points in their order. */
+  /** One face that must be flat, around so many points in their order. */
   protected wholeFace(points: number): Faces {
     this.faces.clear();
+    this.faces.isFlat = true;
     for (let i = 0; i < points; i += 1) this.faces.add(i);
     this.faces.end();
     return this.faces;

@@ -49,14 +49,14 @@ export abstract class Parts extends Materials {
   /** Grows the first file with the parameters from outside. */
   protected growModel(parameters: ReadonlyMap<string, Value>): void {
     const names = this.module(0).parameters.map(({ formal }) => formal.name);
+    const shown = this.module(0).parameters.map((parameter) => parameter.shown);
     for (const name of [...parameters.keys()].sort()) {
       const { file } = this.module(0);
-      if (!names.includes(name)) throw DcgError.ofWhole(file, unknownArgument(name, file, names));
+      if (!names.includes(name)) throw DcgError.ofWhole(file, unknownArgument(name, file, names, shown));
     }
-    // What is given from outside has no place but the parameter's own.
-    const given = this.module(0).parameters.map(({ formal: { name, at } }) => {
+    const given = names.map((name) => {
       const value = parameters.get(name);
-      return value === undefined ? undefined : { value, place: { module: 0, at } };
+      return value === undefined ? undefined : { value };
     });
     this.growFile(0, this.instance(0, given), 0, this.turtles.first(0));
     this.usage.parts = this.parts.length;

@@ -92,8 +92,9 @@ class Parser extends StatementParser {
 
   private import(): void {
     const { at } = this.next;
-    const path = this.text("the file to import, in quotes");
-    this.expectWord("as");
+    // The same file, however it is written.
+    const path = this.text("the file to import, in quotes").replace(/^(\.\/)+/, "");
+    if (!this.takesWord("as")) throw this.expected("`as` and a name for the file");
     const { name: alias } = this.declared("a name for the file");
     this.module.imports.push({ alias, at, path, module: 0 });
   }
@@ -102,11 +103,14 @@ class Parser extends StatementParser {
     const { name, at } = this.declaredValue("a name for the parameter");
     this.expect("=");
     const formal = { name, at, initial: rowOf("values", this.written()) };
+    const from = this.next.at;
     if (!this.takesWord("from")) {
-      this.module.parameters.push({ formal });
+      this.module.parameters.push({ formal, shown: name });
       return;
     }
-    this.module.parameters.push({ formal, range: this.span() });
+    const range = this.span();
+    const shown = onOneLine(this.module.text.slice(from, this.next.at));
+    this.module.parameters.push({ formal, range, shown: shown.length <= MOST_SHOWN ? `${name} ${shown}` : name });
   }
 
   private formals(): Formal[] {
@@ -197,4 +201,13 @@ class Parser extends StatementParser {
       if (use.slot < 0) throw new Fault(use.at, unknown("value", use.name, names));
     }
   }
+}
+
+/** Longest range of a parameter that is shown, letters. */
+const MOST_SHOWN = 60;
+
+/** Values as they are written, without comments. */
+function onOneLine(written: string): string {
+  const lines = written.split(/[\n\r]/).map((line) => line.split("//")[0]);
+  return lines.join(" ").split(/\s+/).filter(Boolean).join(" ");
 }

@@ -6,6 +6,7 @@ import {
   LET_IN_CHOOSE,
   missingNumber,
   noStatement,
+  nothingBehind,
   THEN,
   tooManyArguments,
   twice,
@@ -19,6 +20,7 @@ import type { NamedAt } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
 
 const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
+const MATERIAL = "the name of a material, declared as in `material red { colour = #f00 }`";
 /** Words with which a statement begins. */
 const STATEMENTS =
   "called choose edges else for heights if impostor let model move paint roll scale scatter tilt turn viewpoint".split(
@@ -72,14 +74,14 @@ export class StatementParser extends ExpressionParser {
       case "heights":
         return this.heights(at);
       case "paint": {
-        if (this.next.kind === "name" && isReserved(this.next.text)) throw this.expected("a material");
-        const material = this.name("a material");
+        if (this.next.kind === "name" && isReserved(this.next.text)) throw this.expected(MATERIAL);
+        const material = this.name(MATERIAL);
         const call = this.call(material.name, material.at, "material");
-        return { kind: "paint", call, body: this.inner() };
+        return { kind: "paint", call, body: this.behind("paint", at) };
       }
       case "called": {
         const name = this.text("a name in quotes");
-        return { kind: "called", at, name, body: this.inner() };
+        return { kind: "called", at, name, body: this.behind("called", at) };
       }
       case "viewpoint":
         return { kind: "viewpoint", at, name: this.text("the viewpoint's name in quotes") };
@@ -103,6 +105,12 @@ export class StatementParser extends ExpressionParser {
 
   private inner(): Statement {
     return this.enclosed(() => this.statement());
+  }
+
+  /** The statement that a word changes. */
+  private behind(word: string, at: At): Statement {
+    if (this.next.kind === "end" || this.isSymbol("}")) throw new Fault(at, nothingBehind(word));
+    return this.inner();
   }
 
   /** Statements in braces; what they bind is out of reach behind them. */
@@ -129,7 +137,7 @@ export class StatementParser extends ExpressionParser {
     const usual = { move: "`move(x, y, z)`", scale: "`scale(factor)` or `scale(x, y, z)`" };
     const usage = transform === "move" || transform === "scale" ? usual[transform] : `\`${transform}(degrees)\``;
     const by = rowOf("numbers", ...unnamed(transform, at, args, counts, usage));
-    return { kind: "place", at, transform, by, body: this.inner() };
+    return { kind: "place", at, transform, by, body: this.behind(transform, at) };
   }
 
   private solid(solid: SolidKind, at: At): Statement {

@@ -1,6 +1,6 @@
 /** Which triangles do boxes, prisms, sets of polygons and height fields have? */
 import { MAX_CORNERS } from "../limits.ts";
-import { Ears, newell, newellOfThree, turn } from "./polygon.ts";
+import { Ears, newell, newellOfThree, refuseUneven, turn } from "./polygon.ts";
 import type { Writer } from "./writer.ts";
 
 /** Polygons by the numbers of their corners, one after the other. */
@@ -17,6 +17,8 @@ export class Faces {
   looks = 0;
   /** Whether each has three corners or more, and not too many. */
   areSound = true;
+  /** Whether the points must lie in a plane: there is one face, around all of them. */
+  isFlat = false;
 
   clear(): void {
     this.count = 0;
@@ -24,6 +26,7 @@ export class Faces {
     this.last = -1;
     this.looks = 0;
     this.areSound = true;
+    this.isFlat = false;
   }
 
   /** Adds a corner to the face that is not ended. */
@@ -121,9 +124,10 @@ function writeEars(writer: Writer, first: number, up: 1 | -1): void {
   }
 }
 
-/** Flat polygons between so many points of three numbers each; every polygon has corners of its own. */
+/** Polygons between so many points of three numbers each, shaded as if they were flat; every one has corners of its own. */
 export function writeMesh(writer: Writer, points: Float64Array, count: number, faces: Faces): void {
   const { corners, ends } = faces;
+  if (faces.isFlat && count > 3) refuseUneven(points, corners, count);
   writer.placeAll(points, count);
   writer.reserve(faces.length, faces.length);
   for (let face = 0, begin = 0; face < faces.count; face += 1) {

@@ -2,7 +2,7 @@
  * How is a polygon filled with triangles? By cutting off its ears (Meisters 1975). Polygons lie in a plane with axes x and
  * z and are seen from above, that is from +y. Corners are two numbers each.
  */
-import { Fault, POLYGON } from "../error.ts";
+import { Fault, notFlat, POLYGON } from "../error.ts";
 import { MAX_CORNERS } from "../limits.ts";
 
 /** Puts corners into counter-clockwise order, whichever way round they are. */
@@ -159,6 +159,38 @@ export function newellOfThree(points: Float64Array, corners: Int32Array, begin: 
   normal[0] = 0 + (ay - by) * (az + bz) + (by - cy) * (bz + cz) + (cy - ay) * (cz + az);
   normal[1] = 0 + (az - bz) * (ax + bx) + (bz - cz) * (bx + cx) + (cz - az) * (cx + ax);
   normal[2] = 0 + (ax - bx) * (ay + by) + (bx - cx) * (by + cy) + (cx - ax) * (cy + ay);
+}
+
+/** How far the corners of a polygon may lie off its plane, as a part of the longest side of a box around it. */
+const MOST_UNEVEN = 0.01;
+const plane = new Float64Array(3);
+const middle = new Float64Array(3);
+
+/** Throws when not all of so many corners lie in a plane, but for a little. */
+export function refuseUneven(points: Float64Array, corners: Int32Array, count: number): void {
+  newell(points, corners, 0, count, plane);
+  let size = 0;
+  for (let axis = 0; axis < 3; axis += 1) {
+    let [low, high, sum] = [Infinity, -Infinity, 0];
+    for (let at = axis; at < 3 * count; at += 3) {
+      const along = num(points, at);
+      low = Math.min(low, along);
+      high = Math.max(high, along);
+      sum += along;
+    }
+    size = Math.max(size, high - low);
+    middle[axis] = sum / count;
+  }
+  let off = 0;
+  for (let at = 0; at < 3 * count; at += 3) {
+    const along = (axis: number) => num(plane, axis) * (num(points, at + axis) - num(middle, axis));
+    off = Math.max(off, Math.abs(along(0) + along(1) + along(2)));
+  }
+  const [x, y, z] = [num(plane, 0), num(plane, 1), num(plane, 2)];
+  const whole = size * Math.sqrt(x * x + y * y + z * z);
+  // What has no area is refused for that.
+  if (off <= MOST_UNEVEN * whole || whole === 0) return;
+  throw new Fault(0, notFlat(off / whole));
 }
 
 function num(numbers: Float64Array, at: number): number {

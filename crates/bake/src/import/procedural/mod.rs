@@ -126,7 +126,7 @@ pub(super) fn read(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Gro
         limits: growth_limits(ground.limits),
         ..Settings::default()
     };
-    let text = given(file_name, bytes, sowing, ground)?;
+    let text = given(file_name, bytes, (sowing, &settings), ground)?;
     let growth = planted(file_name, text, (&settings, true), ground)?;
     if growth.scene.objects.is_empty() {
         return Err(ImportError::NothingToDraw {
@@ -141,11 +141,20 @@ pub(super) fn read(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Gro
 }
 
 /// Rules that have the parameters they are given as their own, so that what is published of them grows the same by itself.
-fn given(path: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Ground) -> Result<Vec<u8>, ImportError> {
+fn given(
+    path: &str,
+    bytes: Vec<u8>,
+    (sowing, settings): (&Sowing, &Settings),
+    ground: Ground,
+) -> Result<Vec<u8>, ImportError> {
     if sowing.parameters.is_empty() {
         return Ok(bytes);
     }
     let program = program(path, bytes, ground)?;
+    program.refuse_given(&Settings {
+        parameters: sowing.parameters.clone(),
+        ..settings.clone()
+    })?;
     Ok(program.text_given(&sowing.parameters)?.into_bytes())
 }
 
@@ -184,14 +193,16 @@ impl<'a> Beside<'a> {
         })
     }
 
-    /// Why a file that rules name as `relative` was not read, and which they may have meant.
-    fn told(&self, relative: &str, path: &str, cause: &FileError) -> String {
+    /// Why a file that rules name as `relative` was not read, and which they may have meant; names of such end like that.
+    fn told(&self, relative: &str, (path, endings): (&str, &[&str]), cause: &FileError) -> String {
         if !matches!(cause, FileError::Missing) {
             return cause.to_string();
         }
         let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
         let names = self.files.names(folder);
-        if let Some(meant) = nearest(name, names.iter().map(String::as_str)) {
+        let mut whole = endings.iter().map(|ending| format!("{name}.{ending}"));
+        let whole = whole.find(|whole| names.contains(whole));
+        if let Some(meant) = whole.or_else(|| nearest(name, names.iter().map(String::as_str))) {
             let written = relative.rsplit_once('/').map_or("", |(folder, _)| folder);
             let slash = if written.is_empty() { "" } else { "/" };
             return format!("{cause}; did you mean \"{written}{slash}{meant}\"?");
@@ -212,7 +223,7 @@ impl<'a> Beside<'a> {
         let bytes = self
             .files
             .read(&path, ground.limits.memory_bytes)
-            .map_err(|cause| missing(self.told(relative, &path, &cause)))?;
+            .map_err(|cause| missing(self.told(relative, (&path, &["glb", "gltf"]), &cause)))?;
         let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
         let files = Below {
             folder,
@@ -238,7 +249,7 @@ impl Loader for Beside<'_> {
         let bytes = self
             .files
             .read(&path, MAX_TEXT_BYTES as u64)
-            .map_err(|cause| self.told(relative, &path, &cause))?;
+            .map_err(|cause| self.told(relative, (&path, &["dcg"]), &cause))?;
         DcgError::text_of(&path, bytes).map_err(|error| {
             let DcgError {
                 line, column, problem, ..

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use belvedere_scene::procedural::Value;
 use serde_json::json;
 
+use super::{Ground, Sowing};
 use crate::glb::write_whole;
 use crate::import::testing::Gltf;
-use crate::import::{FileError, ImportError, Imported, Limits, SourceFiles, import};
+use crate::import::{FileError, ImportError, Imported, Limits, SourceFiles, import, import_sown};
 use crate::progress::Silent;
 use crate::source::{Primitive, Role};
 
@@ -26,6 +28,12 @@ struct Beside(BTreeMap<&'static str, Vec<u8>>);
 impl SourceFiles for Beside {
     fn read(&self, relative: &str, _: u64) -> Result<Vec<u8>, FileError> {
         self.0.get(relative).cloned().ok_or(FileError::Missing)
+    }
+
+    fn names(&self, relative: &str) -> Vec<String> {
+        let split = |path: &&'static str| path.rsplit_once('/').unwrap_or(("", path));
+        let inside = self.0.keys().map(split).filter(|(folder, _)| *folder == relative);
+        inside.map(|(_, name)| name.to_owned()).collect()
     }
 }
 
@@ -85,6 +93,55 @@ fn imports_and_gltf_files_are_found_beside_the_rules() {
         let error = rules(text, &[]).unwrap_err().to_string();
         assert!(error.contains(wanted), "{error}");
     }
+}
+
+#[test]
+fn a_file_may_be_named_from_here_and_must_be_named_whole() {
+    let files = [
+        ("lib/gate.dcg", GATE.into()),
+        ("gate.glb", Vec::new()),
+        ("gate.dcg", GATE.into()),
+    ];
+    let twice = "import \"./gate.dcg\" as a import \"gate.dcg\" as b a() move(9, 0, 0) b()";
+    assert_eq!(rules(twice, &files).unwrap().scene.models.len(), 3);
+    for (text, wanted) in [
+        (
+            "import \"gate\" as a",
+            "column 8: \"gate\" cannot be imported: there is no such file; did you mean \"gate.dcg\"?",
+        ),
+        (
+            "import \"./lib/gate\" as a",
+            "\"lib/gate\" cannot be imported: there is no such file; did you mean \"lib/gate.dcg\"?",
+        ),
+        (
+            "model \"gate\"",
+            "\"gate\" cannot be placed: there is no such file; did you mean \"gate.glb\"?",
+        ),
+    ] {
+        let error = rules(text, &files).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
+}
+
+#[test]
+fn what_rules_do_not_take_is_refused_before_they_take_it() {
+    let refused = |name: &str, value: f64| {
+        let sowing = Sowing {
+            seed: 0,
+            parameters: [(name.to_owned(), Value::Number(value))].into(),
+        };
+        let ground = Ground {
+            files: &Beside(BTreeMap::new()),
+            limits: &Limits::default(),
+            progress: &Silent,
+        };
+        let error = import_sown("world.dcg", GATE.into(), &sowing, ground).unwrap_err();
+        assert!(matches!(&error, ImportError::Rules(rules) if rules.line == 0));
+        error.to_string()
+    };
+    let wanted = "`width` is not a parameter of `world.dcg`; it takes `height from 1 to 9`";
+    assert_eq!(refused("width", 2.0), wanted);
+    assert_eq!(refused("height", 10.0), "`height` is 10; it must be from 1 to 9");
 }
 
 #[test]

@@ -78,6 +78,11 @@ pub fn bounds(program: &Program, settings: &Settings) -> Result<Bounds, Box<DcgE
     Ok(Evaluator::new(program, settings, true).finish()?.parts[0].bounds)
 }
 
+/// Refuses what a model is given if it does not take it.
+pub(super) fn refuse_given(program: &Program, settings: &Settings) -> Result<(), Box<DcgError>> {
+    Evaluator::new(program, settings, false).given().map(|_| ())
+}
+
 /// As many letters are kept like a number.
 const LETTERS: usize = 8;
 

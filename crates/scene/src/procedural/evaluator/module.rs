@@ -3,31 +3,36 @@
 use super::part::PHASE;
 use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle, listed};
 use crate::procedural::affine::Affine;
+use crate::procedural::error::DcgError;
 use crate::procedural::grown::Part;
 use crate::procedural::problem::Problem;
 use crate::procedural::syntax::{At, Call, Parameter};
 use crate::procedural::value::Value;
 
-/// A value, and the module and place that say it.
-type Given = (Value, (usize, At));
+/// A value, and the module and place that say it; what is given from outside has none.
+type Given = (Value, Option<(usize, At)>);
 
 impl<'p> Evaluator<'p> {
     /// Grows the first file with the parameters from outside.
     pub(super) fn grow_model(&mut self) -> Outcome<()> {
-        self.program.refuse_unknown(self.settings.parameters.keys())?;
-        let module = &self.program.modules[0];
-        let given = module.parameters.iter().map(|Parameter { formal, .. }| {
-            let value = self.settings.parameters.get(&formal.name)?;
-            // What is given from outside has no place but the parameter's own.
-            Some((value.clone(), (0, formal.at)))
-        });
         let turtle = Turtle {
             frame: Affine::IDENTITY,
             material: 0,
         };
-        let (instance, path) = self.instance(0, given.collect(), None)?;
-        self.grow_file(&turtle, 0, (instance, path), 0)?;
+        let given = self.given()?;
+        self.grow_file(&turtle, 0, given, 0)?;
         Ok(())
+    }
+
+    /// The first file with the parameters from outside, and the path that belongs to them.
+    pub(super) fn given(&mut self) -> Outcome<(usize, u32)> {
+        self.program.refuse_unknown(self.settings.parameters.keys())?;
+        let module = &self.program.modules[0];
+        let given = module.parameters.iter().map(|Parameter { formal, .. }| {
+            let value = self.settings.parameters.get(&formal.name)?;
+            Some((value.clone(), None))
+        });
+        self.instance(0, given.collect(), None)
     }
 
     /// Whose globals the callee sees: those of the caller, or an imported file's with its defaults.
@@ -51,7 +56,7 @@ impl<'p> Evaluator<'p> {
             given.push(match argument.map(|i| &call.arguments[i]) {
                 Some(argument) => {
                     let value = self.written(scope, &argument.value)?;
-                    Some((value, (scope.module, argument.value.at)))
+                    Some((value, Some((scope.module, argument.value.at))))
                 }
                 None => None,
             });
@@ -139,8 +144,8 @@ impl<'p> Evaluator<'p> {
         for (slot, (parameter, given)) in file.parameters.iter().zip(given).enumerate() {
             let (value, place) = match (given, &parameter.formal.default) {
                 (Some(given), _) => given,
-                (None, Some(default)) => (self.written(&scope, default)?, (module, default.at)),
-                (None, None) => (Value::NONE, (module, parameter.formal.at)),
+                (None, Some(default)) => (self.written(&scope, default)?, Some((module, default.at))),
+                (None, None) => (Value::NONE, Some((module, parameter.formal.at))),
             };
             self.check_range(&scope, parameter, &value, place)?;
             scope.path = value.step(scope.path);
@@ -175,7 +180,7 @@ impl<'p> Evaluator<'p> {
         scope: &Scope,
         parameter: &'p Parameter,
         value: &Value,
-        (module, at): (usize, At),
+        place: Option<(usize, At)>,
     ) -> Outcome<()> {
         let Some([least, most]) = &parameter.range else {
             return Ok(());
@@ -186,13 +191,18 @@ impl<'p> Evaluator<'p> {
             let (what, wanted) = ("this range", "from the least value to the most");
             return self.error(scope.module, least.at, Problem::Shape { what, wanted });
         }
-        let Value::Number(value) = *value else {
-            return self.error(module, at, Problem::NotANumber("a parameter with a range"));
+        let name = &parameter.formal.name;
+        let problem = match *value {
+            Value::Number(value) if min <= value && value <= max => return Ok(()),
+            Value::Number(value) => {
+                let what = format!("`{name}`");
+                Problem::OutOfRange { what, value, min, max }
+            }
+            Value::List(..) => Problem::ListInRange(name.clone()),
         };
-        if min <= value && value <= max {
-            return Ok(());
+        match place {
+            Some((module, at)) => self.error(module, at, problem),
+            None => Err(DcgError::of_whole(&self.program.modules[scope.module].file, problem)),
         }
-        let what = format!("`{}`", parameter.formal.name);
-        self.error(module, at, Problem::OutOfRange { what, value, min, max })
     }
 }

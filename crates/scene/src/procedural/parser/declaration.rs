@@ -101,8 +101,12 @@ impl<'t> Parser<'t> {
 
     fn import(&mut self) -> Parsed<()> {
         let path_at = self.peek().at;
-        let path = self.text("the file to import, in quotes")?.to_owned();
-        self.expect_word("as")?;
+        let path = self.text("the file to import, in quotes")?;
+        // The same file, however it is written.
+        let path = path.trim_start_matches("./").to_owned();
+        if !self.takes_word("as") {
+            return self.expected("`as` and a name for the file");
+        }
         let (alias, _) = self.declared("a name for the file")?;
         let alias = alias.to_owned();
         self.module.imports.push(Import {
@@ -125,12 +129,19 @@ impl<'t> Parser<'t> {
         } else {
             None
         };
+        let shown = on_one_line(&self.text[to..self.peek().at as usize]);
+        let shown = if range.is_some() && shown.len() <= MOST_SHOWN {
+            format!("{name} {shown}")
+        } else {
+            name.to_owned()
+        };
         let name = name.to_owned();
         let formal = Formal { name, at, default };
         self.module.parameters.push(Parameter {
             formal,
             range,
             default: from..to,
+            shown,
         });
         Ok(())
     }
@@ -287,4 +298,15 @@ impl<'t> Parser<'t> {
         }
         Ok(())
     }
+}
+
+/// Longest range of a parameter that is shown, letters.
+const MOST_SHOWN: usize = 60;
+
+/// Values as they are written, without comments.
+fn on_one_line(written: &str) -> String {
+    let lines = written.split(['\n', '\r']);
+    let lines = lines.map(|line| line.split_once("//").map_or(line, |(before, _)| before));
+    let words: Vec<_> = lines.flat_map(str::split_ascii_whitespace).collect();
+    words.join(" ")
 }

@@ -9,6 +9,8 @@ use crate::procedural::solid::{Formals, IMPOSTOR, SolidKind};
 use crate::procedural::spelling::nearest;
 use crate::procedural::syntax::{At, Statement, Transform, Wanted, Written};
 
+const MATERIAL: &str = "the name of a material, declared as in `material red { colour = #f00 }`";
+
 impl<'t> Parser<'t> {
     pub(super) fn statement(&mut self) -> Parsed<Statement> {
         self.nested(Self::any_statement)
@@ -60,16 +62,16 @@ impl<'t> Parser<'t> {
             "scale" => self.placed(Transform::Scale, token.at),
             "paint" => {
                 if matches!(self.peek().kind, Kind::Name(name) if is_reserved(name)) {
-                    return self.expected("a material");
+                    return self.expected(MATERIAL);
                 }
-                let (name, at) = self.name("a material")?;
+                let (name, at) = self.name(MATERIAL)?;
                 let call = self.call(name, at, Wanted::Material)?;
-                let body = self.inner()?;
+                let body = self.behind(word, token.at)?;
                 Ok(Statement::Paint { call, body })
             }
             "called" => {
                 let name = self.text("a name in quotes")?.to_owned();
-                let body = self.inner()?;
+                let body = self.behind(word, token.at)?;
                 let at = token.at;
                 Ok(Statement::Called { at, name, body })
             }
@@ -111,6 +113,14 @@ impl<'t> Parser<'t> {
         let statement = self.statement()?;
         self.scope.truncate(reach);
         Ok(Box::new(statement))
+    }
+
+    /// The statement that a word changes.
+    fn behind(&mut self, word: &str, at: At) -> Parsed<Box<Statement>> {
+        if matches!(self.peek().kind, Kind::End | Kind::Symbol("}")) {
+            return Err((at, Problem::NothingBehind(word.to_owned())));
+        }
+        self.inner()
     }
 
     /// Statements in braces; what they bind is out of reach behind them.
@@ -163,7 +173,7 @@ impl<'t> Parser<'t> {
             _ => (1..=1, format!("`{word}(degrees)`")),
         };
         let by = unnamed((&word, at), arguments, (counts, usage))?;
-        let body = self.inner()?;
+        let body = self.behind(&word, at)?;
         Ok(Statement::Place {
             transform,
             at,

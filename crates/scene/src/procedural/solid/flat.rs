@@ -1,7 +1,7 @@
 //! Which triangles do boxes, prisms, sets of polygons and height fields have?
 
 use super::mesh::{Tools, Writer};
-use super::polygon::{Ears, is_convex, newell, outline};
+use super::polygon::{Ears, flat, is_convex, newell, outline};
 use super::{Faces, Heights};
 use crate::procedural::problem::Problem;
 
@@ -62,13 +62,16 @@ pub(super) fn write_prism(
     Ok(())
 }
 
-/// Flat polygons; each has corners of its own.
+/// Polygons, shaded as if they were flat; each has corners of its own.
 pub(super) fn write_mesh(
     writer: &mut Writer,
     tools: &mut Tools,
     points: &[[f64; 3]],
     faces: &Faces,
 ) -> Result<(), Problem> {
+    if faces.is_flat && points.len() > 3 {
+        flat(points)?;
+    }
     tools.positions.clear();
     tools
         .positions

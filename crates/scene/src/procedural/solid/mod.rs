@@ -136,14 +136,17 @@ pub(super) struct Faces {
     corners: Vec<u32>,
     /// Where each ends in `corners`.
     ends: Vec<u32>,
+    /// Whether the points must lie in a plane: there is one face, around all of them.
+    is_flat: bool,
 }
 
 impl Faces {
-    /// One, around `corners` points in their order.
+    /// One that must be flat, around `corners` points in their order.
     pub(super) fn one(corners: u32) -> Self {
         Self {
             corners: (0..corners).collect(),
             ends: vec![corners],
+            is_flat: true,
         }
     }
 

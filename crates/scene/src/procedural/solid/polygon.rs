@@ -3,6 +3,7 @@
 //! Polygons lie in a plane with axes x and z and are seen from above, that is from +y: so that a turn from z to x is
 //! counter-clockwise.
 
+use crate::procedural::affine::dot;
 use crate::procedural::problem::Problem;
 
 /// Twice the signed area, positive when the corners are counter-clockwise.
@@ -110,4 +111,38 @@ pub(super) fn newell(corners: &[[f64; 3]]) -> [f64; 3] {
         normal[2] += (ax - bx) * (ay + by);
     }
     normal
+}
+
+/// How far the corners of a polygon may lie off its plane, as a part of the longest side of a box around it.
+const MOST_UNEVEN: f64 = 0.01;
+
+/// That all corners lie in a plane, but for a little.
+///
+/// # Errors
+/// When they do not.
+pub(super) fn flat(corners: &[[f64; 3]]) -> Result<(), Problem> {
+    let count = corners.len() as f64;
+    let normal = newell(corners);
+    let (mut size, mut middle) = (0.0, [0.0; 3]);
+    for (axis, middle) in middle.iter_mut().enumerate() {
+        let (mut low, mut high, mut sum) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+        for corner in corners {
+            low = f64::min(low, corner[axis]);
+            high = f64::max(high, corner[axis]);
+            sum += corner[axis];
+        }
+        size = f64::max(size, high - low);
+        *middle = sum / count;
+    }
+    let off = corners.iter().fold(0.0, |most, corner| {
+        let [x, y, z] = [0, 1, 2].map(|axis| normal[axis] * (corner[axis] - middle[axis]));
+        f64::max(most, (x + y + z).abs())
+    });
+    let whole = size * dot(normal, normal).sqrt();
+    // What has no area is refused for that.
+    if off <= MOST_UNEVEN * whole || whole == 0.0 {
+        return Ok(());
+    }
+    let percent = (100.0 * (off / whole)).ceil();
+    Err(Problem::NotFlat { percent })
 }

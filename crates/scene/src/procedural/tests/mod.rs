@@ -101,6 +101,20 @@ fn solids_are_closed_and_look_outwards() {
 }
 
 #[test]
+fn a_polygon_is_flat_and_a_face_of_a_mesh_may_be_folded() {
+    for off in [0.0, 0.03, 0.05, 0.5] {
+        let points = format!("[[0, 0, 0], [1, 0, 0], [1, 1, {off}], [0, 1, 0]]");
+        let polygon = read(&format!("polygon({points})")).unwrap();
+        let is_flat = grow(&polygon, &Settings::default()).is_ok();
+        // Which of the four lies off makes no difference: each is off by a quarter of it.
+        assert_eq!(is_flat, off < 0.04, "{off}");
+        assert_eq!(corners(&grown(&format!("mesh({points}, [[0, 1, 2, 3]])"))).len(), 2);
+    }
+    // Far from the origin and small, in a slanting plane; and many at once.
+    grown("for i in 20 polygon([[9e5, 9e5, 0], [9e5 + 1, 9e5, 1], [9e5 + 1, 9e5 + i + 1, 1], [9e5, 9e5 + i + 1, 0]])");
+}
+
+#[test]
 fn normals_agree_with_the_way_round() {
     for text in [
         "turn(20) scale(1, -2, 3) { sphere(1) cone(1, 2, 0.5) box(1, 1, 1) }",

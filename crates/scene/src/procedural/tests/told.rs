@@ -86,6 +86,10 @@ fn a_parameter_that_there_is_not_is_no_mistake_of_the_text() {
             "`heigth` is not a parameter of `test.dcg`; it takes `size`, `floors`",
         ),
         (
+            "parameter size = 2 from 1 to 3 // metres\nparameter lean = 0 from -1 // to the left\n to size",
+            "`heigth` is not a parameter of `test.dcg`; it takes `size from 1 to 3`, `lean from -1 to size`",
+        ),
+        (
             "box(1, 1, 1)",
             "`heigth` is not a parameter of `test.dcg`; it takes none",
         ),
@@ -140,4 +144,23 @@ fn what_is_no_text_is_told_with_its_place() {
         assert_eq!(told, format!("test.dcg, {wanted}"));
     }
     assert_eq!(DcgError::text_of("test.dcg", b"box".to_vec()).unwrap(), "box");
+}
+
+#[test]
+fn what_is_out_of_range_is_no_mistake_of_the_text() {
+    let program = read("parameter height = 2 from 1 to 9 box(1, height, 1)").unwrap();
+    let list = Value::from_json(&serde_json::json!([1, 2])).unwrap();
+    for (value, wanted) in [
+        (Value::Number(12.0), "`height` is 12; it must be from 1 to 9"),
+        (list, "`height` has a range and must be a number, and this is a list"),
+    ] {
+        let settings = Settings {
+            parameters: [("height".to_owned(), value)].into(),
+            ..Settings::default()
+        };
+        let refused = program.refuse_given(&settings).unwrap_err();
+        assert_eq!((refused.to_string().as_str(), refused.line), (wanted, 0));
+        assert_eq!(grow(&program, &settings).unwrap_err(), refused);
+    }
+    program.refuse_given(&Settings::default()).unwrap();
 }

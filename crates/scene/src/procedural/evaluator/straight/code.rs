@@ -14,7 +14,6 @@ pub(super) type Register = u16;
 /// What becomes a number, or several that lie one behind the other.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Operation {
-    Constant(f64),
     /// A value of the rule, which must be a number.
     Local(u32),
     /// The same of the file.
@@ -67,6 +66,7 @@ pub(super) enum Operation {
 /// Operations in their order, and where each puts what it gives.
 #[derive(Debug, Default)]
 pub(super) struct Code {
+    pub(super) constants: Vec<(f64, Register)>,
     /// What is the same in every turn.
     pub(super) shared: Vec<(Operation, Register)>,
     pub(super) each: Vec<(Operation, Register)>,
@@ -97,7 +97,14 @@ impl<const N: usize> Columns<'_, N> {
     /// about any turn.
     #[inline(always)]
     pub(super) fn compute(&mut self, code: &Code, with_shared: bool, known: &Known) -> bool {
-        let shared = if with_shared { &code.shared[..] } else { &[] };
+        let shared = if with_shared {
+            for &(number, to) in &code.constants {
+                self.numbers[to as usize] = [number; N];
+            }
+            &code.shared[..]
+        } else {
+            &[]
+        };
         for operations in [shared, &code.each[..]] {
             for &(operation, to) in operations {
                 if !self.step(operation, to, known) {
@@ -114,7 +121,6 @@ impl<const N: usize> Columns<'_, N> {
         let (before, after) = self.numbers.split_at_mut(to as usize);
         let at = |register: Register| &before[register as usize];
         match operation {
-            Operation::Constant(number) => put(after, |_| number),
             Operation::Local(slot) => match known.locals[slot as usize] {
                 Value::Number(number) => put(after, |_| number),
                 Value::List(..) => return false,
@@ -145,27 +151,21 @@ impl<const N: usize> Columns<'_, N> {
                 };
                 put(after, |i| sums[i]);
             }
-            Operation::Random { path, site } => {
-                let paths = &self.paths[path as usize];
-                put(after, |i| random(paths[i], site));
-            }
+            Operation::Random { path, site } => put_random(&self.paths[path as usize], site, &mut after[0]),
             Operation::Path { from, site, to } => {
                 let from = self.paths[from as usize];
                 for (path, from) in self.paths[to as usize].iter_mut().zip(from) {
                     *path = step(from, site);
                 }
             }
-            Operation::Check { number, range } => return all(at(number), |n| range[0] <= n && n <= range[1]),
+            Operation::Check { number, range } => return all(at(number), |n| (range[0] <= n) & (n <= range[1])),
             Operation::Apart { number, from_zero } => return all(at(number), |number| number.abs() >= from_zero),
             Operation::Moved { axes, origin, by } => {
                 let [x, y, z] = by.map(at);
                 let mut sound = is_near(x) & is_near(y) & is_near(z);
                 for (axis, after) in after.iter_mut().take(3).enumerate() {
-                    let (a, b, c) = (at(axes[axis]), at(axes[3 + axis]), at(axes[6 + axis]));
-                    let from = at(origin[axis]);
-                    for i in 0..N {
-                        after[i] = a[i] * x[i] + b[i] * y[i] + c[i] * z[i] + from[i];
-                    }
+                    let axes = [at(axes[axis]), at(axes[3 + axis]), at(axes[6 + axis])];
+                    put_moved((axes, at(origin[axis])), [x, y, z], after);
                     sound &= is_near(after);
                 }
                 return sound;
@@ -202,6 +202,25 @@ fn is_near<const N: usize>(numbers: &[f64; N]) -> bool {
 fn put<const N: usize>(to: &mut [[f64; N]], number: impl Fn(usize) -> f64) {
     for (i, to) in to[0].iter_mut().enumerate() {
         *to = number(i);
+    }
+}
+
+/// What becomes of a coordinate of a point.
+#[inline(always)]
+fn put_moved<const N: usize>(
+    ([a, b, c], origin): ([&[f64; N]; 3], &[f64; N]),
+    [x, y, z]: [&[f64; N]; 3],
+    to: &mut [f64; N],
+) {
+    for i in 0..N {
+        to[i] = a[i] * x[i] + b[i] * y[i] + c[i] * z[i] + origin[i];
+    }
+}
+
+#[inline(always)]
+fn put_random<const N: usize>(paths: &[u32; N], site: u32, to: &mut [f64; N]) {
+    for (to, path) in to.iter_mut().zip(paths) {
+        *to = random(*path, site);
     }
 }
 

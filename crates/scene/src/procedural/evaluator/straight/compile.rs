@@ -122,15 +122,15 @@ impl<'p> Compiler<'p> {
             Expr::Global(index) => {
                 let wanted = self.program.modules[self.module].uses[*index].slot;
                 let is_same = |known: &Operation| matches!(known, Operation::Global(slot) if *slot == wanted);
-                self.emitter.load(Operation::Global(wanted), None, is_same)
+                self.emitter.load(Operation::Global(wanted), is_same)
             }
             Expr::Detail => self
                 .emitter
-                .load(Operation::Detail, None, |known| matches!(known, Operation::Detail)),
+                .load(Operation::Detail, |known| matches!(known, Operation::Detail)),
             Expr::Level => match self.names.level {
                 Level::Own => self
                     .emitter
-                    .load(Operation::Level, None, |known| matches!(known, Operation::Level)),
+                    .load(Operation::Level, |known| matches!(known, Operation::Level)),
                 Level::None => self.emitter.constant(0.0),
                 Level::Unknown => return None,
             },
@@ -165,7 +165,7 @@ impl<'p> Compiler<'p> {
             Some((_, register)) => Some(*register),
             None if self.names.has_stack => {
                 let is_same = |known: &Operation| matches!(known, Operation::Local(slot) if *slot == wanted);
-                Some(self.emitter.load(Operation::Local(wanted), None, is_same))
+                Some(self.emitter.load(Operation::Local(wanted), is_same))
             }
             None => None,
         }

@@ -92,29 +92,32 @@ impl Emitter {
     }
 
     /// What is there before anything is computed, once.
-    pub(super) fn load(
-        &mut self,
-        operation: Operation,
-        constant: Option<f64>,
-        is_same: impl Fn(&Operation) -> bool,
-    ) -> Register {
+    pub(super) fn load(&mut self, operation: Operation, is_same: impl Fn(&Operation) -> bool) -> Register {
         if let Some((_, known)) = self.code.shared.iter().find(|(known, _)| is_same(known)) {
             return *known;
         }
+        let to = self.loaded(None);
+        self.push(operation, to, true);
+        to
+    }
+
+    fn loaded(&mut self, constant: Option<f64>) -> Register {
         let known = Number {
             is_shared: true,
             is_shown: true,
             constant,
         };
-        let to = self.reserve(1, known);
-        self.push(operation, to, true);
-        to
+        self.reserve(1, known)
     }
 
     pub(super) fn constant(&mut self, number: f64) -> Register {
         let bits = number.to_bits();
-        let is_same = |known: &Operation| matches!(known, Operation::Constant(known) if known.to_bits() == bits);
-        self.load(Operation::Constant(number), Some(number), is_same)
+        if let Some((_, known)) = self.code.constants.iter().find(|(known, _)| known.to_bits() == bits) {
+            return *known;
+        }
+        let to = self.loaded(Some(number));
+        self.code.constants.push((number, to));
+        to
     }
 
     /// That something else is not finite when these are not.

@@ -23,14 +23,14 @@ use std::ops::Range;
 
 use code::{Code, Columns, Known};
 use memory::Memory;
-use plan::{Plan, Slope, plan, slope};
+use plan::{Plan, Planned, Slope, plan, slope};
 use widest::compute;
 
 use super::statement::MAX_LENGTH as FARTHEST;
 use super::{Evaluator, Outcome, Scope, Turtle};
 use crate::procedural::affine::Affine;
 use crate::procedural::random::step;
-use crate::procedural::syntax::{Cost, Expr, Statement};
+use crate::procedural::syntax::{At, Cost, Expr, Statement};
 
 /// Most nodes of a model that are looked at to make plans: so that a text of many rules that call each other takes no longer.
 const MOST_WORK: u32 = 1 << 20;
@@ -225,16 +225,23 @@ impl<'p> Evaluator<'p> {
                 break;
             }
             self.pay(steps, nesting, levels);
+            let alone = match &plan.solids[..] {
+                [planned] if planned.is_placed => Some(planned),
+                _ => None,
+            };
+            if let Some(planned) = alone.filter(|planned| self.has_room(planned, count)) {
+                let place_of = (scope, planned.at, planned.outline_at);
+                let material = planned.paint.map_or(turtle.material, |paint| materials[paint]);
+                self.add_sheaf(place_of, material, planned, 0..count)?;
+                done += count;
+                continue;
+            }
             for place in 0..count {
                 for planned in &mut plan.solids {
                     let place_of = (scope, planned.at, planned.outline_at);
                     let material = planned.paint.map_or(turtle.material, |paint| materials[paint]);
                     if planned.is_placed {
-                        let reach = (planned.sheaf.bounds(place), planned.solid.most_triangles());
-                        self.add_written(place_of, material, reach, |mesh, _| {
-                            planned.sheaf.write(place, mesh);
-                            Ok(())
-                        })?;
+                        self.add_sheaf(place_of, material, planned, place..place + 1)?;
                         continue;
                     }
                     let at = |register: u16| columns.numbers[register as usize][place];
@@ -248,6 +255,27 @@ impl<'p> Evaluator<'p> {
         }
         self.plans.room = room;
         Ok(done)
+    }
+
+    /// Whether so many times the triangles of a solid are within the limit, however many of them are written.
+    fn has_room(&self, planned: &Planned, times: usize) -> bool {
+        let most = planned.solid.most_triangles().saturating_mul(times as u64);
+        self.usage.triangles.saturating_add(most) <= self.settings.limits.triangles
+    }
+
+    /// Adds what was placed in some turns.
+    fn add_sheaf(
+        &mut self,
+        place: (&Scope, At, At),
+        material: usize,
+        planned: &Planned,
+        turns: Range<usize>,
+    ) -> Outcome<()> {
+        let bounds = turns.clone().map(|turn| planned.sheaf.bounds(turn));
+        self.add_written(place, material, (bounds, planned.solid.most_triangles()), |mesh, _| {
+            planned.sheaf.write(turns, mesh);
+            Ok(())
+        })
     }
 
     /// Heights of a field at so many x of a row; whether that was possible.

@@ -1,6 +1,8 @@
 //! Which triangles do the meshes of several turns have? Their faces are the same in each turn: so what is computed of a
 //! triangle, as [`Solid::write`](crate::procedural::solid::Solid::write) does it, is computed of it in all turns side by side.
 
+use std::ops::Range;
+
 use super::code::Register;
 use super::plan::Frame;
 use crate::Bounds;
@@ -12,10 +14,14 @@ use crate::procedural::solid::Mesh;
 pub(super) struct Sheaf {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
-    /// Of each turn: a box that holds it, and whether its frame turns left into right.
-    around: Vec<(Bounds, bool)>,
+    /// Whether the frame of a turn turns left into right.
+    mirrored: Vec<bool>,
+    /// Boxes that hold it: for each turn the least x, then for each the most x, and so on up to the most z.
+    ends: Vec<f64>,
     /// How many vertices a turn has.
     vertices: usize,
+    /// As they are written: along each axis where each point lies in all turns, then where each triangle faces.
+    written: Vec<f32>,
 }
 
 /// A vector for each of several turns.
@@ -37,47 +43,61 @@ impl Sheaf {
             let [x, y, z] = points.as_chunks::<3>().0[p as usize];
             [&numbers[x as usize], &numbers[y as usize], &numbers[z as usize]]
         };
+        let points = points.len() / 3;
+        self.written.resize(3 * N * (points + triangles.len()), 0.0);
+        let written = self.written.as_chunks_mut::<N>().0.as_chunks_mut::<3>().0;
+        let (places, directions) = written.split_at_mut(points);
+        for (p, place) in (0..).zip(&mut *places) {
+            *place = placed(frame, point(p));
+        }
+        let mut are_sound = true;
+        for (corners, direction) in triangles.iter().zip(&mut *directions) {
+            let (facing, is_sound) = facing(&normals, corners.map(point));
+            *direction = facing;
+            are_sound &= is_sound;
+        }
         self.vertices = 3 * triangles.len();
         self.positions.resize(N * self.vertices, [0.0; 3]);
         self.normals.resize(N * self.vertices, [0.0; 3]);
-        let mut are_sound = true;
-        for (t, &corners) in triangles.iter().enumerate() {
-            let corners = corners.map(point);
-            for (vertex, corner) in (3 * t..).zip(corners) {
-                let placed = placed(frame, corner);
-                for (turn, position) in self.positions[vertex..].iter_mut().step_by(self.vertices).enumerate() {
-                    *position = [placed[0][turn], placed[1][turn], placed[2][turn]];
-                }
-            }
-            let (normal, is_sound) = facing(&normals, corners);
-            are_sound &= is_sound;
-            for (turn, three) in self.normals[3 * t..].chunks_mut(self.vertices).enumerate() {
-                three[..3].fill([normal[0][turn], normal[1][turn], normal[2][turn]]);
+        let rows = self.positions.chunks_exact_mut(self.vertices);
+        for (turn, (positions, normals)) in (0..N).zip(rows.zip(self.normals.chunks_exact_mut(self.vertices))) {
+            let corners = positions.as_chunks_mut::<3>().0.iter_mut().zip(triangles);
+            for ((corners, numbers), (normals, direction)) in
+                corners.zip(normals.as_chunks_mut::<3>().0.iter_mut().zip(&*directions))
+            {
+                *corners = numbers.map(|p| places[p as usize].each_ref().map(|along| along[turn]));
+                *normals = [direction.each_ref().map(|along| along[turn]); 3];
             }
         }
-        let around = bounds_of(frame, (0..points.len() as u32 / 3).map(point));
-        self.around.clear();
-        self.around.extend(around.into_iter().zip(mirrored));
+        self.mirrored.clear();
+        self.mirrored.extend(mirrored);
+        self.ends.resize(6 * N, 0.0);
+        let ends = self.ends.as_chunks_mut::<N>().0.as_chunks_mut::<2>().0;
+        put_bounds(frame, (0..points as u32).map(point), ends);
         are_sound
     }
 
     /// A box that holds it in a turn.
     pub(super) fn bounds(&self, turn: usize) -> Bounds {
-        self.around[turn].0
+        let [min, max] = [0, 1].map(|end| [0, 2, 4].map(|along| self.ends[(along + end) * self.mirrored.len() + turn]));
+        Bounds { min, max }
     }
 
-    /// Adds the triangles of a turn.
-    pub(super) fn write(&self, turn: usize, mesh: &mut Mesh) {
+    /// Adds the triangles of some turns.
+    pub(super) fn write(&self, turns: Range<usize>, mesh: &mut Mesh) {
         let first = mesh.positions.len() as u32;
-        let here = turn * self.vertices..(turn + 1) * self.vertices;
+        let here = turns.start * self.vertices..turns.end * self.vertices;
         mesh.positions.extend_from_slice(&self.positions[here.clone()]);
-        mesh.normals.extend_from_slice(&self.normals[here]);
-        let order = if self.around[turn].1 { [2, 1, 0] } else { [2, 0, 1] };
+        mesh.normals.extend_from_slice(&self.normals[here.clone()]);
         let before = mesh.indices.len();
-        mesh.indices.resize(before + self.vertices, 0);
+        mesh.indices.resize(before + here.len(), 0);
         let triangles = mesh.indices[before..].as_chunks_mut::<3>().0;
-        for (corner, triangle) in (first..).step_by(3).zip(triangles) {
-            *triangle = order.map(|i| corner + i);
+        let mut corners = (first..).step_by(3);
+        for (triangles, mirrored) in triangles.chunks_exact_mut(self.vertices / 3).zip(&self.mirrored[turns]) {
+            let order = if *mirrored { [2, 1, 0] } else { [2, 0, 1] };
+            for (triangle, corner) in triangles.iter_mut().zip(&mut corners) {
+                *triangle = order.map(|i| corner + i);
+            }
         }
     }
 }
@@ -157,44 +177,43 @@ fn facing<const N: usize>(normals: &[Vectors<N>; 3], [a, b, c]: [[&[f64; N]; 3];
     (written, sound == N as u32)
 }
 
-/// As [`Affine::bounds`](crate::procedural::affine::Affine::bounds) of the box around some points.
+/// As [`Affine::bounds`](crate::procedural::affine::Affine::bounds) of the box around some points: along each axis the least and
+/// the most.
 #[inline(always)]
-fn bounds_of<'n, const N: usize>(
+fn put_bounds<'n, const N: usize>(
     frame: [&[f64; N]; 12],
     points: impl Iterator<Item = [&'n [f64; N]; 3]>,
-) -> [Bounds; N] {
+    ends: &mut [[[f64; N]; 2]],
+) {
     let (mut min, mut max) = ([[f64::INFINITY; N]; 3], [[f64::NEG_INFINITY; N]; 3]);
     for point in points {
         for axis in 0..3 {
-            for i in 0..N {
-                let along = point[axis][i];
-                min[axis][i] = if along < min[axis][i] { along } else { min[axis][i] };
-                max[axis][i] = if along > max[axis][i] { along } else { max[axis][i] };
-            }
+            let (along, low, high) = (point[axis], min[axis], max[axis]);
+            min[axis] = std::array::from_fn(|i| if along[i] < low[i] { along[i] } else { low[i] });
+            max[axis] = std::array::from_fn(|i| if along[i] > high[i] { along[i] } else { high[i] });
         }
     }
-    let mut ends = [[[0.0; N]; 3]; 2];
-    for along in 0..3 {
-        for i in 0..N {
-            let term = |axis: usize| ordered(frame[3 * axis + along][i], min[axis][i], max[axis][i]);
-            let (x, y, z, origin) = (term(0), term(1), term(2), frame[9 + along][i]);
-            ends[0][along][i] = x[0] + y[0] + z[0] + origin;
-            ends[1][along][i] = x[1] + y[1] + z[1] + origin;
-        }
+    for (along, [least, most]) in ends.iter_mut().enumerate() {
+        let factors = [frame[along], frame[3 + along], frame[6 + along]];
+        put_end(factors, frame[9 + along], [&min, &max], least);
+        put_end(factors, frame[9 + along], [&max, &min], most);
     }
-    std::array::from_fn(|i| {
-        let [min, max] = ends.map(|end| end.map(|along| along[i]));
-        Bounds { min, max }
-    })
 }
 
-/// The products of both ends of a span with a factor, the lesser first.
+/// The end of a box along an axis: a sum of a term for each side of the box, at that end of it to which the factor leads.
 #[inline(always)]
-fn ordered(factor: f64, min: f64, max: f64) -> [f64; 2] {
-    if factor >= 0.0 {
-        [factor * min, factor * max]
-    } else {
-        [factor * max, factor * min]
+fn put_end<const N: usize>(
+    factors: [&[f64; N]; 3],
+    origin: &[f64; N],
+    [here, there]: [&Vectors<N>; 2],
+    end: &mut [f64; N],
+) {
+    for i in 0..N {
+        let term = |axis: usize| {
+            let factor = factors[axis][i];
+            factor * if factor >= 0.0 { here[axis][i] } else { there[axis][i] }
+        };
+        end[i] = term(0) + term(1) + term(2) + origin[i];
     }
 }
 

@@ -1,0 +1,96 @@
+//! In which words is a problem told? Names, numbers and ways out as they stand in its sentences.
+
+/// A number with few digits, as JavaScript writes it but for the `+` of large exponents.
+pub(super) fn shown(number: f64) -> String {
+    let size = number.abs();
+    if size >= 1e21 || (size > 0.0 && size < 1e-6) {
+        return format!("{number:e}");
+    }
+    let shortest = number.to_string();
+    // Where two such lie equally near, JavaScript takes the one that ends with an even digit; so does rounding to as many.
+    let Some((_, decimals)) = shortest.split_once('.') else {
+        return shortest;
+    };
+    let even = format!("{number:.*}", decimals.len());
+    if even.parse() == Ok(number) { even } else { shortest }
+}
+
+/// Most names that a message lists.
+const MOST_LISTED: usize = 12;
+
+/// A name that was meant, or all that there are.
+pub(super) fn meant(suggestion: &Option<String>, takes: &str, known: &[String]) -> String {
+    if let Some(name) = suggestion {
+        return format!("did you mean `{name}`?");
+    }
+    if known.is_empty() {
+        return format!("it {takes} none");
+    }
+    let names: Vec<_> = known.iter().take(MOST_LISTED).map(|name| quoted(name)).collect();
+    let more = if known.len() > MOST_LISTED { ", …" } else { "" };
+    format!("it {takes} {}{more}", names.join(", "))
+}
+
+/// A character as it is, or by its number where one would not see it.
+pub(super) fn character(character: char) -> String {
+    if is_unseen(character) {
+        format!("U+{:04X}", u32::from(character))
+    } else {
+        format!("`{character}`")
+    }
+}
+
+/// Blanks that are none of the language, and what has no picture at all.
+fn is_unseen(character: char) -> bool {
+    character.is_control()
+        || matches!(character, '\u{a0}' | '\u{ad}' | '\u{1680}' | '\u{180e}' | '\u{2000}'..='\u{200f}' | '\u{2028}'..='\u{202f}'
+            | '\u{205f}'..='\u{2064}' | '\u{3000}' | '\u{feff}')
+}
+
+/// What to write in place of a character that other languages have.
+pub(super) fn in_place_of(character: char) -> &'static str {
+    match character {
+        ';' => "nothing stands between statements, and `,` between arguments",
+        ':' => "arguments and properties are named with `=`",
+        '&' => "write `and`",
+        '|' => "write `or`",
+        '!' => "write `not`, or `!=` between what should differ",
+        '?' => "write `if … then … else …`",
+        '^' => "write `power(x, whole)`",
+        '%' => "write `mod(a, b)`",
+        '°' => "angles are degrees anyway",
+        '\'' | '“' | '”' | '„' | '‘' | '’' => "texts stand between `\"`",
+        '−' | '–' => "write `-`",
+        '×' => "write `*`",
+        _ if is_unseen(character) => "write a space in its place, or nothing",
+        _ if character.is_alphabetic() => "names are made of the letters a to z, digits and `_`",
+        _ => "comments begin with `//`, colours with `#`",
+    }
+}
+
+pub(super) fn counted(arguments: usize) -> String {
+    match arguments {
+        0 => "no arguments".to_owned(),
+        1 => "1 argument".to_owned(),
+        _ => format!("{arguments} arguments"),
+    }
+}
+
+pub(super) fn with_article(kind: &str) -> String {
+    let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) {
+        "an"
+    } else {
+        "a"
+    };
+    format!("{article} {kind}")
+}
+
+pub(super) fn quoted(name: &str) -> String {
+    format!("`{name}`")
+}
+
+pub(super) fn suggested(suggestion: &Option<String>) -> String {
+    suggestion
+        .as_ref()
+        .map_or(String::new(), |name| format!("; did you mean `{name}`?"))
+}
