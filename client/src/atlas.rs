@@ -91,8 +91,8 @@ impl Cells for Atlas {
     }
 }
 
-/// Reads what can be seen from a cell, as its record says; where that could not be had, all that is there, where that is known.
-/// Says what could not be read.
+/// Reads what can be seen from a cell, as its record says; where that could not be had, all that is around. Says what could
+/// not be read.
 pub(crate) async fn look<S: ByteSource>(
     scene: &Scene<S>,
     entry: CellEntry,
@@ -110,8 +110,13 @@ pub(crate) async fn look<S: ByteSource>(
     if record.is_none() {
         (place.lost, place.is_unknown) = (1, true);
     }
-    let Some(record) = record.or_else(|| scene.record_of_all()) else {
-        return (place, failures);
+    let record = match record {
+        Some(record) => record,
+        None => {
+            let (surroundings, others) = scene.surroundings(&place.entry).await;
+            failures.extend(others);
+            surroundings
+        }
     };
     let all = record.visible();
     let mut stand_ins = StandIns::default();

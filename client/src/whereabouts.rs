@@ -1,9 +1,10 @@
 //! In which cell is a point? By adjacency for who knows the cell nearby (Marvie & Bouatouch 2004, §3.4), else by the index; and where a part of
-//! the index is lost, in the nearest cell that is known, or nowhere, from where everything is seen.
+//! the index is lost, in the nearest cell that is known, or nowhere, from where all is seen that is around.
 
 use belvedere_scene::{
     Bounds, CellId,
     index::{CellChunk, CellEntry, CellSearch, Located, Page, PageEntry, PageKind},
+    object::{ObjectChunk, ObjectEntry},
     record::{CellRecord, Guarantee, Hull, Visible},
     walk::CellWalk,
 };
@@ -12,6 +13,9 @@ use crate::{ByteSource, Error, Scene};
 
 /// Stands for the cell of who can know none. No scene has so many that one is called so.
 pub(crate) const NOWHERE: CellId = CellId(u32::MAX);
+
+/// So many chunks of objects take the place of a record.
+const MOST_CHUNKS: usize = 16;
 
 /// In which cell somebody is, as far as the index could be read.
 #[derive(Debug)]
@@ -52,7 +56,7 @@ impl<S: ByteSource> Scene<S> {
     /// The same for who goes on whatever is lost: `from` the cell where one was, or the beginning, as [`Scene::begin`] has it.
     ///
     /// # Errors
-    /// When a part of the index does not come now and may come later, or is lost and nothing tells what there is to see.
+    /// When a part of the index does not come now and may come later.
     pub(crate) async fn whereabouts(
         &self,
         from: Option<&CellEntry>,
@@ -71,7 +75,7 @@ impl<S: ByteSource> Scene<S> {
             });
         }
         let mut search = CellSearch::new(&self.manifest().cells, point);
-        let (mut lost, mut failures) = (None, Vec::new());
+        let (mut is_sure, mut failures) = (true, Vec::new());
         while let Some(entry) = search.wants() {
             let Err(cause) = self.answer(&mut search, &entry).await else {
                 continue;
@@ -80,20 +84,16 @@ impl<S: ByteSource> Scene<S> {
                 return Err(cause);
             }
             search.lose();
-            match cause {
-                Error::GivenUp { .. } => lost = Some(cause),
-                cause => failures.push(Error::Unmapped {
+            is_sure = false;
+            if !matches!(cause, Error::GivenUp { .. }) {
+                failures.push(Error::Unmapped {
                     cause: cause.to_string(),
-                }),
+                });
             }
         }
-        let is_sure = lost.is_none() && failures.is_empty();
         let cell = match search.finish() {
             Some(located) => located.cell,
-            None => match self.nowhere() {
-                Some(nowhere) => nowhere,
-                None => return Err(failures.pop().or(lost).unwrap_or(Error::NoCells)),
-            },
+            None => self.nowhere(point),
         };
         Ok(Whereabouts {
             cell,
@@ -123,13 +123,11 @@ impl<S: ByteSource> Scene<S> {
         walk.finish()
     }
 
-    /// What stands for a cell where none is known, if it is known what there is to see.
-    fn nowhere(&self) -> Option<CellEntry> {
-        let manifest = self.manifest();
-        manifest.whole.as_ref()?;
-        Some(CellEntry {
+    /// What stands for the cell at a point where none is known.
+    fn nowhere(&self, point: [f64; 3]) -> CellEntry {
+        CellEntry {
             cell: NOWHERE,
-            bounds: manifest.bounds,
+            bounds: Bounds::around([point]),
             planes: Vec::new(),
             adjacent: Vec::new(),
             record: self.pointer().manifest.clone(),
@@ -137,19 +135,19 @@ impl<S: ByteSource> Scene<S> {
             steps: None,
             steps_bytes: None,
             record_json: self.pointer().manifest.clone(),
-        })
+        }
     }
 
-    /// What takes the place of a record where there is none: everything, if it is known what there is. What looks largest from the
-    /// first viewpoint comes first.
-    pub(crate) fn record_of_all(&self) -> Option<CellRecord> {
-        let manifest = self.manifest();
-        let objects = manifest.whole.as_ref()?.objects.iter();
-        let eye = match manifest.viewpoints.first() {
-            Some(viewpoint) => viewpoint.position,
-            None => manifest.bounds.center(),
+    /// What takes the place of a record where there is none: all that is around the cell, in a small world everything. What looks
+    /// largest from its middle comes first. Says what of it cannot be had.
+    pub(crate) async fn surroundings(&self, cell: &CellEntry) -> (CellRecord, Vec<Error>) {
+        let eye = cell.bounds.center();
+        let (objects, failures) = match &self.manifest().whole {
+            Some(whole) => (whole.objects.clone(), Vec::new()),
+            None => self.nearest_objects(eye).await,
         };
         let mut all: Vec<Visible> = objects
+            .iter()
             .map(|entry| Visible {
                 object: entry.object,
                 solid_angle_sr: solid_angle_sr(&entry.bounds, eye),
@@ -158,20 +156,44 @@ impl<S: ByteSource> Scene<S> {
             })
             .collect();
         all.sort_by(|a, b| b.solid_angle_sr.total_cmp(&a.solid_angle_sr));
-        Some(CellRecord {
-            cell: NOWHERE,
-            hull: Hull::of_box(&manifest.bounds),
+        let record = CellRecord {
+            cell: cell.cell,
+            hull: Hull::of_box(&cell.bounds),
             adjacent: Vec::new(),
             portals: Vec::new(),
             cpvs: Vec::new(),
             opvs: all,
             lpvs: Vec::new(),
-            method: "everything".to_owned(),
-            guarantee: Guarantee::Conservative,
-            miss_bound: 0.0,
+            method: "surroundings".to_owned(),
+            guarantee: Guarantee::Sampled,
+            miss_bound: 1.0,
             visible_level0_bytes: 0,
             visible_coarsest_bytes: 0,
-        })
+        };
+        (record, failures)
+    }
+
+    /// The objects in the chunks that are nearest to a point.
+    async fn nearest_objects(&self, point: [f64; 3]) -> (Vec<ObjectEntry>, Vec<Error>) {
+        let mut open = self.manifest().objects.entries.clone();
+        let (mut chunks, mut objects, mut failures) = (0, Vec::new(), Vec::new());
+        while chunks < MOST_CHUNKS && !open.is_empty() {
+            open.sort_by(|a, b| b.bounds.distance_m(point).total_cmp(&a.bounds.distance_m(point)));
+            let Some(next) = open.pop() else { break };
+            let read = match next.kind {
+                PageKind::Page => self
+                    .indexed::<Page>(&next.url)
+                    .await
+                    .map(|page| open.extend(page.entries.iter().cloned())),
+                PageKind::Chunk => {
+                    chunks += 1;
+                    let chunk = self.indexed::<ObjectChunk>(&next.url).await;
+                    chunk.map(|chunk| objects.extend(chunk.objects.iter().cloned()))
+                }
+            };
+            failures.extend(read.err());
+        }
+        (objects, failures)
     }
 }
 

@@ -16,8 +16,7 @@ pub struct Frame {
     pub missing: u32,
     /// Whether some of these found no room in memory.
     pub is_short: bool,
-    /// Whether nobody knows what can be seen. What counts is then all that there is, or, where nobody knows that, what could be seen from
-    /// the cell before; and one more.
+    /// Whether nobody knows what can be seen. What counts is then all that is around, and one more.
     pub unknown: bool,
     /// Bytes that have come so far.
     pub bytes: u64,

@@ -125,9 +125,9 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             return;
         }
         let cell = at.cell;
-        let before = self.here.replace(cell);
+        self.here = Some(cell);
         self.planned_at = None;
-        self.learn(at, asked_ms, before).await;
+        self.learn(at, asked_ms).await;
         self.look_around();
         if self.is_known(cell) {
             // What is here already is drawn at once, whether or not anything more may be asked for now.
@@ -136,9 +136,8 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
     }
 
-    /// Reads what can be seen from a cell. What cannot be read is counted, and will never be there. Where nobody knows what can be
-    /// seen, one goes on with what can be seen from the cell that one comes from.
-    async fn learn(&mut self, entry: CellEntry, asked_ms: f64, from: Option<CellId>) {
+    /// Reads what can be seen from a cell. What cannot be read is counted, and will never be there.
+    async fn learn(&mut self, entry: CellEntry, asked_ms: f64) {
         let cell = entry.cell;
         if self.known_ms.contains_key(&cell) {
             return;
@@ -149,12 +148,9 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             smooth: self.settings.smooth,
             rules: self.settings.rules,
         };
-        let (mut place, others) = atlas::look(self.scene, entry, record, uses).await;
+        let (place, others) = atlas::look(self.scene, entry, record, uses).await;
         failures.extend(others);
         failures.into_iter().for_each(|cause| self.courier.tour.fail(cause));
-        if let Some(from) = from.filter(|_| place.is_unknown && place.seen.is_empty()) {
-            place.seen = self.atlas.seen_from(from).to_vec();
-        }
         self.atlas.add(place);
         let from_ms = self.courier.charge(read_ms);
         self.known_ms.insert(cell, from_ms);
@@ -166,7 +162,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         let asked_ms = self.courier.charge(self.now_ms);
         let cause = match entry {
             Ok(Some(entry)) => {
-                self.learn(entry, asked_ms, self.here).await;
+                self.learn(entry, asked_ms).await;
                 return self.look_around();
             }
             Ok(None) => format!("the index does not lead to {cell}"),
