@@ -51,7 +51,10 @@ fn a_slow_line_brings_things_later_and_what_lies_ahead_is_there_before_it_is_see
     );
     assert_eq!(bytes(&unaided)[1..], [Some(0), Some(0)]);
     assert!(slow["quality"]["mean"].as_f64() >= unaided["quality"]["mean"].as_f64());
-    assert_eq!(slow["convergence_s"], unaided["convergence_s"], "nothing comes ahead before the first picture");
+    assert_eq!(
+        slow["convergence_s"], unaided["convergence_s"],
+        "nothing comes ahead before the first picture"
+    );
 
     // What the line carries does not depend on who sends it.
     let line = ["--bandwidth", "64k", "--latency", "50ms", "--bundles", "off"];

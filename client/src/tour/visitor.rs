@@ -23,6 +23,7 @@ use crate::{
         order::{Change, View},
         plan::{self, Held},
         planner::Planner,
+        priority::Cause,
         sight::{Eye, Seen},
     },
 };
@@ -43,6 +44,8 @@ pub(super) struct Visitor<'a, S> {
     planner: Planner,
     motion: Motion,
     here: Option<CellId>,
+    /// Whether something of all in sight that can be had was there once.
+    has_begun: bool,
     /// Whether one may be in another cell, of which nobody knows.
     is_astray: bool,
     visible: HashSet<ModelId>,
@@ -67,6 +70,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             planner: Planner::new(settings.budgets()),
             motion: Motion::default(),
             here: None,
+            has_begun: false,
             is_astray: false,
             visible: HashSet::new(),
             position: [0.0; 3],
@@ -225,7 +229,10 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
         self.note(&changes);
         // What can be seen ahead must be known before it can be fetched.
-        let learnt = self.learn_ahead(here).await;
+        let is_seen = order
+            .as_ref()
+            .is_some_and(|order| matches!(order.wish.cause, Cause::Missing { .. }));
+        let learnt = !is_seen && self.learn_ahead(here).await;
         let asked = order.is_some();
         if let Some(order) = order {
             self.courier.fetch(&order, &mut self.planner, self.now_ms).await;
@@ -236,10 +243,9 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     fn plan(&mut self, here: CellId) -> Vec<Change> {
         self.planner
             .offer_bundles(self.settings.bundles && self.courier.offers_bundles());
-        let ahead = self
-            .ahead(here)
-            .into_iter()
-            .filter(|approach| self.is_known(approach.cell));
+        // Before the first picture is there, one reads of what lies ahead, and no more.
+        let ahead = if self.has_begun { self.ahead(here) } else { Vec::new() };
+        let ahead = ahead.into_iter().filter(|approach| self.is_known(approach.cell));
         let view = View {
             eye: Eye::at(self.position),
             here: self.atlas.seen_from(here),
@@ -252,10 +258,9 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         self.planner.plan(&view, self.courier.bytes_per_s())
     }
 
-    /// Cells that may be entered soon; not before something of all that can be had here is here.
+    /// Cells that may be entered soon.
     fn ahead(&self, here: CellId) -> Vec<Approach> {
-        let lacks = || !plan::first_wishes(self.atlas.seen_from(here), &self.planner.residency).is_empty();
-        if !self.settings.prefetch || lacks() {
+        if !self.settings.prefetch {
             return Vec::new();
         }
         approaches(here, &self.atlas, self.position, self.motion.velocity_mps())
@@ -319,6 +324,9 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
     }
 
     fn note_convergence(&mut self) {
+        if self.courier.tour.converged_ms.is_some() {
+            return;
+        }
         // What came at the very moment of a frame was not in it.
         let is_after = self
             .courier
@@ -326,8 +334,14 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             .frames
             .last()
             .is_none_or(|frame| frame.t_ms < self.now_ms);
-        let is_told = is_after && !self.is_blind() && self.here.is_some_and(|here| self.is_known(here));
-        if self.courier.tour.converged_ms.is_none() && is_told && self.has_all_that_can_be_had() {
+        let is_told = self.here.is_some_and(|here| self.is_known(here));
+        if !is_after || !is_told || !self.has_all_that_can_be_had() {
+            return;
+        }
+        if !self.has_begun {
+            (self.has_begun, self.planned_at) = (true, None);
+        }
+        if !self.is_blind() {
             self.courier.tour.converged_ms = Some(self.now_ms);
         }
     }
