@@ -23,6 +23,8 @@ const TWELVE_ROOMS: &str = "\
 #...#...#...#...#
 #################
 ";
+/// A hall that is one cell, with a block in it.
+const ONE_CELL: &str = "called \"cell:hall\" box(8, 3, 6) called \"block\" move(2, 0, 2) box(1, 1, 1)";
 const SPEED_MPS: f64 = 5.0 / 3.6;
 
 /// The way of the first visitor, as a script.
@@ -98,6 +100,23 @@ async fn a_tour_of_the_streets_goes_through_openings_and_comes_further_than_chan
     assert_eq!(long.times_ms()[1], 300_000.0);
     let last_new = (0..cells.len()).filter(|i| !cells[..*i].contains(&cells[*i])).max();
     assert!(cells[last_new.expect("a cell")..].contains(&cells[0]));
+}
+
+#[tokio::test]
+async fn who_cannot_leave_its_cell_goes_to_and_fro_in_it() {
+    let data = Data::new();
+    data.bake(&data.write("hall.dcg", ONE_CELL), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let tree = data.folder("tree");
+    let tree = tree.to_str().expect("UTF-8");
+    let scene = Client::new(FolderSource::new(tree));
+    let scene = scene.open(&"rooms".parse().expect("a name")).await.expect("a scene");
+    for manner in ["random", "streets"] {
+        let way = way(&data, tree, &["--duration", "30", "--way", manner]);
+        assert_eq!(way.times_ms()[1], 30_000.0);
+        assert_eq!(cells_of(&scene, &way).await, [CellId(0)]);
+        assert!(way.at(10_000.0) != way.at(20_000.0), "{way:?}");
+    }
 }
 
 #[test]

@@ -50,7 +50,7 @@ use crate::{
     atlas::Atlas,
     fetch::{Manners, Streams},
     strategy::{
-        ahead::{Approach, approaches, is_worth_knowing},
+        ahead::{approaches, is_worth_knowing},
         file::Key,
         meter::Meter,
         motion::Motion,
@@ -84,6 +84,8 @@ pub struct Explorer<S> {
     at: Option<CellEntry>,
     shown: Option<CellId>,
     eye: Option<Eye>,
+    /// Whether something of all in sight that can be had was there once.
+    has_begun: bool,
     short_in: HashSet<CellId>,
     events: Vec<Event>,
     started: Instant,
@@ -111,6 +113,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             at: None,
             shown: None,
             eye: None,
+            has_begun: false,
             short_in: HashSet::new(),
             events: Vec::new(),
             started: Instant::now(),
@@ -270,35 +273,34 @@ impl<S: ByteSource + 'static> Explorer<S> {
         }
     }
 
-    /// Cells that may be entered soon; those are read of.
-    fn look_ahead(&mut self, shown: CellId, eye: &Eye) -> Vec<Approach> {
-        if !self.options.budgets.prefetch {
-            return Vec::new();
-        }
-        let ahead = approaches(shown, &self.atlas, eye.position, self.motion.velocity_mps());
-        for approach in &ahead {
-            if is_worth_knowing(approach.in_s, self.meter.bytes_per_s()) && self.asked.insert(approach.cell) {
-                self.read(Err(approach.cell));
+    /// Reads of cells that may be entered soon.
+    fn look_ahead(&mut self, ahead: &[CellId]) {
+        for cell in ahead {
+            if self.asked.insert(*cell) {
+                self.read(Err(*cell));
             }
         }
-        ahead
     }
 
-    /// Makes what is under way equal to what is wanted.
+    /// Makes what is under way equal to what is wanted. What lies ahead is read of once all is asked for that is missing here,
+    /// and fetched once the first picture was there.
     fn replan(&mut self) {
         let (Some(shown), Some(eye)) = (self.shown, self.eye) else {
             return;
         };
-        // Not before something of all that can be had is here.
-        let lacks = !plan::first_wishes(self.visible(), &self.planner.residency).is_empty();
-        let ahead = if lacks {
-            Vec::new()
-        } else {
-            self.look_ahead(shown, &eye)
-        };
+        self.has_begun |= plan::first_wishes(self.visible(), &self.planner.residency).is_empty();
+        let mut ahead = Vec::new();
+        if self.options.budgets.prefetch {
+            ahead = approaches(shown, &self.atlas, eye.position, self.motion.velocity_mps());
+        }
+        let bytes_per_s = self.meter.bytes_per_s();
+        let worth_knowing = ahead
+            .iter()
+            .filter(|approach| is_worth_knowing(approach.in_s, bytes_per_s));
+        let worth_knowing: Vec<CellId> = worth_knowing.map(|approach| approach.cell).collect();
         let known = ahead
             .into_iter()
-            .filter(|approach| self.atlas.place(approach.cell).is_some());
+            .filter(|approach| self.has_begun && self.atlas.place(approach.cell).is_some());
         let view = View {
             eye,
             here: self.atlas.seen_from(shown),
@@ -309,7 +311,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         };
         let offered = self.scene.source().offers_bundles() && !self.manners.bundles_refused();
         self.planner.offer_bundles(self.options.bundles && offered);
-        let mut changes = self.planner.plan(&view, self.meter.bytes_per_s());
+        let mut changes = self.planner.plan(&view, bytes_per_s);
         self.cancel();
         while self.has_room()
             && let Some(order) = self.planner.next(&mut changes)
@@ -317,5 +319,8 @@ impl<S: ByteSource + 'static> Explorer<S> {
             self.start(order);
         }
         self.note(changes);
+        if !self.planner.has_firsts_to_ask() {
+            self.look_ahead(&worth_knowing);
+        }
     }
 }

@@ -192,6 +192,14 @@ impl Planner {
         None
     }
 
+    /// Whether something in sight of which nothing is held is still to be asked for, as of the last [`Planner::plan`].
+    #[must_use]
+    pub fn has_firsts_to_ask(&self) -> bool {
+        let is_first = |wish: &&Wish| matches!(wish.cause, Cause::Missing { .. });
+        let mut firsts = self.wishes.iter().filter(is_first);
+        firsts.any(|wish| !self.missing(wish, true).is_empty())
+    }
+
     /// Whether a request that is under way still serves a wish.
     #[must_use]
     pub fn is_wanted(&self, order: &Order) -> bool {

@@ -29,11 +29,11 @@ impl Room {
     /// A place in it at random, at the height of its middle.
     pub(super) fn somewhere(&self, state: &mut u64) -> [f64; 3] {
         let Bounds { min, max } = self.entry.bounds;
-        let mut place = || {
+        let place = || {
             let mut between = |i: usize| min[i] + (max[i] - min[i]) * (random(state) as f64 / u64::MAX as f64);
             [between(0), self.middle[1], between(2)]
         };
-        let mut tries = std::iter::repeat_with(|| place()).take(TRIES);
+        let mut tries = std::iter::repeat_with(place).take(TRIES);
         tries
             .find(|place| self.entry.holds_alone(*place))
             .unwrap_or(self.middle)

@@ -25,7 +25,11 @@ pub(super) async fn places<S: ByteSource>(
         }
         if ways.is_empty() {
             let place = here.somewhere(&mut state);
-            walked_m += distance_m(places[places.len() - 1], place);
+            let step_m = distance_m(places[places.len() - 1], place);
+            if step_m == 0.0 {
+                break;
+            }
+            walked_m += step_m;
             places.push(place);
             continue;
         }

@@ -1,6 +1,8 @@
 //! How does the strategy fare on a simulated line? Carries out [`crate::strategy`]: bytes are fetched for real, and count as
 //! here when they would have come.
 
+mod measures;
+
 use std::collections::{HashMap, HashSet};
 
 use belvedere_scene::{CellId, ModelId, index::CellEntry};
@@ -17,14 +19,13 @@ use crate::{
     atlas::{self, Atlas, Uses},
     strategy::{
         ahead::{Approach, approaches, is_worth_knowing},
-        grade::Form,
         motion::Motion,
         nearness::steps_to_models,
         order::{Change, View},
-        plan::{self, Held},
+        plan,
         planner::Planner,
         priority::Cause,
-        sight::{Eye, Seen},
+        sight::Eye,
     },
 };
 
@@ -320,92 +321,6 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
                 Change::Gone(file) => self.courier.ledger.goes(*file),
                 _ => {}
             }
-        }
-    }
-
-    fn note_convergence(&mut self) {
-        if self.courier.tour.converged_ms.is_some() {
-            return;
-        }
-        // What came at the very moment of a frame was not in it.
-        let is_after = self
-            .courier
-            .tour
-            .frames
-            .last()
-            .is_none_or(|frame| frame.t_ms < self.now_ms);
-        let is_told = self.here.is_some_and(|here| self.is_known(here));
-        if !is_after || !is_told || !self.has_all_that_can_be_had() {
-            return;
-        }
-        if !self.has_begun {
-            (self.has_begun, self.planned_at) = (true, None);
-        }
-        if !self.is_blind() {
-            self.courier.tour.converged_ms = Some(self.now_ms);
-        }
-    }
-
-    /// Whether nobody knows what can be seen.
-    fn is_blind(&self) -> bool {
-        let place = self.here.and_then(|here| self.atlas.place(here));
-        self.is_astray || place.is_none_or(|place| place.is_unknown)
-    }
-
-    /// How many objects in sight have nothing there, of how many; `None` for who does not know where it is.
-    fn in_sight(&self) -> Option<(usize, usize)> {
-        let place = self.atlas.place(self.here?)?;
-        let all = place.seen.len() + place.lost.max(usize::from(self.is_astray));
-        let held = place
-            .seen
-            .iter()
-            .filter(|seen| self.planner.residency.held(seen.model).is_some());
-        Some((all - held.count(), all))
-    }
-
-    /// Whether something of every object in sight is there, but for what cannot be had; not when nothing can.
-    fn has_all_that_can_be_had(&self) -> bool {
-        let held = |seen: &&Seen| self.planner.residency.held(seen.model).is_some();
-        let seen = self.here.map_or(&[][..], |here| self.atlas.seen_from(here));
-        let can_come = |seen: &Seen| plan::first_goal(seen, &self.planner.residency).is_some();
-        let has_any = seen.iter().any(|seen| held(&seen)) || self.in_sight().is_some_and(|(missing, _)| missing == 0);
-        has_any && seen.iter().filter(|seen| !held(seen)).all(|seen| !can_come(seen))
-    }
-
-    fn frame(&mut self, t_ms: f64) -> Frame {
-        let (missing, quality) = match self.in_sight() {
-            Some((_, 0)) => (0, 1.0),
-            Some((missing, all)) => (missing, 1.0 - missing as f64 / all as f64),
-            None => (0, 0.0),
-        };
-        let (eye, target_px) = (Eye::at(self.position), self.settings.target_px);
-        let seen = self.here.map_or(&[][..], |here| self.atlas.seen_from(here));
-        let (mut sharp, mut rungs) = (0, 0);
-        for seen in seen {
-            let Some(held) = self.planner.residency.held(seen.model) else {
-                continue;
-            };
-            sharp += usize::from(plan::is_sharp(seen, held, &eye, target_px));
-            rungs += usize::from(held.form == Form::Rung);
-        }
-        let share = |count: usize| {
-            if seen.is_empty() {
-                0.0
-            } else {
-                count as f64 / seen.len() as f64
-            }
-        };
-        Frame {
-            t_ms,
-            quality,
-            missing: missing as u32,
-            is_short: missing > 0
-                && self.planner.is_short()
-                && self.here.is_some_and(|here| self.short_in.contains(&here)),
-            unknown: self.is_blind(),
-            bytes: self.courier.arrived_bytes(t_ms),
-            sharp: share(sharp),
-            rungs: share(rungs),
         }
     }
 }
