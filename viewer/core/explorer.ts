@@ -31,7 +31,7 @@ import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import { Starts } from "./starts.ts";
 import { statureIn } from "./stature.ts";
-import { bySolidAngle, surroundings } from "./surroundings.ts";
+import { Surroundings } from "./surroundings.ts";
 import type { Surveyed } from "./survey.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
 import { Whereabouts } from "./whereabouts.ts";
@@ -56,9 +56,6 @@ export interface ExplorerEvents {
 
 /** Who has moved so far, or goes so much faster or elsewhere, looks anew at what is wanted. */
 const [MOVED_M, CHANGED_MPS] = [0.25, 0.5];
-
-/** A share of the diagonal of a world. */
-const STRAYED_SHARE = 0.1;
 
 /** Of what comes one after the other within this time, only the first is looked at by itself. */
 const PAUSE_MS = 15;
@@ -103,9 +100,8 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** The cell of which it was said that memory does not suffice for it. */
   private shortIn: number | undefined;
   private closed = false;
-  /** Where one looked around because no cell says what can be seen … */
-  private around: Vec3 | undefined;
-  /** … and whether that is what is shown. */
+  private readonly surroundings: Surroundings;
+  /** Whether what is around is shown, because no cell says what can be seen. */
   private isAround = false;
   /** The cell from which it was begun to learn what is next door. */
   private surveyed: number | undefined;
@@ -128,6 +124,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     this.size = statureIn(scene.manifest).size;
     this.directory = new ObjectDirectory(scene, options.uses);
     this.index = new CellIndex(scene, events.problem);
+    this.surroundings = new Surroundings(scene, this.directory, events.problem);
     this.records = new CellRecords(scene, this.index);
     this.navigation = new MetCells(this.index, this.records);
     this.residency = new ResidencySet(options.memory_limit_bytes);
@@ -336,7 +333,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     this.loads.forgive();
     this.index.forgive();
     this.directory.forgive();
-    this.around = undefined;
+    this.surroundings.forget();
     this.ahead.renew();
     this.whereabouts.again();
     this.planning.now();
@@ -390,26 +387,11 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Shows what there is around, where nothing says what can be seen: no cell is known, or not what the first one sees. */
   private async lookAround(position: Vec3): Promise<void> {
-    const { around, scene, directory, events } = this;
-    if (around && length(subtract(around, position)) < this.strayed_m) return;
-    this.around = position;
-    let isTold = false;
-    const problem = (error: unknown) => {
-      if (!isTold) events.problem(error);
-      isTold = true;
-    };
-    const all = directory.whole();
-    const objects = all ? bySolidAngle(all, position) : await surroundings(scene, directory, position, problem);
-    if (this.closed || this.around !== position || this.sight.cell !== undefined) return;
-    this.show({ cell: undefined, objects, count: objects.length });
+    const objects = await this.surroundings.look(position);
+    if (this.closed || !objects || this.sight.cell !== undefined) return;
     this.isAround = true;
-    events.changed();
-  }
-
-  /** Who has moved so far in a world without a map looks around anew. */
-  private get strayed_m(): number {
-    const { min, max } = this.scene.manifest.bounds;
-    return STRAYED_SHARE * length(subtract(max, min));
+    this.show({ cell: undefined, objects, count: objects.length });
+    this.events.changed();
   }
 
   /** Shows what can be seen from a cell as soon as it can be drawn; answers with all of it, and with how to show more of that. */

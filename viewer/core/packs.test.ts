@@ -29,6 +29,8 @@ describe("packs", () => {
   });
 });
 
+/** Waits however long the machine takes. */
+const eventually = (check: () => void) => vi.waitFor(check, { timeout: 60_000 });
 const isPack = (path: string) => path.endsWith(".pack");
 const isGlb = (path: string) => path.endsWith(".glb");
 
@@ -56,12 +58,12 @@ async function withSlowPack() {
     sent = to;
   };
   visit.go(ROOM_0);
-  await vi.waitFor(() => expect(pack).toBeDefined());
+  await eventually(() => expect(pack).toBeDefined());
   const { host } = visit;
   /** Models out of the pack that are drawn: no pedestals, which stand in none. */
   const drawn = () => new Set(host.uploads.flatMap(({ model }) => (model < 5 ? [model] : [])));
   /** Waits until more of them are drawn than before. */
-  const draws = (before: number) => vi.waitFor(() => expect(drawn().size).toBeGreaterThan(before));
+  const draws = (before: number) => eventually(() => expect(drawn().size).toBeGreaterThan(before));
   const end = () => pack?.close();
   const breakOff = () => pack?.error(new TypeError("the line broke"));
   return { ...visit, send, drawn, draws, end, breakOff };
@@ -97,7 +99,7 @@ describe("a pack that is still coming", () => {
     for (const share of [0.01, 0.02, 0.03]) {
       const before = loaded();
       send(share);
-      await vi.waitFor(() => expect(loaded()).toBeGreaterThan(before));
+      await eventually(() => expect(loaded()).toBeGreaterThan(before));
     }
   });
 

@@ -6,6 +6,8 @@ import type { Vec3 } from "./geometry.ts";
 const room = (i: number): Vec3 => [i * PITCH_M + 1, 1.6, 3];
 /** Its doorways to the rooms before and after it stand in other chunks of the index than it does, or in the same one. */
 const HERE = room(1);
+/** Waits however long the machine takes. */
+const eventually = (check: () => void) => vi.waitFor(check, { timeout: 60_000 });
 /** So many levels keep a picture from being whole, and leave room on the line. */
 const MOST_HELD = 2;
 const isLevel = (path: string) => path.endsWith(".glb") || path.endsWith(".pack");
@@ -34,7 +36,7 @@ async function withSlowLevels(options: SetUp = {}) {
   const { explorer, log } = visit;
   /** Waits until levels are all that is on its way, and everything that could be asked for was. */
   const onlyLevels = () =>
-    vi.waitFor(() => {
+    eventually(() => {
       const running = log.entries.filter(({ result }) => result === "running" || result === "waiting");
       expect(held.length).toBeGreaterThan(0);
       expect(explorer.visibleCount).toBeGreaterThan(0);
@@ -67,7 +69,7 @@ describe("before the first picture of a cell is there", () => {
     go(HERE);
     await onlyLevels();
     go(HERE, [1.5, 0, 0]);
-    await vi.waitFor(() => expect(explorer.entryOf(1)).toBeDefined());
+    await eventually(() => expect(explorer.entryOf(1)).toBeDefined());
     await pause();
     expect(requests.filter((path) => path.endsWith(".cell") || path.endsWith(".steps")).length).toBe(1);
   });

@@ -9,6 +9,8 @@ import type { PublishedScene } from "./published.ts";
 
 /** So many chunks of objects are read. */
 const MOST_CHUNKS = 16;
+/** Who has gone such a share of the world's diagonal has strayed. */
+const STRAYED_SHARE = 0.1;
 
 /** About the share of the view that a box fills; 1 from inside. */
 function sizeInView(bounds: Bounds, point: Vec3): number {
@@ -23,29 +25,53 @@ export function bySolidAngle(objects: readonly PlacedObject[], point: Vec3): Pla
   return [...objects].sort((a, b) => (sizes.get(b) ?? 0) - (sizes.get(a) ?? 0));
 }
 
-/** What is around a point; what cannot be had of it is told and left out. */
-export async function surroundings(
-  scene: PublishedScene,
-  directory: ObjectDirectory,
-  point: Vec3,
-  problem: (error: unknown) => void,
-): Promise<PlacedObject[]> {
-  const found: Promise<PlacedObject[]>[] = [];
-  const open = [...scene.manifest.objects.entries];
-  while (open.length > 0 && found.length < MOST_CHUNKS) {
-    open.sort((a, b) => distanceToBounds(b.bounds, point) - distanceToBounds(a.bounds, point));
-    const next = open.pop();
-    if (next?.kind === "page") {
-      const page = await scene.page(next, PRIORITY.document).catch(problem);
-      open.push(...(page?.entries ?? []));
-    } else if (next) {
-      const ids = Array.from({ length: next.count }, (_, i) => next.first + i);
-      const left = (error: unknown) => {
-        problem(error);
-        return [];
-      };
-      found.push(directory.resolve(ids, PRIORITY.document).catch(left));
-    }
+/** Looks around, and anew where one has strayed. */
+export class Surroundings {
+  private around: Vec3 | undefined;
+
+  constructor(
+    private readonly scene: PublishedScene,
+    private readonly directory: ObjectDirectory,
+    private readonly problem: (error: unknown) => void,
+  ) {}
+
+  /** What is around a point; `undefined` for who has looked around near by, or looks around elsewhere meanwhile. */
+  async look(point: Vec3): Promise<PlacedObject[] | undefined> {
+    const { min, max } = this.scene.manifest.bounds;
+    const strayed_m = STRAYED_SHARE * length(subtract(max, min));
+    if (this.around && length(subtract(this.around, point)) < strayed_m) return undefined;
+    this.around = point;
+    const objects = this.directory.whole() ?? (await this.readAround(point));
+    return this.around === point ? bySolidAngle(objects, point) : undefined;
   }
-  return bySolidAngle((await Promise.all(found)).flat(), point);
+
+  /** Looks around the next time wherever that is. */
+  forget(): void {
+    this.around = undefined;
+  }
+
+  /** What cannot be had is told once and left out. */
+  private async readAround(point: Vec3): Promise<PlacedObject[]> {
+    const { scene, directory } = this;
+    let isTold = false;
+    const leave = (error: unknown): [] => {
+      if (!isTold) this.problem(error);
+      isTold = true;
+      return [];
+    };
+    const found: Promise<PlacedObject[]>[] = [];
+    const open = [...scene.manifest.objects.entries];
+    while (open.length > 0 && found.length < MOST_CHUNKS) {
+      open.sort((a, b) => distanceToBounds(b.bounds, point) - distanceToBounds(a.bounds, point));
+      const next = open.pop();
+      if (next?.kind === "page") {
+        const reading = scene.page(next, PRIORITY.document).then(({ entries }) => entries);
+        open.push(...(await reading.catch(leave)));
+      } else if (next) {
+        const ids = Array.from({ length: next.count }, (_, i) => next.first + i);
+        found.push(directory.resolve(ids, PRIORITY.document).catch(leave));
+      }
+    }
+    return (await Promise.all(found)).flat();
+  }
 }

@@ -86,7 +86,7 @@ export function explain(error: unknown, host: string, isElsewhere = false): Expl
   if (error instanceof IncompleteMapError) {
     return {
       title: "Part of the map of this world is missing",
-      text: `The walk goes on with what is known; in the rest, walls do not hold and less is shown (${error.message}). Trying again may help.`,
+      text: "Part of the map of this world cannot be had. The walk goes on: in that part walls do not hold, and what is shown there may be incomplete.",
     };
   }
   const damaged = error instanceof DocumentError || error instanceof CellRecordError || error instanceof FetchError;
