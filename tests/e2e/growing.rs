@@ -42,9 +42,10 @@ fn grow_writes_a_glb_and_says_what_it_took() {
     for (argument, wanted) in [
         ("size=99", "`size` is 99; it must be from 2 to 9"),
         ("sise=3", "did you mean `size`?"),
+        ("walls=3", "it takes `size from 2 to 9`"),
     ] {
         let error = data.fails(&["grow", &file, "--set", argument]);
-        assert!(error.contains(wanted), "{error}");
+        assert!(error.contains(wanted) && error.contains("`--set`"), "{error}");
     }
 }
 
@@ -209,9 +210,10 @@ fn a_world_is_baked_with_the_parameters_that_it_is_given() {
     for (argument, wanted) in [
         ("size=99", "`size` is 99; it must be from 2 to 9"),
         ("sise=3", "did you mean `size`?"),
+        ("walls=3", "it takes `size from 2 to 9`"),
     ] {
         let error = data.fails(&["bake", &file, "--scene", "huts", "--set", argument]);
-        assert!(error.contains(wanted), "{error}");
+        assert!(error.contains(wanted) && error.contains("`--set`"), "{error}");
     }
     let plan = data.write("room.plan", "");
     let plan = plan.to_str().expect("UTF-8");

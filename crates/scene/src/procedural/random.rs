@@ -46,13 +46,13 @@ pub fn mixed(path: u32) -> u32 {
 #[inline(always)]
 #[must_use]
 pub fn fraction(path: u32) -> f64 {
-    whole(mixed(path)) / 4_294_967_296.0
+    share(mixed(path))
 }
 
-/// A whole number as it is: processors convert numbers with a sign, and 2⁵² and a number lie bit by bit beside each other.
+/// 32 bits as a number from 0 up to 1. Processors convert numbers with a sign; this one lies bit by bit beside 2⁵².
 #[inline(always)]
-fn whole(number: u32) -> f64 {
-    f64::from_bits(0x4330_0000_0000_0000 | u64::from(number)) - 4_503_599_627_370_496.0
+pub(super) fn share(bits: u32) -> f64 {
+    (f64::from_bits(0x4330_0000_0000_0000 | u64::from(bits)) - 4_503_599_627_370_496.0) / 4_294_967_296.0
 }
 
 /// Smooth noise over the plane, between −1 and 1, about one hill for each unit (Perlin 1985, with his later fade). For

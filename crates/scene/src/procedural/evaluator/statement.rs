@@ -154,8 +154,8 @@ impl<'p> Evaluator<'p> {
                 turtle.frame.scaled(factors)
             }
         };
-        let numbers = frame.axes.iter().chain([&frame.origin]).flatten();
-        if numbers.into_iter().any(|v| v.is_nan() || v.abs() > MAX_LENGTH) {
+        let is_near = |near: bool, along: &f64| near & (along.abs() <= MAX_LENGTH);
+        if !frame.numbers().iter().fold(true, is_near) {
             let (what, wanted) = (
                 "the place to which this leads",
                 "within 1000000000 m, and no more times as large",

@@ -4,8 +4,8 @@
 use super::memory::Memory;
 use crate::procedural::arithmetic::floor;
 use crate::procedural::evaluator::statement::MAX_LENGTH as FARTHEST;
-use crate::procedural::operation::{BuiltIn, MAX_POWER, Operator, random, truth};
-use crate::procedural::random::step;
+use crate::procedural::operation::{BuiltIn, MAX_POWER, Operator, truth};
+use crate::procedural::random::{mixed, share, step};
 use crate::procedural::value::Value;
 
 /// Where a number lies, with those of the other turns beside it. Each is written once.
@@ -89,6 +89,7 @@ pub(super) struct Known<'k> {
 pub(super) struct Columns<'c, const N: usize> {
     pub(super) numbers: &'c mut [[f64; N]],
     pub(super) paths: &'c mut [[u32; N]],
+    pub(super) hashes: &'c mut [u32; N],
     pub(super) memory: &'c mut Memory,
 }
 
@@ -151,7 +152,11 @@ impl<const N: usize> Columns<'_, N> {
                 };
                 put(after, |i| sums[i]);
             }
-            Operation::Random { path, site } => put_random(&self.paths[path as usize], site, &mut after[0]),
+            Operation::Random { path, site } => {
+                put_hashes(&self.paths[path as usize], site, self.hashes);
+                let hashes = &*self.hashes;
+                put(after, |i| share(hashes[i]));
+            }
             Operation::Path { from, site, to } => {
                 let from = self.paths[from as usize];
                 for (path, from) in self.paths[to as usize].iter_mut().zip(from) {
@@ -217,10 +222,11 @@ fn put_moved<const N: usize>(
     }
 }
 
+/// What random numbers are made of.
 #[inline(always)]
-fn put_random<const N: usize>(paths: &[u32; N], site: u32, to: &mut [f64; N]) {
-    for (to, path) in to.iter_mut().zip(paths) {
-        *to = random(*path, site);
+fn put_hashes<const N: usize>(paths: &[u32; N], site: u32, to: &mut [u32; N]) {
+    for i in 0..N {
+        to[i] = mixed(step(paths[i], site));
     }
 }
 

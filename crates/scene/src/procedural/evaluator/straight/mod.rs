@@ -75,10 +75,12 @@ impl Room {
     fn columns<const N: usize>(&mut self, code: &Code) -> Columns<'_, N> {
         let Self { numbers, paths, memory } = self;
         numbers.resize(numbers.len().max(N * code.registers), 0.0);
-        paths.resize(paths.len().max(N * code.paths), 0);
+        paths.resize(paths.len().max(N * (code.paths + 1)), 0);
+        let (hashes, paths) = paths.split_at_mut(N);
         Columns {
             numbers: numbers.as_chunks_mut().0,
             paths: paths.as_chunks_mut().0,
+            hashes: &mut hashes.as_chunks_mut().0[0],
             memory,
         }
     }

@@ -194,26 +194,26 @@ fn put_bounds<'n, const N: usize>(
         }
     }
     for (along, [least, most]) in ends.iter_mut().enumerate() {
-        let factors = [frame[along], frame[3 + along], frame[6 + along]];
-        put_end(factors, frame[9 + along], [&min, &max], least);
-        put_end(factors, frame[9 + along], [&max, &min], most);
+        // What is added to −0 stays what it is.
+        (*least, *most) = ([-0.0; N], [-0.0; N]);
+        for axis in 0..3 {
+            add_terms(frame[3 * axis + along], [&min[axis], &max[axis]], least, most);
+        }
+        for i in 0..N {
+            least[i] += frame[9 + along][i];
+            most[i] += frame[9 + along][i];
+        }
     }
 }
 
-/// The end of a box along an axis: a sum of a term for each side of the box, at that end of it to which the factor leads.
+/// Adds the products of both ends of a span with a factor, the lesser to the least.
 #[inline(always)]
-fn put_end<const N: usize>(
-    factors: [&[f64; N]; 3],
-    origin: &[f64; N],
-    [here, there]: [&Vectors<N>; 2],
-    end: &mut [f64; N],
-) {
+fn add_terms<const N: usize>(factor: &[f64; N], [min, max]: [&[f64; N]; 2], least: &mut [f64; N], most: &mut [f64; N]) {
     for i in 0..N {
-        let term = |axis: usize| {
-            let factor = factors[axis][i];
-            factor * if factor >= 0.0 { here[axis][i] } else { there[axis][i] }
-        };
-        end[i] = term(0) + term(1) + term(2) + origin[i];
+        let (of_min, of_max) = (factor[i] * min[i], factor[i] * max[i]);
+        let is_upwards = factor[i] >= 0.0;
+        least[i] += if is_upwards { of_min } else { of_max };
+        most[i] += if is_upwards { of_max } else { of_min };
     }
 }
 
