@@ -62,6 +62,7 @@ fn too_much(what: &str) -> String {
         "bytes of a file" => " ".repeat((1 << 20) + 1),
         "files" => "import \"1\" as next".to_owned(),
         "corners of a polygon or profile, and their coordinates" => format!("prism([{}], 1)", polygon(257)),
+        "corners of a `polygon`, off its plane" => "polygon([[0, 0, 0], [2, 0, 0], [2, 2, 0.5], [0, 2, 0]])".to_owned(),
         "corners of a face" => format!("polygon([{}])", polygon(257).replace(']', ", 0]")),
         "coordinates of points" => "polygon([[0, 0, 0], [1, 0, 0], [0, 1000001, 0]])".to_owned(),
         "lengths of solids" => "box(1, 1, 1000001)".to_owned(),
