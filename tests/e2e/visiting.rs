@@ -227,6 +227,7 @@ fn a_walk_without_a_map_of_cells_goes_on_and_does_not_count_as_whole() {
     assert_eq!(lost["unknown_frames"], lost["frames"], "{lost}");
     let cause = lost["first_failures"][0].as_str().expect("a failure");
     assert!(cause.contains("map of cells"), "{lost}");
+    assert_eq!(lost["memory"]["needed_in"], Value::Null, "{lost}");
     // All is there, and nobody knows whether that is all.
     assert!(lost["came"]["packs"]["bytes"].as_u64() > Some(0), "{lost}");
     assert_eq!(lost["convergence_s"], Value::Null, "{lost}");

@@ -103,6 +103,8 @@ export class Explorer implements NavigationSpace, Surveyed {
   private readonly surroundings: Surroundings;
   /** Whether what is around is shown, because no cell says what can be seen. */
   private isAround = false;
+  /** Whether the eye was, or may have been, in another cell when it was last planned: one needs to know what is there before anything gets finer here. */
+  private isElsewhere = false;
   /** The cell from which it was begun to learn what is next door. */
   private surveyed: number | undefined;
   /** Opened when something is here of all that can be seen … */
@@ -148,7 +150,10 @@ export class Explorer implements NavigationSpace, Surveyed {
         events.changed();
         void this.arrive(entry);
       },
-      located: events.changed,
+      located: () => {
+        events.changed();
+        if (this.isElsewhere && !this.whereabouts.locating) this.planning.ask();
+      },
       nowhere: (position) => void this.lookAround(position),
       problem: events.problem,
     });
@@ -426,7 +431,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   private scope(): Scope | undefined {
     const { sight, told, directory } = this;
     if (this.scene.manifest.whole || this.isAround) return { ...sight, told_bytes: undefined, isHiding: false };
-    if (!told || told.cell !== this.cellId) return undefined;
+    if (!told || told.cell !== this.cellId || this.whereabouts.locating) return undefined;
     const isShown = sight.cell === told.cell && sight.count === told.ids.length;
     const objects = isShown ? sight.objects : told.ids.flatMap((id) => directory.beheld(id) ?? []);
     return { objects, count: told.ids.length, told_bytes: told.coarsest_bytes, isHiding: told.isHiding };
@@ -458,12 +463,13 @@ export class Explorer implements NavigationSpace, Surveyed {
       this.target_px = targetWithin(sight.objects, eye, this.target_px, most_triangles);
     }
     const { bytes_per_s } = this.scene.queue;
+    this.isElsewhere = !this.showsCurrent || this.whereabouts.locating;
     const looksAhead = this.cellId !== undefined && this.cellId === sight.cell;
     if (looksAhead && this.cellId !== undefined) ahead.look(this.cellId, eye.position, velocity_mps);
     const view = {
       eye,
       here: sight.objects,
-      isAllKnown: sight.objects.length === sight.count,
+      isAllKnown: sight.objects.length === sight.count && !this.isElsewhere,
       ahead: looksAhead ? ahead.known : [],
     };
     const all = wanted(view, loads, this.target_px, bytes_per_s);

@@ -195,7 +195,7 @@ export class FetchQueue {
         this.running.set(download.url, download);
       }
       const [first] = next;
-      const requests = first && this.isOnLine(first) ? 1 : 0;
+      const requests = first && this.travels(first) ? 1 : 0;
       const bytes = requests * lineBytes(next);
       const count = (sign: 1 | -1) => {
         this.transfers += sign;
@@ -218,7 +218,7 @@ export class FetchQueue {
     const full = 2 * this.bundles >= this.options.concurrency;
     const hasRoom = this.meter.hasRoom(this.line.requests, this.line.bytes);
     const mayGo = (one: Download) =>
-      (hasRoom || !this.isOnLine(one)) && (!full || purposeOf(one.priority) === "document" || !this.mayCome(one));
+      (hasRoom || !this.waitsForRoom(one)) && (!full || purposeOf(one.priority) === "document" || !this.mayCome(one));
     const first = inLine.find(mayGo);
     if (!first) return [];
     if (full || !this.mayCome(first)) return [first];
@@ -226,9 +226,14 @@ export class FetchQueue {
     return together(inLine.filter((one) => purposeOf(one.priority) === purpose && this.mayCome(one)));
   }
 
-  /** Whether a download takes its share of the line: documents always go, and what is kept does not travel. */
-  private isOnLine({ url, priority }: Download): boolean {
-    return purposeOf(priority) !== "document" && !this.shelf?.has(url);
+  /** Whether a download takes its share of the line: what is kept does not. */
+  private travels({ url }: Download): boolean {
+    return !this.shelf?.has(url);
+  }
+
+  /** Whether a download goes only when the line has room for it: documents always go. */
+  private waitsForRoom(download: Download): boolean {
+    return purposeOf(download.priority) !== "document" && this.travels(download);
   }
 
   /** Whether a download may come in a bundle. */

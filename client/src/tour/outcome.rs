@@ -3,7 +3,7 @@
 use belvedere_scene::CellId;
 use serde::Serialize;
 
-use crate::strategy::residency::Residency;
+use crate::{strategy::residency::Residency, whereabouts::NOWHERE};
 
 /// A moment of a tour.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -120,7 +120,7 @@ pub struct Memory {
     pub peak_bytes: u64,
     /// What the coarsest of all that can be seen from a cell and from its known neighbours takes at most, bytes.
     pub needed_bytes: u64,
-    /// The cell of which that is so.
+    /// The cell of which that is so; none where nobody knows the cell.
     pub needed_in: Option<CellId>,
     /// Bytes that went for want of memory …
     pub evicted_bytes: u64,
@@ -136,7 +136,7 @@ impl Memory {
     /// Takes note of what a cell and its neighbours take.
     pub(super) fn needs(&mut self, cell: CellId, bytes: u64) {
         if bytes > self.needed_bytes {
-            (self.needed_bytes, self.needed_in) = (bytes, Some(cell));
+            (self.needed_bytes, self.needed_in) = (bytes, Some(cell).filter(|cell| *cell != NOWHERE));
         }
     }
 

@@ -128,9 +128,12 @@ impl Live {
         let wrong = met.failures + met.cuts + met.lost;
         if wrong > 0 {
             rows.push(row("went wrong in live sessions", wrong.to_string()));
-            let firsts = met.first_failures.iter().enumerate();
-            rows.extend(firsts.map(|(i, cause)| row(if i == 0 { "  … first" } else { "" }, cause.clone())));
         }
         rows
+    }
+
+    /// What went wrong first.
+    pub(super) fn first_failures(&self) -> &[String] {
+        &self.meeting.first_failures
     }
 }

@@ -189,24 +189,24 @@ async fn walk<S: ByteSource + Clone + 'static>(
             outcome.memory.missing == 0,
             "memory does not suffice, so things are missing, {} of them summed over frames: {} was asked for",
             outcome.memory.missing,
-            percent(least)
+            exact(least)
         );
         anyhow::ensure!(
             outcome.convergence_s.is_some(),
             "not every visitor ever had all that can be seen from the first cell: {} was asked for",
-            percent(least)
+            exact(least)
         );
         let mean = outcome.quality.mean.with_context(|| {
             format!(
                 "no frame was looked at after that, so nobody knows whether visitors have {}; give a --script or a longer --duration",
-                percent(least)
+                exact(least)
             )
         })?;
         anyhow::ensure!(
             mean >= least,
             "the mean download quality is {}, less than {}",
-            percent(mean),
-            percent(least)
+            exact(mean),
+            exact(least)
         );
     }
     Ok(())
@@ -357,10 +357,21 @@ fn summary(Report { outcome, live }: &Report) -> String {
         ));
     }
     if outcome.failures > 0 {
-        rows.push(row("could not be read", outcome.failures.to_string()));
-        let firsts = outcome.first_failures.iter().enumerate();
-        rows.extend(firsts.map(|(i, cause)| row(if i == 0 { "  … first" } else { "" }, cause.clone())));
+        rows.push(row("went wrong, as said below", outcome.failures.to_string()));
     }
     rows.extend(live.iter().flat_map(live::Live::rows));
-    table(&["", ""], &rows).trim_start_matches('\n').to_owned()
+    let mut text = table(&["", ""], &rows).trim_start_matches('\n').to_owned();
+    // Sentences would make a column of the table as wide as they are.
+    let causes = live.iter().flat_map(live::Live::first_failures);
+    let causes: Vec<_> = outcome.first_failures.iter().chain(causes).collect();
+    if !causes.is_empty() {
+        text.push_str("\nwent wrong first:\n");
+        causes.iter().for_each(|cause| text.push_str(&format!("  {cause}\n")));
+    }
+    text
+}
+
+/// A share with all the digits that were given.
+fn exact(share: f64) -> String {
+    format!("{} %", (1e8 * share).round() / 1e6)
 }
