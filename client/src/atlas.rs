@@ -107,12 +107,10 @@ pub(crate) async fn look<S: ByteSource>(
         is_unknown: false,
     };
     let mut failures = Vec::new();
-    if record.is_none() {
-        (place.lost, place.is_unknown) = (1, true);
-    }
     let record = match record {
         Some(record) => record,
         None => {
+            (place.lost, place.is_unknown) = (1, true);
             let (surroundings, others) = scene.surroundings(&place.entry).await;
             failures.extend(others);
             surroundings

@@ -32,21 +32,26 @@ impl TryFrom<SowingArgs> for Sowing {
     }
 }
 
+/// Whether not the rules are wrong but what they were given, which stands in no line of them.
+fn is_given(error: &ImportError) -> bool {
+    matches!(error, ImportError::Rules(rules) if rules.line == 0)
+}
+
 /// What is wrong with rules; where it is what they were given, that is said.
 pub(super) fn told(error: ImportError) -> anyhow::Error {
-    match error {
-        ImportError::Rules(rules) if rules.line == 0 => anyhow::anyhow!("`--set`: {rules}"),
-        error => error.into(),
+    if is_given(&error) {
+        anyhow::anyhow!("`--set`: {error}")
+    } else {
+        error.into()
     }
 }
 
 /// The same of what became of them.
 pub(super) fn blamed(cause: anyhow::Error) -> anyhow::Error {
-    match cause.downcast_ref() {
-        Some(ImportError::Rules(rules)) if rules.line == 0 => {
-            cause.context("`--set` gives what these rules do not take")
-        }
-        _ => cause,
+    if cause.downcast_ref().is_some_and(is_given) {
+        cause.context("`--set` gives what these rules do not take")
+    } else {
+        cause
     }
 }
 

@@ -27,6 +27,17 @@ const TWELVE_ROOMS: &str = "\
 const ONE_CELL: &str = "called \"cell:hall\" box(8, 3, 6) called \"block\" move(2, 0, 2) box(1, 1, 1)";
 const SPEED_MPS: f64 = 5.0 / 3.6;
 
+/// A source, baked and published: where, and what a client opens there.
+async fn published(file: &str, text: &str) -> (Data, String, belvedere_client::Scene<FolderSource>) {
+    let data = Data::new();
+    data.bake(&data.write(file, text), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let tree = data.folder("tree").to_str().expect("UTF-8").to_owned();
+    let scene = Client::new(FolderSource::new(&tree));
+    let scene = scene.open(&"rooms".parse().expect("a name")).await.expect("a scene");
+    (data, tree, scene)
+}
+
 /// The way of the first visitor, as a script.
 fn way(data: &Data, tree: &str, more: &[&str]) -> Script {
     let file = data.folder("way.jsonl");
@@ -69,27 +80,21 @@ async fn cells_of(scene: &belvedere_client::Scene<FolderSource>, script: &Script
 
 #[tokio::test]
 async fn a_tour_of_the_streets_goes_through_openings_and_comes_further_than_chance() {
-    let data = Data::new();
-    data.bake(&data.write("rooms.plan", TWELVE_ROOMS), "rooms");
-    data.ok(&["publish", "rooms", "--to", "tree"]);
-    let tree = data.folder("tree");
-    let tree = tree.to_str().expect("UTF-8");
-    let scene = Client::new(FolderSource::new(tree));
-    let scene = scene.open(&"rooms".parse().expect("a name")).await.expect("a scene");
+    let (data, tree, scene) = published("rooms.plan", TWELVE_ROOMS).await;
     let distinct = |cells: &[CellId]| cells.iter().collect::<BTreeSet<_>>().len();
 
     let (mut in_order, mut at_random) = (0, 0);
     for seed in ["1", "2", "3"] {
         let long = ["--duration", "45", "--seed", seed];
-        let tour = way(&data, tree, &[&long[..], &["--way", "streets"]].concat());
-        assert_eq!(tour, way(&data, tree, &[&long[..], &["--way", "streets"]].concat()));
+        let tour = way(&data, &tree, &[&long[..], &["--way", "streets"]].concat());
+        assert_eq!(tour, way(&data, &tree, &[&long[..], &["--way", "streets"]].concat()));
         in_order += distinct(&cells_of(&scene, &tour).await);
-        at_random += distinct(&cells_of(&scene, &way(&data, tree, &long)).await);
+        at_random += distinct(&cells_of(&scene, &way(&data, &tree, &long)).await);
     }
     assert!(in_order > at_random, "{in_order} cells in order, {at_random} at random");
 
     // With time enough it has been everywhere, is home again, and goes round once more.
-    let long = way(&data, tree, &["--duration", "300", "--way", "streets"]);
+    let long = way(&data, &tree, &["--duration", "300", "--way", "streets"]);
     let cells = cells_of(&scene, &long).await;
     let [_, eye_m, _] = scene.pointer().viewpoints[0].position;
     for number in 0..scene.manifest().counts.cells {
@@ -104,15 +109,9 @@ async fn a_tour_of_the_streets_goes_through_openings_and_comes_further_than_chan
 
 #[tokio::test]
 async fn who_cannot_leave_its_cell_goes_to_and_fro_in_it() {
-    let data = Data::new();
-    data.bake(&data.write("hall.dcg", ONE_CELL), "rooms");
-    data.ok(&["publish", "rooms", "--to", "tree"]);
-    let tree = data.folder("tree");
-    let tree = tree.to_str().expect("UTF-8");
-    let scene = Client::new(FolderSource::new(tree));
-    let scene = scene.open(&"rooms".parse().expect("a name")).await.expect("a scene");
+    let (data, tree, scene) = published("hall.dcg", ONE_CELL).await;
     for manner in ["random", "streets"] {
-        let way = way(&data, tree, &["--duration", "30", "--way", manner]);
+        let way = way(&data, &tree, &["--duration", "30", "--way", manner]);
         assert_eq!(way.times_ms()[1], 30_000.0);
         assert_eq!(cells_of(&scene, &way).await, [CellId(0)]);
         assert!(way.at(10_000.0) != way.at(20_000.0), "{way:?}");

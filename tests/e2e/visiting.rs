@@ -160,11 +160,11 @@ fn lose(data: &Data, ext: &str) {
     }
 }
 
-/// Loses the JSON twins of all cell records.
-fn lose_twins(data: &Data) {
+/// Loses all published documents that begin so.
+fn lose_documents(data: &Data, beginning: &str) {
     for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
         let path = entry.expect("an entry").path();
-        if std::fs::read_to_string(&path).is_ok_and(|text| text.starts_with("{\"cell\":")) {
+        if std::fs::read_to_string(&path).is_ok_and(|text| text.starts_with(beginning)) {
             std::fs::remove_file(path).expect("to lose it");
         }
     }
@@ -191,7 +191,8 @@ fn what_is_lost_is_not_there_and_the_walk_goes_on() {
         (&0.into(), &1.0.into()),
         "{twice}"
     );
-    lose_twins(&data);
+    // The JSON twins of all cell records.
+    lose_documents(&data, "{\"cell\":");
     let blind = walk(&data, tree, &[]);
     assert_eq!(
         (&blind["convergence_s"], &blind["frames"]),
@@ -216,12 +217,7 @@ fn a_walk_without_a_map_of_cells_goes_on_and_does_not_count_as_whole() {
     let data = Data::new();
     data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
     data.ok(&["publish", "rooms", "--to", "tree"]);
-    for entry in std::fs::read_dir(data.folder("tree/o")).expect("blobs") {
-        let path = entry.expect("an entry").path();
-        if std::fs::read_to_string(&path).is_ok_and(|text| text.starts_with("{\"cells\":")) {
-            std::fs::remove_file(path).expect("to lose it");
-        }
-    }
+    lose_documents(&data, "{\"cells\":");
     let tree = data.folder("tree");
     let lost = walk(&data, tree.to_str().expect("UTF-8"), &[]);
     assert_eq!(lost["unknown_frames"], lost["frames"], "{lost}");

@@ -9,7 +9,7 @@ import { distanceToCell } from "./convex.ts";
 import type { CellEntry, Page, PageEntry } from "./documents.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
 import { LostPages } from "./lostpages.ts";
-import { entryOf } from "./pagetree.ts";
+import { entryOf, nearestChunks } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
 
@@ -112,13 +112,11 @@ export class CellIndex {
 
   /** Reads the chunks nearest to a point, at most so many. */
   async learn(point: Vec3, most_chunks: number): Promise<void> {
-    const open = [...this.scene.manifest.cells.entries];
-    for (let chunks = 0; open.length > 0 && chunks < most_chunks; ) {
-      open.sort((a, b) => distanceToBounds(b.bounds, point) - distanceToBounds(a.bounds, point));
-      const next = open.pop();
-      if (!next) return;
-      if (next.kind === "page") open.push(...((await this.page(next, PRIORITY.prefetch))?.entries ?? []));
-      else if (await this.chunk(next, PRIORITY.prefetch)) chunks += 1;
+    const read = (entry: PageEntry) => this.page(entry, PRIORITY.prefetch);
+    let chunks = 0;
+    for await (const chunk of nearestChunks(this.scene.manifest.cells, point, read)) {
+      if (await this.chunk(chunk, PRIORITY.prefetch)) chunks += 1;
+      if (chunks === most_chunks) return;
     }
   }
 

@@ -210,7 +210,12 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Whether the set of the current cell is what is shown and all of it has at least its coarsest level. */
   get settled(): boolean {
-    return this.showsCurrent && !this.whereabouts.locating && this.missing === 0;
+    return this.knowsItsPlace && this.missing === 0;
+  }
+
+  /** Whether what is shown is the set of the current cell, and the eye is in no other. */
+  private get knowsItsPlace(): boolean {
+    return this.showsCurrent && !this.whereabouts.locating;
   }
 
   /** Whether what is shown is the set of the current cell. */
@@ -463,7 +468,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       this.target_px = targetWithin(sight.objects, eye, this.target_px, most_triangles);
     }
     const { bytes_per_s } = this.scene.queue;
-    this.isElsewhere = !this.showsCurrent || this.whereabouts.locating;
+    this.isElsewhere = !this.knowsItsPlace;
     const looksAhead = this.cellId !== undefined && this.cellId === sight.cell;
     if (looksAhead && this.cellId !== undefined) ahead.look(this.cellId, eye.position, velocity_mps);
     const view = {

@@ -65,13 +65,19 @@ async function withSlowPack() {
   /** Waits until more of them are drawn than before. */
   const draws = (before: number) => eventually(() => expect(drawn().size).toBeGreaterThan(before));
   const end = () => pack?.close();
+  /** What has come in the end is all of the room, whatever became of its pack, which was asked for once. */
+  const hasAll = () => {
+    expect(visit.problems).toEqual([]);
+    expect(visit.explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+    expect(visit.requests.filter(isPack).length).toBe(1);
+  };
   const breakOff = () => pack?.error(new TypeError("the line broke"));
-  return { ...visit, send, drawn, draws, end, breakOff };
+  return { ...visit, send, drawn, draws, end, breakOff, hasAll };
 }
 
 describe("a pack that is still coming", () => {
   it("gives each level as soon as that has come, counts what has come, and is fetched once", async () => {
-    const { explorer, requests, problems, scene, quiet, send, drawn, draws, end } = await withSlowPack();
+    const { explorer, scene, quiet, send, drawn, draws, end, hasAll } = await withSlowPack();
     const loaded: number[] = [];
     for (const share of [0.3, 0.6, 0.999]) {
       const before = drawn().size;
@@ -85,9 +91,7 @@ describe("a pack that is still coming", () => {
     send(1);
     end();
     await quiet();
-    expect(problems).toEqual([]);
-    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
-    expect(requests.filter(isPack).length).toBe(1);
+    hasAll();
     expect(scene.queue.pending).toBe(0);
     const { loaded_bytes, total_bytes } = explorer.progress() ?? {};
     expect(loaded_bytes).toBe(total_bytes);
@@ -104,7 +108,7 @@ describe("a pack that is still coming", () => {
   });
 
   it("that breaks off keeps what was right, and the rest is fetched alone", async () => {
-    const { explorer, host, requests, problems, quiet, send, drawn, draws, breakOff } = await withSlowPack();
+    const { host, requests, quiet, send, drawn, draws, breakOff, hasAll } = await withSlowPack();
     send(0.6);
     await draws(0);
     const kept = drawn();
@@ -112,24 +116,20 @@ describe("a pack that is still coming", () => {
     const alone = requests.filter(isGlb).length;
     breakOff();
     await quiet();
-    expect(problems).toEqual([]);
-    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
-    expect(requests.filter(isPack).length).toBe(1);
+    hasAll();
     expect(requests.filter(isGlb).length).toBeGreaterThan(alone);
     const again = host.uploads.slice(before).filter(({ model, missing }) => missing > 0 && kept.has(model));
     expect(again).toEqual([]);
   });
 
   it("that is damaged somewhere brings the other levels", async () => {
-    const { explorer, requests, problems, scene, quiet, send, end } = await withSlowPack();
+    const { scene, quiet, send, end, hasAll } = await withSlowPack();
     send(0.02);
     send(0.04, (bytes) => bytes.map((byte) => byte ^ 1));
     send(1);
     end();
     await quiet();
-    expect(problems).toEqual([]);
-    expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
-    expect(requests.filter(isPack).length).toBe(1);
+    hasAll();
     expect(scene.queue.tally.retries).toBe(0);
   });
 });

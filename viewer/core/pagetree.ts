@@ -1,5 +1,6 @@
-/** Which chunks of an index tree hold these ids? */
+/** Which chunks of an index tree hold these ids, and which are near? */
 import type { Page, PageEntry } from "./documents.ts";
+import { distanceToBounds, type Vec3 } from "./geometry.ts";
 
 /** A chunk, and those of the ids that lie below it. */
 export interface Holder {
@@ -30,4 +31,20 @@ export async function holdersOf(
     return entry.kind === "chunk" ? [{ chunk: entry, ids }] : holdersOf(await read(entry, ids[0]), ids, read);
   });
   return (await Promise.all(holders)).flat();
+}
+
+/** The chunks from the nearest to a point to the furthest; `read` brings a page, or nothing where that cannot be had. */
+export async function* nearestChunks(
+  root: Page,
+  point: Vec3,
+  read: (entry: PageEntry) => Promise<Page | undefined>,
+): AsyncGenerator<PageEntry> {
+  const open = [...root.entries];
+  for (;;) {
+    open.sort((a, b) => distanceToBounds(b.bounds, point) - distanceToBounds(a.bounds, point));
+    const next = open.pop();
+    if (!next) return;
+    if (next.kind === "chunk") yield next;
+    else open.push(...((await read(next))?.entries ?? []));
+  }
 }

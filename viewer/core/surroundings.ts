@@ -2,8 +2,10 @@
  * What is around a point, where no cell says what can be seen from there? The objects in the chunks that are nearest, those
  * first that fill most of the view.
  */
-import { type Bounds, distanceToBounds, length, middle, subtract, type Vec3 } from "./geometry.ts";
+import type { PageEntry } from "./documents.ts";
+import { type Bounds, length, middle, subtract, type Vec3 } from "./geometry.ts";
 import type { ObjectDirectory, PlacedObject } from "./objects.ts";
+import { nearestChunks } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
 
@@ -54,24 +56,18 @@ export class Surroundings {
   private async readAround(point: Vec3): Promise<PlacedObject[]> {
     const { scene, directory } = this;
     let isTold = false;
-    const leave = (error: unknown): [] => {
+    const leave = (error: unknown) => {
       if (!isTold) this.problem(error);
       isTold = true;
-      return [];
+      return undefined;
     };
-    const found: Promise<PlacedObject[]>[] = [];
-    const open = [...scene.manifest.objects.entries];
-    while (open.length > 0 && found.length < MOST_CHUNKS) {
-      open.sort((a, b) => distanceToBounds(b.bounds, point) - distanceToBounds(a.bounds, point));
-      const next = open.pop();
-      if (next?.kind === "page") {
-        const reading = scene.page(next, PRIORITY.document).then(({ entries }) => entries);
-        open.push(...(await reading.catch(leave)));
-      } else if (next) {
-        const ids = Array.from({ length: next.count }, (_, i) => next.first + i);
-        found.push(directory.resolve(ids, PRIORITY.document).catch(leave));
-      }
+    const found: Promise<PlacedObject[] | undefined>[] = [];
+    const read = (entry: PageEntry) => scene.page(entry, PRIORITY.document).catch(leave);
+    for await (const { first, count } of nearestChunks(scene.manifest.objects, point, read)) {
+      const ids = Array.from({ length: count }, (_, i) => first + i);
+      found.push(directory.resolve(ids, PRIORITY.document).catch(leave));
+      if (found.length === MOST_CHUNKS) break;
     }
-    return (await Promise.all(found)).flat();
+    return (await Promise.all(found)).flatMap((objects) => objects ?? []);
   }
 }

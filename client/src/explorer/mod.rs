@@ -288,7 +288,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         let (Some(shown), Some(eye)) = (self.shown, self.eye) else {
             return;
         };
-        self.has_begun |= plan::first_wishes(self.visible(), &self.planner.residency).is_empty();
+        self.has_begun = self.has_begun || plan::first_wishes(self.visible(), &self.planner.residency).is_empty();
         let mut ahead = Vec::new();
         if self.options.budgets.prefetch {
             ahead = approaches(shown, &self.atlas, eye.position, self.motion.velocity_mps());
