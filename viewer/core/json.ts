@@ -24,12 +24,20 @@ function beginning(text: string): string {
   return said === "" ? "but it is empty" : `but it begins with “${said}”`;
 }
 
-/** A JSON value together with the place where it stands. */
+/** A JSON value together with the place where it stands, which is put into words only where something is wrong. */
 export class Json {
+  /** `step` leads here from the value that holds this one; without one it is the name of a document. */
   constructor(
     private readonly value: unknown,
-    private readonly place: string,
+    private readonly step: string | number,
+    private readonly holder?: Json,
   ) {}
+
+  private get place(): string {
+    const { step, holder } = this;
+    if (!holder) return String(step);
+    return typeof step === "number" ? `${holder.place}[${step}]` : `${holder.place}.${step}`;
+  }
 
   static parse(text: string, place: string): Json {
     try {
@@ -41,7 +49,7 @@ export class Json {
 
   field(name: string): Json {
     if (typeof this.value !== "object" || this.value === null || Array.isArray(this.value)) this.fail("an object");
-    return new Json((this.value as Record<string, unknown>)[name], `${this.place}.${name}`);
+    return new Json((this.value as Record<string, unknown>)[name], name, this);
   }
 
   optional<T>(read: (json: Json) => T): T | undefined {
@@ -50,15 +58,12 @@ export class Json {
 
   list<T>(read: (json: Json) => T): T[] {
     if (!Array.isArray(this.value)) return this.fail("a list");
-    return this.value.map((item, i) => read(new Json(item, `${this.place}[${i}]`)));
+    return this.value.map((item, i) => read(new Json(item, i, this)));
   }
 
   entries<T>(read: (json: Json, key: string) => T): [string, T][] {
     if (typeof this.value !== "object" || this.value === null || Array.isArray(this.value)) this.fail("an object");
-    return Object.entries(this.value as object).map(([key, item]) => [
-      key,
-      read(new Json(item, `${this.place}.${key}`), key),
-    ]);
+    return Object.entries(this.value as object).map(([key, item]) => [key, read(new Json(item, key, this), key)]);
   }
 
   get isList(): boolean {
@@ -84,6 +89,8 @@ export class Json {
   }
 
   numbers(length: number): number[] {
+    const { value } = this;
+    if (Array.isArray(value) && value.length === length && value.every(Number.isFinite)) return value;
     const numbers = this.list((item) => item.number());
     return numbers.length === length ? numbers : this.fail(`a list of ${length} numbers`);
   }

@@ -24,7 +24,7 @@ const FLAGS = [
   "--use-angle=swiftshader",
   "--enable-unsafe-swiftshader",
 ];
-const DESKTOP = { viewport: { width: 1280, height: 720 } };
+export const DESKTOP = { viewport: { width: 1280, height: 720 } };
 
 export function insist(fact, sentence) {
   if (!fact) throw new Error(sentence);
@@ -35,6 +35,11 @@ export function addressOf(scene, base = url) {
   const address = new URL(base);
   address.searchParams.set("scene", scene);
   return address.href;
+}
+
+/** A browser that draws in software. */
+export function launch() {
+  return chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
 }
 
 export const picture = (name) => join(artifacts, `${name}.png`);
@@ -68,7 +73,7 @@ export async function tell(name, story) {
   try {
     insist(url, "set BELVEDERE_URL to the address of a viewer");
     mkdirSync(artifacts, { recursive: true });
-    browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+    browser = await launch();
     await story(async (options = DESKTOP, forgive = /^$/) => {
       const page = await browser.newPage(options);
       page.on("console", (message) => {

@@ -1,0 +1,92 @@
+// What did the main thread of a page do, and when? Sums the samples of a CPU profile over spans of time, by who had them run. Files are
+// told apart by the names that `frames.mjs` gives to chunks: `core-scheduler.js` for `core/scheduler.ts`, `lib-three_core.js` for a part of three.js.
+
+/** Who has the main thread busy: what a frame of ours can wait for. */
+export const KINDS = ["streaming", "drawing", "page", "garbage", "browser"];
+
+/** The functions of three.js that hand something new to the graphics card while it draws: what streaming has brought. */
+const UPLOADS = new Set([
+  "acquireProgram",
+  "createBuffer",
+  "getProgram",
+  "initMaterial",
+  "setupVertexAttributes",
+  "updateBuffer",
+  "uploadTexture",
+]);
+
+const OURS = /\/(core|three)-[^/]*$/;
+const LIBRARY = /\/lib-[^/]*$/;
+const PAGE = /\/(ui-[^/]*|index[^/]*)$/;
+/** Other people are not streamed. */
+const COMPANY =
+  /\/(three-(avatars|bodymaterial|crowds|doors|overlay|person|personcapture|wardrobe)|core-live-[^/]*)\.js$/;
+const SPECIAL = { "(idle)": "idle", "(garbage collector)": "garbage", "(program)": "browser" };
+
+/** Who is answerable for a function, given who called it. */
+function kindOf({ functionName, url }, caller) {
+  if (functionName in SPECIAL) return SPECIAL[functionName];
+  if (caller === "drawing") return UPLOADS.has(functionName) ? "streaming" : caller;
+  if (url.endsWith("/three-stage.js")) return "drawing";
+  if (COMPANY.test(url)) return "page";
+  if (OURS.test(url)) return "streaming";
+  if (caller === "streaming") return caller;
+  // What continues by itself after waiting was begun by us: nothing else here uses libraries.
+  if (LIBRARY.test(url) && caller === "browser") return "streaming";
+  return PAGE.test(url) ? "page" : caller;
+}
+
+/** A sample: what ran from `at_ms` on for so long. `at_ms` is on the page's own clock, which began at `origin_s`. */
+export function samplesOf({ nodes, samples, timeDeltas, startTime }, origin_s) {
+  const byId = new Map(nodes.map((node) => [node.id, node]));
+  const known = new Map();
+  const visit = (node, caller, place) => {
+    const { functionName, url } = node.callFrame;
+    const kind = kindOf(node.callFrame, caller);
+    const file = url.slice(url.lastIndexOf("/") + 1).replace(/\.js$/, "");
+    const own = file === "" ? place : `${file} ${functionName || "(anonymous)"}`;
+    known.set(node.id, { kind, place: own });
+    for (const child of node.children ?? []) visit(byId.get(child), kind, own);
+  };
+  visit(nodes[0], "browser", "");
+  let at_us = startTime;
+  return samples.map((id, i) => {
+    at_us += timeDeltas[i];
+    const ms = Math.max(0, timeDeltas[i + 1] ?? 0) / 1000;
+    return { at_ms: at_us / 1000 - 1000 * origin_s, ms, ...known.get(id) };
+  });
+}
+
+/** What of each kind ran in each of some spans, which do not overlap and rise. */
+export function spent(samples, spans) {
+  const sums = spans.map(() => Object.fromEntries(KINDS.map((kind) => [kind, { ms: 0, places: new Map() }])));
+  let first = 0;
+  for (const { at_ms, ms, kind, place } of samples) {
+    while (first < spans.length && spans[first].end_ms <= at_ms) first += 1;
+    let left_ms = ms;
+    for (let i = first; i < spans.length && left_ms > 0; i += 1) {
+      const { start_ms, end_ms } = spans[i];
+      const within_ms = Math.min(end_ms, at_ms + ms) - Math.max(start_ms, at_ms);
+      if (within_ms <= 0) break;
+      left_ms -= within_ms;
+      const sum = sums[i][kind];
+      if (!sum) continue;
+      sum.ms += within_ms;
+      sum.places.set(place, (sum.places.get(place) ?? 0) + within_ms);
+    }
+  }
+  return sums;
+}
+
+/** The places that took most of some sums, with what they took. */
+export function most(sums, count) {
+  const all = new Map();
+  for (const { places } of sums) for (const [place, ms] of places) all.set(place, (all.get(place) ?? 0) + ms);
+  return [...all].sort(([, a], [, b]) => b - a).slice(0, count);
+}
+
+/** The number that this share of some does not exceed. */
+export function quantile(numbers, share) {
+  const sorted = [...numbers].sort((a, b) => a - b);
+  return sorted[Math.max(0, Math.ceil(share * sorted.length) - 1)] ?? 0;
+}
