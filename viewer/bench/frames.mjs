@@ -48,7 +48,10 @@ async function buildTo(outDir) {
       name: (id) => `lib-${/([^/]+)\.js$/.exec(id)?.[1].replace(/\W/g, "_")}`,
     },
   ];
-  const output = { chunkFileNames: "assets/[name].js", codeSplitting: { groups, includeDependenciesRecursively: false } };
+  const output = {
+    chunkFileNames: "assets/[name].js",
+    codeSplitting: { groups, includeDependenciesRecursively: false },
+  };
   const rollupOptions = { preserveEntrySignatures: false, input: { index: join(root, "index.html") }, output };
   await build({ root, logLevel: "error", build: { outDir, emptyOutDir: true, minify: false, rollupOptions } });
 }
