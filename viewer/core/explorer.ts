@@ -26,6 +26,7 @@ import type { PublishedScene } from "./published.ts";
 import { MemoryShortError, ResidencySet } from "./residency.ts";
 import { shrink, targetWithin, wanted } from "./scheduler.ts";
 import type { Eye } from "./screenerror.ts";
+import { siblingsIn } from "./siblings.ts";
 import { isSameSight, NOTHING_IN_SIGHT, type Shares, type Sight, shares } from "./sight.ts";
 import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
@@ -226,8 +227,11 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Visible objects of which nothing is held yet. */
   get missing(): number {
-    const { objects, count } = this.sight;
-    return count - objects.filter(({ model }) => this.residency.held(model.model)).length;
+    let { count } = this.sight;
+    for (const { model, objects } of siblingsIn(this.sight.objects)) {
+      if (this.residency.held(model.model)) count -= objects.length;
+    }
+    return count;
   }
 
   /** Visible objects of which something is held and yet nothing is drawn: always 0, or there is a fault. */
@@ -424,7 +428,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     if (isSameSight(sight, this.sight)) return;
     this.sight = sight;
     this.residency.need(
-      new Set(objects.map(({ model }) => model.model)),
+      new Set(siblingsIn(objects).map(({ model }) => model.model)),
       cell === undefined ? undefined : stepsToModels(cell, this),
     );
     this.host.show(objects);

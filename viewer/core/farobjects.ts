@@ -6,6 +6,7 @@
 import { type Holding, impostorGrade } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import { type Eye, errorOf_px } from "./screenerror.ts";
+import { siblingsIn } from "./siblings.ts";
 
 /** Pictures stay until their error is so many times what will do. */
 const STAYS = 1.25;
@@ -19,14 +20,17 @@ export function farObjects(
   before: ReadonlySet<number>,
 ): Set<number> {
   const far = new Set<number>();
-  for (const object of visible) {
-    const { model, entry } = object;
+  for (const { model, objects } of siblingsIn(visible)) {
     if (!model.impostor) continue;
     const { held, hasImpostor } = holdingOf(model.model);
     if (!hasImpostor) continue;
-    const most_px = target_px * (before.has(entry.object) ? STAYS : 1);
     const isAlone = held === undefined || held.kind === "impostor";
-    if (isAlone || errorOf_px(object, impostorGrade(model.impostor), eye) <= most_px) far.add(entry.object);
+    const grade = impostorGrade(model.impostor);
+    for (const object of objects) {
+      const { object: id } = object.entry;
+      const most_px = target_px * (before.has(id) ? STAYS : 1);
+      if (isAlone || errorOf_px(object, grade, eye) <= most_px) far.add(id);
+    }
   }
   return far;
 }

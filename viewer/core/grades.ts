@@ -108,6 +108,7 @@ export function isHereWellEnough(model: Model, holding: Holding, most_error: num
 
 /** Whether a grade could not be had, or turned out to be damaged. */
 export function isFailed({ failed }: Holding, grade: Grade): boolean {
+  if (failed.size === 0) return false;
   return failed.has(nameOf(grade)) || (grade.kind === "rung" && failed.has(ALL_RUNGS));
 }
 

@@ -12,6 +12,7 @@ import type { Grade, Holding } from "./grades.ts";
 import { coarsestLevel, filesOf, goalOf, isHereWellEnough } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import { type Eye, errorThatDoes } from "./screenerror.ts";
+import { siblingsIn } from "./siblings.ts";
 import { costAlone_bytes } from "./travel.ts";
 
 export interface Progress {
@@ -55,14 +56,14 @@ export function firstProgress(scope: Scope, holdingOf: HoldingOf, cameOf: CameOf
   const { objects, count, told_bytes, isHiding } = scope;
   const files = new Files();
   let [known, here] = [0, 0];
-  for (const { model } of objects) {
+  for (const { model, objects: siblings } of siblingsIn(objects)) {
     const isHeld = holdingOf(model.model).held !== undefined;
     const coarsest = coarsestLevel(model);
     if (coarsest) {
-      known += 1;
+      known += siblings.length;
       for (const file of [coarsest, ...coarsest.textures])
         files.add(file, isHeld ? file.bytes : cameOf(model.model, file));
-    } else if (isHeld) here += 1;
+    } else if (isHeld) here += siblings.length;
   }
   const unknown = count - known;
   const { loaded_bytes, total_bytes } = files;

@@ -12,6 +12,7 @@
  * not due.
  */
 import { type Approach, HORIZON_S, isDue } from "./approaches.ts";
+import type { Model } from "./documents.ts";
 import {
   coarsestLevel,
   cost_bytes,
@@ -31,6 +32,7 @@ import { type Cause, priorityOf, type Want } from "./priority.ts";
 import type { Held } from "./residency.ts";
 import { type Eye, errorOf_px, errorThatDoes } from "./screenerror.ts";
 import { shared } from "./sharing.ts";
+import { siblingsIn } from "./siblings.ts";
 import type { CostOf } from "./travel.ts";
 
 /** A triangle that need not be drawn in any picture is worth fetching so many bytes. */
@@ -68,8 +70,7 @@ export function wanted(view: View, all: Stock, target_px: number, bytes_per_s: n
   const named = new Set(wants.map(({ object }) => object.model.model));
   let before_bytes = 0;
   for (const { cell, step, in_s, objects } of view.ahead) {
-    const others = objects.filter(({ model }) => !named.has(model.model));
-    const firsts = firstWants(others, stock);
+    const firsts = firstWants(objects, stock, named);
     before_bytes += firsts.reduce((sum, { object, grade }) => sum + costOf_bytes(object, grade, stock), 0);
     const due = isDue(in_s, before_bytes, bytes_per_s);
     if (!due && in_s >= HORIZON_S) continue;
@@ -98,32 +99,42 @@ export function plan(visible: readonly PlacedObject[], stock: Stock, eye: Eye, t
   const first = firstWants(visible, stock);
   if (first.length > 0) return first;
   const finer = new Map<number, Want>();
-  for (const object of visible) {
-    const wish = refinement(object, stock, eye, target_px);
-    if (!wish) continue;
-    const { model } = object.model;
-    const other = finer.get(model);
-    const finest = other && wish.grade.geometricError > other.grade.geometricError ? other : wish;
-    finer.set(model, { ...finest, priority: Math.min(wish.priority, other?.priority ?? wish.priority) });
+  for (const { model, objects } of siblingsIn(visible)) {
+    const holding = stock.of(model.model);
+    // Most of what is here is as fine as it gets, however near it is.
+    if (!holding.held || isHereWellEnough(model, holding, 0)) continue;
+    const goals = goalsOf(model, holding, stock.costOf);
+    for (const object of objects) {
+      const wish = refinement(object, holding, goals, eye, target_px);
+      if (!wish) continue;
+      const other = finer.get(model.model);
+      const finest = other && wish.grade.geometricError > other.grade.geometricError ? other : wish;
+      finer.set(model.model, { ...finest, priority: Math.min(wish.priority, other?.priority ?? wish.priority) });
+    }
   }
   const wants = [...finer.values(), ...reliefs(visible, stock, eye, target_px, finer)];
   return wants.sort((a, b) => a.priority - b.priority || a.object.model.model - b.object.model.model);
 }
 
-/** Something of every model of which nothing is held, each once. */
-export function firstWants(visible: readonly PlacedObject[], stock: Stock): Want[] {
-  const isMissing = ({ model }: PlacedObject) => stock.of(model.model).held === undefined;
-  const waiting = new Map(visible.filter(isMissing).map(({ model }) => [model.model, model]));
+const NONE: ReadonlySet<number> = new Set();
+
+/** Something of every model of which nothing is held, each once, but for those that were named already. */
+export function firstWants(visible: readonly PlacedObject[], stock: Stock, named: ReadonlySet<number> = NONE): Want[] {
+  const missing = siblingsIn(visible).filter(
+    ({ model }) => !named.has(model.model) && stock.of(model.model).held === undefined,
+  );
+  if (missing.length === 0) return [];
+  const waiting = new Map(missing.map(({ model }) => [model.model, model]));
   const costOf = shared([...waiting.values()], stock.costOf);
   const wants: Want[] = [];
-  visible.forEach((object, rank) => {
-    const { model } = object;
-    if (!waiting.has(model.model)) return;
+  for (const { model, objects, rank } of missing) {
+    const [object] = objects;
+    if (!object || !waiting.has(model.model)) continue;
     const goal = firstGoal(object, stock.of(model.model), costOf);
-    if (!goal) return;
+    if (!goal) continue;
     waiting.delete(model.model);
     wants.push(want(object, stepTowards(model, goal, undefined), { kind: "missing" }, rank));
-  });
+  }
   return wants;
 }
 
@@ -137,17 +148,33 @@ export function firstGoal({ model }: PlacedObject, holding: Holding, costOf: Cos
 }
 
 /** The next step of an object of which something is held, unless that will do. */
-function refinement(object: PlacedObject, stock: Stock, eye: Eye, target_px: number): Want | undefined {
+function refinement(
+  object: PlacedObject,
+  holding: Holding,
+  goals: (most_error: number) => Grade | undefined,
+  eye: Eye,
+  target_px: number,
+): Want | undefined {
   const { model } = object;
-  const holding = stock.of(model.model);
   const { held } = holding;
   const most_error = errorThatDoes(object, eye, target_px);
   if (!held || isHereWellEnough(model, holding, most_error)) return undefined;
   const unsound = isFailed(holding, held);
-  const goal = goalOf(model, most_error, holding, stock.costOf);
+  const goal = goals(most_error);
   if (!goal || (!unsound && goal.geometricError >= held.geometricError)) return undefined;
   const error_px = unsound ? Number.MAX_VALUE : errorOf_px(object, held, eye);
   return want(object, stepTowards(model, goal, unsound ? undefined : held), { kind: "finer", error_px }, 0);
+}
+
+/** What {@link goalOf} answers for one model, found once for all errors up to which the same grades will do. */
+function goalsOf(model: Model, holding: Holding, costOf: CostOf): (most_error: number) => Grade | undefined {
+  const found = new Map<number, Grade | undefined>();
+  return (most_error) => {
+    let sufficing = 0;
+    for (const { geometricError } of gradesOf(model)) if (geometricError <= most_error) sufficing += 1;
+    if (!found.has(sufficing)) found.set(sufficing, goalOf(model, most_error, holding, costOf));
+    return found.get(sufficing);
+  };
 }
 
 /**
@@ -162,16 +189,17 @@ function reliefs(
   busy: ReadonlyMap<number, Want>,
 ): Want[] {
   const saved = new Map<number, { object: PlacedObject; grade: Grade; triangles: number }>();
-  for (const object of visible) {
-    const { model } = object;
+  for (const { model, objects } of siblingsIn(visible)) {
     if (!model.impostor || busy.has(model.model)) continue;
     const holding = stock.of(model.model);
     const grade = impostorGrade(model.impostor);
     if (!holding.held || holding.hasImpostor || isFailed(holding, grade)) continue;
-    if (errorOf_px(object, grade, eye) > target_px) continue;
-    const before = saved.get(model.model)?.triangles ?? 0;
-    const triangles = before + Math.max(0, holding.held.triangles - grade.triangles);
-    saved.set(model.model, { object, grade, triangles });
+    const saves = Math.max(0, holding.held.triangles - grade.triangles);
+    for (const object of objects) {
+      if (errorOf_px(object, grade, eye) > target_px) continue;
+      const before = saved.get(model.model)?.triangles ?? 0;
+      saved.set(model.model, { object, grade, triangles: before + saves });
+    }
   }
   const worth = [...saved.values()].filter(
     ({ object, grade, triangles }) => triangles >= costOf_bytes(object, grade, stock) / BYTES_PER_TRIANGLE,

@@ -3,6 +3,7 @@ import { isHereWellEnough } from "./grades.ts";
 import type { PlacedObject } from "./objects.ts";
 import type { HoldingOf } from "./progress.ts";
 import { type Eye, errorThatDoes } from "./screenerror.ts";
+import { siblingsIn } from "./siblings.ts";
 
 export interface Sight {
   /** The cell; `undefined` in a small world, where everything counts as visible, and while nothing is known. */
@@ -30,11 +31,13 @@ export interface Shares {
 
 export function shares({ objects, count }: Sight, holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
   let [here, sharp] = [0, 0];
-  for (const object of objects) {
-    const holding = holdingOf(object.model.model);
+  for (const { model, objects: siblings } of siblingsIn(objects)) {
+    const holding = holdingOf(model.model);
     if (!holding.held) continue;
-    here += 1;
-    if (isHereWellEnough(object.model, holding, errorThatDoes(object, eye, target_px))) sharp += 1;
+    here += siblings.length;
+    const isFinest = isHereWellEnough(model, holding, 0);
+    const does = (object: PlacedObject) => isHereWellEnough(model, holding, errorThatDoes(object, eye, target_px));
+    sharp += isFinest ? siblings.length : siblings.filter(does).length;
   }
   return count === 0 ? { here: 1, sharp: 1 } : { here: here / count, sharp: sharp / count };
 }
