@@ -1,11 +1,12 @@
 // How long does streaming keep the main thread of a page busy, in each frame? `npm run bench:frames -- http://127.0.0.1:8080 town` goes
-// round a world in headless Chromium: it arrives, then at each viewpoint jumps there, walks, and flies on to the next one; once on the
-// line as it is, once on a slow one. `--line 3G` takes one of them, `--leg 5` shortens each part to so many seconds, and `--save DIR`
+// round a world in headless Chromium: it arrives, then at each viewpoint jumps there, walks, and flies on to the next one. That is done on
+// the line as it is, on a slow one, and with pictures. In the others nothing is rasterised, as if a graphics card did it: everything that the
+// page itself does for a picture is done. `--run 3G` takes one of them, `--leg 5` shortens each part to so many seconds, and `--save DIR`
 // keeps the profiles, which the developer tools of browsers open.
 //
 // A sampling profiler says what ran, and who is answerable for it (`mainthread.mjs`): streaming is all that `core/` and `three/` do, from
 // documents to what the graphics card is given, whenever it runs between the beginnings of two frames. What the machine makes of a known
-// piece of work is measured before and after, on a page that does nothing else: it is shared, and draws in software.
+// piece of work is measured before and after, on a page that does nothing else: it is shared with others.
 import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -16,11 +17,16 @@ import { KINDS, most, quantile, samplesOf, spent } from "./mainthread.mjs";
 
 const { positionals, values } = parseArgs({
   allowPositionals: true,
-  options: { line: { type: "string", multiple: true }, leg: { type: "string" }, save: { type: "string" } },
+  options: { run: { type: "string", multiple: true }, leg: { type: "string" }, save: { type: "string" } },
 });
 const [base, scene = "town"] = positionals;
-if (!base) throw new Error("usage: frames.mjs URL [SCENE] [--line NAME]… [--leg SECONDS] [--save DIR]");
-const lines = values.line ?? ["as it is", "3G"];
+if (!base) throw new Error("usage: frames.mjs URL [SCENE] [--run NAME]… [--leg SECONDS] [--save DIR]");
+const RUNS = [
+  { name: "as it is", line: "", rasterises: false },
+  { name: "3G", line: "3G", rasterises: false },
+  { name: "with pictures", line: "", rasterises: true },
+];
+const runs = RUNS.filter(({ name }) => values.run?.includes(name) ?? true);
 const LEG_S = Number(values.leg ?? 10);
 const ARRIVE_S = 2 * LEG_S;
 const IDLE_S = Math.min(5, LEG_S);
@@ -97,16 +103,22 @@ async function calibrate(page, origin) {
 function choose(page, line) {
   return page.evaluate((name) => {
     const select = document.querySelector(".line select");
-    select.value = name === "as it is" ? "" : name;
+    select.value = name;
     select.onchange();
   }, line);
+}
+
+/** In the page: leaves out what a rasteriser would do, which without a graphics card is most of all work. */
+function leaveOutPictures() {
+  const calls = ["drawArrays", "drawArraysInstanced", "drawElements", "drawElementsInstanced", "drawRangeElements"];
+  for (const call of calls) WebGL2RenderingContext.prototype[call] = () => {};
 }
 
 class Tour {
   legs = [];
 
-  constructor(page, devtools, line) {
-    Object.assign(this, { page, devtools, line });
+  constructor(page, devtools, run) {
+    Object.assign(this, { page, devtools, run });
   }
 
   /** Does something for so long, and remembers what the main thread did. Samples of `notes` from before do not count. */
@@ -135,7 +147,7 @@ class Tour {
     this.legs.push({ name, spans, frames: spent(samples, spans), tasks, long: spent(samples, tasks) });
     if (!values.save) return;
     mkdirSync(values.save, { recursive: true });
-    const file = `${this.line}-${this.legs.length}-${name}.cpuprofile`
+    const file = `${this.run}-${this.legs.length}-${name}.cpuprofile`
       .replace(/\W+/g, "-")
       .replace("-cpuprofile", ".cpuprofile");
     writeFileSync(join(values.save, file), JSON.stringify(profile));
@@ -192,16 +204,17 @@ async function viewpoints() {
   return (await get(manifest)).viewpoints;
 }
 
-async function go(browser, origin, line, places) {
+async function go(browser, origin, { name: run, line, rasterises }, places) {
   const context = await browser.newContext(DESKTOP);
   const page = await context.newPage();
   await page.addInitScript(takeNotes);
+  if (!rasterises) await page.addInitScript(leaveOutPictures);
   const devtools = await context.newCDPSession(page);
   await devtools.send("Performance.enable");
   await devtools.send("Profiler.enable");
   await devtools.send("Profiler.setSamplingInterval", { interval: SAMPLE_US });
   const machine = [await calibrate(page, origin)];
-  const tour = new Tour(page, devtools, line);
+  const tour = new Tour(page, devtools, run);
   const address = new URL(`${origin}/`);
   address.searchParams.set("base", new URL("/", base).href);
   address.searchParams.set("scene", scene);
@@ -220,16 +233,16 @@ async function go(browser, origin, line, places) {
   const state = await page.evaluate(() => window.belvedere.state());
   machine.push(await calibrate(page, origin));
   await context.close();
-  return { line, machine, legs: tour.legs, state };
+  return { run, machine, legs: tour.legs, state };
 }
 
 const number = (ms) => ms.toFixed(1);
 const row = (cells) => console.log(`| ${cells.join(" | ")} |`);
 const quantiles = (numbers) => Object.values(SHARES).map((share) => number(quantile(numbers, share)));
 
-function table({ line, machine, legs, state }) {
+function table({ run, machine, legs, state }) {
   console.log();
-  row([`${scene}, ${line}`, "frames", ...Object.keys(SHARES), `over ${GOAL_MS} ms`]);
+  row([`${scene}, ${run}`, "frames", ...Object.keys(SHARES), `over ${GOAL_MS} ms`]);
   row(["---", "---", ...Object.keys(SHARES).map(() => "---"), "---"]);
   const share = (numbers) =>
     `${((100 * numbers.filter((ms) => ms > GOAL_MS).length) / Math.max(1, numbers.length)).toFixed(1)} %`;
@@ -288,7 +301,7 @@ try {
   browser = await launch();
   const places = await viewpoints();
   const origin = `http://127.0.0.1:${server.httpServer.address().port}`;
-  for (const line of lines) table(await go(browser, origin, line, places));
+  for (const run of runs) table(await go(browser, origin, run, places));
 } finally {
   await browser?.close();
   await server?.close();

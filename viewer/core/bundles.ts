@@ -38,9 +38,9 @@ export function offersBundles(headers: Headers): boolean {
  * compressed, so what shrinks by more than a request costs is better fetched alone.
  */
 export function isSmall({ url, bytes }: Member, request_bytes: number): boolean {
-  const isObject = /\/o\/[0-9a-f]{64}(\.r[0-9]{1,3})?\.[a-z0-9]{1,8}$/.test(url);
-  if (!isObject || bytes === undefined || bytes > MOST_MEMBER_BYTES) return false;
-  return bytes + NAME_BYTES <= compressed_bytes({ url, bytes }) + request_bytes;
+  if (bytes === undefined || bytes > MOST_MEMBER_BYTES) return false;
+  if (bytes + NAME_BYTES > compressed_bytes({ url, bytes }) + request_bytes) return false;
+  return /\/o\/[0-9a-f]{64}(\.r[0-9]{1,3})?\.[a-z0-9]{1,8}$/.test(url);
 }
 
 /** The first members that fit into one bundle, of small ones in the order in which they are wanted. */

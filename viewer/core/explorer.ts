@@ -123,6 +123,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly options: ExplorerOptions,
     private readonly events: ExplorerEvents,
   ) {
+    scene.decodeWithin(budget);
     this.target_px = options.target_px;
     this.size = statureIn(scene.manifest).size;
     this.directory = new ObjectDirectory(scene, options.uses);
@@ -206,12 +207,13 @@ export class Explorer implements NavigationSpace, Surveyed {
 
   /** Downloads and decodings under way. */
   get pending(): number {
-    return this.loads.pending + this.scene.queue.pending + (this.planning.isAsked ? 1 : 0);
+    const asked = this.planning.isAsked ? 1 : 0;
+    return this.loads.pending + this.scene.queue.pending + (this.host.waiting ?? 0) + asked;
   }
 
-  /** Whether the set of the current cell is what is shown and all of it has at least its coarsest level. */
+  /** Whether the set of the current cell is what is shown and all of it is drawn, at least by its coarsest level. */
   get settled(): boolean {
-    return this.knowsItsPlace && this.missing === 0;
+    return this.knowsItsPlace && this.missing === 0 && !this.host.waiting;
   }
 
   /** Whether what is shown is the set of the current cell, and the eye is in no other. */

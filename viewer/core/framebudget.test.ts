@@ -1,23 +1,54 @@
-import { expect, it } from "vitest";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { FrameBudget } from "./framebudget.ts";
 
+let now_ms = 0;
+let done: number[] = [];
+let budget: FrameBudget;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  now_ms = 0;
+  done = [];
+  budget = new FrameBudget(8, () => now_ms);
+});
+
+afterEach(() => vi.useRealTimers());
+
+const work = (id: number, urgency?: "urgent") =>
+  budget.run(async () => {
+    now_ms += 5;
+    done.push(id);
+  }, urgency);
+const turn = () => vi.advanceTimersByTimeAsync(0);
+
 it("decoding waits for the next frame once this one's time is used", async () => {
-  let now_ms = 0;
-  const budget = new FrameBudget(8, () => now_ms);
-  const done: number[] = [];
-  const work = (id: number) =>
-    budget.run(async () => {
-      now_ms += 5;
-      done.push(id);
-    });
-  const all = Promise.all([1, 2, 3, 4, 5].map(work));
-  const turn = () => new Promise((resolve) => setTimeout(resolve, 0));
+  const all = Promise.all([1, 2, 3, 4, 5].map((id) => work(id)));
   await turn();
   expect(done).toEqual([1, 2]);
-  budget.beginFrame(16);
+  budget.beginFrame();
   await turn();
   expect(done).toEqual([1, 2, 3, 4]);
-  budget.beginFrame(16);
+  budget.beginFrame();
   await all;
   expect(done).toEqual([1, 2, 3, 4, 5]);
+});
+
+it("what others wait for goes before what has waited longer", async () => {
+  const all = Promise.all([work(1), work(2), work(3), work(4, "urgent"), work(5, "urgent")]);
+  await turn();
+  expect(done).toEqual([1, 4]);
+  budget.beginFrame();
+  await turn();
+  budget.beginFrame();
+  await all;
+  expect(done).toEqual([1, 4, 5, 2, 3]);
+});
+
+it("work goes on after the time of a usual frame where the next one is late", async () => {
+  const all = Promise.all([1, 2, 3].map((id) => work(id)));
+  await vi.advanceTimersByTimeAsync(16);
+  expect(done).toEqual([1, 2]);
+  await vi.advanceTimersByTimeAsync(1);
+  await all;
+  expect(done).toEqual([1, 2, 3]);
 });

@@ -93,6 +93,8 @@ describe("a grown model", () => {
 
   it("comes from a worker that starts with the first one", async () => {
     let [started, ended] = [0, 0];
+    const books: Pick<Seedling, "rules" | "imports">[] = [];
+    const told: boolean[] = [];
     const begin = (): Port => {
       started += 1;
       return {
@@ -101,7 +103,10 @@ describe("a grown model", () => {
         terminate: () => {
           ended += 1;
         },
-        postMessage({ id, seed, ...recipe }) {
+        postMessage({ id, seed, book, texts, ...making }) {
+          if (texts) books[book] = texts;
+          const recipe = { ...making, ...(books[book] ?? TREE) };
+          told.push(texts !== undefined);
           if (recipe.part === "never") return;
           const grown = recipe.part === "tree" && { id, result: grownGlb(growModel(recipe, { seed })) };
           queueMicrotask(() => this.onmessage?.({ data: grown || { id, error: `no ${recipe.part} here` } }));
@@ -117,5 +122,7 @@ describe("a grown model", () => {
     growing.end();
     await expect(never).rejects.toThrow("any more");
     expect([started, ended]).toEqual([1, 1]);
+    // Texts travel once.
+    expect(told).toEqual([true, false, false]);
   });
 });

@@ -18,23 +18,47 @@ export interface Growing {
   end(): void;
 }
 
-export type Port = WorkerPort<Seedling & { readonly id: number }, ArrayBuffer>;
+/** The texts of rules, and of what they import. */
+type Texts = Pick<Seedling, "rules" | "imports">;
+
+/** What the page orders. Texts are known by a number, and travel with the first order that needs them. */
+export interface Order extends Omit<Seedling, "rules" | "imports"> {
+  readonly book: number;
+  readonly texts: Texts | undefined;
+}
+
+export type Port = WorkerPort<Order & { readonly id: number }, ArrayBuffer>;
 
 /** Has a worker grow, which starts with the first model. */
 export class WorkerGrowing implements Growing {
-  private orders: WorkerOrders<Seedling, ArrayBuffer> | undefined;
+  private orders: WorkerOrders<Order, ArrayBuffer> | undefined;
+  /** Texts that the worker has; their places are their numbers. */
+  private books: Texts[] = [];
 
   constructor(private readonly begin: () => Port) {}
 
   grow(seedling: Seedling): Promise<ArrayBuffer> {
     this.orders ??= new WorkerOrders(this.begin(), "grows models");
-    return this.orders.ask(seedling);
+    const { rules, imports, ...making } = seedling;
+    const known = this.books.findIndex((book) => areSame(book, seedling));
+    if (known >= 0) return this.orders.ask({ ...making, book: known, texts: undefined });
+    const texts = { rules, imports };
+    return this.orders.ask({ ...making, book: this.books.push(texts) - 1, texts });
   }
 
   end(): void {
     this.orders?.end();
     this.orders = undefined;
+    this.books = [];
   }
+}
+
+function areSame(a: Texts, b: Texts): boolean {
+  return (
+    a.rules === b.rules &&
+    a.imports.size === b.imports.size &&
+    [...a.imports].every(([name, text]) => b.imports.get(name) === text)
+  );
 }
 
 /** A worker of the page's own origin. */

@@ -1,23 +1,20 @@
 /** What does the worker do that grows models? What the page orders, one model after the other. Rules are read once. */
-import type { Seedling } from "./growing.ts";
+import type { Order } from "./growing.ts";
 import { grownGlb } from "./grownglb.ts";
 import { Rulebook } from "./procedural/index.ts";
 import { obey } from "./workerorders.ts";
 
-/** So many are kept; a world seldom has more. */
-const MOST_RULEBOOKS = 16;
+/** By their numbers; a world seldom has more than a few. */
+const rulebooks = new Map<number, Rulebook>();
 
-const rulebooks = new Map<string, Rulebook>();
-
-function rulebookOf({ rules, imports }: Seedling): Rulebook {
-  const key = JSON.stringify([rules, ...imports]);
-  const known = rulebooks.get(key) ?? new Rulebook({ rules, imports });
-  if (rulebooks.size >= MOST_RULEBOOKS && !rulebooks.has(key)) rulebooks.clear();
-  rulebooks.set(key, known);
+function rulebookOf({ book, texts }: Order): Rulebook {
+  if (texts) rulebooks.set(book, new Rulebook(texts));
+  const known = rulebooks.get(book);
+  if (!known) throw new Error("the rules that this grows from could not be read");
   return known;
 }
 
-obey<Seedling & { readonly id: number }, ArrayBuffer>(
-  (seedling) => grownGlb(rulebookOf(seedling).grow(seedling, { seed: seedling.seed })),
+obey<Order & { readonly id: number }, ArrayBuffer>(
+  (order) => grownGlb(rulebookOf(order).grow(order, { seed: order.seed })),
   (glb) => [glb],
 );

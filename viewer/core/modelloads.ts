@@ -39,8 +39,10 @@ export interface ModelHost {
   drawFar(objects: ReadonlySet<number>): void;
   /** Draws these objects and no others, each as soon as its model is there. */
   show(objects: readonly PlacedObject[]): void;
-  /** Whether an object is in the picture, however coarse. */
+  /** Whether an object is in the picture, however coarse, or waits for its turn to be. */
   draws(object: number): boolean;
+  /** How many objects wait for their turn. */
+  readonly waiting?: number;
 }
 
 export interface ModelLoadsParts {

@@ -3,6 +3,7 @@
  * neighbours at a time, and joins each with its model. Where that takes long, something stands in (`standins.ts`).
  */
 import type { Model, ObjectEntry, Page, PageEntry, Whole } from "./documents.ts";
+import { Pacer } from "./pacer.ts";
 import { type Holder, holdersOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
@@ -34,6 +35,9 @@ export interface Urgency {
   /** What comes as early as the models themselves. */
   readonly models: number;
 }
+
+/** While more and more of what can be seen gets known, it is told so often. */
+const TOLD_EVERY_MS = 100;
 
 const AT_ONCE: Urgency = { documents: PRIORITY.document, models: PRIORITY.coarsest };
 
@@ -112,13 +116,18 @@ export class ObjectDirectory {
     const missing = ids.filter((id) => !this.beheld(id));
     const beforeAll = inOrder(missing, urgency.documents);
     const holders = await this.holders(missing, beforeAll);
-    const tell = () => came(ids.flatMap((id) => this.beheld(id) ?? []));
+    const telling = new Pacer(() => came(ids.flatMap((id) => this.beheld(id) ?? [])), TOLD_EVERY_MS);
+    const tell = () => telling.ask();
     // What more important objects grow from is as urgent.
     const amongModels = inOrder(ids, urgency.models);
-    await this.standIns?.read(holders, amongModels, tell);
-    const bare = missing.filter((id) => !this.beheld(id));
-    if (bare.length === missing.length) await this.read(holders, beforeAll);
-    else await this.read(await this.holders(bare, amongModels), amongModels, tell);
+    try {
+      await this.standIns?.read(holders, amongModels, tell);
+      const bare = missing.filter((id) => !this.beheld(id));
+      if (bare.length === missing.length) await this.read(holders, beforeAll);
+      else await this.read(await this.holders(bare, amongModels), amongModels, tell);
+    } finally {
+      telling.close();
+    }
     return ids.map((id) => this.beheld(id) ?? this.lacks(id));
   }
 

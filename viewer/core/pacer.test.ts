@@ -30,3 +30,17 @@ it("asks no more for what was done meanwhile, and does nothing once it is closed
   vi.advanceTimersByTime(100);
   expect([work.mock.calls.length, pacer.isAsked]).toEqual([3, false]);
 });
+
+it("rests the longer the longer the work takes", () => {
+  let now_ms = 0;
+  const work = vi.fn(() => {
+    now_ms += 20;
+  });
+  const pacer = new Pacer(work, 15, () => now_ms);
+  pacer.ask();
+  pacer.ask();
+  vi.advanceTimersByTime(79);
+  expect(work.mock.calls.length).toBe(1);
+  vi.advanceTimersByTime(1);
+  expect(work.mock.calls.length).toBe(2);
+});

@@ -24,6 +24,7 @@ import {
   type Start,
 } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
+import type { FrameBudget } from "./framebudget.ts";
 import { DocumentError, Json } from "./json.ts";
 import { decodePopulation, type Member } from "./population.ts";
 import { PRIORITY } from "./priority.ts";
@@ -54,6 +55,7 @@ async function readNamed<T>(queue: FetchQueue, url: string, reason: string, read
 /** One immutable revision of a scene. */
 export class PublishedScene {
   private readonly kept = new Map<string, Promise<unknown>>();
+  private budget: FrameBudget | undefined;
 
   private constructor(
     readonly queue: FetchQueue,
@@ -67,6 +69,16 @@ export class PublishedScene {
     const reason = `the manifest of ${scene}`;
     const bytes = await queue.request(tree.resolve(pointer.manifest), PRIORITY.document, { reason });
     return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, reason)));
+  }
+
+  /** From now on documents are decoded when a frame has time for it, before anything else that waits for that. */
+  decodeWithin(budget: FrameBudget): void {
+    this.budget = budget;
+  }
+
+  /** Decodes something as soon as may be. */
+  decode<T>(work: () => T): Promise<T> {
+    return this.budget?.run(work, "urgent") ?? Promise.resolve().then(work);
   }
 
   page(file: FileRef, priority: number): Promise<Page> {
@@ -140,7 +152,9 @@ export class PublishedScene {
       this.queue.hasten(address, priority);
       return known;
     }
-    const reading = this.queue.request(address, priority, { reason, bytes }).then(decode);
+    const reading = this.queue
+      .request(address, priority, { reason, bytes })
+      .then((come) => this.decode(() => decode(come)));
     this.kept.set(url, reading);
     reading.catch(() => this.kept.delete(url));
     for (const oldest of this.kept.keys()) {

@@ -9,17 +9,15 @@ const ROOM_0: Vec3 = [1, 1.6, 3];
 /** A cache in memory that outlives the shelf. */
 function compartments(): Compartments & { readonly held: Map<string, ArrayBuffer> } {
   const held = new Map<string, ArrayBuffer>();
-  const headers = new Map<string, Headers>();
   return {
     held,
     open: async () => ({
       match: async (url) => {
         const bytes = held.get(url);
-        return bytes && new Response(bytes, { headers: headers.get(url) ?? {} });
+        return bytes && new Response(bytes, { headers: { "Content-Length": String(bytes.byteLength) } });
       },
-      put: async (url, response) => {
-        headers.set(url, response.headers);
-        held.set(url, await response.arrayBuffer());
+      put: async (url, bytes) => {
+        held.set(url, bytes);
       },
       delete: async (url) => held.delete(url),
       keys: async () => [...held.keys()].map((url) => ({ url })),

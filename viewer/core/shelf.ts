@@ -7,10 +7,11 @@
  * keep by themselves has to do. Pointers, live routes and bundles never get here: their URLs name no object.
  */
 
-/** What of a `Cache` is needed. */
+/** What of a `Cache` is needed (`compartments.ts`). */
 export interface Compartment {
   match(url: string): Promise<Response | undefined>;
-  put(url: string, response: Response): Promise<void>;
+  /** What is found again says its size in a `Content-Length`. */
+  put(url: string, bytes: ArrayBuffer): Promise<void>;
   delete(url: string): Promise<boolean>;
   keys(): Promise<readonly { readonly url: string }[]>;
 }
@@ -71,8 +72,8 @@ export class Shelf {
   }
 
   has(url: string): boolean {
-    const name = nameIn(url);
-    return name !== undefined && this.sizes.has(name);
+    // Asked for every file while one plans, so not by an expression: nothing else ends like the name of an object.
+    return this.sizes.has(url.slice(url.lastIndexOf("/") + 1));
   }
 
   /** The bytes of an object, unless it is not here or has gone. */
@@ -98,7 +99,7 @@ export class Shelf {
     const size = bytes.byteLength;
     if (name === undefined || this.sizes.has(name) || size > this.limit_bytes) return;
     this.next(async () => {
-      await this.compartment.put(PLACE + name, new Response(bytes, { headers: { [SIZE]: String(size) } }));
+      await this.compartment.put(PLACE + name, bytes);
       this.note(name, size);
       await this.makeRoom();
     });
@@ -170,7 +171,10 @@ export class Shelf {
   private save(): void {
     this.saving ??= setTimeout(() => {
       this.saving = undefined;
-      this.next(() => this.compartment.put(INDEX, new Response(JSON.stringify([...this.sizes]))));
+      this.next(() => {
+        const list = new TextEncoder().encode(JSON.stringify([...this.sizes]));
+        return this.compartment.put(INDEX, list.buffer);
+      });
     }, SAVE_AFTER_MS);
   }
 }

@@ -58,14 +58,14 @@ interface Scope<Order, Result> {
 
 /** In a worker: does what is ordered, and answers; `moved` are the parts of a result that go to the page and are gone here. */
 export function obey<Order extends { readonly id: number }, Result>(
-  work: (order: Order) => Result,
+  work: (order: Order) => Result | Promise<Result>,
   moved: (result: Result) => ArrayBuffer[],
 ): void {
   const scope = globalThis as unknown as Scope<Order, Result>;
-  scope.onmessage = ({ data }) => {
+  scope.onmessage = async ({ data }) => {
     const { id } = data;
     try {
-      const result = work(data);
+      const result = await work(data);
       scope.postMessage({ id, result }, moved(result));
     } catch (error) {
       scope.postMessage({ id, error: error instanceof Error ? error.message : String(error) }, []);

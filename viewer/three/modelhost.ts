@@ -6,10 +6,12 @@
 import {
   type BufferGeometry,
   Group,
+  Line,
   type Material,
   Matrix4,
-  type Mesh,
+  Mesh,
   type Object3D,
+  Points,
   PointsMaterial,
   type Raycaster,
   Texture,
@@ -26,8 +28,12 @@ import { TextureCache } from "./textures.ts";
 
 interface Template {
   readonly root: Object3D;
+  /** What is drawn of it. */
+  readonly parts: readonly Drawn[];
   readonly textures: readonly string[];
 }
+
+type Drawn = Mesh | Points | Line;
 
 /** What a GLB says of its textures. */
 interface TextureTable {
@@ -35,6 +41,7 @@ interface TextureTable {
 }
 
 const POINT_SIZE_PX = 2;
+const FEW = 8;
 
 export class ThreeModelHost implements ModelHost {
   /** Everything that is shown; add it to a scene. */
@@ -49,6 +56,8 @@ export class ThreeModelHost implements ModelHost {
   /** Pictures of models, and which objects are drawn by them. */
   private readonly crowds = new Map<number, ImpostorCrowd>();
   private far: ReadonlySet<number> = new Set();
+  /** Shown objects whose models are here, and which wait for their turn to be placed. */
+  private readonly unplaced = new Set<number>();
   private readonly moved = new Map<number, Matrix4>();
 
   /** `changed` is called whenever a new picture should be drawn. */
@@ -92,7 +101,7 @@ export class ThreeModelHost implements ModelHost {
       scene.traverse(prepare);
       bytes += geometryBytes(scene);
       const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
-      this.templates[part].set(model, { root: scene, textures: acquired });
+      this.templates[part].set(model, { root: scene, parts: drawnOf(scene), textures: acquired });
       for (const object of this.byModel.get(model) ?? []) this.refresh(object);
       for (const template of before) this.dispose(template);
     } catch (error) {
@@ -159,7 +168,8 @@ export class ThreeModelHost implements ModelHost {
       if (siblings) siblings.push(object);
       else this.byModel.set(object.model.model, [object]);
     }
-    for (const id of [...this.nodes.keys()]) if (!this.shown.has(id)) this.remove(id);
+    this.removeAll([...this.nodes.keys()].filter((id) => !this.shown.has(id)));
+    this.unplaced.clear();
     for (const object of objects) {
       const node = this.nodes.get(object.entry.object);
       if (!node) this.refresh(object);
@@ -170,7 +180,25 @@ export class ThreeModelHost implements ModelHost {
     this.changed();
   }
 
+  /** Shown objects whose models are here and that are not in the picture yet. */
+  get waiting(): number {
+    return this.unplaced.size;
+  }
+
+  /** Places objects that wait for it, the most important first, for so long; to be called in each frame. */
+  place(ms: number): void {
+    if (this.unplaced.size === 0) return;
+    const end_ms = performance.now() + ms;
+    for (const id of this.unplaced) {
+      const placed = this.shown.get(id);
+      if (placed) this.refresh(placed, "now");
+      if (performance.now() > end_ms) break;
+    }
+    this.changed();
+  }
+
   draws(object: number): boolean {
+    if (this.unplaced.has(object)) return true;
     const placed = this.shown.get(object);
     if (placed && this.far.has(object)) return this.crowds.has(placed.model.model);
     return this.nodes.get(object)?.parent === this.root;
@@ -199,7 +227,8 @@ export class ThreeModelHost implements ModelHost {
 
   /** Frees everything. */
   clear(): void {
-    for (const id of [...this.nodes.keys()]) this.remove(id);
+    this.unplaced.clear();
+    this.removeAll([...this.nodes.keys()]);
     for (const templates of Object.values(this.templates)) {
       for (const template of templates.values()) this.dispose(template);
       templates.clear();
@@ -208,12 +237,17 @@ export class ThreeModelHost implements ModelHost {
     this.crowds.clear();
   }
 
-  /** Draws an object by its model's mesh, unless it is far or there is none. */
-  private refresh(object: PlacedObject): void {
+  /**
+   * Draws an object by its model's mesh, unless it is far or there is none. What is in the picture is replaced in one step, and what is
+   * not waits for its turn: after a jump these are thousands.
+   */
+  private refresh(object: PlacedObject, when: "now" | "in turn" = "in turn"): void {
     const { model } = object.model;
+    const id = object.entry.object;
     const template = this.templates.detail.get(model) ?? this.templates.base.get(model);
-    if (template && !this.far.has(object.entry.object)) this.draw(object, template.root);
-    else this.remove(object.entry.object);
+    if (!template || this.far.has(id)) this.remove(id);
+    else if (when === "now" || this.nodes.has(id)) this.draw(object, template);
+    else this.unplaced.add(id);
   }
 
   /** Draws the far objects of a model by its impostor. */
@@ -224,20 +258,24 @@ export class ThreeModelHost implements ModelHost {
     if (mesh) this.root.add(mesh);
   }
 
-  private draw(object: PlacedObject, template: Object3D): void {
+  /** Everything that is drawn of an object is one node, without those between that a GLB has. */
+  private draw(object: PlacedObject, { parts }: Template): void {
     this.remove(object.entry.object);
-    const node = new Group();
-    node.userData = { object: object.entry.object };
+    const [only] = parts;
+    const node = only && parts.length === 1 ? copyOf(only) : new Group();
+    if (node instanceof Group) for (const part of parts) node.add(copyOf(part));
+    node.userData.object = object.entry.object;
     node.matrixAutoUpdate = false;
-    node.add(template.clone(true));
     this.nodes.set(object.entry.object, node);
     this.root.add(node);
     this.stand(node, object);
   }
 
   private stand(node: Object3D, placed: PlacedObject): void {
+    const { objectFromPart } = node.userData;
     node.name = placed.entry.sourceNode;
     node.matrix.copy(this.worldFromObject(placed));
+    if (objectFromPart) node.matrix.multiply(objectFromPart);
     node.updateMatrixWorld(true);
   }
 
@@ -248,8 +286,21 @@ export class ThreeModelHost implements ModelHost {
   }
 
   private remove(object: number): void {
+    this.unplaced.delete(object);
     this.nodes.get(object)?.removeFromParent();
     this.nodes.delete(object);
+  }
+
+  /** The same of many, for each of which three.js would look through all that are shown. */
+  private removeAll(objects: readonly number[]): void {
+    if (objects.length <= FEW) {
+      for (const object of objects) this.remove(object);
+      return;
+    }
+    const leaving = new Set<Object3D | undefined>(objects.map((object) => this.nodes.get(object)));
+    this.root.children = this.root.children.filter((node) => !leaving.has(node));
+    for (const node of leaving) if (node) node.parent = null;
+    for (const object of objects) this.nodes.delete(object);
   }
 
   /** Takes a template away, which is still to be disposed of. */
@@ -298,6 +349,28 @@ function prepare(node: Object3D): void {
   for (const one of material ? [material].flat() : []) {
     if (one instanceof PointsMaterial) one.size = POINT_SIZE_PX * globalThis.devicePixelRatio;
   }
+}
+
+/** What is drawn below a node. */
+function drawnOf(root: Object3D): Drawn[] {
+  const drawn: Drawn[] = [];
+  root.updateMatrixWorld(true);
+  root.traverse((node) => {
+    if (node instanceof Mesh || node instanceof Points || node instanceof Line) drawn.push(node);
+  });
+  return drawn;
+}
+
+/** Draws the same geometry once more; where it stands in its object is written beside it. */
+function copyOf(part: Drawn): Drawn {
+  const copy = new (part.constructor as new (geometry: BufferGeometry, material: Drawn["material"]) => Drawn)(
+    part.geometry,
+    part.material,
+  );
+  copy.matrixAutoUpdate = false;
+  copy.matrix.copy(part.matrixWorld);
+  copy.userData.objectFromPart = part.matrixWorld;
+  return copy;
 }
 
 function geometryBytes(root: Object3D): number {

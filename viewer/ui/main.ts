@@ -3,6 +3,7 @@
  * stops it ends in a plain sentence and a way out.
  */
 import { addressOfScene, readPose, readRevision, treeBase, writePose } from "../core/address.ts";
+import { compartments } from "../core/compartments.ts";
 import type { SceneSummary, Viewpoint } from "../core/documents.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { length } from "../core/geometry.ts";
@@ -252,7 +253,7 @@ async function main(): Promise<void> {
     tallyEncodedBytes(tree.base.href);
     const log = new RequestLog(() => performance.now());
     const throttle = new Throttle((url, init) => fetch(url, init));
-    const shelf = await Shelf.open(globalThis.caches, SHELF_BYTES);
+    const shelf = await Shelf.open(compartments(globalThis.caches), SHELF_BYTES);
     const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: throttle.fetch, digest: webCryptoDigest(), log, shelf });
     // The first documents travel while the renderer gets ready.
     const opening = Promise.all([unlessForbidden(tree, open(queue, tree)), decoderReady()]);

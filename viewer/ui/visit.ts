@@ -66,7 +66,10 @@ const [MEMORY_LIMIT_BYTES, MOST_TRIANGLES] = matchMedia("(pointer: coarse)").mat
 const TARGET_PX = 1.5;
 const [QUALITY_EVERY_MS, QUALITY_SPAN_MS] = [250, 60_000];
 const WORK_FRAMES = 600;
-const DECODE_MS_PER_FRAME = 8;
+/** Decoding begins nothing more in a frame after so long. */
+const DECODE_MS_PER_FRAME = 1.5;
+/** Nor are more objects placed whose models are here. */
+const PLACE_MS_PER_FRAME = 1;
 const HUD_EVERY_MS = 100;
 const ADDRESS_EVERY_MS = 500;
 /** A picture at rest for so long is drawn once more with all its pixels. */
@@ -346,7 +349,8 @@ export class Visit {
     const frame_ms = now_ms - (this.lastFrame_ms ?? now_ms);
     const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
     this.lastFrame_ms = now_ms;
-    this.budget.beginFrame(frame_ms);
+    this.budget.beginFrame();
+    this.host.place(PLACE_MS_PER_FRAME);
     // Before the eye is followed: what the index knows already it has answered since the last frame.
     this.report(now_ms);
     const started_ms = performance.now();
