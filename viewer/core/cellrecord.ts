@@ -46,8 +46,22 @@ const STEPS = [0x42, 0x56, 0x53, 0x54];
 export const VERSION = 2;
 
 /** Objects of both sets, largest visible solid angle first. */
-export function visibleObjects(record: CellRecord): readonly Visible[] {
-  return [...record.lpvs, ...record.opvs].sort((a, b) => b.solidAngle - a.solidAngle || a.object - b.object);
+export function visibleObjects({ lpvs, opvs }: CellRecord): readonly Visible[] {
+  // Each list is in order already, and thousands long.
+  const merged: Visible[] = [];
+  let next = 0;
+  for (const inside of lpvs) {
+    for (let other = opvs[next]; other && isBefore(other, inside); other = opvs[next]) {
+      merged.push(other);
+      next += 1;
+    }
+    merged.push(inside);
+  }
+  return [...merged, ...opvs.slice(next)];
+}
+
+function isBefore(a: Visible, b: Visible): boolean {
+  return a.solidAngle > b.solidAngle || (a.solidAngle === b.solidAngle && a.object < b.object);
 }
 
 /** Reads the binary form. */

@@ -123,7 +123,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly options: ExplorerOptions,
     private readonly events: ExplorerEvents,
   ) {
-    scene.decodeWithin(budget);
+    scene.workWithin(budget);
     this.target_px = options.target_px;
     this.size = statureIn(scene.manifest).size;
     this.directory = new ObjectDirectory(scene, options.uses);

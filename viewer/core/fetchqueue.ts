@@ -6,6 +6,7 @@
 import { addressOf, BundleReader, inOrder, isSmall, NAME_BYTES, offersBundles, together } from "./bundles.ts";
 import type { FileRef } from "./documents.ts";
 import { Download } from "./download.ts";
+import type { FrameBudget } from "./framebudget.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
 import { purposeOf } from "./priority.ts";
 import type { RequestLog } from "./requestlog.ts";
@@ -80,9 +81,15 @@ export class FetchQueue {
   private orders = 0;
 
   private readonly meter: Meter;
+  private budget: FrameBudget | undefined;
 
   constructor(private readonly options: FetchQueueOptions) {
     this.meter = options.meter ?? new LineMeter();
+  }
+
+  /** From now on a request begins when a frame has time for it: to a browser that is as much work as to decode a small file. */
+  beginWithin(budget: FrameBudget): void {
+    this.budget = budget;
   }
 
   /** Downloads waiting or running. */
@@ -355,14 +362,24 @@ export class FetchQueue {
     signal: AbortSignal,
     receive: (piece: Uint8Array) => void,
   ): Promise<void> {
+    const go = () => this.travel(url, cache, signal, receive);
+    const headers = await (this.budget?.begin(go) ?? go());
+    this.offersBundles ||= !this.refusedBundles && offersBundles(headers);
+  }
+
+  private async travel(
+    url: string,
+    cache: RequestCache,
+    signal: AbortSignal,
+    receive: (piece: Uint8Array) => void,
+  ): Promise<Headers> {
     const { fetch, stall_ms } = this.options;
     const trace = this.meter.starts(leftOf(url));
     try {
-      const headers = await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
+      return await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
         trace.receives(piece.byteLength);
         receive(piece);
       });
-      this.offersBundles ||= !this.refusedBundles && offersBundles(headers);
     } finally {
       trace.ends();
     }

@@ -48,6 +48,12 @@ export class FrameBudget {
     }
   }
 
+  /** Begins something that goes on by itself, as soon as a frame has time for that; answers when it has ended. */
+  async begin<T>(work: () => Promise<T>): Promise<T> {
+    const { ended } = await this.run(() => ({ ended: work() }), "urgent");
+    return ended;
+  }
+
   private next(): void {
     const go = this.urgent.shift() ?? this.waiting.shift();
     if (!go) return;

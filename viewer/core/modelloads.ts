@@ -145,7 +145,7 @@ export class ModelLoads implements ModelNotes {
   /** Cancels everything; nothing that is still under way reaches the renderer. */
   close(): void {
     this.closed = true;
-    for (const load of [...this.loads.values()]) this.cancel(load);
+    this.cancel([...this.loads.values()]);
     this.parts.smooth.end();
     this.parts.growing.end();
   }
@@ -153,12 +153,13 @@ export class ModelLoads implements ModelNotes {
   /** Makes what is under way equal to the plan. */
   follow(wants: readonly Want[]): void {
     const wanted = new Map(wants.map((want) => [want.object.model.model, want]));
-    for (const load of [...this.loads.values()]) {
+    const isUseless = (load: Load) => {
       const want = wanted.get(load.model.model);
       // What is on its way to something finer is worth finishing; what nobody needs any more is not.
       const useful = want !== undefined && want.grade.geometricError <= load.grade.geometricError;
-      if (!useful && load.state === "fetching") this.cancel(load);
-    }
+      return !useful && load.state === "fetching";
+    };
+    this.cancel([...this.loads.values()].filter(isUseless));
     // What several loads share is as urgent as the most urgent of them, which comes first.
     for (const want of [...wants].reverse()) {
       const load = this.loads.get(want.object.model.model);
@@ -225,13 +226,16 @@ export class ModelLoads implements ModelNotes {
     this.parts.residency.keepBeside(model, beside.pictures_bytes + beside.stream_bytes);
   }
 
-  private cancel(load: Load): void {
-    load.state = "cancelled";
-    const { model } = load.model;
-    this.parts.residency.withdraw(model);
-    if (this.loads.get(model) === load) this.loads.delete(model);
+  private cancel(loads: readonly Load[]): void {
+    if (loads.length === 0) return;
+    for (const load of loads) {
+      load.state = "cancelled";
+      const { model } = load.model;
+      this.parts.residency.withdraw(model);
+      if (this.loads.get(model) === load) this.loads.delete(model);
+    }
     const shared = new Set([...this.loads.values()].flatMap((other) => [...other.urls]));
-    for (const url of load.urls) if (!shared.has(url)) this.parts.queue.cancel(url);
+    for (const { urls } of loads) for (const url of urls) if (!shared.has(url)) this.parts.queue.cancel(url);
   }
 
   private async start(want: Want, packs: ReadonlyMap<string, number>): Promise<void> {

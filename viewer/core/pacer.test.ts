@@ -39,7 +39,7 @@ it("rests the longer the longer the work takes", () => {
   const pacer = new Pacer(work, 15, () => now_ms);
   pacer.ask();
   pacer.ask();
-  vi.advanceTimersByTime(79);
+  vi.advanceTimersByTime(179);
   expect(work.mock.calls.length).toBe(1);
   vi.advanceTimersByTime(1);
   expect(work.mock.calls.length).toBe(2);

@@ -4,7 +4,7 @@
  */
 
 /** So many times as long as the work takes, nothing is done for who only asks. */
-const REST = 4;
+const REST = 9;
 
 export class Pacer {
   private asked = false;

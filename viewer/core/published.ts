@@ -71,9 +71,10 @@ export class PublishedScene {
     return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, reason)));
   }
 
-  /** From now on documents are decoded when a frame has time for it, before anything else that waits for that. */
-  decodeWithin(budget: FrameBudget): void {
+  /** From now on files are asked for, and documents decoded, when a frame has time for it, before anything else that waits for that. */
+  workWithin(budget: FrameBudget): void {
     this.budget = budget;
+    this.queue.beginWithin(budget);
   }
 
   /** Decodes something as soon as may be. */

@@ -24,12 +24,14 @@ import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import type { Part } from "../core/residency.ts";
 import { ImpostorCrowd, standingAt } from "./impostors.ts";
+import { Materials } from "./materials.ts";
 import { TextureCache } from "./textures.ts";
 
 interface Template {
   readonly root: Object3D;
   /** What is drawn of it. */
   readonly parts: readonly Drawn[];
+  readonly materials: ReadonlySet<Material>;
   readonly textures: readonly string[];
 }
 
@@ -48,6 +50,7 @@ export class ThreeModelHost implements ModelHost {
   readonly root = new Group();
   private readonly templates: Readonly<Record<Part, Map<number, Template>>> = { base: new Map(), detail: new Map() };
   private readonly textures = new TextureCache();
+  private readonly materials = new Materials();
   private readonly loader: GLTFLoader;
   /** Shown objects by id and, for swapping, by model. */
   private shown = new Map<number, PlacedObject>();
@@ -97,11 +100,12 @@ export class ThreeModelHost implements ModelHost {
           console.warn(`the picture ${url} cannot be decoded; its model is drawn without it`, error);
         }
       }
-      const { scene } = await this.loader.parseAsync(glb, "");
+      const { scene, parser } = await this.loader.parseAsync(glb, "");
       scene.traverse(prepare);
+      const materials = this.materials.share(scene, parser);
       bytes += geometryBytes(scene);
       const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
-      this.templates[part].set(model, { root: scene, parts: drawnOf(scene), textures: acquired });
+      this.templates[part].set(model, { root: scene, parts: drawnOf(scene), materials, textures: acquired });
       for (const object of this.byModel.get(model) ?? []) this.refresh(object);
       for (const template of before) this.dispose(template);
     } catch (error) {
@@ -315,11 +319,8 @@ export class ThreeModelHost implements ModelHost {
   }
 
   private dispose(template: Template | undefined): void {
-    template?.root.traverse((node) => {
-      const { geometry, material } = node as Partial<Mesh>;
-      geometry?.dispose();
-      for (const one of material ? [material].flat() : []) disposeMaterial(one);
-    });
+    template?.root.traverse((node) => (node as Partial<Mesh>).geometry?.dispose());
+    for (const material of template?.materials ?? []) if (this.materials.release(material)) disposeMaterial(material);
     for (const url of template?.textures ?? []) this.textures.release(url);
   }
 }
