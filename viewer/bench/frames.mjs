@@ -13,7 +13,7 @@ import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { build, preview } from "vite";
 import { DESKTOP, launch } from "../e2e/browser.mjs";
-import { KINDS, most, quantile, samplesOf, spent } from "./mainthread.mjs";
+import { KINDS, most, quantile, samplesOf, spent, tasksOf } from "./mainthread.mjs";
 
 const { positionals, values } = parseArgs({
   allowPositionals: true,
@@ -114,6 +114,24 @@ function leaveOutPictures() {
   for (const call of calls) WebGL2RenderingContext.prototype[call] = () => {};
 }
 
+/** Notes the tasks of all threads; answers how to end that, which answers the events. */
+async function trace(browser) {
+  const devtools = await browser.newBrowserCDPSession();
+  const events = [];
+  devtools.on("Tracing.dataCollected", ({ value }) => {
+    for (const event of value) if (event.name === "RunTask" || event.name === "thread_name") events.push(event);
+  });
+  const traceConfig = { includedCategories: ["disabled-by-default-devtools.timeline"], excludedCategories: ["*"] };
+  await devtools.send("Tracing.start", { transferMode: "ReportEvents", traceConfig });
+  return async () => {
+    const complete = new Promise((done) => devtools.once("Tracing.tracingComplete", done));
+    await devtools.send("Tracing.end");
+    await complete;
+    await devtools.detach();
+    return events;
+  };
+}
+
 class Tour {
   legs = [];
 
@@ -124,6 +142,7 @@ class Tour {
   /** Does something for so long, and remembers what the main thread did. Samples of `notes` from before do not count. */
   async leg(name, seconds, act) {
     const { devtools, page } = this;
+    const traced = await trace(page.context().browser());
     await devtools.send("Profiler.start");
     const arrives = this.legs.length === 0;
     // To begin a profile takes a while, which is not the page's.
@@ -135,6 +154,7 @@ class Tour {
     await act(seconds);
     const end_ms = await page.evaluate(() => performance.now());
     const { profile } = await devtools.send("Profiler.stop");
+    const ran = tasksOf(await traced());
     const { metrics } = await devtools.send("Performance.getMetrics");
     const origin_s = metrics.find((one) => one.name === "NavigationStart").value;
     const notes = await page.evaluate(() => window.notes);
@@ -142,7 +162,7 @@ class Tour {
     const frames = notes.frames.filter(within);
     const spans = frames.slice(1).map((ms, i) => ({ start_ms: frames[i], end_ms: ms }));
     const long = notes.long.filter(([ms]) => within(ms) && ms > BEGUN_MS);
-    const samples = samplesOf(profile, origin_s);
+    const samples = samplesOf(profile, ran, origin_s);
     const tasks = long.map(([ms, duration]) => ({ start_ms: ms, end_ms: ms + duration }));
     this.legs.push({ name, spans, frames: spent(samples, spans), tasks, long: spent(samples, tasks) });
     if (!values.save) return;
@@ -151,7 +171,10 @@ class Tour {
       .replace(/\W+/g, "-")
       .replace("-cpuprofile", ".cpuprofile");
     writeFileSync(join(values.save, file), JSON.stringify(profile));
-    writeFileSync(join(values.save, `${file}.notes.json`), JSON.stringify({ ...notes, start_ms, end_ms, origin_s }));
+    writeFileSync(
+      join(values.save, `${file}.notes.json`),
+      JSON.stringify({ ...notes, start_ms, end_ms, origin_s, ran }),
+    );
   }
 
   /** Walks on, and turns wherever that ends. */

@@ -1,8 +1,10 @@
-// What did the main thread of a page do, and when? Sums the samples of a CPU profile over spans of time, by who had them run. Files are
-// told apart by the names that `frames.mjs` gives to chunks: `core-scheduler.js` for `core/scheduler.ts`, `lib-three_core.js` for a part of three.js.
+// What did the main thread of a page do, and when? Sums the samples of a CPU profile over spans of time, by who had them run. Samples say for
+// how long something seemed to run, and the browser's trace how much of a task the thread really ran: the rest went to others on the machine.
+// So all sums are CPU time. Files are told apart by the names that `frames.mjs` gives to chunks: `core-scheduler.js` for `core/scheduler.ts`,
+// `lib-three_core.js` for a part of three.js.
 
 /** Who has the main thread busy: what a frame of ours can wait for. */
-export const KINDS = ["streaming", "drawing", "page", "garbage", "browser"];
+export const KINDS = ["streaming", "drawing", "page", "company", "garbage", "browser"];
 
 /** The functions of three.js that hand something new to the graphics card while it draws: what streaming has brought. */
 const UPLOADS = new Set([
@@ -28,7 +30,7 @@ function kindOf({ functionName, url }, caller) {
   if (functionName in SPECIAL) return SPECIAL[functionName];
   if (caller === "drawing") return UPLOADS.has(functionName) ? "streaming" : caller;
   if (url.endsWith("/three-stage.js")) return "drawing";
-  if (COMPANY.test(url)) return "page";
+  if (caller === "company" || COMPANY.test(url)) return "company";
   if (OURS.test(url)) return "streaming";
   if (caller === "streaming") return caller;
   // What continues by itself after waiting was begun by us: nothing else here uses libraries.
@@ -36,8 +38,26 @@ function kindOf({ functionName, url }, caller) {
   return PAGE.test(url) ? "page" : caller;
 }
 
-/** A sample: what ran from `at_ms` on for so long. `at_ms` is on the page's own clock, which began at `origin_s`. */
-export function samplesOf({ nodes, samples, timeDeltas, startTime }, origin_s) {
+/** The tasks of the busiest page in a trace, in order: when each ran, and which share of that time its thread really had. */
+export function tasksOf(events) {
+  const isPage = ({ name, args }) => name === "thread_name" && args.name === "CrRendererMain";
+  const threads = events
+    .filter(isPage)
+    .map(({ pid, tid }) =>
+      events.filter((one) => one.name === "RunTask" && one.ph === "X" && one.pid === pid && one.tid === tid),
+    );
+  const total = (tasks) => tasks.reduce((sum, { tdur = 0 }) => sum + tdur, 0);
+  const [busiest = []] = threads.sort((a, b) => total(b) - total(a));
+  const tasks = busiest.map(({ ts, dur, tdur = dur }) => ({
+    start_us: ts,
+    end_us: ts + dur,
+    share: Math.min(1, tdur / Math.max(1, dur)),
+  }));
+  return tasks.sort((a, b) => a.start_us - b.start_us);
+}
+
+/** What seemed to run from `at_ms` on for `seems_ms`, and did for `ms`. `at_ms` is on the page's own clock, which began at `origin_s`. */
+export function samplesOf({ nodes, samples, timeDeltas, startTime }, tasks, origin_s) {
   const byId = new Map(nodes.map((node) => [node.id, node]));
   const known = new Map();
   const visit = (node, caller, place) => {
@@ -50,10 +70,14 @@ export function samplesOf({ nodes, samples, timeDeltas, startTime }, origin_s) {
   };
   visit(nodes[0], "browser", "");
   let at_us = startTime;
+  let next = 0;
   return samples.map((id, i) => {
     at_us += timeDeltas[i];
-    const ms = Math.max(0, timeDeltas[i + 1] ?? 0) / 1000;
-    return { at_ms: at_us / 1000 - 1000 * origin_s, ms, ...known.get(id) };
+    while (next < tasks.length && tasks[next].end_us <= at_us) next += 1;
+    const task = tasks[next];
+    const share = task && task.start_us <= at_us ? task.share : 1;
+    const seems_ms = Math.max(0, timeDeltas[i + 1] ?? 0) / 1000;
+    return { at_ms: at_us / 1000 - 1000 * origin_s, seems_ms, ms: share * seems_ms, ...known.get(id) };
   });
 }
 
@@ -61,16 +85,17 @@ export function samplesOf({ nodes, samples, timeDeltas, startTime }, origin_s) {
 export function spent(samples, spans) {
   const sums = spans.map(() => Object.fromEntries(KINDS.map((kind) => [kind, { ms: 0, places: new Map() }])));
   let first = 0;
-  for (const { at_ms, ms, kind, place } of samples) {
+  for (const { at_ms, seems_ms, ms, kind, place } of samples) {
     while (first < spans.length && spans[first].end_ms <= at_ms) first += 1;
-    let left_ms = ms;
+    let left_ms = seems_ms;
     for (let i = first; i < spans.length && left_ms > 0; i += 1) {
       const { start_ms, end_ms } = spans[i];
-      const within_ms = Math.min(end_ms, at_ms + ms) - Math.max(start_ms, at_ms);
-      if (within_ms <= 0) break;
-      left_ms -= within_ms;
+      const seemed_ms = Math.min(end_ms, at_ms + seems_ms) - Math.max(start_ms, at_ms);
+      if (seemed_ms <= 0) break;
+      left_ms -= seemed_ms;
       const sum = sums[i][kind];
       if (!sum) continue;
+      const within_ms = (seemed_ms * ms) / seems_ms;
       sum.ms += within_ms;
       sum.places.set(place, (sum.places.get(place) ?? 0) + within_ms);
     }
