@@ -297,13 +297,22 @@ function table({ run, machine, legs, state }) {
   console.log(`\nWhat ran in frames with more than ${GOAL_MS} ms of streaming:`);
   for (const [place, ms] of most(over, 25)) console.log(`  ${number(ms).padStart(8)} ms  ${place}`);
   const tasks = legs.flatMap(({ name, tasks, long }) => tasks.map((task, i) => ({ name, ...task, sums: long[i] })));
+  const total_ms = ({ sums }) => KINDS.reduce((sum, kind) => sum + sums[kind].ms, 0);
+  const isMost = (kind) => (task) => KINDS.every((other) => task.sums[kind].ms >= task.sums[other].ms);
   console.log(`\nTasks of more than ${LONG_MS} ms after the first second: ${tasks.length}`);
-  for (const { name, start_ms, end_ms, sums } of tasks) {
-    const shares = KINDS.map((kind) => `${kind} ${sums[kind].ms.toFixed(0)}`).join(", ");
-    const places = most([sums.streaming], 3).map(([place, ms]) => `${place} ${ms.toFixed(0)}`);
+  console.log(`  of these in CPU time: ${tasks.filter((task) => total_ms(task) > LONG_MS).length}`);
+  for (const kind of KINDS) {
+    const longest_ms = Math.max(0, ...tasks.map(({ sums }) => sums[kind].ms));
     console.log(
-      `  ${(end_ms - start_ms).toFixed(0).padStart(5)} ms  ${name}: ${shares}${places.length > 0 ? ` (${places.join(", ")})` : ""}`,
+      `  mostly ${kind}: ${tasks.filter(isMost(kind)).length}; most of that in one: ${number(longest_ms)} ms`,
     );
+  }
+  console.log("Those with most streaming:");
+  const byStreaming = [...tasks].sort((a, b) => b.sums.streaming.ms - a.sums.streaming.ms);
+  for (const { name, start_ms, end_ms, sums } of byStreaming.slice(0, 8)) {
+    const shares = KINDS.map((kind) => `${kind} ${number(sums[kind].ms)}`).join(", ");
+    const places = most([sums.streaming], 3).map(([place, ms]) => `${place} ${number(ms)}`);
+    console.log(`  ${number(end_ms - start_ms).padStart(7)} ms  ${name}: ${shares} (${places.join(", ")})`);
   }
   const { visible, missing, holes, triangles, drawCalls, problems } = state;
   console.log(`\nAt the end: ${JSON.stringify({ visible, missing, holes, triangles, drawCalls, problems })}`);
