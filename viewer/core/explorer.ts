@@ -224,10 +224,10 @@ export class Explorer implements NavigationSpace, Surveyed {
     return rightSet || this.isAround || this.scene.manifest.whole !== undefined;
   }
 
-  /** Visible objects of which nothing is held yet. */
-  get missing(): number {
-    const { objects, count } = this.sight;
-    return count - objects.filter(({ model }) => this.residency.held(model.model)).length;
+  /** Visible objects of which nothing is held yet; nothing while nobody knows what can be seen. */
+  get missing(): number | undefined {
+    const scope = this.scope();
+    return scope && scope.count - scope.objects.filter(({ model }) => this.holds(model.model)).length;
   }
 
   /** Visible objects of which something is held and yet nothing is drawn: always 0, or there is a fault. */
@@ -435,6 +435,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   /** What can be seen from the current cell, as far as that is known. */
   private scope(): Scope | undefined {
     const { sight, told, directory } = this;
+    if (this.isAround && this.whereabouts.locating) return undefined;
     if (this.scene.manifest.whole || this.isAround) return { ...sight, told_bytes: undefined, isHiding: false };
     if (!told || told.cell !== this.cellId || this.whereabouts.locating) return undefined;
     const isShown = sight.cell === told.cell && sight.count === told.ids.length;

@@ -88,6 +88,7 @@ interface Errand {
 /** A walk that gets nowhere for so long has ended. */
 const STUCK_AFTER_S = 0.7;
 const ARRIVED_M = 0.02;
+const AT_REST: Vec3 = [0, 0, 0];
 
 export class Visit {
   readonly explorer: Explorer;
@@ -162,6 +163,8 @@ export class Visit {
     this.walker.place(position);
     this.walker.look(yaw, pitch);
     this.moved = true;
+    // At once, so that nobody is told of the old place as of this one before the next frame.
+    if (!this.frozen) this.explorer.follow(this.eye, AT_REST);
   }
 
   goTo(viewpoint: Viewpoint): void {
