@@ -164,10 +164,10 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.outlook.knowsItsPlace && this.missing === 0;
   }
 
-  /** Visible objects of which nothing is held yet. */
-  get missing(): number {
-    const { objects, count } = this.outlook.sight;
-    return count - objects.filter(({ model }) => this.residency.held(model.model)).length;
+  /** Visible objects of which nothing is held yet; nothing while nobody knows what can be seen. */
+  get missing(): number | undefined {
+    const scope = this.outlook.scope();
+    return scope && scope.count - scope.objects.filter(({ model }) => this.holds(model.model)).length;
   }
 
   /** Visible objects of which something is held and yet nothing is drawn: always 0, or there is a fault. */

@@ -130,6 +130,7 @@ export class Outlook {
   scope(): Scope | undefined {
     const { sight, told } = this;
     const { scene, directory } = this.parts;
+    if (this.isAround && this.locating) return undefined;
     if (scene.manifest.whole || this.isAround) return { ...sight, told_bytes: undefined, isHiding: false };
     if (!told || told.cell !== this.cellId || this.locating) return undefined;
     const isShown = sight.cell === told.cell && sight.count === told.ids.length;

@@ -1,6 +1,7 @@
 import { describe, expect, it, vi } from "vitest";
 import { explore, type SetUp } from "../test/explore.ts";
 import { PITCH_M } from "../test/fixture.ts";
+import { HeldAnswers } from "../test/serve.ts";
 import type { Vec3 } from "./geometry.ts";
 
 const room = (i: number): Vec3 => [i * PITCH_M + 1, 1.6, 3];
@@ -14,31 +15,17 @@ const isLevel = (path: string) => path.endsWith(".glb") || path.endsWith(".pack"
 
 /** An explorer of many rooms whose first levels come only once they are let. */
 async function withSlowLevels(options: SetUp = {}) {
-  const held: (() => void)[] = [];
-  let isHeld = true;
-  const answer = (path: string, bytes: Uint8Array) => {
-    if (!isHeld || !isLevel(path) || held.length === MOST_HELD) return undefined;
-    return new ReadableStream<Uint8Array>({
-      start: (controller) => {
-        held.push(() => {
-          controller.enqueue(bytes);
-          controller.close();
-        });
-      },
-    });
-  };
+  const held = new HeldAnswers();
+  held.hold((path) => isLevel(path) && held.count < MOST_HELD);
   // Few entries of a chunk, so that neighbours have to be asked for.
-  const visit = await explore({ rooms: 8, perChunk: 2, answer, ...options });
-  const release = () => {
-    isHeld = false;
-    for (const go of held) go();
-  };
+  const visit = await explore({ rooms: 8, perChunk: 2, answer: held.answer, ...options });
+  const release = () => held.release();
   const { explorer, log } = visit;
   /** Waits until levels are all that is on its way, and everything that could be asked for was. */
   const onlyLevels = () =>
     eventually(() => {
       const running = log.entries.filter(({ result }) => result === "running" || result === "waiting");
-      expect(held.length).toBeGreaterThan(0);
+      expect(held.count).toBeGreaterThan(0);
       expect(explorer.visibleCount).toBeGreaterThan(0);
       expect(running.filter(({ url }) => !isLevel(url))).toEqual([]);
     });

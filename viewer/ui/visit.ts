@@ -49,6 +49,8 @@ const STILL_AFTER_MS = 350;
 const FIND_EVERY_PX = 12;
 const LONGEST_STEP_S = 0.25;
 
+const AT_REST: Vec3 = [0, 0, 0];
+
 export class Visit {
   readonly explorer: Explorer;
   readonly walker: Walker;
@@ -116,6 +118,8 @@ export class Visit {
     this.walker.place(position);
     this.walker.look(yaw, pitch);
     this.moved = true;
+    // At once, so that nobody is told of the old place as of this one before the next frame.
+    if (!this.frozen) this.explorer.follow(this.eye, AT_REST);
   }
 
   goTo(viewpoint: Viewpoint): void {
