@@ -52,9 +52,7 @@ interface Beheld {
 }
 
 export class Outlook {
-  /** To be opened when something is here of all that can be seen … */
-  readonly pictured = new Gate();
-  /** … and when one walks. */
+  /** To be opened when one walks. */
   readonly walked = new Gate();
   private readonly whereabouts: Whereabouts;
   private readonly surroundings: Surroundings;
@@ -174,16 +172,13 @@ export class Outlook {
     const arrival = this.arrivals;
     const hasLeft = () => this.closed || this.arrivals !== arrival;
     const beheld = this.behold(cell, hasLeft);
-    const pictured = beheld.then(
-      () => {
-        const next = this.pictured.next();
-        this.events.learnt();
-        return next;
-      },
+    // Then all that is missing here is asked for, or nobody will know what is. The walker needs hulls next door then, too; who walks
+    // already cannot wait for that.
+    const settled = beheld.then(
+      () => {},
       () => {},
     );
-    // The walker needs hulls next door, also where nobody knows what can be seen. Only who stands still can wait for them.
-    const neighbours = Promise.race([pictured, this.walked.next()]).then(async () =>
+    const neighbours = Promise.race([settled, this.walked.next()]).then(async () =>
       hasLeft() ? [] : index.entriesOf(entry.adjacent, PRIORITY.due),
     );
     // Should the record fail first, that is what is told.
@@ -193,7 +188,7 @@ export class Outlook {
       const resolved = directory.resolve(ids, PRIORITY.finer).then(see);
       // Should a neighbour fail first, that is what is told.
       resolved.catch(() => {});
-      const [known] = await Promise.all([neighbours, pictured]);
+      const known = await neighbours;
       if (hasLeft()) return;
       this.events.changed();
       const learnt = records.learnNeighbours(entry, known);

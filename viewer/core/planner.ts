@@ -11,7 +11,7 @@ import { Pacer } from "./pacer.ts";
 import type { Want } from "./priority.ts";
 import type { HoldingOf } from "./progress.ts";
 import { MemoryShortError, type ResidencySet } from "./residency.ts";
-import { shrink, targetWithin, wanted } from "./scheduler.ts";
+import { firstWants, shrink, targetWithin, wanted } from "./scheduler.ts";
 import type { Eye } from "./screenerror.ts";
 
 /** Up to which error, and how many triangles, models are refined. */
@@ -56,6 +56,8 @@ export class Planner {
   private shortIn: number | undefined;
   /** Whether the eye was, or may have been, in another cell when it was last planned: one needs to know what is there before anything gets finer here. */
   private isElsewhere = false;
+  /** Whether something of all in sight that can be had was there once. */
+  private hasBegun = false;
   private closed = false;
 
   constructor(private readonly parts: PlannerParts) {
@@ -113,7 +115,10 @@ export class Planner {
     return isSame && isNear && length(subtract(velocity_mps, planned.velocity_mps)) < CHANGED_MPS * size;
   }
 
-  /** Makes what is under way equal to what is wanted. */
+  /**
+   * Makes what is under way equal to what is wanted. What lies ahead is read of once all is asked for that is missing here, and
+   * fetched once the first picture was there.
+   */
   private plan(): void {
     const { eye, velocity_mps } = this;
     const { outlook, ahead, loads, targets, size, line } = this.parts;
@@ -127,25 +132,18 @@ export class Planner {
     }
     const { bytes_per_s } = line;
     this.isElsewhere = !outlook.knowsItsPlace;
+    const isAllKnown = sight.objects.length === sight.count && !this.isElsewhere;
+    this.hasBegun ||= isAllKnown && firstWants(sight.objects, loads).length === 0;
     const looksAhead = cellId !== undefined && cellId === sight.cell;
     if (looksAhead) ahead.look(cellId, eye.position, velocity_mps);
-    const view = {
-      eye,
-      here: sight.objects,
-      isAllKnown: sight.objects.length === sight.count && !this.isElsewhere,
-      ahead: looksAhead ? ahead.known : [],
-    };
-    const all = wanted(view, loads, this.target_px, bytes_per_s);
-    // What lies ahead is of no use before something of all that can be seen is here: it is not begun.
-    const isMissing = all.some(({ cause }) => cause.kind === "missing");
-    const mayBegin = ({ object, cause }: Want) => cause.kind !== "ahead" || loads.isComing(object.model.model);
-    const wants = isMissing ? all.filter(mayBegin) : all;
-    if (looksAhead && outlook.hasSurveyed && view.isAllKnown && !isMissing) ahead.learn(bytes_per_s);
+    const known = looksAhead && this.hasBegun ? ahead.known : [];
+    const wants = wanted({ eye, here: sight.objects, isAllKnown, ahead: known }, loads, this.target_px, bytes_per_s);
     // What is on its way to save memory is not begun anew while that is short.
     const smaller = loads.short ? this.smaller() : undefined;
     loads.follow(smaller && loads.isComing(smaller.object.model.model) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants);
-    if (view.isAllKnown && (!isMissing || loads.short)) outlook.pictured.open();
+    // What is missing here was asked for by now, and goes first.
+    if (looksAhead && outlook.hasSurveyed && isAllKnown && !loads.short) ahead.learn(bytes_per_s);
     if (length(velocity_mps) > CHANGED_MPS * size) outlook.walked.open();
     this.drawFar(eye);
   }
