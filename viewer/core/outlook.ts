@@ -172,13 +172,9 @@ export class Outlook {
     const arrival = this.arrivals;
     const hasLeft = () => this.closed || this.arrivals !== arrival;
     const beheld = this.behold(cell, hasLeft);
-    // Then all that is missing here is asked for, or nobody will know what is. The walker needs hulls next door then, too; who walks
+    // When that is over, all that is missing here is asked for, or nobody will know what is. Hulls next door come next; who walks
     // already cannot wait for that.
-    const settled = beheld.then(
-      () => {},
-      () => {},
-    );
-    const neighbours = Promise.race([settled, this.walked.next()]).then(async () =>
+    const neighbours = Promise.race([Promise.allSettled([beheld]), this.walked.next()]).then(async () =>
       hasLeft() ? [] : index.entriesOf(entry.adjacent, PRIORITY.due),
     );
     // Should the record fail first, that is what is told.
