@@ -1,4 +1,4 @@
-import { describe, expect, it, vi } from "vitest";
+import { describe, expect, it } from "vitest";
 import { explore, type SetUp } from "../test/explore.ts";
 import { type Files, PITCH_M } from "../test/fixture.ts";
 import type { Vec3 } from "./geometry.ts";
@@ -325,38 +325,6 @@ describe("an explorer", () => {
     await quiet();
     expect(host.uploads).toEqual([]);
   });
-});
-
-it("refines nothing while nobody knows in which cell the eye is", async () => {
-  const held: (() => void)[] = [];
-  let isHeld = false;
-  const answer = (path: string, bytes: Uint8Array) => {
-    if (!isHeld || !path.endsWith(".json")) return undefined;
-    return new ReadableStream<Uint8Array>({
-      start: (controller) => {
-        held.push(() => {
-          controller.enqueue(bytes);
-          controller.close();
-        });
-      },
-    });
-  };
-  const { explorer, log, go, quiet } = await explore({ rooms: 8, perChunk: 2, whole: true, answer });
-  go([0, 1.6, 500]);
-  await quiet();
-  const { length } = log.entries;
-  const finer = () => log.entries.slice(length).filter(({ purpose }) => purpose === "finer");
-  const { bounds } = explorer.visible.at(-1)?.entry ?? {};
-  isHeld = true;
-  go([bounds?.min[0] ?? 0, 1.6, bounds?.min[2] ?? 0]);
-  await vi.waitFor(() => expect(held.length).toBeGreaterThan(0));
-  await new Promise((resolve) => setTimeout(resolve, 60));
-  expect([explorer.settled, finer()]).toEqual([false, []]);
-  isHeld = false;
-  for (const come of held) come();
-  await quiet();
-  expect(explorer.settled).toBe(true);
-  expect(finer().length).toBeGreaterThan(0);
 });
 
 describe("impostors", () => {

@@ -3,9 +3,6 @@ import type { Located } from "./cellindex.ts";
 import type { CellEntry } from "./documents.ts";
 import { length, subtract, type Vec3 } from "./geometry.ts";
 
-/** Who has moved further while the index was asked asks again. */
-const FURTHEST_M = 0.5;
-
 /** Whom one asks. */
 export interface Locator {
   /** The cell that surely holds a point, found from a cell near by without a request; else `locate` has to say. */
@@ -81,7 +78,8 @@ export class Whereabouts {
         if (this.closed) return;
         if (located) this.enter(located.entry, located.distance_m === 0);
         else this.events.nowhere(position);
-      } while (length(subtract(this.position, position)) > FURTHEST_M);
+        // Who has moved meanwhile asks again: the chunks are here now, and no step is small in every world.
+      } while (length(subtract(this.position, position)) > 0);
     } catch (error) {
       this.events.problem(error);
     } finally {

@@ -25,7 +25,7 @@ import { type ServerOptions, serveFiles } from "./serve.ts";
 
 /** Draws nothing, and remembers what it was given. */
 export class RecordingHost implements ModelHost {
-  readonly uploads: { model: number; bytes: number; missing: number }[] = [];
+  readonly uploads: { model: number; bytes: number; missing: number | undefined }[] = [];
   readonly evicted: number[] = [];
   readonly blunted: number[] = [];
   /** Models that are drawn finer than by what came first. */
@@ -35,7 +35,7 @@ export class RecordingHost implements ModelHost {
   private readonly textures = new Set<string>();
   readonly pictured = new Set<number>();
   far: ReadonlySet<number> = new Set();
-  missing: () => number = () => 0;
+  missing: () => number | undefined = () => 0;
 
   async upload(
     model: number,

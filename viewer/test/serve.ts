@@ -31,6 +31,41 @@ export function serveFiles(
   return { fetch, requests };
 }
 
+/** Answers that begin and bring nothing before they are let. */
+export class HeldAnswers {
+  private readonly held: (() => void)[] = [];
+  private holds: (path: string) => boolean = () => false;
+
+  /** How many wait. */
+  get count(): number {
+    return this.held.length;
+  }
+
+  /** From now on holds back what is asked for at these paths, and lets go what was held before. */
+  hold(holds: (path: string) => boolean): void {
+    this.holds = holds;
+    for (const go of this.held.splice(0)) go();
+  }
+
+  /** Lets everything come. */
+  release(): void {
+    this.hold(() => false);
+  }
+
+  /** For {@link ServerOptions}. */
+  readonly answer = (path: string, bytes: Uint8Array): BodyInit | undefined => {
+    if (!this.holds(path)) return undefined;
+    return new ReadableStream<Uint8Array>({
+      start: (controller) => {
+        this.held.push(() => {
+          controller.enqueue(bytes);
+          controller.close();
+        });
+      },
+    });
+  };
+}
+
 const BUNDLE = "/o/bundle/";
 
 /** What a server answers at the address of a bundle: a table of where members end, then the members. */

@@ -27,8 +27,8 @@ export interface State {
   readonly mode: "fly" | "walk";
   /** Visible objects of which a level is held and yet nothing is drawn; always 0. */
   readonly holes: number;
-  /** Visible objects of which nothing is held yet. */
-  readonly missing: number;
+  /** Visible objects of which nothing is held yet; `null` while nobody knows what can be seen. */
+  readonly missing: number | null;
   /** Held models by level, and by rung as `r0`, `r1` …. */
   readonly levelsHeld: Record<string, number>;
   readonly memoryBytes: number;
@@ -109,7 +109,7 @@ export function inspector({ visit, company, recording, encodedBytes, problems }:
       pitch: walker.pitch,
       mode: walker.mode,
       holes: explorer.holes,
-      missing: explorer.missing,
+      missing: explorer.missing ?? null,
       levelsHeld: explorer.residency.grades(),
       memoryBytes: explorer.residency.bytes,
       requests: queue.tally.requests,
