@@ -48,7 +48,8 @@ function keeping(caches: CacheStorage): Keep {
   try {
     const worker = new Worker(new URL("./shelfworker.ts", import.meta.url), { type: "module" });
     const orders = new WorkerOrders(worker as unknown as Port, "keeps files");
-    return (one) => orders.ask(one);
+    // What the worker cannot do, the page tries.
+    return (one) => orders.ask(one).catch(() => keepIn(caches, one));
   } catch {
     return (one) => keepIn(caches, one);
   }

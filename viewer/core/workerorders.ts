@@ -17,6 +17,8 @@ export interface WorkerPort<Order, Result> {
 export class WorkerOrders<Order extends object, Result> {
   private readonly waiting = new Map<number, { resolve: (result: Result) => void; reject: (error: Error) => void }>();
   private orders = 0;
+  /** Why it does nothing any more, if so. */
+  private failure: string | undefined;
 
   constructor(
     private readonly worker: WorkerPort<Order & { readonly id: number }, Result>,
@@ -33,6 +35,7 @@ export class WorkerOrders<Order extends object, Result> {
 
   /** Has something done; fails as the worker does. */
   ask(order: Order): Promise<Result> {
+    if (this.failure !== undefined) return Promise.reject(new Error(this.failure));
     const id = this.orders++;
     this.worker.postMessage({ ...order, id });
     return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
@@ -45,6 +48,7 @@ export class WorkerOrders<Order extends object, Result> {
   }
 
   private failAll(why: string): void {
+    this.failure = why;
     for (const { reject } of this.waiting.values()) reject(new Error(why));
     this.waiting.clear();
   }
