@@ -3,6 +3,7 @@
  * leaves drawing to a host of one's own. `examples/look.mjs` shows the least that it takes.
  */
 export type { Pose } from "./address.ts";
+export { compartments } from "./compartments.ts";
 export type { SceneSummary, Viewpoint } from "./documents.ts";
 export { Explorer, type ExplorerEvents, type ExplorerOptions } from "./explorer.ts";
 export { FETCH_DEFAULTS, FetchQueue, type FetchQueueOptions } from "./fetchqueue.ts";

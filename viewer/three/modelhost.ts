@@ -152,7 +152,8 @@ export class ThreeModelHost implements ModelHost {
       const placed = this.shown.get(id);
       if (before.has(id) === objects.has(id) || !placed) continue;
       models.add(placed.model.model);
-      this.refresh(placed);
+      // Now: what was drawn by pictures is not any more.
+      this.refresh(placed, "now");
     }
     for (const model of models) this.gather(model);
     this.changed();
