@@ -1,7 +1,10 @@
-// What did the main thread of a page do, and when? Sums the samples of a CPU profile over spans of time, by who had them run. Samples say for
-// how long something seemed to run, and the browser's trace how much of a task the thread really ran: the rest went to others on the machine.
-// So all sums are CPU time. Files are told apart by the names that `frames.mjs` gives to chunks: `core-scheduler.js` for `core/scheduler.ts`,
+// What did the main thread of a page do, and when? Sums the samples of a CPU profile over spans of time, by who had them run. The browser's trace
+// says how long the thread really ran in each task: the rest of it went to others on the machine. That time is shared out among the samples
+// of the task, so all sums are CPU time. Files are told apart by the names that `frames.mjs` gives to chunks: `core-scheduler.js` for `core/scheduler.ts`,
 // `lib-three_core.js` for a part of three.js.
+
+/** What seems to run for longer than that between two samples was interrupted. */
+const LONGEST_SAMPLE_US = 500;
 
 /** Who has the main thread busy: what a frame of ours can wait for. */
 export const KINDS = ["streaming", "drawing", "page", "company", "garbage", "browser"];
@@ -38,7 +41,7 @@ function kindOf({ functionName, url }, caller) {
   return PAGE.test(url) ? "page" : caller;
 }
 
-/** The tasks of the busiest page in a trace, in order: when each ran, and which share of that time its thread really had. */
+/** The tasks of the busiest page in a trace, in order: when each ran, and for how long its thread really did. */
 export function tasksOf(events) {
   const isPage = ({ name, args }) => name === "thread_name" && args.name === "CrRendererMain";
   const threads = events
@@ -51,7 +54,7 @@ export function tasksOf(events) {
   const tasks = busiest.map(({ ts, dur, tdur = dur }) => ({
     start_us: ts,
     end_us: ts + dur,
-    share: Math.min(1, tdur / Math.max(1, dur)),
+    ran_us: Math.min(dur, tdur),
   }));
   return tasks.sort((a, b) => a.start_us - b.start_us);
 }
@@ -71,14 +74,22 @@ export function samplesOf({ nodes, samples, timeDeltas, startTime }, tasks, orig
   visit(nodes[0], "browser", "");
   let at_us = startTime;
   let next = 0;
-  return samples.map((id, i) => {
+  const weights = new Map();
+  const found = samples.map((id, i) => {
     at_us += timeDeltas[i];
+    const lasts_us = Math.max(0, timeDeltas[i + 1] ?? 0);
     while (next < tasks.length && tasks[next].end_us <= at_us) next += 1;
-    const task = tasks[next];
-    const share = task && task.start_us <= at_us ? task.share : 1;
-    const seems_ms = Math.max(0, timeDeltas[i + 1] ?? 0) / 1000;
-    return { at_ms: at_us / 1000 - 1000 * origin_s, seems_ms, ms: share * seems_ms, ...known.get(id) };
+    const task = tasks[next]?.start_us <= at_us ? tasks[next] : undefined;
+    const weight = Math.min(lasts_us, LONGEST_SAMPLE_US);
+    weights.set(task, (weights.get(task) ?? 0) + weight);
+    return { id, at_us, lasts_us, task, weight };
   });
+  return found.map(({ id, at_us, lasts_us, task, weight }) => ({
+    at_ms: at_us / 1000 - 1000 * origin_s,
+    seems_ms: lasts_us / 1000,
+    ms: (task && weight > 0 ? (task.ran_us * weight) / weights.get(task) : lasts_us) / 1000,
+    ...known.get(id),
+  }));
 }
 
 /** What of each kind ran in each of some spans, which do not overlap and rise. */

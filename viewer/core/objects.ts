@@ -201,6 +201,9 @@ export class ObjectDirectory {
 
 /** What comes first is the most urgent. */
 function inOrder(ids: readonly number[], priority: number): PriorityOf {
-  const ranks = new Map(ids.map((id, rank) => [id, rank]));
-  return (id) => priority + (ranks.get(id) ?? 0);
+  let ranks: ReadonlyMap<number, number> | undefined;
+  return (id) => {
+    ranks ??= new Map(ids.map((each, rank) => [each, rank]));
+    return priority + (ranks.get(id) ?? 0);
+  };
 }
