@@ -37,7 +37,7 @@ const growing = await bundledUrl("what grows", "../core/growworker.ts");
 class NoHost {
   textures = new Set();
   shown = [];
-  async upload(_model, glb, textures) {
+  async upload(_model, _part, glb, textures) {
     for (const url of textures.keys()) this.textures.add(url);
     return glb.byteLength;
   }
@@ -48,6 +48,7 @@ class NoHost {
     for (const { url } of [colour, shape]) this.textures.add(url);
     return colour.bytes + shape.bytes;
   }
+  blunt() {}
   evict() {}
   drawFar() {}
   show() {}

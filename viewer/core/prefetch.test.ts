@@ -7,71 +7,102 @@ import type { Vec3 } from "./geometry.ts";
 const room = (i: number): Vec3 => [i * PITCH_M + 1, 1.6, 3];
 /** Its doorways to the rooms before and after it stand in other chunks of the index than it does, or in the same one. */
 const HERE = room(1);
+/** Who goes there comes through a doorway into the room beyond, from which one sees what cannot be seen from here. */
+const AHEAD: Vec3 = [1.5, 0, 0];
+const BEYOND = 4;
 /** Waits however long the machine takes. */
 const eventually = (check: () => void) => vi.waitFor(check, { timeout: 60_000 });
 /** So many levels keep a picture from being whole, and leave room on the line. */
 const MOST_HELD = 2;
 const isLevel = (path: string) => path.endsWith(".glb") || path.endsWith(".pack");
 
-/** An explorer of many rooms whose first levels come only once they are let. */
-async function withSlowLevels(options: SetUp = {}) {
+/** An explorer of many rooms that is answered as the test says, and what it asked for. */
+async function prepared(options: SetUp = {}) {
   const held = new HeldAnswers();
-  held.hold((path) => isLevel(path) && held.count < MOST_HELD);
   // Few entries of a chunk, so that neighbours have to be asked for.
   const visit = await explore({ rooms: 8, perChunk: 2, answer: held.answer, ...options });
-  const release = () => held.release();
-  const { explorer, log } = visit;
+  const { log, requests } = visit;
+  const holdLevels = () => held.hold((path) => isLevel(path) && held.count < MOST_HELD);
+  /** What requests were for, in the order in which they went. */
+  const purposes = () => {
+    const all = new Map(log.entries.map(({ url, purpose }) => [url, purpose]));
+    return requests.map((path) => all.get(`https://host/sub${path}`));
+  };
+  /** What levels were asked for, in the order of asking. */
+  const levels = () => log.entries.filter(({ url }) => isLevel(url)).map(({ purpose }) => purpose);
   /** Waits until levels are all that is on its way, and everything that could be asked for was. */
-  const onlyLevels = () =>
-    eventually(() => {
+  const onlyLevels = async () => {
+    await eventually(() => {
       const running = log.entries.filter(({ result }) => result === "running" || result === "waiting");
       expect(held.count).toBeGreaterThan(0);
-      expect(explorer.visibleCount).toBeGreaterThan(0);
+      expect(visit.explorer.visibleCount).toBeGreaterThan(0);
       expect(running.filter(({ url }) => !isLevel(url))).toEqual([]);
     });
-  const pause = () => new Promise((resolve) => setTimeout(resolve, 60));
-  return { ...visit, release, onlyLevels, pause };
+    await new Promise((resolve) => setTimeout(resolve, 60));
+  };
+  return { ...visit, held, holdLevels, purposes, levels, onlyLevels };
 }
 
-describe("before the first picture of a cell is there", () => {
+describe("before the first picture is there", () => {
   it.each([{}, { packed: true }, { whole: true }])(
-    "nothing of the cells next door is asked for: %o",
+    "what is next door is read of once all is asked for that is missing: %o",
     async (options) => {
-      const { explorer, requests, log, go, quiet, release, onlyLevels, pause } = await withSlowLevels(options);
+      const { explorer, held, holdLevels, purposes, onlyLevels, go, quiet } = await prepared(options);
+      holdLevels();
       go(HERE);
+      await eventually(() => expect(explorer.recordOf(1)).toBeDefined());
       await onlyLevels();
-      await pause();
-      expect(log.entries.filter(({ purpose }) => purpose === "prefetch")).toEqual([]);
-      expect(requests.filter((path) => path.endsWith(".cell") || path.endsWith(".steps")).length).toBe(1);
-      expect(explorer.entryOf(1)).toBeUndefined();
-      release();
+      expect(explorer.missing).toBeGreaterThan(0);
+      const went = purposes();
+      expect(went).toContain("coarsest");
+      expect(went.indexOf("prefetch")).toBeGreaterThan(went.lastIndexOf("coarsest"));
+      held.release();
       await quiet();
       expect(explorer).toMatchObject({ settled: true, missing: 0 });
-      expect([explorer.entryOf(1)?.cell, explorer.recordOf(1)?.cell]).toEqual([1, 1]);
     },
   );
 
-  it("who walks learns where to go, and no more", async () => {
-    const { explorer, requests, go, onlyLevels, pause } = await withSlowLevels();
-    go(HERE);
+  it("what lies ahead is read of, and not fetched", async () => {
+    const { explorer, held, holdLevels, levels, onlyLevels, go, quiet } = await prepared();
+    holdLevels();
+    go(HERE, AHEAD);
+    await eventually(() => expect(explorer.prepares(BEYOND)).toBe(true));
     await onlyLevels();
-    go(HERE, [1.5, 0, 0]);
-    await eventually(() => expect(explorer.entryOf(1)).toBeDefined());
-    await pause();
-    expect(requests.filter((path) => path.endsWith(".cell") || path.endsWith(".steps")).length).toBe(1);
+    expect(explorer.recordOf(BEYOND)).toBeDefined();
+    expect(explorer.missing).toBeGreaterThan(0);
+    expect(levels()).not.toContain("prefetch");
+    held.release();
+    await quiet();
+    expect(levels()).toContain("prefetch");
   });
 
-  it("what lies ahead waits in the next cell too", async () => {
-    const { explorer, log, go, quiet, release } = await withSlowLevels();
-    release();
+  it("who stands still waits for hulls next door until one knows what can be seen, and who walks does not", async () => {
+    const { explorer, held, go } = await prepared();
+    held.hold((path) => path.endsWith(".cell"));
     go(HERE);
-    await quiet();
-    const { length } = log.entries;
-    go(room(4));
-    await quiet();
-    expect(explorer).toMatchObject({ cellId: 8, settled: true });
-    const asked = log.entries.slice(length).map(({ purpose }) => purpose);
-    expect(asked).toContain("coarsest");
-    expect(asked.slice(0, asked.lastIndexOf("coarsest"))).not.toContain("prefetch");
+    await eventually(() => expect(held.count).toBe(1));
+    await new Promise((resolve) => setTimeout(resolve, 60));
+    expect(explorer.entryOf(1)).toBeUndefined();
+    go(HERE, AHEAD);
+    await eventually(() => expect(explorer.entryOf(1)).toBeDefined());
+    expect([explorer.visibleCount, held.count]).toEqual([0, 1]);
+    held.release();
   });
+});
+
+it("after the first picture what lies ahead comes behind what is missing elsewhere, and does not wait until that is there", async () => {
+  const { explorer, held, holdLevels, levels, go, quiet } = await prepared();
+  go(HERE);
+  await quiet();
+  const before = levels().length;
+  const since = () => levels().slice(before);
+  holdLevels();
+  go(room(4), AHEAD);
+  await eventually(() => expect(since()).toContain("prefetch"));
+  expect(explorer.cellId).toBe(8);
+  expect(explorer.missing).toBe(MOST_HELD);
+  expect(since().indexOf("prefetch")).toBeGreaterThan(since().lastIndexOf("coarsest"));
+  held.release();
+  await quiet();
+  expect(explorer).toMatchObject({ settled: true, missing: 0 });
 });

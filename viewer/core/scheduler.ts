@@ -5,11 +5,11 @@
  *
  * Rule 1: something of every visible object, at least as good as its coarsest level, comes before anything finer of
  * anything; objects come in the order of their visible solid angle, as the cell's record lists them. Rule 2: then comes what
- * can be seen from cells that may be entered soon, as soon as it is due (`approaches.ts`). Rule 3: then models are refined by
- * screen error, the worst first, until their error covers at most `target_px` pixels. Objects that share a model share one
- * download, and the object that needs it most decides. Whether levels, rungs or pictures are fetched for that, `grades`
- * says. Rule 4: then come pictures of models of which many far objects are drawn by a mesh, and last what lies ahead and is
- * not due.
+ * can be seen from cells that may be entered soon, as soon as it is due (`approaches.ts`); before the first picture a plan is
+ * made without them (`planner.ts`). Rule 3: then models are refined by screen error, the worst first, until their error
+ * covers at most `target_px` pixels. Objects that share a model share one download, and the object that needs it most
+ * decides. Whether levels, rungs or pictures are fetched for that, `grades` says. Rule 4: then come pictures of models of
+ * which many far objects are drawn by a mesh, and last what lies ahead and is not due.
  */
 import { type Approach, HORIZON_S, isDue } from "./approaches.ts";
 import {

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import type { Readings } from "../ui/visit.ts";
+import type { Readings } from "../ui/readings.ts";
 import { Caption } from "./caption.ts";
 
 function reading(loaded_bytes: number, settled: boolean): Readings {

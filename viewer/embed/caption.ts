@@ -4,7 +4,7 @@
  */
 import { write } from "../ui/dom.ts";
 import { writeProgress } from "../ui/format.ts";
-import type { Display, Moving, Readings } from "../ui/visit.ts";
+import type { Display, Moving, Readings } from "../ui/readings.ts";
 
 const FLYING = "Flying: walls do not stop you. F to walk.";
 

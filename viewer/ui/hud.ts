@@ -7,7 +7,7 @@ import type { Announcer } from "./announcer.ts";
 import { write } from "./dom.ts";
 import { element } from "./elements.ts";
 import { writeProgress, writeShare } from "./format.ts";
-import type { Display, Moving, Readings } from "./visit.ts";
+import type { Display, Moving, Readings } from "./readings.ts";
 
 const MODES: Readonly<Record<Moving, string>> = {
   walk: "Walking: walls stop you.",

@@ -1,6 +1,6 @@
 /**
- * What happens from frame to frame? One visit to one scene: moves the walker, tells the explorer where the eye is, draws
- * when something has changed and keeps the HUD and the page's address up to date.
+ * What happens from frame to frame? One visit to one scene: moves the walker, tells the explorer where the eye is
+ * and draws when something has changed.
  */
 import { anglesOf, type Pose } from "../core/address.ts";
 import type { FileRef, Viewpoint } from "../core/documents.ts";
@@ -12,40 +12,18 @@ import { Motion } from "../core/motion.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { madeUp, overview } from "../core/overview.ts";
 import { PRIORITY } from "../core/priority.ts";
-import type { Progress } from "../core/progress.ts";
 import type { PublishedScene } from "../core/published.ts";
-import { QualityHistory } from "../core/quality.ts";
+import type { QualityHistory } from "../core/quality.ts";
 import type { Eye } from "../core/screenerror.ts";
 import { statureIn } from "../core/stature.ts";
-import { IDLE, Walker } from "../core/walker.ts";
+import { Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
 import type { Matrix4, Object3D, Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
-
-/** What a person is told about a visit. */
-export interface Readings {
-  readonly cell: number | undefined;
-  /** Whether the eye is in that cell; else it is the nearest. */
-  readonly inside: boolean;
-  readonly visible: number;
-  readonly objects: number;
-  readonly fetched_bytes: number;
-  readonly whole_bytes: number | undefined;
-  /** Of this cell; nothing while nobody knows what can be seen from it. */
-  readonly progress: Progress | undefined;
-  readonly settled: boolean;
-}
-
-/** How one gets about; what is frozen is flown around in. */
-export type Moving = "fly" | "walk" | "frozen";
-
-/** What tells it. */
-export interface Display {
-  title(text: string): void;
-  mode(mode: Moving): void;
-  show(readings: Readings): void;
-}
+import { Errands } from "./errand.ts";
+import { FrozenView } from "./frozen.ts";
+import { type Display, Reporter } from "./readings.ts";
 
 export interface VisitParts {
   readonly scene: PublishedScene;
@@ -64,30 +42,13 @@ export type FrameListener = (now_ms: number, seconds: number) => boolean;
 const [MEMORY_LIMIT_BYTES, MOST_TRIANGLES] = matchMedia("(pointer: coarse)").matches ? [350e6, 1.5e6] : [1200e6, 8e6];
 /** Models are refined until they are off by at most so much. */
 const TARGET_PX = 1.5;
-const [QUALITY_EVERY_MS, QUALITY_SPAN_MS] = [250, 60_000];
 const WORK_FRAMES = 600;
 const DECODE_MS_PER_FRAME = 8;
-const HUD_EVERY_MS = 100;
-const ADDRESS_EVERY_MS = 500;
 /** A picture at rest for so long is drawn once more with all its pixels. */
 const STILL_AFTER_MS = 350;
-/** One looks at a frozen view from behind and above. */
-const [LOOK_BACK_M, LOOK_DOWN_M] = [12, 16];
 const FIND_EVERY_PX = 12;
-const HEADROOM_M = 0.8;
 const LONGEST_STEP_S = 0.25;
 
-/** A walk that was asked for by code rather than by a person. */
-interface Errand {
-  readonly target: Vec3;
-  readonly speed_mps: number;
-  readonly done: (arrived: boolean) => void;
-  stuck_s: number;
-}
-
-/** A walk that gets nowhere for so long has ended. */
-const STUCK_AFTER_S = 0.7;
-const ARRIVED_M = 0.02;
 const AT_REST: Vec3 = [0, 0, 0];
 
 export class Visit {
@@ -98,7 +59,6 @@ export class Visit {
   });
   /** What the inspector draws into the picture. */
   readonly overlay = new Overlay();
-  readonly quality = new QualityHistory(QUALITY_EVERY_MS, QUALITY_SPAN_MS);
   /** What a frame takes besides drawing and decoding: walking, choosing what to fetch, and people. */
   readonly work = new FrameTimes(WORK_FRAMES);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
@@ -107,39 +67,34 @@ export class Visit {
   private dirty = true;
   private drewLastFrame = false;
   private lastMotion_ms = 0;
-  private hudStale = true;
   private moved = true;
-  private hudShown_ms = 0;
-  private addressWritten_ms = 0;
-  private addressStale = false;
   private lastFrame_ms: number | undefined;
   private readonly motion = new Motion();
-  private errand: Errand | undefined;
+  private readonly errands: Errands;
+  private readonly reporter: Reporter;
   /** Where one has begun high up, if so. */
   private looksDownFrom: Vec3 | undefined;
-  private pinned:
-    | { readonly pose: Pose; readonly mode: Walker["mode"]; readonly corners: (m: number) => Vec3[] }
-    | undefined;
+  private frozenView: FrozenView | undefined;
 
   constructor(private readonly parts: VisitParts) {
-    const { scene, stage, problem, uses = {} } = parts;
+    const { scene, stage, display, posed, problem, uses = {} } = parts;
+    this.reporter = new Reporter(display, posed);
     this.explorer = new Explorer(
       scene,
       this.host,
       this.budget,
       { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, most_triangles: MOST_TRIANGLES, uses },
       {
-        changed: () => {
-          this.hudStale = true;
-        },
+        changed: () => this.reporter.changed(),
         problem,
       },
     );
     this.walker = new Walker(this.explorer, statureIn(scene.manifest));
+    this.errands = new Errands(this.walker);
     stage.add(this.host.root);
     stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
-    parts.display.title(scene.manifest.title);
+    display.title(scene.manifest.title);
   }
 
   /** Lets frames run; `controls` say what the person wants in each. */
@@ -150,7 +105,7 @@ export class Visit {
   /** Ends it, and frees what it took. */
   close(): void {
     this.closed = true;
-    this.endErrand(false);
+    this.errands.end();
     this.explorer.close();
     this.host.clear();
     this.overlay.clear();
@@ -159,7 +114,7 @@ export class Visit {
 
   /** Puts the eye somewhere at once. */
   teleport({ position, yaw, pitch }: Pose): void {
-    this.endErrand(false);
+    this.errands.end();
     this.walker.place(position);
     this.walker.look(yaw, pitch);
     this.moved = true;
@@ -226,47 +181,37 @@ export class Visit {
 
   /** Whether what is shown stays that of one place, while one flies about. */
   get frozen(): boolean {
-    return this.pinned !== undefined;
+    return this.frozenView !== undefined;
   }
 
   /** From now on nothing follows the eye any more, and no wall holds it. */
   freeze(): void {
-    this.endErrand(false);
-    const { position, yaw, pitch, mode } = this.walker;
-    const unit = this.parts.stage.corners(1);
-    const corners = (distance_m: number) =>
-      unit.map((corner) => add(position, scale(subtract(corner, position), distance_m)));
-    this.pinned = { pose: { position, yaw, pitch }, mode, corners };
-    this.walker.mode = "fly";
-    this.walker.place(add(this.ahead(-LOOK_BACK_M * this.walker.size), [0, LOOK_DOWN_M * this.walker.size, 0]));
-    this.walker.look(yaw, -Math.atan2(LOOK_DOWN_M, LOOK_BACK_M));
+    this.errands.end();
+    this.frozenView = new FrozenView(this.walker, this.parts.stage);
     this.moved = true;
     this.parts.display.mode("frozen");
   }
 
   /** While the view is frozen: leaves out of the picture what is above the eye, such as ceilings. */
   cutAway(cut: boolean): void {
-    this.parts.stage.cutAbove(
-      cut && this.pinned ? this.pinned.pose.position[1] + HEADROOM_M * this.walker.size : undefined,
-    );
+    this.frozenView?.cutAway(cut);
     this.dirty = true;
   }
 
   /** Goes back to where the view was frozen. */
   thaw(): void {
-    if (!this.pinned) return;
-    const { pose, mode } = this.pinned;
-    this.pinned = undefined;
-    this.walker.mode = mode;
-    this.cutAway(false);
-    this.teleport(pose);
-    if (mode === "walk") this.walker.place(pose.position, this.explorer.cellId);
-    this.parts.display.mode(mode);
+    if (!this.frozenView) return;
+    this.errands.end();
+    this.frozenView.thaw(this.explorer.cellId);
+    this.frozenView = undefined;
+    this.moved = true;
+    this.dirty = true;
+    this.parts.display.mode(this.walker.mode);
   }
 
   /** Where the view was frozen. */
   get frozenPose(): Pose | undefined {
-    return this.pinned?.pose;
+    return this.frozenView?.pose;
   }
 
   /** Adds something to the picture. */
@@ -277,6 +222,11 @@ export class Visit {
   /** Lets something draw pictures of its own. */
   paint(work: Parameters<Stage["paint"]>[0]): void {
     this.parts.stage.paint(work);
+  }
+
+  /** How good the picture was over time. */
+  get quality(): QualityHistory {
+    return this.reporter.quality;
   }
 
   /** What the last picture took. */
@@ -308,7 +258,7 @@ export class Visit {
 
   /** Corners of the frozen picture at a distance from its eye. */
   frozenCorners(distance_m: number): Vec3[] {
-    return this.pinned?.corners(distance_m) ?? [];
+    return this.frozenView?.corners(distance_m) ?? [];
   }
 
   /** The object at a point of the canvas. */
@@ -334,10 +284,7 @@ export class Visit {
 
   /** Walks in a straight line, as far as walls allow; answers whether it arrived. Height counts only when flying. */
   walkTo(target: Vec3, speed_mps: number): Promise<boolean> {
-    this.endErrand(false);
-    return new Promise((done) => {
-      this.errand = { target, speed_mps, done, stuck_s: 0 };
-    });
+    return this.errands.begin(target, speed_mps);
   }
 
   private frame(now_ms: number, controls: Controls): void {
@@ -351,13 +298,13 @@ export class Visit {
     this.lastFrame_ms = now_ms;
     this.budget.beginFrame(frame_ms);
     // Before the eye is followed: what the index knows already it has answered since the last frame.
-    this.report(now_ms);
+    this.reporter.report(now_ms, this.explorer, this.walker);
     const started_ms = performance.now();
     const { stage } = this.parts;
     controls.turnByKeys(seconds);
     if (!this.frozen && this.explorer.inside && this.explorer.cellId !== undefined)
       this.walker.standIn(this.explorer.cellId);
-    const walked = this.errand ? this.runErrand(this.errand, seconds) : this.walker.step(seconds, controls.intent());
+    const walked = this.errands.step(seconds) ?? this.walker.step(seconds, controls.intent());
     for (const listener of this.listeners) if (listener(now_ms, seconds)) this.dirty = true;
     if (walked || this.moved || this.dirty) this.lastMotion_ms = now_ms;
     const moving = now_ms - this.lastMotion_ms < STILL_AFTER_MS;
@@ -366,8 +313,8 @@ export class Visit {
     const resized_ms = performance.now();
     if (walked || resized || this.moved) {
       stage.aim(this.walker.position, this.walker.yaw, this.walker.pitch);
-      if (!this.frozen) this.addressStale = true;
-      this.hudStale = true;
+      if (this.frozen) this.reporter.changed();
+      else this.reporter.moved();
       this.dirty = true;
       this.moved = false;
     }
@@ -380,65 +327,6 @@ export class Visit {
     if (this.dirty) stage.render(this.drewLastFrame && moving ? frame_ms : undefined);
     this.drewLastFrame = this.dirty && moving;
     this.dirty = false;
-  }
-
-  private runErrand(errand: Errand, seconds: number): boolean {
-    const before = this.walker.position;
-    const way = subtract(errand.target, before);
-    const flat: Vec3 = this.walker.mode === "fly" ? way : [way[0], 0, way[2]];
-    const left_m = length(flat);
-    const arrived_m = ARRIVED_M * this.walker.size;
-    if (left_m > arrived_m) {
-      const step_m = Math.min(left_m, errand.speed_mps * seconds);
-      this.walker.travel(scale(flat, step_m / left_m), seconds);
-    }
-    const after = this.walker.position;
-    const gained_m = left_m - Math.hypot(errand.target[0] - after[0], errand.target[2] - after[2]);
-    errand.stuck_s = gained_m > 0.1 * errand.speed_mps * seconds ? 0 : errand.stuck_s + seconds;
-    if (left_m <= arrived_m) this.endErrand(true);
-    else if (errand.stuck_s > STUCK_AFTER_S) this.endErrand(false);
-    return length(subtract(after, before)) > 1e-7;
-  }
-
-  private endErrand(arrived: boolean): void {
-    const errand = this.errand;
-    this.errand = undefined;
-    if (!errand) return;
-    this.walker.step(0, IDLE);
-    errand.done(arrived);
-  }
-
-  private report(now_ms: number): void {
-    const { explorer, walker } = this;
-    this.quality.sample(now_ms, () => explorer.quality());
-    if (this.hudStale || explorer.pending > 0) {
-      if (now_ms - this.hudShown_ms >= HUD_EVERY_MS) {
-        this.hudShown_ms = now_ms;
-        this.hudStale = false;
-        this.showHud();
-      }
-    }
-    if (this.addressStale && now_ms - this.addressWritten_ms >= ADDRESS_EVERY_MS) {
-      this.addressWritten_ms = now_ms;
-      this.addressStale = false;
-      this.parts.posed?.(walker);
-    }
-  }
-
-  private showHud(): void {
-    const { explorer } = this;
-    const { scene, display } = this.parts;
-    const { bytes } = scene.pointer;
-    display.show({
-      cell: explorer.cellId,
-      inside: explorer.inside,
-      visible: explorer.visibleCount,
-      objects: scene.manifest.counts.objects,
-      fetched_bytes: scene.queue.tally.bytes,
-      whole_bytes: bytes.get("published") ?? bytes.get("level0"),
-      settled: explorer.settled,
-      progress: explorer.progress(),
-    });
   }
 
   /** A point some metres ahead of the eye, at its height. */

@@ -1,0 +1,237 @@
+/**
+ * What can be seen from where the eye is? Finds its cell, reads what the record of that names, and then what is next door. While
+ * that is on its way, the set of the cell before stays in the picture; where no cell says what can be seen, what is around counts.
+ */
+import type { CellIndex } from "./cellindex.ts";
+import type { CellRecord } from "./cellrecord.ts";
+import type { CellRecords } from "./cellrecords.ts";
+import type { CellEntry } from "./documents.ts";
+import { Gate } from "./gate.ts";
+import type { Vec3 } from "./geometry.ts";
+import type { ObjectDirectory, PlacedObject } from "./objects.ts";
+import { PRIORITY } from "./priority.ts";
+import type { Scope } from "./progress.ts";
+import type { PublishedScene } from "./published.ts";
+import { isSameSight, NOTHING_IN_SIGHT, type Sight } from "./sight.ts";
+import { Starts } from "./starts.ts";
+import { Surroundings } from "./surroundings.ts";
+import { Whereabouts } from "./whereabouts.ts";
+
+export interface OutlookParts {
+  readonly scene: PublishedScene;
+  readonly directory: ObjectDirectory;
+  readonly index: CellIndex;
+  readonly records: CellRecords;
+}
+
+export interface OutlookEvents {
+  /** What can be seen is another set, or more of it is known. */
+  readonly shown: (sight: Sight) => void;
+  /** The index has answered, or the eye has left its cell or come back into it. */
+  readonly located: () => void;
+  /** It is time to look anew at what is wanted. */
+  readonly learnt: () => void;
+  /** Something that a page shows has changed. */
+  readonly changed: () => void;
+  readonly problem: (error: unknown) => void;
+}
+
+/** What the record of a cell says of it. */
+interface Told {
+  readonly cell: number;
+  /** What no closed door hides, the most important first. */
+  readonly ids: readonly number[];
+  readonly coarsest_bytes: number;
+  readonly isHiding: boolean;
+}
+
+/** What can be seen from a cell. */
+interface Beheld {
+  readonly ids: readonly number[];
+  readonly see: (objects: readonly PlacedObject[]) => void;
+}
+
+export class Outlook {
+  /** To be opened when one walks. */
+  readonly walked = new Gate();
+  private readonly whereabouts: Whereabouts;
+  private readonly surroundings: Surroundings;
+  private position: Vec3 | undefined;
+  private shown: Sight = NOTHING_IN_SIGHT;
+  private told: Told | undefined;
+  /** How often a cell was entered, or looked at anew because of a door. */
+  private arrivals = 0;
+  /** Whether what is around is shown, because no cell says what can be seen. */
+  private isAround = false;
+  /** The cell from which it was begun to learn what is next door. */
+  private surveyed: number | undefined;
+  private closed = false;
+
+  constructor(
+    private readonly parts: OutlookParts,
+    private readonly events: OutlookEvents,
+  ) {
+    const { scene, directory, index } = parts;
+    this.surroundings = new Surroundings(scene, directory, events.problem);
+    this.whereabouts = new Whereabouts(new Starts(scene, index, directory), {
+      entered: (entry) => {
+        events.changed();
+        void this.arrive(entry);
+      },
+      located: events.located,
+      nowhere: (position) => void this.lookAround(position),
+      problem: events.problem,
+    });
+  }
+
+  /** The cell that holds the eye, or the nearest one. */
+  get cell(): CellEntry | undefined {
+    return this.whereabouts.cell;
+  }
+
+  get cellId(): number | undefined {
+    return this.cell?.cell;
+  }
+
+  /** Whether the eye is inside that cell. */
+  get inside(): boolean {
+    return this.whereabouts.inside;
+  }
+
+  /** Whether the index is being asked where the eye is. */
+  get locating(): boolean {
+    return this.whereabouts.locating;
+  }
+
+  /** What is shown. */
+  get sight(): Sight {
+    return this.shown;
+  }
+
+  /** Whether what is shown is the set of the current cell, and the eye is in no other. */
+  get knowsItsPlace(): boolean {
+    return this.showsCurrent && !this.locating;
+  }
+
+  /** Whether what is shown is the set of the current cell. */
+  get showsCurrent(): boolean {
+    const rightSet = this.cellId !== undefined && this.sight.cell === this.cellId;
+    return rightSet || this.isAround || this.parts.scene.manifest.whole !== undefined;
+  }
+
+  /** Whether it was begun to learn what is next door to the cell whose set is shown. */
+  get hasSurveyed(): boolean {
+    return this.surveyed === this.sight.cell;
+  }
+
+  /** What can be seen from the current cell, as far as that is known. */
+  scope(): Scope | undefined {
+    const { sight, told } = this;
+    const { scene, directory } = this.parts;
+    if (this.isAround && this.locating) return undefined;
+    if (scene.manifest.whole || this.isAround) return { ...sight, told_bytes: undefined, isHiding: false };
+    if (!told || told.cell !== this.cellId || this.locating) return undefined;
+    const isShown = sight.cell === told.cell && sight.count === told.ids.length;
+    const objects = isShown ? sight.objects : told.ids.flatMap((id) => directory.beheld(id) ?? []);
+    return { objects, count: told.ids.length, told_bytes: told.coarsest_bytes, isHiding: told.isHiding };
+  }
+
+  /** Follows the eye. */
+  follow(position: Vec3): void {
+    if (position === this.position) return;
+    this.position = position;
+    this.whereabouts.follow(position);
+  }
+
+  /** Shows everything where all of a small world came with its manifest. */
+  showWhole(): void {
+    const objects = this.parts.directory.whole();
+    if (objects) this.show({ cell: undefined, objects, count: objects.length });
+  }
+
+  /** Looks anew from the current cell: other doors are closed. */
+  renew(): void {
+    if (this.cell) void this.arrive(this.cell);
+  }
+
+  /** Tries again what failed. */
+  retry(): void {
+    this.surroundings.forget();
+    this.whereabouts.again();
+  }
+
+  close(): void {
+    this.closed = true;
+    this.whereabouts.close();
+  }
+
+  private async arrive(entry: CellEntry): Promise<void> {
+    const { directory, index, records } = this.parts;
+    const { cell } = entry;
+    this.arrivals += 1;
+    const arrival = this.arrivals;
+    const hasLeft = () => this.closed || this.arrivals !== arrival;
+    const beheld = this.behold(cell, hasLeft);
+    // When that is over, all that is missing here is asked for, or nobody will know what is. Hulls next door come next; who walks
+    // already cannot wait for that.
+    const neighbours = Promise.race([Promise.allSettled([beheld]), this.walked.next()]).then(async () =>
+      hasLeft() ? [] : index.entriesOf(entry.adjacent, PRIORITY.due),
+    );
+    // Should the record fail first, that is what is told.
+    neighbours.catch(() => {});
+    try {
+      const { ids, see } = await beheld;
+      const resolved = directory.resolve(ids, PRIORITY.finer).then(see);
+      // Should a neighbour fail first, that is what is told.
+      resolved.catch(() => {});
+      const known = await neighbours;
+      if (hasLeft()) return;
+      this.events.changed();
+      const learnt = records.learnNeighbours(entry, known);
+      this.surveyed = cell;
+      this.events.learnt();
+      await Promise.all([learnt, resolved]);
+    } catch (error) {
+      if (hasLeft()) return;
+      this.events.problem(error);
+      if (this.sight.count === 0 && this.position) void this.lookAround(this.position);
+    }
+  }
+
+  /** Shows what there is around, where nothing says what can be seen: no cell is known, or not what the first one sees. */
+  private async lookAround(position: Vec3): Promise<void> {
+    const objects = await this.surroundings.look(position);
+    if (this.closed || !objects || this.sight.cell !== undefined) return;
+    this.isAround = true;
+    this.show({ cell: undefined, objects, count: objects.length });
+    this.events.changed();
+  }
+
+  /** Shows what can be seen from a cell as soon as it can be drawn; answers with all of it, and with how to show more of that. */
+  private async behold(cell: number, hasLeft: () => boolean): Promise<Beheld> {
+    const { scene, directory, records } = this.parts;
+    const record = await records.read(cell, PRIORITY.document);
+    // All of a small world is shown from everywhere.
+    if (scene.manifest.whole) return { ids: [], see: () => {} };
+    const ids = records.seenFrom(record);
+    const see = (objects: readonly PlacedObject[]) => {
+      if (!hasLeft()) this.show({ cell, objects, count: ids.length });
+    };
+    if (!hasLeft()) this.hear(record, ids);
+    see(await directory.behold(ids, undefined, see));
+    return { ids, see };
+  }
+
+  private hear(record: CellRecord, ids: readonly number[]): void {
+    const isHiding = ids.length < record.lpvs.length + record.opvs.length;
+    this.told = { cell: record.cell, ids, coarsest_bytes: record.visibleCoarsestBytes, isHiding };
+    this.events.changed();
+  }
+
+  private show(sight: Sight): void {
+    if (sight.cell !== undefined) this.isAround = false;
+    if (isSameSight(sight, this.sight)) return;
+    this.shown = sight;
+    this.events.shown(sight);
+  }
+}
