@@ -10,7 +10,7 @@ const WORLDS = [
   { scene: "model", width_m: 0.1, unit: "cm" },
   { scene: "land", width_m: 6000, unit: "km" },
 ];
-const PHONE = { viewport: { width: 844, height: 390 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
+const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
 const METRES = { mm: 1e-3, cm: 1e-2, m: 1, km: 1e3 };
 /** More than it takes from the whole world to a small cell. */
 const MANY = 30;
