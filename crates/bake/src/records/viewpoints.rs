@@ -65,7 +65,11 @@ fn made_up(input: Input<'_>) -> Viewpoint {
     } else {
         DVec3::NEG_Z
     };
-    at("start".to_owned(), eye, looking(level(towards, eye, input)), input)
+    let orientation = looking(level(towards, eye, input));
+    Viewpoint {
+        made_up: true,
+        ..at("start".to_owned(), eye, orientation, input)
+    }
 }
 
 /// A direction with less of its up and down; straight up or down becomes towards the middle of the scene.
@@ -104,5 +108,6 @@ fn at(name: String, position: DVec3, orientation: DQuat, input: Input<'_>) -> Vi
         position: position.to_array(),
         orientation: orientation.to_array(),
         cell: CellId(cell as u32),
+        made_up: false,
     }
 }
