@@ -239,6 +239,7 @@ pub(crate) async fn publish_as(catalogue: &Catalogue, store: &BlobStore, scene: 
         position: [0.5; 3],
         orientation: [0.0, 0.0, 0.0, 1.0],
         cell: CellId(0),
+        made_up: false,
     }];
     let counts = Counts {
         cells: CELLS,

@@ -7,11 +7,10 @@ cd "$(dirname "$0")/../.."
 
 serve_museum
 # While the server runs: new scenes are there without a restart.
-"$belvedere" bake viewer/e2e/worlds/doored.dcg --scene doored --data "$data"
-"$belvedere" bake viewer/e2e/worlds/square.dcg --scene square --data "$data"
+for world in viewer/e2e/worlds/*.dcg; do "$belvedere" bake "$world" --scene "$(basename "$world" .dcg)" --data "$data"; done
 story() { BELVEDERE="$belvedere" BELVEDERE_URL="$1/?scene=museum" ARTIFACTS="$PWD/artifacts/$2" node "viewer/e2e/$3.mjs"; }
 echo "walking through $base"
-for name in walk recording keys layout inspector elsewhere smooth reach embed hosts crowd; do story "$base" served "$name"; done
+for name in walk recording keys sizes layout inspector elsewhere smooth reach embed hosts crowd; do story "$base" served "$name"; done
 
 for scene in museum doored; do "$belvedere" publish "$scene" --data "$data" --to "$work/tree"; done
 python3 -u -m http.server --bind 127.0.0.1 --directory "$work/tree" 0 >"$work/plain.log" 2>&1 &

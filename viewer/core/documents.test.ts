@@ -13,6 +13,7 @@ describe("published documents", () => {
   it("are read with ids as numbers", () => {
     const { whole, viewpoints, counts } = read(manifest);
     expect(viewpoints[0]?.cell).toBe(0);
+    expect(viewpoints[0]?.isMadeUp).toBe(false);
     expect(whole?.objects.map(({ object }) => object)).toEqual([...Array(counts.objects).keys()]);
     expect(whole?.models.get(3)?.levels.map(({ level }) => level)).toEqual([0, 1, 2]);
   });

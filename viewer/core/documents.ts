@@ -22,6 +22,8 @@ export interface Viewpoint {
   /** Unit quaternion x, y, z, w; the identity looks along −Z with +Y up. */
   readonly orientation: readonly number[];
   readonly cell: number;
+  /** Whether the author named no place to begin, and the bake chose this one. */
+  readonly isMadeUp: boolean;
 }
 
 /** `/v1/scenes/{scene}/index.json`: which revision is current. */
@@ -200,6 +202,7 @@ function readViewpoint(json: Json): Viewpoint {
     position: json.field("position").vec3(),
     orientation: json.field("orientation").numbers(4),
     cell: json.field("cell").id("c"),
+    isMadeUp: json.field("made_up").optional((madeUp) => madeUp.boolean()) ?? false,
   };
 }
 

@@ -13,10 +13,24 @@ it("a map of a large world is centred on the eye, north up, and leads back to th
   expect(map.rectangle({ min: [40, 0, 20], max: [44, 3, 28] })).toEqual([100, 50, 10, 20]);
 });
 
-it("a small world is shown whole, wherever the eye is", () => {
-  const map = new MapFrame([1, 1.6, 1], WORLD, 220, 220, 500);
+it("a map that reaches as far as the world shows all of it, wherever the eye is", () => {
+  const map = new MapFrame([1, 1.6, 1], WORLD, 220, 220, 55);
   expect(map.spot([50, 0, 25])).toEqual({ x: 110, y: 110 });
   expect(map.spot([100, 0, 25]).x).toBeCloseTo(210, 9);
+  expect(map.width_m).toBeCloseTo(110, 9);
+});
+
+it("a map of a world of 10 cm shows it as large as any", () => {
+  const map = new MapFrame([0.05, 0.02, 0.04], { min: [0, 0, 0], max: [0.1, 0.05, 0.08] }, 220, 220, 0.05);
+  const [left, top, width, height] = map.rectangle({ min: [0, 0, 0], max: [0.1, 0.05, 0.08] });
+  expect([left, top, width, height].map(Math.round)).toEqual([0, 22, 220, 176]);
+});
+
+it("a map shows nothing beyond the world while there is enough of that, and who is beyond at its edge", () => {
+  const map = new MapFrame([-500, 90, 49], WORLD, 200, 200, 20);
+  expect(map.place({ x: 0, y: 200 })).toEqual([0, 90, 50]);
+  const spot = map.nearest(map.spot([-500, 90, 49]), 5);
+  expect(spot).toEqual({ x: 5, y: 195 });
 });
 
 it("a storey has the cells at the height of the eye", () => {

@@ -13,33 +13,45 @@ export interface Spot {
 
 /** What of the world a map shows. */
 export class MapFrame {
-  private readonly px_per_m: number;
+  readonly px_per_m: number;
+  /** From its left to its right. */
+  readonly width_m: number;
   private readonly west: number;
   private readonly north: number;
 
-  /** Shows the surroundings of a point, or the whole world where that is smaller. */
+  /** Shows the surroundings of the eye, but nothing beyond the ground where there is enough of that. */
   constructor(
-    private readonly centre: Vec3,
-    world: Bounds,
-    width_px: number,
-    height_px: number,
+    private readonly eye: Vec3,
+    ground: Bounds,
+    private readonly width_px: number,
+    private readonly height_px: number,
     reach_m: number,
   ) {
-    const span_m = Math.max(1, Math.min(2 * reach_m, Math.max(sizeOf(world, 0), sizeOf(world, 2)) * 1.1));
-    this.px_per_m = Math.min(width_px, height_px) / span_m;
-    const fits = span_m < 2 * reach_m;
-    const middle = (axis: 0 | 2) => (fits ? (world.min[axis] + world.max[axis]) / 2 : centre[axis]);
-    this.west = middle(0) - width_px / this.px_per_m / 2;
-    this.north = middle(2) - height_px / this.px_per_m / 2;
+    this.px_per_m = Math.min(width_px, height_px) / (2 * reach_m);
+    this.width_m = width_px / this.px_per_m;
+    this.west = this.edge(ground, 0, width_px);
+    this.north = this.edge(ground, 2, height_px);
+  }
+
+  private edge({ min, max }: Bounds, axis: 0 | 2, size_px: number): number {
+    const size_m = size_px / this.px_per_m;
+    if (size_m >= max[axis] - min[axis]) return (min[axis] + max[axis] - size_m) / 2;
+    return Math.min(max[axis] - size_m, Math.max(min[axis], this.eye[axis] - size_m / 2));
+  }
+
+  /** The spot on the map that is nearest to one, some pixels from its edge. */
+  nearest({ x, y }: Spot, margin_px: number): Spot {
+    const inside = (at: number, size_px: number) => Math.min(size_px - margin_px, Math.max(margin_px, at));
+    return { x: inside(x, this.width_px), y: inside(y, this.height_px) };
   }
 
   spot([x, , z]: Vec3): Spot {
     return { x: (x - this.west) * this.px_per_m, y: (z - this.north) * this.px_per_m };
   }
 
-  /** The point of the world at a spot, at the height of the centre. */
+  /** The point of the world at a spot, at the height of the eye. */
   place({ x, y }: Spot): Vec3 {
-    return [this.west + x / this.px_per_m, this.centre[1], this.north + y / this.px_per_m];
+    return [this.west + x / this.px_per_m, this.eye[1], this.north + y / this.px_per_m];
   }
 
   /** What a box covers: left, top, width and height in pixels. */
@@ -64,5 +76,3 @@ export function storey(cells: Iterable<CellEntry>, height_m: number): CellEntry[
   }
   return near.sort((a, b) => a.bounds.min[1] - b.bounds.min[1]);
 }
-
-const sizeOf = ({ min, max }: Bounds, axis: 0 | 2) => max[axis] - min[axis];

@@ -6,8 +6,6 @@ import type { Pose } from "./address.ts";
 import type { Manifest, Viewpoint } from "./documents.ts";
 import { add, type Bounds, direction, dot, middle, scale, subtract, type Vec3 } from "./geometry.ts";
 
-/** What a bake calls the place where one may begin when the author names none. */
-const MADE_UP = "start";
 /** From so high, and from the side on which the light falls. */
 const [YAW_RAD, PITCH_RAD] = [Math.PI / 6, -Math.PI / 6];
 const RIGHT_RAD = Math.PI / 2;
@@ -16,8 +14,7 @@ const FRAME = 1.1;
 
 /** The viewpoint that a bake has made up, when the author names none. */
 export function madeUp({ viewpoints }: Pick<Manifest, "viewpoints">): Viewpoint | undefined {
-  const [first] = viewpoints;
-  return viewpoints.length === 1 && first?.name === MADE_UP ? first : undefined;
+  return viewpoints.find(({ isMadeUp }) => isMadeUp);
 }
 
 /** A three-quarter view of everything; `undefined` where one begins in a better place, or would look at a roof. */

@@ -15,7 +15,9 @@ const SIZES = {
   "360x640": phone(360, 640),
   "390x844": phone(390, 844),
   "640x360": phone(640, 360),
+  "800x600": { viewport: { width: 800, height: 600 } },
   "1280x720": { viewport: { width: 1280, height: 720 } },
+  "1280x800": { viewport: { width: 1280, height: 800 } },
 };
 const PANELS = [
   "hud",
@@ -144,12 +146,43 @@ async function panels(page, name, touch) {
   insist(await page.locator("#figures").isHidden(), `${name}: it is forgotten what was folded`);
 }
 
+/** With a door in reach, a recording under way, a message, and one's first hint while one flies: beside each panel. */
+async function crowded(page, name, touch) {
+  await page.keyboard.press("KeyF");
+  await page.evaluate(() => window.belvedere.recording.start());
+  const { width, height } = page.viewportSize();
+  const isSmall = width <= 640 || height <= 480;
+  const notes = ["door", "recording", "toast", ...(isSmall ? [] : ["intro", "mode"])];
+  await page.locator("#recording").waitFor({ timeout });
+  await roomFor(page, `${name}-crowded`, ...notes, "tools", "hud", "choices");
+  for (const fold of FOLDS) {
+    if ((await button(page, fold).getAttribute("aria-expanded")) === "false") await button(page, fold).click();
+    await roomFor(page, `${name}-crowded-${fold}`, ...notes, "tools", "hud", "choices");
+  }
+  for (const [key, id] of [
+    ["KeyM", "map"],
+    ["KeyI", "inspector"],
+  ]) {
+    await page.keyboard.press(key);
+    await roomFor(page, `${name}-crowded-${id}`, ...notes, id, "hud");
+    await hitControls(page, `${name} with all notes and the ${id}`, touch);
+    await page.keyboard.press(key);
+  }
+  await page.evaluate(() => window.belvedere.recording.stop());
+  await page.keyboard.press("KeyF");
+  // The help takes the first hint away.
+  await page.keyboard.press("KeyH");
+  await roomFor(page, `${name}-crowded-help`, "door", "toast", "help");
+  await page.keyboard.press("KeyH");
+}
+
 async function atDoor(page, name, touch) {
   await page.goto(`${addressOf("doored")}#p=4,1.65,3&yaw=-90&pitch=0&rev=0123456789abcdef`);
   await settle(page, "the rooms");
   await page.locator("#door").waitFor({ timeout });
   await roomFor(page, `${name}-door`, "door", "toast", "tools");
   await hitControls(page, `${name} at a door`, touch);
+  await crowded(page, name, touch);
   await page.evaluate(() => window.belvedere.recording.start());
   await page.locator("#recording").waitFor({ timeout });
   await roomFor(page, `${name}-door-recording`, "door", "recording", "tools");

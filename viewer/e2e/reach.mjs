@@ -1,5 +1,5 @@
 /**
- * Who can use the page? Somebody with a keyboard alone, with a phone, with a gamepad, with a link from a friend, and somebody
+ * Who can use the page? Somebody with a keyboard alone, with a phone, with a gamepad, with a link from a friend, from viewpoint to viewpoint, and somebody
  * whose browser cannot draw, who gets a sentence. Environment: see `browser.mjs`.
  */
 import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
@@ -55,6 +55,22 @@ async function byLink(page, { link, there }) {
   await page.goto(link.replace(/rev=\w+/, "rev=0123456789abcdef"));
   await settle(page, "the place of an old link");
   await page.getByText("has changed since the link was made").waitFor({ timeout });
+}
+
+/** Nothing of the old place is told as of the new one, from the first moment. */
+async function byViewpoint(page) {
+  await page.goto(url);
+  await settle(page, "the first cell");
+  const jumped = await page.evaluate(() => {
+    const viewpoints = document.querySelector("#viewpoints");
+    viewpoints.value = String(viewpoints.options.length - 2);
+    viewpoints.dispatchEvent(new Event("change"));
+    return window.belvedere.state();
+  });
+  const { missing, settled } = jumped;
+  insist(missing === null && !settled, `at once after a jump ${missing} objects are missing, settled: ${settled}`);
+  const there = await settle(page, "the last viewpoint");
+  insist(distance(there.position, jumped.position) < 0.02, "a viewpoint is not where one gets");
 }
 
 async function byPhone(page) {
@@ -125,6 +141,7 @@ async function withoutWebGl(page) {
 await tell("reach", async (open) => {
   const page = await open();
   await byLink(page, await byKeyboard(page));
+  await byViewpoint(page);
   await page.close();
   await byPhone(await open(PHONE));
   await byGamepad(await open());

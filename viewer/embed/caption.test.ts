@@ -30,6 +30,15 @@ it("tells how much is here, is still once all is, and tells that one flies", () 
   expect(line.hidden).toBe(true);
 });
 
+it("tells who begins high up that one flies, once all is here", () => {
+  const { line, caption } = captioned();
+  caption.mode("fly");
+  caption.show(reading(1000, false));
+  expect(line.textContent).toBe("1.0 kB of 4.0 kB");
+  caption.show(reading(4000, true));
+  expect(line).toEqual({ hidden: false, textContent: expect.stringMatching(/^Flying/) });
+});
+
 it("keeps a problem in sight, whatever comes after it", () => {
   const { line, caption, ready } = captioned();
   caption.problem("Memory is full.");

@@ -11,6 +11,7 @@ const FLYING = "Flying: walls do not stop you. F to walk.";
 export class Caption implements Display {
   private complete = false;
   private failed = false;
+  private manner = "";
 
   /** `ready` is called once, when the first picture is complete. */
   constructor(
@@ -21,12 +22,13 @@ export class Caption implements Display {
   title(): void {}
 
   mode(mode: Moving): void {
-    this.say(mode === "fly" ? FLYING : "");
+    this.manner = mode === "fly" ? FLYING : "";
+    this.say(this.manner);
   }
 
   show({ settled, progress }: Readings): void {
     if (this.complete) return;
-    this.say(!settled && progress ? writeProgress(progress) : "");
+    this.say(!settled && progress ? writeProgress(progress) : this.manner);
     if (!settled) return;
     this.complete = true;
     this.ready();

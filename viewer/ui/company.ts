@@ -8,6 +8,7 @@ import { Company, type Mover } from "../core/live/company.ts";
 import type { LiveEvent } from "../core/live/events.ts";
 import { type Participant, Session } from "../core/live/session.ts";
 import { slowStream } from "../core/live/slowstream.ts";
+import { standIn } from "../core/live/stand.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import type { Throttle } from "../core/throttle.ts";
 import { Avatars } from "../three/avatars.ts";
@@ -121,10 +122,10 @@ export class LiveCompany {
   }
 
   private self(): Participant {
-    const { walker, frozenPose } = this.parts.visit;
+    const { walker, frozenPose, explorer } = this.parts.visit;
     const { position, yaw } = frozenPose ?? walker;
     return {
-      position,
+      position: standIn(explorer.scene.manifest.bounds, position),
       orientation: orientationOf(yaw, 0),
       velocity: frozenPose ? [0, 0, 0] : walker.speed,
     };

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { writeBytes, writeDoor, writeProgress, writeShare, writeTime } from "./format.ts";
+import { writeBytes, writeDoor, writeLength, writeProgress, writeShare, writeTime } from "./format.ts";
 
 it.each([
   [0, "0 B"],
@@ -11,6 +11,21 @@ it.each([
   [35.4e9, "35.4 GB"],
 ])("%d bytes are written as %s", (bytes, text) => {
   expect(writeBytes(bytes)).toBe(text);
+});
+
+it.each([
+  [0.0005, "0.5 mm"],
+  [0.005, "5 mm"],
+  [0.02, "2 cm"],
+  [0.114, "11 cm"],
+  [1, "1 m"],
+  [34.3, "34 m"],
+  [500, "500 m"],
+  [999.9, "1 km"],
+  [2000, "2 km"],
+  [7260, "7.3 km"],
+])("%d m are written as %s", (length_m, text) => {
+  expect(writeLength(length_m)).toBe(text);
 });
 
 it("what was fetched is set against the whole, when the whole is known", () => {

@@ -2,6 +2,12 @@
 import type { Progress } from "../core/progress.ts";
 
 const UNITS = ["B", "kB", "MB", "GB", "TB"];
+/** The largest first. */
+const LENGTHS = [
+  ["km", 1000],
+  ["m", 1],
+  ["cm", 0.01],
+] as const;
 
 /** Decimal units with at most one place behind the point: `1.2 MB`. */
 export function writeBytes(bytes: number): string {
@@ -26,6 +32,13 @@ export function writeShare(fetched: number, whole: number | undefined): string {
 export function writeProgress({ loaded_bytes, isAbout, total_bytes, bound }: Progress): string {
   const total = { exact: "", least: "at least ", most: "at most " }[bound] + writeBytes(total_bytes);
   return `${isAbout ? "about " : ""}${writeBytes(loaded_bytes)} of ${total}`;
+}
+
+/** A length in the unit that suits it, with at most two digits that are not zero: `25 mm`, `1.5 km`. */
+export function writeLength(length_m: number): string {
+  const rounded_m = Number(length_m.toPrecision(2));
+  const [unit, metres] = LENGTHS.find(([, least_m]) => rounded_m >= least_m) ?? ["mm", 0.001];
+  return `${Number((rounded_m / metres).toPrecision(2))} ${unit}`;
 }
 
 /** Minutes and seconds: `0:07`, `61:30`. */

@@ -53,12 +53,17 @@ export class Hud implements Display {
   }
 
   mode(mode: Moving): void {
+    // What is frozen is flown around in.
+    const isFlying = mode !== "walk";
     const note = element("mode", HTMLParagraphElement);
-    note.hidden = mode === "walk";
+    note.hidden = !isFlying;
     write(note, MODES[mode]);
     this.announcer.say("mode", MODES[mode]);
+    for (const words of document.querySelectorAll<HTMLElement>("[data-mode]")) {
+      words.hidden = (words.dataset.mode === "fly") !== isFlying;
+    }
     const toggle = element("fly-toggle", HTMLButtonElement);
-    toggle.setAttribute("aria-pressed", String(mode !== "walk"));
+    toggle.setAttribute("aria-pressed", String(isFlying));
     toggle.disabled = mode === "frozen";
   }
 }

@@ -176,11 +176,21 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const help = new HelpPanel((open) => {
     if (open) makeRoom(map, ...folds);
   });
-  const unfolded = (open: boolean) => open && makeRoom(help, map);
-  const folds = [
-    new Fold(element("hud-fold", HTMLButtonElement), element("figures", HTMLDListElement), !isSmall(), unfolded),
-    new Fold(element("choices-fold", HTMLButtonElement), element("places", HTMLDivElement), !isSmall(), unfolded),
-  ];
+  const figures = new Fold(
+    element("hud-fold", HTMLButtonElement),
+    element("figures", HTMLDListElement),
+    !isSmall(),
+    (open) => open && makeRoom(help, map, places),
+  );
+  const places = new Fold(
+    element("choices-fold", HTMLButtonElement),
+    element("places", HTMLDivElement),
+    !isSmall(),
+    (open) => open && makeRoom(help, map, figures),
+  );
+  const folds = [figures, places];
+  // Both may be remembered as unfolded.
+  if (places.open) makeRoom(figures);
   const use = async (object: PlacedObject) => {
     try {
       await company.use(object);

@@ -1,19 +1,30 @@
 /**
  * Where am I? A map of the cells around, seen from above, with one's own place and direction and where other people are; a
- * click or the Enter key goes to the place that is pointed at. Cells are learnt a chunk at a time, nearest first.
+ * click or the Enter key goes to the place that is pointed at. It is framed to the world until one zooms. Cells are learnt a
+ * chunk at a time, nearest first.
  */
 import type { CellEntry } from "../core/documents.ts";
 import { MapFrame, type Spot, storey } from "../core/floorplan.ts";
-import type { Vec3 } from "../core/geometry.ts";
+import type { Bounds, Vec3 } from "../core/geometry.ts";
+import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/mapreach.ts";
 import { make } from "./dom.ts";
+import { writeLength } from "./format.ts";
+import { arrow, cross, dot, scaleLine } from "./mapmarks.ts";
 import type { Visit } from "./visit.ts";
 
-const SIZE_PX = 220;
-/** From the middle to the edge; the wheel changes it. */
-const [REACH_M, NEAREST_M, FURTHEST_M] = [42, 12, 2000];
+/** Its picture has so many pixels for each of the page. */
+const SHARPNESS = 2;
 const UPDATE_EVERY_MS = 150;
 /** How far an arrow key moves the pointer. */
 const STEP_PX = 8;
+/** A press of a key or a button zooms by so much; a wheel and two fingers on a touchpad by so much for each pixel. */
+const [ZOOM_STEP, WHEEL_PER_PX, PINCH_PER_PX] = [1.5, 0.002, 0.01];
+/** Wheels that count lines. */
+const LINE_PX = 33;
+/** How far the scale is from the edge, and how long at most. */
+const [SCALE_EDGE_PX, SCALE_PX] = [10, 80];
+/** One's own place is shown at the edge when it is beyond it. */
+const EDGE_PX = 5;
 /** Rooms of a larger world are read only around the eye. */
 const MOST_CHUNKS = 64;
 
@@ -22,14 +33,18 @@ export class MapPanel {
   /** Where other people are. */
   people: () => readonly Vec3[] = () => [];
   private readonly canvas = make("canvas", {
-    width: String(2 * SIZE_PX),
-    height: String(2 * SIZE_PX),
     tabindex: "0",
     role: "application",
-    "aria-label":
-      "Map. Click to go there; with the keyboard, point with the arrow keys and press Enter; plus and minus zoom.",
+    title: "Click: go there. Wheel, pinch, + and −: zoom.",
   });
-  private reach_m = REACH_M;
+  private readonly zoomIn = zoomButton("Zoom in", "+", () => this.zoom(1 / ZOOM_STEP));
+  private readonly zoomOut = zoomButton("Zoom out", "−", () => this.zoom(ZOOM_STEP));
+  private readonly ground: Bounds;
+  private readonly range: ReachRange;
+  private reach_m: number;
+  /** Whether the person has chosen how much to see. */
+  private isZoomed = false;
+  private readonly fingers = new Map<number, Spot>();
   private pointer: Spot | undefined;
   private frame: MapFrame | undefined;
   private timer: ReturnType<typeof setInterval> | undefined;
@@ -38,17 +53,23 @@ export class MapPanel {
     private readonly visit: Visit,
     private readonly toggled: (open: boolean) => void,
   ) {
-    this.element = make("aside", { id: "map", class: "card", "aria-label": "Map", hidden: true }, this.canvas);
-    this.canvas.onclick = ({ offsetX, offsetY }) => {
-      // On small screens it is drawn smaller.
-      const shrunk = SIZE_PX / this.canvas.clientWidth;
-      this.goTo({ x: offsetX * shrunk, y: offsetY * shrunk });
-    };
-    this.canvas.onkeydown = (event) => this.press(event);
+    this.ground = groundOf(visit.explorer.scene.manifest);
+    this.range = reachRange(this.ground, visit.walker.size);
+    this.reach_m = this.range.most_m;
+    const zoom = make("div", { class: "zoom" }, this.zoomIn, this.zoomOut);
+    this.element = make("aside", { id: "map", class: "card", "aria-label": "Map", hidden: true }, this.canvas, zoom);
+    this.element.onkeydown = (event) => this.press(event);
+    this.canvas.onclick = ({ offsetX: x, offsetY: y }) => this.goTo({ x, y });
     this.canvas.onwheel = (event) => {
       event.preventDefault();
-      this.zoom(event.deltaY > 0 ? 1.2 : 1 / 1.2);
+      const way_px = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PX : 1);
+      this.zoom(Math.exp(way_px * (event.ctrlKey ? PINCH_PER_PX : WHEEL_PER_PX)));
     };
+    this.canvas.onpointerdown = ({ pointerId, offsetX: x, offsetY: y }) => this.fingers.set(pointerId, { x, y });
+    this.canvas.onpointermove = ({ pointerId, offsetX: x, offsetY: y }) => this.moveFinger(pointerId, { x, y });
+    for (const name of ["pointerup", "pointercancel", "pointerleave"] as const) {
+      this.canvas.addEventListener(name, ({ pointerId }) => this.fingers.delete(pointerId));
+    }
     this.canvas.onblur = () => {
       this.pointer = undefined;
     };
@@ -68,8 +89,8 @@ export class MapPanel {
     void this.visit.explorer
       .learnCells(MOST_CHUNKS)
       .catch(() => {})
-      .then(() => this.draw());
-    this.draw();
+      .then(() => this.fit());
+    this.fit();
   }
 
   private press(event: KeyboardEvent): void {
@@ -79,20 +100,48 @@ export class MapPanel {
       ArrowUp: { x: 0, y: -STEP_PX },
       ArrowDown: { x: 0, y: STEP_PX },
     };
-    const step = steps[event.key];
-    const from = this.pointer ?? { x: SIZE_PX / 2, y: SIZE_PX / 2 };
-    if (step) this.pointer = { x: from.x + step.x, y: from.y + step.y };
-    else if (event.key === "+" || event.key === "-") this.zoom(event.key === "-" ? 1.2 : 1 / 1.2);
-    else if (event.key === "Enter") this.goTo(from);
+    const zooms: Record<string, number> = { "+": 1 / ZOOM_STEP, "=": 1 / ZOOM_STEP, "-": ZOOM_STEP };
+    const [step, zoom] = [steps[event.key], zooms[event.key]];
+    const isOnMap = event.target === this.canvas;
+    const from = this.pointer ?? this.frame?.spot(this.here.position);
+    if (zoom) this.zoom(zoom);
+    else if (isOnMap && step && from) this.pointer = this.frame?.nearest({ x: from.x + step.x, y: from.y + step.y }, 0);
+    else if (isOnMap && from && event.key === "Enter") this.goTo(from);
     else return;
     event.preventDefault();
     event.stopPropagation();
     this.draw();
   }
 
+  /** Two fingers that part show less. */
+  private moveFinger(id: number, to: Spot): void {
+    const from = this.fingers.get(id);
+    const [other] = [...this.fingers].filter(([one]) => one !== id);
+    if (!from) return;
+    this.fingers.set(id, to);
+    if (!other) return;
+    const apart = ({ x, y }: Spot) => Math.max(1, Math.hypot(x - other[1].x, y - other[1].y));
+    this.zoom(apart(from) / apart(to));
+  }
+
   private zoom(factor: number): void {
-    this.reach_m = Math.min(FURTHEST_M, Math.max(NEAREST_M, this.reach_m * factor));
+    this.isZoomed = true;
+    this.reach_m = withinReach(this.range, this.reach_m * factor);
     this.draw();
+  }
+
+  /** Shows what suits the world and the place. */
+  private fit(): void {
+    const { walker, explorer } = this.visit;
+    const { position } = this.here;
+    const cells = storey(explorer.knownCells(), position[1]);
+    if (!this.isZoomed) this.reach_m = firstReach(this.range, cells, position, walker.size);
+    this.draw();
+  }
+
+  /** Where one is: there where the view is frozen. */
+  private get here(): { readonly position: Vec3; readonly yaw: number } {
+    return this.visit.frozenPose ?? this.visit.walker;
   }
 
   private goTo(spot: Spot): void {
@@ -103,18 +152,31 @@ export class MapPanel {
 
   private draw(): void {
     const pen = this.canvas.getContext("2d");
-    if (!pen) return;
-    const { walker, explorer, frozenPose } = this.visit;
-    const { position, yaw } = frozenPose ?? walker;
-    const frame = new MapFrame(position, explorer.scene.manifest.bounds, SIZE_PX, SIZE_PX, this.reach_m);
+    const size_px = this.canvas.clientWidth;
+    if (!pen || size_px === 0) return;
+    const { explorer } = this.visit;
+    const { position, yaw } = this.here;
+    const frame = new MapFrame(position, this.ground, size_px, size_px, this.reach_m);
     this.frame = frame;
-    pen.setTransform(2, 0, 0, 2, 0, 0);
-    pen.clearRect(0, 0, SIZE_PX, SIZE_PX);
+    this.describe(frame);
+    if (this.canvas.width !== SHARPNESS * size_px) this.canvas.width = this.canvas.height = SHARPNESS * size_px;
+    pen.setTransform(SHARPNESS, 0, 0, SHARPNESS, 0, 0);
+    pen.clearRect(0, 0, size_px, size_px);
     const seen = new Set(explorer.recordOf(explorer.cellId ?? -1)?.cpvs);
     for (const cell of storey(explorer.knownCells(), position[1])) this.drawCell(pen, frame, cell, seen);
     for (const person of this.people()) dot(pen, frame.spot(person), 3, "#74c98a");
-    arrow(pen, frame.spot(position), yaw);
+    arrow(pen, frame.nearest(frame.spot(position), EDGE_PX), yaw);
     if (this.pointer) cross(pen, this.pointer);
+    const { length_m, length_px } = scaleBar(frame.px_per_m, SCALE_PX);
+    scaleLine(pen, { x: SCALE_EDGE_PX, y: size_px - SCALE_EDGE_PX }, length_px, writeLength(length_m));
+  }
+
+  /** Says how much is shown, and whether there is more or less. */
+  private describe({ width_m }: MapFrame): void {
+    const label = `Map, ${writeLength(width_m)} across. Click to go there; with the keyboard, point with the arrow keys and press Enter; plus and minus zoom, as do a wheel and two fingers.`;
+    if (this.canvas.getAttribute("aria-label") !== label) this.canvas.setAttribute("aria-label", label);
+    this.zoomIn.setAttribute("aria-disabled", String(this.reach_m <= this.range.least_m));
+    this.zoomOut.setAttribute("aria-disabled", String(this.reach_m >= this.range.most_m));
   }
 
   private drawCell(
@@ -123,8 +185,8 @@ export class MapPanel {
     { cell, bounds }: CellEntry,
     seen: ReadonlySet<number>,
   ) {
-    const here = cell === this.visit.explorer.cellId;
-    pen.fillStyle = here
+    const isHere = cell === this.visit.explorer.cellId;
+    pen.fillStyle = isHere
       ? "rgb(232 185 106 / 75%)"
       : seen.has(cell)
         ? "rgb(232 185 106 / 28%)"
@@ -137,31 +199,8 @@ export class MapPanel {
   }
 }
 
-function dot(pen: CanvasRenderingContext2D, { x, y }: Spot, radius: number, colour: string): void {
-  pen.fillStyle = colour;
-  pen.beginPath();
-  pen.arc(x, y, radius, 0, 2 * Math.PI);
-  pen.fill();
-}
-
-/** One's own place, and a wedge where one looks. */
-function arrow(pen: CanvasRenderingContext2D, { x, y }: Spot, yaw: number): void {
-  const ahead = -Math.PI / 2 - yaw;
-  pen.fillStyle = "rgb(255 255 255 / 30%)";
-  pen.beginPath();
-  pen.moveTo(x, y);
-  pen.arc(x, y, 22, ahead - 0.5, ahead + 0.5);
-  pen.fill();
-  dot(pen, { x, y }, 4, "#ffffff");
-}
-
-function cross(pen: CanvasRenderingContext2D, { x, y }: Spot): void {
-  pen.strokeStyle = "#ffffff";
-  pen.lineWidth = 1.5;
-  pen.beginPath();
-  pen.moveTo(x - 6, y);
-  pen.lineTo(x + 6, y);
-  pen.moveTo(x, y - 6);
-  pen.lineTo(x, y + 6);
-  pen.stroke();
+function zoomButton(name: string, sign: string, press: () => void): HTMLButtonElement {
+  const button = make("button", { type: "button", "aria-label": name, title: name }, sign);
+  button.onclick = press;
+  return button;
 }

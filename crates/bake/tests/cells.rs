@@ -137,7 +137,7 @@ impl Baked {
     }
 }
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Builder(SourceScene);
 
 impl Builder {
@@ -301,6 +301,46 @@ fn a_viewpoint_inside_a_wall_is_linked_to_the_nearest_cell_and_counted() {
     let lost = &baked.written.manifest.viewpoints[1];
     let distance_m = baked.cells[lost.cell.index()].0.distance_m(lost.position);
     assert!(distance_m > 0.0 && distance_m < 0.2, "{distance_m}");
+}
+
+#[test]
+fn where_no_viewpoint_is_given_one_stands_beside_what_is_in_the_middle_of_a_room_however_small() {
+    for metre in [0.01, 1.0, 10.0_f32] {
+        let scaled = |corner: [f32; 3]| corner.map(|x| x * metre);
+        let block =
+            |builder: Builder, name: &str, [from, to]: [[f32; 3]; 2]| builder.block(name, scaled(from), scaled(to));
+        let pillar = [[2.6, 0.0, 2.6], [3.4, 3.0, 3.4]];
+        let mut room = Builder::default();
+        for (name, corners) in [
+            ("floor", [[-0.2, -0.2, -0.2], [6.2, 0.0, 6.2]]),
+            ("ceiling", [[-0.2, 3.0, -0.2], [6.2, 3.2, 6.2]]),
+            ("north", [[-0.2, 0.0, -0.2], [6.2, 3.0, 0.0]]),
+            ("south", [[-0.2, 0.0, 6.0], [6.2, 3.0, 6.2]]),
+            ("west", [[-0.2, 0.0, 0.0], [0.0, 3.0, 6.0]]),
+            ("east", [[6.0, 0.0, 0.0], [6.2, 3.0, 6.0]]),
+            ("pillar", pillar),
+        ] {
+            room = block(room, name, corners);
+        }
+        // Walls that show from both sides look the same from within.
+        for room in [room.clone(), room.double_sided()] {
+            let baked = baked(room.0).unwrap();
+            baked.check();
+            let [x, y, z] = baked.written.manifest.viewpoints[0]
+                .position
+                .map(|x| x / f64::from(metre));
+            assert!((0.0..1.7).contains(&y), "scale {metre}: {y}");
+            let beside = [x, z].map(|x| if (2.5..3.5).contains(&x) { 0 } else { 1 });
+            assert!(
+                beside != [0, 0],
+                "scale {metre}: at {x}, {z}, in the pillar or with the nose on it"
+            );
+            assert!(
+                [x, z].iter().all(|x| (0.1..5.9).contains(x)),
+                "scale {metre}: at {x}, {z}"
+            );
+        }
+    }
 }
 
 #[test]

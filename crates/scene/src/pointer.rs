@@ -82,4 +82,7 @@ pub struct Viewpoint {
     pub orientation: [f64; 4],
     /// The cell that holds it, or the nearest one.
     pub cell: CellId,
+    /// Whether the author named no place to start from, and the bake chose this one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub made_up: bool,
 }

@@ -84,7 +84,12 @@ impl Grid {
         loop {
             let tolerance_m = (ON_PLANE * voxel_m).max(8.0 * f32::EPSILON * scene_m);
             let lines = [0, 1, 2].map(|axis| {
-                let ends = [min[axis], max[axis]];
+                let start = if axis == 1 {
+                    planes[1].ground_over(min.y, voxel_m)
+                } else {
+                    min[axis]
+                };
+                let ends = [start, max[axis]];
                 let mut lines = inside(ends, planes[axis].lines(voxel_m), MIN_GAP * voxel_m, |gap| {
                     between(gap, built.map(|corner| corner[axis]), [voxel_m, widest_m.max(voxel_m)])
                 });
@@ -213,10 +218,15 @@ struct Planes(Vec<Plane>);
 struct Plane {
     at: f32,
     area_m2: f64,
+    /// The same, with half of what faces down.
+    weight_m2: f64,
 }
 
+/// What faces down counts so much beside what faces up: a storey is cut at what one walks on, not at its underside.
+const UNDERSIDE: f64 = 0.5;
+
 impl Planes {
-    /// Largest first.
+    /// Heaviest first.
     fn of(world: &World, axis: usize, scene_m: f32) -> Self {
         let flat = 1e-6 * scene_m;
         let mut faces: Vec<_> = world
@@ -225,26 +235,46 @@ impl Planes {
             .filter_map(|triangle| {
                 let [a, b, c] = triangle.corners.map(|p| p[axis]);
                 let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-                (high - low <= flat).then(|| (0.5 * (low + high), f64::from(triangle.area_m2())))
+                (high - low <= flat).then(|| {
+                    let at = 0.5 * (low + high);
+                    let area_m2 = f64::from(triangle.area_m2());
+                    let faces_down = axis == 1 && triangle.faces_down();
+                    let weight_m2 = if faces_down { UNDERSIDE * area_m2 } else { area_m2 };
+                    Plane { at, area_m2, weight_m2 }
+                })
             })
             .collect();
-        faces.sort_by(|a, b| a.0.total_cmp(&b.0));
+        faces.sort_by(|a, b| a.at.total_cmp(&b.at));
         let mut planes: Vec<Plane> = Vec::new();
-        for (at, area_m2) in faces {
+        for face in faces {
             match planes.last_mut() {
-                Some(plane) if at - plane.at <= flat => plane.area_m2 += area_m2,
-                _ => planes.push(Plane { at, area_m2 }),
+                Some(plane) if face.at - plane.at <= flat => {
+                    plane.area_m2 += face.area_m2;
+                    plane.weight_m2 += face.weight_m2;
+                }
+                _ => planes.push(face),
             }
         }
-        planes.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.at.total_cmp(&b.at)));
+        planes.sort_by(|a, b| b.weight_m2.total_cmp(&a.weight_m2).then(a.at.total_cmp(&b.at)));
         Self(planes)
     }
 
-    /// The positions of large planes that keep their distance from larger ones, in no order.
-    fn lines(&self, voxel_m: f32) -> Vec<f32> {
+    /// Planes that large voxels may be cut along.
+    fn large(&self, voxel_m: f32) -> impl Iterator<Item = &Plane> {
         let least = MIN_FACES * f64::from(voxel_m).powi(2);
+        self.0.iter().filter(move |plane| plane.area_m2 >= least)
+    }
+
+    /// Where the lowest voxels begin: on the ground, if that is a slab over the lower end of the scene in which no voxel has room.
+    fn ground_over(&self, end: f32, voxel_m: f32) -> f32 {
+        let within = |plane: &&Plane| (end..=end + MIN_GAP * voxel_m).contains(&plane.at);
+        self.large(voxel_m).find(within).map_or(end, |plane| plane.at)
+    }
+
+    /// The positions of large planes that keep their distance from heavier ones, in no order.
+    fn lines(&self, voxel_m: f32) -> Vec<f32> {
         let mut lines: Vec<f32> = Vec::new();
-        for plane in self.0.iter().take_while(|plane| plane.area_m2 >= least) {
+        for plane in self.large(voxel_m) {
             let place = lines.partition_point(|line| *line < plane.at);
             let near = |line: Option<&f32>| line.is_some_and(|line| (line - plane.at).abs() < MIN_GAP * voxel_m);
             if !near(lines.get(place)) && !near(place.checked_sub(1).and_then(|before| lines.get(before))) {
@@ -401,6 +431,36 @@ mod tests {
         assert_rises(&between([-5.0, 5.0], [-10.0, 10.0], [0.3, 9.0]), [-5.0, 5.0]);
         assert_rises(&between([20.0, 90.0], [-10.0, 10.0], [0.3, 9.0]), [20.0, 90.0]);
         assert_rises(&between([-90.0, -20.0], [-10.0, 10.0], [0.3, 9.0]), [-90.0, -20.0]);
+    }
+
+    /// However thin the ground is beside its voxels, they begin on it.
+    #[test]
+    fn one_stands_on_a_thin_slab_of_ground_in_a_wide_land() {
+        for basement in [false, true] {
+            let mut builder = crate::cells::plan::Builder::default();
+            builder.block("ground", [-3000., -0.5, -2000.], [3000., 0., 2000.]);
+            builder.block("house", [0., 0., 0.], [10., 6., 10.]);
+            if basement {
+                builder.block("shaft", [50., -40., 0.], [54., -0.5, 4.]);
+            }
+            let world = World::new(&builder.scene).unwrap();
+            let grid = Grid::over(&world, &[], &CellSettings::default());
+            assert!(
+                grid.voxel_m() > 0.5 / MIN_GAP,
+                "the slab would hold voxels of {} m",
+                grid.voxel_m()
+            );
+            let ground = world.relative([0.0; 3]).y;
+            let nearest = grid
+                .lines(1)
+                .iter()
+                .map(|line| (line - ground).abs())
+                .fold(f32::INFINITY, f32::min);
+            assert!(
+                nearest < 1e-3,
+                "no voxel begins on the ground, the nearest {nearest} m beside it"
+            );
+        }
     }
 
     /// A house millions of metres from a stray triangle.

@@ -14,6 +14,7 @@ mod rules;
 mod settle;
 mod sink;
 mod smooth;
+mod standing;
 mod starts;
 mod viewpoints;
 

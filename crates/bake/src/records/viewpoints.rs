@@ -3,11 +3,14 @@
 use belvedere_scene::{CellId, pointer::Viewpoint};
 use glam::{DMat3, DQuat, DVec3};
 
-use super::Input;
+use super::{
+    Input,
+    standing::{self, Place},
+};
 use crate::{cells::ViewCell, source::SourceViewpoint};
 
-/// Eye height over the floor where a cell is about as high as a room.
-const EYE_HEIGHT_M: f64 = 1.65;
+/// Of so many of the best cells one that has room is chosen.
+const TRIED_CELLS: usize = 64;
 
 /// At least one.
 pub(super) fn choose(input: Input<'_>) -> Vec<Viewpoint> {
@@ -27,28 +30,29 @@ fn from_author(viewpoint: &SourceViewpoint, input: Input<'_>) -> Option<Viewpoin
 }
 
 /// From a cell with a floor below it, if there is one, and of these the one that sees most objects (of equals the
-/// largest), at eye height, looking level at the middle of what it sees.
+/// largest) and has room to stand in; looking level at the middle of what it sees.
 fn made_up(input: Input<'_>) -> Viewpoint {
     let cells = input.graph.cells.iter().enumerate();
-    let ranked = cells.map(|(id, cell)| {
-        let volume: f64 = cell.bounds.size_m().iter().product();
-        let floor_m = floor_below(cell, input);
-        (
-            floor_m.is_some(),
-            input.visibility.cells[id].objects.len(),
-            volume,
-            id,
-            floor_m,
-        )
+    let mut ranked: Vec<_> = cells
+        .map(|(id, cell)| {
+            let volume: f64 = cell.bounds.size_m().iter().product();
+            let has_floor = standing::floor_below(cell.center().into(), cell, input).is_some();
+            (has_floor, input.visibility.cells[id].objects.len(), volume, id)
+        })
+        .collect();
+    ranked.sort_by(|a, b| {
+        (b.0, b.1)
+            .cmp(&(a.0, a.1))
+            .then(b.2.total_cmp(&a.2))
+            .then(b.3.cmp(&a.3))
     });
-    let best = ranked.max_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
-    let (_, _, _, id, floor_m) = best.expect("a graph has at least one cell");
-    let cell = &input.graph.cells[id];
-    let mut eye = DVec3::from(cell.center());
-    if let Some(floor_m) = floor_m {
-        let height_m = cell.bounds.max[1] - floor_m;
-        eye.y = floor_m + EYE_HEIGHT_M.min(0.6 * height_m);
-    }
+    let tried = ranked.iter().take(TRIED_CELLS);
+    let mut places = tried
+        .map(|(.., id)| (*id, Place::in_cell(&input.graph.cells[*id], input)))
+        .peekable();
+    let first = places.peek().copied();
+    let roomy = places.find(|(_, place)| place.is_roomy());
+    let (id, Place { eye, .. }) = roomy.or(first).expect("a graph has at least one cell");
     let bounds = input.bounds;
     let seen = &input.visibility.cells[id].objects;
     let weight: f64 = seen.iter().map(|s| f64::from(s.solid_angle)).sum();
@@ -61,18 +65,11 @@ fn made_up(input: Input<'_>) -> Viewpoint {
     } else {
         DVec3::NEG_Z
     };
-    at("start".to_owned(), eye, looking(level(towards, eye, input)), input)
-}
-
-/// Where one would stand below the middle of a cell: the height of the first face that is seen from above.
-fn floor_below(cell: &ViewCell, input: Input<'_>) -> Option<f64> {
-    let eye = input.frame.enter(DVec3::from(cell.center()));
-    let eye = input.world.relative(eye.to_array());
-    let mut passed = Vec::new();
-    let floor = input.world.cast(eye, glam::Vec3::NEG_Y, f32::INFINITY, &mut passed)?;
-    let from_behind = passed.iter().any(|hit| input.world.triangle(hit.triangle).hides());
-    let height_m = cell.center()[1] - f64::from(floor.t);
-    (!from_behind && height_m < cell.bounds.max[1]).then_some(height_m)
+    let orientation = looking(level(towards, eye, input));
+    Viewpoint {
+        made_up: true,
+        ..at("start".to_owned(), eye, orientation, input)
+    }
 }
 
 /// A direction with less of its up and down; straight up or down becomes towards the middle of the scene.
@@ -111,5 +108,6 @@ fn at(name: String, position: DVec3, orientation: DQuat, input: Input<'_>) -> Vi
         position: position.to_array(),
         orientation: orientation.to_array(),
         cell: CellId(cell as u32),
+        made_up: false,
     }
 }

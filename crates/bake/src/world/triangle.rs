@@ -60,6 +60,12 @@ impl Triangle {
         self.hides & BACK_HIDES != 0
     }
 
+    /// Whether its front faces down, and its back hides nothing.
+    pub(crate) fn faces_down(&self) -> bool {
+        let [a, b, c] = self.corners;
+        !self.hides_from_back() && (b - a).cross(c - a).y < 0.0
+    }
+
     /// The same face of a door that is open.
     pub(super) fn opened(self) -> Self {
         Self {

@@ -1,0 +1,96 @@
+//! Where in a cell may an eye be? Over its floor, where there is room beside it.
+
+use glam::{DVec3, Vec3};
+
+use super::Input;
+use crate::cells::ViewCell;
+
+/// Eye height over the floor where a cell is about as high as a room.
+const EYE_HEIGHT_M: f64 = 1.65;
+/// The middle of a cell is as good as any place with so much of half its shorter side free around it, or so many metres …
+const ROOMY: (f64, f64) = (0.3, 1.0);
+/// … and with less than so much none is good.
+const CRAMPED: (f64, f64) = (0.05, 0.2);
+/// Elsewhere so many places are tried along either side.
+const TRIED_PLACES: u32 = 6;
+/// One looks for what is near in so many directions.
+const LOOKS: u32 = 8;
+
+/// A place for an eye in a cell, and how near the nearest surface beside it is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) eye: DVec3,
+    room_m: f64,
+    /// Half of the cell's shorter side.
+    half_m: f64,
+}
+
+impl Place {
+    /// Over the middle, or where more room is if something stands there.
+    pub(super) fn in_cell(cell: &ViewCell, input: Input<'_>) -> Self {
+        let middle = Self::over(cell.center().into(), cell, input);
+        if middle.has(ROOMY) {
+            return middle;
+        }
+        let (min, size) = (DVec3::from(cell.bounds.min), DVec3::from(cell.bounds.size_m()));
+        let share = |i: u32| (f64::from(i) + 0.5) / f64::from(TRIED_PLACES);
+        (0..TRIED_PLACES * TRIED_PLACES)
+            .map(|i| min + size * DVec3::new(share(i % TRIED_PLACES), 0.5, share(i / TRIED_PLACES)))
+            .filter(|point| cell.contains(point.to_array()))
+            .map(|point| Self::over(point, cell, input))
+            .fold(
+                middle,
+                |best, place| if place.room_m > best.room_m { place } else { best },
+            )
+    }
+
+    /// At eye height over the floor below a point of a cell, or at that point if there is none.
+    fn over(point: DVec3, cell: &ViewCell, input: Input<'_>) -> Self {
+        let mut eye = point;
+        if let Some(floor_m) = floor_below(point, cell, input) {
+            let height_m = cell.bounds.max[1] - floor_m;
+            eye.y = floor_m + EYE_HEIGHT_M.min(0.6 * height_m);
+        }
+        let [width_m, _, depth_m] = cell.bounds.size_m();
+        Self {
+            eye,
+            room_m: room_beside(eye, input),
+            half_m: 0.5 * width_m.min(depth_m),
+        }
+    }
+
+    /// Whether one can be here without the nose on a wall.
+    pub(super) fn is_roomy(&self) -> bool {
+        self.has(CRAMPED)
+    }
+
+    fn has(&self, (share, metres): (f64, f64)) -> bool {
+        self.room_m >= metres.min(share * self.half_m)
+    }
+}
+
+/// Where one would stand below a point of a cell: the height of the first face that is seen from above.
+pub(super) fn floor_below(point: DVec3, cell: &ViewCell, input: Input<'_>) -> Option<f64> {
+    let eye = input.world.relative(input.frame.enter(point).to_array());
+    let mut passed = Vec::new();
+    let floor = input.world.cast(eye, Vec3::NEG_Y, f32::INFINITY, &mut passed)?;
+    let from_behind = passed.iter().any(|hit| input.world.triangle(hit.triangle).hides());
+    let height_m = point.y - f64::from(floor.t);
+    (!from_behind && height_m < cell.bounds.max[1]).then_some(height_m)
+}
+
+/// How near the nearest surface is, level with the eye; 0 inside something, of which one sees backs.
+fn room_beside(eye: DVec3, input: Input<'_>) -> f64 {
+    let eye = input.world.relative(input.frame.enter(eye).to_array());
+    let (mut nearest_m, mut backs) = (f32::INFINITY, 0);
+    let mut passed = Vec::new();
+    for look in 0..LOOKS {
+        let angle = std::f32::consts::TAU * look as f32 / LOOKS as f32;
+        let direction = Vec3::new(angle.sin(), 0.0, angle.cos());
+        let end = input.world.cast(eye, direction, f32::INFINITY, &mut passed);
+        let is_back = |triangle: u32| input.world.triangle(triangle).hides();
+        backs += u32::from(passed.first().is_some_and(|hit| is_back(hit.triangle)));
+        nearest_m = passed.iter().chain(&end).map(|hit| hit.t).fold(nearest_m, f32::min);
+    }
+    if 2 * backs > LOOKS { 0.0 } else { f64::from(nearest_m) }
+}
