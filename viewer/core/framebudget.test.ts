@@ -52,3 +52,14 @@ it("work goes on after the time of a usual frame where the next one is late", as
   await all;
   expect(done).toEqual([1, 2, 3]);
 });
+
+it("a frame that took very long grants a share of that", async () => {
+  const all = Promise.all([1, 2, 3, 4, 5, 6].map((id) => work(id)));
+  await turn();
+  expect(done).toEqual([1, 2]);
+  expect(budget.beginFrame(64)).toBe(1);
+  await turn();
+  expect(done).toEqual([1, 2, 3, 4]);
+  expect(budget.beginFrame(400)).toBe(5);
+  await all;
+});

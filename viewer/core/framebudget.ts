@@ -1,15 +1,18 @@
 /**
  * May heavy work run now? Decoding is spread over frames: each frame grants some milliseconds, and work that comes later
  * waits for the next frame, so that the picture keeps moving while a room loads. A piece that has begun is finished, so it may take
- * longer than that by what is left of one. Where a frame takes long to draw, which keeps a graphics card busy and not the page, as much
- * is granted again after the time of a usual one, so that a slow machine still finishes loading.
+ * longer than that by what is left of one. Where a frame takes long to draw, as much is granted again after the time of a usual one, and
+ * a share of the time after one that took very long, so that a machine without a graphics card still finishes loading.
  */
 
 /** How long a frame takes on a usual screen, at most. */
 const FRAME_MS = 17;
+/** After what takes longer nobody sees a motion, so a share of that time is granted, up to what makes no task a long one. */
+const [SLOW_MS, SLOW_SHARE, MOST_MS] = [150, 0.25, 40];
 
 export class FrameBudget {
   private spent_ms = 0;
+  private granted_ms: number;
   private busy = false;
   /** Work that others wait for, such as documents, and after it the rest. */
   private readonly urgent: (() => void)[] = [];
@@ -17,16 +20,21 @@ export class FrameBudget {
   private late: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
-    private readonly granted_ms: number,
+    private readonly least_ms: number,
     private readonly now_ms: () => number,
-  ) {}
+  ) {
+    this.granted_ms = least_ms;
+  }
 
-  /** Starts a new frame, and lets waiting work run. */
-  beginFrame(): void {
+  /** Starts a new frame after one that took `frame_ms`, and lets waiting work run; answers how many times as much as usual it grants. */
+  beginFrame(frame_ms = 0): number {
+    const slow_ms = frame_ms > SLOW_MS ? Math.min(MOST_MS, SLOW_SHARE * frame_ms) : 0;
+    this.granted_ms = Math.max(this.least_ms, slow_ms);
     clearTimeout(this.late);
     this.late = undefined;
     this.spent_ms = 0;
     if (!this.busy) this.next();
+    return this.granted_ms / this.least_ms;
   }
 
   /** Runs one piece of work as soon as a frame has time for it; pieces run one after the other, urgent ones first, else the oldest. */

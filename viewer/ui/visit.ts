@@ -299,8 +299,7 @@ export class Visit {
     const frame_ms = now_ms - (this.lastFrame_ms ?? now_ms);
     const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
     this.lastFrame_ms = now_ms;
-    this.budget.beginFrame();
-    this.host.place(PLACE_MS_PER_FRAME);
+    this.host.place(PLACE_MS_PER_FRAME * this.budget.beginFrame(frame_ms));
     // Before the eye is followed: what the index knows already it has answered since the last frame.
     this.reporter.report(now_ms, this.explorer, this.walker);
     const started_ms = performance.now();
