@@ -240,7 +240,8 @@ impl Residency {
         self.uses += 1;
         let file = File {
             bytes,
-            users: 0,
+            // It may have come in another way meanwhile.
+            users: self.files.get(&name).map_or(0, |before| before.users),
             last_used: self.uses,
         };
         if self.gone.remove(&name) {
@@ -252,6 +253,17 @@ impl Residency {
         }
         self.held_bytes += bytes;
         self.peak_bytes = self.peak_bytes.max(self.held_bytes + self.asked_bytes);
+    }
+
+    /// A file is here out of a pack that is on its way: so much of what was promised to the pack is its own now.
+    pub fn arrive_out_of(&mut self, pack: Key, name: Key, bytes: u64) {
+        if let Some(promised) = self.asked.get_mut(&pack) {
+            let taken = bytes.min(*promised);
+            *promised -= taken;
+            self.asked_bytes -= taken;
+        }
+        self.lost.remove(&name);
+        self.arrive(name, bytes);
     }
 
     /// A file cannot be had, or is not what it should be; what is drawn with it stays until something better has come.

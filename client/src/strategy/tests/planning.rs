@@ -325,9 +325,9 @@ fn a_wish_that_nobody_has_any_more_is_told_from_one_that_stands() {
     let mut planner = within(u64::MAX);
     planner.plan(&view(&here, Vec::new()), 1e9);
     let order = planner.next(&mut Vec::new()).unwrap();
-    assert!(planner.is_wanted(&order));
+    assert!(!planner.wanted_of(&order).is_empty());
     planner.plan(&view(&there, Vec::new()), 1e9);
-    assert!(!planner.is_wanted(&order));
+    assert_eq!(planner.wanted_of(&order), []);
     let key: Key = order.files[0].name.key();
     planner.residency.withdraw(key);
     assert_eq!(planner.residency.asked_bytes(), 0);

@@ -24,7 +24,6 @@ use crate::{
         order::{Change, View},
         plan,
         planner::Planner,
-        priority::Cause,
         sight::Eye,
     },
 };
@@ -229,11 +228,8 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             order = self.planner.next(&mut changes);
         }
         self.note(&changes);
-        // What can be seen ahead must be known before it can be fetched.
-        let is_seen = order
-            .as_ref()
-            .is_some_and(|order| matches!(order.wish.cause, Cause::Missing { .. }));
-        let learnt = !is_seen && self.learn_ahead(here).await;
+        // What can be seen ahead must be known before it can be fetched, and is read of once all is asked for that is missing here.
+        let learnt = !self.planner.has_firsts_to_ask() && self.learn_ahead(here).await;
         let asked = order.is_some();
         if let Some(order) = order {
             self.courier.fetch(&order, &mut self.planner, self.now_ms).await;
