@@ -41,6 +41,8 @@ mod source;
 mod stand_ins;
 mod start;
 pub mod strategy;
+#[cfg(test)]
+mod testing;
 pub mod tour;
 mod walk;
 mod whereabouts;

@@ -232,3 +232,53 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         received
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        strategy::{
+            order::{Budgets, View},
+            sight::Eye,
+        },
+        testing::{self, Bare, packed},
+    };
+
+    #[tokio::test]
+    async fn files_in_a_pack_are_here_when_the_line_has_carried_the_pack_up_to_where_they_end() {
+        let packed = packed(&[&[1; 150], &[2; 300], &[3; 150]]);
+        let line = Line {
+            bits_per_s: 8000.0,
+            latency_ms: 100.0,
+        };
+        let tree = Bare::new().with(&packed.pack, packed.bytes.clone());
+        let scene = testing::open(Metered::new(tree)).await;
+        scene.source().take();
+        for memory_bytes in [u64::MAX, 1_000] {
+            let mut courier = Courier::on(line, &scene);
+            let mut planner = Planner::new(Budgets {
+                memory_bytes,
+                ..Budgets::default()
+            });
+            let view = View {
+                eye: Eye::at([0.0; 3]),
+                here: &packed.seen,
+                is_all_known: true,
+                ahead: Vec::new(),
+            };
+            planner.plan(&view, f64::INFINITY);
+            let order = planner.next(&mut Vec::new()).expect("a pack");
+            courier.fetch(&order, &mut planner, 0.0).await;
+            // 600 bytes and 400 of headers take a second, from 100 ms on.
+            let mut came = Vec::new();
+            while courier.next_ms() < f64::INFINITY {
+                let now_ms = courier.next_ms();
+                assert!(!courier.receive(&mut planner, now_ms - 1.0).any);
+                assert!(courier.receive(&mut planner, now_ms).any);
+                came.push((now_ms, planner.settle().len()));
+            }
+            assert_eq!(came, [(350.0, 1), (850.0, 1), (1100.0, 1)]);
+            assert_eq!([planner.residency.bytes(), planner.residency.peak_bytes()], [600, 600]);
+        }
+    }
+}
