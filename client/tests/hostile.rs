@@ -2,7 +2,7 @@
 
 use std::{
     io::{Read, Write},
-    net::TcpListener,
+    net::{TcpListener, TcpStream},
     sync::{
         Arc,
         atomic::{AtomicUsize, Ordering},
@@ -31,11 +31,7 @@ fn server(answers: Vec<Vec<u8>>) -> (HttpSource, Arc<AtomicUsize>) {
         for stream in listener.incoming() {
             let Ok(mut stream) = stream else { return };
             let at = counted.fetch_add(1, Ordering::Relaxed).min(answers.len() - 1);
-            // The head of the request ends before anybody answers.
-            let (mut head, mut byte) = (Vec::new(), [0]);
-            while !head.ends_with(b"\r\n\r\n") && stream.read(&mut byte).is_ok_and(|read| read == 1) {
-                head.push(byte[0]);
-            }
+            hear(&mut stream);
             _ = stream.write_all(&answers[at]);
         }
     });
@@ -43,6 +39,14 @@ fn server(answers: Vec<Vec<u8>>) -> (HttpSource, Arc<AtomicUsize>) {
         HttpSource::new(&format!("http://{address}")).expect("an address"),
         asked,
     )
+}
+
+/// The head of a request ends before anybody answers.
+fn hear(stream: &mut TcpStream) {
+    let (mut head, mut byte) = (Vec::new(), [0]);
+    while !head.ends_with(b"\r\n\r\n") && stream.read(&mut byte).is_ok_and(|read| read == 1) {
+        head.push(byte[0]);
+    }
 }
 
 fn answer(status: &str, fields: &str, body: &[u8]) -> Vec<u8> {
@@ -100,15 +104,19 @@ async fn what_has_come_of_an_answer_is_seen_before_the_rest_is_sent() {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = listener.local_addr().expect("an address");
         let (seen, is_seen) = mpsc::channel();
+        let (first, rest) = body.split_at(body.len() / 2);
+        let (first, rest) = (
+            answer("200 OK", &format!("{field}Content-Length: {}\r\n", body.len()), first),
+            rest.to_vec(),
+        );
         let sends = std::thread::spawn(move || {
             let (mut stream, _) = listener.accept().expect("a request");
-            let fields = format!("{field}Content-Length: {}\r\n", body.len());
-            let (first, rest) = body.split_at(body.len() / 2);
-            stream.write_all(&answer("200 OK", &fields, first)).expect("a reader");
+            hear(&mut stream);
+            stream.write_all(&first).expect("a reader");
             // Who sees nothing before all of it is here never gets the rest.
             let is_seen = is_seen.recv_timeout(Duration::from_secs(20)).is_ok();
             if is_seen {
-                stream.write_all(rest).expect("a reader");
+                stream.write_all(&rest).expect("a reader");
             }
             is_seen
         });
@@ -122,7 +130,7 @@ async fn what_has_come_of_an_answer_is_seen_before_the_rest_is_sent() {
             }
         };
         let came = source.get_watched(&path(), &mut watch).await;
-        assert!(sends.join().expect("a server"));
+        assert!(sends.join().expect("a server"), "{field:?}");
         assert_eq!(came.expect("all of it").0, content);
         assert_eq!(most, content.len());
     }

@@ -1,6 +1,6 @@
 //! How does a program walk through a scene without caring what to fetch? Carries out [`crate::strategy`] over a source: many
-//! requests at once, those that nobody needs any more cancelled, all of it verified, within memory. What cannot be had is
-//! told and done without; a level stands in for another, or for a smooth LOD.
+//! requests at once, those that nobody needs any more cancelled, all of it verified, within memory. Levels are taken out of packs
+//! while these come. What cannot be had is told and done without; a level stands in for another, or for a smooth LOD.
 //!
 //! ```no_run
 //! # async fn walk() -> Result<(), belvedere_client::Error> {

@@ -122,13 +122,9 @@ impl Planner {
         self.models.members_of(pack)
     }
 
-    /// A file has come out of a pack, most of which may be still on its way; `false` when it was here before.
+    /// A file has come out of a pack that was asked for, and may be still on its way; `false` when it is not needed.
     pub fn arrive_out_of(&mut self, pack: Key, member: &Member) -> bool {
-        let is_new = !self.is_here(member.key);
-        if is_new {
-            self.residency.arrive_out_of(pack, member.key, member.bytes);
-        }
-        is_new
+        !self.is_here(member.key) && self.residency.arrive_out_of(pack, member.key, member.bytes)
     }
 
     /// A file has come, so many bytes. Where memory is limited, a pack becomes the files in it that are known, so that each can

@@ -255,15 +255,16 @@ impl Residency {
         self.peak_bytes = self.peak_bytes.max(self.held_bytes + self.asked_bytes);
     }
 
-    /// A file is here out of a pack that is on its way: so much of what was promised to the pack is its own now.
-    pub fn arrive_out_of(&mut self, pack: Key, name: Key, bytes: u64) {
-        if let Some(promised) = self.asked.get_mut(&pack) {
-            let taken = bytes.min(*promised);
-            *promised -= taken;
-            self.asked_bytes -= taken;
-        }
+    /// A file is here out of a pack that is on its way: so much of what was promised to the pack is its own now; `false` where
+    /// nothing is left of that.
+    pub fn arrive_out_of(&mut self, pack: Key, name: Key, bytes: u64) -> bool {
+        let promised = self.asked.get_mut(&pack).filter(|promised| **promised >= bytes);
+        let Some(promised) = promised else { return false };
+        *promised -= bytes;
+        self.asked_bytes -= bytes;
         self.lost.remove(&name);
         self.arrive(name, bytes);
+        true
     }
 
     /// A file cannot be had, or is not what it should be; what is drawn with it stays until something better has come.

@@ -75,8 +75,7 @@ fn what_had_come_out_of_a_pack_that_is_lost_is_not_asked_for_again() {
         planner.settle();
         planner.residency.lose(pack.name.key());
         assert_eq!(planner.residency.asked_bytes(), 0);
-        let mut orders = fetch_all(&mut planner, &view(&here, Vec::new()), 1e-9);
-        orders.retain(|order| matches!(order.wish.cause, Cause::Missing { .. }));
+        let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
         let alone: HashSet<Key> = orders.iter().map(|order| order.files[0].name.key()).collect();
         assert_eq!(alone, members[1..].iter().map(|member| member.key).collect());
     }
@@ -110,4 +109,23 @@ fn what_comes_a_second_time_is_still_used_by_whom_it_was_used() {
     let gone = planner.residency.make_room(12_000, &[], terms).unwrap();
     assert_eq!(gone.models, [here[0].model]);
     assert_eq!(planner.residency.bytes(), 0);
+}
+
+#[test]
+fn what_went_while_its_pack_was_coming_takes_no_memory_that_was_promised_to_others() {
+    let here = packed(12_000);
+    let mut planner = within(12_000);
+    let (pack, members) = asked(&mut planner, &here);
+    planner.arrive_out_of(pack.name.key(), &members[0]);
+    planner.settle();
+    need(&mut planner, &[], &[]);
+    let terms = Terms {
+        spare_bytes: 0,
+        within_steps: 0,
+        sharp_within_steps: None,
+    };
+    planner.residency.make_room(2_000, &[], terms).unwrap();
+    planner.residency.ask(&FileRef::object(&name("another", "glb"), 2_000));
+    assert_eq!(planner.arrive(&pack, pack.bytes).len(), members.len() - 1);
+    assert_eq!(planner.residency.peak_bytes(), 12_000);
 }
