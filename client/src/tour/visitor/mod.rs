@@ -228,12 +228,12 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             order = self.planner.next(&mut changes);
         }
         self.note(&changes);
-        // What can be seen ahead must be known before it can be fetched, and is read of once all is asked for that is missing here.
-        let learnt = !self.planner.has_firsts_to_ask() && self.learn_ahead(here).await;
         let asked = order.is_some();
         if let Some(order) = order {
             self.courier.fetch(&order, &mut self.planner, self.now_ms).await;
         }
+        // What can be seen ahead must be known before it can be fetched, and is read of once all is asked for that is missing here.
+        let learnt = !self.planner.has_firsts_to_ask() && self.learn_ahead(here).await;
         asked || learnt
     }
 
