@@ -21,7 +21,7 @@ pub(super) struct Incoming<'a> {
 
 enum Body {
     Plain(Vec<u8>),
-    Packed(GzDecoder<Vec<u8>>),
+    Packed(Box<GzDecoder<Vec<u8>>>),
 }
 
 impl<'a> Incoming<'a> {
@@ -29,7 +29,7 @@ impl<'a> Incoming<'a> {
         Self {
             path,
             body: match is_packed {
-                true => Body::Packed(GzDecoder::new(Vec::new())),
+                true => Body::Packed(Box::new(GzDecoder::new(Vec::new()))),
                 false => Body::Plain(Vec::new()),
             },
             carried: 0,
