@@ -21,9 +21,10 @@ use crate::{
         ahead::{Approach, approaches, is_worth_knowing},
         motion::Motion,
         nearness::steps_to_models,
-        order::{Change, View},
+        order::{Change, Order, View},
         plan,
         planner::Planner,
+        priority::Cause,
         sight::Eye,
     },
 };
@@ -228,12 +229,15 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             order = self.planner.next(&mut changes);
         }
         self.note(&changes);
+        // What can be seen ahead must be known before it can be fetched: it is read of once all is asked for that is missing here,
+        // and before what is only finer.
+        let is_first = |order: &Order| matches!(order.wish.cause, Cause::Missing { .. });
+        let asks_firsts = order.as_ref().is_some_and(is_first) || self.planner.has_firsts_to_ask();
+        let learnt = !asks_firsts && self.learn_ahead(here).await;
         let asked = order.is_some();
         if let Some(order) = order {
             self.courier.fetch(&order, &mut self.planner, self.now_ms).await;
         }
-        // What can be seen ahead must be known before it can be fetched, and is read of once all is asked for that is missing here.
-        let learnt = !self.planner.has_firsts_to_ask() && self.learn_ahead(here).await;
         asked || learnt
     }
 
