@@ -13,9 +13,14 @@ export interface Pose {
 }
 
 /** `#p=x,y,z&yaw=…&pitch=…&rev=…`, centimetres, hundredths of a degree and the revision that was seen. */
-export function writePose({ position, yaw, pitch }: Pose, revision: string): string {
+export function writePose({ position, yaw, pitch }: Pose, revision?: string): string {
   const degrees = (angle: number) => ((angle * 180) / Math.PI).toFixed(2);
-  return `#p=${position.map((x) => x.toFixed(3)).join(",")}&yaw=${degrees(yaw)}&pitch=${degrees(pitch)}&rev=${revision}`;
+  return `#p=${position.map((x) => x.toFixed(3)).join(",")}&yaw=${degrees(yaw)}&pitch=${degrees(pitch)}${revision === undefined ? "" : `&rev=${revision}`}`;
+}
+
+/** The same page and pose, in whatever revision there is. */
+export function withoutRevision(page: string): string {
+  return page.replace(/&rev=[^&]*/, "");
 }
 
 /** The revision that somebody saw who made a link, when it says so. */

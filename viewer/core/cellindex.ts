@@ -8,6 +8,7 @@ import { walkTo } from "./cellwalk.ts";
 import { distanceToCell } from "./convex.ts";
 import type { CellEntry, Page, PageEntry } from "./documents.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
+import type { Retried } from "./losses.ts";
 import { LostPages } from "./lostpages.ts";
 import { entryOf, nearestChunks } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
@@ -146,8 +147,13 @@ export class CellIndex {
   }
 
   /** Tries again what could not be had. */
-  forgive(): void {
-    this.lost.forgive();
+  forgive(retried: Retried): void {
+    this.lost.forgive(retried);
+  }
+
+  /** Whether part of it cannot be had. */
+  get isIncomplete(): boolean {
+    return this.lost.some;
   }
 
   /** What is missing of it. */

@@ -12,6 +12,7 @@ import type { FrameBudget } from "./framebudget.ts";
 import type { Vec3 } from "./geometry.ts";
 import { type Growing, growing } from "./growing.ts";
 import { LookAhead } from "./lookahead.ts";
+import type { Retried } from "./losses.ts";
 import { type ModelHost, ModelLoads, type ModelNotes } from "./modelloads.ts";
 import { MetCells } from "./navigation.ts";
 import { stepsToModels } from "./nearness.ts";
@@ -21,6 +22,8 @@ import { Planner, type Targets } from "./planner.ts";
 import { PRIORITY } from "./priority.ts";
 import { type CameOf, firstProgress, type HoldingOf, type Progress, sharpProgress } from "./progress.ts";
 import type { PublishedScene } from "./published.ts";
+import { Recovery } from "./recovery.ts";
+import { Republication } from "./republication.ts";
 import { ResidencySet } from "./residency.ts";
 import type { Eye } from "./screenerror.ts";
 import { siblingsIn } from "./siblings.ts";
@@ -43,6 +46,10 @@ export interface ExplorerEvents {
   readonly changed: () => void;
   /** Something could not be loaded; the walk goes on with what is there. */
   readonly problem: (error: unknown) => void;
+  /** The server answers again, so what could not be reached comes now. */
+  readonly answered?: () => void;
+  /** The scene was published anew, and this revision is gone. */
+  readonly outdated?: () => void;
 }
 
 export class Explorer implements NavigationSpace, Surveyed {
@@ -55,6 +62,8 @@ export class Explorer implements NavigationSpace, Surveyed {
   private readonly outlook: Outlook;
   private readonly ahead: LookAhead;
   private readonly planner: Planner;
+  private readonly recovery = new Recovery(() => this.retry("passing"));
+  private readonly republication: Republication;
   private eye: Eye | undefined;
   private readonly holdingOf: HoldingOf = (model) => this.loads.of(model);
   private readonly cameOf: CameOf = (model, file) => this.loads.came_bytes(model, file);
@@ -111,6 +120,15 @@ export class Explorer implements NavigationSpace, Surveyed {
       size: statureIn(scene.manifest).size,
       line: scene.queue,
       problem: events.problem,
+    });
+    this.republication = new Republication(scene, () => events.outdated?.());
+    scene.queue.watch({
+      lost: () => this.recovery.lost(),
+      answered: (wasSilent) => {
+        events.answered?.();
+        if (wasSilent) this.recovery.now();
+      },
+      missing: () => this.republication.suspect(),
     });
     this.outlook.showWhole();
   }
@@ -281,20 +299,24 @@ export class Explorer implements NavigationSpace, Surveyed {
     this.outlook.renew();
   }
 
-  /** Tries again what failed. */
-  retry(): void {
-    this.loads.forgive();
-    this.index.forgive();
-    this.directory.forgive();
-    this.ahead.renew();
-    this.outlook.retry();
+  /** Tries again what failed. What failed for a reason that passes is tried again by itself, too. */
+  retry(retried: Retried = "all"): void {
+    this.loads.forgive(retried);
+    this.index.forgive(retried);
+    this.directory.forgive(retried);
+    this.ahead.retry(retried);
+    this.outlook.retry(retried);
     this.planner.now();
+    this.scene.queue.probe();
   }
 
   close(): void {
     this.planner.close();
     this.outlook.close();
     this.loads.close();
+    this.recovery.close();
+    this.republication.close();
+    this.scene.queue.watch(undefined);
   }
 
   private show({ cell, objects }: Sight): void {

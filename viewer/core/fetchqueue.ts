@@ -3,6 +3,7 @@
  * ask for it, cancellable, retried with back-off, its bytes counted and, where the URL holds their hash, verified. Small
  * objects come together where the server offers that, and what this device has kept does not travel at all.
  */
+import { Breaker, type BreakerEvents } from "./breaker.ts";
 import { addressOf, BundleReader, inOrder, isSmall, NAME_BYTES, offersBundles, together } from "./bundles.ts";
 import type { FileRef } from "./documents.ts";
 import { Download } from "./download.ts";
@@ -14,7 +15,7 @@ import type { Shelf } from "./shelf.ts";
 import type { Part } from "./slices.ts";
 import { type Fetch, FetchError, pause, transfer } from "./transfer.ts";
 import { compressed_bytes, leftOf } from "./travel.ts";
-import { type Digest, isRung, promisedHash, type Verdict, verify } from "./verify.ts";
+import { type Digest, isImmutable, isRung, promisedHash, type Verdict, verify } from "./verify.ts";
 
 export interface FetchQueueOptions {
   readonly fetch: Fetch;
@@ -66,6 +67,12 @@ export interface FetchTally {
   kept_bytes: number;
 }
 
+/** Who hears how the server does. */
+export interface FetchWatcher extends BreakerEvents {
+  /** An immutable object is not there. */
+  readonly missing: () => void;
+}
+
 export class FetchQueue {
   readonly tally: FetchTally = { bytes: 0, requests: 0, retries: 0, bundled: 0, unverified: 0, kept_bytes: 0 };
   private readonly waiting = new Map<string, Download>();
@@ -82,6 +89,8 @@ export class FetchQueue {
 
   private readonly meter: Meter;
   private budget: FrameBudget | undefined;
+  private watcher: FetchWatcher | undefined;
+  private breaker: Breaker | undefined;
 
   constructor(private readonly options: FetchQueueOptions) {
     this.meter = options.meter ?? new LineMeter();
@@ -90,6 +99,18 @@ export class FetchQueue {
   /** From now on a request begins when a frame has time for it: to a browser that is as much work as to decode a small file. */
   beginWithin(budget: FrameBudget): void {
     this.budget = budget;
+  }
+
+  /** From now on downloads wait while the server does not answer, until {@link probe} lets one of them try, or one is a document; `undefined` ends that. */
+  watch(watcher: FetchWatcher | undefined): void {
+    this.watcher = watcher;
+    this.breaker = watcher && new Breaker(watcher);
+  }
+
+  /** Tries whether a server that was silent answers again, with one download. */
+  probe(): void {
+    this.breaker?.allow();
+    this.pump();
   }
 
   /** Downloads waiting or running. */
@@ -129,6 +150,7 @@ export class FetchQueue {
     const known = this.waiting.get(url) ?? this.running.get(url);
     if (known) {
       known.priority = Math.min(known.priority, priority);
+      if (this.breaker?.isOpen) this.pumpSoon();
       return known;
     }
     const trace = this.options.log?.asks(url, purposeOf(priority), reason);
@@ -162,6 +184,7 @@ export class FetchQueue {
   hasten(url: string, priority: number): void {
     const download = this.waiting.get(url);
     if (download) download.priority = Math.min(download.priority, priority);
+    if (this.breaker?.isOpen) this.pumpSoon();
   }
 
   /** Changes how urgent a waiting download is. */
@@ -178,6 +201,7 @@ export class FetchQueue {
     this.running.delete(url);
     download.controller.abort();
     download.fails(cancelled(url), "cancelled");
+    this.breaker?.cancelled(url);
     this.pump();
   }
 
@@ -221,6 +245,11 @@ export class FetchQueue {
   /** What goes next: one download, or several that come together. */
   private next(): Download[] {
     const inLine = [...this.waiting.values()].sort((a, b) => a.priority - b.priority || a.order - b.order);
+    if (this.breaker?.isOpen) {
+      const kept = inLine.find((one) => !this.travels(one));
+      const next = kept ?? this.breaker.choose(inLine, ({ priority }) => purposeOf(priority) === "document");
+      return next ? [next] : [];
+    }
     // Half of the transfers are left for what is large, or turns out to be urgent.
     const full = 2 * this.bundles >= this.options.concurrency;
     const hasRoom = this.meter.hasRoom(this.line.requests, this.line.bytes);
@@ -252,6 +281,7 @@ export class FetchQueue {
   }
 
   private async run(download: Download): Promise<void> {
+    const mark = this.breaker?.mark ?? 0;
     try {
       const kept = this.shelf && !download.fresh ? await this.shelf.read(download.url) : undefined;
       if (kept) this.tally.kept_bytes += kept.byteLength;
@@ -259,9 +289,20 @@ export class FetchQueue {
       this.settle(download, bytes, kept ? "kept" : "done");
     } catch (error) {
       const isRunning = this.running.get(download.url) === download;
-      if (isRunning) this.running.delete(download.url);
+      if (isRunning) {
+        this.running.delete(download.url);
+        this.tell(error, mark);
+      }
       download.fails(error, isRunning ? "failed" : undefined);
     }
+  }
+
+  /** A download that began at a mark was given up. */
+  private tell(error: unknown, mark: number): void {
+    if (!(error instanceof FetchError)) return;
+    const { kind, url, status } = error;
+    if (kind === "unreachable") this.breaker?.lost(url, mark);
+    else if (isImmutable(url) && (status === 404 || status === 410)) this.watcher?.missing();
   }
 
   private settle(download: Download, bytes: ArrayBuffer, result: "done" | "kept"): void {
@@ -331,7 +372,6 @@ export class FetchQueue {
     const { url, controller, fresh } = download;
     let reload = false;
     for (let attempt = 1; ; attempt += 1) {
-      const last = attempt >= this.options.attempts;
       this.tally.requests += 1;
       download.starts();
       try {
@@ -349,6 +389,7 @@ export class FetchQueue {
       } catch (error) {
         if (controller.signal.aborted) throw cancelled(url);
         const final = error instanceof FetchError && error.kind !== "unreachable";
+        const last = attempt >= this.options.attempts || this.breaker?.isOpen;
         if (final || last || !download.isWorthAnotherTry) throw error;
         await pause(this.options.backoff_ms * 2 ** (attempt - 1), controller.signal);
       }
@@ -376,10 +417,15 @@ export class FetchQueue {
     const { fetch, stall_ms } = this.options;
     const trace = this.meter.starts(leftOf(url));
     try {
-      return await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
+      const headers = await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
         trace.receives(piece.byteLength);
         receive(piece);
       });
+      this.breaker?.answered(url);
+      return headers;
+    } catch (error) {
+      if (error instanceof FetchError && error.kind === "status") this.breaker?.answered(url);
+      throw error;
     } finally {
       trace.ends();
     }

@@ -5,6 +5,7 @@
 import { type Approach, approaches, type KnownCells, whenToKnow } from "./approaches.ts";
 import type { CellRecords } from "./cellrecords.ts";
 import type { Vec3 } from "./geometry.ts";
+import { type Loss, mayRetry, type Retried } from "./losses.ts";
 import type { ObjectDirectory, PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
 import type { Ahead } from "./scheduler.ts";
@@ -15,6 +16,8 @@ interface Place {
   objects: readonly PlacedObject[] | undefined;
   /** How urgently its documents were asked for; most of all once they are here, so that nobody asks again. */
   priority: number;
+  /** Why its documents cannot be had. */
+  loss?: Loss;
 }
 
 export class LookAhead {
@@ -66,6 +69,13 @@ export class LookAhead {
     for (const [cell, { objects }] of this.places) this.places.set(cell, unlearnt(objects));
   }
 
+  /** What could not be learnt is to be learnt anew. */
+  retry(retried: Retried): void {
+    for (const [cell, { objects, loss }] of this.places) {
+      if (loss && mayRetry(loss, retried)) this.places.set(cell, unlearnt(objects));
+    }
+  }
+
   private async read(cell: number, place: Place): Promise<void> {
     const { priority } = place;
     try {
@@ -75,7 +85,8 @@ export class LookAhead {
       place.objects = ofEachModel(objects);
       place.priority = Number.NEGATIVE_INFINITY;
       if (this.places.get(cell) === place) this.changed();
-    } catch {
+    } catch (error) {
+      place.loss = { error };
       // As for neighbours: entering the cell asks again and reports what is wrong.
     }
   }

@@ -1,5 +1,6 @@
 /** Which parts of the map of cells cannot be had? Each is asked for once, until one tries again. */
 import type { PageEntry } from "./documents.ts";
+import { forgive, type Retried } from "./losses.ts";
 import { FetchError } from "./transfer.ts";
 
 /** Something of the map of cells cannot be had, so that one may be elsewhere than it seems, and walk through walls there. */
@@ -31,8 +32,8 @@ export class LostPages {
     return [...this.lost.values()].map(({ error }) => error.message);
   }
 
-  forgive(): void {
-    this.lost.clear();
+  forgive(retried: Retried): void {
+    forgive(this.lost, retried);
   }
 
   /** What `read` brings for an entry; `undefined` when that cannot be had. */

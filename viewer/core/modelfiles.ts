@@ -7,6 +7,7 @@ import type { FetchQueue } from "./fetchqueue.ts";
 import { type Grade, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import { GrowthQueue } from "./growthqueue.ts";
+import { forgive, type Loss, passes, type Retried } from "./losses.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
 import type { Tree } from "./tree.ts";
@@ -45,7 +46,9 @@ export interface ModelFilesParts {
 export class ModelFiles {
   /** Rules, and glTF documents with nothing but materials; small, and shared by many models. */
   private readonly texts = new Map<string, string>();
-  private readonly lostTextures = new Set<string>();
+  private readonly lostTextures = new Map<string, Loss>();
+  /** Textures that failed once for a reason that passes. */
+  private readonly lateTextures = new Set<string>();
   private readonly growths: GrowthQueue;
 
   constructor(private readonly parts: ModelFilesParts) {
@@ -58,8 +61,8 @@ export class ModelFiles {
   }
 
   /** Forgets which textures could not be had. */
-  forgive(): void {
-    this.lostTextures.clear();
+  forgive(retried: Retried): void {
+    forgive(this.lostTextures, retried);
   }
 
   fetchGrade(load: Load, packs: ReadonlyMap<string, number>): Promise<Make> {
@@ -131,7 +134,10 @@ export class ModelFiles {
     return this.fetch(load, level);
   }
 
-  /** Adds textures that the renderer does not hold. One that cannot be fetched stays out: plain beats a hole. */
+  /**
+   * Adds textures that the renderer does not hold. One that cannot be fetched stays out: plain beats a hole. What draws without it keeps
+   * doing so, therefore the load fails the first time when that is for a reason that passes, and is tried again.
+   */
   async fetchTextures(load: Load, textures: Map<string, ArrayBuffer>): Promise<void> {
     const { host, problem } = this.parts;
     const missing = texturesOf(load.model, load.grade).filter(
@@ -141,9 +147,14 @@ export class ModelFiles {
       missing.map(async (file) => {
         try {
           textures.set(file.url, await this.fetch(load, file));
+          this.lateTextures.delete(file.url);
         } catch (error) {
           if (load.state === "cancelled") throw error;
-          this.lostTextures.add(file.url);
+          if (passes(error) && !this.lateTextures.has(file.url)) {
+            this.lateTextures.add(file.url);
+            throw error;
+          }
+          this.lostTextures.set(file.url, { error });
           problem(error);
         }
       }),

@@ -10,6 +10,7 @@ import type { FrameBudget } from "./framebudget.ts";
 import { ALL_RUNGS, type Holding, isFailed, levelOf, nameOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import type { Impostor } from "./impostordocument.ts";
+import { type Loss, mayRetry, passes, type Retried } from "./losses.ts";
 import { type Coming, type Load, ModelFiles } from "./modelfiles.ts";
 import type { PlacedObject } from "./objects.ts";
 import { packsWorth } from "./packs.ts";
@@ -73,6 +74,12 @@ interface Beside {
   readonly stream_bytes: number;
 }
 
+/** A grade that could not be had, by its name. */
+interface FailedGrade extends Loss {
+  readonly model: number;
+  readonly name: string;
+}
+
 const NONE: ReadonlySet<string> = new Set();
 const NOTHING_BESIDE: Beside = { pictures_bytes: 0, stream_bytes: 0 };
 /** After so many wants without memory, what is less urgent waits. */
@@ -81,6 +88,7 @@ const REFUSALS = 4;
 export class ModelLoads implements ModelNotes {
   private readonly loads = new Map<number, Load>();
   private readonly failed = new Map<number, Set<string>>();
+  private readonly losses = new Set<FailedGrade>();
   private readonly reasons = new Map<number, string>();
   private readonly beside = new Map<number, Beside>();
   private readonly files: ModelFiles;
@@ -136,10 +144,14 @@ export class ModelLoads implements ModelNotes {
   }
 
   /** Forgets failures, so that they are tried again. */
-  forgive(): void {
-    this.failed.clear();
-    this.reasons.clear();
-    this.files.forgive();
+  forgive(retried: Retried): void {
+    for (const loss of this.losses) {
+      if (!mayRetry(loss, retried)) continue;
+      this.losses.delete(loss);
+      this.failed.get(loss.model)?.delete(loss.name);
+      this.reasons.delete(loss.model);
+    }
+    this.files.forgive(retried);
   }
 
   /** Cancels everything; nothing that is still under way reaches the renderer. */
@@ -271,14 +283,16 @@ export class ModelLoads implements ModelNotes {
   private fail({ model: { model, smooth }, grade }: Load, error: unknown): void {
     const failed = this.failed.get(model) ?? new Set();
     this.failed.set(model, failed);
-    failed.add(grade.kind === "rung" ? ALL_RUNGS : nameOf(grade));
+    const name = grade.kind === "rung" ? ALL_RUNGS : nameOf(grade);
+    failed.add(name);
+    this.losses.add({ model, name, error });
     if (grade.kind !== "rung" && grade.kind !== "grown") {
       this.parts.problem(error);
       return;
     }
     // Levels stand in.
     this.reasons.set(model, error instanceof Error ? error.message : String(error));
-    if (grade.kind === "grown") return;
+    if (grade.kind === "grown" || passes(error)) return;
     this.parts.smooth.close(model);
     // Any of them may be the damaged one.
     for (const { url } of smooth ? [smooth, ...smooth.rungs] : []) this.parts.queue.shelf?.forget(url);

@@ -3,6 +3,7 @@
  * neighbours at a time, and joins each with its model. Where that takes long, something stands in (`standins.ts`).
  */
 import type { Model, ObjectEntry, Page, PageEntry, Whole } from "./documents.ts";
+import type { Retried } from "./losses.ts";
 import { Pacer } from "./pacer.ts";
 import { type Holder, holdersOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
@@ -92,8 +93,8 @@ export class ObjectDirectory {
   }
 
   /** Forgets failures, so that they are tried again. */
-  forgive(): void {
-    this.standIns?.forgive();
+  forgive(retried: Retried): void {
+    this.standIns?.forgive(retried);
   }
 
   /** The objects with these ids, in the order in which they were asked for, which is that in which they come. */

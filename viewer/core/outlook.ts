@@ -7,7 +7,8 @@ import type { CellRecord } from "./cellrecord.ts";
 import type { CellRecords } from "./cellrecords.ts";
 import type { CellEntry } from "./documents.ts";
 import { Gate } from "./gate.ts";
-import type { Vec3 } from "./geometry.ts";
+import { length, subtract, type Vec3 } from "./geometry.ts";
+import { type Loss, mayRetry, type Retried } from "./losses.ts";
 import type { ObjectDirectory, PlacedObject } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
 import type { Scope } from "./progress.ts";
@@ -65,6 +66,12 @@ export class Outlook {
   private isAround = false;
   /** The cell from which it was begun to learn what is next door. */
   private surveyed: number | undefined;
+  /** Why it is not known what can be seen from the current cell, or what is next door. */
+  private loss: Loss | undefined;
+  /** Where the eye entered the last cell that held it, or began. */
+  private entered: Vec3 | undefined;
+  /** Whether what is around is shown because all known cells are too far away. */
+  private hasStrayed = false;
   private closed = false;
 
   constructor(
@@ -75,11 +82,16 @@ export class Outlook {
     this.surroundings = new Surroundings(scene, directory, events.problem);
     this.whereabouts = new Whereabouts(new Starts(scene, index, directory), {
       entered: (entry) => {
+        if (this.inside || !this.entered) this.entered = this.position;
         events.changed();
         void this.arrive(entry);
       },
-      located: events.located,
-      nowhere: (position) => void this.lookAround(position),
+      located: () => {
+        events.located();
+        if (this.hasStrayed && this.inside) this.renew();
+      },
+      outside: (distance_m, position) => this.stray(distance_m, position),
+      nowhere: (position) => void this.lookAround(position, () => this.sight.cell !== undefined),
       problem: events.problem,
     });
   }
@@ -155,9 +167,11 @@ export class Outlook {
   }
 
   /** Tries again what failed. */
-  retry(): void {
+  retry(retried: Retried): void {
+    if (this.loss && !mayRetry(this.loss, retried)) return;
     this.surroundings.forget();
-    this.whereabouts.again();
+    if (this.hasStrayed && this.position) this.whereabouts.follow(this.position);
+    else this.whereabouts.again();
   }
 
   close(): void {
@@ -169,6 +183,8 @@ export class Outlook {
     const { directory, index, records } = this.parts;
     const { cell } = entry;
     this.arrivals += 1;
+    this.loss = undefined;
+    this.hasStrayed = false;
     const arrival = this.arrivals;
     const hasLeft = () => this.closed || this.arrivals !== arrival;
     const beheld = this.behold(cell, hasLeft);
@@ -193,15 +209,30 @@ export class Outlook {
       await Promise.all([learnt, resolved]);
     } catch (error) {
       if (hasLeft()) return;
+      this.loss = { error };
       this.events.problem(error);
-      if (this.sight.count === 0 && this.position) void this.lookAround(this.position);
+      // What was seen from somewhere else says nothing of what is here.
+      const showsOther = this.sight.cell !== cell && !this.parts.scene.manifest.whole;
+      if (showsOther && this.position) void this.lookAround(this.position, hasLeft);
     }
   }
 
+  /** Where the nearest cell that is known is far, because part of the map is lost, it does not say what can be seen here. */
+  private stray(distance_m: number, position: Vec3): void {
+    const { index, scene } = this.parts;
+    const gone_m = length(subtract(position, this.entered ?? position));
+    if (!index.isIncomplete || scene.manifest.whole) return;
+    if (Math.min(distance_m, gone_m) < this.surroundings.strayed_m) return;
+    this.hasStrayed = true;
+    this.arrivals += 1;
+    const { arrivals } = this;
+    void this.lookAround(position, () => this.arrivals !== arrivals);
+  }
+
   /** Shows what there is around, where nothing says what can be seen: no cell is known, or not what the first one sees. */
-  private async lookAround(position: Vec3): Promise<void> {
+  private async lookAround(position: Vec3, isOver: () => boolean): Promise<void> {
     const objects = await this.surroundings.look(position);
-    if (this.closed || !objects || this.sight.cell !== undefined) return;
+    if (this.closed || !objects || isOver()) return;
     this.isAround = true;
     this.show({ cell: undefined, objects, count: objects.length });
     this.events.changed();
@@ -229,7 +260,10 @@ export class Outlook {
   }
 
   private show(sight: Sight): void {
-    if (sight.cell !== undefined) this.isAround = false;
+    if (sight.cell !== undefined) {
+      this.isAround = false;
+      this.surroundings.forget();
+    }
     if (isSameSight(sight, this.sight)) return;
     this.shown = sight;
     this.events.shown(sight);

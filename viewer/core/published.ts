@@ -71,6 +71,17 @@ export class PublishedScene {
     return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, reason)));
   }
 
+  /** What the pointer of the scene says now, as the server has it. */
+  latest(): Promise<Pointer> {
+    const { scene } = this.pointer;
+    return readNamed(
+      this.queue,
+      this.tree.pointer(scene),
+      `the pointer of ${scene}, since something is missing`,
+      readPointer,
+    );
+  }
+
   /** From now on files are asked for, and documents decoded, when a frame has time for it, before anything else that waits for that. */
   workWithin(budget: FrameBudget): void {
     this.budget = budget;

@@ -6,6 +6,7 @@
  * The entries are fetched all the same, so a population is worth its bytes only where many of its members are wanted.
  */
 import type { Model, Page, PageEntry } from "./documents.ts";
+import { forgive, type Loss, type Retried } from "./losses.ts";
 import type { PlacedObject } from "./objects.ts";
 import { entryOf, type Holder, holdersOf } from "./pagetree.ts";
 import type { Member } from "./population.ts";
@@ -20,7 +21,7 @@ export type PriorityOf = (object: number) => number;
 export class StandIns {
   private readonly objects = new Map<number, PlacedObject>();
   private readonly models = new Map<number, Model>();
-  private readonly lost = new Map<string, string>();
+  private readonly lost = new Map<string, Loss>();
 
   constructor(
     private readonly scene: PublishedScene,
@@ -33,12 +34,13 @@ export class StandIns {
 
   /** Why objects had to wait for their entries. */
   get notes(): string[] {
-    return [...this.lost.values()];
+    const why = (error: unknown) => (error instanceof Error ? error.message : String(error));
+    return [...this.lost.values()].map(({ error }) => `objects wait for their entries: ${why(error)}`);
   }
 
   /** Forgets failures, so that they are tried again. */
-  forgive(): void {
-    this.lost.clear();
+  forgive(retried: Retried): void {
+    forgive(this.lost, retried);
   }
 
   /**
@@ -69,7 +71,7 @@ export class StandIns {
   }
 
   private lose(url: string, error: unknown): [] {
-    this.lost.set(url, `objects wait for their entries: ${error instanceof Error ? error.message : String(error)}`);
+    this.lost.set(url, { error });
     return [];
   }
 

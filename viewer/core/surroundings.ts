@@ -37,11 +37,15 @@ export class Surroundings {
     private readonly problem: (error: unknown) => void,
   ) {}
 
+  /** Who has gone so far has strayed. */
+  get strayed_m(): number {
+    const { min, max } = this.scene.manifest.bounds;
+    return STRAYED_SHARE * length(subtract(max, min));
+  }
+
   /** What is around a point; `undefined` for who has looked around near by, or looks around elsewhere meanwhile. */
   async look(point: Vec3): Promise<PlacedObject[] | undefined> {
-    const { min, max } = this.scene.manifest.bounds;
-    const strayed_m = STRAYED_SHARE * length(subtract(max, min));
-    if (this.around && length(subtract(this.around, point)) < strayed_m) return undefined;
+    if (this.around && length(subtract(this.around, point)) < this.strayed_m) return undefined;
     this.around = point;
     const objects = this.directory.whole() ?? (await this.readAround(point));
     return this.around === point ? bySolidAngle(objects, point) : undefined;

@@ -11,6 +11,8 @@ export class FetchError extends Error {
     readonly kind: "cancelled" | "corrupt" | "status" | "unreachable",
     readonly url: string,
     message: string,
+    /** Of an answer that is an error. */
+    readonly status?: number,
   ) {
     super(message);
   }
@@ -46,7 +48,8 @@ export async function transfer(
     const response = await Promise.race([fetch(url, { cache, signal: either }), ended]);
     if (!response.ok) {
       const passes = response.status >= 500 || response.status === 429 || response.status === 408;
-      throw new FetchError(passes ? "unreachable" : "status", url, `${url} was answered with ${response.status}`);
+      const { status } = response;
+      throw new FetchError(passes ? "unreachable" : "status", url, `${url} was answered with ${status}`, status);
     }
     body = response.body?.getReader();
     while (body) {

@@ -19,6 +19,11 @@ export function promisedHash(url: string): string | undefined {
   return /\/o\/([0-9a-f]{64})\.[a-z0-9]{1,8}$/.exec(url)?.[1];
 }
 
+/** Whether a URL is that of an object, which never changes. */
+export function isImmutable(url: string): boolean {
+  return /\/o\/[0-9a-f]{64}\./.test(url);
+}
+
 /** Whether a URL names a slice, so that only all slices together can be compared with its hash. */
 export function isRung(url: string): boolean {
   return /\/o\/[0-9a-f]{64}\.r[0-9]{1,3}\.slod$/.test(url);

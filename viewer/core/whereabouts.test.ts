@@ -13,6 +13,7 @@ it("tells when the index has answered, though the eye is still nearest to the sa
   const whereabouts = new Whereabouts(index, {
     entered,
     located: () => told.push({ locating: whereabouts.locating, inside: whereabouts.inside }),
+    outside: () => {},
     nowhere: () => {},
     problem: () => {},
   });
@@ -32,7 +33,7 @@ it("asks again for whoever has gone elsewhere meanwhile, be it by centimetres", 
     nextDoor: () => undefined,
     locate: async ([x]: Vec3) => ({ entry: cells[x < border_m ? 0 : 1], distance_m: 0 }),
   } as unknown as CellIndex;
-  const events = { entered: () => {}, located: () => {}, nowhere: () => {}, problem: () => {} };
+  const events = { entered: () => {}, located: () => {}, outside: () => {}, nowhere: () => {}, problem: () => {} };
   const whereabouts = new Whereabouts(index, events);
   whereabouts.follow([0.01, 0, 0]);
   whereabouts.follow([0.09, 0, 0]);

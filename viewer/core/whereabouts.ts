@@ -16,6 +16,8 @@ export interface WhereaboutsEvents {
   readonly entered: (entry: CellEntry) => void;
   /** The index has answered, or the eye has left its cell or come back into it. */
   readonly located: () => void;
+  /** The nearest cell that is known is so far away. */
+  readonly outside: (distance_m: number, position: Vec3) => void;
   /** No cell is known anywhere. */
   readonly nowhere: (position: Vec3) => void;
   readonly problem: (error: unknown) => void;
@@ -26,6 +28,8 @@ export class Whereabouts {
   private current: CellEntry | undefined;
   private isInside = false;
   private asking = false;
+  /** Whether to ask again what is being asked, since more of the index may be had now. */
+  private isStale = false;
   private closed = false;
 
   constructor(
@@ -60,7 +64,8 @@ export class Whereabouts {
     const { current } = this;
     this.current = undefined;
     if (current) this.enter(current, this.isInside);
-    else void this.locate();
+    this.isStale = true;
+    if (!this.isInside) void this.locate();
   }
 
   close(): void {
@@ -73,13 +78,17 @@ export class Whereabouts {
     try {
       let position: Vec3;
       do {
+        this.isStale = false;
         position = this.position;
         const located = await this.cells.locate(position);
         if (this.closed) return;
-        if (located) this.enter(located.entry, located.distance_m === 0);
-        else this.events.nowhere(position);
+        if (!located) this.events.nowhere(position);
+        else {
+          this.enter(located.entry, located.distance_m === 0);
+          if (located.distance_m > 0) this.events.outside(located.distance_m, position);
+        }
         // Who has moved meanwhile asks again: the chunks are here now, and no step is small in every world.
-      } while (length(subtract(this.position, position)) > 0);
+      } while (this.isStale || length(subtract(this.position, position)) > 0);
     } catch (error) {
       this.events.problem(error);
     } finally {

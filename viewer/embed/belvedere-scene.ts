@@ -8,6 +8,7 @@
  */
 import { type Pose, readPose, treeBase } from "../core/address.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
+import { passes } from "../core/losses.ts";
 import { fetchSceneList, PublishedScene } from "../core/published.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
@@ -17,7 +18,7 @@ import { Controls } from "../ui/controls.ts";
 import { make } from "../ui/dom.ts";
 import { Doors } from "../ui/doors.ts";
 import { unlessForbidden } from "../ui/policy.ts";
-import { explain, NoSuchScene } from "../ui/problem.ts";
+import { explain, NoSuchScene, type Server, serverAt } from "../ui/problem.ts";
 import { Visit } from "../ui/visit.ts";
 import { Caption } from "./caption.ts";
 import { STYLE } from "./style.ts";
@@ -113,15 +114,15 @@ export class BelvedereScene extends HTMLElement {
     style.replaceSync(STYLE);
     root.adoptedStyleSheets = [style];
     root.replaceChildren(canvas, stick, line);
-    let host = location.host;
+    let server = serverAt(new URL(location.href), location.origin);
     try {
       const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
-      host = src.host;
+      server = serverAt(new URL(treeBase(src.href)), location.origin);
       const [scene] = await Promise.all([open(src), decoderReady()]);
       if (attempt !== this.attempt) return;
       this.visit = this.begin(new Stage(canvas), scene, { canvas, stick, caption }, readPose(src.hash));
     } catch (error) {
-      if (attempt === this.attempt) this.fail(error, host, caption);
+      if (attempt === this.attempt) this.fail(error, server, caption);
     }
   }
 
@@ -132,8 +133,15 @@ export class BelvedereScene extends HTMLElement {
     pose: Pose | undefined,
   ): Visit {
     canvas.setAttribute("aria-label", `${scene.manifest.title}. ${HOW_TO_MOVE}`);
-    const problem = (error: unknown) => this.fail(error, scene.tree.base.host, caption);
-    const visit = new Visit({ scene, stage, display: caption, problem });
+    const server = serverAt(scene.tree.base, location.origin);
+    const visit = new Visit({
+      scene,
+      stage,
+      display: caption,
+      problem: (error) => this.fail(error, server, caption),
+      answered: () => caption.answered(),
+      outdated: () => this.showAnew(),
+    });
     const begin = this.wanted ?? pose;
     this.wanted = undefined;
     if (begin) visit.teleport(begin);
@@ -158,9 +166,15 @@ export class BelvedereScene extends HTMLElement {
     return visit;
   }
 
-  private fail(error: unknown, host: string, caption: Caption): void {
-    const { title, text } = explain(error, host);
-    caption.problem(`${title}. ${text}`);
+  /** Shows the world as it was published anew, from where one is. */
+  private showAnew(): void {
+    this.wanted = this.pose;
+    void this.show();
+  }
+
+  private fail(error: unknown, server: Server, caption: Caption): void {
+    const { title, text } = explain(error, server);
+    caption.problem(`${title}. ${text}`, passes(error));
     this.dispatchEvent(new CustomEvent("problem", { detail: error }));
   }
 }

@@ -55,3 +55,13 @@ it("keeps a problem in sight, whatever comes after it", () => {
   caption.mode("fly");
   expect(line.hidden).toBe(false);
 });
+
+it("keeps a problem that passes only until the server answers", () => {
+  const { line, caption } = captioned();
+  caption.problem("The server does not answer.", true);
+  caption.answered();
+  expect([caption.hasFailed, line.hidden]).toEqual([false, true]);
+  caption.problem("Something is missing.");
+  caption.answered();
+  expect(line.hidden).toBe(false);
+});

@@ -11,6 +11,8 @@ const FLYING = "Flying: walls do not stop you. F to walk.";
 export class Caption implements Display {
   private complete = false;
   private failed = false;
+  /** Whether the problem passes by itself. */
+  private passes = false;
   private manner = "";
 
   /** `ready` is called once, when the first picture is complete. */
@@ -34,8 +36,9 @@ export class Caption implements Display {
     this.ready();
   }
 
-  problem(text: string): void {
+  problem(text: string, passes = false): void {
     this.failed = true;
+    this.passes = passes;
     this.put(text);
   }
 
@@ -48,6 +51,11 @@ export class Caption implements Display {
   forgive(): void {
     this.failed = false;
     this.put("");
+  }
+
+  /** The server answers again. */
+  answered(): void {
+    if (this.failed && this.passes) this.forgive();
   }
 
   private say(text: string): void {

@@ -125,13 +125,20 @@ export async function explore({
   const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
   const host = new RecordingHost();
   const problems: unknown[] = [];
+  /** What was told besides. */
+  const told: ("answered" | "outdated")[] = [];
   const budget = new FrameBudget(1e9, () => 0);
   const explorer = new Explorer(
     scene,
     host,
     budget,
     { memory_limit_bytes, target_px: 1.5, uses, growing, ...(most_triangles !== undefined && { most_triangles }) },
-    { changed: () => {}, problem: (error) => problems.push(error) },
+    {
+      changed: () => {},
+      problem: (error) => problems.push(error),
+      answered: () => told.push("answered"),
+      outdated: () => told.push("outdated"),
+    },
   );
   host.missing = () => explorer.missing;
   const go = (position: Vec3, velocity: Vec3 = [0, 0, 0]) =>
@@ -143,5 +150,5 @@ export async function explore({
       calm = explorer.pending === 0 ? calm + 1 : 0;
     }
   };
-  return { explorer, host, problems, requests, log, files, scene, go, quiet };
+  return { explorer, host, problems, told, requests, log, files, scene, go, quiet };
 }

@@ -7,7 +7,7 @@ export interface ServerOptions {
   /** Every answer takes so long. */
   readonly delay_ms?: number;
   /** Answers some paths in its own way, given what the file holds. */
-  readonly answer?: (path: string, bytes: Uint8Array) => BodyInit | undefined;
+  readonly answer?: (path: string, bytes: Uint8Array) => BodyInit | Response | undefined;
 }
 
 /** Answers requests from files below a base, and counts them. */
@@ -24,9 +24,9 @@ export function serveFiles(
     await new Promise((resolve) => setTimeout(resolve, delay_ms));
     if (init.signal?.aborted) throw new DOMException("aborted", "AbortError");
     const bytes = bundles && path.startsWith(BUNDLE) ? bundleOf(files, path) : files.get(path);
-    return bytes
-      ? new Response(answer(path, bytes) ?? (bytes as BodyInit), { headers })
-      : new Response("", { status: 404 });
+    if (!bytes) return new Response("", { status: 404 });
+    const own = answer(path, bytes);
+    return own instanceof Response ? own : new Response(own ?? (bytes as BodyInit), { headers });
   };
   return { fetch, requests };
 }

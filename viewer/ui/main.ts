@@ -2,7 +2,7 @@
  * How does a visit begin? Reads the address, finds the scene, opens it and hands the page to a {@link Visit}. Whatever
  * stops it ends in a plain sentence and a way out.
  */
-import { addressOfScene, readPose, readRevision, treeBase, writePose } from "../core/address.ts";
+import { addressOfScene, readPose, readRevision, treeBase, withoutRevision, writePose } from "../core/address.ts";
 import { compartments } from "../core/compartments.ts";
 import type { SceneSummary, Viewpoint } from "../core/documents.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
@@ -33,8 +33,10 @@ import { InspectorPanel } from "./inspector/panel.ts";
 import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
 import { unlessForbidden } from "./policy.ts";
-import { explain, hideToast, NoSuchScene, showNotice, showProblem, showToast } from "./problem.ts";
+import { explain, NoSuchScene, serverAt, showProblem } from "./problem.ts";
 import { Recording } from "./recording.ts";
+import { labelled } from "./scenelabels.ts";
+import { Toast } from "./toast.ts";
 import { Visit } from "./visit.ts";
 
 /** So much is kept on this device from visit to visit. */
@@ -81,7 +83,7 @@ function offerScenes(scenes: readonly SceneSummary[], current: string): void {
   if (scenes.length < 2) return;
   const select = element("scenes", HTMLSelectElement);
   select.replaceChildren(
-    ...scenes.map(({ scene, title }) => new Option(title, scene, scene === current, scene === current)),
+    ...labelled(scenes).map(({ scene, label }) => new Option(label, scene, scene === current, scene === current)),
   );
   select.onchange = () => location.assign(addressOfScene(location.href, select.value));
   element("scene-choice", HTMLLabelElement).hidden = false;
@@ -127,18 +129,34 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const canvas = element("view", HTMLCanvasElement);
   const announcer = new Announcer(element("live", HTMLParagraphElement));
   const hud = new Hud(announcer);
-  const host = scene.tree.base.host;
+  const server = serverAt(scene.tree.base, location.origin);
+  const toast = new Toast({
+    line: element("toast", HTMLParagraphElement),
+    text: element("toast-text", HTMLSpanElement),
+    action: element("toast-retry", HTMLButtonElement),
+    close: element("toast-close", HTMLButtonElement),
+  });
+  /** The revision that links name; none while the page goes on to another one. */
+  let linked: string | undefined = scene.pointer.revision;
+  const showAnew = () => {
+    linked = undefined;
+    history.replaceState(null, "", withoutRevision(location.href));
+    location.reload();
+  };
+  const outdated = () => toast.show("This world was published anew while you were in it.", "Show it", showAnew);
   const visit = new Visit({
     scene,
     stage,
     display: hud,
     uses: { smooth: isUsed("smooth"), impostors: isUsed("impostors"), rules: isUsed("rules") },
-    posed: (pose) => history.replaceState(null, "", writePose(pose, scene.pointer.revision)),
+    posed: (pose) => history.replaceState(null, "", writePose(pose, linked)),
     problem: (error) => {
       // The same may be met again at each step.
       if (!problems.includes(String(error))) problems.push(String(error));
-      showToast(error, host, () => visit.explorer.retry());
+      toast.showProblem(error, server, () => visit.explorer.retry());
     },
+    answered: () => toast.answered(),
+    outdated,
   });
   const inspectorToggle = element("inspector-toggle", HTMLButtonElement);
   const doors = new Doors(visit);
@@ -147,8 +165,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     visit,
     line: network.throttle,
     counted: (people) => hud.people(people),
-    outdated: () =>
-      showNotice("This world was published anew while you were in it.", "Show it", () => location.reload()),
+    outdated,
   });
   const recording = new Recording(visit, announcer);
   const panel = new InspectorPanel({
@@ -195,7 +212,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     try {
       await company.use(object);
     } catch (error) {
-      showToast(error, host, () => void use(object));
+      toast.showProblem(error, server, () => void use(object));
     }
   };
   const tap = (x: number, y: number) => {
@@ -232,16 +249,16 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const pose = readPose(location.hash);
   const seen = readRevision(location.hash);
   if (seen !== undefined && seen !== scene.pointer.revision) {
-    showNotice("This world has changed since the link was made.", "All right", () => {});
+    toast.show("This world has changed since the link was made.", "All right", () => {});
   }
   if (pose) visit.teleport(pose);
   else visit.start();
   addEventListener("hashchange", () => {
-    const linked = readPose(location.hash);
-    if (linked) visit.teleport(linked);
+    const target = readPose(location.hash);
+    if (target) visit.teleport(target);
   });
   addEventListener("online", () => {
-    hideToast();
+    toast.retried();
     visit.explorer.retry();
   });
   offerScenes(scenes, scene.pointer.scene);
@@ -274,7 +291,7 @@ async function main(): Promise<void> {
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
     const links = others.map((scene) => ({ scene, href: addressOfScene(location.href, scene.scene) }));
-    showProblem(explain(error, base.host, base.origin !== location.origin), retry, links);
+    showProblem(explain(error, serverAt(base, location.origin)), retry, links);
   }
 }
 

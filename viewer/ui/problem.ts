@@ -1,6 +1,6 @@
 /**
- * What went wrong, in a plain sentence, and what can one do? A panel when there is nothing to show; a line at the bottom
- * when the walk can go on.
+ * What went wrong, in a plain sentence, and what can one do? A panel when there is nothing to show; where the walk can go on, a line
+ * at the bottom (`toast.ts`).
  */
 import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
@@ -38,8 +38,19 @@ export interface Explanation {
   readonly text: string;
 }
 
-/** An error in words. `host` is the server that is being talked to, and whether another one than that of the page. */
-export function explain(error: unknown, host: string, isElsewhere = false): Explanation {
+/** The server that is being talked to, and whether it is another one than that of the page. */
+export interface Server {
+  readonly host: string;
+  readonly isElsewhere: boolean;
+}
+
+/** The server of an address. */
+export function serverAt({ host, origin }: URL, pageOrigin: string): Server {
+  return { host, isElsewhere: origin !== pageOrigin };
+}
+
+/** An error in words. */
+export function explain(error: unknown, { host, isElsewhere }: Server): Explanation {
   if (error instanceof NoWebGlError) {
     return {
       title: "3-D graphics are not available",
@@ -123,27 +134,4 @@ export function showProblem(
   // Nothing behind it can be reached.
   for (const behind of [element("view", HTMLCanvasElement), element("page", HTMLDivElement)]) behind.inert = true;
   button.focus();
-}
-
-/** Says at the bottom of the page that something is missing, while the walk goes on. */
-export function showToast(error: unknown, host: string, retry: () => void): void {
-  showNotice(explain(error, host).text, "Try again", retry);
-}
-
-/** Says something at the bottom of the page, with one thing that can be done about it. */
-export function showNotice(text: string, action: string, act: () => void): void {
-  const toast = element("toast", HTMLParagraphElement);
-  element("toast-text", HTMLSpanElement).textContent = text;
-  const button = element("toast-retry", HTMLButtonElement);
-  button.textContent = action;
-  button.onclick = () => {
-    toast.hidden = true;
-    act();
-  };
-  element("toast-close", HTMLButtonElement).onclick = hideToast;
-  toast.hidden = false;
-}
-
-export function hideToast(): void {
-  element("toast", HTMLParagraphElement).hidden = true;
 }

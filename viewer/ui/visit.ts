@@ -33,6 +33,9 @@ export interface VisitParts {
   /** Told of the pose every now and then while it changes, for the address of a page. */
   readonly posed?: (pose: Pose) => void;
   readonly problem: (error: unknown) => void;
+  /** As in `ExplorerEvents`. */
+  readonly answered?: () => void;
+  readonly outdated?: () => void;
 }
 
 /** Does what is done in every frame; answers whether the picture has changed. */
@@ -80,7 +83,7 @@ export class Visit {
   private frozenView: FrozenView | undefined;
 
   constructor(private readonly parts: VisitParts) {
-    const { scene, stage, display, posed, problem, uses = {} } = parts;
+    const { scene, stage, display, posed, problem, answered, outdated, uses = {} } = parts;
     this.reporter = new Reporter(display, posed);
     this.explorer = new Explorer(
       scene,
@@ -90,6 +93,8 @@ export class Visit {
       {
         changed: () => this.reporter.changed(),
         problem,
+        ...(answered && { answered }),
+        ...(outdated && { outdated }),
       },
     );
     this.walker = new Walker(this.explorer, statureIn(scene.manifest));

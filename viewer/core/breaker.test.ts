@@ -1,0 +1,51 @@
+import { expect, it, vi } from "vitest";
+import { Breaker } from "./breaker.ts";
+
+function broken() {
+  const events = { lost: vi.fn(), answered: vi.fn() };
+  const breaker = new Breaker(events);
+  return { breaker, events };
+}
+
+const never = () => false;
+const LINE = [{ url: "a" }, { url: "b" }];
+
+it("opens when nothing was answered since a download began that is given up, and closes with an answer", () => {
+  const { breaker, events } = broken();
+  const { mark } = breaker;
+  breaker.answered("b");
+  breaker.lost("a", mark);
+  expect([breaker.isOpen, events.answered.mock.calls]).toEqual([false, []]);
+  breaker.lost("a", breaker.mark);
+  expect(breaker.isOpen).toBe(true);
+  expect(events.lost).toHaveBeenCalledTimes(2);
+  breaker.answered("b");
+  expect([breaker.isOpen, events.answered.mock.calls]).toEqual([false, [[true]]]);
+  breaker.answered("a");
+  expect(events.answered.mock.calls).toEqual([[true], [false]]);
+});
+
+it("lets one try at a time, each in turn, and another when that is not wanted any more", () => {
+  const { breaker } = broken();
+  breaker.allow();
+  breaker.lost("a", breaker.mark);
+  expect(breaker.choose(LINE, never)).toBeUndefined();
+  breaker.allow();
+  expect([breaker.choose(LINE, never)?.url, breaker.choose(LINE, never)]).toEqual(["b", undefined]);
+  breaker.cancelled("a");
+  expect(breaker.choose(LINE, never)).toBeUndefined();
+  breaker.cancelled("b");
+  expect(breaker.choose(LINE, never)?.url).toBe("b");
+  breaker.lost("b", breaker.mark);
+  breaker.allow();
+  expect(breaker.choose(LINE, never)?.url).toBe("a");
+});
+
+it("lets what is pressing try without being let, once", () => {
+  const { breaker } = broken();
+  breaker.lost("a", breaker.mark);
+  const pressing = ({ url }: { url: string }) => url !== "c";
+  expect(breaker.choose([...LINE, { url: "c" }], pressing)?.url).toBe("b");
+  breaker.lost("b", breaker.mark);
+  expect(breaker.choose([...LINE, { url: "c" }], pressing)).toBeUndefined();
+});

@@ -1,0 +1,27 @@
+/**
+ * What may be tried again of what could not be had? A server that is silent, busy or out of order may be well again soon; what it
+ * does not have, or holds damaged, stays so until somebody sees to it.
+ */
+import { FetchError } from "./transfer.ts";
+
+/** All of it, as when somebody asks for that, or only what failed for a reason that passes. */
+export type Retried = "all" | "passing";
+
+export interface Loss {
+  readonly error: unknown;
+}
+
+/** Whether something failed for a reason that passes by itself. */
+export function passes(error: unknown): boolean {
+  if (error instanceof FetchError) return error.kind === "unreachable";
+  return error instanceof Error && passes(error.cause);
+}
+
+export function mayRetry({ error }: Loss, retried: Retried): boolean {
+  return retried === "all" || passes(error);
+}
+
+/** Forgets losses, so that they are tried again. */
+export function forgive<Key>(losses: Map<Key, Loss>, retried: Retried): void {
+  for (const [key, loss] of losses) if (mayRetry(loss, retried)) losses.delete(key);
+}
