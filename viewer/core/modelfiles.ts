@@ -139,12 +139,9 @@ export class ModelFiles {
    * doing so, therefore the load fails the first time when that is for a reason that passes, and is tried again.
    */
   async fetchTextures(load: Load, textures: Map<string, ArrayBuffer>): Promise<void> {
-    const { host, problem } = this.parts;
-    const missing = texturesOf(load.model, load.grade).filter(
-      ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && host.needsTexture(url),
-    );
+    const { problem } = this.parts;
     await Promise.all(
-      missing.map(async (file) => {
+      this.missingTextures(load, textures).map(async (file) => {
         try {
           textures.set(file.url, await this.fetch(load, file));
           this.lateTextures.delete(file.url);
@@ -158,6 +155,13 @@ export class ModelFiles {
           problem(error);
         }
       }),
+    );
+  }
+
+  /** Textures that neither are here nor are known to be lost. */
+  missingTextures(load: Load, textures: ReadonlyMap<string, ArrayBuffer>): FileRef[] {
+    return texturesOf(load.model, load.grade).filter(
+      ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && this.parts.host.needsTexture(url),
     );
   }
 

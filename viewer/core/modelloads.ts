@@ -306,22 +306,25 @@ export class ModelLoads implements ModelNotes {
     // Once rungs are decoded the load is not cancelled any more, and another one may have taken its place.
     if (load.state === "cancelled") return;
     const { glb, state_bytes } = await make();
-    await budget.run(async () => {
-      // A texture that was held a moment ago may have gone with the last model that used it.
-      await this.files.fetchTextures(load, textures);
-      if (load.state === "cancelled") return;
+    const draw = async () => {
+      if (load.state === "cancelled") return true;
+      if (this.files.missingTextures(load, textures).length > 0) return false;
       load.state = "uploading";
       const base = residency.base(model.model)?.grade;
       const isSound = base !== undefined && !isFailed(this.of(model.model), base);
       const part = residency.partFor(model.model, grade, isSound);
       const bytes = await host.upload(model.model, part, glb, textures);
-      if (this.closed) return;
+      if (this.closed) return true;
       if (grade.kind !== "rung") smooth.close(model.model);
       this.footprint.learn(model, grade, bytes + state_bytes);
       residency.hold(model.model, part, { grade, bytes });
       this.keepBeside(model.model, { stream_bytes: state_bytes });
       this.release(residency.evict());
-    });
+      return true;
+    };
+    // A texture that was held a moment ago may have gone with the last model that used it. Nothing is fetched in the time of a frame,
+    // since to begin that takes such time too.
+    while (!(await budget.run(draw))) await this.files.fetchTextures(load, textures);
   }
 
   /** The pictures of an impostor, which stay beside a mesh that is held or comes later. */
@@ -332,21 +335,24 @@ export class ModelLoads implements ModelNotes {
     if (!impostor) throw new Error(`m${model.model} has no impostor`);
     const pictures = new Map<string, ArrayBuffer>();
     const fetchMissing = async ({ url, bytes }: FileRef) => {
-      if (!pictures.has(url) && host.needsTexture(url)) pictures.set(url, await this.files.fetch(load, { url, bytes }));
+      if (isMissing({ url, bytes })) pictures.set(url, await this.files.fetch(load, { url, bytes }));
     };
     const files = [impostor.colour, impostor.shape];
+    const isMissing = ({ url }: FileRef) => !pictures.has(url) && host.needsTexture(url);
     await Promise.all(files.map(fetchMissing));
-    await budget.run(async () => {
-      await Promise.all(files.map(fetchMissing));
-      if (load.state === "cancelled") return;
+    const draw = async () => {
+      if (load.state === "cancelled") return true;
+      if (files.some(isMissing)) return false;
       load.state = "uploading";
       const bytes = await host.uploadImpostor(model.model, impostor, pictures);
-      if (this.closed) return;
+      if (this.closed) return true;
       this.footprint.learn(model, grade, bytes);
       if (!residency.held(model.model)) residency.hold(model.model, "base", { grade, bytes: 0 });
       this.keepBeside(model.model, { pictures_bytes: bytes });
       this.release(residency.evict());
-    });
+      return true;
+    };
+    while (!(await budget.run(draw))) await Promise.all(files.map(fetchMissing));
   }
 }
 
