@@ -28,22 +28,52 @@ pub(super) struct Place {
     half_m: f64,
 }
 
+/// How well one can stand in a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Footing {
+    /// There is nothing below it.
+    Air,
+    /// There is a floor somewhere below it.
+    Above,
+    /// Who stands on what is below it has the eye in it, nearly everywhere.
+    Floor,
+}
+
+impl Footing {
+    pub(super) fn in_cell(cell: &ViewCell, input: Input<'_>) -> Self {
+        let is_in = |eye: DVec3| (cell.bounds.min[1]..=cell.bounds.max[1]).contains(&eye.y);
+        let places = || places(cell, 3).map(|point| Place::over(point, cell, input));
+        let stands = places().filter(|place| place.floor_m.is_some() && is_in(place.eye));
+        if 2 * stands.count() > places().count() {
+            Self::Floor
+        } else if floor_below(cell.center().into(), cell, input).is_some() {
+            Self::Above
+        } else {
+            Self::Air
+        }
+    }
+}
+
+/// Places all over a cell at half its height, so many along either side.
+fn places(cell: &ViewCell, along: u32) -> impl Iterator<Item = DVec3> {
+    let (min, size) = (DVec3::from(cell.bounds.min), DVec3::from(cell.bounds.size_m()));
+    let share = move |i: u32| (f64::from(i) + 0.5) / f64::from(along);
+    (0..along * along)
+        .map(move |i| min + size * DVec3::new(share(i % along), 0.5, share(i / along)))
+        .filter(|point| cell.contains(point.to_array()))
+}
+
 impl Place {
     /// Over the lowest floor with room beside one: a lawn and not the roof of a hut on it. There over the middle, or where there is
     /// more room if something stands there; of equals nearest to the middle.
     pub(super) fn in_cell(cell: &ViewCell, input: Input<'_>) -> Self {
-        let (min, size) = (DVec3::from(cell.bounds.min), DVec3::from(cell.bounds.size_m()));
-        let share = |i: u32| (f64::from(i) + 0.5) / f64::from(TRIED_PLACES);
-        let mut places: Vec<Self> = (0..TRIED_PLACES * TRIED_PLACES)
-            .map(|i| min + size * DVec3::new(share(i % TRIED_PLACES), 0.5, share(i / TRIED_PLACES)))
-            .filter(|point| cell.contains(point.to_array()))
-            .map(|point| Self::over(point, cell, input))
-            .collect();
+        let tried = places(cell, TRIED_PLACES);
+        let mut places: Vec<Self> = tried.map(|point| Self::over(point, cell, input)).collect();
         let middle = Self::over(cell.center().into(), cell, input);
         places.push(middle);
         let roomy = places.iter().filter(|place| place.is_roomy());
         let lowest_m = roomy.filter_map(|place| place.floor_m).fold(f64::INFINITY, f64::min);
-        let step_m = STEP_M.min(0.1 * size.y);
+        let step_m = STEP_M.min(0.1 * cell.bounds.size_m()[1]);
         let is_low = |place: &&Self| place.floor_m.is_some_and(|floor_m| floor_m <= lowest_m + step_m);
         let nearness = |place: &Self| -(place.eye - middle.eye).length();
         let low = places.iter().filter(is_low);
@@ -84,7 +114,7 @@ impl Place {
 }
 
 /// Where one would stand below a point of a cell: the height of the first face that is seen from above.
-pub(super) fn floor_below(point: DVec3, cell: &ViewCell, input: Input<'_>) -> Option<f64> {
+fn floor_below(point: DVec3, cell: &ViewCell, input: Input<'_>) -> Option<f64> {
     let eye = input.world.relative(input.frame.enter(point).to_array());
     let mut passed = Vec::new();
     let floor = input.world.cast(eye, Vec3::NEG_Y, f32::INFINITY, &mut passed)?;
