@@ -4,10 +4,11 @@ import type { InstanceMesh } from "./instancemesh.ts";
 import { Instances } from "./instances.ts";
 import { ViewVolume } from "./viewvolume.ts";
 
-/** From the origin along −z, turned to the left. */
-function viewTo(yaw = 0): ViewVolume {
+/** Along −z, turned to the left. */
+function viewTo(yaw = 0, x = 0): ViewVolume {
   const camera = new PerspectiveCamera(60, 1, 0.1, 100);
   camera.rotation.y = yaw;
+  camera.position.x = x;
   camera.updateMatrixWorld();
   return new ViewVolume(camera);
 }
@@ -139,6 +140,19 @@ describe("instances", () => {
       [-1, 1],
       [1, 1],
     ]);
+  });
+
+  it("are told from a place near the eye, so that few digits suffice far from the world's origin", () => {
+    const { parts, root, meshes } = model(at(0, 0), new Matrix4().makeScale(-1, 1, 1));
+    const instances = new Instances(parts, false, root);
+    instances.stand(1, at(100_000.001, -10));
+    for (const x of [100_000, 100_050, 99_990]) {
+      instances.look(viewTo(Math.atan((x - 100_000) / 10), x));
+      for (const [place] of places(meshes())) {
+        expect(place?.[0]).toBeCloseTo(100_000.001, 5);
+        expect(place?.[2]).toBe(-10);
+      }
+    }
   });
 
   it("tell the nearest in view, by which near meshes are drawn first", () => {

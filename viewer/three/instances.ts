@@ -2,62 +2,45 @@
  * How are many objects of one model drawn by one call for each of its parts? Each object has a slot; before each picture those in view
  * are told to the graphics card, and only where they are others than before or stand elsewhere.
  */
-import { InstancedBufferAttribute, Matrix4, type Mesh, type Object3D, Sphere } from "three";
-import { InstanceMesh, MATRIX, matricesOf, SPHERE } from "./instancemesh.ts";
+import { type Matrix4, type Mesh, type Object3D, Sphere, Vector3 } from "three";
+import { InstanceMesh, SPHERE } from "./instancemesh.ts";
+import { Placement } from "./placement.ts";
 import { Rows, Slots } from "./slots.ts";
 import type { ViewVolume } from "./viewvolume.ts";
-
-/** Turns what is drawn inside out, and is its own inverse. */
-const MIRROR = new Matrix4().makeScale(-1, 1, 1);
-
-/** Parts that are at the same place in each object, which share their matrices. */
-interface Placement {
-  readonly objectFromPart: Matrix4;
-  readonly matrices: Rows;
-  readonly meshes: InstanceMesh[];
-  /** Whether faces are turned inside out, which three.js looks for in the mesh alone, not in its instances. */
-  readonly isMirrored: boolean;
-  /** Of those in view. */
-  attribute: InstancedBufferAttribute;
-}
 
 /** Objects of one model that are all mirrored, or none. */
 export class Instances {
   private readonly slots = new Slots();
   private readonly spheres = new Rows(SPHERE);
   private readonly placements: Placement[] = [];
+  private readonly meshes: readonly InstanceMesh[];
   /** Around what is drawn, in an object. */
   private readonly sphere = new Sphere().makeEmpty();
-  /** Slots that were in view at the last look. */
+  /** What was told at the last look: slots that were in view, and from where distances were counted. */
   private readonly seen: number[] = [];
+  private readonly origin = new Vector3();
   private hasMoved = false;
 
   /** Parts carry in `matrixWorld` where they are in an object. What is drawn is added to `root`, which stands at the origin. */
   constructor(parts: readonly Mesh[], areMirrored: boolean, root: Object3D) {
-    for (const { geometry, material, matrixWorld: objectFromPart } of parts) {
+    this.meshes = parts.map((part) => {
+      const { geometry, matrixWorld: objectFromPart } = part;
       if (!geometry.boundingSphere) geometry.computeBoundingSphere();
       if (geometry.boundingSphere) this.sphere.union(geometry.boundingSphere.clone().applyMatrix4(objectFromPart));
-      const { matrices, isMirrored, meshes } = this.placementAt(objectFromPart, areMirrored);
-      const mesh = new InstanceMesh(geometry, material, { slots: this.slots, spheres: this.spheres, matrices });
-      if (isMirrored) mesh.matrix.copy(MIRROR);
-      meshes.push(mesh);
-      root.add(mesh);
-      mesh.updateMatrixWorld(true);
-    }
+      const same = this.placements.find((placement) => placement.objectFromPart.equals(objectFromPart));
+      const placement = same ?? new Placement(objectFromPart, areMirrored);
+      if (!same) this.placements.push(placement);
+      return new InstanceMesh(part, this.slots, this.spheres, placement);
+    });
+    root.add(...this.meshes);
   }
 
   /** Draws an object here from now on. */
   stand(object: number, worldFromObject: Matrix4): void {
     const slot = this.slots.take(object);
-    const meshFromPart = new Matrix4();
-    for (const { matrices, objectFromPart, isMirrored } of this.placements) {
-      meshFromPart.multiplyMatrices(worldFromObject, objectFromPart);
-      if (isMirrored) meshFromPart.premultiply(MIRROR);
-      matrices.reserve(this.slots.count);
-      meshFromPart.toArray(matrices.array, slot * MATRIX);
-    }
+    for (const placement of this.placements) placement.stand(slot, worldFromObject);
     const { center, radius } = this.sphere.clone().applyMatrix4(worldFromObject);
-    this.spheres.reserve(this.slots.count);
+    this.spheres.reserve(slot + 1);
     this.spheres.array.set([...center.toArray(), radius], slot * SPHERE);
     this.hasMoved = true;
   }
@@ -74,7 +57,7 @@ export class Instances {
   look(view: ViewVolume): void {
     const { seen } = this;
     const { array } = this.spheres;
-    let isOther = this.hasMoved;
+    let isOther = this.hasMoved || !view.origin.equals(this.origin);
     let [count, nearest, nearest_m] = [0, 0, Number.POSITIVE_INFINITY];
     for (let slot = 0; slot < this.slots.count; slot += 1) {
       const i = slot * SPHERE;
@@ -91,28 +74,16 @@ export class Instances {
     }
     seen.length = count;
     this.hasMoved = false;
-    for (const placement of this.placements) {
-      if (isOther && count > 0) placement.attribute = matricesOf(seen, placement.matrices, placement.attribute);
-      for (const mesh of placement.meshes) mesh.draw(placement.attribute, count, nearest);
+    this.origin.copy(view.origin);
+    if (isOther && count > 0) {
+      for (const placement of this.placements) placement.tell(seen, view.origin);
+      for (const mesh of this.meshes) mesh.take();
     }
+    for (const mesh of this.meshes) mesh.draw(count, nearest);
   }
 
   /** Frees what it takes on the graphics card, but neither geometry nor materials. */
   release(): void {
-    for (const { meshes } of this.placements) for (const mesh of meshes) mesh.dispose();
-  }
-
-  private placementAt(objectFromPart: Matrix4, areMirrored: boolean): Placement {
-    const same = this.placements.find((placement) => placement.objectFromPart.equals(objectFromPart));
-    if (same) return same;
-    const placement = {
-      objectFromPart,
-      matrices: new Rows(MATRIX),
-      meshes: [],
-      isMirrored: areMirrored !== objectFromPart.determinant() < 0,
-      attribute: new InstancedBufferAttribute(new Float32Array(0), MATRIX),
-    };
-    this.placements.push(placement);
-    return placement;
+    for (const mesh of this.meshes) mesh.dispose();
   }
 }

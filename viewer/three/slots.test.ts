@@ -23,7 +23,7 @@ it("the last one takes the slot of one that leaves, so that there are no gaps", 
 
 it("rows keep what is written while they grow, and grow seldom", () => {
   const rows = new Rows(2);
-  const arrays = new Set<Float32Array>();
+  const arrays = new Set<Float64Array>();
   for (let slot = 0; slot < 1000; slot += 1) {
     rows.reserve(slot + 1);
     rows.array.set([slot, -slot], 2 * slot);

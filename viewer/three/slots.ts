@@ -41,18 +41,18 @@ export class Slots {
 
 /** Some numbers for each slot. */
 export class Rows {
-  private numbers = new Float32Array(0);
+  private numbers = new Float64Array(0);
 
   constructor(readonly width: number) {}
 
-  get array(): Float32Array {
+  get array(): Float64Array {
     return this.numbers;
   }
 
   /** Makes room for so many slots. */
   reserve(slots: number): void {
     if (slots * this.width <= this.numbers.length) return;
-    const grown = new Float32Array(2 * slots * this.width);
+    const grown = new Float64Array(2 * slots * this.width);
     grown.set(this.numbers);
     this.numbers = grown;
   }

@@ -1,16 +1,27 @@
 /** What can be in the picture? What meets the space between the six sides of a camera's view. */
-import { type Camera, Frustum, Matrix4 } from "three";
+import { type Camera, Frustum, Matrix4, Vector3 } from "three";
 
 /** For each side its normal, inwards, and its distance from the origin. */
 const [SIDES, NUMBERS] = [6, 4];
+const ORIGINS_M = 64;
 
 export class ViewVolume {
+  /**
+   * A place near the eye, which seldom changes. Graphics cards count with 24 bits: told where things are from there, they have what is
+   * near stand still while one walks, also kilometres from the origin of the world.
+   */
+  readonly origin: Vector3;
   private readonly sides = new Float64Array(SIDES * NUMBERS);
   /** The same for the plane of the eye. */
   private readonly ahead: readonly [number, number, number, number];
 
   /** Of a camera whose matrices are up to date. */
-  constructor({ projectionMatrix, matrixWorldInverse, coordinateSystem, reversedDepth }: Camera) {
+  constructor({ matrixWorld, projectionMatrix, matrixWorldInverse, coordinateSystem, reversedDepth }: Camera) {
+    this.origin = new Vector3()
+      .setFromMatrixPosition(matrixWorld)
+      .divideScalar(ORIGINS_M)
+      .round()
+      .multiplyScalar(ORIGINS_M);
     const clipFromWorld = new Matrix4().multiplyMatrices(projectionMatrix, matrixWorldInverse);
     const { planes } = new Frustum().setFromProjectionMatrix(clipFromWorld, coordinateSystem, reversedDepth);
     planes.forEach(({ normal, constant }, i) => {
