@@ -7,9 +7,6 @@ import type { Rows, Slots } from "./slots.ts";
 export const SPHERE = 4;
 
 export class InstanceMesh extends InstancedMesh {
-  /** Of what is nearest, by which three.js draws near meshes first. */
-  override readonly boundingSphere = new Sphere();
-
   /** Spheres are around whole objects, by slot. */
   constructor(
     { geometry, material }: Mesh,
@@ -18,6 +15,7 @@ export class InstanceMesh extends InstancedMesh {
     private readonly placement: Placement,
   ) {
     super(geometry, material, 0);
+    this.boundingSphere = placement.nearest;
     this.matrixAutoUpdate = false;
     // What is out of view is not among the instances.
     this.frustumCulled = false;
@@ -40,11 +38,10 @@ export class InstanceMesh extends InstancedMesh {
     this.updateMatrixWorld(true);
   }
 
-  /** Draws the first so many, the nearest of which is that in a slot. */
-  draw(count: number, nearest: number): void {
+  /** Draws the first so many. */
+  draw(count: number): void {
     this.count = count;
     this.visible = count > 0;
-    if (this.visible) this.placement.placeOf(nearest, this.boundingSphere.center);
   }
 
   override raycast(raycaster: Raycaster, hits: Intersection[]): void {

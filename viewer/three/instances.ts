@@ -79,7 +79,8 @@ export class Instances {
       for (const placement of this.placements) placement.tell(seen, view.origin);
       for (const mesh of this.meshes) mesh.take();
     }
-    for (const mesh of this.meshes) mesh.draw(count, nearest);
+    if (count > 0) for (const placement of this.placements) placement.face(nearest);
+    for (const mesh of this.meshes) mesh.draw(count);
   }
 
   /** Frees what it takes on the graphics card, but neither geometry nor materials. */

@@ -2,7 +2,7 @@
  * Where is a part of a model in the world, for each of its objects, and what is the graphics card told of that? Parts that are at the same
  * place in each object share this.
  */
-import { DynamicDrawUsage, InstancedBufferAttribute, Matrix4, type Vector3 } from "three";
+import { DynamicDrawUsage, InstancedBufferAttribute, Matrix4, Sphere, Vector3 } from "three";
 import { Rows } from "./slots.ts";
 
 const MATRIX = 16;
@@ -27,6 +27,9 @@ export class Placement {
   attribute = new InstancedBufferAttribute(new Float32Array(0), MATRIX);
   /** From the mesh that draws all of them: it says for them whether they turn faces inside out, since three.js does not look at instances. */
   readonly worldFromMesh = new Matrix4();
+  /** Where in that mesh the nearest of them is, by which three.js draws near meshes first. */
+  readonly nearest = new Sphere();
+  private readonly origin = new Vector3();
   private readonly isMirrored: boolean;
 
   /** `areMirrored` says whether all objects are, or none. */
@@ -42,12 +45,11 @@ export class Placement {
     new Matrix4().multiplyMatrices(worldFromObject, this.objectFromPart).toArray(this.matrices.array, slot * MATRIX);
   }
 
-  /** Where in the mesh a slot's part is. */
-  placeOf(slot: number, place: Vector3): void {
-    const origin = this.worldFromMesh.elements;
-    place.fromArray(this.matrices.array, slot * MATRIX + PLACE);
-    place.set(place.x - origin[12], place.y - origin[13], place.z - origin[14]);
-    if (this.isMirrored) place.x = -place.x;
+  /** Says which slot of those that were told is nearest. */
+  face(slot: number): void {
+    const { center } = this.nearest;
+    center.fromArray(this.matrices.array, slot * MATRIX + PLACE).sub(this.origin);
+    if (this.isMirrored) center.x = -center.x;
   }
 
   /** Tells of these slots and no others, counting from `origin`. */
@@ -56,6 +58,7 @@ export class Placement {
       const room = new Float32Array(2 * slots.length * MATRIX);
       this.attribute = new InstancedBufferAttribute(room, MATRIX).setUsage(DynamicDrawUsage);
     }
+    this.origin.copy(origin);
     this.worldFromMesh.makeScale(this.isMirrored ? -1 : 1, 1, 1).setPosition(origin);
     const [from, to] = [this.matrices.array, this.attribute.array];
     let end = 0;

@@ -60,6 +60,8 @@ export class Stage {
     this.renderer.toneMapping = ACESFilmicToneMapping;
     this.renderer.toneMappingExposure = 1.05;
     this.camera.rotation.order = "YXZ";
+    // It stands at the origin; else three.js takes all that is in it for moved, in each picture.
+    this.scene.matrixAutoUpdate = false;
     this.light(fast);
   }
 

@@ -1,5 +1,5 @@
 /** What can be in the picture? What meets the space between the six sides of a camera's view. */
-import { type Camera, Frustum, Matrix4, Vector3 } from "three";
+import { type Camera, Frustum, Matrix4, Vector3, Vector4 } from "three";
 
 /** For each side its normal, inwards, and its distance from the origin. */
 const [SIDES, NUMBERS] = [6, 4];
@@ -13,7 +13,7 @@ export class ViewVolume {
   readonly origin: Vector3;
   private readonly sides = new Float64Array(SIDES * NUMBERS);
   /** The same for the plane of the eye. */
-  private readonly ahead: readonly [number, number, number, number];
+  private readonly ahead: Vector4;
 
   /** Of a camera whose matrices are up to date. */
   constructor({ matrixWorld, projectionMatrix, matrixWorldInverse, coordinateSystem, reversedDepth }: Camera) {
@@ -28,7 +28,7 @@ export class ViewVolume {
       this.sides.set([...normal.toArray(), constant], i * NUMBERS);
     });
     const { elements } = matrixWorldInverse;
-    this.ahead = [-elements[2], -elements[6], -elements[10], -elements[14]];
+    this.ahead = new Vector4(elements[2], elements[6], elements[10], elements[14]).negate();
   }
 
   /** Whether a sphere is in it, at least in part; the same for a few that are just outside its edges. */
@@ -47,7 +47,7 @@ export class ViewVolume {
 
   /** How far ahead of the eye a point is. */
   depthOf(x: number, y: number, z: number): number {
-    const [a, b, c, d] = this.ahead;
-    return a * x + b * y + c * z + d;
+    const { ahead } = this;
+    return ahead.x * x + ahead.y * y + ahead.z * z + ahead.w;
   }
 }
