@@ -34,12 +34,17 @@ impl Manners {
     }
 }
 
-/// Fetches all files of an order; each is here or has its own error. `ends` says at which byte of its stream a rung ends.
+/// Who looks at files while they come ([`crate::Watch`]).
+pub(crate) type WatchFiles<'a> = dyn FnMut(&FileRef, &[u8]) + Send + 'a;
+
+/// Fetches all files of an order; each is here or has its own error. `ends` says at which byte of its stream a rung ends. Of objects
+/// that come alone one can `watch` what is here, before it is verified.
 pub(crate) async fn fetch<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
     order: &Order,
     ends: impl Fn(&RungName) -> Option<u64>,
+    watch: &mut WatchFiles<'_>,
 ) -> Vec<(FileRef, Result<Bytes, Error>)> {
     let mut found = Vec::with_capacity(order.files.len());
     let members = if order.files.len() > 1 {
@@ -50,7 +55,7 @@ pub(crate) async fn fetch<S: ByteSource>(
     for (file, member) in order.files.iter().zip(members) {
         let bytes = match member {
             Some(bytes) => Ok(bytes),
-            None => alone(scene, manners, file, &ends).await,
+            None => alone(scene, manners, file, &ends, watch).await,
         };
         found.push((file.clone(), bytes));
     }
@@ -87,9 +92,17 @@ async fn alone<S: ByteSource>(
     manners: &Manners,
     file: &FileRef,
     ends: impl Fn(&RungName) -> Option<u64>,
+    watch: &mut WatchFiles<'_>,
 ) -> Result<Bytes, Error> {
     let bytes = match &file.name {
-        FileName::Object(name) => scene.blob(name).await?,
+        FileName::Object(name) => {
+            let mut watch = |so_far: &[u8]| watch(file, so_far);
+            let (bytes, _) = scene.source().get_watched(&name.url(), &mut watch).await?;
+            if !name.is_of(&bytes) {
+                return Err(Error::Corrupt(name.clone()));
+            }
+            bytes
+        }
         FileName::Rung(rung) => rung_of(scene, manners, rung, file.bytes, ends(rung)).await?,
     };
     if bytes.len() as u64 == file.bytes {

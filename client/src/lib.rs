@@ -41,6 +41,8 @@ mod source;
 mod stand_ins;
 mod start;
 pub mod strategy;
+#[cfg(test)]
+mod testing;
 pub mod tour;
 mod walk;
 mod whereabouts;
@@ -48,5 +50,5 @@ mod whereabouts;
 pub use error::Error;
 pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh, Seedling};
 pub use scene::{Client, Scene};
-pub use source::{ByteSource, DiskCache, FolderSource, HttpSource, Retrying};
+pub use source::{ByteSource, DiskCache, FolderSource, HttpSource, Retrying, Watch};
 pub use walk::Walk;

@@ -2,19 +2,22 @@
 
 use std::{
     io::{Read, Write},
-    net::TcpListener,
+    net::{TcpListener, TcpStream},
     sync::{
         Arc,
         atomic::{AtomicUsize, Ordering},
+        mpsc,
     },
+    time::Duration,
 };
 
 use belvedere_client::{
     ByteSource, Client, Error, HttpSource, Retrying,
     live::{LiveEvent, Participant, Session, SessionEvent, Stand},
 };
-use belvedere_scene::{BlobName, SceneName};
+use belvedere_scene::{BlobHash, BlobName, SceneName};
 use bytes::Bytes;
+use flate2::{Compression, write::GzEncoder};
 
 const CONTENT: &[u8] = b"0123456789";
 
@@ -28,11 +31,7 @@ fn server(answers: Vec<Vec<u8>>) -> (HttpSource, Arc<AtomicUsize>) {
         for stream in listener.incoming() {
             let Ok(mut stream) = stream else { return };
             let at = counted.fetch_add(1, Ordering::Relaxed).min(answers.len() - 1);
-            // The head of the request ends before anybody answers.
-            let (mut head, mut byte) = (Vec::new(), [0]);
-            while !head.ends_with(b"\r\n\r\n") && stream.read(&mut byte).is_ok_and(|read| read == 1) {
-                head.push(byte[0]);
-            }
+            hear(&mut stream);
             _ = stream.write_all(&answers[at]);
         }
     });
@@ -40,6 +39,14 @@ fn server(answers: Vec<Vec<u8>>) -> (HttpSource, Arc<AtomicUsize>) {
         HttpSource::new(&format!("http://{address}")).expect("an address"),
         asked,
     )
+}
+
+/// The head of a request ends before anybody answers.
+fn hear(stream: &mut TcpStream) {
+    let (mut head, mut byte) = (Vec::new(), [0]);
+    while !head.ends_with(b"\r\n\r\n") && stream.read(&mut byte).is_ok_and(|read| read == 1) {
+        head.push(byte[0]);
+    }
 }
 
 fn answer(status: &str, fields: &str, body: &[u8]) -> Vec<u8> {
@@ -83,6 +90,66 @@ async fn another_part_than_was_asked_for_is_not_believed() {
     assert_eq!(
         source.get_range(&path(), 2..5).await.unwrap().0,
         Bytes::from_static(b"234")
+    );
+}
+
+#[tokio::test]
+async fn what_has_come_of_an_answer_is_seen_before_the_rest_is_sent() {
+    // It does not shrink, so that each half of it, packed, holds about half of it.
+    let content: Vec<u8> = (0..64u32).flat_map(|at| BlobHash::of(&at.to_le_bytes()).0).collect();
+    let mut packs = GzEncoder::new(Vec::new(), Compression::fast());
+    packs.write_all(&content).expect("memory");
+    let packed = packs.finish().expect("memory");
+    for (field, body) in [("", content.clone()), ("Content-Encoding: gzip\r\n", packed)] {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("an address");
+        let (seen, is_seen) = mpsc::channel();
+        let (first, rest) = body.split_at(body.len() / 2);
+        let (first, rest) = (
+            answer("200 OK", &format!("{field}Content-Length: {}\r\n", body.len()), first),
+            rest.to_vec(),
+        );
+        let sends = std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().expect("a request");
+            hear(&mut stream);
+            stream.write_all(&first).expect("a reader");
+            // Who sees nothing before all of it is here never gets the rest.
+            let is_seen = is_seen.recv_timeout(Duration::from_secs(20)).is_ok();
+            if is_seen {
+                stream.write_all(&rest).expect("a reader");
+            }
+            is_seen
+        });
+        let source = HttpSource::new(&format!("http://{address}")).expect("an address");
+        let (mut most, expected) = (0, content.clone());
+        let mut watch = |so_far: &[u8]| {
+            assert!(so_far.len() >= most && expected.starts_with(so_far));
+            most = so_far.len();
+            if most > expected.len() / 3 {
+                _ = seen.send(());
+            }
+        };
+        let came = source.get_watched(&path(), &mut watch).await;
+        assert!(sends.join().expect("a server"), "{field:?}");
+        assert_eq!(came.expect("all of it").0, content);
+        assert_eq!(most, content.len());
+    }
+}
+
+#[tokio::test]
+async fn an_answer_that_is_cut_begins_anew() {
+    let cut = answer("200 OK", "Content-Length: 10\r\n", &CONTENT[..6]);
+    let (source, _) = server(vec![cut, whole(CONTENT)]);
+    let mut seen = Vec::new();
+    let mut watch = |so_far: &[u8]| seen.push(so_far.to_vec());
+    let came = Retrying::new(source).get_watched(&path(), &mut watch).await;
+    assert_eq!(came.unwrap().0, CONTENT);
+    seen.dedup();
+    assert!(seen.iter().all(|so_far| CONTENT.starts_with(so_far)));
+    let again = seen.windows(2).filter(|two| two[1].len() <= two[0].len()).count();
+    assert!(
+        again <= 1 && seen.last().unwrap() == CONTENT && seen.contains(&CONTENT[..6].to_vec()),
+        "{seen:?}"
     );
 }
 

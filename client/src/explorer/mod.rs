@@ -1,6 +1,6 @@
 //! How does a program walk through a scene without caring what to fetch? Carries out [`crate::strategy`] over a source: many
-//! requests at once, those that nobody needs any more cancelled, all of it verified, within memory. What cannot be had is
-//! told and done without; a level stands in for another, or for a smooth LOD.
+//! requests at once, those that nobody needs any more cancelled, all of it verified, within memory. Levels are taken out of packs
+//! while these come. What cannot be had is told and done without; a level stands in for another, or for a smooth LOD.
 //!
 //! ```no_run
 //! # async fn walk() -> Result<(), belvedere_client::Error> {
@@ -24,6 +24,7 @@
 //! ```
 
 mod event;
+mod members;
 mod mesh;
 mod seedling;
 mod tasks;
@@ -38,7 +39,11 @@ use std::{
 
 use belvedere_scene::{CellId, ModelId, index::CellEntry};
 use bytes::Bytes;
-use tokio::task::{Id, JoinSet};
+use members::Come;
+use tokio::{
+    sync::mpsc::{self, UnboundedReceiver, UnboundedSender},
+    task::{Id, JoinSet},
+};
 
 pub use event::{Event, ExplorerOptions};
 pub use mesh::{Geometry, Mesh};
@@ -80,6 +85,9 @@ pub struct Explorer<S> {
     files: HashMap<Key, Bytes>,
     tasks: JoinSet<Brought>,
     under_way: HashMap<Id, UnderWay>,
+    /// What tasks tell before they end: what has come of packs so far.
+    tell: UnboundedSender<Come>,
+    told: UnboundedReceiver<Come>,
     /// The cell at the eye, and that of which one knows what can be seen.
     at: Option<CellEntry>,
     shown: Option<CellId>,
@@ -96,6 +104,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
     /// Stands nowhere and holds nothing at first.
     #[must_use]
     pub fn new(scene: Scene<S>, options: ExplorerOptions) -> Self {
+        let (tell, told) = mpsc::unbounded_channel();
         Self {
             scene: Arc::new(scene),
             options,
@@ -110,6 +119,8 @@ impl<S: ByteSource + 'static> Explorer<S> {
             files: HashMap::new(),
             tasks: JoinSet::new(),
             under_way: HashMap::new(),
+            tell,
+            told,
             at: None,
             shown: None,
             eye: None,
@@ -153,7 +164,19 @@ impl<S: ByteSource + 'static> Explorer<S> {
     /// called off at any time, for a new [`Explorer::follow`].
     pub async fn advance(&mut self) -> Option<Vec<Event>> {
         while self.events.is_empty() {
-            match self.tasks.join_next_with_id().await? {
+            let ended = tokio::select! {
+                biased;
+                Some(come) = self.told.recv() => {
+                    self.take_members(come);
+                    continue;
+                }
+                ended = self.tasks.join_next_with_id() => ended?,
+            };
+            // What a task has told may have come with its end.
+            while let Ok(come) = self.told.try_recv() {
+                self.take_members(come);
+            }
+            match ended {
                 Ok((id, brought)) => self.take(id, brought),
                 // It was cancelled.
                 Err(cause) => _ = self.under_way.remove(&cause.id()),
@@ -288,7 +311,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         let (Some(shown), Some(eye)) = (self.shown, self.eye) else {
             return;
         };
-        self.has_begun = self.has_begun || plan::first_wishes(self.visible(), &self.planner.residency).is_empty();
+        self.has_begun = self.has_begun || plan::has_first_picture(self.visible(), &self.planner.residency);
         let mut ahead = Vec::new();
         if self.options.budgets.prefetch {
             ahead = approaches(shown, &self.atlas, eye.position, self.motion.velocity_mps());

@@ -6,13 +6,16 @@ use belvedere_scene::{CellId, index::CellEntry, rung::RungName};
 use bytes::Bytes;
 use tokio::task::{AbortHandle, Id};
 
-use super::{Event, Explorer};
+use super::{
+    Event, Explorer,
+    members::{Come, Unpacking},
+};
 use crate::{
     ByteSource, Error,
     atlas::{self, Place, Uses},
     fetch,
     strategy::{
-        file::{FileName, FileRef},
+        file::{FileName, FileRef, Key},
         order::Order,
     },
 };
@@ -27,6 +30,8 @@ pub(super) enum Brought {
 
 pub(super) struct UnderWay {
     order: Order,
+    /// What was wanted of it when it was asked for.
+    wanted: Vec<Key>,
     asked_s: f64,
     abort: AbortHandle,
 }
@@ -102,6 +107,21 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.replan();
     }
 
+    /// Takes in what has come of packs so far, of those that are still wanted.
+    pub(super) fn take_members(&mut self, come: Come) {
+        if !self.under_way.contains_key(&come.task) {
+            return;
+        }
+        for (member, bytes) in come.members {
+            if self.planner.arrive_out_of(come.pack, &member) {
+                self.files.insert(member.key, bytes);
+            }
+        }
+        let changes = self.planner.settle();
+        self.note(changes);
+        self.replan();
+    }
+
     /// Takes in a file. A stream whose last rung it is must be what its name promises.
     fn keep(&mut self, file: &FileRef, bytes: Bytes) -> Result<(), Error> {
         if let FileName::Rung(rung) = &file.name
@@ -111,16 +131,19 @@ impl<S: ByteSource + 'static> Explorer<S> {
             self.planner.lose_stream(&model);
             return Err(Error::Stream(rung.whole()));
         }
-        let members = self.planner.arrive(file, bytes.len() as u64);
-        for member in &members {
-            let [from, to] = [member.from, member.from + member.bytes].map(|at| at as usize);
-            if let Some(part) = bytes.get(from..to) {
+        let key = file.name.key();
+        for member in self.planner.arrive(file, bytes.len() as u64) {
+            if let Some(part) = member.out_of(&bytes) {
                 // A copy, so that what stays does not keep the others in memory.
                 self.files.insert(member.key, Bytes::copy_from_slice(part));
             }
         }
-        if self.planner.is_here(file.name.key()) {
-            self.files.insert(file.name.key(), bytes);
+        if self.planner.is_here(key) {
+            // What came out of a pack before is a part of it now, so that nothing is in memory twice.
+            for member in self.planner.members_of(key) {
+                self.files.remove(&member.key);
+            }
+            self.files.insert(key, bytes);
         }
         Ok(())
     }
@@ -131,15 +154,14 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.meter.has_room(self.under_way.len(), bytes)
     }
 
-    /// Calls off what nobody needs any more.
+    /// Calls off what nobody needs any more. A pack of which all has come that was wanted comes to its end: somebody may want more of it.
     pub(super) fn cancel(&mut self) {
         let planner = &mut self.planner;
-        let useless: Vec<Id> = self
-            .under_way
-            .iter()
-            .filter(|(_, one)| !planner.is_wanted(&one.order))
-            .map(|(id, _)| *id)
-            .collect();
+        let is_useless = |one: &UnderWay| {
+            planner.wanted_of(&one.order).is_empty() && !one.wanted.iter().all(|file| planner.is_here(*file))
+        };
+        let useless = self.under_way.iter().filter(|(_, one)| is_useless(one));
+        let useless: Vec<Id> = useless.map(|(id, _)| *id).collect();
         for id in useless {
             let Some(one) = self.under_way.remove(&id) else {
                 continue;
@@ -162,12 +184,25 @@ impl<S: ByteSource + 'static> Explorer<S> {
             smooth.rungs.get(usize::from(rung.number)).map(|rung| rung.to)
         };
         let ends: HashMap<RungName, u64> = rungs.filter_map(|rung| Some((*rung, end(rung)?))).collect();
+        let packs = order.files.iter().map(|file| file.name.key());
+        let waiting = packs.map(|pack| (pack, self.planner.members_of(pack)));
+        let mut unpacking: HashMap<Key, Unpacking> = waiting
+            .filter(|(_, members)| !members.is_empty())
+            .map(|(pack, members)| (pack, Unpacking::of(pack, members, self.tell.clone())))
+            .collect();
         let (scene, manners, asked) = (self.scene.clone(), self.manners.clone(), order.clone());
         let abort = self.tasks.spawn(async move {
-            let fetched = fetch::fetch(&scene, &manners, &asked, |rung| ends.get(rung).copied()).await;
+            let mut watch = |file: &FileRef, so_far: &[u8]| {
+                if let Some(unpacking) = unpacking.get_mut(&file.name.key()) {
+                    unpacking.look(so_far);
+                }
+            };
+            let ends = |rung: &RungName| ends.get(rung).copied();
+            let fetched = fetch::fetch(&scene, &manners, &asked, ends, &mut watch).await;
             Brought::Files(fetched)
         });
         let one = UnderWay {
+            wanted: self.planner.wanted_of(&order),
             order,
             asked_s: self.started.elapsed().as_secs_f64(),
             abort,

@@ -3,7 +3,6 @@
 
 use std::{
     future::Future,
-    io::Read,
     ops::Range,
     path::PathBuf,
     sync::{
@@ -14,6 +13,7 @@ use std::{
 };
 
 mod disk_cache;
+mod incoming;
 mod retrying;
 mod shelf;
 
@@ -22,13 +22,20 @@ pub use retrying::Retrying;
 pub(crate) use retrying::about;
 
 use bytes::Bytes;
-use flate2::read::GzDecoder;
+use incoming::Incoming;
 use reqwest::{
     Method, RequestBuilder, Response, StatusCode,
     header::{ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_RANGE, LINK, RANGE},
 };
 
 use crate::Error;
+
+/// Who looks at something while it comes: told again and again of all bytes of it that are here, from its beginning. Where it has to
+/// be asked for once more they are fewer again.
+pub type Watch<'a> = dyn FnMut(&[u8]) + Send + 'a;
+
+/// Nobody looks.
+const fn unwatched(_: &[u8]) {}
 
 /// Reads one document or object of a published tree.
 pub trait ByteSource: Send + Sync {
@@ -40,6 +47,19 @@ pub trait ByteSource: Send + Sync {
         async {
             let bytes = self.get(path).await?;
             let carried = bytes.len() as u64;
+            Ok((bytes, carried))
+        }
+    }
+
+    /// The same for who looks at it while it comes; who has all of it at once shows it once.
+    fn get_watched(
+        &self,
+        path: &str,
+        watch: &mut Watch<'_>,
+    ) -> impl Future<Output = Result<(Bytes, u64), Error>> + Send {
+        async {
+            let (bytes, carried) = self.get_carried(path).await?;
+            watch(&bytes);
             Ok((bytes, carried))
         }
     }
@@ -80,9 +100,6 @@ fn part_of(path: &str, whole: &Bytes, range: Range<u64>) -> Result<Bytes, Error>
         .then(|| whole.slice(from..to))
         .ok_or_else(wrong)
 }
-
-/// No document is larger than this once it is unpacked.
-const MOST_DOCUMENT_BYTES: u64 = 256 << 20;
 
 /// Answers that say that the request is wrong now, and not for ever.
 const MAY_CHANGE: [StatusCode; 3] = [
@@ -141,14 +158,16 @@ enum Part<'a> {
 
 impl HttpSource {
     /// All that is at a path, and what the line carried.
-    async fn whole(&self, path: &str, part: Part<'_>) -> Result<(Bytes, u64), Error> {
-        let answer = self.ask(path, part).await?;
+    async fn whole(&self, path: &str, part: Part<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        let mut answer = self.ask(path, part).await?;
         let encoding = answer.headers().get(CONTENT_ENCODING);
-        let packed = encoding.is_some_and(|encoding| encoding == "gzip");
-        let bytes = answer.bytes().await.map_err(|cause| failed(path, &cause))?;
-        let carried = bytes.len() as u64;
-        let bytes = if packed { unpacked(path, &bytes)? } else { bytes };
-        Ok((bytes, carried))
+        let mut incoming = Incoming::new(path, encoding.is_some_and(|encoding| encoding == "gzip"));
+        while let Some(piece) = answer.chunk().await.map_err(|cause| failed(path, &cause))? {
+            incoming.push(&piece)?;
+            watch(incoming.so_far());
+        }
+        let carried = incoming.carried;
+        Ok((incoming.whole()?, carried))
     }
 
     /// Asks for a path, all of it or a part; answers with success only.
@@ -214,11 +233,15 @@ impl ByteSource for HttpSource {
     }
 
     async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.whole(path, Part::Whole).await
+        self.whole(path, Part::Whole, &mut unwatched).await
+    }
+
+    async fn get_watched(&self, path: &str, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        self.whole(path, Part::Whole, watch).await
     }
 
     async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.whole(path, Part::WholeFresh).await
+        self.whole(path, Part::WholeFresh, &mut unwatched).await
     }
 
     /// A server that knows no ranges answers with all of it, and one that answers with another part is not believed.
@@ -246,26 +269,6 @@ impl ByteSource for HttpSource {
 
     fn offers_bundles(&self) -> bool {
         self.bundles.load(Ordering::Relaxed)
-    }
-}
-
-fn unpacked(path: &str, packed: &[u8]) -> Result<Bytes, Error> {
-    let mut bytes = Vec::new();
-    let read = GzDecoder::new(packed)
-        .take(MOST_DOCUMENT_BYTES + 1)
-        .read_to_end(&mut bytes);
-    let too_large = bytes.len() as u64 > MOST_DOCUMENT_BYTES;
-    let path = path.to_owned();
-    match read {
-        Ok(_) if !too_large => Ok(bytes.into()),
-        Ok(_) => Err(Error::Document {
-            path,
-            cause: format!("it has more than {MOST_DOCUMENT_BYTES} bytes"),
-        }),
-        Err(cause) => Err(Error::Garbled {
-            path,
-            cause: format!("its gzip does not unpack: {cause}"),
-        }),
     }
 }
 

@@ -15,7 +15,7 @@ use std::{
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use super::ByteSource;
+use super::{ByteSource, Watch, unwatched};
 use crate::Error;
 
 /// Tries of one request, the first included.
@@ -63,14 +63,14 @@ impl<S> Retrying<S> {
 
 impl<S: ByteSource> Retrying<S> {
     /// All that is at a path; `fresh` when copies on the way are not believed from the start.
-    async fn whole(&self, path: &str, mut fresh: bool) -> Result<(Bytes, u64), Error> {
+    async fn whole(&self, path: &str, mut fresh: bool, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
         // Other paths than those of immutable objects promise nothing.
         let promised = BlobName::from_url(path);
         let (tries, mut tried) = (self.tries(), 0);
         loop {
             let answer = match fresh {
-                true => self.source.get_fresh(path).await,
-                false => self.source.get_carried(path).await,
+                true => self.source.get_fresh(path).await.inspect(|(bytes, _)| watch(bytes)),
+                false => self.source.get_watched(path, watch).await,
             };
             let answer = answer.and_then(|(bytes, carried)| match &promised {
                 Ok(name) if !name.is_of(&bytes) => Err(Error::Corrupt(name.clone())),
@@ -93,11 +93,16 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
     }
 
     async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.whole(path, false).await
+        self.whole(path, false, &mut unwatched).await
+    }
+
+    /// Each try begins anew.
+    async fn get_watched(&self, path: &str, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        self.whole(path, false, watch).await
     }
 
     async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.whole(path, true).await
+        self.whole(path, true, &mut unwatched).await
     }
 
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {

@@ -61,6 +61,14 @@ impl From<&RungName> for Key {
     }
 }
 
+impl Key {
+    /// Whether bytes are the object that is looked up by it.
+    #[must_use]
+    pub fn is_of(&self, bytes: &[u8]) -> bool {
+        self.rung.is_none() && BlobHash::of(bytes) == self.hash
+    }
+}
+
 impl FileName {
     /// What it is looked up by.
     #[must_use]

@@ -105,3 +105,18 @@ pub struct Member {
     /// Its size.
     pub bytes: u64,
 }
+
+impl Member {
+    /// Where in the pack it ends.
+    #[must_use]
+    pub fn to(&self) -> u64 {
+        self.from.saturating_add(self.bytes)
+    }
+
+    /// Its bytes, where so much of the pack is here.
+    #[must_use]
+    pub fn out_of<'a>(&self, pack: &'a [u8]) -> Option<&'a [u8]> {
+        let [from, to] = [self.from, self.to()].map(|at| usize::try_from(at).unwrap_or(usize::MAX));
+        pack.get(from..to)
+    }
+}

@@ -71,6 +71,13 @@ pub fn first_wishes<'a>(visible: impl IntoIterator<Item = &'a Seen>, held: &impl
     waiting.into_iter().filter_map(first).collect()
 }
 
+/// Whether the first picture is there: something of everything visible, but for what cannot be had.
+#[must_use]
+pub fn has_first_picture(visible: &[Seen], held: &impl Held) -> bool {
+    let has_all_it_can = |seen: &Seen| held.held(seen.model).is_some() || first_goal(seen, held).is_none();
+    visible.iter().all(has_all_it_can)
+}
+
 /// What a first picture is made of: what costs least of all that is at least as good as the coarsest level; where that
 /// cannot be had, whatever can.
 #[must_use]

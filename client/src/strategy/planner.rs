@@ -116,23 +116,31 @@ impl Planner {
         changes
     }
 
+    /// The files that are known to stand in a pack, each once; none where it is no pack.
+    #[must_use]
+    pub fn members_of(&self, pack: Key) -> Vec<Member> {
+        self.models.members_of(pack)
+    }
+
+    /// A file has come out of a pack that was asked for, and may be still on its way; `false` when it is not needed.
+    pub fn arrive_out_of(&mut self, pack: Key, member: &Member) -> bool {
+        !self.is_here(member.key) && self.residency.arrive_out_of(pack, member.key, member.bytes)
+    }
+
     /// A file has come, so many bytes. Where memory is limited, a pack becomes the files in it that are known, so that each can
-    /// go by itself: those are answered. Else it stays as it is, for what may be wanted of it later.
+    /// go by itself: those that had not come out of it before are answered. Else it stays as it is, for what may be wanted of it
+    /// later, and what came out of it before is a part of it.
     pub fn arrive(&mut self, file: &FileRef, bytes: u64) -> Vec<Member> {
         let key = file.name.key();
-        let mut members = Vec::new();
-        if self.budgets.memory_bytes != u64::MAX {
-            members = self.models.members_of(key);
+        let mut members = self.members_of(key);
+        if members.is_empty() || self.budgets.memory_bytes == u64::MAX {
+            let here = members.iter().filter(|member| self.is_here(member.key));
+            let apart: u64 = here.map(|member| member.bytes).sum();
+            self.residency.arrive(key, bytes.saturating_sub(apart));
+            return Vec::new();
         }
-        if members.is_empty() {
-            self.residency.arrive(key, bytes);
-            return members;
-        }
+        members.retain(|member| self.arrive_out_of(key, member));
         self.residency.withdraw(key);
-        members.retain(|member| self.residency.state(member.key) != State::Here);
-        for member in &members {
-            self.residency.arrive(member.key, member.bytes);
-        }
         members
     }
 
@@ -192,23 +200,29 @@ impl Planner {
         None
     }
 
-    /// Whether something in sight of which nothing is held is still to be asked for, as of the last [`Planner::plan`].
+    /// Whether something in sight of which nothing is held is still to be asked for, as of the last [`Planner::plan`]; not where
+    /// memory is short of it.
     #[must_use]
     pub fn has_firsts_to_ask(&self) -> bool {
+        if self.is_short {
+            return false;
+        }
         let is_first = |wish: &&Wish| matches!(wish.cause, Cause::Missing { .. });
         let mut firsts = self.wishes.iter().filter(is_first);
         firsts.any(|wish| !self.missing(wish, true).is_empty())
     }
 
-    /// Whether a request that is under way still serves a wish.
+    /// What is wanted of a request and not here, each file by itself; nothing where it serves no wish.
     #[must_use]
-    pub fn is_wanted(&self, order: &Order) -> bool {
+    pub fn wanted_of(&self, order: &Order) -> Vec<Key> {
         let asked: HashSet<Key> = order.files.iter().map(|file| file.name.key()).collect();
-        let serves = |part: Part| {
+        let serves = |part: &Part| {
             let pack = part.pack.map(|pack| Key::from(&pack.url));
             asked.contains(&part.key()) || pack.is_some_and(|pack| asked.contains(&pack))
         };
-        self.wishes.iter().any(|wish| self.parts(wish).any(serves))
+        let parts = self.wishes.iter().flat_map(|wish| self.parts(wish));
+        let missing = parts.filter(|part| part.holder(&self.residency).is_none());
+        missing.filter(serves).map(|part| part.key()).collect()
     }
 
     /// A smooth LOD that is damaged anywhere is not used at all.

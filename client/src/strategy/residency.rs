@@ -240,7 +240,8 @@ impl Residency {
         self.uses += 1;
         let file = File {
             bytes,
-            users: 0,
+            // It may have come in another way meanwhile.
+            users: self.files.get(&name).map_or(0, |before| before.users),
             last_used: self.uses,
         };
         if self.gone.remove(&name) {
@@ -252,6 +253,18 @@ impl Residency {
         }
         self.held_bytes += bytes;
         self.peak_bytes = self.peak_bytes.max(self.held_bytes + self.asked_bytes);
+    }
+
+    /// A file is here out of a pack that is on its way: so much of what was promised to the pack is its own now; `false` where
+    /// nothing is left of that.
+    pub fn arrive_out_of(&mut self, pack: Key, name: Key, bytes: u64) -> bool {
+        let promised = self.asked.get_mut(&pack).filter(|promised| **promised >= bytes);
+        let Some(promised) = promised else { return false };
+        *promised -= bytes;
+        self.asked_bytes -= bytes;
+        self.lost.remove(&name);
+        self.arrive(name, bytes);
+        true
     }
 
     /// A file cannot be had, or is not what it should be; what is drawn with it stays until something better has come.

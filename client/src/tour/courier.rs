@@ -8,7 +8,7 @@ use bytes::Bytes;
 
 use super::{
     ledger::Ledger,
-    line::{HEADER_BYTES, Line, Traffic},
+    line::{HEADER_BYTES, Line, Traffic, Transfer},
     metered::{Answer, Metered},
     outcome::Tour,
 };
@@ -16,9 +16,9 @@ use crate::{
     ByteSource, Error, Scene,
     fetch::{self, Manners, Streams},
     strategy::{
-        file::{FileName, FileRef},
+        file::{FileName, FileRef, Key},
         meter::Meter,
-        order::Order,
+        order::{Member, Order},
         planner::Planner,
     },
 };
@@ -32,6 +32,15 @@ struct UnderWay {
     /// What it was expected to take on the line.
     line_bytes: f64,
     came: Vec<(FileRef, Option<u64>)>,
+    /// The files in a pack that are not here yet, in the order in which the line carries them.
+    members: VecDeque<(f64, Key, Member)>,
+}
+
+impl UnderWay {
+    /// When more of it is here.
+    fn next_ms(&self) -> f64 {
+        self.members.front().map_or(self.there_ms, |(there_ms, ..)| *there_ms)
+    }
 }
 
 /// What came.
@@ -90,11 +99,11 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         self.scene.source().offers_bundles() && !self.manners.bundles_refused()
     }
 
-    /// When the next answer is here.
+    /// When the next answer is here, or the next file in a pack.
     pub(super) fn next_ms(&self) -> f64 {
         self.under_way
             .iter()
-            .map(|one| one.there_ms)
+            .map(UnderWay::next_ms)
             .fold(f64::INFINITY, f64::min)
     }
 
@@ -110,20 +119,20 @@ impl<'a, S: ByteSource> Courier<'a, S> {
     pub(super) fn charge(&mut self, asked_ms: f64) -> f64 {
         let mut there_ms = asked_ms;
         for answer in self.scene.source().take() {
-            there_ms = self.send(asked_ms, answer);
+            there_ms = self.send(asked_ms, answer).there_ms;
             self.ledger.document(answer.bytes);
         }
         there_ms
     }
 
-    fn send(&mut self, asked_ms: f64, answer: Answer) -> f64 {
+    fn send(&mut self, asked_ms: f64, answer: Answer) -> Transfer {
         self.tour.requests += 1;
         self.tour.latencies_ms.push(1000.0 * answer.took.as_secs_f64());
-        let there_ms = self.traffic.send(asked_ms, answer.bytes);
-        self.arriving.push_back((there_ms, answer.bytes));
+        let transfer = self.traffic.send(asked_ms, answer.bytes);
+        self.arriving.push_back((transfer.there_ms, answer.bytes));
         let bytes = (answer.bytes + HEADER_BYTES) as f64;
-        self.meter.came(asked_ms / 1000.0, there_ms / 1000.0, bytes);
-        there_ms
+        self.meter.came(asked_ms / 1000.0, transfer.there_ms / 1000.0, bytes);
+        transfer
     }
 
     /// Carries out a request at a time.
@@ -132,13 +141,15 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             let smooth = planner.model_of_stream(rung.hash)?.smooth.as_ref()?;
             smooth.rungs.get(usize::from(rung.number)).map(|rung| rung.to)
         };
-        let fetched = fetch::fetch(self.scene, &self.manners, order, ends).await;
-        let (mut there_ms, mut bytes, mut requests) = (now_ms, 0, 0);
+        // All of it is here at once; when which part of it would have come is computed.
+        let fetched = fetch::fetch(self.scene, &self.manners, order, ends, &mut |_, _| {}).await;
+        let (mut transfer, mut bytes, mut requests) = (Transfer::at(now_ms), 0, 0);
         for answer in self.scene.source().take() {
-            there_ms = self.send(now_ms, answer);
+            transfer = self.send(now_ms, answer);
             (bytes, requests) = (bytes + answer.bytes, requests + 1);
         }
         self.ledger.came(order, bytes, requests);
+        let mut there_ms = transfer.there_ms;
         if fetched.iter().any(|(_, result)| result.is_err()) {
             // Whatever comes of it, who fails does not fail again at the same moment.
             there_ms = there_ms.max(now_ms + FAILURE_MS);
@@ -149,11 +160,33 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             let length = result.map_err(|cause| self.tour.fail(cause)).ok();
             came.push((file, length));
         }
+        let members = match &came[..] {
+            [(pack, Some(bytes))] => self.unpack(pack.name.key(), *bytes, transfer, planner),
+            _ => VecDeque::new(),
+        };
         self.under_way.push(UnderWay {
             there_ms,
             line_bytes: order.line_bytes(),
             came,
+            members,
         });
+    }
+
+    /// When those files are here that are missing of a pack of so many bytes, if it is one: each when the line has carried the share of
+    /// the pack up to where it ends, as if all of a pack shrank alike.
+    fn unpack(&mut self, pack: Key, bytes: u64, transfer: Transfer, planner: &Planner) -> VecDeque<(f64, Key, Member)> {
+        let mut members = planner.members_of(pack);
+        members.retain(|member| !planner.is_here(member.key));
+        if !members.is_empty() {
+            self.ledger.splits(pack, &members);
+        }
+        let share = |member: &Member| (member.to() as f64 / bytes as f64).min(1.0);
+        members.sort_by_key(Member::to);
+        let times = members.iter().map(|member| transfer.share_ms(share(member)));
+        times
+            .zip(&members)
+            .map(|(there_ms, member)| (there_ms, pack, *member))
+            .collect()
     }
 
     /// The length of what came; a stream whose last rung it is must be what its name promises.
@@ -171,13 +204,16 @@ impl<'a, S: ByteSource> Courier<'a, S> {
 
     /// Hands over what is here by a time.
     pub(super) fn receive(&mut self, planner: &mut Planner, now_ms: f64) -> Received {
+        let mut received = Received::default();
+        for one in &mut self.under_way {
+            while let Some((_, pack, member)) = one.members.pop_front_if(|(there_ms, ..)| *there_ms <= now_ms) {
+                received.any |= planner.arrive_out_of(pack, &member);
+            }
+        }
         let all = std::mem::take(&mut self.under_way);
         let (here, coming): (Vec<_>, Vec<_>) = all.into_iter().partition(|one| one.there_ms <= now_ms);
         self.under_way = coming;
-        let mut received = Received {
-            any: !here.is_empty(),
-            ..Received::default()
-        };
+        received.any |= !here.is_empty();
         for (file, length) in here.iter().flat_map(|one| &one.came) {
             match length {
                 Some(bytes) => {
@@ -194,5 +230,55 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             }
         }
         received
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        strategy::{
+            order::{Budgets, View},
+            sight::Eye,
+        },
+        testing::{self, Bare, packed},
+    };
+
+    #[tokio::test]
+    async fn files_in_a_pack_are_here_when_the_line_has_carried_the_pack_up_to_where_they_end() {
+        let packed = packed(&[&[1; 150], &[2; 300], &[3; 150]]);
+        let line = Line {
+            bits_per_s: 8000.0,
+            latency_ms: 100.0,
+        };
+        let tree = Bare::new().with(&packed.pack, packed.bytes.clone());
+        let scene = testing::open(Metered::new(tree)).await;
+        scene.source().take();
+        for memory_bytes in [u64::MAX, 1_000] {
+            let mut courier = Courier::on(line, &scene);
+            let mut planner = Planner::new(Budgets {
+                memory_bytes,
+                ..Budgets::default()
+            });
+            let view = View {
+                eye: Eye::at([0.0; 3]),
+                here: &packed.seen,
+                is_all_known: true,
+                ahead: Vec::new(),
+            };
+            planner.plan(&view, f64::INFINITY);
+            let order = planner.next(&mut Vec::new()).expect("a pack");
+            courier.fetch(&order, &mut planner, 0.0).await;
+            // 600 bytes and 400 of headers take a second, from 100 ms on.
+            let mut came = Vec::new();
+            while courier.next_ms() < f64::INFINITY {
+                let now_ms = courier.next_ms();
+                assert!(!courier.receive(&mut planner, now_ms - 1.0).any);
+                assert!(courier.receive(&mut planner, now_ms).any);
+                came.push((now_ms, planner.settle().len()));
+            }
+            assert_eq!(came, [(350.0, 1), (850.0, 1), (1100.0, 1)]);
+            assert_eq!([planner.residency.bytes(), planner.residency.peak_bytes()], [600, 600]);
+        }
     }
 }

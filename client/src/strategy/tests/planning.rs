@@ -194,40 +194,6 @@ fn a_stream_that_is_damaged_leaves_its_model_to_levels() {
     assert!(matches!(orders[0].wish.cause, Cause::Finer { .. }));
 }
 
-/// Six models whose coarsest levels stand in one pack.
-fn packed(pack_bytes: u64) -> Vec<Seen> {
-    let inside = |number: u32| {
-        let mut model = model(number);
-        model.levels[2].pack = Some(PackRef {
-            url: name("pack", "pack"),
-            bytes: pack_bytes,
-            from: u64::from(number) * 2_000,
-        });
-        seen_at(number, number, 300.0, 1.0, model)
-    };
-    (0..6).map(inside).collect()
-}
-
-#[test]
-fn a_pack_comes_where_most_of_it_is_wanted() {
-    let here = packed(12_000);
-    let mut planner = within(u64::MAX);
-    assert_eq!(
-        fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY).len(),
-        1
-    );
-    assert!(here.iter().all(|seen| planner.residency.held(seen.model).is_some()));
-    let mut planner = within(u64::MAX);
-    let few = &here[..2];
-    assert_eq!(fetch_all(&mut planner, &view(few, Vec::new()), f64::INFINITY).len(), 2);
-    // Where memory is limited, each of its levels can go by itself, and what does not fit together comes alone.
-    let mut planner = within(9_000);
-    need(&mut planner, &here, &[]);
-    let orders = fetch_all(&mut planner, &view(&here, Vec::new()), f64::INFINITY);
-    assert_eq!(orders.len(), 4);
-    assert!(planner.is_short() && planner.residency.peak_bytes() <= 9_000);
-}
-
 #[test]
 fn small_files_come_together_and_each_once() {
     let mut textured = |number: u32| {
@@ -325,9 +291,9 @@ fn a_wish_that_nobody_has_any_more_is_told_from_one_that_stands() {
     let mut planner = within(u64::MAX);
     planner.plan(&view(&here, Vec::new()), 1e9);
     let order = planner.next(&mut Vec::new()).unwrap();
-    assert!(planner.is_wanted(&order));
+    assert!(!planner.wanted_of(&order).is_empty());
     planner.plan(&view(&there, Vec::new()), 1e9);
-    assert!(!planner.is_wanted(&order));
+    assert_eq!(planner.wanted_of(&order), []);
     let key: Key = order.files[0].name.key();
     planner.residency.withdraw(key);
     assert_eq!(planner.residency.asked_bytes(), 0);

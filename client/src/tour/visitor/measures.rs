@@ -23,13 +23,13 @@ impl<S: ByteSource> Visitor<'_, S> {
             .last()
             .is_none_or(|frame| frame.t_ms < self.now_ms);
         let is_told = self.here.is_some_and(|here| self.is_known(here));
-        if !is_after || !is_told || !self.has_all_that_can_be_had() {
+        if !is_after || !is_told || !plan::has_first_picture(self.in_view(), &self.planner.residency) {
             return;
         }
         if !self.has_begun {
             (self.has_begun, self.planned_at) = (true, None);
         }
-        if !self.is_blind() {
+        if !self.is_blind() && self.sees_anything() {
             self.courier.tour.converged_ms = Some(self.now_ms);
         }
     }
@@ -51,13 +51,15 @@ impl<S: ByteSource> Visitor<'_, S> {
         Some((all - held.count(), all))
     }
 
-    /// Whether something of every object in sight is there, but for what cannot be had; not when nothing can.
-    fn has_all_that_can_be_had(&self) -> bool {
-        let held = |seen: &&Seen| self.planner.residency.held(seen.model).is_some();
-        let seen = self.here.map_or(&[][..], |here| self.atlas.seen_from(here));
-        let can_come = |seen: &Seen| plan::first_goal(seen, &self.planner.residency).is_some();
-        let has_any = seen.iter().any(|seen| held(&seen)) || self.in_sight().is_some_and(|(missing, _)| missing == 0);
-        has_any && seen.iter().filter(|seen| !held(seen)).all(|seen| !can_come(seen))
+    /// What is known of what can be seen.
+    fn in_view(&self) -> &[Seen] {
+        self.here.map_or(&[], |here| self.atlas.seen_from(here))
+    }
+
+    /// Whether something of anything in sight is there, if there is anything.
+    fn sees_anything(&self) -> bool {
+        let is_held = |seen: &Seen| self.planner.residency.held(seen.model).is_some();
+        self.in_view().iter().any(is_held) || self.in_sight().is_some_and(|(missing, _)| missing == 0)
     }
 
     pub(super) fn frame(&mut self, t_ms: f64) -> Frame {
@@ -67,7 +69,8 @@ impl<S: ByteSource> Visitor<'_, S> {
             None => (0, 0.0),
         };
         let (eye, target_px) = (Eye::at(self.position), self.settings.target_px);
-        let seen = self.here.map_or(&[][..], |here| self.atlas.seen_from(here));
+        let bytes = self.courier.arrived_bytes(t_ms);
+        let seen = self.in_view();
         let (mut sharp, mut rungs) = (0, 0);
         for seen in seen {
             let Some(held) = self.planner.residency.held(seen.model) else {
@@ -91,7 +94,7 @@ impl<S: ByteSource> Visitor<'_, S> {
                 && self.planner.is_short()
                 && self.here.is_some_and(|here| self.short_in.contains(&here)),
             unknown: self.is_blind(),
-            bytes: self.courier.arrived_bytes(t_ms),
+            bytes,
             sharp: share(sharp),
             rungs: share(rungs),
         }

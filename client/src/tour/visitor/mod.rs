@@ -21,7 +21,7 @@ use crate::{
         ahead::{Approach, approaches, is_worth_knowing},
         motion::Motion,
         nearness::steps_to_models,
-        order::{Change, View},
+        order::{Change, Order, View},
         plan,
         planner::Planner,
         priority::Cause,
@@ -229,11 +229,11 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             order = self.planner.next(&mut changes);
         }
         self.note(&changes);
-        // What can be seen ahead must be known before it can be fetched.
-        let is_seen = order
-            .as_ref()
-            .is_some_and(|order| matches!(order.wish.cause, Cause::Missing { .. }));
-        let learnt = !is_seen && self.learn_ahead(here).await;
+        // What can be seen ahead must be known before it can be fetched: it is read of once all is asked for that is missing here,
+        // and before what is only finer.
+        let is_first = |order: &Order| matches!(order.wish.cause, Cause::Missing { .. });
+        let asks_firsts = order.as_ref().is_some_and(is_first) || self.planner.has_firsts_to_ask();
+        let learnt = !asks_firsts && self.learn_ahead(here).await;
         let asked = order.is_some();
         if let Some(order) = order {
             self.courier.fetch(&order, &mut self.planner, self.now_ms).await;

@@ -444,12 +444,11 @@ mod tests {
                 builder.block("shaft", [50., -40., 0.], [54., -0.5, 4.]);
             }
             let world = World::new(&builder.scene).unwrap();
-            let grid = Grid::over(&world, &[], &CellSettings::default());
-            assert!(
-                grid.voxel_m() > 0.5 / MIN_GAP,
-                "the slab would hold voxels of {} m",
-                grid.voxel_m()
-            );
+            let settings = CellSettings {
+                voxel_m: 3.0,
+                ..CellSettings::default()
+            };
+            let grid = Grid::over(&world, &[], &settings);
             let ground = world.relative([0.0; 3]).y;
             let nearest = grid
                 .lines(1)

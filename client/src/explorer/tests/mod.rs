@@ -1,64 +1,30 @@
 //! What becomes of a walk when rules, or a cell ahead, are lost under way? Places are handed over by hand, from a tree that answers nothing.
 
-use belvedere_scene::{BlobName, Bounds, SceneName};
-use serde_json::json;
+mod packs;
+
+use belvedere_scene::{BlobName, Bounds};
 
 use super::*;
 use crate::{
-    Client,
     atlas::{Place, Uses},
     strategy::{
         grade::Form,
+        order::Budgets,
         tests::{grown, seen_at},
     },
+    testing::{self, Bare},
 };
 
-/// A scene's pointer and manifest, and nothing else.
-struct Bare {
-    pointer: Bytes,
-    manifest: Bytes,
-}
-
-impl ByteSource for Bare {
-    async fn get(&self, path: &str) -> Result<Bytes, Error> {
-        match path {
-            "/v1/scenes/bare/index.json" => Ok(self.pointer.clone()),
-            _ if BlobName::of(&self.manifest, "json").is_ok_and(|name| path == name.url()) => Ok(self.manifest.clone()),
-            _ => Err(Error::Missing(path.to_owned())),
-        }
-    }
-}
-
-async fn explorer() -> Explorer<Bare> {
-    let bounds = json!({"min": [0, 0, 0], "max": [1, 1, 1]});
-    let [nothing, root] = [json!({}), json!({"entries": []})];
-    let manifest = json!({
-        "format": belvedere_scene::manifest::FORMAT, "title": "Bare", "bounds": bounds, "up": "+Y", "unit": "m",
-        "counts": {"cells": 0, "objects": 0, "models": 0, "triangles": 0}, "bytes": nothing, "viewpoints": [],
-        "visibility": {"method": "portals", "guarantee": "conservative", "mean_visible": 0, "mean_seen": 0,
-            "mean_not_hidden": null, "reason": "none"},
-        "occluders": null,
-        "records": {"records": 0, "record_bytes": 0, "record_set_bytes": 0, "hybrid_set_bytes": 0, "steps": 0,
-            "step_bytes": 0, "step_set_bytes": 0},
-        "cells": root, "objects": root, "models": root, "whole": null,
-    });
-    let manifest = Bytes::from(manifest.to_string());
-    let pointer = json!({
-        "scene": "bare", "title": "Bare", "revision": "0011223344556677",
-        "manifest": BlobName::of(&manifest, "json").expect("a name"), "bounds": bounds, "up": "+Y", "unit": "m",
-        "cells": 0, "objects": 0, "models": 0, "triangles": 0, "bytes": nothing, "viewpoints": [],
-    });
-    let pointer = Bytes::from(pointer.to_string());
-    let bare: SceneName = "bare".parse().expect("a name");
-    let scene = Client::new(Bare { pointer, manifest })
-        .open(&bare)
-        .await
-        .expect("a scene");
+async fn explorer<S: ByteSource + 'static>(source: S, memory_bytes: u64) -> Explorer<S> {
     let options = ExplorerOptions {
+        budgets: Budgets {
+            memory_bytes,
+            ..Budgets::default()
+        },
         rules: true,
         ..ExplorerOptions::default()
     };
-    Explorer::new(scene, options)
+    Explorer::new(testing::open(source).await, options)
 }
 
 /// A cell from which one sees an object that grows, of which levels are known or not.
@@ -67,6 +33,10 @@ fn place(cell: u32, knows_levels: bool) -> Place {
     if !knows_levels {
         model.levels.clear();
     }
+    place_with(cell, vec![seen_at(1, 1, 9.0, 1.0, model)])
+}
+
+fn place_with(cell: u32, seen: Vec<Seen>) -> Place {
     let name = |ext| BlobName::of(b"record", ext).expect("a name");
     Place {
         entry: CellEntry {
@@ -84,13 +54,13 @@ fn place(cell: u32, knows_levels: bool) -> Place {
             record_json: name("json"),
         },
         portals: Vec::new(),
-        seen: vec![seen_at(1, 1, 9.0, 1.0, model)],
+        seen,
         lost: 0,
         is_unknown: false,
     }
 }
 
-impl Explorer<Bare> {
+impl<S: ByteSource + 'static> Explorer<S> {
     /// One stands in a cell that was read of.
     fn stand_in(&mut self, place: Place) {
         (self.at, self.shown) = (Some(place.entry.clone()), Some(place.entry.cell));
@@ -112,7 +82,7 @@ impl Explorer<Bare> {
 
 #[tokio::test]
 async fn what_comes_full_of_stand_ins_after_rules_were_lost_is_read_again() {
-    let mut explorer = explorer().await;
+    let mut explorer = explorer(Bare::new(), u64::MAX).await;
     explorer.without_rules();
     explorer.bring(place(1, true));
     assert!(explorer.atlas.place(CellId(1)).is_some() && explorer.tasks.is_empty());
@@ -126,7 +96,7 @@ async fn what_comes_full_of_stand_ins_after_rules_were_lost_is_read_again() {
 
 #[tokio::test]
 async fn levels_are_asked_for_as_soon_as_rules_are_lost() {
-    let mut explorer = explorer().await;
+    let mut explorer = explorer(Bare::new(), u64::MAX).await;
     explorer.stand_in(place(1, true));
     assert!(explorer.tasks.is_empty());
     explorer.without_rules();
@@ -136,7 +106,7 @@ async fn levels_are_asked_for_as_soon_as_rules_are_lost() {
 
 #[tokio::test]
 async fn a_cell_that_could_not_be_found_from_afar_is_read_of_once_one_is_there() {
-    let mut explorer = explorer().await;
+    let mut explorer = explorer(Bare::new(), u64::MAX).await;
     explorer.asked.insert(CellId(1));
     let id = tokio::spawn(async {}).id();
     explorer.take(id, Brought::NoPlace(CellId(1), Error::NoCells));

@@ -1,0 +1,131 @@
+//! Scenes for tests: a pointer, a manifest, and what one puts beside them.
+
+use std::{collections::HashMap, sync::Mutex};
+
+use belvedere_scene::{
+    BlobName, SceneName,
+    object::{Level, Model, PackRef},
+};
+use bytes::Bytes;
+use serde_json::json;
+
+use crate::{ByteSource, Client, Error, Scene, strategy::sight::Seen, strategy::tests::seen_at};
+
+/// A scene of which nothing is known, some objects, and which of them were asked for.
+pub(crate) struct Bare {
+    pointer: Bytes,
+    objects: HashMap<String, Bytes>,
+    asked: Mutex<Vec<String>>,
+}
+
+impl Bare {
+    pub(crate) fn new() -> Self {
+        let bounds = json!({"min": [0, 0, 0], "max": [1, 1, 1]});
+        let [nothing, root] = [json!({}), json!({"entries": []})];
+        let manifest = json!({
+            "format": belvedere_scene::manifest::FORMAT, "title": "Bare", "bounds": bounds, "up": "+Y", "unit": "m",
+            "counts": {"cells": 0, "objects": 0, "models": 0, "triangles": 0}, "bytes": nothing, "viewpoints": [],
+            "visibility": {"method": "portals", "guarantee": "conservative", "mean_visible": 0, "mean_seen": 0,
+                "mean_not_hidden": null, "reason": "none"},
+            "occluders": null,
+            "records": {"records": 0, "record_bytes": 0, "record_set_bytes": 0, "hybrid_set_bytes": 0, "steps": 0,
+                "step_bytes": 0, "step_set_bytes": 0},
+            "cells": root, "objects": root, "models": root, "whole": null,
+        });
+        let manifest = Bytes::from(manifest.to_string());
+        let name = BlobName::of(&manifest, "json").expect("a name");
+        let pointer = json!({
+            "scene": "bare", "title": "Bare", "revision": "0011223344556677",
+            "manifest": name, "bounds": bounds, "up": "+Y", "unit": "m",
+            "cells": 0, "objects": 0, "models": 0, "triangles": 0, "bytes": nothing, "viewpoints": [],
+        });
+        let bare = Self {
+            pointer: Bytes::from(pointer.to_string()),
+            objects: HashMap::new(),
+            asked: Mutex::default(),
+        };
+        bare.with(&name, manifest)
+    }
+
+    pub(crate) fn with(mut self, name: &BlobName, bytes: impl Into<Bytes>) -> Self {
+        self.objects.insert(name.url(), bytes.into());
+        self
+    }
+
+    /// Where objects were asked for, documents apart.
+    pub(crate) fn asked(&self) -> Vec<String> {
+        let asked = self.asked.lock().expect("the notes");
+        asked.clone()
+    }
+}
+
+impl ByteSource for Bare {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        if path == "/v1/scenes/bare/index.json" {
+            return Ok(self.pointer.clone());
+        }
+        if !path.ends_with(".json") {
+            self.asked.lock().expect("the notes").push(path.to_owned());
+        }
+        let known = self.objects.get(path).cloned();
+        known.ok_or_else(|| Error::Missing(path.to_owned()))
+    }
+}
+
+/// Opens the scene of a source in front of such a tree.
+pub(crate) async fn open<S: ByteSource>(source: S) -> Scene<S> {
+    let bare: SceneName = "bare".parse().expect("a name");
+    Client::new(source).open(&bare).await.expect("a scene")
+}
+
+/// Levels that stand in one pack.
+pub(crate) struct Packed {
+    pub(crate) pack: BlobName,
+    pub(crate) bytes: Bytes,
+    pub(crate) levels: Vec<(BlobName, Bytes)>,
+    /// Objects from m0 on, each with one of these levels and no other.
+    pub(crate) seen: Vec<Seen>,
+}
+
+pub(crate) fn packed(levels: &[&[u8]]) -> Packed {
+    let bytes = Bytes::from(levels.concat());
+    let pack = BlobName::of(&bytes, "pack").expect("a name");
+    let named = |level: &&[u8]| {
+        let name = BlobName::of(level, "glb").expect("a name");
+        (name, Bytes::copy_from_slice(level))
+    };
+    let levels: Vec<_> = levels.iter().map(named).collect();
+    let mut from = 0;
+    let object = |(number, (name, level)): (u32, &(BlobName, Bytes))| {
+        let place = PackRef {
+            url: pack.clone(),
+            bytes: bytes.len() as u64,
+            from,
+        };
+        from += level.len() as u64;
+        let level = Level {
+            level: 0,
+            url: name.clone(),
+            bytes: level.len() as u64,
+            triangles: 1,
+            geometric_error_m: 0.0,
+            switch_distance_m: 0.0,
+            textures: Vec::new(),
+            pack: Some(place),
+        };
+        let model = Model {
+            levels: vec![level],
+            smooth: None,
+            impostor: None,
+            procedural: None,
+        };
+        seen_at(number, number, 2.0, 1.0, model)
+    };
+    let seen = (0..).zip(&levels).map(object).collect();
+    Packed {
+        pack,
+        bytes,
+        levels,
+        seen,
+    }
+}
