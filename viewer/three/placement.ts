@@ -6,8 +6,9 @@ import { DynamicDrawUsage, InstancedBufferAttribute, Matrix4, Sphere, Vector3 } 
 import { Rows } from "./slots.ts";
 
 const MATRIX = 16;
-/** The x of all axes and of the place. */
-const [X, PLACE] = [[0, 4, 8, 12], 12];
+/** Where the place begins, and the x of it and of all axes. */
+const PLACE = 12;
+const X = [0, 4, 8, PLACE];
 
 /** Matrices by slot. */
 class Matrices extends Rows {
@@ -61,8 +62,8 @@ export class Placement {
     this.origin.copy(origin);
     this.worldFromMesh.makeScale(this.isMirrored ? -1 : 1, 1, 1).setPosition(origin);
     const [from, to] = [this.matrices.array, this.attribute.array];
-    let end = 0;
     const offset = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, origin.x, origin.y, origin.z, 0];
+    let end = 0;
     for (const slot of slots) {
       for (let k = 0; k < MATRIX; k += 1) {
         to[end + k] = (from[slot * MATRIX + k] as number) - (offset[k] as number);
