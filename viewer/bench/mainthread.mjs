@@ -21,6 +21,8 @@ const UPLOADS = new Set([
 ]);
 
 const OURS = /\/(core|three)-[^/]*$/;
+/** Choosing what of all that is here is in view belongs to each picture. */
+const isLook = (functionName, url) => functionName === "look" && url.endsWith("/three-modelhost.js");
 const LIBRARY = /\/lib-[^/]*$/;
 const PAGE = /\/(ui-[^/]*|index[^/]*)$/;
 /** Other people are not streamed. */
@@ -32,7 +34,7 @@ const SPECIAL = { "(idle)": "idle", "(garbage collector)": "garbage", "(program)
 function kindOf({ functionName, url }, caller) {
   if (functionName in SPECIAL) return SPECIAL[functionName];
   if (caller === "drawing") return UPLOADS.has(functionName) ? "streaming" : caller;
-  if (url.endsWith("/three-stage.js")) return "drawing";
+  if (url.endsWith("/three-stage.js") || isLook(functionName, url)) return "drawing";
   if (caller === "company" || COMPANY.test(url)) return "company";
   if (OURS.test(url)) return "streaming";
   if (caller === "streaming") return caller;

@@ -1,25 +1,12 @@
+import { Matrix4, PerspectiveCamera, Raycaster, Vector3 } from "three";
 import { describe, expect, it } from "vitest";
 import type { PlacedObject } from "../core/objects.ts";
 import { box, encodeGlb } from "../test/encode.ts";
-import { ThreeModelHost, textureUrls } from "./modelhost.ts";
+import { InstanceMesh } from "./instancemesh.ts";
+import { ThreeModelHost } from "./modelhost.ts";
+import { ViewVolume } from "./viewvolume.ts";
 
-const NAME = `${"ab".repeat(32)}.png`;
-const glb = (texture?: string) => encodeGlb(box([0, 0, 0], [1, 1, 1]), [1, 1, 1], texture).buffer as ArrayBuffer;
-
-it("a GLB names the published pictures beside it, and no others", () => {
-  expect(textureUrls(glb(NAME))).toEqual([`/o/${NAME}`]);
-  expect(textureUrls(glb(`./${NAME}`))).toEqual([`/o/${NAME}`]);
-  expect(textureUrls(glb())).toEqual([]);
-  for (const uri of ["https://evil/x.png", "data:image/png;base64,AAAA", "../secret.png"]) {
-    expect(textureUrls(glb(uri)), uri).toEqual([]);
-  }
-});
-
-it("a GLB that is cut short is refused at every length up to the end of its JSON", () => {
-  const whole = glb(NAME);
-  const end = 20 + new DataView(whole).getUint32(12, true);
-  for (let length = 0; length < end; length += 1) expect(() => textureUrls(whole.slice(0, length))).toThrow();
-});
+const glb = () => encodeGlb(box([0, 0, 0], [1, 1, 1]), [1, 1, 1]).buffer as ArrayBuffer;
 
 describe("what is shown", () => {
   const placed = (object: number, model = 1): PlacedObject => ({
@@ -34,20 +21,43 @@ describe("what is shown", () => {
     model: { model, levels: [] },
   });
   const upload = (host: ThreeModelHost, part: "base" | "detail") => host.upload(1, part, glb(), new Map());
-  const standing = ({ root }: ThreeModelHost) => root.children.map(({ name }) => name);
+  /** Objects that a ray meets, from above. */
+  const standing = (host: ThreeModelHost) =>
+    Array.from({ length: 30 }, (_, x) =>
+      host.pick(new Raycaster(new Vector3(x + 0.5, 9, 0.5), new Vector3(0, -1, 0))),
+    ).map((object) => object?.entry.object);
+  const inRow = (...objects: number[]) => at(Object.fromEntries(objects.map((object) => [object, object])));
+  const at = (places: Readonly<Record<number, number>>) => Array.from({ length: 30 }, (_, x) => places[x]);
+  /** What is drawn, as the graphics card is told: where along the row. */
+  const drawn = (host: ThreeModelHost) => {
+    const camera = new PerspectiveCamera(90, 1, 0.1, 100);
+    camera.position.set(15, 0, 20);
+    camera.updateMatrixWorld();
+    host.look([15, 0, 20], new ViewVolume(camera));
+    const meshes = host.root.children.flatMap(({ children }) => children.filter((one) => one instanceof InstanceMesh));
+    const matrix = new Matrix4();
+    const places = meshes
+      .filter(({ visible }) => visible)
+      .map((mesh) =>
+        Array.from({ length: mesh.count }, (_, i) => {
+          mesh.getMatrixAt(i, matrix);
+          return matrix.elements[12];
+        }),
+      );
+    return { calls: places.length, places: places.flat() };
+  };
 
   it("is placed in turn, the most important first, where the model is here, and counts as drawn meanwhile", async () => {
     const host = new ThreeModelHost(() => {});
     await upload(host, "base");
     host.show([placed(2), placed(1), placed(3, 9)]);
-    expect([host.waiting, standing(host)]).toEqual([2, []]);
+    expect([host.waiting, standing(host)]).toEqual([2, inRow()]);
     expect([1, 2, 3].map((object) => host.draws(object))).toEqual([true, true, false]);
     host.place(0);
-    expect(standing(host)).toContain("thing 2");
+    expect(standing(host)[2]).toBe(2);
     host.place(1e6);
-    expect([host.waiting, standing(host)]).toEqual([0, ["thing 2", "thing 1"]]);
-    const [first] = host.root.children;
-    expect(first?.matrixWorld.elements[12]).toBe(2);
+    expect([host.waiting, standing(host)]).toEqual([0, inRow(1, 2)]);
+    expect(drawn(host)).toEqual({ calls: 1, places: [2, 1] });
   });
 
   it("is replaced in one step by what is finer, and goes with what is shown", async () => {
@@ -56,13 +66,31 @@ describe("what is shown", () => {
     const many = Array.from({ length: 20 }, (_, object) => placed(object));
     host.show(many);
     host.place(1e6);
+    const numbers = many.map(({ entry }) => entry.object);
+    expect(drawn(host)).toEqual({ calls: 1, places: numbers });
     const before = new Set(host.root.children);
     await upload(host, "detail");
-    expect([host.waiting, host.root.children.length]).toEqual([0, 20]);
-    expect(host.root.children.some((node) => before.has(node))).toBe(false);
+    expect([host.waiting, standing(host)]).toEqual([0, inRow(...numbers)]);
+    expect(drawn(host)).toEqual({ calls: 1, places: numbers });
+    const [finer, ...others] = host.root.children.filter((batch) => !before.has(batch));
+    expect([finer?.children.length, others]).toEqual([1, []]);
+    host.blunt(1);
+    expect([drawn(host), host.root.children.length]).toEqual([{ calls: 1, places: numbers }, 1]);
     host.show(many.slice(0, 2));
-    expect(standing(host)).toEqual(["thing 0", "thing 1"]);
+    expect(standing(host)).toEqual(inRow(0, 1));
     host.evict(1);
-    expect([standing(host), host.draws(0)]).toEqual([[], false]);
+    expect([standing(host), host.draws(0), host.root.children]).toEqual([inRow(), false, []]);
+  });
+
+  it("goes where it is moved, and where it is known to be instead of roughly", async () => {
+    const host = new ThreeModelHost(() => {});
+    await upload(host, "base");
+    host.show([placed(1), placed(2)]);
+    host.place(1e6);
+    host.move(2, new Matrix4().makeTranslation(7, 0, 0));
+    expect(standing(host)).toEqual(at({ 1: 1, 9: 2 }));
+    const known = placed(2);
+    host.show([placed(1), { ...known, entry: { ...known.entry, worldFromObject: placed(4).entry.worldFromObject } }]);
+    expect([standing(host), host.waiting]).toEqual([at({ 1: 1, 11: 2 }), 0]);
   });
 });

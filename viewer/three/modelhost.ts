@@ -1,7 +1,7 @@
 /**
- * How do downloaded levels come into the picture? Decodes GLBs with three.js, keeps for each model what came first, its base,
- * and at most one finer template, and a clone of the finer, sharing geometry and materials, for each shown object. One
- * replaces another in one step, so that there is never a frame without either. Far objects are drawn by impostors (`impostors.ts`). What is evicted leaves the GPU.
+ * How do downloaded levels come into the picture? Keeps of each model what came first, its base, and at most one finer template, and
+ * draws all shown objects of the model with the finer one (`modelbatch.ts`). One replaces another in one step, so that there is never a
+ * frame without either. Far objects are drawn by impostors (`impostors.ts`). What is evicted leaves the GPU.
  */
 import {
   type BufferGeometry,
@@ -12,38 +12,28 @@ import {
   Mesh,
   type Object3D,
   Points,
-  PointsMaterial,
   type Raycaster,
   Texture,
 } from "three";
-import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
-import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import type { Vec3 } from "../core/geometry.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import type { ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import type { Part } from "../core/residency.ts";
+import { GlbLoader, textureUrls } from "./glbloader.ts";
 import { ImpostorCrowd, standingAt } from "./impostors.ts";
 import { Materials } from "./materials.ts";
+import { batchedAt, type Drawn, ModelBatch } from "./modelbatch.ts";
 import { TextureCache } from "./textures.ts";
+import type { ViewVolume } from "./viewvolume.ts";
 
 interface Template {
   readonly root: Object3D;
-  /** What is drawn of it. */
-  readonly parts: readonly Drawn[];
+  /** Draws objects with it. */
+  readonly batch: ModelBatch;
   readonly materials: ReadonlySet<Material>;
   readonly textures: readonly string[];
 }
-
-type Drawn = Mesh | Points | Line;
-
-/** What a GLB says of its textures. */
-interface TextureTable {
-  readonly textures: readonly { readonly extensions?: Readonly<Record<string, unknown>> }[];
-}
-
-const POINT_SIZE_PX = 2;
-const FEW = 8;
 
 export class ThreeModelHost implements ModelHost {
   /** Everything that is shown; add it to a scene. */
@@ -51,11 +41,12 @@ export class ThreeModelHost implements ModelHost {
   private readonly templates: Readonly<Record<Part, Map<number, Template>>> = { base: new Map(), detail: new Map() };
   private readonly textures = new TextureCache();
   private readonly materials = new Materials();
-  private readonly loader: GLTFLoader;
+  private readonly loader = new GlbLoader(this.textures);
   /** Shown objects by id and, for swapping, by model. */
   private shown = new Map<number, PlacedObject>();
   private byModel = new Map<number, PlacedObject[]>();
-  private readonly nodes = new Map<number, Object3D>();
+  /** What draws each object by a mesh. */
+  private readonly batches = new Map<number, ModelBatch>();
   /** Pictures of models, and which objects are drawn by them. */
   private readonly crowds = new Map<number, ImpostorCrowd>();
   private far: ReadonlySet<number> = new Set();
@@ -66,20 +57,6 @@ export class ThreeModelHost implements ModelHost {
   /** `changed` is called whenever a new picture should be drawn. */
   constructor(private readonly changed: () => void) {
     this.root.matrixAutoUpdate = false;
-    this.loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
-    const textureLoader = this.textures.loader();
-    this.loader.register((parser) => {
-      parser.textureLoader = textureLoader;
-      return { name: "BELVEDERE_cached_textures" };
-    });
-    // GPU-compressed pictures would need a transcoder of half a megabyte; such a model is drawn without them.
-    this.loader.register((parser) => ({
-      name: "KHR_texture_basisu",
-      loadTexture: (index) => {
-        const texture = (parser.json as TextureTable).textures[index];
-        return texture?.extensions?.KHR_texture_basisu ? Promise.resolve(null as unknown as Texture) : null;
-      },
-    }));
   }
 
   async upload(
@@ -100,12 +77,13 @@ export class ThreeModelHost implements ModelHost {
           console.warn(`the picture ${url} cannot be decoded; its model is drawn without it`, error);
         }
       }
-      const { scene, parser } = await this.loader.parseAsync(glb, "");
-      scene.traverse(prepare);
+      const { scene, parser } = await this.loader.parse(glb);
       const materials = this.materials.share(scene, parser);
       bytes += geometryBytes(scene);
       const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
-      this.templates[part].set(model, { root: scene, parts: drawnOf(scene), materials, textures: acquired });
+      const batch = new ModelBatch(drawnOf(scene));
+      this.root.add(batch.root);
+      this.templates[part].set(model, { root: scene, batch, materials, textures: acquired });
       for (const object of this.byModel.get(model) ?? []) this.refresh(object);
       for (const template of before) this.dispose(template);
     } catch (error) {
@@ -159,9 +137,12 @@ export class ThreeModelHost implements ModelHost {
     this.changed();
   }
 
-  /** Turns what is drawn by impostors to the eye; to be called before each picture. */
-  look(eye: Vec3): void {
+  /** Turns what is drawn by impostors to the eye, and leaves out what is not in view; to be called before each picture. */
+  look(eye: Vec3, view: ViewVolume): void {
     for (const crowd of this.crowds.values()) crowd.look(eye);
+    for (const templates of Object.values(this.templates)) {
+      for (const { batch } of templates.values()) batch.look(view);
+    }
   }
 
   show(objects: readonly PlacedObject[]): void {
@@ -173,13 +154,14 @@ export class ThreeModelHost implements ModelHost {
       if (siblings) siblings.push(object);
       else this.byModel.set(object.model.model, [object]);
     }
-    this.removeAll([...this.nodes.keys()].filter((id) => !this.shown.has(id)));
+    for (const id of this.batches.keys()) if (!this.shown.has(id)) this.remove(id);
     this.unplaced.clear();
     for (const object of objects) {
-      const node = this.nodes.get(object.entry.object);
-      if (!node) this.refresh(object);
+      const batch = this.batches.get(object.entry.object);
+      if (!batch) this.refresh(object);
       // What stood for it stood roughly there.
-      else if (before.get(object.entry.object) !== object) this.stand(node, object);
+      else if (before.get(object.entry.object) !== object)
+        batch.stand(object.entry.object, this.worldFromObject(object));
     }
     for (const model of this.crowds.keys()) this.gather(model);
     this.changed();
@@ -206,15 +188,14 @@ export class ThreeModelHost implements ModelHost {
     if (this.unplaced.has(object)) return true;
     const placed = this.shown.get(object);
     if (placed && this.far.has(object)) return this.crowds.has(placed.model.model);
-    return this.nodes.get(object)?.parent === this.root;
+    return this.batches.has(object);
   }
 
   /** Moves an object from where it was published, in world space: a door that is open. */
   move(object: number, motion: Matrix4): void {
     this.moved.set(object, motion);
-    const node = this.nodes.get(object);
     const placed = this.shown.get(object);
-    if (node && placed) this.stand(node, placed);
+    if (placed) this.batches.get(object)?.stand(object, this.worldFromObject(placed));
     if (placed && this.far.has(object)) this.gather(placed.model.model);
     this.changed();
   }
@@ -225,15 +206,14 @@ export class ThreeModelHost implements ModelHost {
     const first = hits.find(({ point }) => point.y <= below_m);
     const far = first && standingAt(first);
     if (far) return far;
-    let hit: Object3D | null | undefined = first?.object;
-    while (hit && hit.userData.object === undefined) hit = hit.parent;
-    return hit ? this.shown.get(Number(hit.userData.object)) : undefined;
+    const object = first && batchedAt(first);
+    return object === undefined ? undefined : this.shown.get(object);
   }
 
   /** Frees everything. */
   clear(): void {
     this.unplaced.clear();
-    this.removeAll([...this.nodes.keys()]);
+    this.batches.clear();
     for (const templates of Object.values(this.templates)) {
       for (const template of templates.values()) this.dispose(template);
       templates.clear();
@@ -251,7 +231,7 @@ export class ThreeModelHost implements ModelHost {
     const id = object.entry.object;
     const template = this.templates.detail.get(model) ?? this.templates.base.get(model);
     if (!template || this.far.has(id)) this.remove(id);
-    else if (when === "now" || this.nodes.has(id)) this.draw(object, template);
+    else if (when === "now" || this.batches.has(id)) this.draw(object, template);
     else this.unplaced.add(id);
   }
 
@@ -263,25 +243,11 @@ export class ThreeModelHost implements ModelHost {
     if (mesh) this.root.add(mesh);
   }
 
-  /** Everything that is drawn of an object is one node, without those between that a GLB has. */
-  private draw(object: PlacedObject, { parts }: Template): void {
-    this.remove(object.entry.object);
-    const [only] = parts;
-    const node = only && parts.length === 1 ? copyOf(only) : new Group();
-    if (node instanceof Group) for (const part of parts) node.add(copyOf(part));
-    node.userData.object = object.entry.object;
-    node.matrixAutoUpdate = false;
-    this.nodes.set(object.entry.object, node);
-    this.root.add(node);
-    this.stand(node, object);
-  }
-
-  private stand(node: Object3D, placed: PlacedObject): void {
-    const { objectFromPart } = node.userData;
-    node.name = placed.entry.sourceNode;
-    node.matrix.copy(this.worldFromObject(placed));
-    if (objectFromPart) node.matrix.multiply(objectFromPart);
-    node.updateMatrixWorld(true);
+  private draw(object: PlacedObject, { batch }: Template): void {
+    const id = object.entry.object;
+    this.remove(id);
+    this.batches.set(id, batch);
+    batch.stand(id, this.worldFromObject(object));
   }
 
   private worldFromObject({ entry }: PlacedObject): Matrix4 {
@@ -292,20 +258,8 @@ export class ThreeModelHost implements ModelHost {
 
   private remove(object: number): void {
     this.unplaced.delete(object);
-    this.nodes.get(object)?.removeFromParent();
-    this.nodes.delete(object);
-  }
-
-  /** The same of many, for each of which three.js would look through all that are shown. */
-  private removeAll(objects: readonly number[]): void {
-    if (objects.length <= FEW) {
-      for (const object of objects) this.remove(object);
-      return;
-    }
-    const leaving = new Set<Object3D | undefined>(objects.map((object) => this.nodes.get(object)));
-    this.root.children = this.root.children.filter((node) => !leaving.has(node));
-    for (const node of leaving) if (node) node.parent = null;
-    for (const object of objects) this.nodes.delete(object);
+    this.batches.get(object)?.remove(object);
+    this.batches.delete(object);
   }
 
   /** Takes a template away, which is still to be disposed of. */
@@ -320,6 +274,7 @@ export class ThreeModelHost implements ModelHost {
   }
 
   private dispose(template: Template | undefined): void {
+    template?.batch.release();
     template?.root.traverse((node) => (node as Partial<Mesh>).geometry?.dispose());
     for (const material of template?.materials ?? []) if (this.materials.release(material)) disposeMaterial(material);
     for (const url of template?.textures ?? []) this.textures.release(url);
@@ -330,29 +285,6 @@ function isDrawable(url: string): boolean {
   return !url.endsWith(".ktx2");
 }
 
-/** The published textures that a GLB refers to, as their URLs in the tree. */
-export function textureUrls(glb: ArrayBuffer): string[] {
-  const view = new DataView(glb);
-  if (view.byteLength < 20 || view.getUint32(0, true) !== 0x46546c67) throw new Error("not a GLB");
-  const length = view.getUint32(12, true);
-  if (length > view.byteLength - 20) throw new Error("a GLB ends before its JSON does");
-  const json = JSON.parse(new TextDecoder().decode(new Uint8Array(glb, 20, length))) as {
-    images?: { uri?: unknown }[];
-  };
-  const names = (json.images ?? []).map(({ uri }) => (typeof uri === "string" ? uri : ""));
-  const published = names.map((name) => name.slice(name.lastIndexOf("/") + 1));
-  return [
-    ...new Set(published.filter((name) => /^[0-9a-f]{64}\.[a-z0-9]{1,8}$/.test(name)).map((name) => `/o/${name}`)),
-  ];
-}
-
-function prepare(node: Object3D): void {
-  const { material } = node as Partial<Mesh>;
-  for (const one of material ? [material].flat() : []) {
-    if (one instanceof PointsMaterial) one.size = POINT_SIZE_PX * globalThis.devicePixelRatio;
-  }
-}
-
 /** What is drawn below a node. */
 function drawnOf(root: Object3D): Drawn[] {
   const drawn: Drawn[] = [];
@@ -361,18 +293,6 @@ function drawnOf(root: Object3D): Drawn[] {
     if (node instanceof Mesh || node instanceof Points || node instanceof Line) drawn.push(node);
   });
   return drawn;
-}
-
-/** Draws the same geometry once more; where it stands in its object is written beside it. */
-function copyOf(part: Drawn): Drawn {
-  const copy = new (part.constructor as new (geometry: BufferGeometry, material: Drawn["material"]) => Drawn)(
-    part.geometry,
-    part.material,
-  );
-  copy.matrixAutoUpdate = false;
-  copy.matrix.copy(part.matrixWorld);
-  copy.userData.objectFromPart = part.matrixWorld;
-  return copy;
 }
 
 function geometryBytes(root: Object3D): number {

@@ -24,6 +24,7 @@ import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { Resolution } from "../core/resolution.ts";
 import type { Eye } from "../core/screenerror.ts";
+import { ViewVolume } from "./viewvolume.ts";
 
 const VIEW_ANGLE_DEG = 62;
 /** What is nearer than this is not drawn; in a world no larger than a few metres, than this share of it. */
@@ -59,6 +60,8 @@ export class Stage {
     this.renderer.toneMapping = ACESFilmicToneMapping;
     this.renderer.toneMappingExposure = 1.05;
     this.camera.rotation.order = "YXZ";
+    // It stands at the origin; else three.js takes all that is in it for moved, in each picture.
+    this.scene.matrixAutoUpdate = false;
     this.light(fast);
   }
 
@@ -142,6 +145,12 @@ export class Stage {
       const corner = new Vector3(x * right_m, y * up_m, -distance_m).applyMatrix4(this.camera.matrixWorld);
       return [corner.x, corner.y, corner.z];
     });
+  }
+
+  /** What can be in the picture. */
+  get view(): ViewVolume {
+    this.camera.updateMatrixWorld();
+    return new ViewVolume(this.camera);
   }
 
   /** The eye as the scheduler needs it. */

@@ -331,7 +331,7 @@ export class Visit {
       this.explorer.follow(this.eye, this.motion.velocity_mps);
     }
     this.work.add(walked_ms + performance.now() - resized_ms);
-    if (this.dirty) this.host.look(this.walker.position);
+    if (this.dirty) this.host.look(this.walker.position, stage.view);
     if (this.dirty) stage.render(this.drewLastFrame && moving ? frame_ms : undefined);
     this.drewLastFrame = this.dirty && moving;
     this.dirty = false;

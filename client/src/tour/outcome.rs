@@ -31,7 +31,7 @@ pub struct Frame {
 pub struct Tour {
     /// In order of time.
     pub frames: Vec<Frame>,
-    /// When all that can be seen from the first cell had come, if it did.
+    /// When all that can be seen from where one was had come for the first time, if it did: from the first cell, or from a later one.
     pub converged_ms: Option<f64>,
     /// Why bytes came.
     pub bytes: Causes,
@@ -215,7 +215,7 @@ pub struct Outcome {
     pub came: Ways,
     /// What memory did.
     pub memory: Memory,
-    /// The mean over visitors of how long all that can be seen from the first cell took to come; null when one never had it.
+    /// The mean over visitors of how long it took until all in sight was there for the first time; null when one never had it.
     pub convergence_s: Option<f64>,
     /// Of all visitors.
     pub requests: u64,

@@ -151,7 +151,7 @@ pub mod marvie {
         pub polygons: u64,
         /// Seconds that the original file takes.
         pub original_s: f64,
-        /// Seconds until the first cell and what it sees is there.
+        /// Seconds until what the first cell sees is there.
         pub convergence_s: f64,
         /// Least and mean quality without prefetching, in %.
         pub without: [f64; 2],

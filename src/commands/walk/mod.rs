@@ -193,7 +193,7 @@ async fn walk<S: ByteSource + Clone + 'static>(
         );
         anyhow::ensure!(
             outcome.convergence_s.is_some(),
-            "not every visitor ever had all that can be seen from the first cell: {} was asked for",
+            "not every visitor ever had all that was in sight: {} was asked for",
             exact(least)
         );
         let mean = outcome.quality.mean.with_context(|| {
@@ -300,7 +300,7 @@ fn summary(Report { outcome, live }: &Report) -> String {
     let shown = |share: Option<f64>| share.map_or_else(|| "no frame".to_owned(), percent);
     let mut rows = vec![
         row("visitors, frames", format!("{}, {}", outcome.sessions, outcome.frames)),
-        row("all of the first cell there", converged),
+        row("all in sight, first", converged),
         row("download quality since, mean", shown(quality.mean)),
         row(
             "  … the worst of twenty, and of all frames",

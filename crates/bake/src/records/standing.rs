@@ -7,11 +7,13 @@ use crate::cells::ViewCell;
 
 /// Eye height over the floor where a cell is about as high as a room.
 const EYE_HEIGHT_M: f64 = 1.65;
-/// The middle of a cell is as good as any place with so much of half its shorter side free around it, or so many metres …
+/// A place is as good as any with so much of half a cell's shorter side free around it, or so many metres …
 const ROOMY: (f64, f64) = (0.3, 1.0);
 /// … and with less than so much none is good.
 const CRAMPED: (f64, f64) = (0.05, 0.2);
-/// Elsewhere so many places are tried along either side.
+/// Floors that differ by so much, in metres, or by a tenth of a cell's height, are as low as each other.
+const STEP_M: f64 = 0.5;
+/// So many places are tried along either side.
 const TRIED_PLACES: u32 = 6;
 /// One looks for what is near in so many directions.
 const LOOKS: u32 = 8;
@@ -20,40 +22,77 @@ const LOOKS: u32 = 8;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     pub(super) eye: DVec3,
+    floor_m: Option<f64>,
     room_m: f64,
     /// Half of the cell's shorter side.
     half_m: f64,
 }
 
-impl Place {
-    /// Over the middle, or where more room is if something stands there.
+/// How well one can stand in a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Footing {
+    /// There is nothing below it.
+    Air,
+    /// There is a floor somewhere below it.
+    Above,
+    /// Who stands on what is below it has the eye in it, nearly everywhere.
+    Floor,
+}
+
+impl Footing {
     pub(super) fn in_cell(cell: &ViewCell, input: Input<'_>) -> Self {
-        let middle = Self::over(cell.center().into(), cell, input);
-        if middle.has(ROOMY) {
-            return middle;
+        let is_in = |eye: DVec3| (cell.bounds.min[1]..=cell.bounds.max[1]).contains(&eye.y);
+        let places = || places(cell, 3).map(|point| Place::over(point, cell, input));
+        let stands = places().filter(|place| place.floor_m.is_some() && is_in(place.eye));
+        if 2 * stands.count() > places().count() {
+            Self::Floor
+        } else if floor_below(cell.center().into(), cell, input).is_some() {
+            Self::Above
+        } else {
+            Self::Air
         }
-        let (min, size) = (DVec3::from(cell.bounds.min), DVec3::from(cell.bounds.size_m()));
-        let share = |i: u32| (f64::from(i) + 0.5) / f64::from(TRIED_PLACES);
-        (0..TRIED_PLACES * TRIED_PLACES)
-            .map(|i| min + size * DVec3::new(share(i % TRIED_PLACES), 0.5, share(i / TRIED_PLACES)))
-            .filter(|point| cell.contains(point.to_array()))
-            .map(|point| Self::over(point, cell, input))
-            .fold(
-                middle,
-                |best, place| if place.room_m > best.room_m { place } else { best },
-            )
+    }
+}
+
+/// Places all over a cell at half its height, so many along either side.
+fn places(cell: &ViewCell, along: u32) -> impl Iterator<Item = DVec3> {
+    let (min, size) = (DVec3::from(cell.bounds.min), DVec3::from(cell.bounds.size_m()));
+    let share = move |i: u32| (f64::from(i) + 0.5) / f64::from(along);
+    (0..along * along)
+        .map(move |i| min + size * DVec3::new(share(i % along), 0.5, share(i / along)))
+        .filter(|point| cell.contains(point.to_array()))
+}
+
+impl Place {
+    /// Over the lowest floor with room beside one: a lawn and not the roof of a hut on it. There over the middle, or where there is
+    /// more room if something stands there; of equals nearest to the middle.
+    pub(super) fn in_cell(cell: &ViewCell, input: Input<'_>) -> Self {
+        let tried = places(cell, TRIED_PLACES);
+        let mut places: Vec<Self> = tried.map(|point| Self::over(point, cell, input)).collect();
+        let middle = Self::over(cell.center().into(), cell, input);
+        places.push(middle);
+        let roomy = places.iter().filter(|place| place.is_roomy());
+        let lowest_m = roomy.filter_map(|place| place.floor_m).fold(f64::INFINITY, f64::min);
+        let step_m = STEP_M.min(0.1 * cell.bounds.size_m()[1]);
+        let is_low = |place: &&Self| place.floor_m.is_some_and(|floor_m| floor_m <= lowest_m + step_m);
+        let nearness = |place: &Self| -(place.eye - middle.eye).length();
+        let low = places.iter().filter(is_low);
+        let best = low.max_by(|a, b| a.ease().total_cmp(&b.ease()).then(nearness(a).total_cmp(&nearness(b))));
+        *best.unwrap_or(&middle)
     }
 
     /// At eye height over the floor below a point of a cell, or at that point if there is none.
     fn over(point: DVec3, cell: &ViewCell, input: Input<'_>) -> Self {
         let mut eye = point;
-        if let Some(floor_m) = floor_below(point, cell, input) {
+        let floor_m = floor_below(point, cell, input);
+        if let Some(floor_m) = floor_m {
             let height_m = cell.bounds.max[1] - floor_m;
             eye.y = floor_m + EYE_HEIGHT_M.min(0.6 * height_m);
         }
         let [width_m, _, depth_m] = cell.bounds.size_m();
         Self {
             eye,
+            floor_m,
             room_m: room_beside(eye, input),
             half_m: 0.5 * width_m.min(depth_m),
         }
@@ -61,16 +100,21 @@ impl Place {
 
     /// Whether one can be here without the nose on a wall.
     pub(super) fn is_roomy(&self) -> bool {
-        self.has(CRAMPED)
+        self.room_m >= self.part(CRAMPED)
     }
 
-    fn has(&self, (share, metres): (f64, f64)) -> bool {
-        self.room_m >= metres.min(share * self.half_m)
+    /// How much room there is, as far as more is better.
+    fn ease(&self) -> f64 {
+        self.room_m.min(self.part(ROOMY))
+    }
+
+    fn part(&self, (share, metres): (f64, f64)) -> f64 {
+        metres.min(share * self.half_m)
     }
 }
 
 /// Where one would stand below a point of a cell: the height of the first face that is seen from above.
-pub(super) fn floor_below(point: DVec3, cell: &ViewCell, input: Input<'_>) -> Option<f64> {
+fn floor_below(point: DVec3, cell: &ViewCell, input: Input<'_>) -> Option<f64> {
     let eye = input.world.relative(input.frame.enter(point).to_array());
     let mut passed = Vec::new();
     let floor = input.world.cast(eye, Vec3::NEG_Y, f32::INFINITY, &mut passed)?;

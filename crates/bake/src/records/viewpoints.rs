@@ -5,7 +5,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::{
     Input,
-    standing::{self, Place},
+    standing::{Footing, Place},
 };
 use crate::{cells::ViewCell, source::SourceViewpoint};
 
@@ -29,15 +29,15 @@ fn from_author(viewpoint: &SourceViewpoint, input: Input<'_>) -> Option<Viewpoin
     sound.then(|| at(viewpoint.name.clone(), position, orientation.normalize(), input))
 }
 
-/// From a cell with a floor below it, if there is one, and of these the one that sees most objects (of equals the
+/// From a cell in which one can stand, if there is one, and of these the one that sees most objects (of equals the
 /// largest) and has room to stand in; looking level at the middle of what it sees.
 fn made_up(input: Input<'_>) -> Viewpoint {
     let cells = input.graph.cells.iter().enumerate();
     let mut ranked: Vec<_> = cells
         .map(|(id, cell)| {
             let volume: f64 = cell.bounds.size_m().iter().product();
-            let has_floor = standing::floor_below(cell.center().into(), cell, input).is_some();
-            (has_floor, input.visibility.cells[id].objects.len(), volume, id)
+            let footing = Footing::in_cell(cell, input);
+            (footing, input.visibility.cells[id].objects.len(), volume, id)
         })
         .collect();
     ranked.sort_by(|a, b| {

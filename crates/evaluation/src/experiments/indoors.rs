@@ -98,7 +98,7 @@ pub fn section(measured: &Measured) -> Section {
     let mut section = Section {
         how: vec![format!(
             "Walks from cell to cell, {} of {:.0} s each, at {} km/h on a line of {:.0} kb/s and {LATENCY_MS} ms (the paper names no latency). Download quality is the share of the objects in the \
-             cell's set of which a level is there, over the frames after the first cell was complete.",
+             cell's set of which a level is there, over the frames after all in sight had been there for the first time.",
             WAY.walks,
             WAY.seconds,
             INDOORS.1,
@@ -132,14 +132,14 @@ pub fn section(measured: &Measured) -> Section {
             why: vec![0, 1],
         });
         rows.push(Row {
-            what: "… first cell complete".to_owned(),
+            what: "… all in sight for the first time".to_owned(),
             paper: start(paper.convergence_s, paper.original_s),
             ours: vec![ours.map_or_else(|| seconds(None), |s| start(s, world.whole_s()))],
             why: vec![1, 2, 4],
         });
         let without_rules = &world.without_rules;
         rows.push(Row {
-            what: "… first cell complete, no rules".to_owned(),
+            what: "… all in sight for the first time, no rules".to_owned(),
             paper: "no such thing".to_owned(),
             ours: vec![
                 without_rules

@@ -163,7 +163,7 @@ pub fn section(measured: &Measured) -> Section {
             &[1],
         ),
         row(
-            "start: first cell complete",
+            "start: all in sight for the first time",
             not_told(),
             seconds(world.with.convergence_s),
             &[1, 2],

@@ -60,7 +60,7 @@ pub struct World {
 /// What became of the walks.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Walked {
-    /// Until the first cell and what it sees was there; the mean over walks; none if one never had it.
+    /// Until all in sight was there for the first time; the mean over walks; none if one never had it.
     pub convergence_s: Option<f64>,
     /// Quality of the worst frame after that …
     pub min: Option<f64>,
