@@ -20,7 +20,10 @@ export function writePose({ position, yaw, pitch }: Pose, revision?: string): st
 
 /** The same page and pose, in whatever revision there is. */
 export function withoutRevision(page: string): string {
-  return page.replace(/&rev=[^&]*/, "");
+  const url = new URL(page);
+  const fields = url.hash.replace(/^#/, "").split("&");
+  url.hash = fields.filter((field) => !field.startsWith("rev=")).join("&");
+  return url.href;
 }
 
 /** The revision that somebody saw who made a link, when it says so. */
