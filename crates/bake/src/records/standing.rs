@@ -13,6 +13,8 @@ const ROOMY: (f64, f64) = (0.3, 1.0);
 const CRAMPED: (f64, f64) = (0.05, 0.2);
 /// Floors that differ by so much, in metres, or by a tenth of a cell's height, are as low as each other.
 const STEP_M: f64 = 0.5;
+/// A cell is too low to stand in that is lower than an eye is high, and than this share of the world.
+const LOW: f64 = 0.25;
 /// So many places are tried along either side.
 const TRIED_PLACES: u32 = 6;
 /// One looks for what is near in so many directions.
@@ -40,8 +42,10 @@ pub(super) enum Footing {
 }
 
 impl Footing {
-    pub(super) fn in_cell(cell: &ViewCell, input: Input<'_>) -> Self {
-        let is_in = |eye: DVec3| (cell.bounds.min[1]..=cell.bounds.max[1]).contains(&eye.y);
+    /// In a cell of a world so high.
+    pub(super) fn in_cell(cell: &ViewCell, world_m: f64, input: Input<'_>) -> Self {
+        let is_upright = cell.bounds.size_m()[1] >= EYE_HEIGHT_M.min(LOW * world_m);
+        let is_in = |eye: DVec3| is_upright && (cell.bounds.min[1]..=cell.bounds.max[1]).contains(&eye.y);
         let places = || places(cell, 3).map(|point| Place::over(point, cell, input));
         let stands = places().filter(|place| place.floor_m.is_some() && is_in(place.eye));
         if 2 * stands.count() > places().count() {

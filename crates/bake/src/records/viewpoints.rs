@@ -29,15 +29,23 @@ fn from_author(viewpoint: &SourceViewpoint, input: Input<'_>) -> Option<Viewpoin
     sound.then(|| at(viewpoint.name.clone(), position, orientation.normalize(), input))
 }
 
-/// From a cell in which one can stand, if there is one, and of these the one that sees most objects (of equals the
+/// From a cell in which one can stand and that one can leave, if there is one, and of these the one that sees most objects (of equals the
 /// largest) and has room to stand in; looking level at the middle of what it sees.
 fn made_up(input: Input<'_>) -> Viewpoint {
+    let [_, world_m, _] = input.around().size_m();
     let cells = input.graph.cells.iter().enumerate();
     let mut ranked: Vec<_> = cells
         .map(|(id, cell)| {
             let volume: f64 = cell.bounds.size_m().iter().product();
-            let footing = Footing::in_cell(cell, input);
-            (footing, input.visibility.cells[id].objects.len(), volume, id)
+            // A shut-in cell may be the inside of something.
+            let is_shut_in = cell.adjacent.is_empty();
+            let footing = Footing::in_cell(cell, world_m, input);
+            (
+                (footing, !is_shut_in),
+                input.visibility.cells[id].objects.len(),
+                volume,
+                id,
+            )
         })
         .collect();
     ranked.sort_by(|a, b| {
