@@ -10,15 +10,18 @@ function broken() {
 const never = () => false;
 const LINE = [{ url: "a" }, { url: "b" }];
 
-it("opens when nothing was answered since a download began that is given up, and closes with an answer", () => {
+it("opens when two are given up and nothing was answered since they began, and closes with an answer", () => {
   const { breaker, events } = broken();
   const { mark } = breaker;
   breaker.answered("b");
   breaker.lost("a", mark);
   expect([breaker.isOpen, events.answered.mock.calls]).toEqual([false, []]);
   breaker.lost("a", breaker.mark);
+  breaker.lost("a", breaker.mark);
+  expect(breaker.isOpen, "but one file").toBe(false);
+  breaker.lost("c", breaker.mark);
   expect(breaker.isOpen).toBe(true);
-  expect(events.lost).toHaveBeenCalledTimes(2);
+  expect(events.lost).toHaveBeenCalledTimes(4);
   breaker.answered("b");
   expect([breaker.isOpen, events.answered.mock.calls]).toEqual([false, [[true]]]);
   breaker.answered("a");
@@ -29,6 +32,7 @@ it("lets one try at a time, each in turn, and another when that is not wanted an
   const { breaker } = broken();
   breaker.allow();
   breaker.lost("a", breaker.mark);
+  breaker.lost("c", breaker.mark);
   expect(breaker.choose(LINE, never)).toBeUndefined();
   breaker.allow();
   expect([breaker.choose(LINE, never)?.url, breaker.choose(LINE, never)]).toEqual(["b", undefined]);
@@ -44,6 +48,7 @@ it("lets one try at a time, each in turn, and another when that is not wanted an
 it("lets what is pressing try without being let, once", () => {
   const { breaker } = broken();
   breaker.lost("a", breaker.mark);
+  breaker.lost("d", breaker.mark);
   const pressing = ({ url }: { url: string }) => url !== "c";
   expect(breaker.choose([...LINE, { url: "c" }], pressing)?.url).toBe("b");
   breaker.lost("b", breaker.mark);

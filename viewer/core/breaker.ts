@@ -1,7 +1,8 @@
 /**
- * Is the server worth asking? A circuit breaker (Nygard, *Release It!*, 2007): when a download was given up and nothing else was
- * answered meanwhile, all others wait, but for one at a time that tries whether there is an answer again: when one is let, and for what one
- * needs to know where one has gone. The first answer lets all of them go.
+ * Is the server worth asking? A circuit breaker (Nygard, *Release It!*, 2007): when two downloads were given up and nothing was
+ * answered meanwhile, it does not answer; one alone may be a file that fails, for which nobody else need wait. Then all others wait,
+ * but for one at a time that tries whether there is an answer again: when one is let, and for what one needs to know where one has
+ * gone. The first answer lets all of them go.
  */
 
 export interface BreakerEvents {
@@ -16,6 +17,8 @@ export class Breaker {
   private silent = false;
   private mayProbe = false;
   private probe: string | undefined;
+  /** What was given up since the last answer. */
+  private readonly unanswered = new Set<string>();
   /** How often each URL was given up. */
   private readonly misses = new Map<string, number>();
 
@@ -64,12 +67,14 @@ export class Breaker {
   lost(url: string, mark: number): void {
     this.misses.set(url, (this.misses.get(url) ?? 0) + 1);
     if (url === this.probe) this.probe = undefined;
-    if (mark === this.answers) this.silent = true;
+    if (mark === this.answers) this.unanswered.add(url);
+    if (this.unanswered.size > 1) this.silent = true;
     this.events.lost();
   }
 
   answered(url: string): void {
     this.answers += 1;
+    this.unanswered.clear();
     const { silent } = this;
     this.silent = false;
     this.mayProbe = false;

@@ -357,6 +357,7 @@ export class FetchQueue {
     download.trace?.receives(bytes.byteLength);
     if (!(await this.accept(download.url, bytes))) return;
     this.tally.bundled += 1;
+    this.breaker?.answered(download.url);
     this.settle(download, bytes, "done");
   }
 

@@ -48,7 +48,7 @@ export class ModelFiles {
   private readonly texts = new Map<string, string>();
   private readonly lostTextures = new Map<string, Loss>();
   /** Textures that failed once for a reason that passes. */
-  private readonly lateTextures = new Set<string>();
+  private readonly lateTextures = new Map<string, unknown>();
   private readonly growths: GrowthQueue;
 
   constructor(private readonly parts: ModelFilesParts) {
@@ -147,8 +147,10 @@ export class ModelFiles {
           this.lateTextures.delete(file.url);
         } catch (error) {
           if (load.state === "cancelled") throw error;
-          if (passes(error) && !this.lateTextures.has(file.url)) {
-            this.lateTextures.add(file.url);
+          // All who waited for the same download hear of the same error.
+          const isFirst = !this.lateTextures.has(file.url) || this.lateTextures.get(file.url) === error;
+          if (passes(error) && isFirst) {
+            this.lateTextures.set(file.url, error);
             throw error;
           }
           this.lostTextures.set(file.url, { error });

@@ -223,8 +223,8 @@ export class Outlook {
     const gone_m = length(subtract(position, this.entered ?? position));
     if (!index.isIncomplete || scene.manifest.whole) return;
     if (Math.min(distance_m, gone_m) < this.surroundings.strayed_m) return;
+    if (!this.hasStrayed) this.arrivals += 1;
     this.hasStrayed = true;
-    this.arrivals += 1;
     const { arrivals } = this;
     void this.lookAround(position, () => this.arrivals !== arrivals);
   }

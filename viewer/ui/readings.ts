@@ -37,6 +37,7 @@ const ADDRESS_EVERY_MS = 500;
 export class Reporter {
   readonly quality = new QualityHistory(QUALITY_EVERY_MS, QUALITY_SPAN_MS);
   private displayStale = true;
+  private wasBusy = false;
   private displayed_ms = 0;
   private addressStale = false;
   private addressWritten_ms = 0;
@@ -61,7 +62,11 @@ export class Reporter {
   report(now_ms: number, explorer: Explorer, pose: Pose): void {
     this.quality.sample(now_ms, () => explorer.quality());
     const isDue = now_ms - this.displayed_ms >= DISPLAY_EVERY_MS;
-    if (isDue && (this.displayStale || explorer.pending > 0)) {
+    const isBusy = explorer.pending > 0;
+    // What ends between two times of display is shown at the next, whatever else happens.
+    if (this.wasBusy && !isBusy) this.displayStale = true;
+    this.wasBusy = isBusy;
+    if (isDue && (this.displayStale || isBusy)) {
       this.displayed_ms = now_ms;
       this.displayStale = false;
       this.show(explorer);

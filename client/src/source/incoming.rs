@@ -55,10 +55,12 @@ impl<'a> Incoming<'a> {
 
     /// The same, when that is all of it.
     pub(super) fn whole(self) -> Result<Bytes, Error> {
-        let bytes = match self.body {
+        let mut bytes = match self.body {
             Body::Plain(bytes) => bytes,
             Body::Packed(unpacks) => unpacks.finish().map_err(|cause| garbled(self.path, &cause))?,
         };
+        // It may be kept for long, and counts as so much.
+        bytes.shrink_to_fit();
         Ok(bytes.into())
     }
 }

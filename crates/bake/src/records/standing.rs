@@ -45,10 +45,10 @@ impl Footing {
     /// In a cell of a world so high.
     pub(super) fn in_cell(cell: &ViewCell, world_m: f64, input: Input<'_>) -> Self {
         let is_upright = cell.bounds.size_m()[1] >= EYE_HEIGHT_M.min(LOW * world_m);
-        let is_in = |eye: DVec3| is_upright && (cell.bounds.min[1]..=cell.bounds.max[1]).contains(&eye.y);
-        let places = || places(cell, 3).map(|point| Place::over(point, cell, input));
-        let stands = places().filter(|place| place.floor_m.is_some() && is_in(place.eye));
-        if 2 * stands.count() > places().count() {
+        let is_in = |height_m: f64| is_upright && (cell.bounds.min[1]..=cell.bounds.max[1]).contains(&height_m);
+        let eye_over = |point: DVec3| floor_below(point, cell, input).map(|floor_m| eye_height(floor_m, cell));
+        let stands = places(cell, 3).filter(|point| eye_over(*point).is_some_and(is_in));
+        if 2 * stands.count() > places(cell, 3).count() {
             Self::Floor
         } else if floor_below(cell.center().into(), cell, input).is_some() {
             Self::Above
@@ -90,8 +90,7 @@ impl Place {
         let mut eye = point;
         let floor_m = floor_below(point, cell, input);
         if let Some(floor_m) = floor_m {
-            let height_m = cell.bounds.max[1] - floor_m;
-            eye.y = floor_m + EYE_HEIGHT_M.min(0.6 * height_m);
+            eye.y = eye_height(floor_m, cell);
         }
         let [width_m, _, depth_m] = cell.bounds.size_m();
         Self {
@@ -115,6 +114,11 @@ impl Place {
     fn part(&self, (share, metres): (f64, f64)) -> f64 {
         metres.min(share * self.half_m)
     }
+}
+
+/// How high the eye is of who stands on a floor below a cell.
+fn eye_height(floor_m: f64, cell: &ViewCell) -> f64 {
+    floor_m + EYE_HEIGHT_M.min(0.6 * (cell.bounds.max[1] - floor_m))
 }
 
 /// Where one would stand below a point of a cell: the height of the first face that is seen from above.
