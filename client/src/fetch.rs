@@ -12,6 +12,7 @@ use bytes::Bytes;
 
 use crate::{
     ByteSource, Error, Scene,
+    scene::as_promised,
     strategy::{
         bundles,
         file::{FileName, FileRef},
@@ -98,10 +99,7 @@ async fn alone<S: ByteSource>(
         FileName::Object(name) => {
             let mut watch = |so_far: &[u8]| watch(file, so_far);
             let (bytes, _) = scene.source().get_watched(&name.url(), &mut watch).await?;
-            if !name.is_of(&bytes) {
-                return Err(Error::Corrupt(name.clone()));
-            }
-            bytes
+            as_promised(name, bytes)?
         }
         FileName::Rung(rung) => rung_of(scene, manners, rung, file.bytes, ends(rung)).await?,
     };

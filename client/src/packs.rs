@@ -8,7 +8,10 @@ use belvedere_scene::{
 };
 use bytes::Bytes;
 
-use crate::{ByteSource, Error, Scene, strategy::planner::WORTH_A_PACK};
+use crate::{
+    ByteSource, Error, Scene,
+    strategy::{file::Key, order::Member, planner::WORTH_A_PACK},
+};
 
 /// Whether enough of these levels stand in a pack for it to be fetched whole.
 pub(crate) fn is_worth(pack: &PackRef, wanted: &[&Level]) -> bool {
@@ -53,8 +56,11 @@ impl<S: ByteSource> Scene<S> {
 
 /// A level's GLB out of its pack, if it is the right one.
 fn out_of(whole: &Bytes, pack: &PackRef, level: &Level) -> Option<Bytes> {
-    let from = usize::try_from(pack.from).ok()?;
-    let to = from.checked_add(usize::try_from(level.bytes).ok()?)?;
-    let glb = (to <= whole.len()).then(|| whole.slice(from..to))?;
-    level.url.is_of(&glb).then_some(glb)
+    let member = Member {
+        key: Key::from(&level.url),
+        from: pack.from,
+        bytes: level.bytes,
+    };
+    let glb = member.out_of(whole).filter(|glb| member.key.is_of(glb))?;
+    Some(whole.slice_ref(glb))
 }

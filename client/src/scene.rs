@@ -367,11 +367,14 @@ async fn named<T: DeserializeOwned>(source: &impl ByteSource, path: &str) -> Res
 }
 
 async fn verified(source: &impl ByteSource, name: &BlobName) -> Result<Bytes, Error> {
-    let bytes = source.get(&name.url()).await?;
-    if name.is_of(&bytes) {
-        Ok(bytes)
-    } else {
-        Err(Error::Corrupt(name.clone()))
+    as_promised(name, source.get(&name.url()).await?)
+}
+
+/// Bytes that are what a name promises.
+pub(crate) fn as_promised(name: &BlobName, bytes: Bytes) -> Result<Bytes, Error> {
+    match name.is_of(&bytes) {
+        true => Ok(bytes),
+        false => Err(Error::Corrupt(name.clone())),
     }
 }
 

@@ -41,6 +41,9 @@ export function boundsOf(points: readonly Vec3[]): Bounds {
 /** The middle of a box. */
 export const middle = ({ min, max }: Bounds): Vec3 => scale(add(min, max), 0.5);
 
+/** From corner to corner of a box. */
+export const diagonal_m = ({ min, max }: Bounds): number => length(subtract(max, min));
+
 /** Distance from a point to the box in metres, zero inside. */
 export function distanceToBounds({ min, max }: Bounds, point: Vec3): number {
   // Axis by axis and without a loop: this is asked for thousands of boxes while one plans.

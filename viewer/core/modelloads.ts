@@ -299,60 +299,70 @@ export class ModelLoads implements ModelNotes {
   }
 
   private async bring(load: Load, packs: ReadonlyMap<string, number>): Promise<void> {
-    const { host, residency, budget, smooth } = this.parts;
+    const { host, residency, smooth } = this.parts;
     const { model, grade } = load;
     const textures = new Map<string, ArrayBuffer>();
     const [make] = await Promise.all([this.files.fetchGrade(load, packs), this.files.fetchTextures(load, textures)]);
     // Once rungs are decoded the load is not cancelled any more, and another one may have taken its place.
     if (load.state === "cancelled") return;
     const { glb, state_bytes } = await make();
-    const draw = async () => {
-      if (load.state === "cancelled") return true;
-      if (this.files.missingTextures(load, textures).length > 0) return false;
-      load.state = "uploading";
+    const isWhole = () => this.files.missingTextures(load, textures).length === 0;
+    const complete = () => this.files.fetchTextures(load, textures);
+    await this.drawWhole(load, isWhole, complete, async () => {
       const base = residency.base(model.model)?.grade;
       const isSound = base !== undefined && !isFailed(this.of(model.model), base);
       const part = residency.partFor(model.model, grade, isSound);
       const bytes = await host.upload(model.model, part, glb, textures);
-      if (this.closed) return true;
+      if (this.closed) return;
       if (grade.kind !== "rung") smooth.close(model.model);
       this.footprint.learn(model, grade, bytes + state_bytes);
       residency.hold(model.model, part, { grade, bytes });
       this.keepBeside(model.model, { stream_bytes: state_bytes });
       this.release(residency.evict());
-      return true;
-    };
-    // A texture that was held a moment ago may have gone with the last model that used it. Nothing is fetched in the time of a frame,
-    // since to begin that takes such time too.
-    while (!(await budget.run(draw))) await this.files.fetchTextures(load, textures);
+    });
   }
 
   /** The pictures of an impostor, which stay beside a mesh that is held or comes later. */
   private async bringImpostor(load: Load): Promise<void> {
-    const { host, residency, budget } = this.parts;
+    const { host, residency } = this.parts;
     const { model, grade } = load;
     const { impostor } = model;
     if (!impostor) throw new Error(`m${model.model} has no impostor`);
     const pictures = new Map<string, ArrayBuffer>();
-    const fetchMissing = async ({ url, bytes }: FileRef) => {
-      if (isMissing({ url, bytes })) pictures.set(url, await this.files.fetch(load, { url, bytes }));
-    };
-    const files = [impostor.colour, impostor.shape];
-    const isMissing = ({ url }: FileRef) => !pictures.has(url) && host.needsTexture(url);
-    await Promise.all(files.map(fetchMissing));
-    const draw = async () => {
-      if (load.state === "cancelled") return true;
-      if (files.some(isMissing)) return false;
-      load.state = "uploading";
+    const missing = () =>
+      [impostor.colour, impostor.shape].filter(({ url }) => !pictures.has(url) && host.needsTexture(url));
+    const fetch = async (file: FileRef) => pictures.set(file.url, await this.files.fetch(load, file));
+    const complete = () => Promise.all(missing().map(fetch));
+    await complete();
+    const isWhole = () => missing().length === 0;
+    await this.drawWhole(load, isWhole, complete, async () => {
       const bytes = await host.uploadImpostor(model.model, impostor, pictures);
-      if (this.closed) return true;
+      if (this.closed) return;
       this.footprint.learn(model, grade, bytes);
       if (!residency.held(model.model)) residency.hold(model.model, "base", { grade, bytes: 0 });
       this.keepBeside(model.model, { pictures_bytes: bytes });
       this.release(residency.evict());
+    });
+  }
+
+  /**
+   * Draws when a frame has time for it and all textures are here: one that was held a moment ago may have gone with the last model
+   * that used it. Nothing is fetched in the time of a frame, since to begin that takes such time too.
+   */
+  private async drawWhole(
+    load: Load,
+    isWhole: () => boolean,
+    complete: () => Promise<unknown>,
+    draw: () => Promise<void>,
+  ): Promise<void> {
+    const tryOnce = async () => {
+      if (load.state === "cancelled") return true;
+      if (!isWhole()) return false;
+      load.state = "uploading";
+      await draw();
       return true;
     };
-    while (!(await budget.run(draw))) await Promise.all(files.map(fetchMissing));
+    while (!(await this.parts.budget.run(tryOnce))) await complete();
   }
 }
 

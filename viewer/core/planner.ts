@@ -11,7 +11,7 @@ import { Pacer } from "./pacer.ts";
 import type { Want } from "./priority.ts";
 import type { HoldingOf } from "./progress.ts";
 import { MemoryShortError, type ResidencySet } from "./residency.ts";
-import { isAnythingWanting, shrink, targetWithin, wanted } from "./scheduler.ts";
+import { hasFirstPicture, shrink, targetWithin, wanted } from "./scheduler.ts";
 import type { Eye } from "./screenerror.ts";
 
 /** Up to which error, and how many triangles, models are refined. */
@@ -133,7 +133,7 @@ export class Planner {
     const { bytes_per_s } = line;
     this.isElsewhere = !outlook.knowsItsPlace;
     const isAllKnown = sight.objects.length === sight.count && !this.isElsewhere;
-    this.hasBegun ||= isAllKnown && !isAnythingWanting(sight.objects, loads);
+    this.hasBegun ||= isAllKnown && hasFirstPicture(sight.objects, loads);
     const looksAhead = cellId !== undefined && cellId === sight.cell;
     if (looksAhead) ahead.look(cellId, eye.position, velocity_mps);
     const known = looksAhead && this.hasBegun ? ahead.known : [];

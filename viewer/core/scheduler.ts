@@ -138,11 +138,11 @@ export function firstWants(visible: readonly PlacedObject[], stock: Stock, named
   return wants;
 }
 
-/** Whether there is something of which nothing is held and that can be had. */
-export function isAnythingWanting(visible: readonly PlacedObject[], stock: Stock): boolean {
-  return siblingsIn(visible).some(({ model, objects: [object] }) => {
+/** Whether the first picture is there: something of everything visible, but for what cannot be had. */
+export function hasFirstPicture(visible: readonly PlacedObject[], stock: Stock): boolean {
+  return siblingsIn(visible).every(({ model, objects: [object] }) => {
     const holding = stock.of(model.model);
-    return object && !holding.held && firstGoal(object, holding, stock.costOf);
+    return !object || holding.held || !firstGoal(object, holding, stock.costOf);
   });
 }
 

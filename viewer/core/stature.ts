@@ -4,7 +4,7 @@
  * cross. Who flies crosses any world in the same time at most.
  */
 import type { Manifest } from "./documents.ts";
-import { length, subtract } from "./geometry.ts";
+import { diagonal_m as diagonalOf_m } from "./geometry.ts";
 
 /** All lengths and speeds of who walks, as shares of a person's. */
 export interface Stature {
@@ -26,7 +26,7 @@ export const PERSON: Stature = { size: 1, flight_mps: FLIGHT_MPS };
 
 /** Of who goes through a scene. */
 export function statureIn({ bounds, cells }: Pick<Manifest, "bounds" | "cells">): Stature {
-  const diagonal_m = length(subtract(bounds.max, bounds.min));
+  const diagonal_m = diagonalOf_m(bounds);
   const tops = cells.entries.map((entry) => entry.bounds.max[1]);
   const floors = cells.entries.map((entry) => entry.bounds.min[1]);
   const height_m = cells.entries.length > 0 ? Math.max(...tops) - Math.min(...floors) : UPRIGHT_M;

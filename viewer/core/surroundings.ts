@@ -3,7 +3,7 @@
  * first that fill most of the view.
  */
 import type { PageEntry } from "./documents.ts";
-import { type Bounds, length, middle, subtract, type Vec3 } from "./geometry.ts";
+import { type Bounds, diagonal_m, length, middle, subtract, type Vec3 } from "./geometry.ts";
 import type { ObjectDirectory, PlacedObject } from "./objects.ts";
 import { nearestChunks } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
@@ -16,7 +16,7 @@ const STRAYED_SHARE = 0.1;
 
 /** About the share of the view that a box fills; 1 from inside. */
 function sizeInView(bounds: Bounds, point: Vec3): number {
-  const radius_m = length(subtract(bounds.max, bounds.min)) / 2;
+  const radius_m = diagonal_m(bounds) / 2;
   const distance_m = Math.max(radius_m, length(subtract(middle(bounds), point)));
   return distance_m === 0 ? 1 : (radius_m / distance_m) ** 2;
 }
@@ -39,8 +39,7 @@ export class Surroundings {
 
   /** Who has gone so far has strayed. */
   get strayed_m(): number {
-    const { min, max } = this.scene.manifest.bounds;
-    return STRAYED_SHARE * length(subtract(max, min));
+    return STRAYED_SHARE * diagonal_m(this.scene.manifest.bounds);
   }
 
   /** What is around a point; `undefined` for who has looked around near by, or looks around elsewhere meanwhile. */

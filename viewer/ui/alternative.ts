@@ -1,5 +1,5 @@
 /** What does the picture show, in words? For who cannot see it: the direction of the view and the largest things in it. */
-import { type Bounds, direction, dot, length, middle, subtract, type Vec3 } from "../core/geometry.ts";
+import { type Bounds, diagonal_m, direction, dot, length, middle, subtract, type Vec3 } from "../core/geometry.ts";
 import { write } from "./dom.ts";
 import { writeDoor } from "./format.ts";
 import type { Visit } from "./visit.ts";
@@ -41,7 +41,7 @@ function largestAhead({ position, yaw }: View, things: Iterable<Thing>): string[
     const way = subtract(middle(bounds), position);
     const distance_m = Math.max(length(way), 1e-3);
     const straight = dot(direction(yaw), way) / distance_m;
-    if (straight >= ASIDE && name) seen.push({ name, size: length(subtract(bounds.max, bounds.min)) / distance_m });
+    if (straight >= ASIDE && name) seen.push({ name, size: diagonal_m(bounds) / distance_m });
   }
   return seen.sort((a, b) => b.size - a.size).map(({ name }) => name);
 }

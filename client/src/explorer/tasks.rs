@@ -157,9 +157,8 @@ impl<S: ByteSource + 'static> Explorer<S> {
     /// Calls off what nobody needs any more. A pack of which all has come that was wanted comes to its end: somebody may want more of it.
     pub(super) fn cancel(&mut self) {
         let planner = &mut self.planner;
-        let is_useless = |one: &UnderWay| {
-            planner.wanted_of(&one.order).is_empty() && !one.wanted.iter().all(|file| planner.is_here(*file))
-        };
+        let is_useless =
+            |one: &UnderWay| !planner.is_wanted(&one.order) && !one.wanted.iter().all(|file| planner.is_here(*file));
         let useless = self.under_way.iter().filter(|(_, one)| is_useless(one));
         let useless: Vec<Id> = useless.map(|(id, _)| *id).collect();
         for id in useless {

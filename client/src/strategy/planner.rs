@@ -215,14 +215,24 @@ impl Planner {
     /// What is wanted of a request and not here, each file by itself; nothing where it serves no wish.
     #[must_use]
     pub fn wanted_of(&self, order: &Order) -> Vec<Key> {
+        self.wanting(order).collect()
+    }
+
+    /// Whether a request that is under way still serves a wish.
+    #[must_use]
+    pub fn is_wanted(&self, order: &Order) -> bool {
+        self.wanting(order).next().is_some()
+    }
+
+    fn wanting(&self, order: &Order) -> impl Iterator<Item = Key> {
         let asked: HashSet<Key> = order.files.iter().map(|file| file.name.key()).collect();
-        let serves = |part: &Part| {
+        let serves = move |part: &Part| {
             let pack = part.pack.map(|pack| Key::from(&pack.url));
             asked.contains(&part.key()) || pack.is_some_and(|pack| asked.contains(&pack))
         };
         let parts = self.wishes.iter().flat_map(|wish| self.parts(wish));
         let missing = parts.filter(|part| part.holder(&self.residency).is_none());
-        missing.filter(serves).map(|part| part.key()).collect()
+        missing.filter(serves).map(|part| part.key())
     }
 
     /// A smooth LOD that is damaged anywhere is not used at all.
