@@ -1,19 +1,23 @@
 //! A stroll through a published scene: `cargo run -p belvedere-client --example stroll -- http://127.0.0.1:8080 museum`.
 //!
-//! Stands at the first viewpoint until all that can be seen from there is sharp, and goes on from cell to cell. It says what
-//! has come, and why. What was fetched once is kept below `stroll-cache`, so the second stroll costs next to nothing.
+//! Stands at the first viewpoint until all that can be seen from there is sharp, then walks from cell to cell while the rest is still
+//! coming, and what lies ahead is fetched before it is seen. It says what has come, and why. What was fetched once is kept below
+//! `stroll-cache`, so the second stroll costs next to nothing.
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
-use std::{collections::HashSet, env, error::Error};
+use std::{collections::HashSet, env, error::Error, time::Duration};
 
 use belvedere_client::{
     ByteSource, Client, DiskCache, Event, Explorer, ExplorerOptions, HttpSource, Retrying, strategy::sight::Eye,
 };
+use tokio::time::{Instant, timeout_at};
 
 /// How far it goes.
 const CELLS: usize = 8;
 const CACHE_BYTES: u64 = 256 << 20;
+const FRAME: Duration = Duration::from_millis(50);
+const SPEED_MPS: f64 = 3.0;
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Box<dyn Error>> {
@@ -25,22 +29,29 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let scene = Client::new(source).open(&name.parse()?).await?;
     let viewpoint = scene.pointer().viewpoints.first().ok_or("the scene has no viewpoint")?;
     let mut eye = Eye::at(viewpoint.position);
-    let mut explorer = Explorer::new(scene, ExplorerOptions::default());
-    let mut been = HashSet::new();
-    for _ in 0..CELLS {
-        explorer.follow(eye).await;
-        look(&mut explorer).await;
-        let cell = explorer.scene().locate(eye.position).await?.cell;
+    // What fails now is not waited for: it is only a stroll.
+    let options = ExplorerOptions {
+        recovers: false,
+        ..ExplorerOptions::default()
+    };
+    let mut explorer = Explorer::new(scene, options);
+    explorer.follow(eye).await;
+    let mut seen = Seen::default();
+    while let Some(events) = explorer.advance().await {
+        seen.note(&explorer, events);
+    }
+    seen.tell(&explorer);
+
+    let mut cell = explorer.scene().locate(eye.position).await?.cell;
+    let mut been = HashSet::from([cell.cell]);
+    while been.len() < CELLS
+        && let Some(next) = cell.adjacent.iter().find(|cell| !been.contains(cell))
+    {
+        let next = explorer.scene().cell(*next).await?;
+        cell = next.ok_or("an adjacent cell is missing")?;
         been.insert(cell.cell);
-        let Some(next) = cell.adjacent.iter().find(|cell| !been.contains(cell)) else {
-            break;
-        };
-        let next = explorer
-            .scene()
-            .cell(*next)
-            .await?
-            .ok_or("an adjacent cell is missing")?;
-        eye.position = next.bounds.center();
+        walk(&mut explorer, &mut eye, cell.bounds.center(), &mut seen).await;
+        seen.tell(&explorer);
     }
     if !explorer.scene().is_current().await? {
         println!("the scene was published anew meanwhile: open it again to see it");
@@ -48,28 +59,55 @@ async fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Waits until nothing more is wanted, and says what came first and how much it was.
-async fn look<S: ByteSource + 'static>(explorer: &mut Explorer<S>) {
-    let (mut drawn, mut first) = (0, None);
-    while let Some(events) = explorer.advance().await {
+/// Goes straight to a point, and looks from frame to frame what has come.
+async fn walk<S: ByteSource + 'static>(explorer: &mut Explorer<S>, eye: &mut Eye, to: [f64; 3], seen: &mut Seen) {
+    let from = eye.position;
+    let distance_m = (0..3).map(|i| (to[i] - from[i]).powi(2)).sum::<f64>().sqrt();
+    let frames = (distance_m / (SPEED_MPS * FRAME.as_secs_f64())).ceil().max(1.0);
+    let begun = Instant::now();
+    for frame in 1..=frames as u32 {
+        let share = f64::from(frame) / frames;
+        eye.position = std::array::from_fn(|i| from[i] + share * (to[i] - from[i]));
+        explorer.follow(*eye).await;
+        let next = begun + FRAME * frame;
+        while let Ok(Some(events)) = timeout_at(next, explorer.advance()).await {
+            seen.note(explorer, events);
+        }
+        tokio::time::sleep_until(next).await;
+    }
+}
+
+/// What has happened since it was told last.
+#[derive(Default)]
+struct Seen {
+    drawn: usize,
+    first: Option<String>,
+}
+
+impl Seen {
+    fn note<S: ByteSource + 'static>(&mut self, explorer: &Explorer<S>, events: Vec<Event>) {
         for event in events {
             match event {
-                Event::Entered(cell) => println!("{cell}: {} objects in sight", explorer.visible().len()),
+                Event::Entered(cell) => {
+                    let (visible, missing) = (explorer.visible().len(), explorer.missing());
+                    println!("{cell}: {visible} objects in sight, of which {missing} are still missing");
+                }
                 Event::Drawn { why, .. } => {
-                    drawn += 1;
-                    first.get_or_insert(why);
+                    self.drawn += 1;
+                    self.first.get_or_insert(why);
                 }
                 Event::Problem(cause) => println!("  goes on without: {cause}"),
                 Event::Blunted(_) | Event::Dropped(_) => {}
             }
         }
     }
-    println!(
-        "  {drawn} meshes, {}, {} bytes held",
-        explorer.progress(),
-        explorer.memory_bytes()
-    );
-    if let Some(why) = first {
-        println!("  first: {why}");
+
+    fn tell<S: ByteSource + 'static>(&mut self, explorer: &Explorer<S>) {
+        let Self { drawn, first } = std::mem::take(self);
+        let (progress, held) = (explorer.progress(), explorer.memory_bytes());
+        println!("  {drawn} meshes came, {progress}, {held} bytes held");
+        if let Some(why) = first {
+            println!("  first: {why}");
+        }
     }
 }

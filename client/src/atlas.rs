@@ -76,6 +76,12 @@ impl Atlas {
         forgotten
     }
 
+    /// Cells of which something could not be read.
+    pub(crate) fn lacking(&self) -> impl Iterator<Item = CellId> {
+        let lacking = self.places.values().filter(|place| place.lost > 0);
+        lacking.map(|place| place.entry.cell)
+    }
+
     pub(crate) fn add(&mut self, place: Place) {
         self.places.insert(place.entry.cell, place);
     }

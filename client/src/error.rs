@@ -139,6 +139,12 @@ impl Error {
         matches!(self, Self::Fetch { .. } | Self::Length { .. }) || self.is_damage()
     }
 
+    /// Whether it failed for a reason that passes by itself: a server that is silent, busy or out of order. What it holds damaged
+    /// stays so until somebody sees to it.
+    pub(crate) fn passes(&self) -> bool {
+        self.is_transient() && !self.is_damage()
+    }
+
     /// Whether an immutable document that fails so is lost: asked for again, it would be no other.
     pub(crate) fn is_final(&self) -> bool {
         !self.is_transient() || matches!(self, Self::Corrupt(_))

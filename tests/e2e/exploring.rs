@@ -28,6 +28,7 @@ async fn explorer<S: ByteSource + 'static>(source: S, memory_bytes: u64) -> Expl
     };
     let options = ExplorerOptions {
         budgets,
+        recovers: false,
         ..ExplorerOptions::default()
     };
     Explorer::new(scene, options)

@@ -81,6 +81,7 @@ async fn explorer(source: Watched<FolderSource>) -> Explorer<Watched<FolderSourc
     let scene = Client::new(source).open(&name()).await.expect("a scene");
     let options = ExplorerOptions {
         rules: true,
+        recovers: false,
         ..ExplorerOptions::default()
     };
     Explorer::new(scene, options)

@@ -19,6 +19,9 @@ pub struct ExplorerOptions {
     pub rules: bool,
     /// Whether small files come together where the server offers that.
     pub bundles: bool,
+    /// Whether what failed for a reason that passes, as a server that is silent, is tried again by itself: after 5, 10, 20 … 60 s.
+    /// [`crate::Explorer::advance`] then waits for that too.
+    pub recovers: bool,
 }
 
 impl Default for ExplorerOptions {
@@ -33,6 +36,7 @@ impl Default for ExplorerOptions {
             smooth: true,
             rules: false,
             bundles: true,
+            recovers: true,
         }
     }
 }

@@ -26,6 +26,7 @@
 mod event;
 mod members;
 mod mesh;
+mod recovery;
 mod seedling;
 mod tasks;
 #[cfg(test)]
@@ -47,6 +48,7 @@ use tokio::{
 
 pub use event::{Event, ExplorerOptions};
 pub use mesh::{Geometry, Mesh};
+use recovery::{Losses, Recovery};
 pub use seedling::Seedling;
 use tasks::{Brought, UnderWay};
 
@@ -95,6 +97,7 @@ pub struct Explorer<S> {
     /// Whether something of all in sight that can be had was there once.
     has_begun: bool,
     short_in: HashSet<CellId>,
+    recovery: Recovery,
     events: Vec<Event>,
     started: Instant,
     cancelled: u64,
@@ -126,6 +129,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             eye: None,
             has_begun: false,
             short_in: HashSet::new(),
+            recovery: Recovery::default(),
             events: Vec::new(),
             started: Instant::now(),
             cancelled: 0,
@@ -142,6 +146,12 @@ impl<S: ByteSource + 'static> Explorer<S> {
     pub async fn follow(&mut self, eye: Eye) {
         self.motion.observe(self.started.elapsed().as_secs_f64(), eye.position);
         self.eye = Some(eye);
+        self.find(eye).await;
+        self.replan();
+    }
+
+    /// Looks in which cell the eye is, and reads of it.
+    async fn find(&mut self, eye: Eye) {
         let grows = self.options.rules;
         match self.scene.whereabouts(self.at.as_ref(), eye.position, grows).await {
             Ok(whereabouts) => {
@@ -155,22 +165,29 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 self.show(cell);
             }
             Err(Error::GivenUp { .. }) => {}
-            Err(cause) => self.events.push(Event::Problem(cause)),
+            Err(cause) => self.lose(cause, |losses| losses.is_astray = true),
         }
-        self.replan();
     }
 
-    /// Waits until something has happened, and says what; `None` when nothing is under way, so that nothing will. May be
-    /// called off at any time, for a new [`Explorer::follow`].
+    /// Waits until something has happened, and says what; `None` when nothing is under way and nothing will be tried again, so
+    /// that nothing will. May be called off at any time, for a new [`Explorer::follow`].
     pub async fn advance(&mut self) -> Option<Vec<Event>> {
         while self.events.is_empty() {
+            if self.tasks.is_empty() && !self.recovery.is_waiting() {
+                return None;
+            }
             let ended = tokio::select! {
                 biased;
                 Some(come) = self.told.recv() => {
                     self.take_members(come);
                     continue;
                 }
-                ended = self.tasks.join_next_with_id() => ended?,
+                Some(ended) = self.tasks.join_next_with_id() => ended,
+                () = self.recovery.due() => {
+                    let losses = self.recovery.take();
+                    self.try_again(losses).await;
+                    continue;
+                }
             };
             // What a task has told may have come with its end.
             while let Ok(come) = self.told.try_recv() {
@@ -225,11 +242,45 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.cancelled
     }
 
-    /// Tries again what could not be had.
+    /// Tries again what could not be had: all of it, whatever the reason.
     pub async fn retry(&mut self) {
-        self.planner.residency.forgive();
+        self.planner.residency.forgive_all();
         self.scene.forgive().await;
+        let mut losses = self.recovery.take();
+        losses.cells.extend(self.atlas.lacking());
+        losses.cells.extend(&self.unfound);
+        losses.is_astray |= self.at.is_none();
+        self.try_again(losses).await;
+    }
+
+    /// Reads and asks for all of that again.
+    async fn try_again(
+        &mut self,
+        Losses {
+            files,
+            cells,
+            is_astray,
+        }: Losses,
+    ) {
+        self.planner.residency.forgive(&files);
+        for cell in cells {
+            self.unfound.remove(&cell);
+            self.asked.insert(cell);
+            let known = self.atlas.place(cell).map(|place| place.entry.clone());
+            self.read(known.ok_or(cell));
+        }
+        if let Some(eye) = self.eye.filter(|_| is_astray) {
+            self.find(eye).await;
+        }
         self.replan();
+    }
+
+    /// Says what went wrong, and tries what was lost with it again if that may help.
+    fn lose(&mut self, cause: Error, loss: impl FnOnce(&mut Losses)) {
+        if self.options.recovers {
+            self.recovery.note(&cause, loss);
+        }
+        self.events.push(Event::Problem(cause));
     }
 
     /// Nothing is grown any more: levels come instead of what has not come, or could not be grown.

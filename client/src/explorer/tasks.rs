@@ -7,7 +7,7 @@ use bytes::Bytes;
 use tokio::task::{AbortHandle, Id};
 
 use super::{
-    Event, Explorer,
+    Explorer,
     members::{Come, Unpacking},
 };
 use crate::{
@@ -72,7 +72,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
             }
             Brought::Place(place, failures, _) => {
                 let cell = place.entry.cell;
-                self.events.extend(failures.into_iter().map(Event::Problem));
+                for cause in failures {
+                    self.lose(cause, |losses| _ = losses.cells.insert(cell));
+                }
                 self.atlas.add(*place);
                 self.show(cell);
                 if let Some(shown) = self.shown {
@@ -81,7 +83,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             }
             // It is asked for again when one is there, and not before.
             Brought::NoPlace(cell, cause) => {
-                self.events.push(Event::Problem(cause));
+                self.lose(cause, |losses| _ = losses.cells.insert(cell));
                 self.unfound.insert(cell);
             }
             Brought::Files(files) => {
@@ -92,8 +94,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 let mut lost_rules = false;
                 for (file, result) in files {
                     if let Err(cause) = result.and_then(|bytes| self.keep(&file, bytes)) {
-                        self.planner.residency.lose(file.name.key());
-                        self.events.push(Event::Problem(cause));
+                        let key = file.name.key();
+                        self.planner.residency.lose(key);
+                        self.lose(cause, |losses| _ = losses.files.insert(key));
                         lost_rules |= file.is_rules();
                     }
                 }

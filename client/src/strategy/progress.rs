@@ -14,6 +14,9 @@ use super::{
     sight::{Eye, Seen},
 };
 
+/// What takes less is told in kB.
+const SMALL: u64 = 1_000_000;
+
 /// So much of so much.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Progress {
@@ -25,8 +28,13 @@ pub struct Progress {
 
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [loaded, total] = [self.loaded_bytes, self.total_bytes].map(|bytes| bytes as f64 / 1e6);
-        write!(f, "{loaded:.1} of {total:.1} MB of what you can see")
+        let (unit, name) = if self.total_bytes < SMALL {
+            (1e3, "kB")
+        } else {
+            (1e6, "MB")
+        };
+        let [loaded, total] = [self.loaded_bytes, self.total_bytes].map(|bytes| bytes as f64 / unit);
+        write!(f, "{loaded:.1} of {total:.1} {name} of what you can see")
     }
 }
 

@@ -274,8 +274,13 @@ impl Residency {
     }
 
     /// Forgets which files could not be had.
-    pub fn forgive(&mut self) {
+    pub fn forgive_all(&mut self) {
         self.lost.clear();
+    }
+
+    /// Forgets that these could not be had.
+    pub fn forgive(&mut self, files: &HashSet<Key>) {
+        self.lost.retain(|file| !files.contains(file));
     }
 
     /// Draws a model with these files, which are here. What came first stays as its base, unless it is of no use.

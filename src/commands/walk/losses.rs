@@ -1,41 +1,60 @@
-//! What has a deployment failed to answer so far? A source that counts it, and says so now and then on standard error: a broken tree
-//! takes its time.
+//! What has a deployment failed to answer so far, and does it answer at all? A source that counts, and says so now and then on standard
+//! error: a broken tree takes its time, and so does a line on which nothing comes.
 
 use std::{
     ops::Range,
-    sync::{Arc, Mutex},
+    sync::{Arc, Mutex, MutexGuard},
     time::Duration,
 };
 
 use belvedere_client::{ByteSource, Error};
 use bytes::Bytes;
 
-/// Between two lines that say what has failed.
+/// Between two looks at whether there is something to say.
 const PAUSE: Duration = Duration::from_secs(5);
 
-/// A source whose failures are counted.
+/// A source whose answers are counted.
 #[derive(Debug, Clone)]
 pub(super) struct Counted<S> {
     source: S,
-    losses: Arc<Mutex<Losses>>,
+    tally: Arc<Mutex<Tally>>,
 }
 
-/// What has failed so far.
+/// What has come so far, and what has not.
 #[derive(Debug, Default)]
-struct Losses {
-    count: u64,
+struct Tally {
+    asked: u64,
+    answered: u64,
+    failed: u64,
     first: String,
-    /// How many there were when it was said last.
-    told: u64,
+    /// How many had been answered, and had failed, when one looked last.
+    answered_before: u64,
+    failed_before: u64,
+    silent_looks: u32,
 }
 
-impl Losses {
-    /// What there is to say that was not said yet.
+impl Tally {
+    /// What there is to say that was not said yet; to be asked after each pause.
     fn news(&mut self) -> Option<String> {
-        let before = std::mem::replace(&mut self.told, self.count);
-        let Self { count, first, .. } = self;
-        let files = if *count == 1 { "file has" } else { "files have" };
-        (*count > before).then(|| format!("{count} {files} failed so far, first: {first}"))
+        let failed_before = std::mem::replace(&mut self.failed_before, self.failed);
+        let answered_before = std::mem::replace(&mut self.answered_before, self.answered);
+        let waiting = self.asked - self.answered;
+        let is_silent = waiting > 0 && self.answered == answered_before;
+        self.silent_looks = if is_silent { self.silent_looks + 1 } else { 0 };
+        let Self { failed, first, .. } = self;
+        if *failed > failed_before {
+            let files = if *failed == 1 { "file has" } else { "files have" };
+            return Some(format!("{failed} {files} failed so far, first: {first}"));
+        }
+        is_silent.then(|| {
+            let requests = if waiting == 1 {
+                "1 request waits"
+            } else {
+                &format!("{waiting} requests wait")
+            };
+            let seconds = PAUSE.as_secs() * u64::from(self.silent_looks);
+            format!("{requests}, and no answer has come to its end for {seconds} s")
+        })
     }
 }
 
@@ -43,52 +62,56 @@ impl<S> Counted<S> {
     pub(super) fn new(source: S) -> Self {
         Self {
             source,
-            losses: Arc::default(),
+            tally: Arc::default(),
         }
     }
 
-    /// Says every few seconds what has failed meanwhile, for as long as this is waited for.
+    /// Says every few seconds what has failed meanwhile, or that nothing comes, for as long as this is waited for.
     pub(super) async fn tell(&self) {
         loop {
             tokio::time::sleep(PAUSE).await;
-            let news = self
-                .losses
-                .lock()
-                .expect("nothing panics while it holds this lock")
-                .news();
+            let news = self.tally().news();
             if let Some(news) = news {
                 eprintln!("belvedere: {news}");
             }
         }
     }
 
-    fn note<T>(&self, answer: Result<T, Error>) -> Result<T, Error> {
+    fn tally(&self) -> MutexGuard<'_, Tally> {
+        self.tally.lock().expect("nothing panics while it holds this lock")
+    }
+
+    async fn count<T>(&self, answer: impl Future<Output = Result<T, Error>>) -> Result<T, Error> {
+        self.tally().asked += 1;
+        let answer = answer.await;
+        let mut tally = self.tally();
+        tally.answered += 1;
         if let Err(cause) = &answer {
-            let mut losses = self.losses.lock().expect("nothing panics while it holds this lock");
-            if losses.count == 0 {
-                losses.first = cause.to_string();
+            if tally.failed == 0 {
+                tally.first = cause.to_string();
             }
-            losses.count += 1;
+            tally.failed += 1;
         }
+        drop(tally);
         answer
     }
 }
 
 impl<S: ByteSource> ByteSource for Counted<S> {
     async fn get(&self, path: &str) -> Result<Bytes, Error> {
-        self.note(self.source.get(path).await)
+        self.count(self.source.get(path)).await
     }
 
     async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.note(self.source.get_carried(path).await)
+        self.count(self.source.get_carried(path)).await
     }
 
     async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.note(self.source.get_fresh(path).await)
+        self.count(self.source.get_fresh(path)).await
     }
 
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
-        self.note(self.source.get_range(path, range).await)
+        self.count(self.source.get_range(path, range)).await
     }
 
     fn offers_bundles(&self) -> bool {
@@ -107,7 +130,7 @@ mod tests {
     #[tokio::test]
     async fn what_has_failed_is_said_once_with_the_first_of_it() {
         let source = Counted::new(belvedere_client::FolderSource::new("nowhere"));
-        let news = || source.losses.lock().unwrap().news();
+        let news = || source.tally().news();
         assert_eq!(news(), None);
         source.get("/a").await.unwrap_err();
         assert_eq!(
@@ -118,5 +141,28 @@ mod tests {
         source.get("/b").await.unwrap_err();
         let said = news().unwrap();
         assert!(said.starts_with("2 files have failed so far, first: there is nothing at /a"));
+    }
+
+    #[tokio::test]
+    async fn a_line_on_which_nothing_comes_is_told_of_until_something_does() {
+        let source = Counted::new(belvedere_client::FolderSource::new("nowhere"));
+        let (end, ended) = tokio::sync::oneshot::channel::<()>();
+        let waits = async {
+            ended.await.expect("it is let go");
+            Ok(())
+        };
+        let mut waits = std::pin::pin!(source.count(waits));
+        let soon = tokio::time::timeout(Duration::from_millis(1), &mut waits).await;
+        assert!(soon.is_err());
+        for seconds in [5, 10] {
+            let said = source.tally().news().expect("news");
+            assert_eq!(
+                said,
+                format!("1 request waits, and no answer has come to its end for {seconds} s")
+            );
+        }
+        end.send(()).expect("it waits");
+        waits.await.expect("it came");
+        assert_eq!(source.tally().news(), None);
     }
 }

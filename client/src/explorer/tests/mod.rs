@@ -1,6 +1,7 @@
 //! What becomes of a walk when rules, or a cell ahead, are lost under way? Places are handed over by hand, from a tree that answers nothing.
 
 mod packs;
+mod recovery;
 
 use belvedere_scene::{BlobName, Bounds};
 
@@ -22,6 +23,7 @@ async fn explorer<S: ByteSource + 'static>(source: S, memory_bytes: u64) -> Expl
             ..Budgets::default()
         },
         rules: true,
+        recovers: false,
         ..ExplorerOptions::default()
     };
     Explorer::new(testing::open(source).await, options)

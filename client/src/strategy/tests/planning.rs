@@ -146,7 +146,7 @@ fn rules_stay_lost_for_what_is_learnt_later_and_when_all_else_is_tried_again() {
         planner.wishes().iter().map(|wish| wish.grade.form).collect::<Vec<_>>()
     };
     assert_eq!(forms(&mut planner), [Form::Level]);
-    planner.residency.forgive();
+    planner.residency.forgive_all();
     assert_eq!(forms(&mut planner), [Form::Level]);
 }
 
@@ -184,7 +184,7 @@ fn a_stream_that_is_damaged_leaves_its_model_to_levels() {
     planner.residency.lose((&here[0].geometry.levels[0].url).into());
     let orders = fetch_all(&mut planner, &no_level, f64::INFINITY);
     assert!(orders.iter().all(|order| order.wish.grade.form == Form::Rung) && !orders.is_empty());
-    planner.residency.forgive();
+    planner.residency.forgive_all();
     planner.lose_stream(&here[0].geometry);
     let orders = fetch_all(&mut planner, &no_level, f64::INFINITY);
     assert_eq!(
@@ -267,7 +267,7 @@ fn progress_is_exact_and_its_total_does_not_depend_on_what_is_here() {
     fetch_all(&mut planner, &view(&here, Vec::new()), 1e9);
     assert_eq!(of(&planner), [4_000, 4_000, 42_000, 42_000]);
     let text = first_progress(&here, &planner.residency).to_string();
-    assert_eq!(text, "0.0 of 0.0 MB of what you can see");
+    assert_eq!(text, "4.0 of 4.0 kB of what you can see");
 }
 
 #[test]

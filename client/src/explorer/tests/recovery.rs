@@ -1,0 +1,104 @@
+//! Does what could not be had come by itself when the server answers again?
+
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use super::*;
+use crate::testing::packed;
+
+/// A tree whose server can be taken away.
+struct Shaky {
+    tree: Bare,
+    is_away: AtomicBool,
+    refused: AtomicU32,
+}
+
+impl ByteSource for Shaky {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        if self.is_away.load(Ordering::Relaxed) {
+            self.refused.fetch_add(1, Ordering::Relaxed);
+            let cause = "nobody listens".to_owned();
+            return Err(Error::Fetch {
+                path: path.to_owned(),
+                cause,
+            });
+        }
+        self.tree.get(path).await
+    }
+}
+
+/// An explorer that looks at one object in a tree that has it, or not.
+async fn looking(has_it: bool, recovers: bool) -> Explorer<Shaky> {
+    let packed = packed(&[b"level"]);
+    let (name, level) = packed.levels[0].clone();
+    let tree = match has_it {
+        true => Bare::new().with(&packed.pack, packed.bytes.clone()).with(&name, level),
+        false => Bare::new(),
+    };
+    let shaky = Shaky {
+        tree,
+        is_away: AtomicBool::new(false),
+        refused: AtomicU32::new(0),
+    };
+    let mut explorer = explorer(shaky, u64::MAX).await;
+    explorer.options.recovers = recovers;
+    explorer.stand_in(place_with(1, packed.seen));
+    explorer
+}
+
+impl Explorer<Shaky> {
+    fn is_away(&self, away: bool) {
+        self.scene.source().is_away.store(away, Ordering::Relaxed);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_failed_for_a_reason_that_passes_is_tried_again_until_it_comes() {
+    let mut explorer = looking(true, true).await;
+    explorer.is_away(true);
+    explorer.replan();
+    for _ in 0..3 {
+        let events = explorer.advance().await.expect("more is tried");
+        assert!(
+            matches!(events[..], [Event::Problem(Error::Fetch { .. }), ..]),
+            "{events:?}"
+        );
+    }
+    assert_eq!(explorer.missing(), 1);
+    explorer.is_away(false);
+    while explorer.advance().await.is_some() {}
+    assert_eq!(explorer.missing(), 0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_not_there_is_not_tried_again_and_who_wants_no_new_try_gets_none() {
+    for (has_it, recovers) in [(false, true), (true, false)] {
+        let mut explorer = looking(has_it, recovers).await;
+        explorer.is_away(has_it);
+        explorer.replan();
+        let begun = tokio::time::Instant::now();
+        while explorer.advance().await.is_some() {}
+        assert_eq!((explorer.missing(), begun.elapsed().as_secs()), (1, 0));
+        // Told to, it does.
+        explorer.is_away(false);
+        explorer.retry().await;
+        while explorer.advance().await.is_some() {}
+        assert_eq!(explorer.missing(), usize::from(!has_it));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_cell_of_which_something_could_not_be_read_is_read_again() {
+    let mut explorer = looking(true, true).await;
+    explorer.is_away(true);
+    explorer.read(Ok(place(2, true).entry));
+    let events = explorer.advance().await.expect("the record cannot be had");
+    assert!(
+        events.iter().all(|event| matches!(event, Event::Problem(_))),
+        "{events:?}"
+    );
+    let lost = explorer.atlas.place(CellId(2)).expect("what is around instead").lost;
+    let before = explorer.scene.source().refused.load(Ordering::Relaxed);
+    explorer.advance().await.expect("it is tried again");
+    let refused = explorer.scene.source().refused.load(Ordering::Relaxed) - before;
+    assert!(lost > 0 && refused > 0, "{refused} of {lost}");
+}
