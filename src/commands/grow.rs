@@ -65,6 +65,9 @@ pub(super) struct Report {
     without_area: u64,
     bounds: Bounds,
     parameters: Vec<String>,
+    /// The same with their ranges and defaults, for a person.
+    #[serde(skip)]
+    parameters_told: Vec<String>,
     /// For each limit what was used and what may be used.
     limits: BTreeMap<&'static str, [u64; 2]>,
     seconds: f64,
@@ -133,6 +136,7 @@ impl Report {
             without_area: growth.without_area(),
             bounds: grown.parts[0].bounds,
             parameters: program.parameters().map(str::to_owned).collect(),
+            parameters_told: program.parameters_told().collect(),
             limits: usage
                 .into_iter()
                 .chain([placed])
@@ -174,8 +178,8 @@ impl Report {
                 self.without_area
             ));
         }
-        if !self.parameters.is_empty() {
-            lines.push(format!("  parameters: {}", self.parameters.join(", ")));
+        if !self.parameters_told.is_empty() {
+            lines.push(format!("  parameters: {}", self.parameters_told.join("; ")));
         }
         lines.join("\n")
     }

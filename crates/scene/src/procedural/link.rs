@@ -81,6 +81,15 @@ impl Program {
             .map(|parameter| parameter.formal.name.as_str())
     }
 
+    /// The same as one would say it: `height from 3 to 20, else 8`, with the default as it is written.
+    pub fn parameters_told(&self) -> impl Iterator<Item = String> {
+        let module = &self.modules[0];
+        module.parameters.iter().map(|parameter| {
+            let default: Vec<&str> = module.text[parameter.default.clone()].split_whitespace().collect();
+            format!("{}, else {}", parameter.shown, default.join(" "))
+        })
+    }
+
     /// The files that it consists of, with their texts; the first is the model's own.
     pub fn files(&self) -> impl Iterator<Item = (&str, &str)> {
         self.modules

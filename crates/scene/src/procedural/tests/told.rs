@@ -164,3 +164,10 @@ fn what_is_out_of_range_is_no_mistake_of_the_text() {
     }
     program.refuse_given(&Settings::default()).unwrap();
 }
+
+#[test]
+fn parameters_are_told_with_ranges_and_defaults() {
+    let text = "parameter size = 2 from 1 to 3 // metres\nparameter lean = size *\n 2\nbox(size, 1, 1)";
+    let told: Vec<String> = read(text).unwrap().parameters_told().collect();
+    assert_eq!(told, ["size from 1 to 3, else 2", "lean, else size * 2"]);
+}
