@@ -15,6 +15,7 @@ import { type Coming, type Load, ModelFiles } from "./modelfiles.ts";
 import type { PlacedObject } from "./objects.ts";
 import { packsWorth } from "./packs.ts";
 import { type Cause, reasonFor, reasonForPack, type Want } from "./priority.ts";
+import { reasonOf } from "./reason.ts";
 import type { Gone, Part, ResidencySet, Terms } from "./residency.ts";
 import type { Stock } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
@@ -291,7 +292,7 @@ export class ModelLoads implements ModelNotes {
       return;
     }
     // Levels stand in.
-    this.reasons.set(model, error instanceof Error ? error.message : String(error));
+    this.reasons.set(model, reasonOf(error));
     if (grade.kind === "grown" || passes(error)) return;
     this.parts.smooth.close(model);
     // Any of them may be the damaged one.
