@@ -1,6 +1,6 @@
-import { expect, it } from "vitest";
+import { describe, expect, it } from "vitest";
 import type { CellEntry } from "./documents.ts";
-import { MapFrame, storey } from "./floorplan.ts";
+import { floorPlan, MapFrame } from "./floorplan.ts";
 import type { Bounds } from "./geometry.ts";
 
 const WORLD: Bounds = { min: [0, 0, 0], max: [100, 10, 50] };
@@ -33,13 +33,37 @@ it("a map shows nothing beyond the world while there is enough of that, and who 
   expect(spot).toEqual({ x: 5, y: 195 });
 });
 
-it("a storey has the cells at the height of the eye", () => {
+describe("a floor plan", () => {
   const cell = (id: number, low: number, high: number) =>
     ({ cell: id, bounds: { min: [0, low, 0], max: [1, high, 1] } }) as unknown as CellEntry;
-  const cells = [cell(0, 1, 3), cell(1, 0, 3), cell(2, 3.1, 6)];
-  const at = (height_m: number) => storey(cells, height_m).map(({ cell: id }) => id);
-  expect(at(1.6)).toEqual([1, 0]);
-  expect(at(50), "from above").toEqual([2]);
-  expect(at(-3), "from below").toEqual([1]);
-  expect(storey([], 1.6)).toEqual([]);
+  // Two storeys, a niche in the wall of the lower one, a yard, and the air above the roof and the yard.
+  const [niche, hall, attic, yard, air] = [
+    cell(0, 1, 3),
+    cell(1, 0, 3),
+    cell(2, 3.1, 6),
+    cell(3, 0, 2.5),
+    cell(4, 2.5, 40),
+  ];
+  const cells = [niche, hall, attic, yard, air];
+  const at = (height_m: number, size = 1) => {
+    const { below, storey } = floorPlan(cells, height_m, size);
+    const ids = (some: readonly CellEntry[]) => some.map(({ cell: id }) => id);
+    return { below: ids(below), storey: ids(storey) };
+  };
+
+  it("has the storey where one stands on top", () => {
+    expect(at(1.6)).toEqual({ below: [], storey: [1, 3, 0] });
+    expect(at(4.4)).toEqual({ below: [0, 3, 1], storey: [4, 2] });
+    expect(at(4.7), "the air is what one looks down through").toEqual({ below: [4, 0, 3, 1], storey: [2] });
+  });
+
+  it("has the ground on top for who flies above everything, inside the uppermost cell and beyond", () => {
+    for (const height_m of [20, 50]) expect(at(height_m)).toEqual({ below: [2, 4, 0, 3, 1], storey: [] });
+  });
+
+  it("has the lowest cells for who is below all, and takes who is small for standing lower", () => {
+    expect(at(-3)).toEqual({ below: [], storey: [1, 3] });
+    expect(at(1.6, 0.1)).toEqual({ below: [0, 3, 1], storey: [] });
+    expect(floorPlan([], 1.6, 1)).toEqual({ below: [], storey: [] });
+  });
 });

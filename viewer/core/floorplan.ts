@@ -1,6 +1,6 @@
 /**
- * How does a world become a map? Cells at the height of the eye, seen from above, and the way between metres and pixels
- * of a map. North, the top of the map, is −Z.
+ * How does a world become a map? Cells at the height of the eye and below it, seen from above, and the way between metres and
+ * pixels of a map. North, the top of the map, is −Z.
  */
 import type { CellEntry } from "./documents.ts";
 import type { Bounds, Vec3 } from "./geometry.ts";
@@ -61,18 +61,24 @@ export class MapFrame {
   }
 }
 
-/**
- * The cells that a storey at a height has, the highest last, so that what is drawn later lies on top. Above and below all
- * cells that is the storey of the nearest one.
- */
-export function storey(cells: Iterable<CellEntry>, height_m: number): CellEntry[] {
-  const all = [...cells];
-  const at = (y: number) => all.filter(({ bounds: { min, max } }) => min[1] <= y && y <= max[1]);
-  let near = at(height_m);
-  if (near.length === 0) {
-    const heights = all.flatMap(({ bounds: { min, max } }) => [min[1], max[1]]);
-    const away_m = (y: number) => Math.abs(y - height_m);
-    near = at(heights.reduce((best, y) => (away_m(y) < away_m(best) ? y : best), Number.POSITIVE_INFINITY));
-  }
-  return near.sort((a, b) => a.bounds.min[1] - b.bounds.min[1]);
+/** What a map shows of a world, each cell over those that were named before it. */
+export interface FloorPlan {
+  /** What one looks down on from there, the lowest last: the ground, and not the air above it. */
+  readonly below: readonly CellEntry[];
+  /** The storey in which one could stand there, the highest last. */
+  readonly storey: readonly CellEntry[];
+}
+
+/** Nobody stands so high above the floor, but who is a giant: then a share of a person's size says how much. */
+const STANDING_M = 2;
+
+/** The plan for an eye at a height; below all cells that of the lowest ones. What is above the eye is not on it. */
+export function floorPlan(cells: Iterable<CellEntry>, height_m: number, size: number): FloorPlan {
+  const floorOf = ({ bounds }: CellEntry) => bounds.min[1];
+  const upwards = [...cells].sort((a, b) => floorOf(a) - floorOf(b));
+  const [lowest] = upwards;
+  const eye_m = lowest ? Math.max(height_m, floorOf(lowest)) : height_m;
+  const under = upwards.filter((cell) => floorOf(cell) <= eye_m);
+  const isInReach = (cell: CellEntry) => floorOf(cell) >= eye_m - STANDING_M * size && cell.bounds.max[1] >= eye_m;
+  return { below: under.filter((cell) => !isInReach(cell)).reverse(), storey: under.filter(isInReach) };
 }

@@ -36,6 +36,8 @@ export interface Holding {
   readonly failed: ReadonlySet<string>;
   /** Whether its impostor is here, alone or beside what is held. */
   readonly hasImpostor?: boolean;
+  /** Whether what is drawn lacks textures that may be had by now. */
+  readonly isPlain?: boolean;
 }
 
 /** A smooth LOD that is damaged anywhere is not used at all. */

@@ -1,6 +1,7 @@
 /** Which parts of the map of cells cannot be had? Each is asked for once, until one tries again. */
 import type { PageEntry } from "./documents.ts";
 import { forgive, type Retried } from "./losses.ts";
+import { reasonOf } from "./reason.ts";
 import { FetchError } from "./transfer.ts";
 
 /** Something of the map of cells cannot be had, so that one may be elsewhere than it seems, and walk through walls there. */
@@ -50,8 +51,7 @@ export class LostPages {
 
   private lose(entry: PageEntry, cause: unknown): void {
     const isFirst = !this.some;
-    const why = cause instanceof Error ? cause.message : String(cause);
-    const error = new IncompleteMapError(`the map of cells is incomplete: ${why}`, { cause });
+    const error = new IncompleteMapError(`the map of cells is incomplete: ${reasonOf(cause)}`, { cause });
     this.lost.set(entry.url, { entry, error });
     if (isFirst) this.told(error);
   }

@@ -8,6 +8,7 @@ import { type Grade, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import { GrowthQueue } from "./growthqueue.ts";
 import { forgive, type Loss, passes, type Retried } from "./losses.ts";
+import type { Plain } from "./plainmodels.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
 import type { Tree } from "./tree.ts";
@@ -24,6 +25,8 @@ export interface Load {
   readonly reason: string;
   /** Of the pack that brings it. */
   readonly packReason: string;
+  /** What is drawn of it already, where only textures are fetched. */
+  readonly plain: Plain | undefined;
   state: "cancelled" | "fetching" | "uploading";
 }
 
@@ -58,6 +61,11 @@ export class ModelFiles {
   /** Whether a file need not be fetched any more, or cannot be. */
   isHere(url: string): boolean {
     return this.texts.has(url) || this.lostTextures.has(url) || !this.parts.host.needsTexture(url);
+  }
+
+  /** Whether a texture could not be had. */
+  isLost(url: string): boolean {
+    return this.lostTextures.has(url);
   }
 
   /** Forgets which textures could not be had. */
@@ -135,8 +143,8 @@ export class ModelFiles {
   }
 
   /**
-   * Adds textures that the renderer does not hold. One that cannot be fetched stays out: plain beats a hole. What draws without it keeps
-   * doing so, therefore the load fails the first time when that is for a reason that passes, and is tried again.
+   * Adds textures that the renderer does not hold. One that cannot be fetched stays out, and is tried again later: plain beats a hole. But
+   * when that is for a reason that passes, the load fails the first time and is tried again as a whole, so that little is drawn twice.
    */
   async fetchTextures(load: Load, textures: Map<string, ArrayBuffer>): Promise<void> {
     const { problem } = this.parts;
@@ -149,7 +157,7 @@ export class ModelFiles {
           if (load.state === "cancelled") throw error;
           // All who waited for the same download hear of the same error.
           const isFirst = !this.lateTextures.has(file.url) || this.lateTextures.get(file.url) === error;
-          if (passes(error) && isFirst) {
+          if (passes(error) && isFirst && !load.plain) {
             this.lateTextures.set(file.url, error);
             throw error;
           }
@@ -165,6 +173,12 @@ export class ModelFiles {
     return texturesOf(load.model, load.grade).filter(
       ({ url }) => !textures.has(url) && !this.lostTextures.has(url) && this.parts.host.needsTexture(url),
     );
+  }
+
+  /** Textures that it would be drawn without. */
+  lostOf({ model, grade }: Load): string[] {
+    const lost = texturesOf(model, grade).filter(({ url }) => this.isLost(url) && this.parts.host.needsTexture(url));
+    return lost.map(({ url }) => url);
   }
 
   async fetch(load: Load, { url, bytes }: FileRef): Promise<ArrayBuffer> {

@@ -4,18 +4,19 @@
  * once and is cancelled only with the last of them.
  */
 import type { FileRef } from "./documents.ts";
+import { FailedGrades } from "./failedgrades.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
-import { Footprint } from "./footprint.ts";
 import type { FrameBudget } from "./framebudget.ts";
-import { ALL_RUNGS, type Holding, isFailed, levelOf, nameOf } from "./grades.ts";
+import { type Holding, isFailed, levelOf, nameOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import type { Impostor } from "./impostordocument.ts";
-import { type Loss, mayRetry, passes, type Retried } from "./losses.ts";
+import { passes, type Retried } from "./losses.ts";
 import { type Coming, type Load, ModelFiles } from "./modelfiles.ts";
+import { ModelMemory } from "./modelmemory.ts";
 import type { PlacedObject } from "./objects.ts";
 import { packsWorth } from "./packs.ts";
-import { type Cause, reasonFor, reasonForPack, type Want } from "./priority.ts";
-import type { Gone, Part, ResidencySet, Terms } from "./residency.ts";
+import { reasonFor, reasonForPack, type Want } from "./priority.ts";
+import type { Part, ResidencySet } from "./residency.ts";
 import type { Stock } from "./scheduler.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import { FetchError } from "./transfer.ts";
@@ -68,43 +69,21 @@ export interface ModelNotes extends Stock {
   readonly notes: readonly string[];
 }
 
-/** Memory beside the meshes of a model: of its pictures, and of what refines its smooth LOD further. */
-interface Beside {
-  readonly pictures_bytes: number;
-  readonly stream_bytes: number;
-}
-
-/** A grade that could not be had, by its name. */
-interface FailedGrade extends Loss {
-  readonly model: number;
-  readonly name: string;
-}
-
-const NONE: ReadonlySet<string> = new Set();
-const NOTHING_BESIDE: Beside = { pictures_bytes: 0, stream_bytes: 0 };
-/** After so many wants without memory, what is less urgent waits. */
-const REFUSALS = 4;
-
 export class ModelLoads implements ModelNotes {
   private readonly loads = new Map<number, Load>();
-  private readonly failed = new Map<number, Set<string>>();
-  private readonly losses = new Set<FailedGrade>();
-  private readonly reasons = new Map<number, string>();
-  private readonly beside = new Map<number, Beside>();
+  private readonly failed = new FailedGrades();
   private readonly files: ModelFiles;
-  private readonly footprint = new Footprint();
+  private readonly memory: ModelMemory;
   private closed = false;
-  private shortOfMemory = false;
-  /** Whether something went since it was told. */
-  private hasReleased = false;
 
   constructor(private readonly parts: ModelLoadsParts) {
     this.files = new ModelFiles(parts);
+    this.memory = new ModelMemory(parts);
   }
 
   /** Whether something visible of which nothing is held had to be left out for want of memory. */
   get short(): boolean {
-    return this.shortOfMemory;
+    return this.memory.short;
   }
 
   get pending(): number {
@@ -124,33 +103,29 @@ export class ModelLoads implements ModelNotes {
 
   of(model: number): Holding {
     const held = this.parts.residency.held(model)?.grade;
-    const { pictures_bytes } = this.beside.get(model) ?? NOTHING_BESIDE;
+    const plain = held && this.memory.plain.of(model, held);
     return {
       held,
       taken: this.parts.smooth.taken(model),
-      failed: this.failed.get(model) ?? NONE,
-      hasImpostor: pictures_bytes > 0,
+      failed: this.failed.of(model),
+      hasImpostor: this.memory.hasPictures(model),
+      isPlain: plain?.lacks.some((url) => !this.files.isLost(url)) ?? false,
     };
   }
 
   readonly costOf: CostOf = (file) => (this.files.isHere(file.url) ? 0 : this.parts.queue.cost_bytes(file));
 
   noteOf(model: number): string | undefined {
-    return this.reasons.get(model);
+    return this.failed.reasonFor(model);
   }
 
   get notes(): readonly string[] {
-    return [...this.reasons.values()];
+    return this.failed.allReasons;
   }
 
   /** Forgets failures, so that they are tried again. */
   forgive(retried: Retried): void {
-    for (const loss of this.losses) {
-      if (!mayRetry(loss, retried)) continue;
-      this.losses.delete(loss);
-      this.failed.get(loss.model)?.delete(loss.name);
-      this.reasons.delete(loss.model);
-    }
+    this.failed.forgive(retried);
     this.files.forgive(retried);
   }
 
@@ -179,7 +154,7 @@ export class ModelLoads implements ModelNotes {
       load.priority = want.priority;
       for (const url of load.urls) this.parts.queue.reprioritise(url, want.priority);
     }
-    const starting = this.affordable(wants.filter((want) => !this.loads.has(want.object.model.model)));
+    const starting = this.memory.affordable(wants.filter((want) => !this.loads.has(want.object.model.model)));
     const worth = packsWorth(
       starting.flatMap(({ object, grade }) => levelOf(object.model, grade) ?? []),
       (pack) => (this.isOnItsWay(pack) ? 0 : this.costOf(pack)),
@@ -190,52 +165,6 @@ export class ModelLoads implements ModelNotes {
   /** Whether a pack comes anyway. */
   private isOnItsWay({ url }: FileRef): boolean {
     return this.parts.queue.isComing(this.parts.tree.resolve(url));
-  }
-
-  /**
-   * Promises memory to what will be fetched, the most urgent first; leaves out what there is none for. What refines leaves
-   * room for what lies ahead.
-   */
-  private affordable(wants: readonly Want[]): Want[] {
-    const { residency } = this.parts;
-    this.shortOfMemory = false;
-    const sizes = wants.map(({ object, grade }) => this.footprint.estimate_bytes(object.model, grade));
-    const reserve_bytes = wants.reduce((sum, { cause }, i) => sum + (cause.kind === "ahead" ? (sizes[i] ?? 0) : 0), 0);
-    let refused = 0;
-    return wants.filter(({ object, cause }, i) => {
-      if (refused >= REFUSALS) return false;
-      const { model } = object.model;
-      const terms = termsFor(cause, reserve_bytes, residency.wasBlunted(model));
-      const gone = residency.promise(model, sizes[i] ?? 0, terms);
-      if (gone) this.release(gone);
-      else {
-        refused += 1;
-        this.shortOfMemory ||= cause.kind === "missing";
-      }
-      return gone !== undefined;
-    });
-  }
-
-  private release({ details, models }: Gone): void {
-    const { host, residency, smooth } = this.parts;
-    this.hasReleased ||= details.length + models.length > 0;
-    for (const model of details) {
-      host.blunt(model);
-      const base = residency.base(model)?.grade;
-      const stream_bytes = smooth.rewind(model, base?.kind === "rung" ? base.number + 1 : 0);
-      this.keepBeside(model, { stream_bytes });
-    }
-    for (const model of models) {
-      host.evict(model);
-      smooth.close(model);
-      this.beside.delete(model);
-    }
-  }
-
-  private keepBeside(model: number, change: Partial<Beside>): void {
-    const beside = { ...(this.beside.get(model) ?? NOTHING_BESIDE), ...change };
-    this.beside.set(model, beside);
-    this.parts.residency.keepBeside(model, beside.pictures_bytes + beside.stream_bytes);
   }
 
   private cancel(loads: readonly Load[]): void {
@@ -261,6 +190,7 @@ export class ModelLoads implements ModelNotes {
       here: new Set(),
       reason: reasonFor(want),
       packReason: reasonForPack(want, packs.get(levelOf(model, want.grade)?.pack?.url ?? "") ?? 0),
+      plain: want.cause.kind === "plain" ? this.memory.plain.of(model.model, want.grade) : undefined,
       state: "fetching",
     };
     this.loads.set(model.model, load);
@@ -275,23 +205,16 @@ export class ModelLoads implements ModelNotes {
         this.parts.residency.withdraw(model.model);
       }
     }
-    const { hasReleased } = this;
-    this.hasReleased = false;
-    if (!this.closed) this.parts.changed(hasReleased);
+    if (!this.closed) this.parts.changed(this.memory.takeReleased());
   }
 
   private fail({ model: { model, smooth }, grade }: Load, error: unknown): void {
-    const failed = this.failed.get(model) ?? new Set();
-    this.failed.set(model, failed);
-    const name = grade.kind === "rung" ? ALL_RUNGS : nameOf(grade);
-    failed.add(name);
-    this.losses.add({ model, name, error });
+    this.failed.add(model, grade, error);
     if (grade.kind !== "rung" && grade.kind !== "grown") {
       this.parts.problem(error);
       return;
     }
-    // Levels stand in.
-    this.reasons.set(model, error instanceof Error ? error.message : String(error));
+    this.failed.explain(model, error);
     if (grade.kind === "grown" || passes(error)) return;
     this.parts.smooth.close(model);
     // Any of them may be the damaged one.
@@ -300,31 +223,36 @@ export class ModelLoads implements ModelNotes {
 
   private async bring(load: Load, packs: ReadonlyMap<string, number>): Promise<void> {
     const { host, residency, smooth } = this.parts;
-    const { model, grade } = load;
+    const { model, grade, plain } = load;
     const textures = new Map<string, ArrayBuffer>();
-    const [make] = await Promise.all([this.files.fetchGrade(load, packs), this.files.fetchTextures(load, textures)]);
+    const kept = plain && { glb: plain.glb, state_bytes: this.memory.stream_bytes(model.model) };
+    const [make] = await Promise.all([
+      kept ? async () => kept : this.files.fetchGrade(load, packs),
+      this.files.fetchTextures(load, textures),
+    ]);
     // Once rungs are decoded the load is not cancelled any more, and another one may have taken its place.
     if (load.state === "cancelled") return;
+    // What is drawn plain is drawn anew when it is less so.
+    if (plain && this.files.lostOf(load).length >= plain.lacks.length) return;
     const { glb, state_bytes } = await make();
     const isWhole = () => this.files.missingTextures(load, textures).length === 0;
     const complete = () => this.files.fetchTextures(load, textures);
     await this.drawWhole(load, isWhole, complete, async () => {
       const base = residency.base(model.model)?.grade;
-      const isSound = base !== undefined && !isFailed(this.of(model.model), base);
+      const isSame = base !== undefined && nameOf(base) === nameOf(grade);
+      const isSound = base !== undefined && !isSame && !isFailed(this.of(model.model), base);
       const part = residency.partFor(model.model, grade, isSound);
       const bytes = await host.upload(model.model, part, glb, textures);
       if (this.closed) return;
       if (grade.kind !== "rung") smooth.close(model.model);
-      this.footprint.learn(model, grade, bytes + state_bytes);
-      residency.hold(model.model, part, { grade, bytes });
-      this.keepBeside(model.model, { stream_bytes: state_bytes });
-      this.release(residency.evict());
+      this.memory.learn(model, grade, bytes + state_bytes);
+      this.memory.holdMesh(model, part, { grade, bytes }, state_bytes, { glb, lacks: this.files.lostOf(load) });
     });
   }
 
   /** The pictures of an impostor, which stay beside a mesh that is held or comes later. */
   private async bringImpostor(load: Load): Promise<void> {
-    const { host, residency } = this.parts;
+    const { host } = this.parts;
     const { model, grade } = load;
     const { impostor } = model;
     if (!impostor) throw new Error(`m${model.model} has no impostor`);
@@ -338,10 +266,8 @@ export class ModelLoads implements ModelNotes {
     await this.drawWhole(load, isWhole, complete, async () => {
       const bytes = await host.uploadImpostor(model.model, impostor, pictures);
       if (this.closed) return;
-      this.footprint.learn(model, grade, bytes);
-      if (!residency.held(model.model)) residency.hold(model.model, "base", { grade, bytes: 0 });
-      this.keepBeside(model.model, { pictures_bytes: bytes });
-      this.release(residency.evict());
+      this.memory.learn(model, grade, bytes);
+      this.memory.holdPictures(model, grade, bytes);
     });
   }
 
@@ -363,25 +289,5 @@ export class ModelLoads implements ModelNotes {
       return true;
     };
     while (!(await this.parts.budget.run(tryOnce))) await complete();
-  }
-}
-
-/**
- * What had to go once comes back only for what is further away than this. Else whoever goes to and fro between two rooms that
- * memory cannot hold sharp together would fetch each of them again at every turn.
- */
-const SHARP_STEPS = 2;
-
-/** On which terms memory is promised; so much is needed for what lies ahead. */
-function termsFor(cause: Cause, reserve_bytes: number, wasBlunted: boolean): Terms {
-  switch (cause.kind) {
-    case "missing":
-    case "coarser":
-      return { spare_bytes: 0, within_steps: 0, sharp_within_steps: -1 };
-    case "ahead":
-      return { spare_bytes: 0, within_steps: cause.step === 3 ? 2 : 1, sharp_within_steps: cause.due ? -1 : 0 };
-    case "finer":
-    case "relief":
-      return { spare_bytes: reserve_bytes, within_steps: 2, sharp_within_steps: wasBlunted ? SHARP_STEPS : 0 };
   }
 }

@@ -106,6 +106,27 @@ describe("what failed while the server was out of order", () => {
     close();
   });
 
+  it("leaves what is drawn plain without its texture until that comes, and draws it once more then", async () => {
+    const isTexture = (path: string) => path.endsWith(".png");
+    const { explorer, host, requests, problems, outage, still, heal, go, close } = await outOfOrder(isTexture);
+    go(ROOM_0);
+    for (let tries = 1; tries <= 4; tries += 1) {
+      await still();
+      vi.advanceTimersByTime(1.2 * MINUTE_MS);
+    }
+    await still();
+    const drawn = () => host.uploads.filter(({ model }) => model === 0).length;
+    expect([explorer.missing, drawn(), host.textures.size]).toEqual([0, 1, 0]);
+    expect(problems.length).toBeGreaterThan(1);
+    const before = requests.filter(isModel).length;
+    outage.over = true;
+    vi.advanceTimersByTime(1.2 * MINUTE_MS);
+    await heal();
+    expect([drawn(), host.textures.size, requests.filter(isModel).length]).toEqual([2, 1, before]);
+    expect(explorer.residency.base(0)).toEqual(explorer.residency.held(0));
+    close();
+  });
+
   it("stands in nobody's way when it is but one file", async () => {
     let broken: string | undefined;
     const isOut = (path: string) => {

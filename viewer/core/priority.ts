@@ -35,6 +35,8 @@ export type Cause =
   | { readonly kind: "missing" }
   /** What is here of it is off by so many pixels. */
   | { readonly kind: "finer"; readonly error_px: number }
+  /** What is here of it is drawn without some of its textures. */
+  | { readonly kind: "plain" }
   /** Its pictures save drawing so many triangles. */
   | { readonly kind: "relief"; readonly triangles: number }
   /** What is here of it takes more memory than there is. */
@@ -67,6 +69,8 @@ export function priorityOf(cause: Cause, rank: number): number {
       return PRIORITY.coarsest + rank;
     case "ahead":
       return (cause.due ? PRIORITY.due : PRIORITY.prefetch) + rank;
+    case "plain":
+      return PRIORITY.finer;
     case "finer":
       return PRIORITY.finer + 100_000 / (1 + cause.error_px);
     case "relief":
@@ -90,6 +94,8 @@ function inWords(cause: Cause): string {
       return "not here yet";
     case "coarser":
       return "memory is short";
+    case "plain":
+      return "without its textures";
     case "finer":
       return `${cause.error_px.toFixed(1)} px off`;
     case "relief":

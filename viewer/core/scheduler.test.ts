@@ -57,6 +57,22 @@ describe("the plan", () => {
     expect(summary(plan([near], holding({ 0: 2 }, { 0: [0] }), EYE, TARGET_PX))).toEqual([]);
   });
 
+  it("asks for the textures of what is drawn plain, before what is only coarse, unless finer ones come anyway", () => {
+    const plain = (...models: number[]): Stock => {
+      const { of, costOf } = holding({ 0: 0, 1: 2, 2: 2 });
+      return { of: (model) => ({ ...of(model), isPlain: models.includes(model) }), costOf };
+    };
+    const wants = plan([near, far, middle], plain(0, 2), EYE, TARGET_PX);
+    expect(wants.map(({ object, grade, cause }) => [object.model.model, grade.number, cause.kind])).toEqual([
+      [0, 0, "plain"],
+      [2, 1, "finer"],
+    ]);
+    expect(summary(plan([near, far, middle], plain(1), EYE, TARGET_PX))).toEqual([
+      [1, 2],
+      [2, 1],
+    ]);
+  });
+
   it("when memory is short, draws what takes most of it more coarsely", () => {
     const held = (model: number) =>
       [

@@ -32,7 +32,7 @@ import { type Cause, priorityOf, type Want } from "./priority.ts";
 import type { Held } from "./residency.ts";
 import { type Eye, errorOf_px, errorThatDoes } from "./screenerror.ts";
 import { shared } from "./sharing.ts";
-import { siblingsIn } from "./siblings.ts";
+import { type Siblings, siblingsIn } from "./siblings.ts";
 import type { CostOf } from "./travel.ts";
 
 /** A triangle that need not be drawn in any picture is worth fetching so many bytes. */
@@ -99,18 +99,11 @@ export function plan(visible: readonly PlacedObject[], stock: Stock, eye: Eye, t
   const first = firstWants(visible, stock);
   if (first.length > 0) return first;
   const finer = new Map<number, Want>();
-  for (const { model, objects } of siblingsIn(visible)) {
-    const holding = stock.of(model.model);
-    // Most of what is here is as fine as it gets, however near it is.
-    if (!holding.held || isHereWellEnough(model, holding, 0)) continue;
-    const goals = goalsOf(model, holding, stock.costOf);
-    for (const object of objects) {
-      const wish = refinement(object, holding, goals, eye, target_px);
-      if (!wish) continue;
-      const other = finer.get(model.model);
-      const finest = other && wish.grade.geometricError > other.grade.geometricError ? other : wish;
-      finer.set(model.model, { ...finest, priority: Math.min(wish.priority, other?.priority ?? wish.priority) });
-    }
+  for (const siblings of siblingsIn(visible)) {
+    const holding = stock.of(siblings.model.model);
+    // What gets finer brings textures of its own.
+    const wish = refinementOf(siblings, holding, stock.costOf, eye, target_px) ?? repainting(siblings, holding);
+    if (wish) finer.set(siblings.model.model, wish);
   }
   const wants = [...finer.values(), ...reliefs(visible, stock, eye, target_px, finer)];
   return wants.sort((a, b) => a.priority - b.priority || a.object.model.model - b.object.model.model);
@@ -153,6 +146,32 @@ export function hasFirstPicture(visible: readonly PlacedObject[], stock: Stock):
 export function firstGoal({ model }: PlacedObject, holding: Holding, costOf: CostOf): Grade | undefined {
   const coarsest = coarsestLevel(model)?.geometricError ?? Number.POSITIVE_INFINITY;
   return goalOf(model, coarsest, holding, costOf) ?? goalOf(model, Number.POSITIVE_INFINITY, holding, costOf);
+}
+
+/** The next step of a model of which something is held: that of the object which needs it most, as urgent as any of them. */
+function refinementOf(
+  { model, objects }: Siblings,
+  holding: Holding,
+  costOf: CostOf,
+  eye: Eye,
+  target_px: number,
+): Want | undefined {
+  // Most of what is here is as fine as it gets, however near it is.
+  if (!holding.held || isHereWellEnough(model, holding, 0)) return undefined;
+  const goals = goalsOf(model, holding, costOf);
+  let finest: Want | undefined;
+  for (const object of objects) {
+    const wish = refinement(object, holding, goals, eye, target_px);
+    if (!wish) continue;
+    const priority = Math.min(wish.priority, finest?.priority ?? wish.priority);
+    finest = { ...(finest && wish.grade.geometricError > finest.grade.geometricError ? finest : wish), priority };
+  }
+  return finest;
+}
+
+/** What is held once more, where it is drawn without textures that may be had by now. */
+function repainting({ objects: [object] }: Siblings, { held, isPlain }: Holding): Want | undefined {
+  return object && held && isPlain ? want(object, held, { kind: "plain" }, 0) : undefined;
 }
 
 /** The next step of an object of which something is held, unless that will do. */

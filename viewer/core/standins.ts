@@ -11,6 +11,7 @@ import type { PlacedObject } from "./objects.ts";
 import { entryOf, type Holder, holdersOf } from "./pagetree.ts";
 import type { Member } from "./population.ts";
 import type { PublishedScene } from "./published.ts";
+import { reasonOf } from "./reason.ts";
 
 /** A population is fetched where it costs at most this share of the chunks of objects for which one would wait. */
 const WORTH = 0.5;
@@ -34,8 +35,7 @@ export class StandIns {
 
   /** Why objects had to wait for their entries. */
   get notes(): string[] {
-    const why = (error: unknown) => (error instanceof Error ? error.message : String(error));
-    return [...this.lost.values()].map(({ error }) => `objects wait for their entries: ${why(error)}`);
+    return [...this.lost.values()].map(({ error }) => `objects wait for their entries: ${reasonOf(error)}`);
   }
 
   /** Forgets failures, so that they are tried again. */

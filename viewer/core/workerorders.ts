@@ -1,4 +1,5 @@
 /** How does a worker do what the page asks for? Orders go there, answers come back by their numbers. */
+import { reasonOf } from "./reason.ts";
 
 /** What the worker answers to an order with this id. */
 export type Answer<Result> =
@@ -72,7 +73,7 @@ export function obey<Order extends { readonly id: number }, Result>(
       const result = await work(data);
       scope.postMessage({ id, result }, moved(result));
     } catch (error) {
-      scope.postMessage({ id, error: error instanceof Error ? error.message : String(error) }, []);
+      scope.postMessage({ id, error: reasonOf(error) }, []);
     }
   };
 }

@@ -126,6 +126,40 @@ async function byGamepad(page) {
   );
 }
 
+/** Presses a button of the gamepad between two frames of a machine that draws slowly, and lets it go before the next. */
+function tapPad(page, button) {
+  const pressed = Array.from({ length: button + 1 }, (_, i) => ({ pressed: i === button }));
+  return page.evaluate(
+    (buttons) =>
+      new Promise((done) => {
+        requestAnimationFrame(() => {
+          window.pad = { ...window.pad, buttons };
+          setTimeout(() => {
+            window.pad = { ...window.pad, buttons: [] };
+            done();
+          }, 100);
+        });
+      }),
+    pressed,
+  );
+}
+
+async function byGamepadSlowly(page) {
+  await page.addInitScript(() => {
+    window.pad = { id: "some pad", axes: [0, 0, 0, 0], buttons: [] };
+    navigator.getGamepads = () => [window.pad];
+    const next = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (frame) => setTimeout(() => next(frame), 500);
+  });
+  await page.goto(url);
+  const { position } = await settle(page, "the first cell");
+  const [upper, rightShoulder] = [3, 5];
+  await tapPad(page, upper);
+  await until(page, "a short press does not fly", () => window.belvedere.state().mode === "fly");
+  await tapPad(page, rightShoulder);
+  await until(page, "a short press does not rise", (y) => window.belvedere.state().position[1] > y + 0.05, position[1]);
+}
+
 async function withoutWebGl(page) {
   await page.addInitScript(() => {
     const before = HTMLCanvasElement.prototype.getContext;
@@ -145,6 +179,7 @@ await tell("reach", async (open) => {
   await page.close();
   await byPhone(await open(PHONE));
   await byGamepad(await open());
+  await byGamepadSlowly(await open());
   await withoutWebGl(await open(undefined, /WebGL/));
   console.log("a keyboard, a link, a phone and a gamepad suffice; without WebGL there is a sentence");
 });

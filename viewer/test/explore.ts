@@ -32,7 +32,8 @@ export class RecordingHost implements ModelHost {
   readonly details = new Set<number>();
   private shown = new Map<number, PlacedObject>();
   private readonly templates = new Set<number>();
-  private readonly textures = new Set<string>();
+  /** Textures and pictures that it was given. */
+  readonly textures = new Set<string>();
   readonly pictured = new Set<number>();
   far: ReadonlySet<number> = new Set();
   missing: () => number | undefined = () => 0;

@@ -5,7 +5,9 @@
 
 import { IDLE, type Intent } from "../core/walker.ts";
 import { readPads } from "./gamepad.ts";
+import { HeldKeys } from "./heldkeys.ts";
 import { type Command, commandOf, isForControl, MOTIONS } from "./keys.ts";
+import { PadWatch } from "./padwatch.ts";
 
 export interface ControlEvents {
   /** Whose keys count. */
@@ -37,7 +39,10 @@ function inside(wanted: number, from: number, to: number): number {
 
 export class Controls {
   private readonly ending = new AbortController();
-  private readonly held = new Set<string>();
+  private readonly held = new HeldKeys();
+  private readonly watch: PadWatch;
+  /** What counts in this frame. */
+  private keys: ReadonlySet<string> = new Set();
   private pads = readPads([]);
   private fast = false;
   private stickPointer: { id: number; x: number; y: number } | undefined;
@@ -51,6 +56,12 @@ export class Controls {
     private readonly events: ControlEvents,
   ) {
     const { signal } = this.ending;
+    this.watch = new PadWatch(
+      // Who looks at another page presses for that.
+      () => (document.hidden ? [] : (navigator.getGamepads?.() ?? [])),
+      (command) => events.command(command),
+    );
+    addEventListener("gamepadconnected", () => this.watch.look(), { signal });
     events.keys.addEventListener("keydown", (event) => this.press(event as KeyboardEvent), { signal });
     events.keys.addEventListener("keyup", (event) => this.release(event as KeyboardEvent), { signal });
     addEventListener("blur", () => this.letGo(), { signal });
@@ -64,15 +75,16 @@ export class Controls {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
-  /** Hears no keys any more. */
+  /** Hears no keys any more, and looks at no gamepad. */
   close(): void {
     this.ending.abort();
+    this.watch.close();
   }
 
-  /** What is wanted now. */
+  /** What is wanted in this frame, after {@link turnByKeys}. */
   intent(): Intent {
     const sum = { forward: 0, right: 0, up: 0 };
-    for (const code of this.held) {
+    for (const code of this.keys) {
       const key = MOTIONS[code];
       sum.forward += key?.forward ?? 0;
       sum.right += key?.right ?? 0;
@@ -87,13 +99,12 @@ export class Controls {
     return { forward, right, up, fast: this.fast || pads.fast };
   }
 
-  /** Reads gamepads, does what their buttons say, and turns by them and by held keys; call it once in a frame. */
+  /** Takes what was held since the last frame, and turns by it; call it once in a frame. */
   turnByKeys(seconds: number): void {
-    const before = this.pads.commands;
-    this.pads = readPads(navigator.getGamepads?.() ?? []);
-    for (const command of this.pads.commands) if (!before.has(command)) this.events.command(command);
+    this.pads = this.watch.take();
+    this.keys = this.held.take();
     let [yaw, pitch] = [this.pads.yaw, this.pads.pitch];
-    for (const code of this.held) {
+    for (const code of this.keys) {
       yaw += (MOTIONS[code]?.turn ?? 0) * KEY_TURN_RAD_PER_S;
       pitch += (MOTIONS[code]?.tilt ?? 0) * KEY_TILT_RAD_PER_S;
     }
@@ -106,14 +117,14 @@ export class Controls {
     if (event.target instanceof Element && isForControl(event.target, event.code)) return;
     const command = commandOf(event);
     if (MOTIONS[event.code]) {
-      this.held.add(event.code);
+      this.held.press(event.code);
       event.preventDefault();
     } else if (command && !event.repeat && this.events.command(command)) event.preventDefault();
   }
 
   private release(event: KeyboardEvent): void {
     this.fast = event.shiftKey;
-    this.held.delete(event.code);
+    this.held.release(event.code);
   }
 
   private letGo(): void {

@@ -1,10 +1,10 @@
 /**
- * Where am I? A map of the cells around, seen from above, with one's own place and direction and where other people are; a
- * click or the Enter key goes to the place that is pointed at. It is framed to the world until one zooms. Cells are learnt a
+ * Where am I? A map of the cells around, seen from above: of the storey where one is, and elsewhere of the ground below; with one's own
+ * place and direction and where other people are. A click or the Enter key goes to the place that is pointed at. It is framed to the world until one zooms. Cells are learnt a
  * chunk at a time, nearest first.
  */
 import type { CellEntry } from "../core/documents.ts";
-import { MapFrame, type Spot, storey } from "../core/floorplan.ts";
+import { floorPlan, MapFrame, type Spot } from "../core/floorplan.ts";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/mapreach.ts";
 import { make } from "./dom.ts";
@@ -134,8 +134,8 @@ export class MapPanel {
   private fit(): void {
     const { walker, explorer } = this.visit;
     const { position } = this.here;
-    const cells = storey(explorer.knownCells(), position[1]);
-    if (!this.isZoomed) this.reach_m = firstReach(this.range, cells, position, walker.size);
+    const { storey } = floorPlan(explorer.knownCells(), position[1], walker.size);
+    if (!this.isZoomed) this.reach_m = firstReach(this.range, storey, position, walker.size);
     this.draw();
   }
 
@@ -154,7 +154,7 @@ export class MapPanel {
     const pen = this.canvas.getContext("2d");
     const size_px = this.canvas.clientWidth;
     if (!pen || size_px === 0) return;
-    const { explorer } = this.visit;
+    const { explorer, walker } = this.visit;
     const { position, yaw } = this.here;
     const frame = new MapFrame(position, this.ground, size_px, size_px, this.reach_m);
     this.frame = frame;
@@ -163,7 +163,9 @@ export class MapPanel {
     pen.setTransform(SHARPNESS, 0, 0, SHARPNESS, 0, 0);
     pen.clearRect(0, 0, size_px, size_px);
     const seen = new Set(explorer.recordOf(explorer.cellId ?? -1)?.cpvs);
-    for (const cell of storey(explorer.knownCells(), position[1])) this.drawCell(pen, frame, cell, seen);
+    const { below, storey } = floorPlan(explorer.knownCells(), position[1], walker.size);
+    for (const cell of below) this.drawCell(pen, frame, cell, seen, "rgb(200 212 228 / 9%)");
+    for (const cell of storey) this.drawCell(pen, frame, cell, seen, "rgb(200 212 228 / 16%)");
     for (const person of this.people()) dot(pen, frame.spot(person), 3, "#74c98a");
     arrow(pen, frame.nearest(frame.spot(position), EDGE_PX), yaw);
     if (this.pointer) cross(pen, this.pointer);
@@ -184,16 +186,15 @@ export class MapPanel {
     frame: MapFrame,
     { cell, bounds }: CellEntry,
     seen: ReadonlySet<number>,
+    plain: string,
   ) {
     const isHere = cell === this.visit.explorer.cellId;
-    pen.fillStyle = isHere
-      ? "rgb(232 185 106 / 75%)"
-      : seen.has(cell)
-        ? "rgb(232 185 106 / 28%)"
-        : "rgb(200 212 228 / 16%)";
+    pen.fillStyle = isHere ? "rgb(232 185 106 / 75%)" : seen.has(cell) ? "rgb(232 185 106 / 28%)" : plain;
     pen.strokeStyle = "rgb(10 13 18 / 55%)";
     pen.lineWidth = 0.5;
     const rectangle = frame.rectangle(bounds);
+    // What lies on top hides what is below it.
+    pen.clearRect(...rectangle);
     pen.fillRect(...rectangle);
     pen.strokeRect(...rectangle);
   }

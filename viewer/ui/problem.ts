@@ -6,6 +6,7 @@ import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
 import { DocumentError } from "../core/json.ts";
 import { IncompleteMapError } from "../core/lostpages.ts";
+import { reasonOf } from "../core/reason.ts";
 import { MemoryShortError } from "../core/residency.ts";
 import { FetchError } from "../core/transfer.ts";
 import { NoDecoderError } from "../three/decoder.ts";
@@ -101,14 +102,13 @@ export function explain(error: unknown, { host, isElsewhere }: Server): Explanat
     };
   }
   const damaged = error instanceof DocumentError || error instanceof CellRecordError || error instanceof FetchError;
-  const message = error instanceof Error ? error.message : String(error);
   if (damaged) {
     return {
       title: "Part of this scene is damaged",
-      text: `The server sent something that cannot be right: ${message}. Trying again may help; if not, publish the scene again.`,
+      text: `The server sent something that cannot be right: ${reasonOf(error)}. Trying again may help; if not, publish the scene again.`,
     };
   }
-  return { title: "This did not work", text: `${message}. Try again, or reload the page.` };
+  return { title: "This did not work", text: `${reasonOf(error)}. Try again, or reload the page.` };
 }
 
 /** Fills the page with a problem; its button runs `retry`. */

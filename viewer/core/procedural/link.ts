@@ -25,7 +25,7 @@ import {
   type Wanted,
 } from "./syntax.ts";
 
-/** The text of a file, as an `import` names it; throws an error with a reason when it cannot be had. */
+/** The text of a file, as an `import` names it; throws an `Error` that says why when it cannot be had. */
 export type Load = (path: string) => string;
 
 /** A model that was read and found sound: the first file and all that it imports. */
@@ -85,8 +85,8 @@ function loaded(module: Module, { path, at }: { path: string; at: number }, load
   try {
     return load(path);
   } catch (error) {
-    const reason = error instanceof Error ? error.message : String(error);
-    throw errorAt(module, at, `"${path}" cannot be imported: ${reason}`);
+    if (!(error instanceof Error)) throw error;
+    throw errorAt(module, at, `"${path}" cannot be imported: ${error.message}`);
   }
 }
 
