@@ -38,6 +38,11 @@ pub(crate) struct Place {
 }
 
 impl Place {
+    /// Whether neither a record nor anything around could be read.
+    pub(crate) fn is_blank(&self) -> bool {
+        self.is_unknown && self.seen.is_empty()
+    }
+
     /// Whether some objects are known only as far as they can be grown.
     pub(crate) fn has_stand_ins(&self) -> bool {
         self.seen.iter().any(Seen::is_stand_in)

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use belvedere_scene::{BlobName, CellId, ObjectId, record::DecodeError};
+use belvedere_scene::{BlobName, CellId, ObjectId, SceneName, record::DecodeError};
 
 /// Why a client cannot go on. [`Error::is_transient`] says whether trying again may help.
 #[derive(Debug, thiserror::Error)]
@@ -23,6 +23,16 @@ pub enum Error {
     /// There is nothing at this path.
     #[error("there is nothing at {0}")]
     Missing(String),
+    /// What the pointer of a scene names is gone, also past all caches that can be passed.
+    #[error(
+        "the pointer of `{scene}` names {path}, which is not there: a cache on the way holds an old pointer, or the tree was copied in part"
+    )]
+    Stale {
+        /// The scene.
+        scene: SceneName,
+        /// Path below the base address.
+        path: String,
+    },
     /// The server answers, but not this request: it must not, or knows none like it.
     #[error("the server refuses {path} with status {status}")]
     Refused {

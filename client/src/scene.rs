@@ -49,14 +49,21 @@ impl<S: ByteSource> Client<S> {
         let mut pointer = pointer_of(&*self.source, scene).await?;
         let mut answer = verified(&*self.source, &pointer.manifest).await;
         if matches!(answer, Err(Error::Missing(_))) {
-            // The pointer may have been older than what was cleaned up since.
-            let newer = pointer_of(&*self.source, scene).await?;
+            // The pointer may have been older than what was cleaned up since, as a copy in a cache is.
+            let path = pointer_path(scene);
+            let newer: Pointer = document(&path, &self.source.get_fresh(&path).await?.0)?;
             if newer.manifest != pointer.manifest {
                 pointer = newer;
                 answer = verified(&*self.source, &pointer.manifest).await;
             }
         }
-        let bytes = answer?;
+        let bytes = answer.map_err(|cause| match cause {
+            Error::Missing(path) => Error::Stale {
+                scene: scene.clone(),
+                path,
+            },
+            other => other,
+        })?;
         let version: FormatOnly = document(&pointer.manifest.url(), &bytes)?;
         if version.format != FORMAT {
             return Err(Error::Format {
@@ -353,8 +360,12 @@ impl<S: ByteSource> Scene<S> {
     }
 }
 
+fn pointer_path(scene: &SceneName) -> String {
+    format!("/v1/scenes/{scene}/index.json")
+}
+
 async fn pointer_of(source: &impl ByteSource, scene: &SceneName) -> Result<Pointer, Error> {
-    named(source, &format!("/v1/scenes/{scene}/index.json")).await
+    named(source, &pointer_path(scene)).await
 }
 
 /// A document that has a name instead of a hash. What cannot be read may be a damaged copy, or come from somebody on the way

@@ -66,7 +66,7 @@ async fn all_that_can_be_seen_comes_once_and_progress_says_when_that_is_all() {
         "{first}"
     );
     assert!(
-        sharp.loaded_bytes == sharp.total_bytes && still.missing() == 0,
+        sharp.loaded_bytes == sharp.total_bytes && still.missing() == Some(0),
         "{sharp}"
     );
     assert_eq!(folder.twice(), Vec::<String>::new());
@@ -75,7 +75,7 @@ async fn all_that_can_be_seen_comes_once_and_progress_says_when_that_is_all() {
     let served = Watched::new(http, |_, bytes| Ok(bytes));
     let mut other = explorer(served.clone(), u64::MAX).await;
     assert!(walk(&mut other).await.is_empty());
-    assert_eq!((other.missing(), other.sharp_progress()), (0, sharp));
+    assert_eq!((other.missing(), other.sharp_progress()), (Some(0), sharp));
     let asked = [served.requests(), folder.requests()];
     assert!(asked[0] <= asked[1], "{asked:?}");
 }
@@ -104,7 +104,7 @@ async fn what_is_lost_or_damaged_is_told_and_done_without() {
         let source = Retrying::new(Watched::new(FolderSource::new(&tree), harm));
         let mut explorer = explorer(source, u64::MAX).await;
         let problems = walk(&mut explorer).await;
-        assert!(!problems.is_empty() && explorer.missing() == 0, "{problems:?}");
+        assert!(!problems.is_empty() && explorer.missing() == Some(0), "{problems:?}");
     }
     // Without any level nothing can be drawn, and that is told, too.
     let source = Watched::new(FolderSource::new(&tree), |path, bytes| {
@@ -117,7 +117,7 @@ async fn what_is_lost_or_damaged_is_told_and_done_without() {
     });
     let mut explorer = explorer(source, u64::MAX).await;
     let problems = walk(&mut explorer).await;
-    assert!(!problems.is_empty() && explorer.missing() == explorer.visible().len());
+    assert!(!problems.is_empty() && explorer.missing() == Some(explorer.visible().len()));
 }
 
 #[tokio::test]
@@ -141,7 +141,7 @@ async fn without_the_map_of_cells_or_any_record_all_is_shown_and_that_is_said() 
         let mut explorer = explorer(Watched::new(FolderSource::new(&tree), harm), u64::MAX).await;
         let problems = walk(&mut explorer).await;
         let all = explorer.scene().manifest().counts.objects;
-        assert_eq!((explorer.visible().len(), explorer.missing()), (all as usize, 0));
+        assert_eq!((explorer.visible().len(), explorer.missing()), (all as usize, Some(0)));
         assert!(problems[0].to_string().contains(told), "{problems:?}");
         let again = walk(&mut explorer).await;
         assert!(again.is_empty(), "told once: {again:?}");
@@ -184,5 +184,5 @@ async fn a_revision_that_comes_under_way_is_noticed_and_the_old_one_still_works(
     }
     assert!(!explorer.scene().is_current().await.expect("a pointer"));
     assert!(walk(&mut explorer).await.is_empty());
-    assert_eq!(explorer.missing(), 0);
+    assert_eq!(explorer.missing(), Some(0));
 }

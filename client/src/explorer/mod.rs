@@ -223,11 +223,15 @@ impl<S: ByteSource + 'static> Explorer<S> {
         })
     }
 
-    /// Visible objects of which nothing is held.
+    /// Visible objects of which nothing is held; `None` while nobody knows what can be seen from where the eye is.
     #[must_use]
-    pub fn missing(&self) -> usize {
+    pub fn missing(&self) -> Option<usize> {
+        let here = self.at.as_ref().map(|at| at.cell);
+        if here.is_none() || here != self.shown {
+            return None;
+        }
         let lacks = |seen: &&Seen| self.planner.residency.held(seen.model).is_none();
-        self.visible().iter().filter(lacks).count()
+        Some(self.visible().iter().filter(lacks).count())
     }
 
     /// Memory of what is held, bytes.
@@ -304,9 +308,10 @@ impl<S: ByteSource + 'static> Explorer<S> {
         mesh::of(&self.planner, model, &self.files)
     }
 
-    /// What can be seen from a cell counts from now on, if it is known.
+    /// What can be seen from a cell counts from now on, if anything is known of it; else the picture from before stays.
     fn show(&mut self, cell: CellId) {
-        if self.at.as_ref().is_none_or(|at| at.cell != cell) || self.atlas.place(cell).is_none() {
+        let is_known = self.atlas.place(cell).is_some_and(|place| !place.is_blank());
+        if self.at.as_ref().is_none_or(|at| at.cell != cell) || !is_known {
             return;
         }
         if self.shown.replace(cell) != Some(cell) {

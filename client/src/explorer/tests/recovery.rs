@@ -63,10 +63,10 @@ async fn what_failed_for_a_reason_that_passes_is_tried_again_until_it_comes() {
             "{events:?}"
         );
     }
-    assert_eq!(explorer.missing(), 1);
+    assert_eq!(explorer.missing(), Some(1));
     explorer.is_away(false);
     while explorer.advance().await.is_some() {}
-    assert_eq!(explorer.missing(), 0);
+    assert_eq!(explorer.missing(), Some(0));
 }
 
 #[tokio::test(start_paused = true)]
@@ -77,12 +77,12 @@ async fn what_is_not_there_is_not_tried_again_and_who_wants_no_new_try_gets_none
         explorer.replan();
         let begun = tokio::time::Instant::now();
         while explorer.advance().await.is_some() {}
-        assert_eq!((explorer.missing(), begun.elapsed().as_secs()), (1, 0));
+        assert_eq!((explorer.missing(), begun.elapsed().as_secs()), (Some(1), 0));
         // Told to, it does.
         explorer.is_away(false);
         explorer.retry().await;
         while explorer.advance().await.is_some() {}
-        assert_eq!(explorer.missing(), usize::from(!has_it));
+        assert_eq!(explorer.missing(), Some(usize::from(!has_it)));
     }
 }
 
@@ -101,4 +101,18 @@ async fn a_cell_of_which_something_could_not_be_read_is_read_again() {
     explorer.advance().await.expect("it is tried again");
     let refused = explorer.scene.source().refused.load(Ordering::Relaxed) - before;
     assert!(lost > 0 && refused > 0, "{refused} of {lost}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_picture_stays_while_nothing_can_be_had_of_where_one_has_gone() {
+    let mut explorer = looking(true, false).await;
+    explorer.replan();
+    while explorer.advance().await.is_some() {}
+    assert_eq!((explorer.visible().len(), explorer.missing()), (1, Some(0)));
+    explorer.is_away(true);
+    let next = place(2, true).entry;
+    explorer.at = Some(next.clone());
+    explorer.read(Ok(next));
+    while explorer.advance().await.is_some() {}
+    assert_eq!((explorer.visible().len(), explorer.missing()), (1, None));
 }
