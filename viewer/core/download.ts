@@ -57,6 +57,16 @@ export class Download {
     return this.isWantedWhole;
   }
 
+  /** Whether all that was wanted of it has come, although it goes on. */
+  get isServed(): boolean {
+    return !this.isWantedWhole && this.slices.areServed;
+  }
+
+  /** How much is still to come, as far as it is known. */
+  get rest_bytes(): number {
+    return Math.max(0, (this.bytes ?? 0) - this.incoming.length);
+  }
+
   /** How much of it has come. */
   get came_bytes(): number {
     return this.incoming.length;
@@ -67,10 +77,16 @@ export class Download {
     return this.whole;
   }
 
-  part(part: Part): Promise<ArrayBuffer> {
-    const given = this.slices.ask(part);
+  part(part: Part, isWanted: () => boolean = () => true): Promise<ArrayBuffer> {
+    const given = this.slices.ask(part, isWanted);
     this.slices.look(this.incoming);
     return given;
+  }
+
+  /** Parts of it that have come. */
+  given(): { readonly url: string; readonly bytes: ArrayBuffer }[] {
+    const come = this.slices.given.filter(({ from, bytes }) => from + bytes <= this.incoming.length);
+    return come.map(({ url, from, bytes }) => ({ url, bytes: this.incoming.slice(from, from + bytes) }));
   }
 
   /** It is asked for, for the first time or once more. */

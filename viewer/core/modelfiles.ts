@@ -132,7 +132,7 @@ export class ModelFiles {
   /** A level's GLB, out of its pack where that is worth it. One that cannot be had so is fetched alone. */
   private async fetchGlb(load: Load, level: Level, packs: ReadonlyMap<string, number>): Promise<ArrayBuffer> {
     const { pack } = level;
-    if (pack && packs.has(pack.url)) {
+    if (pack && packs.has(pack.url) && this.parts.queue.cost_bytes(level) > 0) {
       try {
         return await this.fetchOutOf(load, level, pack);
       } catch (error) {
@@ -195,7 +195,8 @@ export class ModelFiles {
     const address = tree.resolve(pack.url);
     load.urls.add(address);
     const part = { url: tree.resolve(url), bytes, from: pack.from };
-    const asked = { reason: load.packReason, bytes: pack.bytes };
+    const isWanted = () => load.state !== "cancelled";
+    const asked = { reason: load.packReason, bytes: pack.bytes, isWanted };
     const come = await queue.slice(part, address, load.priority, asked);
     load.here.add(url);
     return come;
