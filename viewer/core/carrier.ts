@@ -10,7 +10,7 @@ import type { FrameBudget } from "./framebudget.ts";
 import type { Meter } from "./linemeter.ts";
 import { FetchError, pause, transfer } from "./transfer.ts";
 import { leftOf } from "./travel.ts";
-import { isRung, promisedHash, type Verdict, verify } from "./verify.ts";
+import { isRung, promisedHash, verify } from "./verify.ts";
 
 /** What went over the wire so far. */
 export interface FetchTally {
@@ -105,15 +105,10 @@ export class Carrier {
 
   /** Whether bytes are what their URL promises; then they are kept. */
   async accept(url: string, bytes: ArrayBuffer): Promise<boolean> {
-    const verdict = await this.verdict(url, bytes);
+    const verdict = await verify(url, bytes, this.options.digest);
     if (verdict === "unverified" && (promisedHash(url) || isRung(url))) this.tally.unverified += 1;
     if (verdict === "verified" || verdict === "later") this.options.shelf?.keep(url, bytes);
     return verdict !== "mismatch";
-  }
-
-  /** Compares bytes with the hash in the URL of the whole. */
-  verdict(url: string, bytes: ArrayBuffer): Promise<Verdict> {
-    return verify(url, bytes, this.options.digest);
   }
 
   private async transfer(url: string, cache: RequestCache, signal: AbortSignal, receive: Receive): Promise<void> {

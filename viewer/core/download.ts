@@ -4,6 +4,7 @@
 import { Incoming } from "./incoming.ts";
 import type { RequestTrace } from "./requestlog.ts";
 import { type Part, PartError, Slices } from "./slices.ts";
+import type { IsSound } from "./verify.ts";
 
 /** What was asked for. */
 export interface Wish {
@@ -35,7 +36,7 @@ export class Download {
   constructor(
     wish: Wish,
     public priority: number,
-    isSound: (url: string, bytes: ArrayBuffer) => Promise<boolean>,
+    isSound: IsSound,
   ) {
     ({ url: this.url, fresh: this.fresh, bytes: this.bytes, order: this.order, trace: this.trace } = wish);
     this.slices = new Slices(isSound);

@@ -16,7 +16,7 @@ import type { Shelf } from "./shelf.ts";
 import type { Part } from "./slices.ts";
 import { type Fetch, FetchError } from "./transfer.ts";
 import { compressed_bytes } from "./travel.ts";
-import { type Digest, isImmutable, type Verdict } from "./verify.ts";
+import { type Digest, type IsSound, isImmutable, verify } from "./verify.ts";
 
 export interface FetchQueueOptions {
   readonly fetch: Fetch;
@@ -151,9 +151,7 @@ export class FetchQueue {
     }
     const trace = this.options.log?.asks(url, purposeOf(priority), reason);
     const wish = { url, fresh, bytes, order: this.orders++, trace };
-    const isSound = async (part: string, slice: ArrayBuffer) =>
-      (await this.carrier.verdict(part, slice)) !== "mismatch";
-    const download = new Download(wish, priority, isSound);
+    const download = new Download(wish, priority, this.isSound);
     this.waiting.set(url, download);
     this.pumpSoon();
     return download;
@@ -172,10 +170,8 @@ export class FetchQueue {
     return this.meter.bytes_per_s;
   }
 
-  /** Compares bytes that came in pieces with the hash in the URL of the whole. */
-  verdict(url: string, bytes: ArrayBuffer): Promise<Verdict> {
-    return this.carrier.verdict(url, bytes);
-  }
+  /** Whether bytes that came in pieces, or in another file, are what their URL promises, as far as one can say. */
+  readonly isSound: IsSound = async (url, bytes) => (await verify(url, bytes, this.options.digest)) !== "mismatch";
 
   /** Makes a download more urgent, when it is still under way. */
   hasten(url: string, priority: number): void {

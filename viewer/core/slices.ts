@@ -4,6 +4,7 @@
  */
 import type { FileRef } from "./documents.ts";
 import type { Incoming } from "./incoming.ts";
+import type { IsSound } from "./verify.ts";
 
 /** A file that also stands in another one, from some byte on. */
 export interface Part extends FileRef {
@@ -27,7 +28,7 @@ export class Slices {
   private readonly taken: Part[] = [];
 
   /** `isSound` says whether bytes are what a URL promises. */
-  constructor(private readonly isSound: (url: string, bytes: ArrayBuffer) => Promise<boolean>) {}
+  constructor(private readonly isSound: IsSound) {}
 
   /** Whether a part that somebody waited for has come. */
   get hasGiven(): boolean {
