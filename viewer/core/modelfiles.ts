@@ -2,12 +2,13 @@
  * How do the files of a grade become something to draw? Fetches a level, the next rungs of a smooth LOD, or rules, with the
  * textures that nobody holds yet, and answers a GLB.
  */
-import type { FileRef, Level, Model, PackRef } from "./documents.ts";
+import type { FileRef } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { type Grade, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import { GrowthQueue } from "./growthqueue.ts";
 import { forgive, type Loss, passes, type Retried } from "./losses.ts";
+import type { Level, Model, PackRef } from "./modeldocument.ts";
 import type { Plain } from "./plainmodels.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";

@@ -1,8 +1,8 @@
 import { describe, expect, it, vi } from "vitest";
 import { explore } from "../test/explore.ts";
 import { type Files, PITCH_M } from "../test/fixture.ts";
-import type { Level } from "./documents.ts";
 import type { Vec3 } from "./geometry.ts";
+import type { Level } from "./modeldocument.ts";
 import { packsWorth } from "./packs.ts";
 import { type CostOf, costAlone_bytes } from "./travel.ts";
 

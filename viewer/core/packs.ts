@@ -2,7 +2,7 @@
  * Which coarsest levels come together? A pack holds those that the same cells see, one GLB after the other; who wants most
  * of it fetches all of it with one request, and draws each as soon as it has come.
  */
-import type { Level, PackRef } from "./documents.ts";
+import type { Level, PackRef } from "./modeldocument.ts";
 import type { CostOf } from "./travel.ts";
 
 /** A pack is fetched whole when at least this share of its bytes is wanted. */

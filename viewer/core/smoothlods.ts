@@ -3,7 +3,7 @@
  * only the next rungs to the decoder, and compares the whole with its hash before the last of it is drawn. Rungs have no
  * hash of their own: until then, damage shows at most as a wrong shape.
  */
-import type { Smooth } from "./documents.ts";
+import type { Smooth } from "./modeldocument.ts";
 import type { SmoothDecoding } from "./smoothdecoding.ts";
 import type { Refined } from "./smoothstream.ts";
 import { join } from "./transfer.ts";
