@@ -22,4 +22,4 @@ for file in village-tiles/{house1-1,tree-beech-1-0}.glb edge-cases/primitive-mod
   if [ -e "$scenes/$file" ]; then "$belvedere" bake "$scenes/$file" --scene "$name" --data "$data" --visibility sampled; fi
 done
 serve
-node viewer/e2e/levels.mjs "$base"
+BELVEDERE_URL="$base" node viewer/e2e/levels.mjs

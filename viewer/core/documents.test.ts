@@ -1,7 +1,8 @@
 import { describe, expect, it } from "vitest";
 import { publish } from "../test/fixture.ts";
-import { readManifest, readModelChunk, readPage, readPointer } from "./documents.ts";
+import { readManifest, readPage, readPointer } from "./documents.ts";
 import { DocumentError, denseId, Json } from "./json.ts";
+import { readModelChunk } from "./modeldocument.ts";
 
 const files = publish({ rooms: 3, whole: true });
 const textOf = (path: string) => new TextDecoder().decode(files.get(path));

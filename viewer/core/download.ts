@@ -4,6 +4,7 @@
 import { Incoming } from "./incoming.ts";
 import type { RequestTrace } from "./requestlog.ts";
 import { type Part, PartError, Slices } from "./slices.ts";
+import type { IsSound } from "./verify.ts";
 
 /** What was asked for. */
 export interface Wish {
@@ -35,7 +36,7 @@ export class Download {
   constructor(
     wish: Wish,
     public priority: number,
-    isSound: (url: string, bytes: ArrayBuffer) => Promise<boolean>,
+    isSound: IsSound,
   ) {
     ({ url: this.url, fresh: this.fresh, bytes: this.bytes, order: this.order, trace: this.trace } = wish);
     this.slices = new Slices(isSound);
@@ -57,6 +58,16 @@ export class Download {
     return this.isWantedWhole;
   }
 
+  /** Whether all that was wanted of it has come, although it goes on. */
+  get isServed(): boolean {
+    return !this.isWantedWhole && this.slices.areServed;
+  }
+
+  /** How much is still to come, as far as it is known. */
+  get rest_bytes(): number {
+    return Math.max(0, (this.bytes ?? 0) - this.incoming.length);
+  }
+
   /** How much of it has come. */
   get came_bytes(): number {
     return this.incoming.length;
@@ -67,10 +78,16 @@ export class Download {
     return this.whole;
   }
 
-  part(part: Part): Promise<ArrayBuffer> {
-    const given = this.slices.ask(part);
+  part(part: Part, isWanted: () => boolean = () => true): Promise<ArrayBuffer> {
+    const given = this.slices.ask(part, isWanted);
     this.slices.look(this.incoming);
     return given;
+  }
+
+  /** Parts of it that have come. */
+  given(): { readonly url: string; readonly bytes: ArrayBuffer }[] {
+    const come = this.slices.given.filter(({ from, bytes }) => from + bytes <= this.incoming.length);
+    return come.map(({ url, from, bytes }) => ({ url, bytes: this.incoming.slice(from, from + bytes) }));
   }
 
   /** It is asked for, for the first time or once more. */

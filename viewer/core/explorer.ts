@@ -88,7 +88,7 @@ export class Explorer implements NavigationSpace, Surveyed {
       residency: this.residency,
       budget,
       growing: options.growing ?? growing(),
-      smooth: new SmoothLods(smoothDecoding, (url, bytes) => scene.queue.verdict(url, bytes)),
+      smooth: new SmoothLods(smoothDecoding, scene.queue.isSound),
       changed: (hasGone) => {
         if (hasGone) this.planner.now();
         else this.planner.ask();

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
-import type { Model } from "./documents.ts";
 import { areSame, farObjects } from "./farobjects.ts";
 import { type Grade, goalOf, gradesOf, type Holding, impostorGrade, isHereWellEnough, levelGrade } from "./grades.ts";
+import type { Model } from "./modeldocument.ts";
 import type { PlacedObject } from "./objects.ts";
 import { plan, type Stock } from "./scheduler.ts";
 import type { Eye } from "./screenerror.ts";

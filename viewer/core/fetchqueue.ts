@@ -1,10 +1,11 @@
 /**
- * What is on the wire? A queue of downloads: a bounded number at once, the most urgent first, each URL once however many
- * ask for it, cancellable, retried with back-off, its bytes counted and, where the URL holds their hash, verified. Small
- * objects come together where the server offers that, and what this device has kept does not travel at all.
+ * What is on the wire, and what goes next? A queue of downloads: a bounded number at once, the most urgent first, each URL once however many
+ * ask for it, cancellable. Small objects come together where the server offers that, and what this device has kept does not
+ * travel at all. What brings them is a {@link Carrier}.
  */
 import { Breaker, type BreakerEvents } from "./breaker.ts";
-import { addressOf, BundleReader, inOrder, isSmall, NAME_BYTES, offersBundles, together } from "./bundles.ts";
+import { inOrder, isSmall, NAME_BYTES, together } from "./bundles.ts";
+import { Carrier, cancelled, type FetchTally } from "./carrier.ts";
 import type { FileRef } from "./documents.ts";
 import { Download } from "./download.ts";
 import type { FrameBudget } from "./framebudget.ts";
@@ -13,9 +14,9 @@ import { purposeOf } from "./priority.ts";
 import type { RequestLog } from "./requestlog.ts";
 import type { Shelf } from "./shelf.ts";
 import type { Part } from "./slices.ts";
-import { type Fetch, FetchError, pause, transfer } from "./transfer.ts";
-import { compressed_bytes, leftOf } from "./travel.ts";
-import { type Digest, isImmutable, isRung, promisedHash, type Verdict, verify } from "./verify.ts";
+import { type Fetch, FetchError } from "./transfer.ts";
+import { compressed_bytes } from "./travel.ts";
+import { type Digest, type IsSound, isImmutable, verify } from "./verify.ts";
 
 export interface FetchQueueOptions {
   readonly fetch: Fetch;
@@ -44,6 +45,8 @@ export interface Asked {
   readonly reason?: string;
   /** How large it is said to be; what is small may come together with others. */
   readonly bytes?: number | undefined;
+  /** Whether a part of a file is still wanted; until it has come unless given. */
+  readonly isWanted?: () => boolean;
 }
 
 export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" | "shelf" | "meter"> = {
@@ -53,28 +56,17 @@ export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" 
   backoff_ms: 300,
 };
 
-/** What went over the wire so far. */
-export interface FetchTally {
-  /** Body bytes, content encoding removed: comparable with the sizes in the published documents. */
-  bytes: number;
-  requests: number;
-  retries: number;
-  /** Objects that came in bundles. */
-  bundled: number;
-  /** Bodies that could not be compared with the hash in their name; pointers and lists, which have none, do not count. */
-  unverified: number;
-  /** Bytes that need not travel, because this device had kept them. */
-  kept_bytes: number;
-}
-
 /** Who hears how the server does. */
 export interface FetchWatcher extends BreakerEvents {
   /** An immutable object is not there. */
   readonly missing: () => void;
 }
 
+/** What is left of a file of which nobody wants any more comes to its end where it is no more than this: to call it off costs a connection. */
+const LEAST_REST_BYTES = 16 * 1024;
+
 export class FetchQueue {
-  readonly tally: FetchTally = { bytes: 0, requests: 0, retries: 0, bundled: 0, unverified: 0, kept_bytes: 0 };
+  private readonly carrier: Carrier;
   private readonly waiting = new Map<string, Download>();
   private readonly running = new Map<string, Download>();
   /** Transfers under way, and how many of them are bundles. */
@@ -82,29 +74,33 @@ export class FetchQueue {
   private bundles = 0;
   /** What of it is on the line, documents apart. */
   private readonly line = { requests: 0, bytes: 0 };
-  private offersBundles = false;
-  private refusedBundles = false;
   private pumping = false;
   private orders = 0;
 
   private readonly meter: Meter;
-  private budget: FrameBudget | undefined;
   private watcher: FetchWatcher | undefined;
   private breaker: Breaker | undefined;
 
   constructor(private readonly options: FetchQueueOptions) {
     this.meter = options.meter ?? new LineMeter();
+    this.carrier = new Carrier(options, this.meter);
+  }
+
+  /** What went over the wire so far. */
+  get tally(): FetchTally {
+    return this.carrier.tally;
   }
 
   /** From now on a request begins when a frame has time for it: to a browser that is as much work as to decode a small file. */
   beginWithin(budget: FrameBudget): void {
-    this.budget = budget;
+    this.carrier.budget = budget;
   }
 
   /** From now on downloads wait while the server does not answer, until {@link probe} lets one of them try, or one is a document; `undefined` ends that. */
   watch(watcher: FetchWatcher | undefined): void {
     this.watcher = watcher;
     this.breaker = watcher && new Breaker(watcher);
+    this.carrier.breaker = this.breaker;
   }
 
   /** Tries whether a server that was silent answers again, with one download. */
@@ -133,7 +129,7 @@ export class FetchQueue {
 
   /** Asks for a file that also stands in another one: it is given while that still comes, unless it is damaged there. */
   slice(part: Part, of: string, priority: number, asked: Asked = {}): Promise<ArrayBuffer> {
-    return this.ask(of, priority, asked).part(part);
+    return this.ask(of, priority, asked).part(part, asked.isWanted);
   }
 
   /** Whether a file is on its way. */
@@ -155,8 +151,7 @@ export class FetchQueue {
     }
     const trace = this.options.log?.asks(url, purposeOf(priority), reason);
     const wish = { url, fresh, bytes, order: this.orders++, trace };
-    const isSound = async (part: string, slice: ArrayBuffer) => (await this.verdict(part, slice)) !== "mismatch";
-    const download = new Download(wish, priority, isSound);
+    const download = new Download(wish, priority, this.isSound);
     this.waiting.set(url, download);
     this.pumpSoon();
     return download;
@@ -166,7 +161,7 @@ export class FetchQueue {
   cost_bytes({ url, bytes }: FileRef): number {
     if (this.shelf?.has(url)) return 0;
     const { request_bytes } = this.meter;
-    const small = this.offersBundles && isSmall({ url, bytes }, request_bytes);
+    const small = this.carrier.offersBundles && isSmall({ url, bytes }, request_bytes);
     return small ? bytes + NAME_BYTES : compressed_bytes({ url, bytes }) + request_bytes;
   }
 
@@ -175,10 +170,8 @@ export class FetchQueue {
     return this.meter.bytes_per_s;
   }
 
-  /** Compares bytes that came in pieces with the hash in the URL of the whole. */
-  verdict(url: string, bytes: ArrayBuffer): Promise<Verdict> {
-    return verify(url, bytes, this.options.digest);
-  }
+  /** Whether bytes that came in pieces, or in another file, are what their URL promises, as far as one can say. */
+  readonly isSound: IsSound = async (url, bytes) => (await verify(url, bytes, this.options.digest)) !== "mismatch";
 
   /** Makes a download more urgent, when it is still under way. */
   hasten(url: string, priority: number): void {
@@ -198,7 +191,7 @@ export class FetchQueue {
     const download = this.waiting.get(url) ?? this.running.get(url);
     if (!download) return;
     this.waiting.delete(url);
-    this.running.delete(url);
+    if (this.running.delete(url)) this.keepParts(download);
     download.controller.abort();
     download.fails(cancelled(url), "cancelled");
     this.breaker?.cancelled(url);
@@ -207,7 +200,7 @@ export class FetchQueue {
 
   /** What is asked for in one go can only come together when it is looked at together. */
   private pumpSoon(): void {
-    if (!this.offersBundles) this.pump();
+    if (!this.carrier.offersBundles) this.pump();
     else if (!this.pumping) {
       this.pumping = true;
       queueMicrotask(() => {
@@ -220,7 +213,7 @@ export class FetchQueue {
   private pump(): void {
     while (this.transfers < this.options.concurrency) {
       const next = this.next();
-      if (next.length === 0) return;
+      if (next.length === 0) break;
       for (const download of next) {
         this.waiting.delete(download.url);
         this.running.set(download.url, download);
@@ -240,6 +233,29 @@ export class FetchQueue {
         this.pump();
       });
     }
+    this.makeRoom();
+  }
+
+  /**
+   * Calls off packs of which all has come that is wanted, where something else waits for the room that they take on the line and more is left
+   * of them than calling off costs. Where nothing waits they come to their end, and are kept whole. The same rule as in
+   * `client/src/explorer/tasks.rs`.
+   */
+  private makeRoom(): void {
+    const isFull = this.transfers >= this.options.concurrency || !this.hasRoom;
+    if (this.waiting.size === 0 || !isFull || this.breaker?.isOpen) return;
+    const served = [...this.running.values()].filter((one) => one.isServed && one.rest_bytes > LEAST_REST_BYTES);
+    for (const { url } of served) this.cancel(url);
+  }
+
+  private get hasRoom(): boolean {
+    return this.meter.hasRoom(this.line.requests, this.line.bytes);
+  }
+
+  /** What has come of a file that does not come to its end. */
+  private keepParts(download: Download): void {
+    if (!this.shelf) return;
+    for (const { url, bytes } of download.given()) void this.carrier.accept(url, bytes);
   }
 
   /** What goes next: one download, or several that come together. */
@@ -252,7 +268,7 @@ export class FetchQueue {
     }
     // Half of the transfers are left for what is large, or turns out to be urgent.
     const full = 2 * this.bundles >= this.options.concurrency;
-    const hasRoom = this.meter.hasRoom(this.line.requests, this.line.bytes);
+    const { hasRoom } = this;
     const mayGo = (one: Download) =>
       (hasRoom || !this.waitsForRoom(one)) && (!full || purposeOf(one.priority) === "document" || !this.mayCome(one));
     const first = inLine.find(mayGo);
@@ -276,7 +292,11 @@ export class FetchQueue {
   private mayCome(download: Download): boolean {
     const { url, fresh, alone } = download;
     return (
-      this.offersBundles && !fresh && !alone && isSmall(download, this.meter.request_bytes) && !this.shelf?.has(url)
+      this.carrier.offersBundles &&
+      !fresh &&
+      !alone &&
+      isSmall(download, this.meter.request_bytes) &&
+      !this.shelf?.has(url)
     );
   }
 
@@ -285,12 +305,13 @@ export class FetchQueue {
     try {
       const kept = this.shelf && !download.fresh ? await this.shelf.read(download.url) : undefined;
       if (kept) this.tally.kept_bytes += kept.byteLength;
-      const bytes = kept ?? (await this.bytesOf(download));
+      const bytes = kept ?? (await this.carrier.bring(download, () => download.isServed && this.makeRoom()));
       this.settle(download, bytes, kept ? "kept" : "done");
     } catch (error) {
       const isRunning = this.running.get(download.url) === download;
       if (isRunning) {
         this.running.delete(download.url);
+        this.keepParts(download);
         this.tell(error, mark);
       }
       download.fails(error, isRunning ? "failed" : undefined);
@@ -314,31 +335,15 @@ export class FetchQueue {
   /** Downloads that come together. What does not come so, for whatever reason, then goes alone. */
   private async runBundle(downloads: readonly Download[]): Promise<void> {
     const members = inOrder(downloads);
-    const reader = new BundleReader(members.length);
-    const given: Promise<void>[] = [];
     const controller = new AbortController();
     const isWanted = (download: Download) => this.running.get(download.url) === download;
     for (const { controller: one } of members) {
       one.signal.addEventListener("abort", () => members.some(isWanted) || controller.abort());
     }
     this.bundles += 1;
-    this.tally.requests += 1;
     for (const { trace } of members) trace?.starts();
-    try {
-      await this.transfer(addressOf(members), "default", controller.signal, (piece) => {
-        this.tally.bytes += piece.byteLength;
-        for (const bytes of reader.push(piece)) {
-          const member = members[given.length];
-          if (member) given.push(this.take(member, bytes));
-        }
-      });
-      if (!reader.isWhole) this.refuseBundles();
-    } catch (error) {
-      if (!(error instanceof FetchError) || error.kind === "status") this.refuseBundles();
-    } finally {
-      this.bundles -= 1;
-    }
-    await Promise.all(given);
+    await this.carrier.bringTogether(members, controller.signal, (member, bytes) => this.take(member, bytes));
+    this.bundles -= 1;
     for (const member of members.filter(isWanted)) {
       this.running.delete(member.url);
       member.alone = true;
@@ -346,90 +351,13 @@ export class FetchQueue {
     }
   }
 
-  /** What the server cannot answer so once, it is not asked so again. */
-  private refuseBundles(): void {
-    this.offersBundles = false;
-    this.refusedBundles = true;
-  }
-
   /** A member of a bundle, unless it is damaged. */
   private async take(download: Download, bytes: ArrayBuffer): Promise<void> {
     download.trace?.receives(bytes.byteLength);
-    if (!(await this.accept(download.url, bytes))) return;
+    if (!(await this.carrier.accept(download.url, bytes))) return;
     this.tally.bundled += 1;
     this.breaker?.answered(download.url);
     this.settle(download, bytes, "done");
-  }
-
-  /** Whether bytes are what their URL promises; then they are kept. */
-  private async accept(url: string, bytes: ArrayBuffer): Promise<boolean> {
-    const verdict = await this.verdict(url, bytes);
-    if (verdict === "unverified" && (promisedHash(url) || isRung(url))) this.tally.unverified += 1;
-    if (verdict === "verified" || verdict === "later") this.shelf?.keep(url, bytes);
-    return verdict !== "mismatch";
-  }
-
-  private async bytesOf(download: Download): Promise<ArrayBuffer> {
-    const { url, controller, fresh } = download;
-    let reload = false;
-    for (let attempt = 1; ; attempt += 1) {
-      this.tally.requests += 1;
-      download.starts();
-      try {
-        const cache = reload ? "reload" : fresh ? "no-cache" : "default";
-        await this.transfer(url, cache, controller.signal, (piece) => {
-          this.tally.bytes += piece.byteLength;
-          download.receives(piece);
-        });
-        const bytes = download.taken();
-        if (await this.accept(url, bytes)) return bytes;
-        // Who waits for a part has been given it, or knows that it is damaged.
-        if (reload || !download.isForAll)
-          throw new FetchError("corrupt", url, `${url} does not hold the bytes that its name promises`);
-        reload = true;
-      } catch (error) {
-        if (controller.signal.aborted) throw cancelled(url);
-        const final = error instanceof FetchError && error.kind !== "unreachable";
-        const last = attempt >= this.options.attempts || this.breaker?.isOpen;
-        if (final || last || !download.isWorthAnotherTry) throw error;
-        await pause(this.options.backoff_ms * 2 ** (attempt - 1), controller.signal);
-      }
-      this.tally.retries += 1;
-    }
-  }
-
-  private async transfer(
-    url: string,
-    cache: RequestCache,
-    signal: AbortSignal,
-    receive: (piece: Uint8Array) => void,
-  ): Promise<void> {
-    const go = () => this.travel(url, cache, signal, receive);
-    const headers = await (this.budget?.begin(go) ?? go());
-    this.offersBundles ||= !this.refusedBundles && offersBundles(headers);
-  }
-
-  private async travel(
-    url: string,
-    cache: RequestCache,
-    signal: AbortSignal,
-    receive: (piece: Uint8Array) => void,
-  ): Promise<Headers> {
-    const { fetch, stall_ms } = this.options;
-    const trace = this.meter.starts(leftOf(url));
-    try {
-      const headers = await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
-        trace.receives(piece.byteLength);
-        receive(piece);
-      });
-      this.breaker?.answered(url);
-      return headers;
-    } catch (error) {
-      if (error instanceof FetchError && error.kind === "status") this.breaker?.answered(url);
-      throw error;
-    } finally {
-      trace.ends();
-    }
   }
 }
 
@@ -437,8 +365,4 @@ export class FetchQueue {
 function lineBytes(downloads: readonly Download[]): number {
   const travels = ({ url, bytes = 0 }: Download) => (downloads.length > 1 ? bytes : compressed_bytes({ url, bytes }));
   return downloads.reduce((sum, download) => sum + travels(download), 0);
-}
-
-function cancelled(url: string): FetchError {
-  return new FetchError("cancelled", url, `${url} is not needed any more`);
 }

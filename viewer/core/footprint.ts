@@ -2,8 +2,9 @@
  * How much memory will a level or rung take? Nobody says before it is decoded, so it is estimated from what the same kind
  * took so far, rather a little too much.
  */
-import type { Model } from "./documents.ts";
+
 import { filesOf, type Grade } from "./grades.ts";
+import type { Model } from "./modeldocument.ts";
 
 /**
  * Memory for each downloaded byte of a level, for each pixel of an impostor, for each triangle of a rung with its decoder,

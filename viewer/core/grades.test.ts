@@ -1,5 +1,4 @@
 import { describe, expect, it } from "vitest";
-import type { Level, Model } from "./documents.ts";
 import {
   ALL_RUNGS,
   cost_bytes,
@@ -12,6 +11,7 @@ import {
   stepTowards,
 } from "./grades.ts";
 import { HEADER_BYTES } from "./linemeter.ts";
+import type { Level, Model } from "./modeldocument.ts";
 import { type CostOf, costAlone_bytes } from "./travel.ts";
 
 const NOTHING_FAILED: ReadonlySet<string> = new Set();

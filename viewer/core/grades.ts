@@ -11,8 +11,9 @@
  * (`sharing.ts`). Rules that are here would cost nothing for any
  * model, and fill the picture with triangles that nobody sees: so each triangle that grows counts as a byte.
  */
-import type { FileRef, Level, Model, Rung, Smooth } from "./documents.ts";
+import type { FileRef } from "./documents.ts";
 import type { Impostor } from "./impostordocument.ts";
+import type { Level, Model, Rung, Smooth } from "./modeldocument.ts";
 import type { Rules } from "./rulesdocument.ts";
 import { type CostOf, compressed_bytes } from "./travel.ts";
 

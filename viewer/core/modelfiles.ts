@@ -2,12 +2,13 @@
  * How do the files of a grade become something to draw? Fetches a level, the next rungs of a smooth LOD, or rules, with the
  * textures that nobody holds yet, and answers a GLB.
  */
-import type { FileRef, Level, Model, PackRef } from "./documents.ts";
+import type { FileRef } from "./documents.ts";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { type Grade, levelOf, nameOf, slicesOf, texturesOf } from "./grades.ts";
 import type { Growing } from "./growing.ts";
 import { GrowthQueue } from "./growthqueue.ts";
 import { forgive, type Loss, passes, type Retried } from "./losses.ts";
+import type { Level, Model, PackRef } from "./modeldocument.ts";
 import type { Plain } from "./plainmodels.ts";
 import type { SmoothLods } from "./smoothlods.ts";
 import type { Refined } from "./smoothstream.ts";
@@ -132,7 +133,7 @@ export class ModelFiles {
   /** A level's GLB, out of its pack where that is worth it. One that cannot be had so is fetched alone. */
   private async fetchGlb(load: Load, level: Level, packs: ReadonlyMap<string, number>): Promise<ArrayBuffer> {
     const { pack } = level;
-    if (pack && packs.has(pack.url)) {
+    if (pack && packs.has(pack.url) && this.parts.queue.cost_bytes(level) > 0) {
       try {
         return await this.fetchOutOf(load, level, pack);
       } catch (error) {
@@ -195,7 +196,8 @@ export class ModelFiles {
     const address = tree.resolve(pack.url);
     load.urls.add(address);
     const part = { url: tree.resolve(url), bytes, from: pack.from };
-    const asked = { reason: load.packReason, bytes: pack.bytes };
+    const isWanted = () => load.state !== "cancelled";
+    const asked = { reason: load.packReason, bytes: pack.bytes, isWanted };
     const come = await queue.slice(part, address, load.priority, asked);
     load.here.add(url);
     return come;

@@ -2,9 +2,10 @@
  * For what is there memory, and what goes for it? Promises it to what will be fetched, by an estimate, books what is held beside the meshes
  * of a model too, and has the renderer drop what has to go.
  */
-import type { Model } from "./documents.ts";
+
 import { Footprint } from "./footprint.ts";
 import type { Grade } from "./grades.ts";
+import type { Model } from "./modeldocument.ts";
 import type { ModelHost } from "./modelloads.ts";
 import { type Plain, PlainModels } from "./plainmodels.ts";
 import type { Cause, Want } from "./priority.ts";

@@ -2,8 +2,9 @@
  * What is known of an object before it has any geometry? Finds objects and their models by id through the page trees, a chunk of
  * neighbours at a time, and joins each with its model. Where that takes long, something stands in (`standins.ts`).
  */
-import type { Model, ObjectEntry, Page, PageEntry, Whole } from "./documents.ts";
+import type { ObjectEntry, Page, PageEntry, Whole } from "./documents.ts";
 import type { Retried } from "./losses.ts";
+import type { Model } from "./modeldocument.ts";
 import { Pacer } from "./pacer.ts";
 import { type Holder, holdersOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";

@@ -1,8 +1,8 @@
 import { describe, expect, it, vi } from "vitest";
 import { explore } from "../test/explore.ts";
 import { type Files, PITCH_M } from "../test/fixture.ts";
-import type { Level } from "./documents.ts";
 import type { Vec3 } from "./geometry.ts";
+import type { Level } from "./modeldocument.ts";
 import { packsWorth } from "./packs.ts";
 import { type CostOf, costAlone_bytes } from "./travel.ts";
 
@@ -25,7 +25,12 @@ describe("packs", () => {
     expect(worth([level(0, 30), level(0, 30)])).toEqual(new Map());
     expect(worth([level(0, 30), level(30, 20, "/o/b.pack")])).toEqual(new Map());
     expect(worth([{ ...level(0, 100), pack: undefined }])).toEqual(new Map());
-    expect(worth([level(0, 30)], () => 0)).toEqual(new Map([["/o/a.pack", 1]]));
+    const costsNothing =
+      (...urls: string[]): CostOf =>
+      (file) =>
+        urls.includes(file.url) ? 0 : costAlone_bytes(file);
+    expect(worth([level(0, 30)], costsNothing("/o/a.pack"))).toEqual(new Map([["/o/a.pack", 1]]));
+    expect(worth([level(0, 30), level(30, 40)], costsNothing("/o/30.glb")), "one is here").toEqual(new Map());
   });
 });
 

@@ -7,14 +7,12 @@ import {
   type CellEntry,
   type FileRef,
   type Manifest,
-  type Model,
   type ObjectEntry,
   type Page,
   type PageEntry,
   type Pointer,
   readCellChunk,
   readManifest,
-  readModelChunk,
   readObjectChunk,
   readPage,
   readPointer,
@@ -26,6 +24,7 @@ import {
 import type { FetchQueue } from "./fetchqueue.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { DocumentError, Json } from "./json.ts";
+import { type Model, readModelChunk } from "./modeldocument.ts";
 import { decodePopulation, type Member } from "./population.ts";
 import { PRIORITY } from "./priority.ts";
 import type { Tree } from "./tree.ts";

@@ -12,7 +12,6 @@
  * which many far objects are drawn by a mesh, and last what lies ahead and is not due.
  */
 import { type Approach, HORIZON_S, isDue } from "./approaches.ts";
-import type { Model } from "./documents.ts";
 import {
   coarsestLevel,
   cost_bytes,
@@ -27,6 +26,7 @@ import {
   levelGrade,
   stepTowards,
 } from "./grades.ts";
+import type { Model } from "./modeldocument.ts";
 import type { PlacedObject } from "./objects.ts";
 import { type Cause, priorityOf, type Want } from "./priority.ts";
 import type { Held } from "./residency.ts";

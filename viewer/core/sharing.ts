@@ -3,7 +3,7 @@
  * its share of them (`client/src/strategy/sharing.rs`): else levels of many models come instead, one by one, of which none
  * alone costs more than all of the rules.
  */
-import type { Model } from "./documents.ts";
+import type { Model } from "./modeldocument.ts";
 import type { CostOf } from "./travel.ts";
 
 /** The same costs for models of which nothing is here, each once. */

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import type { Model } from "./documents.ts";
+import type { Model } from "./modeldocument.ts";
 import type { PlacedObject } from "./objects.ts";
 import { siblingsIn } from "./siblings.ts";
 

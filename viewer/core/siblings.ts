@@ -2,7 +2,7 @@
  * Which of these objects share a model? Found once for each list: thousands of objects are in sight that share some hundreds of models, and
  * most of what one asks of an object is the same for all that share its model.
  */
-import type { Model } from "./documents.ts";
+import type { Model } from "./modeldocument.ts";
 import type { PlacedObject } from "./objects.ts";
 
 /** Objects that share a model, in the order in which they were listed. */

@@ -4,6 +4,7 @@
  */
 import type { FileRef } from "./documents.ts";
 import type { Incoming } from "./incoming.ts";
+import type { IsSound } from "./verify.ts";
 
 /** A file that also stands in another one, from some byte on. */
 export interface Part extends FileRef {
@@ -12,6 +13,7 @@ export interface Part extends FileRef {
 
 interface Waiting {
   readonly part: Part;
+  readonly isWanted: () => boolean;
   readonly resolve: (bytes: ArrayBuffer) => void;
   readonly reject: (error: unknown) => void;
 }
@@ -23,18 +25,28 @@ export class PartError extends Error {
 
 export class Slices {
   private readonly waiting = new Set<Waiting>();
-  private taken = false;
+  private readonly taken: Part[] = [];
 
   /** `isSound` says whether bytes are what a URL promises. */
-  constructor(private readonly isSound: (url: string, bytes: ArrayBuffer) => Promise<boolean>) {}
+  constructor(private readonly isSound: IsSound) {}
 
   /** Whether a part that somebody waited for has come. */
   get hasGiven(): boolean {
+    return this.taken.length > 0;
+  }
+
+  /** Parts that have come. */
+  get given(): readonly Part[] {
     return this.taken;
   }
 
-  ask(part: Part): Promise<ArrayBuffer> {
-    return new Promise((resolve, reject) => this.waiting.add({ part, resolve, reject }));
+  /** Whether some had their part, and nobody else wants one. */
+  get areServed(): boolean {
+    return this.hasGiven && [...this.waiting].every(({ isWanted }) => !isWanted());
+  }
+
+  ask(part: Part, isWanted: () => boolean): Promise<ArrayBuffer> {
+    return new Promise((resolve, reject) => this.waiting.add({ part, isWanted, resolve, reject }));
   }
 
   /** Hands on what has come. */
@@ -43,7 +55,7 @@ export class Slices {
       const { from, bytes } = one.part;
       if (from + bytes > incoming.length) continue;
       this.waiting.delete(one);
-      this.taken = true;
+      this.taken.push(one.part);
       void this.give(one, incoming.slice(from, from + bytes));
     }
   }

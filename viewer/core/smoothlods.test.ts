@@ -5,14 +5,14 @@ import validator from "gltf-validator";
 import { describe, expect, it } from "vitest";
 import { explore } from "../test/explore.ts";
 import { type Files, GOLDEN } from "../test/fixture.ts";
-import type { Smooth } from "./documents.ts";
 import type { Vec3 } from "./geometry.ts";
+import type { Smooth } from "./modeldocument.ts";
 import { readHeader } from "./smooth/header.ts";
 import { type Port, SlicedDecoding, WorkerDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import { SmoothStream } from "./smoothstream.ts";
 import { join } from "./transfer.ts";
-import { verify, webCryptoDigest } from "./verify.ts";
+import { type IsSound, verify, webCryptoDigest } from "./verify.ts";
 
 /** From afar the ball's first rung will do, from near by it takes the last. */
 const [AFAR, NEAR]: [Vec3, Vec3] = [
@@ -148,7 +148,7 @@ describe("a stream", () => {
         return { url: "", from: to - byteLength, to, triangles: 0, geometricError: 0 };
       }),
     };
-    const check = (url: string, bytes: ArrayBuffer) => verify(url, bytes, webCryptoDigest());
+    const check: IsSound = async (url, bytes) => (await verify(url, bytes, webCryptoDigest())) === "verified";
     const lods = new SmoothLods(() => new SlicedDecoding(), check);
     const last = rungs.length - 1;
     const first = await lods.refine(1, smooth, 0, rungs.slice(0, 1), MATERIALS);

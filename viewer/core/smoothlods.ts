@@ -3,11 +3,11 @@
  * only the next rungs to the decoder, and compares the whole with its hash before the last of it is drawn. Rungs have no
  * hash of their own: until then, damage shows at most as a wrong shape.
  */
-import type { Smooth } from "./documents.ts";
+import type { Smooth } from "./modeldocument.ts";
 import type { SmoothDecoding } from "./smoothdecoding.ts";
 import type { Refined } from "./smoothstream.ts";
 import { join } from "./transfer.ts";
-import type { Verdict } from "./verify.ts";
+import type { IsSound } from "./verify.ts";
 
 interface Stream {
   readonly smooth: Smooth;
@@ -20,9 +20,6 @@ interface Stream {
   rungs: number;
 }
 
-/** Compares the bytes of an immutable object with the hash in its URL. */
-export type Verify = (url: string, bytes: ArrayBuffer) => Promise<Verdict>;
-
 export class SmoothLods {
   /** By model. */
   private readonly streams = new Map<number, Stream>();
@@ -32,7 +29,7 @@ export class SmoothLods {
   /** Starts to decode with the first stream. */
   constructor(
     private readonly start: () => SmoothDecoding,
-    private readonly verify: Verify,
+    private readonly isSound: IsSound,
   ) {}
 
   /**
@@ -90,7 +87,7 @@ export class SmoothLods {
 
   private async check(url: string, parts: readonly ArrayBuffer[]): Promise<void> {
     const whole = join(parts.map((bytes) => new Uint8Array(bytes)));
-    if ((await this.verify(url, whole)) === "mismatch") {
+    if (!(await this.isSound(url, whole))) {
       throw new Error(`the rungs of ${url} are not the bytes that its name promises`);
     }
   }

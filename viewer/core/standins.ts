@@ -5,8 +5,9 @@
  *
  * The entries are fetched all the same, so a population is worth its bytes only where many of its members are wanted.
  */
-import type { Model, Page, PageEntry } from "./documents.ts";
+import type { Page, PageEntry } from "./documents.ts";
 import { forgive, type Loss, type Retried } from "./losses.ts";
+import type { Model } from "./modeldocument.ts";
 import type { PlacedObject } from "./objects.ts";
 import { entryOf, type Holder, holdersOf } from "./pagetree.ts";
 import type { Member } from "./population.ts";

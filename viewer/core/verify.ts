@@ -5,6 +5,9 @@
 
 export type Verdict = "verified" | "mismatch" | "unverified" | "later";
 
+/** Whether bytes may be what a URL promises: they are not known to be anything else. */
+export type IsSound = (url: string, bytes: ArrayBuffer) => Promise<boolean>;
+
 /** The part of WebCrypto that is needed. */
 export type Digest = (bytes: ArrayBuffer) => Promise<ArrayBuffer>;
 

@@ -63,8 +63,8 @@ export async function settle(page, what) {
 }
 
 /**
- * Runs a story. It is given `open`, which makes a page of its own, with Playwright's options for it; nothing that it
- * complains of on the console is forgiven, but for what matches `forgive`.
+ * Runs a story. It is given `open`, which makes a page of its own, with Playwright's options for it, in a browser that begins with the
+ * first; nothing that it complains of on the console is forgiven, but for what matches `forgive`.
  */
 export async function tell(name, story) {
   const complaints = [];
@@ -73,8 +73,8 @@ export async function tell(name, story) {
   try {
     insist(url, "set BELVEDERE_URL to the address of a viewer");
     mkdirSync(artifacts, { recursive: true });
-    browser = await launch();
     await story(async (options = DESKTOP, forgive = /^$/) => {
+      browser ??= await launch();
       const page = await browser.newPage(options);
       page.on("console", (message) => {
         if (message.type() === "error" && !forgive.test(message.text())) complaints.push(message.text());

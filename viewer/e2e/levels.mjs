@@ -1,7 +1,7 @@
 /**
- * Do readers that nobody here wrote open what is published? Takes the address of a server; reads each level of each model
- * of each scene, as it is published and in its plain form, with Khronos' validator, three.js and glTF-Transform. Fails
- * on any error of the validator, and where a level and its plain form do not fill the same box.
+ * Do readers that nobody here wrote open what is published? Reads each level of each model of each scene of a server, as it is
+ * published and in its plain form, with Khronos' validator, three.js and glTF-Transform; no browser is needed for that. Fails on any
+ * error of the validator, and where a level and its plain form do not fill the same box. Environment: see `browser.mjs`.
  */
 import { GLB_BUFFER, NodeIO } from "@gltf-transform/core";
 import { ALL_EXTENSIONS } from "@gltf-transform/extensions";
@@ -9,11 +9,12 @@ import validator from "gltf-validator";
 import { Box3 } from "three";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { insist, tell, url as viewer } from "./browser.mjs";
 
-const base = process.argv[2]?.replace(/\/$/, "");
-if (!base) throw new Error("usage: node levels.mjs http://127.0.0.1:8080");
-
-await MeshoptDecoder.ready;
+/** So much of what is wrong is told. */
+const MOST_TOLD = 20;
+/** Where the server is. */
+const base = viewer && new URL(viewer).origin;
 const transform = new NodeIO()
   .registerExtensions(ALL_EXTENSIONS)
   .registerDependencies({ "meshopt.decoder": MeshoptDecoder });
@@ -74,30 +75,37 @@ async function boxOf(address, glb) {
   return box;
 }
 
-let [levels, bytes, plainBytes, failures] = [0, 0, 0, 0];
-function fail(address, what) {
-  failures += 1;
-  if (failures <= 20) console.error(`${address}: ${what}`);
+/** What there is of all scenes, and what is wrong with it. */
+async function readAll() {
+  let [levels, bytes, plainBytes] = [0, 0, 0];
+  const wrong = [];
+  for (const { scene, bounds } of (await jsonOf("/v1/scenes")).scenes) {
+    for (const [url, path] of await levelsOf(scene, bounds)) {
+      const forms = [`${base}${url}`, `${base}${path}?form=plain`];
+      const boxes = [];
+      for (const address of forms) {
+        const glb = await bytesOf(address);
+        for (const { code, message, pointer } of await errorsOf(address, glb))
+          wrong.push(`${address}: ${code} ${pointer} ${message}`);
+        boxes.push(await boxOf(address, glb));
+        if (address === forms[0]) bytes += glb.length;
+        else plainBytes += glb.length;
+      }
+      const [published, plain] = boxes;
+      const apart = Math.max(published.min.distanceTo(plain.min), published.max.distanceTo(plain.max));
+      const size = published.min.distanceTo(published.max);
+      if (apart > 1e-6 * (size + published.max.length())) wrong.push(`${path}: the plain form is ${apart} away`);
+      levels += 1;
+    }
+  }
+  return { levels, bytes, plainBytes, wrong };
 }
 
-for (const { scene, bounds } of (await jsonOf("/v1/scenes")).scenes) {
-  for (const [url, path] of await levelsOf(scene, bounds)) {
-    const forms = [`${base}${url}`, `${base}${path}?form=plain`];
-    const boxes = [];
-    for (const address of forms) {
-      const glb = await bytesOf(address);
-      for (const { code, message, pointer } of await errorsOf(address, glb))
-        fail(address, `${code} ${pointer} ${message}`);
-      boxes.push(await boxOf(address, glb));
-      if (address === forms[0]) bytes += glb.length;
-      else plainBytes += glb.length;
-    }
-    const [published, plain] = boxes;
-    const apart = Math.max(published.min.distanceTo(plain.min), published.max.distanceTo(plain.max));
-    const size = published.min.distanceTo(published.max);
-    if (apart > 1e-6 * (size + published.max.length())) fail(path, `the plain form is ${apart} away`);
-    levels += 1;
-  }
-}
-console.log(`${levels} levels, ${bytes} bytes as published, ${plainBytes} plain; ${failures} errors`);
-if (levels === 0 || failures > 0) process.exit(1);
+await tell("levels", async () => {
+  await MeshoptDecoder.ready;
+  const { levels, bytes, plainBytes, wrong } = await readAll();
+  for (const sentence of wrong.slice(0, MOST_TOLD)) console.error(sentence);
+  insist(wrong.length === 0, `${wrong.length} things are wrong with ${levels} levels`);
+  insist(levels > 0, "there are no levels");
+  console.log(`others read ${levels} levels, ${bytes} bytes as published, ${plainBytes} plain`);
+});

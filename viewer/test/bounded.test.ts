@@ -5,13 +5,13 @@ import { CellRecordError, decodeCellRecord, decodeSteps, followStep } from "../c
 import {
   readCellChunk,
   readManifest,
-  readModelChunk,
   readObjectChunk,
   readPage,
   readPointer,
   readSceneList,
 } from "../core/documents.ts";
 import { DocumentError, Json } from "../core/json.ts";
+import { readModelChunk } from "../core/modeldocument.ts";
 import { decodePopulation } from "../core/population.ts";
 import { DcgError, grow, LIMITS, readProgram } from "../core/procedural/index.ts";
 import { ClusterTree, Selection } from "../core/select/index.ts";

@@ -12,8 +12,9 @@ import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import type { CellRecord, Portal, Visible } from "../core/cellrecord.ts";
-import { FORMAT, type PackRef } from "../core/documents.ts";
+import { FORMAT } from "../core/documents.ts";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
+import type { PackRef } from "../core/modeldocument.ts";
 import { readHeader } from "../core/smooth/header.ts";
 import {
   ball,

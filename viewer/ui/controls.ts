@@ -4,7 +4,7 @@
  */
 
 import { IDLE, type Intent } from "../core/walker.ts";
-import { readPads } from "./gamepad.ts";
+import { type PadMotion, readPads } from "./gamepad.ts";
 import { HeldKeys } from "./heldkeys.ts";
 import { type Command, commandOf, isForControl, MOTIONS } from "./keys.ts";
 import { PadWatch } from "./padwatch.ts";
@@ -43,7 +43,7 @@ export class Controls {
   private readonly watch: PadWatch;
   /** What counts in this frame. */
   private keys: ReadonlySet<string> = new Set();
-  private pads = readPads([]);
+  private pads: PadMotion = readPads([]);
   private fast = false;
   private stickPointer: { id: number; x: number; y: number } | undefined;
   private stickOffset = { x: 0, y: 0 };
@@ -99,7 +99,7 @@ export class Controls {
     return { forward, right, up, fast: this.fast || pads.fast };
   }
 
-  /** Takes what was held since the last frame, and turns by it; call it once in a frame. */
+  /** Takes what is held, and what was pressed since the last frame, and turns by it; call it once in a frame. */
   turnByKeys(seconds: number): void {
     this.pads = this.watch.take();
     this.keys = this.held.take();

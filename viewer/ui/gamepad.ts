@@ -9,11 +9,15 @@ export interface Pad {
   readonly buttons: readonly { readonly pressed: boolean }[];
 }
 
-export interface PadWish {
+/** How sticks and held buttons move. */
+export interface PadMotion {
   readonly intent: Intent;
   /** Radians a second. */
   readonly yaw: number;
   readonly pitch: number;
+}
+
+export interface PadWish extends PadMotion {
   /** What held buttons ask for. */
   readonly commands: ReadonlySet<Command>;
 }

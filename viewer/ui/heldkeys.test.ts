@@ -1,17 +1,26 @@
 import { expect, it } from "vitest";
 import { HeldKeys } from "./heldkeys.ts";
 
-it("a key counts for as long as it is held, and once when it was let go before anybody asked", () => {
+const taken = (keys: HeldKeys) => [...keys.take()];
+
+it("a key counts for as long as it is held, and no longer", () => {
   const keys = new HeldKeys();
   keys.press("KeyW");
-  keys.press("KeyE");
-  keys.release("KeyE");
-  expect([...keys.take()]).toEqual(["KeyW", "KeyE"]);
-  expect([...keys.take()]).toEqual(["KeyW"]);
+  expect([taken(keys), taken(keys)]).toEqual([["KeyW"], ["KeyW"]]);
   keys.release("KeyW");
-  keys.release("KeyQ");
-  expect([...keys.take()]).toEqual(["KeyW"]);
-  expect([...keys.take()]).toEqual([]);
+  expect(taken(keys)).toEqual([]);
+});
+
+it("a key that is let go before anybody asked counts once", () => {
+  const keys = new HeldKeys();
+  for (const _ of [1, 2]) {
+    keys.press("KeyW");
+    keys.press("KeyE");
+    keys.release("KeyE");
+    keys.release("KeyQ");
+    expect([taken(keys), taken(keys)]).toEqual([["KeyW", "KeyE"], ["KeyW"]]);
+    keys.release("KeyW");
+  }
 });
 
 it("who turns to another window holds nothing", () => {
@@ -19,5 +28,5 @@ it("who turns to another window holds nothing", () => {
   for (const code of ["KeyW", "KeyE"]) keys.press(code);
   keys.release("KeyE");
   keys.clear();
-  expect([...keys.take()]).toEqual([]);
+  expect(taken(keys)).toEqual([]);
 });

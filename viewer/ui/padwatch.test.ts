@@ -49,13 +49,15 @@ it("a press between two frames commands and moves, once for each", () => {
   expect(heard).toEqual(["door", "door", "door"]);
 });
 
-it("a button that is held commands once, and moves in every frame", () => {
+it("a button that is held commands once, and moves in every frame until it is let go", () => {
   const { watch, heard, hold } = watched();
   hold([], LOWER, RIGHT_SHOULDER);
   for (const _ of [1, 2, 3]) {
     expect(watch.take().intent.up).toBe(1);
     vi.advanceTimersByTime(FRAME_MS);
   }
+  hold([]);
+  expect(watch.take().intent.up).toBe(0);
   expect(heard).toEqual(["door"]);
 });
 

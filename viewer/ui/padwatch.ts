@@ -1,9 +1,8 @@
 /**
- * What did gamepads say since the last frame? They tell of nothing by themselves, and a press may begin and end between two frames of a slow
- * machine: so while one is connected it is looked at between frames, too, and what was wanted at any look counts in the next frame.
+ * What do gamepads say in this frame? They tell of nothing by themselves, and a press may begin and end between two frames of a slow
+ * machine: so while one is connected it is looked at between frames, too, and what was pressed and let go by then counts once.
  */
-import type { Intent } from "../core/walker.ts";
-import { type Pad, type PadWish, readPads } from "./gamepad.ts";
+import { type Pad, type PadMotion, readPads } from "./gamepad.ts";
 import type { Command } from "./keys.ts";
 
 /** Shorter than any press. */
@@ -12,8 +11,11 @@ const LOOK_EVERY_MS = 16;
 const NOTHING = readPads([]);
 
 export class PadWatch {
+  /** At the last look … */
   private last = NOTHING;
-  private since = NOTHING;
+  /** … when it was taken, and the strongest since then. */
+  private taken: PadMotion = NOTHING;
+  private since: PadMotion = NOTHING;
   private timer: ReturnType<typeof setInterval> | undefined;
 
   /** `read` answers all pads, connected or not; `command` hears of each button that goes down. */
@@ -27,18 +29,24 @@ export class PadWatch {
     const pads = this.read();
     const { last } = this;
     this.last = readPads(pads);
-    this.since = both(this.since, this.last);
+    this.since = combined([this.since, this.last], (first = 0, then = 0) =>
+      Math.abs(then) > Math.abs(first) ? then : first,
+    );
     if (pads.every((pad) => pad === null)) this.close();
     else this.timer ??= setInterval(() => this.look(), LOOK_EVERY_MS);
     for (const command of this.last.commands) if (!last.commands.has(command)) this.command(command);
   }
 
-  /** All that was wanted since this was asked for the last time. */
-  take(): PadWish {
+  /** What is wanted, and what was meanwhile since this was asked for the last time. */
+  take(): PadMotion {
     this.look();
-    const { since } = this;
+    const { last, taken, since } = this;
+    this.taken = last;
     this.since = NOTHING;
-    return since;
+    return combined(
+      [last, taken, since],
+      (now = 0, before = 0, meanwhile = 0) => now || (before === 0 ? meanwhile : 0),
+    );
   }
 
   /** Looks no more by itself. */
@@ -48,19 +56,17 @@ export class PadWatch {
   }
 }
 
-/** What is wanted first and then, the stronger of each. */
-function both(first: PadWish, then: PadWish): PadWish {
-  const stronger = (a: number, b: number) => (Math.abs(b) > Math.abs(a) ? b : a);
-  const intent: Intent = {
-    forward: stronger(first.intent.forward, then.intent.forward),
-    right: stronger(first.intent.right, then.intent.right),
-    up: stronger(first.intent.up, then.intent.up),
-    fast: first.intent.fast || then.intent.fast,
-  };
+/** Makes one of several, number by number. */
+function combined(motions: readonly PadMotion[], combine: (...values: number[]) => number): PadMotion {
+  const of = (read: (motion: PadMotion) => number) => combine(...motions.map(read));
   return {
-    intent,
-    yaw: stronger(first.yaw, then.yaw),
-    pitch: stronger(first.pitch, then.pitch),
-    commands: new Set([...first.commands, ...then.commands]),
+    intent: {
+      forward: of(({ intent }) => intent.forward),
+      right: of(({ intent }) => intent.right),
+      up: of(({ intent }) => intent.up),
+      fast: of(({ intent }) => Number(intent.fast)) > 0,
+    },
+    yaw: of(({ yaw }) => yaw),
+    pitch: of(({ pitch }) => pitch),
   };
 }

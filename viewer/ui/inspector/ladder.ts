@@ -1,7 +1,8 @@
 /** Which levels and rungs has the object that was clicked, and which of them is drawn? */
-import type { Model } from "../../core/documents.ts";
+
 import { distanceToBounds } from "../../core/geometry.ts";
 import { filesOf, type Grade, goalOf, gradesOf, isHereWellEnough } from "../../core/grades.ts";
+import type { Model } from "../../core/modeldocument.ts";
 import { geometricError_m, type PlacedObject } from "../../core/objects.ts";
 import { errorOf_px, errorThatDoes } from "../../core/screenerror.ts";
 import { boxes } from "../../three/overlay.ts";
