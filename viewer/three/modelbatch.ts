@@ -3,7 +3,18 @@
  * by itself is: what is seen through, which is drawn from far to near; points and lines; and what is sheared, since shaders take
  * instances' normals for those of scaled and turned ones.
  */
-import { Group, type Intersection, type Line, type Material, Matrix4, Mesh, type Points, Vector3 } from "three";
+import {
+  Group,
+  InstancedMesh,
+  type Intersection,
+  type Line,
+  type Material,
+  Matrix4,
+  Mesh,
+  type Object3D,
+  type Points,
+  Vector3,
+} from "three";
 import { InstanceMesh } from "./instancemesh.ts";
 import { Instances } from "./instances.ts";
 import type { ViewVolume } from "./viewvolume.ts";
@@ -27,6 +38,14 @@ export class ModelBatch {
     this.root.matrixAutoUpdate = false;
     this.shared = parts.filter(isInstanced);
     this.single = parts.filter((part) => !isInstanced(part));
+  }
+
+  /** One of each that it draws, as it draws them. */
+  sample(): Object3D {
+    const root = new Group();
+    for (const { geometry, material } of this.shared) root.add(new InstancedMesh(geometry, material, 0));
+    for (const part of this.single) root.add(copyOf(part, 0));
+    return root;
   }
 
   /** Draws an object here from now on. */

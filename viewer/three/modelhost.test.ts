@@ -48,7 +48,10 @@ describe("what is shown", () => {
   };
 
   it("is placed in turn, the most important first, where the model is here, and counts as drawn meanwhile", async () => {
-    const host = new ThreeModelHost(() => {});
+    const host = new ThreeModelHost(
+      () => {},
+      async () => {},
+    );
     await upload(host, "base");
     host.show([placed(2), placed(1), placed(3, 9)]);
     expect([host.waiting, standing(host)]).toEqual([2, inRow()]);
@@ -61,7 +64,10 @@ describe("what is shown", () => {
   });
 
   it("is replaced in one step by what is finer, and goes with what is shown", async () => {
-    const host = new ThreeModelHost(() => {});
+    const host = new ThreeModelHost(
+      () => {},
+      async () => {},
+    );
     await upload(host, "base");
     const many = Array.from({ length: 20 }, (_, object) => placed(object));
     host.show(many);
@@ -83,7 +89,10 @@ describe("what is shown", () => {
   });
 
   it("goes where it is moved, and where it is known to be instead of roughly", async () => {
-    const host = new ThreeModelHost(() => {});
+    const host = new ThreeModelHost(
+      () => {},
+      async () => {},
+    );
     await upload(host, "base");
     host.show([placed(1), placed(2)]);
     host.place(1e6);

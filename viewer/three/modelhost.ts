@@ -54,8 +54,11 @@ export class ThreeModelHost implements ModelHost {
   private readonly unplaced = new Set<number>();
   private readonly moved = new Map<number, Matrix4>();
 
-  /** `changed` is called whenever a new picture should be drawn. */
-  constructor(private readonly changed: () => void) {
+  /** `changed` is called whenever a new picture should be drawn; `prepare` waits until what is below a node can be. */
+  constructor(
+    private readonly changed: () => void,
+    private readonly prepare: (root: Object3D) => Promise<void>,
+  ) {
     this.root.matrixAutoUpdate = false;
   }
 
@@ -80,8 +83,9 @@ export class ThreeModelHost implements ModelHost {
       const { scene, parser } = await this.loader.parse(glb);
       const materials = this.materials.share(scene, parser);
       bytes += geometryBytes(scene);
-      const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
       const batch = new ModelBatch(drawnOf(scene));
+      await this.prepare(batch.sample());
+      const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
       this.root.add(batch.root);
       this.templates[part].set(model, { root: scene, batch, materials, textures: acquired });
       for (const object of this.byModel.get(model) ?? []) this.refresh(object);
@@ -100,6 +104,7 @@ export class ThreeModelHost implements ModelHost {
 
   async uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
     const crowd = await ImpostorCrowd.open(impostor, pictures, this.textures);
+    await this.prepare(crowd.sample());
     this.crowds.get(model)?.close();
     this.crowds.set(model, crowd);
     this.gather(model);

@@ -60,9 +60,12 @@ const AT_REST: Vec3 = [0, 0, 0];
 export class Visit {
   readonly explorer: Explorer;
   readonly walker: Walker;
-  private readonly host = new ThreeModelHost(() => {
-    this.dirty = true;
-  });
+  private readonly host = new ThreeModelHost(
+    () => {
+      this.dirty = true;
+    },
+    (root) => this.parts.stage.prepare(root),
+  );
   /** What the inspector draws into the picture. */
   readonly overlay = new Overlay();
   /** What a frame takes besides drawing and decoding: walking, choosing what to fetch, and people. */
