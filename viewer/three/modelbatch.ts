@@ -70,6 +70,11 @@ export class ModelBatch {
     for (const instances of this.instances.values()) instances.look(view);
   }
 
+  /** Has the next picture give the graphics card what it takes, in view or not; answers whether something of that was new. */
+  introduce(): boolean {
+    return [...this.instances.values()].map((instances) => instances.introduce()).includes(true);
+  }
+
   /** Frees what it takes, but neither geometry nor materials. */
   release(): void {
     this.root.removeFromParent();

@@ -88,6 +88,28 @@ describe("what is shown", () => {
     expect([standing(host), host.draws(0), host.root.children]).toEqual([inRow(), false, []]);
   });
 
+  it("is replaced only when the graphics card is prepared for what is finer", async () => {
+    let prepared = () => {};
+    let waits: Promise<void> = Promise.resolve();
+    const host = new ThreeModelHost(
+      () => {},
+      () => waits,
+    );
+    await upload(host, "base");
+    host.show([placed(1)]);
+    host.place(1e6);
+    waits = new Promise((resolve) => {
+      prepared = resolve;
+    });
+    const before = host.root.children[0];
+    const uploaded = upload(host, "detail");
+    await new Promise((later) => setTimeout(later, 20));
+    expect([host.root.children, drawn(host).calls]).toEqual([[before], 1]);
+    prepared();
+    await uploaded;
+    expect([host.root.children.length, drawn(host).calls]).toEqual([2, 1]);
+  });
+
   it("goes where it is moved, and where it is known to be instead of roughly", async () => {
     const host = new ThreeModelHost(
       () => {},

@@ -56,6 +56,8 @@ export class Stage {
     // What follows is a task of its own.
     await new Promise((next) => setTimeout(next));
     const stage = new Stage(canvas, fast);
+    // It asks for this with the first picture of a texture otherwise, and waits.
+    stage.renderer.capabilities.getMaxAnisotropy();
     const backdrop = sky();
     stage.add(backdrop);
     await Promise.all([stage.prepare(backdrop), stage.prepare(usualMeshes())]);
@@ -67,6 +69,9 @@ export class Stage {
     private readonly canvas: HTMLCanvasElement,
     fast: boolean,
   ) {
+    // As large as it will be: to change that later takes long.
+    canvas.width = Math.max(1, Math.floor(canvas.clientWidth * this.pixelRatio()));
+    canvas.height = Math.max(1, Math.floor(canvas.clientHeight * this.pixelRatio()));
     try {
       this.renderer = new WebGLRenderer({ canvas, antialias: fast, powerPreference: "high-performance" });
     } catch (error) {
@@ -80,6 +85,7 @@ export class Stage {
     // What is wrong with a program is said where it is prepared: to ask while one draws takes a while.
     this.renderer.debug.checkShaderErrors = false;
     this.programs = new Programs(this.renderer, this.scene, this.camera);
+    this.fill(this.pixelRatio());
     this.light(fast);
   }
 
@@ -109,7 +115,14 @@ export class Stage {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const changed =
       this.canvas.width !== Math.floor(width * ratio) || this.canvas.height !== Math.floor(height * ratio);
-    if (!changed || width === 0 || height === 0) return false;
+    if (!changed) return false;
+    return this.fill(ratio);
+  }
+
+  /** Fits the picture to the canvas, with so many pixels for each of the page; answers whether it has any. */
+  private fill(ratio: number): boolean {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0 || height === 0) return false;
     this.renderer.setDrawingBufferSize(width, height, ratio);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
