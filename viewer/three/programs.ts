@@ -20,6 +20,9 @@ import {
 
 type Program = NonNullable<WebGLRenderer["info"]["programs"]>[number];
 
+/** What of a renderer is asked for. */
+export type Preparing = Pick<WebGLRenderer, "compile" | "getContext" | "info">;
+
 /** So often one looks whether the graphics card has come so far. */
 const LOOK_AGAIN_MS = 8;
 /** Who is not told for so long draws and waits. */
@@ -32,15 +35,14 @@ export class Programs {
 
   /** Of what is drawn in a scene. */
   constructor(
-    private readonly renderer: WebGLRenderer,
+    private readonly renderer: Preparing,
     private readonly scene: Scene,
     private readonly camera: Camera,
   ) {}
 
   /** Waits until what is below a node can be drawn without waiting. */
   async prepare(root: Object3D): Promise<void> {
-    if (!this.isNew(root)) return;
-    this.renderer.compile(root, this.camera, this.scene);
+    if (this.isNew(root)) this.renderer.compile(root, this.camera, this.scene);
     await Promise.all(
       (this.renderer.info.programs ?? []).map((program) => {
         const ready = this.ready.get(program) ?? this.finish(program);
