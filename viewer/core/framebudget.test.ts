@@ -29,6 +29,7 @@ it("decoding waits for the next frame once this one's time is used", async () =>
   await turn();
   expect(done).toEqual([1, 2, 3, 4]);
   budget.beginFrame();
+  await turn();
   await all;
   expect(done).toEqual([1, 2, 3, 4, 5]);
 });
@@ -40,6 +41,7 @@ it("what others wait for goes before what has waited longer", async () => {
   budget.beginFrame();
   await turn();
   budget.beginFrame();
+  await turn();
   await all;
   expect(done).toEqual([1, 4, 5, 2, 3]);
 });
@@ -48,9 +50,21 @@ it("work goes on after the time of a usual frame where the next one is late", as
   const all = Promise.all([1, 2, 3].map((id) => work(id)));
   await vi.advanceTimersByTimeAsync(16);
   expect(done).toEqual([1, 2]);
-  await vi.advanceTimersByTimeAsync(1);
+  await vi.advanceTimersByTimeAsync(2);
   await all;
   expect(done).toEqual([1, 2, 3]);
+});
+
+it("what waits runs behind a frame, not in it", async () => {
+  const all = Promise.all([1, 2, 3].map((id) => work(id)));
+  await turn();
+  budget.beginFrame();
+  // As far as whoever began the frame goes on at once.
+  for (let i = 0; i < 10; i += 1) await Promise.resolve();
+  expect(done).toEqual([1, 2]);
+  await turn();
+  await all;
+  expect([done, budget.taken_ms]).toEqual([[1, 2, 3], 5]);
 });
 
 it("a frame that took very long grants a share of that", async () => {
@@ -61,5 +75,6 @@ it("a frame that took very long grants a share of that", async () => {
   await turn();
   expect(done).toEqual([1, 2, 3, 4]);
   expect(budget.beginFrame(400)).toBe(5);
+  await turn();
   await all;
 });

@@ -2,7 +2,8 @@
  * May heavy work run now? Decoding is spread over frames: each frame grants some milliseconds, and work that comes later
  * waits for the next frame, so that the picture keeps moving while a room loads. A piece that has begun is finished, so it may take
  * longer than that by what is left of one. Where a frame takes long to draw, as much is granted again after the time of a usual one, and
- * a share of the time after one that took very long, so that a machine without a graphics card still finishes loading.
+ * a share of the time after one that took very long, so that a machine without a graphics card still finishes loading. What waits runs
+ * in a task of its own, behind the frame's.
  */
 
 /** How long a frame takes on a usual screen, at most. */
@@ -17,6 +18,7 @@ export class FrameBudget {
   /** Work that others wait for, such as documents, and after it the rest. */
   private readonly urgent: (() => void)[] = [];
   private readonly waiting: (() => void)[] = [];
+  private soon: ReturnType<typeof setTimeout> | undefined;
   private late: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
@@ -33,8 +35,16 @@ export class FrameBudget {
     clearTimeout(this.late);
     this.late = undefined;
     this.spent_ms = 0;
-    if (!this.busy) this.next();
+    clearTimeout(this.soon);
+    this.soon = setTimeout(() => {
+      if (!this.busy) this.next();
+    });
     return this.granted_ms / this.least_ms;
+  }
+
+  /** What work took since the frame began. */
+  get taken_ms(): number {
+    return this.spent_ms;
   }
 
   /** Runs one piece of work as soon as a frame has time for it; pieces run one after the other, urgent ones first, else the oldest. */

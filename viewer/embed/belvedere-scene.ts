@@ -120,7 +120,12 @@ export class BelvedereScene extends HTMLElement {
       server = serverAt(new URL(treeBase(src.href)), location.origin);
       const [scene] = await Promise.all([open(src), decoderReady()]);
       if (attempt !== this.attempt) return;
-      this.visit = this.begin(new Stage(canvas), scene, { canvas, stick, caption }, readPose(src.hash));
+      const stage = await Stage.open(canvas);
+      if (attempt !== this.attempt) {
+        stage.close();
+        return;
+      }
+      this.visit = this.begin(stage, scene, { canvas, stick, caption }, readPose(src.hash));
     } catch (error) {
       if (attempt === this.attempt) this.fail(error, server, caption);
     }

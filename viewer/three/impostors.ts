@@ -85,6 +85,11 @@ export class ImpostorCrowd {
     return this.pictures.bytes;
   }
 
+  /** One of what it draws. */
+  sample(): InstancedMesh {
+    return new ObjectSquares(this.material, this.impostor, 0);
+  }
+
   /** Draws these objects and no others; answers what is to be added to the picture when that has changed. */
   draw(crowd: readonly Standing[]): InstancedMesh | undefined {
     this.mesh = withRoom(

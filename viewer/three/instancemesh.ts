@@ -38,10 +38,10 @@ export class InstanceMesh extends InstancedMesh {
     this.updateMatrixWorld(true);
   }
 
-  /** Draws the first so many. */
-  draw(count: number): void {
+  /** Draws the first so many. Of what is visible, even where none is drawn, the graphics card is given all that it takes. */
+  draw(count: number, isIntroduced = false): void {
     this.count = count;
-    this.visible = count > 0;
+    this.visible = count > 0 || isIntroduced;
   }
 
   override raycast(raycaster: Raycaster, hits: Intersection[]): void {

@@ -39,6 +39,34 @@ function drawnBy(mesh: InstanceMesh): number[][] {
 const places = (meshes: InstanceMesh[]) => meshes.map(drawnBy);
 
 describe("instances", () => {
+  it("have room for all, so that nothing is made anew when one turns round", () => {
+    const { parts, root, meshes } = model(at(0, 0));
+    const instances = new Instances(parts, false, root);
+    instances.stand(1, at(0, -10));
+    for (let object = 2; object < 20; object += 1) instances.stand(object, at(0, 10));
+    instances.look(viewTo());
+    const before = meshes()[0]?.instanceMatrix;
+    instances.look(viewTo(Math.PI));
+    expect(drawnBy(meshes()[0] as InstanceMesh).length).toBe(18);
+    expect(meshes()[0]?.instanceMatrix).toBe(before);
+  });
+
+  it("are given to the graphics card once before they come into view, without being drawn", () => {
+    const { parts, root, meshes } = model(at(0, 0));
+    const instances = new Instances(parts, false, root);
+    const given = () => meshes().map(({ visible, count }) => [visible, count]);
+    instances.stand(1, at(0, 10));
+    instances.look(viewTo());
+    expect(given()).toEqual([[false, 0]]);
+    expect([instances.introduce(), given()]).toEqual([true, [[true, 0]]]);
+    const before = meshes()[0]?.instanceMatrix;
+    instances.look(viewTo());
+    expect([instances.introduce(), given()]).toEqual([false, [[false, 0]]]);
+    instances.look(viewTo(Math.PI));
+    expect(given()).toEqual([[true, 1]]);
+    expect(meshes()[0]?.instanceMatrix).toBe(before);
+  });
+
   it("are drawn where they stand by one mesh for each part, and only those in view", () => {
     const { parts, root, meshes } = model(at(0, 0), at(2, 0));
     const instances = new Instances(parts, false, root);

@@ -20,6 +20,8 @@ export class Instances {
   private readonly seen: number[] = [];
   private readonly origin = new Vector3();
   private hasMoved = false;
+  /** Whether the graphics card has never been given what they take. */
+  private isUnknown = true;
 
   /** Parts carry in `matrixWorld` where they are in an object. What is drawn is added to `root`, which stands at the origin. */
   constructor(parts: readonly Mesh[], areMirrored: boolean, root: Object3D) {
@@ -81,6 +83,19 @@ export class Instances {
     }
     if (count > 0) for (const placement of this.placements) placement.face(nearest);
     for (const mesh of this.meshes) mesh.draw(count);
+    if (count > 0) this.isUnknown = false;
+  }
+
+  /** Has the next picture give the graphics card what they take, in view or not; answers whether it had not been. */
+  introduce(): boolean {
+    if (!this.isUnknown) return false;
+    this.isUnknown = false;
+    for (const placement of this.placements) placement.tell([], this.origin);
+    for (const mesh of this.meshes) {
+      mesh.take();
+      mesh.draw(0, true);
+    }
+    return true;
   }
 
   /** Frees what it takes on the graphics card, but neither geometry nor materials. */

@@ -3,7 +3,18 @@
  * by itself is: what is seen through, which is drawn from far to near; points and lines; and what is sheared, since shaders take
  * instances' normals for those of scaled and turned ones.
  */
-import { Group, type Intersection, type Line, type Material, Matrix4, Mesh, type Points, Vector3 } from "three";
+import {
+  Group,
+  InstancedMesh,
+  type Intersection,
+  type Line,
+  type Material,
+  Matrix4,
+  Mesh,
+  type Object3D,
+  type Points,
+  Vector3,
+} from "three";
 import { InstanceMesh } from "./instancemesh.ts";
 import { Instances } from "./instances.ts";
 import type { ViewVolume } from "./viewvolume.ts";
@@ -29,6 +40,14 @@ export class ModelBatch {
     this.single = parts.filter((part) => !isInstanced(part));
   }
 
+  /** One of each that it draws, as it draws them. */
+  sample(): Object3D {
+    const root = new Group();
+    for (const { geometry, material } of this.shared) root.add(new InstancedMesh(geometry, material, 0));
+    for (const part of this.single) root.add(copyOf(part, 0));
+    return root;
+  }
+
   /** Draws an object here from now on. */
   stand(object: number, worldFromObject: Matrix4): void {
     const isSheared = this.shared.some(({ matrixWorld }) => isShearing(worldFromObject, matrixWorld));
@@ -49,6 +68,11 @@ export class ModelBatch {
   /** Draws what is in view, and nothing else; to be called before each picture. */
   look(view: ViewVolume): void {
     for (const instances of this.instances.values()) instances.look(view);
+  }
+
+  /** Has the next picture give the graphics card what it takes, in view or not; answers whether something of that was new. */
+  introduce(): boolean {
+    return [...this.instances.values()].map((instances) => instances.introduce()).includes(true);
   }
 
   /** Frees what it takes, but neither geometry nor materials. */

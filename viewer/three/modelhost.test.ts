@@ -48,7 +48,10 @@ describe("what is shown", () => {
   };
 
   it("is placed in turn, the most important first, where the model is here, and counts as drawn meanwhile", async () => {
-    const host = new ThreeModelHost(() => {});
+    const host = new ThreeModelHost(
+      () => {},
+      async () => {},
+    );
     await upload(host, "base");
     host.show([placed(2), placed(1), placed(3, 9)]);
     expect([host.waiting, standing(host)]).toEqual([2, inRow()]);
@@ -61,7 +64,10 @@ describe("what is shown", () => {
   });
 
   it("is replaced in one step by what is finer, and goes with what is shown", async () => {
-    const host = new ThreeModelHost(() => {});
+    const host = new ThreeModelHost(
+      () => {},
+      async () => {},
+    );
     await upload(host, "base");
     const many = Array.from({ length: 20 }, (_, object) => placed(object));
     host.show(many);
@@ -82,8 +88,33 @@ describe("what is shown", () => {
     expect([standing(host), host.draws(0), host.root.children]).toEqual([inRow(), false, []]);
   });
 
+  it("is replaced only when the graphics card is prepared for what is finer", async () => {
+    let prepared = () => {};
+    let waits: Promise<void> = Promise.resolve();
+    const host = new ThreeModelHost(
+      () => {},
+      () => waits,
+    );
+    await upload(host, "base");
+    host.show([placed(1)]);
+    host.place(1e6);
+    waits = new Promise((resolve) => {
+      prepared = resolve;
+    });
+    const before = host.root.children[0];
+    const uploaded = upload(host, "detail");
+    await new Promise((later) => setTimeout(later, 20));
+    expect([host.root.children, drawn(host).calls]).toEqual([[before], 1]);
+    prepared();
+    await uploaded;
+    expect([host.root.children.length, drawn(host).calls]).toEqual([2, 1]);
+  });
+
   it("goes where it is moved, and where it is known to be instead of roughly", async () => {
-    const host = new ThreeModelHost(() => {});
+    const host = new ThreeModelHost(
+      () => {},
+      async () => {},
+    );
     await upload(host, "base");
     host.show([placed(1), placed(2)]);
     host.place(1e6);

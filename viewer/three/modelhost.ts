@@ -27,6 +27,12 @@ import { batchedAt, type Drawn, ModelBatch } from "./modelbatch.ts";
 import { TextureCache } from "./textures.ts";
 import type { ViewVolume } from "./viewvolume.ts";
 
+/**
+ * So many models that are out of view are given to the graphics card with each picture: else who turns round for the first time waits
+ * until it has all of them.
+ */
+const INTRODUCED = 3;
+
 interface Template {
   readonly root: Object3D;
   /** Draws objects with it. */
@@ -52,10 +58,15 @@ export class ThreeModelHost implements ModelHost {
   private far: ReadonlySet<number> = new Set();
   /** Shown objects whose models are here, and which wait for their turn to be placed. */
   private readonly unplaced = new Set<number>();
+  /** What may be new to the graphics card. */
+  private readonly unknown = new Set<ModelBatch>();
   private readonly moved = new Map<number, Matrix4>();
 
-  /** `changed` is called whenever a new picture should be drawn. */
-  constructor(private readonly changed: () => void) {
+  /** `changed` is called whenever a new picture should be drawn; `prepare` waits until what is below a node can be. */
+  constructor(
+    private readonly changed: () => void,
+    private readonly prepare: (root: Object3D) => Promise<void>,
+  ) {
     this.root.matrixAutoUpdate = false;
   }
 
@@ -80,8 +91,9 @@ export class ThreeModelHost implements ModelHost {
       const { scene, parser } = await this.loader.parse(glb);
       const materials = this.materials.share(scene, parser);
       bytes += geometryBytes(scene);
-      const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
       const batch = new ModelBatch(drawnOf(scene));
+      await this.prepare(batch.sample());
+      const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
       this.root.add(batch.root);
       this.templates[part].set(model, { root: scene, batch, materials, textures: acquired });
       for (const object of this.byModel.get(model) ?? []) this.refresh(object);
@@ -100,6 +112,7 @@ export class ThreeModelHost implements ModelHost {
 
   async uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
     const crowd = await ImpostorCrowd.open(impostor, pictures, this.textures);
+    await this.prepare(crowd.sample());
     this.crowds.get(model)?.close();
     this.crowds.set(model, crowd);
     this.gather(model);
@@ -143,6 +156,7 @@ export class ThreeModelHost implements ModelHost {
     for (const templates of Object.values(this.templates)) {
       for (const { batch } of templates.values()) batch.look(view);
     }
+    this.introduce();
   }
 
   show(objects: readonly PlacedObject[]): void {
@@ -235,6 +249,16 @@ export class ThreeModelHost implements ModelHost {
     else this.unplaced.add(id);
   }
 
+  /** Has the next picture give some of what is new to the graphics card. Pictures are drawn as long as anything comes. */
+  private introduce(): void {
+    let introduced = 0;
+    for (const batch of this.unknown) {
+      this.unknown.delete(batch);
+      if (batch.introduce()) introduced += 1;
+      if (introduced === INTRODUCED) break;
+    }
+  }
+
   /** Draws the far objects of a model by its impostor. */
   private gather(model: number): void {
     const far = (this.byModel.get(model) ?? []).filter(({ entry }) => this.far.has(entry.object));
@@ -247,6 +271,7 @@ export class ThreeModelHost implements ModelHost {
     const id = object.entry.object;
     this.remove(id);
     this.batches.set(id, batch);
+    this.unknown.add(batch);
     batch.stand(id, this.worldFromObject(object));
   }
 
@@ -274,6 +299,7 @@ export class ThreeModelHost implements ModelHost {
   }
 
   private dispose(template: Template | undefined): void {
+    if (template) this.unknown.delete(template.batch);
     template?.batch.release();
     template?.root.traverse((node) => (node as Partial<Mesh>).geometry?.dispose());
     for (const material of template?.materials ?? []) if (this.materials.release(material)) disposeMaterial(material);

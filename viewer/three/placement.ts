@@ -55,13 +55,14 @@ export class Placement {
 
   /** Tells of these slots and no others, counting from `origin`. */
   tell(slots: readonly number[], origin: Vector3): void {
-    if (slots.length > this.attribute.count) {
-      const room = new Float32Array(2 * slots.length * MATRIX);
-      this.attribute = new InstancedBufferAttribute(room, MATRIX).setUsage(DynamicDrawUsage);
+    const [from, room] = [this.matrices.array, this.attribute.array.length];
+    // For all, not only for those in view: who turns round sees many more at once.
+    if (from.length > room) {
+      this.attribute = new InstancedBufferAttribute(new Float32Array(from.length), MATRIX).setUsage(DynamicDrawUsage);
     }
     this.origin.copy(origin);
     this.worldFromMesh.makeScale(this.isMirrored ? -1 : 1, 1, 1).setPosition(origin);
-    const [from, to] = [this.matrices.array, this.attribute.array];
+    const to = this.attribute.array;
     const offset = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, origin.x, origin.y, origin.z, 0];
     let end = 0;
     for (const slot of slots) {

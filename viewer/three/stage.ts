@@ -4,10 +4,8 @@
  */
 import {
   ACESFilmicToneMapping,
-  CanvasTexture,
   Color,
   DirectionalLight,
-  EquirectangularReflectionMapping,
   HemisphereLight,
   type Object3D,
   PerspectiveCamera,
@@ -15,7 +13,6 @@ import {
   PMREMGenerator,
   Raycaster,
   Scene,
-  SRGBColorSpace,
   Vector2,
   Vector3,
   WebGLRenderer,
@@ -24,6 +21,8 @@ import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { Resolution } from "../core/resolution.ts";
 import type { Eye } from "../core/screenerror.ts";
+import { Programs, usualMeshes } from "./programs.ts";
+import { sky } from "./sky.ts";
 import { ViewVolume } from "./viewvolume.ts";
 
 const VIEW_ANGLE_DEG = 62;
@@ -46,12 +45,33 @@ export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
+  private readonly programs: Programs;
   private readonly resolution = new Resolution(LEAST_SCALE);
   private movingScale = 1;
   private top_m: number | undefined;
 
-  constructor(private readonly canvas: HTMLCanvasElement) {
+  /** Answers when it can draw. */
+  static async open(canvas: HTMLCanvasElement): Promise<Stage> {
     const fast = hasFastGraphics();
+    // What follows is a task of its own.
+    await new Promise((next) => setTimeout(next));
+    const stage = new Stage(canvas, fast);
+    // It asks for this with the first picture of a texture otherwise, and waits.
+    stage.renderer.capabilities.getMaxAnisotropy();
+    const backdrop = sky();
+    stage.add(backdrop);
+    await Promise.all([stage.prepare(backdrop), stage.prepare(usualMeshes())]);
+    return stage;
+  }
+
+  /** `fast` says whether a graphics card draws. */
+  private constructor(
+    private readonly canvas: HTMLCanvasElement,
+    fast: boolean,
+  ) {
+    // As large as it will be: to change that later takes long.
+    canvas.width = Math.max(1, Math.floor(canvas.clientWidth * this.pixelRatio()));
+    canvas.height = Math.max(1, Math.floor(canvas.clientHeight * this.pixelRatio()));
     try {
       this.renderer = new WebGLRenderer({ canvas, antialias: fast, powerPreference: "high-performance" });
     } catch (error) {
@@ -62,11 +82,20 @@ export class Stage {
     this.camera.rotation.order = "YXZ";
     // It stands at the origin; else three.js takes all that is in it for moved, in each picture.
     this.scene.matrixAutoUpdate = false;
+    // What is wrong with a program is said where it is prepared: to ask while one draws takes a while.
+    this.renderer.debug.checkShaderErrors = false;
+    this.programs = new Programs(this.renderer, this.scene, this.camera);
+    this.fill(this.pixelRatio());
     this.light(fast);
   }
 
   add(object: Object3D): void {
     this.scene.add(object);
+  }
+
+  /** Waits until what is below a node, in the picture or not, can be drawn without waiting. */
+  prepare(root: Object3D): Promise<void> {
+    return this.programs.prepare(root);
   }
 
   /** Fits the near and the far plane to a world. */
@@ -86,9 +115,15 @@ export class Stage {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const changed =
       this.canvas.width !== Math.floor(width * ratio) || this.canvas.height !== Math.floor(height * ratio);
-    if (!changed || width === 0 || height === 0) return false;
-    this.renderer.setPixelRatio(ratio);
-    this.renderer.setSize(width, height, false);
+    if (!changed) return false;
+    return this.fill(ratio);
+  }
+
+  /** Fits the picture to the canvas, with so many pixels for each of the page; answers whether it has any. */
+  private fill(ratio: number): boolean {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0 || height === 0) return false;
+    this.renderer.setDrawingBufferSize(width, height, ratio);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     return true;
@@ -185,7 +220,6 @@ export class Stage {
   }
 
   private light(reflections: boolean): void {
-    this.scene.background = sky();
     const skyLight = new HemisphereLight(new Color(0xe3ebf5), new Color(0x7d6f5f), reflections ? 0.9 : 1.6);
     this.scene.add(skyLight);
     if (reflections) this.reflectRoom();
@@ -216,26 +250,4 @@ function hasFastGraphics(): boolean {
   context.getExtension("WEBGL_lose_context")?.loseContext();
   // Some browsers draw in software without calling that a caveat.
   return !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer);
-}
-
-/** A gradient from horizon haze to a deep zenith, painted once. */
-function sky(): CanvasTexture {
-  const canvas = document.createElement("canvas");
-  canvas.width = 8;
-  canvas.height = 512;
-  const pen = canvas.getContext("2d");
-  if (pen) {
-    const gradient = pen.createLinearGradient(0, 0, 0, canvas.height);
-    gradient.addColorStop(0, "#3d5f8c");
-    gradient.addColorStop(0.38, "#8fadc8");
-    gradient.addColorStop(0.5, "#d9dfe1");
-    gradient.addColorStop(0.54, "#8c8a86");
-    gradient.addColorStop(1, "#3b3a3a");
-    pen.fillStyle = gradient;
-    pen.fillRect(0, 0, canvas.width, canvas.height);
-  }
-  const texture = new CanvasTexture(canvas);
-  texture.mapping = EquirectangularReflectionMapping;
-  texture.colorSpace = SRGBColorSpace;
-  return texture;
 }

@@ -285,7 +285,7 @@ async function main(): Promise<void> {
     // The first documents travel while the renderer gets ready.
     const opening = Promise.all([unlessForbidden(tree, open(queue, tree)), decoderReady()]);
     opening.catch(() => {});
-    const stage = new Stage(element("view", HTMLCanvasElement));
+    const stage = await Stage.open(element("view", HTMLCanvasElement));
     const [{ scene, scenes }] = await opening;
     start(stage, scene, scenes, { log, throttle });
   } catch (error) {

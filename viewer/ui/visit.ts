@@ -48,8 +48,8 @@ const TARGET_PX = 1.5;
 const WORK_FRAMES = 600;
 /** Decoding begins nothing more in a frame after so long. */
 const DECODE_MS_PER_FRAME = 1.5;
-/** Nor are more objects placed whose models are here. */
-const PLACE_MS_PER_FRAME = 1;
+/** Nor are more objects placed whose models are here; the latter after a frame that took very long. */
+const [PLACE_MS_PER_FRAME, PLACE_MOST_MS] = [1, 8];
 /** A picture at rest for so long is drawn once more with all its pixels. */
 const STILL_AFTER_MS = 350;
 const FIND_EVERY_PX = 12;
@@ -60,9 +60,12 @@ const AT_REST: Vec3 = [0, 0, 0];
 export class Visit {
   readonly explorer: Explorer;
   readonly walker: Walker;
-  private readonly host = new ThreeModelHost(() => {
-    this.dirty = true;
-  });
+  private readonly host = new ThreeModelHost(
+    () => {
+      this.dirty = true;
+    },
+    (root) => this.parts.stage.prepare(root),
+  );
   /** What the inspector draws into the picture. */
   readonly overlay = new Overlay();
   /** What a frame takes besides drawing and decoding: walking, choosing what to fetch, and people. */
@@ -304,7 +307,8 @@ export class Visit {
     const frame_ms = now_ms - (this.lastFrame_ms ?? now_ms);
     const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
     this.lastFrame_ms = now_ms;
-    this.host.place(PLACE_MS_PER_FRAME * this.budget.beginFrame(frame_ms));
+    const streamed_ms = this.budget.taken_ms;
+    this.host.place(Math.min(PLACE_MOST_MS, PLACE_MS_PER_FRAME * this.budget.beginFrame(frame_ms)));
     // Before the eye is followed: what the index knows already it has answered since the last frame.
     this.reporter.report(now_ms, this.explorer, this.walker);
     const started_ms = performance.now();
@@ -331,10 +335,12 @@ export class Visit {
       this.explorer.follow(this.eye, this.motion.velocity_mps);
     }
     this.work.add(walked_ms + performance.now() - resized_ms);
-    if (this.dirty) this.host.look(this.walker.position, stage.view);
-    if (this.dirty) stage.render(this.drewLastFrame && moving ? frame_ms : undefined);
-    this.drewLastFrame = this.dirty && moving;
+    const { dirty } = this;
     this.dirty = false;
+    if (dirty) this.host.look(this.walker.position, stage.view);
+    // Fewer pixels would not have what streaming takes end sooner.
+    if (dirty) stage.render(this.drewLastFrame && moving ? Math.max(0, frame_ms - streamed_ms) : undefined);
+    this.drewLastFrame = dirty && moving;
   }
 
   /** A point some metres ahead of the eye, at its height. */

@@ -1,0 +1,112 @@
+/**
+ * How does a picture never wait for the graphics card to learn to draw? Programs are compiled beside the page; whoever draws with one, or
+ * only asks what it takes, waits until that is done. So they are asked for ahead, those that most models need before the first
+ * picture, and what needs another one comes into the picture when that is there.
+ */
+import {
+  BufferAttribute,
+  BufferGeometry,
+  type Camera,
+  DoubleSide,
+  Group,
+  InstancedMesh,
+  type Material,
+  Mesh,
+  MeshStandardMaterial,
+  type Object3D,
+  type Scene,
+  type WebGLRenderer,
+} from "three";
+
+type Program = NonNullable<WebGLRenderer["info"]["programs"]>[number];
+
+/** What of a renderer is asked for. */
+export type Preparing = Pick<WebGLRenderer, "compile" | "getContext" | "info">;
+
+/** So often one looks whether the graphics card has come so far. */
+const LOOK_AGAIN_MS = 8;
+/** Who is not told for so long draws and waits. */
+const PATIENCE_MS = 10_000;
+
+export class Programs {
+  private readonly ready = new WeakMap<Program, Promise<void>>();
+  /** What materials were prepared for already. */
+  private readonly prepared = new WeakMap<Material, Set<string>>();
+
+  /** Of what is drawn in a scene. */
+  constructor(
+    private readonly renderer: Preparing,
+    private readonly scene: Scene,
+    private readonly camera: Camera,
+  ) {}
+
+  /** Waits until what is below a node can be drawn without waiting. */
+  async prepare(root: Object3D): Promise<void> {
+    if (this.isNew(root)) this.renderer.compile(root, this.camera, this.scene);
+    await Promise.all(
+      (this.renderer.info.programs ?? []).map((program) => {
+        const ready = this.ready.get(program) ?? this.finish(program);
+        this.ready.set(program, ready);
+        return ready;
+      }),
+    );
+  }
+
+  /** Whether something below a node has a material that was not prepared for such a mesh. */
+  private isNew(root: Object3D): boolean {
+    let isNew = false;
+    root.traverse((node) => {
+      const { material, geometry } = node as Partial<Mesh>;
+      for (const one of material ? [material].flat() : []) {
+        const attributes = Object.entries(geometry?.attributes ?? {}).map(([name, { itemSize }]) => name + itemSize);
+        const kind = `${node.type} ${node instanceof InstancedMesh} ${attributes.sort()}`;
+        const kinds = this.prepared.get(one) ?? new Set();
+        isNew ||= !kinds.has(kind);
+        this.prepared.set(one, kinds.add(kind));
+      }
+    });
+    return isNew;
+  }
+
+  private async finish(program: Program): Promise<void> {
+    // They are few, and dear: each stays when the last that was drawn with it goes.
+    program.usedTimes += 1;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    await compiled(gl, program.program as WebGLProgram);
+    if (gl.isContextLost()) return;
+    const isLinked = gl.getProgramParameter(program.program as WebGLProgram, gl.LINK_STATUS);
+    if (!isLinked)
+      console.error(`${program.name} cannot be drawn`, gl.getProgramInfoLog(program.program as WebGLProgram));
+    // From now on three.js knows what it takes.
+    program.getUniforms();
+  }
+}
+
+/** What most models need: opaque ones, seen from one side or from both, and what is seen through. */
+export function usualMeshes(): Object3D {
+  const geometry = new BufferGeometry();
+  for (const name of ["position", "normal"]) geometry.setAttribute(name, new BufferAttribute(new Float32Array(9), 3));
+  const root = new Group();
+  for (const options of [{}, { side: DoubleSide }]) {
+    root.add(new InstancedMesh(geometry, new MeshStandardMaterial(options), 0));
+  }
+  root.add(new Mesh(geometry, new MeshStandardMaterial({ transparent: true })));
+  return root;
+}
+
+/** Waits until a program is compiled, without asking anything that the browser would have to wait for. */
+async function compiled(gl: WebGL2RenderingContext, program: WebGLProgram): Promise<void> {
+  const parallel = gl.getExtension("KHR_parallel_shader_compile");
+  const fence = parallel ? null : gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+  gl.flush();
+  const end_ms = performance.now() + PATIENCE_MS;
+  const isDone = () => {
+    if (gl.isContextLost() || performance.now() > end_ms) return true;
+    if (parallel) return gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR) as boolean;
+    // Without the extension: what was begun before this is done then.
+    return !fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED;
+  };
+  do await new Promise((look) => setTimeout(look, LOOK_AGAIN_MS));
+  while (!isDone());
+  gl.deleteSync(fence);
+}
