@@ -28,12 +28,25 @@ pub(super) enum Brought {
     Files(Vec<(FileRef, Result<Bytes, Error>)>),
 }
 
+/// Of a pack that makes room for what waits more than so many bytes are still to come: to call off a request may cost its connection.
+const WORTH_CALLING_OFF_BYTES: u64 = 16 << 10;
+
 pub(super) struct UnderWay {
     order: Order,
     /// What was wanted of it when it was asked for.
     wanted: Vec<Key>,
+    /// Behind the last file that has come out of it, if it is a pack.
+    came_to: u64,
     asked_s: f64,
     abort: AbortHandle,
+}
+
+impl UnderWay {
+    /// Whether it is a pack of which enough is still to come that it had better make room.
+    fn is_in_the_way(&self) -> bool {
+        let bytes: u64 = self.order.files.iter().map(|file| file.bytes).sum();
+        self.came_to > 0 && bytes.saturating_sub(self.came_to) > WORTH_CALLING_OFF_BYTES
+    }
 }
 
 impl<S: ByteSource + 'static> Explorer<S> {
@@ -112,10 +125,11 @@ impl<S: ByteSource + 'static> Explorer<S> {
 
     /// Takes in what has come of packs so far, of those that are still wanted.
     pub(super) fn take_members(&mut self, come: Come) {
-        if !self.under_way.contains_key(&come.task) {
+        let Some(one) = self.under_way.get_mut(&come.task) else {
             return;
-        }
+        };
         for (member, bytes) in come.members {
+            one.came_to = one.came_to.max(member.to());
             if self.planner.arrive_out_of(come.pack, &member) {
                 self.files.insert(member.key, bytes);
             }
@@ -157,11 +171,14 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.meter.has_room(self.under_way.len(), bytes)
     }
 
-    /// Calls off what nobody needs any more. A pack of which all has come that was wanted comes to its end: somebody may want more of it.
+    /// Calls off what nobody needs any more. A pack of which all has come that was wanted comes to its end, as somebody may want more
+    /// of it, unless something waits that the line has no room for (`viewer/core/carrier.ts`).
     pub(super) fn cancel(&mut self) {
+        let is_crowded = !self.has_room() && self.planner.has_more_to_ask();
         let planner = &mut self.planner;
+        let is_done = |one: &UnderWay| one.wanted.iter().all(|file| planner.is_here(*file));
         let is_useless =
-            |one: &UnderWay| !planner.is_wanted(&one.order) && !one.wanted.iter().all(|file| planner.is_here(*file));
+            |one: &UnderWay| !planner.is_wanted(&one.order) && (!is_done(one) || is_crowded && one.is_in_the_way());
         let useless = self.under_way.iter().filter(|(_, one)| is_useless(one));
         let useless: Vec<Id> = useless.map(|(id, _)| *id).collect();
         for id in useless {
@@ -205,6 +222,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         });
         let one = UnderWay {
             wanted: self.planner.wanted_of(&order),
+            came_to: 0,
             order,
             asked_s: self.started.elapsed().as_secs_f64(),
             abort,

@@ -16,7 +16,7 @@ use belvedere_scene::BlobName;
 use bytes::Bytes;
 
 use super::{ByteSource, Watch, unwatched};
-use crate::Error;
+use crate::{Error, scene::as_promised};
 
 /// Tries of one request, the first included.
 const TRIES: u32 = 5;
@@ -73,8 +73,8 @@ impl<S: ByteSource> Retrying<S> {
                 false => self.source.get_watched(path, watch).await,
             };
             let answer = answer.and_then(|(bytes, carried)| match &promised {
-                Ok(name) if !name.is_of(&bytes) => Err(Error::Corrupt(name.clone())),
-                _ => Ok((bytes, carried)),
+                Ok(name) => Ok((as_promised(name, bytes)?, carried)),
+                Err(_) => Ok((bytes, carried)),
             });
             tried += 1;
             match answer {

@@ -212,6 +212,12 @@ impl Planner {
         firsts.any(|wish| !self.missing(wish, true).is_empty())
     }
 
+    /// Whether anything is wanted that was not asked for.
+    #[must_use]
+    pub fn has_more_to_ask(&self) -> bool {
+        self.wishes.iter().any(|wish| !self.missing(wish, true).is_empty())
+    }
+
     /// What is wanted of a request and not here, each file by itself; nothing where it serves no wish.
     #[must_use]
     pub fn wanted_of(&self, order: &Order) -> Vec<Key> {

@@ -165,3 +165,64 @@ async fn a_pack_is_called_off_unless_all_has_come_that_was_wanted_of_it() {
         assert_eq!(explorer.memory_bytes(), kept as u64);
     }
 }
+
+/// A tree of packs that come up to some byte of the first, and no further.
+struct Stuck {
+    tree: Bare,
+    first: String,
+    beginning: usize,
+}
+
+impl ByteSource for Stuck {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        self.tree.get(path).await
+    }
+
+    async fn get_watched(&self, path: &str, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        let bytes = self.get(path).await?;
+        if path == self.first {
+            watch(&bytes[..self.beginning]);
+        }
+        std::future::pending().await
+    }
+}
+
+#[tokio::test]
+async fn a_pack_of_which_all_has_come_that_was_wanted_makes_room_for_what_waits() {
+    const LARGE: usize = 30_000;
+    for (rest, waits, cancelled) in [(20_000, true, 1), (10_000, true, 0), (20_000, false, 0)] {
+        let levels: [Vec<u8>; 4] =
+            std::array::from_fn(|number| vec![number as u8; if number < 3 { LARGE } else { rest }]);
+        let first = packed(&levels.each_ref().map(Vec::as_slice));
+        let mut seen = first.seen[..3].to_vec();
+        let mut tree = Bare::new().with(&first.pack, first.bytes.clone());
+        let others = if waits { 10..13_u8 } else { 10..11 };
+        for number in others {
+            let other = packed(&[&vec![number; 2 * LARGE]]);
+            tree = tree
+                .with(&other.levels[0].0, other.bytes.clone())
+                .with(&other.pack, other.bytes.clone());
+            seen.extend(other.seen.into_iter().map(|seen| Seen {
+                object: belvedere_scene::ObjectId(u32::from(number)),
+                model: ModelId(u32::from(number)),
+                ..seen
+            }));
+        }
+        let source = Stuck {
+            tree,
+            first: first.pack.url(),
+            beginning: 3 * LARGE,
+        };
+        let mut explorer = explorer(source, u64::MAX).await;
+        explorer.stand_in(place_with(1, seen));
+        explorer.replan();
+        let asked = explorer.under_way.len();
+        explorer.advance().await.expect("three levels");
+        assert_eq!(
+            (0..3).filter(|model| explorer.mesh(ModelId(*model)).is_some()).count(),
+            3
+        );
+        assert_eq!(explorer.cancelled(), cancelled, "{rest} bytes to come, {waits}");
+        assert_eq!(explorer.under_way.len(), asked, "what waited took its place");
+    }
+}
