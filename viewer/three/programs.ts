@@ -10,13 +10,18 @@ import {
   DoubleSide,
   Group,
   InstancedMesh,
+  Line,
+  LineBasicMaterial,
   type Material,
   Mesh,
   MeshStandardMaterial,
   type Object3D,
   type Scene,
+  Texture,
   type WebGLRenderer,
 } from "three";
+import { type Drawable, impostorMaterial } from "./impostormaterial.ts";
+import { Squares } from "./squares.ts";
 
 type Program = NonNullable<WebGLRenderer["info"]["programs"]>[number];
 
@@ -84,14 +89,27 @@ export class Programs {
 
 /** What most models need: opaque ones, seen from one side or from both, and what is seen through. */
 export function usualMeshes(): Object3D {
+  const geometry = corners();
+  return new Group().add(
+    new InstancedMesh(geometry, new MeshStandardMaterial(), 0),
+    new InstancedMesh(geometry, new MeshStandardMaterial({ side: DoubleSide }), 0),
+    new Mesh(geometry, new MeshStandardMaterial({ transparent: true })),
+  );
+}
+
+/** What many worlds have, and seldom in their first picture: lines, and what is drawn by its pictures. */
+export function rarerMeshes(): Object3D {
+  const impostor: Drawable = { mapping: "octahedral", views: 2, size_px: 1, frames: 1, centre: [0, 0, 0], radius: 1 };
+  return new Group().add(
+    new Line(corners(), new LineBasicMaterial()),
+    new Squares(impostorMaterial(impostor, new Texture(), new Texture()), impostor, 0),
+  );
+}
+
+function corners(): BufferGeometry {
   const geometry = new BufferGeometry();
   for (const name of ["position", "normal"]) geometry.setAttribute(name, new BufferAttribute(new Float32Array(9), 3));
-  const root = new Group();
-  for (const options of [{}, { side: DoubleSide }]) {
-    root.add(new InstancedMesh(geometry, new MeshStandardMaterial(options), 0));
-  }
-  root.add(new Mesh(geometry, new MeshStandardMaterial({ transparent: true })));
-  return root;
+  return geometry;
 }
 
 /** Waits until a program is compiled, without asking anything that the browser would have to wait for. */

@@ -21,7 +21,7 @@ import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { Resolution } from "../core/resolution.ts";
 import type { Eye } from "../core/screenerror.ts";
-import { Programs, usualMeshes } from "./programs.ts";
+import { Programs, rarerMeshes, usualMeshes } from "./programs.ts";
 import { sky } from "./sky.ts";
 import { ViewVolume } from "./viewvolume.ts";
 
@@ -61,6 +61,8 @@ export class Stage {
     const backdrop = sky();
     stage.add(backdrop);
     await Promise.all([stage.prepare(backdrop), stage.prepare(usualMeshes())]);
+    // The first picture does not wait for these.
+    void stage.prepare(rarerMeshes());
     return stage;
   }
 
