@@ -42,19 +42,29 @@ async function visitAt(pose: Pose) {
   return { visit, written, frame: (now_ms: number) => next(now_ms) };
 }
 
+const STOOD: Pose = { position: [3, 1.6, 3], yaw: 0.5, pitch: 0.1 };
+
 it("links carry the place that one stands at, also where the view is frozen before the address is written", async () => {
-  const stood: Pose = { position: [3, 1.6, 3], yaw: 0.5, pitch: 0.1 };
-  const { visit, written, frame } = await visitAt(stood);
+  const { visit, written, frame } = await visitAt(STOOD);
   frame(10);
   visit.freeze();
   frame(1000);
   visit.turn(1, 0);
   frame(2000);
   frame(3000);
-  expect(written).toEqual([stood]);
+  expect(written).toEqual([STOOD]);
   visit.thaw();
   frame(4000);
   frame(5000);
-  expect(written).toEqual([stood, stood]);
+  expect(written).toEqual([STOOD, STOOD]);
+  visit.close();
+});
+
+it("links carry the place that one comes to and freezes between two frames", async () => {
+  const { visit, written, frame } = await visitAt(STOOD);
+  visit.freeze();
+  frame(1000);
+  frame(2000);
+  expect(written).toEqual([STOOD]);
   visit.close();
 });

@@ -196,6 +196,8 @@ export class Visit {
   freeze(): void {
     this.errands.end();
     this.frozenView = new FrozenView(this.walker, this.parts.stage);
+    // One may have come here since the last frame.
+    this.reporter.moved();
     this.moved = true;
     this.parts.display.mode("frozen");
   }
