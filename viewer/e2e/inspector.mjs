@@ -70,6 +70,32 @@ async function pretendSlowLine(page) {
   await settle(page, "the other place");
 }
 
+/** Reasons are there to be read, without a mouse too, also those of a while ago. */
+async function readRequests(page) {
+  const list = page.getByTestId("requests");
+  const rows = await list.locator("li").count();
+  insist(rows > 20, `only ${rows} requests are listed`);
+  const clipped = await list.evaluate(
+    (ol) =>
+      [...ol.querySelectorAll("span:not(.when)")].filter((cell) => cell.scrollWidth > cell.clientWidth + 1).length,
+  );
+  insist(clipped === 0, `${clipped} texts of requests are cut off`);
+  const read = await list.locator(".why").allTextContents();
+  insist(read.every(Boolean), "a request does not say why it was made");
+  await list.focus();
+  await page.keyboard.press("End");
+  await page.waitForFunction(
+    (ol) => {
+      const last = ol.lastElementChild.getBoundingClientRect();
+      return ol.scrollTop > 0 && last.bottom <= ol.getBoundingClientRect().bottom + 1;
+    },
+    await list.elementHandle(),
+    { timeout },
+  );
+  await page.waitForTimeout(500);
+  await page.screenshot({ path: picture("inspector-requests") });
+}
+
 /** What has a colour of its own to be known by must keep it where the system sets all others. */
 async function forceColours(page) {
   await page.emulateMedia({ forcedColors: "active" });
@@ -98,8 +124,7 @@ await tell("inspector", async (open) => {
   await says(page, "memory", /held, .+ promised, limit .+; \d+ models/);
   await page.waitForTimeout(1000);
   await page.screenshot({ path: picture("inspector") });
-  const rows = await page.getByTestId("requests").locator("tbody tr:visible").count();
-  insist(rows > 5, `only ${rows} requests are listed`);
+  await readRequests(page);
   await forceColours(page);
   if (start.visible < start.objects) await freeze(page);
   await page.mouse.click(500, 400);

@@ -158,10 +158,13 @@ export class Avatars {
   }
 }
 
-/** Green for ten times a second, over yellow, to red for once a second and less. */
+/**
+ * Green for ten times a second, over yellow, to red for once a second and less. With commas, since three takes what CSS writes without
+ * them for white.
+ */
 export function rateColour(period_ms: number): string {
   const share = Math.min(1, Math.max(0, Math.log10(Math.max(period_ms, 1) / 100)));
-  return `hsl(${Math.round(120 * (1 - share))} 65% 55%)`;
+  return `hsl(${Math.round(120 * (1 - share))}, 65%, 55%)`;
 }
 
 /** A model that is worn shows frames of its own; who stands shows the first. */

@@ -1,6 +1,5 @@
 import { Vector3 } from "three";
 import { expect, it } from "vitest";
-import { rateColour } from "./avatars.ts";
 import { DoorSwing } from "./doors.ts";
 
 const LEAF = { min: [2, 0, 5], max: [3, 2, 5.1] } as const;
@@ -23,12 +22,4 @@ it("a closed leaf stays where it was published, an open one keeps its hinge and 
   expect(free().x).toBeCloseTo(3, 9);
   expect(door.leaf()).toEqual(LEAF);
   expect([door.step(0.1), door.step(0.1)]).toEqual([true, false]);
-});
-
-it("send rates go from green to red", () => {
-  expect([rateColour(100), rateColour(1000), rateColour(9000)]).toEqual([
-    "hsl(120 65% 55%)",
-    "hsl(0 65% 55%)",
-    "hsl(0 65% 55%)",
-  ]);
 });

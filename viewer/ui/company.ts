@@ -122,12 +122,12 @@ export class LiveCompany {
   }
 
   private self(): Participant {
-    const { walker, frozenPose, explorer } = this.parts.visit;
-    const { position, yaw } = frozenPose ?? walker;
+    const { walker, standpoint, frozen, explorer } = this.parts.visit;
+    const { position, yaw } = standpoint;
     return {
       position: standIn(explorer.scene.manifest.bounds, position),
       orientation: orientationOf(yaw, 0),
-      velocity: frozenPose ? [0, 0, 0] : walker.speed,
+      velocity: frozen ? [0, 0, 0] : walker.speed,
     };
   }
 }

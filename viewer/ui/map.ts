@@ -103,7 +103,7 @@ export class MapPanel {
     const zooms: Record<string, number> = { "+": 1 / ZOOM_STEP, "=": 1 / ZOOM_STEP, "-": ZOOM_STEP };
     const [step, zoom] = [steps[event.key], zooms[event.key]];
     const isOnMap = event.target === this.canvas;
-    const from = this.pointer ?? this.frame?.spot(this.here.position);
+    const from = this.pointer ?? this.frame?.spot(this.visit.standpoint.position);
     if (zoom) this.zoom(zoom);
     else if (isOnMap && step && from) this.pointer = this.frame?.nearest({ x: from.x + step.x, y: from.y + step.y }, 0);
     else if (isOnMap && from && event.key === "Enter") this.goTo(from);
@@ -133,15 +133,10 @@ export class MapPanel {
   /** Shows what suits the world and the place. */
   private fit(): void {
     const { walker, explorer } = this.visit;
-    const { position } = this.here;
+    const { position } = this.visit.standpoint;
     const { storey } = floorPlan(explorer.knownCells(), position[1], walker.size);
     if (!this.isZoomed) this.reach_m = firstReach(this.range, storey, position, walker.size);
     this.draw();
-  }
-
-  /** Where one is: there where the view is frozen. */
-  private get here(): { readonly position: Vec3; readonly yaw: number } {
-    return this.visit.frozenPose ?? this.visit.walker;
   }
 
   private goTo(spot: Spot): void {
@@ -155,7 +150,7 @@ export class MapPanel {
     const size_px = this.canvas.clientWidth;
     if (!pen || size_px === 0) return;
     const { explorer, walker } = this.visit;
-    const { position, yaw } = this.here;
+    const { position, yaw } = this.visit.standpoint;
     const frame = new MapFrame(position, this.ground, size_px, size_px, this.reach_m);
     this.frame = frame;
     this.describe(frame);

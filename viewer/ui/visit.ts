@@ -199,6 +199,8 @@ export class Visit {
   freeze(): void {
     this.errands.end();
     this.frozenView = new FrozenView(this.walker, this.parts.stage);
+    // One may have come here since the last frame.
+    this.reporter.moved();
     this.moved = true;
     this.parts.display.mode("frozen");
   }
@@ -220,9 +222,9 @@ export class Visit {
     this.parts.display.mode(this.walker.mode);
   }
 
-  /** Where the view was frozen. */
-  get frozenPose(): Pose | undefined {
-    return this.frozenView?.pose;
+  /** Where one stands: while the view is frozen there, wherever one flies about. */
+  get standpoint(): Pose {
+    return this.frozenView?.pose ?? this.walker;
   }
 
   /** Adds something to the picture. */
@@ -310,7 +312,7 @@ export class Visit {
     const streamed_ms = this.budget.taken_ms;
     this.host.place(Math.min(PLACE_MOST_MS, PLACE_MS_PER_FRAME * this.budget.beginFrame(frame_ms)));
     // Before the eye is followed: what the index knows already it has answered since the last frame.
-    this.reporter.report(now_ms, this.explorer, this.walker);
+    this.reporter.report(now_ms, this.explorer, this.standpoint);
     const started_ms = performance.now();
     const { stage } = this.parts;
     controls.turnByKeys(seconds);

@@ -3,6 +3,7 @@
  * the cell, its openings and its neighbours, and boxes around objects by why they count as visible.
  */
 
+import type { Bounds } from "../../core/geometry.ts";
 import type { PlacedObject } from "../../core/objects.ts";
 import { PRIORITY } from "../../core/priority.ts";
 import { type Hidden, hiddenFrom, neighboursOf, type Preparation, reasonsAt } from "../../core/survey.ts";
@@ -16,8 +17,10 @@ const css = (color: number) => `#${color.toString(16).padStart(6, "0")}`;
 
 const GOLD = 0xe8b96a;
 const PREPARED: Record<Preparation, number> = { unknown: 0xe06c5c, known: 0xe0b44c, coming: 0x6fb6e8, ready: 0x74c98a };
-const SEEN = { local: 0xf2a65a, objects: 0x5fa8f5, cells: 0xb58cf0 };
+const SEEN = { local: 0xf2a65a, objects: 0x5fa8f5, cells: 0xa04dff };
 const GHOST: Ink = { color: 0xbcd0ea, line: 0.55, fill: 0.06, through: true };
+/** Tinted floors of cells lie so far above those that one walks on. */
+const RAISED_M = 0.03;
 /** The frozen picture is drawn out to here. */
 const FRUSTUM_M = 12;
 
@@ -124,7 +127,7 @@ export class Layers implements Section {
   }
 
   private draw(): void {
-    const { explorer, overlay, frozen } = this.visit;
+    const { explorer, overlay, frozen, walker } = this.visit;
     const cell = explorer.cellId ?? -1;
     const record = explorer.recordOf(cell);
     const { shown } = this;
@@ -149,7 +152,12 @@ export class Layers implements Section {
     );
     const reasons = shown.reasons ? reasonsAt(explorer, cell) : { local: [], objects: [], cells: [] };
     overlay.set("reasons", [
-      ...boxes(reasons.cells, { color: SEEN.cells, line: 0.35, fill: 0.02 }),
+      // Cells are large and stand behind each other, and walls stand at their edges: tinted as a whole they would hide the others.
+      ...boxes(reasons.cells, { color: SEEN.cells, line: 0.9, fill: 0, through: true }),
+      ...boxes(
+        reasons.cells.map((cell) => floorOf(cell, RAISED_M * walker.size)),
+        { color: SEEN.cells, line: 0, fill: 0.2 },
+      ),
       ...boxes(reasons.objects, { color: SEEN.objects, line: 0.8, fill: 0.1 }),
       ...boxes(reasons.local, { color: SEEN.local, line: 0.9, fill: 0.16 }),
     ]);
@@ -171,4 +179,10 @@ export class Layers implements Section {
     ]);
     this.visit.redraw();
   }
+}
+
+/** The bottom of a box, raised a little. */
+function floorOf({ min, max }: Bounds, raised_m: number): Bounds {
+  const height = min[1] + raised_m;
+  return { min: [min[0], height, min[2]], max: [max[0], height, max[2]] };
 }

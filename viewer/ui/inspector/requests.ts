@@ -8,7 +8,10 @@ import { make, write } from "../dom.ts";
 import { writeBytes } from "../format.ts";
 import { type Section, section } from "./section.ts";
 
-const ROWS = 18;
+/** So many are listed, of all that the log keeps. */
+const ROWS = 100;
+/** Bars span so much time at least. */
+const LEAST_SPAN_MS = 1000;
 const COLOURS: Record<Purpose, string> = {
   document: "#c9d1da",
   coarsest: "#e8b96a",
@@ -33,40 +36,51 @@ const RESULTS: Record<Result, string> = {
 export class Requests implements Section {
   readonly element: HTMLElement;
   private readonly summary = make("p", { class: "note" });
-  private readonly body = make("tbody");
-  private readonly rows = Array.from({ length: ROWS }, () => new Row());
+  /** The latest first; can be scrolled by keys, too. */
+  private readonly list = make("ol", {
+    class: "requests",
+    "data-testid": "requests",
+    "aria-label": "The last requests",
+    tabindex: "0",
+  });
+  /** The oldest first. Each request keeps its row, so that what one reads stays where it is while more are asked for. */
+  private readonly rows = new Map<LoggedRequest, Row>();
 
   constructor(
     private readonly log: RequestLog,
     private readonly throttle: Throttle,
   ) {
-    const table = make(
-      "table",
-      { class: "requests", "data-testid": "requests" },
-      make(
-        "thead",
-        {},
-        make("tr", {}, ...["why", "bytes", "ended", "when"].map((name) => make("th", { scope: "col" }, name))),
-      ),
-      this.body,
-    );
-    this.body.append(...this.rows.map(({ element }) => element));
-    this.element = section("Requests", this.lineChoice(), legend(), table, this.summary);
+    this.element = section("Requests", this.lineChoice(), legend(), this.list, this.summary);
   }
 
   update(now_ms: number): void {
     const { entries } = this.log;
-    const latest = entries.slice(-ROWS).reverse();
-    const from_ms = Math.min(now_ms - 1000, ...latest.map(({ asked_ms }) => asked_ms));
-    const ended = latest.every(({ ended_ms }) => ended_ms !== undefined);
-    const to_ms = ended ? Math.max(from_ms + 1000, ...latest.map(({ ended_ms }) => ended_ms ?? 0)) : now_ms;
-    this.rows.forEach((row, i) => {
-      row.show(latest[i], from_ms, to_ms, now_ms);
+    for (const request of entries.slice(-ROWS)) if (!this.rows.has(request)) this.add(request);
+    for (const [request, row] of this.rows) {
+      if (this.rows.size <= ROWS) break;
+      this.rows.delete(request);
+      row.element.remove();
+    }
+    for (const row of this.rows.values()) row.update();
+    const { scrollTop, clientHeight } = this.list;
+    const inView = [...this.rows.values()].filter(({ element: { offsetTop, offsetHeight } }) => {
+      return offsetTop + offsetHeight > scrollTop && offsetTop < scrollTop + clientHeight;
     });
+    const span = spanOf(
+      inView.map(({ request }) => request),
+      now_ms,
+    );
+    for (const row of inView) row.drawBars(span, now_ms);
     const counts = new Map<Result, number>();
     for (const { result } of entries) counts.set(result, (counts.get(result) ?? 0) + 1);
     const parts = [...counts].map(([result, count]) => `${count} ${RESULTS[result]}`);
     write(this.summary, `Of the last ${entries.length}: ${parts.join(", ")}.`);
+  }
+
+  private add(request: LoggedRequest): void {
+    const row = new Row(request);
+    this.rows.set(request, row);
+    this.list.prepend(row.element);
   }
 
   private lineChoice(): HTMLElement {
@@ -86,33 +100,52 @@ function legend(): HTMLElement {
   return make("p", { class: "legend" }, ...keys);
 }
 
-class Row {
-  readonly element = make("tr", { hidden: true });
-  private readonly why = make("td");
-  private readonly bytes = make("td");
-  private readonly result = make("td");
-  private readonly waited = make("i", { class: "waited" });
-  private readonly travelled = make("i");
+/** From when to when, in the clock of the log. */
+export interface Span {
+  readonly from_ms: number;
+  readonly to_ms: number;
+}
 
-  constructor() {
-    this.element.append(this.why, this.bytes, this.result, make("td", { class: "when" }, this.waited, this.travelled));
+/** The time that bars of these requests span: until now while one is under way, else until the last has ended. */
+export function spanOf(requests: readonly LoggedRequest[], now_ms: number): Span {
+  const from_ms = Math.min(now_ms - LEAST_SPAN_MS, ...requests.map(({ asked_ms }) => asked_ms));
+  const ends = requests.map(({ ended_ms }) => ended_ms ?? now_ms);
+  return { from_ms, to_ms: Math.max(from_ms + LEAST_SPAN_MS, ...ends) };
+}
+
+/** Why in full, and below it how much, how it ended and when. */
+class Row {
+  readonly element: HTMLElement;
+  private readonly bytes = make("span");
+  private readonly result = make("span");
+  private readonly waited = make("i", { class: "waited" });
+  private readonly travelled: HTMLElement;
+
+  constructor(readonly request: LoggedRequest) {
+    const { reason, purpose, url } = request;
+    this.travelled = make("i", { style: `background:${COLOURS[purpose]}` });
+    this.element = make(
+      "li",
+      { title: url },
+      make("span", { class: "why" }, reason || PURPOSES[purpose]),
+      this.bytes,
+      this.result,
+      make("span", { class: "when" }, this.waited, this.travelled),
+    );
   }
 
-  show(request: LoggedRequest | undefined, from_ms: number, to_ms: number, now_ms: number): void {
-    this.element.hidden = request === undefined;
-    if (!request) return;
-    const { reason, purpose, asked_ms, started_ms, ended_ms, result, tries } = request;
-    const why = reason || PURPOSES[purpose];
-    write(this.why, why);
-    this.why.title = `${why}\n${request.url}`;
-    write(this.bytes, request.bytes > 0 ? writeBytes(request.bytes) : "");
+  update(): void {
+    const { bytes, result, tries } = this.request;
+    write(this.bytes, bytes > 0 ? writeBytes(bytes) : "");
     write(this.result, tries > 1 ? `${RESULTS[result]}, ${tries} tries` : RESULTS[result]);
     this.element.dataset.result = result;
+  }
+
+  drawBars({ from_ms, to_ms }: Span, now_ms: number): void {
+    const { asked_ms, started_ms, ended_ms = now_ms } = this.request;
     const at = (t_ms: number) => (100 * (t_ms - from_ms)) / (to_ms - from_ms);
-    const end_ms = ended_ms ?? now_ms;
-    place(this.waited, at(asked_ms), at(started_ms ?? end_ms));
-    place(this.travelled, at(started_ms ?? end_ms), at(end_ms));
-    this.travelled.style.background = COLOURS[purpose];
+    place(this.waited, at(asked_ms), at(started_ms ?? ended_ms));
+    place(this.travelled, at(started_ms ?? ended_ms), at(ended_ms));
   }
 }
 
