@@ -169,9 +169,9 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.outlook.sight.objects;
   }
 
-  /** How many objects can be seen, known or not. */
-  get visibleCount(): number {
-    return this.outlook.sight.count;
+  /** How many objects can be seen, known or not; nothing while nobody knows what can be seen. */
+  get visibleCount(): number | undefined {
+    return this.outlook.scope()?.count;
   }
 
   /** Downloads and decodings under way. */
@@ -212,10 +212,13 @@ export class Explorer implements NavigationSpace, Surveyed {
     return scope && this.eye && sharpProgress(scope, this.holdingOf, this.eye, this.refinedTo_px, this.cameOf);
   }
 
-  /** Shares of the visible objects that are here, and that are as sharp as the eye can tell. */
+  /**
+   * Shares of the visible objects that are here, and that are as sharp as the eye can tell; nothing while nobody knows what can be
+   * seen, or something else is in the picture.
+   */
   quality(): Shares | undefined {
-    if (!this.eye || !this.outlook.showsCurrent) return undefined;
-    return shares(this.outlook.sight, this.holdingOf, this.eye, this.refinedTo_px);
+    const scope = this.outlook.showsCurrent ? this.outlook.scope() : undefined;
+    return scope && this.eye && shares(scope, this.holdingOf, this.eye, this.refinedTo_px);
   }
 
   /** The hull of a cell for the walker; `undefined` while the cell was not met. */

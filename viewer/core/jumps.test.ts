@@ -8,9 +8,9 @@ const room = (i: number): Vec3 => [i * PITCH_M + 1, 1.6, 3];
 const isIndex = (path: string) => path.endsWith(".json");
 const isRecord = (path: string) => path.endsWith(".cell");
 const isLevel = (path: string) => path.endsWith(".glb");
-const UNKNOWN = { missing: undefined, settled: false };
+const UNKNOWN = { missing: undefined, visibleCount: undefined, settled: false };
 
-it("what is missing after a jump is unknown until it is known what can be seen there", async () => {
+it("what is missing after a jump, and how good the picture is, is unknown until it is known what can be seen there", async () => {
   const held = new HeldAnswers();
   const { explorer, go, quiet } = await explore({ rooms: 12, perChunk: 2, answer: held.answer });
   const waits = () => vi.waitFor(() => expect(held.count).toBeGreaterThan(0));
@@ -23,11 +23,13 @@ it("what is missing after a jump is unknown until it is known what can be seen t
   go(room(11));
   await waits();
   expect(explorer, "while the index is asked").toMatchObject({ cellId: 0, ...UNKNOWN });
+  expect(explorer.quality()).toBeUndefined();
 
   held.hold((path) => isRecord(path) || isLevel(path));
   await vi.waitFor(() => expect(explorer.cellId).toBe(22));
   await waits();
   expect(explorer, "while the record is asked for").toMatchObject(UNKNOWN);
+  expect(explorer.quality()).toBeUndefined();
 
   held.hold(isLevel);
   await waits();
@@ -39,6 +41,7 @@ it("what is missing after a jump is unknown until it is known what can be seen t
   held.release();
   await quiet();
   expect(explorer).toMatchObject({ missing: 0, settled: true });
+  expect(explorer.quality()).toEqual({ here: 1, sharp: 1 });
 });
 
 it("what is missing stays known on a jump within a cell, and in a world that is whole everywhere", async () => {
@@ -53,7 +56,7 @@ it("what is missing stays known on a jump within a cell, and in a world that is 
   await whole.quiet();
   held.hold(isIndex);
   whole.go(room(7));
-  expect(whole.explorer.missing).toBe(0);
+  expect([whole.explorer.missing, whole.explorer.quality()?.here]).toEqual([0, 1]);
   held.release();
 });
 

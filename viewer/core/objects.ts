@@ -6,7 +6,7 @@ import type { ObjectEntry, Page, PageEntry, Whole } from "./documents.ts";
 import type { Retried } from "./losses.ts";
 import type { Model } from "./modeldocument.ts";
 import { Pacer } from "./pacer.ts";
-import { type Holder, holdersOf } from "./pagetree.ts";
+import { entryOf, type Holder, holdersOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
 import { type PriorityOf, StandIns } from "./standins.ts";
@@ -81,6 +81,12 @@ export class ObjectDirectory {
   /** An object, or what stands for it, as far as either is known. */
   beheld(id: number): PlacedObject | undefined {
     return this.placed(id) ?? this.standIns?.known(id);
+  }
+
+  /** What is known of the objects below some entries of the index, or of what stands for them. */
+  knownBelow(entries: readonly PageEntry[]): PlacedObject[] {
+    const ids = new Set([...this.objects.keys(), ...this.entries.keys(), ...(this.standIns?.ids ?? [])]);
+    return [...ids].filter((id) => entryOf({ entries }, id)).flatMap((id) => this.beheld(id) ?? []);
   }
 
   /** All objects of a small world, or `undefined` for a world with cells. */

@@ -162,3 +162,76 @@ describe("what failed while the server was out of order", () => {
     close();
   });
 });
+
+describe("a jump while the server is out of order", () => {
+  const UNKNOWN = { settled: false, missing: undefined, visibleCount: undefined };
+
+  it("leaves in the picture what was there where nothing is known, and tells no figures that nobody knows", async () => {
+    const set = await outOfOrder(() => true, { rooms: 48, perChunk: 2 });
+    const { explorer, outage, go, quiet, still, heal, close } = set;
+    outage.over = true;
+    go(ROOM_0);
+    await quiet();
+    const before = explorer.visible;
+    expect(explorer).toMatchObject({ cellId: 0, settled: true, holes: 0 });
+    expect(before.length).toBeGreaterThan(0);
+    outage.over = false;
+    const far: Vec3 = [46 * PITCH_M + 1, 1.6, 3];
+    for (const target of [far, [24 * PITCH_M + 1, 1.6, 3] as Vec3, far]) {
+      go(target);
+      await still();
+      expect(explorer).toMatchObject({ ...UNKNOWN, holes: 0 });
+      expect(explorer.quality()).toBeUndefined();
+      expect(explorer.visible.length).toBeGreaterThan(0);
+    }
+    go(ROOM_0);
+    await still();
+    expect(explorer, "back where all is known").toMatchObject({
+      cellId: 0,
+      settled: true,
+      visibleCount: before.length,
+    });
+    expect([explorer.visible, explorer.quality()?.here]).toEqual([before, 1]);
+    go(far);
+    await still();
+    expect(explorer).toMatchObject(UNKNOWN);
+    await heal();
+    expect(explorer).toMatchObject({ cellId: 92, settled: true, missing: 0 });
+    expect(explorer.quality()?.here).toBe(1);
+    close();
+  });
+
+  it("shows what is known around there, without saying that this is all", async () => {
+    const set = await outOfOrder(() => true, { rooms: 8, perChunk: 2 });
+    const { explorer, outage, go, quiet, still, heal, close } = set;
+    outage.over = true;
+    go(ROOM_0);
+    await quiet();
+    const known = new Set(explorer.visible.map(({ entry }) => entry.object));
+    outage.over = false;
+    go([7 * PITCH_M + 1, 1.6, 3]);
+    await still();
+    expect(explorer).toMatchObject(UNKNOWN);
+    const shown = explorer.visible.map(({ entry }) => entry.object);
+    expect([...known].filter((id) => !shown.includes(id))).toEqual([]);
+    expect(explorer.quality()).toBeUndefined();
+    await heal();
+    expect(explorer).toMatchObject({ cellId: 14, settled: true, missing: 0 });
+    close();
+  });
+
+  it("ends in the cell below who flies, once the map is there again", async () => {
+    const set = await outOfOrder(() => true, { rooms: 48, perChunk: 2 });
+    const { explorer, outage, go, quiet, still, heal, close } = set;
+    outage.over = true;
+    go(ROOM_0);
+    await quiet();
+    outage.over = false;
+    go([24 * PITCH_M + 1, 500, 3]);
+    await still();
+    expect(explorer).toMatchObject(UNKNOWN);
+    await heal();
+    expect(explorer).toMatchObject({ cellId: 48, inside: false, settled: true, missing: 0 });
+    close();
+  });
+});

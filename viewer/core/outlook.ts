@@ -1,6 +1,7 @@
 /**
  * What can be seen from where the eye is? Finds its cell, reads what the record of that names, and then what is next door. While
  * that is on its way, the set of the cell before stays in the picture; where no cell says what can be seen, what is around counts.
+ * Where even that cannot be had for now, nobody knows what can be seen, and what is known of it is shown, or what was shown before.
  */
 import type { CellIndex } from "./cellindex.ts";
 import type { CellRecord } from "./cellrecord.ts";
@@ -62,7 +63,7 @@ export class Outlook {
   private told: Told | undefined;
   /** How often a cell was entered, or looked at anew because of a door. */
   private arrivals = 0;
-  /** Whether what is around is shown, because no cell says what can be seen. */
+  /** Whether all that is around is shown, because no cell says what can be seen. */
   private isAround = false;
   /** The cell from which it was begun to learn what is next door. */
   private surveyed: number | undefined;
@@ -70,7 +71,7 @@ export class Outlook {
   private loss: Loss | undefined;
   /** Where the eye entered the last cell that held it, or began. */
   private entered: Vec3 | undefined;
-  /** Whether what is around is shown because all known cells are too far away. */
+  /** Whether what is around counts because all known cells are too far away. */
   private hasStrayed = false;
   private closed = false;
 
@@ -87,8 +88,8 @@ export class Outlook {
         void this.arrive(entry);
       },
       located: () => {
-        events.located();
         if (this.hasStrayed && this.inside) this.renew();
+        events.located();
       },
       outside: (distance_m, position) => this.stray(distance_m, position),
       nowhere: (position) => void this.lookAround(position, () => this.sight.cell !== undefined),
@@ -127,7 +128,7 @@ export class Outlook {
 
   /** Whether what is shown is the set of the current cell. */
   get showsCurrent(): boolean {
-    const rightSet = this.cellId !== undefined && this.sight.cell === this.cellId;
+    const rightSet = this.cellId !== undefined && this.sight.cell === this.cellId && !this.hasStrayed;
     return rightSet || this.isAround || this.parts.scene.manifest.whole !== undefined;
   }
 
@@ -142,7 +143,7 @@ export class Outlook {
     const { scene, directory } = this.parts;
     if (this.isAround && this.locating) return undefined;
     if (scene.manifest.whole || this.isAround) return { ...sight, told_bytes: undefined, isHiding: false };
-    if (!told || told.cell !== this.cellId || this.locating) return undefined;
+    if (!told || told.cell !== this.cellId || this.locating || this.hasStrayed) return undefined;
     const isShown = sight.cell === told.cell && sight.count === told.ids.length;
     const objects = isShown ? sight.objects : told.ids.flatMap((id) => directory.beheld(id) ?? []);
     return { objects, count: told.ids.length, told_bytes: told.coarsest_bytes, isHiding: told.isHiding };
@@ -221,8 +222,13 @@ export class Outlook {
   private stray(distance_m: number, position: Vec3): void {
     const { index, scene } = this.parts;
     const gone_m = length(subtract(position, this.entered ?? position));
-    if (!index.isIncomplete || scene.manifest.whole) return;
-    if (Math.min(distance_m, gone_m) < this.surroundings.strayed_m) return;
+    if (scene.manifest.whole) return;
+    const isFar = Math.min(distance_m, gone_m) >= this.surroundings.strayed_m;
+    if (!index.isIncomplete || !isFar) {
+      // The nearest cell says again what can be seen; unless what is around is in the picture, which shall not change at each step.
+      if (this.hasStrayed && !(index.isIncomplete && this.isAround)) this.renew();
+      return;
+    }
     if (!this.hasStrayed) this.arrivals += 1;
     this.hasStrayed = true;
     const { arrivals } = this;
@@ -231,10 +237,14 @@ export class Outlook {
 
   /** Shows what there is around, where nothing says what can be seen: no cell is known, or not what the first one sees. */
   private async lookAround(position: Vec3, isOver: () => boolean): Promise<void> {
-    const objects = await this.surroundings.look(position);
-    if (this.closed || !objects || isOver()) return;
-    this.isAround = true;
-    this.show({ cell: undefined, objects, count: objects.length });
+    // What is around somewhere else says nothing of what is here.
+    if (!this.surroundings.covers(position)) this.isAround = false;
+    const around = await this.surroundings.look(position);
+    if (this.closed || !around || isOver()) return;
+    const { objects, isAll } = around;
+    this.isAround = isAll;
+    if (isAll || objects.length > 0) this.show({ cell: undefined, objects, count: objects.length });
+    this.events.learnt();
     this.events.changed();
   }
 

@@ -29,7 +29,14 @@ export interface Shares {
   readonly sharp: number;
 }
 
-export function shares({ objects, count }: Sight, holdingOf: HoldingOf, eye: Eye, target_px: number): Shares {
+/** Nothing where nothing is visible: there are no shares of that. */
+export function shares(
+  { objects, count }: Pick<Sight, "objects" | "count">,
+  holdingOf: HoldingOf,
+  eye: Eye,
+  target_px: number,
+): Shares | undefined {
+  if (count === 0) return undefined;
   let [here, sharp] = [0, 0];
   for (const { model, objects: siblings } of siblingsIn(objects)) {
     const holding = holdingOf(model.model);
@@ -39,5 +46,5 @@ export function shares({ objects, count }: Sight, holdingOf: HoldingOf, eye: Eye
     const does = (object: PlacedObject) => isHereWellEnough(model, holding, errorThatDoes(object, eye, target_px));
     sharp += isFinest ? siblings.length : siblings.filter(does).length;
   }
-  return count === 0 ? { here: 1, sharp: 1 } : { here: here / count, sharp: sharp / count };
+  return { here: here / count, sharp: sharp / count };
 }

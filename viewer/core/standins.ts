@@ -30,6 +30,11 @@ export class StandIns {
     private readonly root: Page,
   ) {}
 
+  /** For which objects something stands. */
+  get ids(): Iterable<number> {
+    return this.objects.keys();
+  }
+
   known(object: number): PlacedObject | undefined {
     return this.objects.get(object);
   }

@@ -1,9 +1,10 @@
 /**
  * What is around a point, where no cell says what can be seen from there? The objects in the chunks that are nearest, those
- * first that fill most of the view.
+ * first that fill most of the view. Of what cannot be had counts what is known already.
  */
 import type { PageEntry } from "./documents.ts";
 import { type Bounds, diagonal_m, length, middle, subtract, type Vec3 } from "./geometry.ts";
+import { type Loss, passes } from "./losses.ts";
 import type { ObjectDirectory, PlacedObject } from "./objects.ts";
 import { nearestChunks } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
@@ -13,6 +14,12 @@ import type { PublishedScene } from "./published.ts";
 const MOST_CHUNKS = 16;
 /** Who has gone such a share of the world's diagonal has strayed. */
 const STRAYED_SHARE = 0.1;
+
+export interface Around {
+  readonly objects: readonly PlacedObject[];
+  /** Whether that has to do: nothing else was found that may come yet. */
+  readonly isAll: boolean;
+}
 
 /** About the share of the view that a box fills; 1 from inside. */
 function sizeInView(bounds: Bounds, point: Vec3): number {
@@ -42,12 +49,18 @@ export class Surroundings {
     return STRAYED_SHARE * diagonal_m(this.scene.manifest.bounds);
   }
 
+  /** Whether one has looked around near by, or does so. */
+  covers(point: Vec3): boolean {
+    return this.around !== undefined && length(subtract(this.around, point)) < this.strayed_m;
+  }
+
   /** What is around a point; `undefined` for who has looked around near by, or looks around elsewhere meanwhile. */
-  async look(point: Vec3): Promise<PlacedObject[] | undefined> {
-    if (this.around && length(subtract(this.around, point)) < this.strayed_m) return undefined;
+  async look(point: Vec3): Promise<Around | undefined> {
+    if (this.covers(point)) return undefined;
     this.around = point;
-    const objects = this.directory.whole() ?? (await this.readAround(point));
-    return this.around === point ? bySolidAngle(objects, point) : undefined;
+    const whole = this.directory.whole();
+    const { objects, isAll } = whole ? { objects: whole, isAll: true } : await this.readAround(point);
+    return this.around === point ? { objects: bySolidAngle(objects, point), isAll } : undefined;
   }
 
   /** Looks around the next time wherever that is. */
@@ -55,22 +68,26 @@ export class Surroundings {
     this.around = undefined;
   }
 
-  /** What cannot be had is told once and left out. */
-  private async readAround(point: Vec3): Promise<PlacedObject[]> {
+  /** That something cannot be had is told once. */
+  private async readAround(point: Vec3): Promise<Around> {
     const { scene, directory } = this;
-    let isTold = false;
-    const leave = (error: unknown) => {
-      if (!isTold) this.problem(error);
-      isTold = true;
-      return undefined;
-    };
+    const losses: (Loss & { readonly entry: PageEntry })[] = [];
+    const unlessLost = <T>(entry: PageEntry, reading: Promise<T>): Promise<T | undefined> =>
+      reading.catch((error: unknown) => {
+        if (losses.length === 0) this.problem(error);
+        losses.push({ entry, error });
+        return undefined;
+      });
     const found: Promise<PlacedObject[] | undefined>[] = [];
-    const read = (entry: PageEntry) => scene.page(entry, PRIORITY.document).catch(leave);
-    for await (const { first, count } of nearestChunks(scene.manifest.objects, point, read)) {
-      const ids = Array.from({ length: count }, (_, i) => first + i);
-      found.push(directory.resolve(ids, PRIORITY.document).catch(leave));
+    const read = (entry: PageEntry) => unlessLost(entry, scene.page(entry, PRIORITY.document));
+    for await (const chunk of nearestChunks(scene.manifest.objects, point, read)) {
+      const ids = Array.from({ length: chunk.count }, (_, i) => chunk.first + i);
+      found.push(unlessLost(chunk, directory.resolve(ids, PRIORITY.document)));
       if (found.length === MOST_CHUNKS) break;
     }
-    return (await Promise.all(found)).flatMap((objects) => objects ?? []);
+    const whole = (await Promise.all(found)).flatMap((objects) => objects ?? []);
+    const objects = [...whole, ...directory.knownBelow(losses.map(({ entry }) => entry))];
+    const isAll = !losses.some(({ error }) => passes(error)) && (objects.length > 0 || losses.length === 0);
+    return { objects, isAll };
   }
 }

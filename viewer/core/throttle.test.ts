@@ -25,6 +25,28 @@ it("all bodies together take as long as the line takes, and no byte is lost", as
   expect(clock.now_ms()).toBeCloseTo(20_100, -2);
 });
 
+it("counts what travels of a body that is unpacked here, however long that is, and loses no byte", async () => {
+  const clock = virtualClock();
+  const encoded = (bytes: number) => ({ headers: { "Content-Encoding": "zstd", "Content-Length": String(bytes) } });
+  const throttle = new Throttle(async (url) => new Response(new Uint8Array(60_000), encoded(Number(url))), clock);
+  throttle.line = { name: "8k", bits_per_s: 8000, latency_ms: 0 };
+  const get = async (url: string) => (await (await throttle.fetch(url, {})).arrayBuffer()).byteLength;
+  expect(await get("10000")).toBe(60_000);
+  expect(clock.now_ms()).toBeCloseTo(10_000, -2);
+  // Both take turns on the same line.
+  expect(await Promise.all([get("5000"), get("500")])).toEqual([60_000, 60_000]);
+  expect(clock.now_ms()).toBeCloseTo(15_500, -2);
+});
+
+it("counts what it sees of a body whose length on the line nobody tells", async () => {
+  const clock = virtualClock();
+  const headers = { "Content-Encoding": "zstd", "Content-Length": "many" };
+  const throttle = new Throttle(async () => new Response(new Uint8Array(3000), { headers }), clock);
+  throttle.line = { name: "8k", bits_per_s: 8000, latency_ms: 0 };
+  await (await throttle.fetch("a", {})).arrayBuffer();
+  expect(clock.now_ms()).toBeCloseTo(3000, -2);
+});
+
 it("stands back when no line is chosen", async () => {
   const clock = virtualClock();
   const response = await new Throttle(answer(10_000), clock).fetch("a", {});

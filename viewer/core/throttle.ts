@@ -2,6 +2,10 @@
  * How would this feel on a slow line? Wraps `fetch` so that all bodies together arrive no faster than a line carries
  * them, each after the line's latency. That holds from the moment in which a line is chosen, also for what was asked for
  * before. What is already in the browser's own cache is slowed down too.
+ *
+ * What travels compressed is seen here unpacked alone, whose length nobody knows before its end. So a line carries no more of a
+ * body than the bytes that `Content-Length` tells, which count what travels: the beginning comes slowly, and once so many were
+ * carried the rest is there. That way a body ends just when it would, and no part of it comes sooner.
  */
 
 export interface Line {
@@ -28,6 +32,12 @@ const REAL_TIME: Clock = {
   now_ms: () => performance.now(),
   pause: (ms) => new Promise((resolve) => setTimeout(resolve, ms)),
 };
+
+/** How many bytes of a body travel; nothing where nobody says so, as a server need not. */
+function travellingBytes(headers: Headers): number | undefined {
+  const told = headers.get("Content-Length");
+  return told !== null && /^\d+$/.test(told) ? Number(told) : undefined;
+}
 
 export class Throttle {
   private chosen: Line | undefined;
@@ -60,7 +70,8 @@ export class Throttle {
     await this.wait(this.chosen?.latency_ms ?? 0);
     if (!response.body) return response;
     const { status, statusText, headers } = response;
-    return new Response(response.body.pipeThrough(this.slowly()), { status, statusText, headers });
+    const slowly = this.slowly(travellingBytes(headers));
+    return new Response(response.body.pipeThrough(slowly), { status, statusText, headers });
   };
 
   /** Waits until the line has carried so many bytes after all that it was given before. */
@@ -71,13 +82,18 @@ export class Throttle {
     await this.wait(this.free_ms - now_ms);
   }
 
-  private slowly(): TransformStream<Uint8Array, Uint8Array> {
+  /** Slows down a body of which so many bytes travel, as far as that is known. */
+  private slowly(travelling_bytes = Infinity): TransformStream<Uint8Array, Uint8Array> {
+    let left_bytes = travelling_bytes;
     return new TransformStream({
       transform: async (chunk, controller) => {
         for (let at = 0; at < chunk.byteLength; ) {
           // While nothing is slowed down, nothing is cut up.
-          const piece = chunk.subarray(at, this.chosen ? at + PIECE_BYTES : chunk.byteLength);
-          await this.carry(piece.byteLength);
+          const isSlow = this.chosen && left_bytes > 0;
+          const piece = chunk.subarray(at, isSlow ? at + PIECE_BYTES : chunk.byteLength);
+          const carried_bytes = Math.min(piece.byteLength, left_bytes);
+          left_bytes -= carried_bytes;
+          if (isSlow) await this.carry(carried_bytes);
           controller.enqueue(piece);
           at += piece.byteLength;
         }

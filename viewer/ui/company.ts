@@ -101,8 +101,10 @@ export class LiveCompany {
   /** Visitors who asked for it with `?report=quality` say now and then what they get to see. */
   private report(now_ms: number): void {
     if (!this.reports || now_ms < this.reportAgain_ms) return;
-    const here = this.parts.visit.quality.samples.at(-1)?.here;
-    if (here === undefined || !this.session?.isOpen) return;
+    if (!this.session?.isOpen) return;
+    // Not the last sample, which may be of where one was before a jump.
+    const here = this.parts.visit.explorer.quality()?.here;
+    if (here === undefined) return;
     this.reportAgain_ms = now_ms + REPORT_EVERY_MS;
     this.session.report(here);
   }

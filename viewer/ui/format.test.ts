@@ -1,5 +1,14 @@
 import { expect, it } from "vitest";
-import { writeBytes, writeDoor, writeLength, writeProgress, writeShare, writeTime } from "./format.ts";
+import {
+  writeBytes,
+  writeDoor,
+  writeLength,
+  writeProgress,
+  writeQuality,
+  writeShare,
+  writeTime,
+  writeVisible,
+} from "./format.ts";
 
 it.each([
   [0, "0 B"],
@@ -39,6 +48,17 @@ it("progress says where it is not exact", () => {
   expect(writeProgress({ ...progress, bound: "exact" })).toBe("3.1 MB of 4.0 MB");
   expect(writeProgress({ ...progress, bound: "least" })).toBe("3.1 MB of at least 4.0 MB");
   expect(writeProgress({ ...progress, bound: "most", isAbout: true })).toBe("about 3.1 MB of at most 4.0 MB");
+});
+
+it("quality and what is visible are told only as far as they are known", () => {
+  expect(writeQuality({ here: 0.98, sharp: 0.755 }, 200)).toBe("98.0 % here, 75.5 % sharp");
+  expect(writeQuality(undefined, undefined)).toBe("looking around");
+  expect(writeQuality(undefined, 200)).toBe("looking around");
+  expect(writeQuality(undefined, 0)).toBe("nothing in sight");
+  expect([writeVisible(3, 20), writeVisible(undefined, 20)]).toEqual([
+    "3 of 20 objects visible",
+    "– of 20 objects visible",
+  ]);
 });
 
 it("times are minutes and seconds", () => {

@@ -1,5 +1,6 @@
 /** How are numbers and doors written for people? */
 import type { Progress } from "../core/progress.ts";
+import type { Shares } from "../core/sight.ts";
 
 const UNITS = ["B", "kB", "MB", "GB", "TB"];
 /** The largest first. */
@@ -32,6 +33,18 @@ export function writeShare(fetched: number, whole: number | undefined): string {
 export function writeProgress({ loaded_bytes, isAbout, total_bytes, bound }: Progress): string {
   const total = { exact: "", least: "at least ", most: "at most " }[bound] + writeBytes(total_bytes);
   return `${isAbout ? "about " : ""}${writeBytes(loaded_bytes)} of ${total}`;
+}
+
+/** How much of so many visible objects is here: `98.0 % here, 75.5 % sharp`. */
+export function writeQuality(shares: Shares | undefined, visible: number | undefined): string {
+  if (visible === 0) return "nothing in sight";
+  if (!shares) return "looking around";
+  return `${(100 * shares.here).toFixed(1)} % here, ${(100 * shares.sharp).toFixed(1)} % sharp`;
+}
+
+/** How many of all objects are visible, as far as anybody knows. */
+export function writeVisible(visible: number | undefined, objects: number): string {
+  return `${visible ?? "–"} of ${objects} objects visible`;
 }
 
 /** A length in the unit that suits it, with at most two digits that are not zero: `25 mm`, `1.5 km`. */

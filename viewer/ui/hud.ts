@@ -6,7 +6,7 @@ import { shareOf } from "../core/progress.ts";
 import type { Announcer } from "./announcer.ts";
 import { write } from "./dom.ts";
 import { element } from "./elements.ts";
-import { writeProgress, writeShare } from "./format.ts";
+import { writeProgress, writeShare, writeVisible } from "./format.ts";
 import type { Display, Moving, Readings } from "./readings.ts";
 
 const MODES: Readonly<Record<Moving, string>> = {
@@ -34,7 +34,7 @@ export class Hud implements Display {
 
   show(readings: Readings): void {
     const cell = readings.cell === undefined ? "–" : `c${readings.cell}`;
-    const visible = `${readings.visible} of ${readings.objects} objects visible`;
+    const visible = writeVisible(readings.visible, readings.objects);
     write(this.cell, cell);
     write(this.whereabouts, readings.cell === undefined || readings.inside ? "" : "is nearest");
     write(this.visible, visible);

@@ -14,7 +14,8 @@ export interface State {
   /** The cell that holds the eye, or the nearest one. */
   readonly cell: string | null;
   readonly inside: boolean;
-  readonly visible: number;
+  /** `null` while nobody knows what can be seen, as for `missing`. */
+  readonly visible: number | null;
   readonly objects: number;
   /** Body bytes, content encoding removed. */
   readonly bytesFetched: number;
@@ -99,7 +100,7 @@ export function inspector({ visit, company, recording, encodedBytes, problems }:
       revision: pointer.revision,
       cell: explorer.cellId === undefined ? null : `c${explorer.cellId}`,
       inside: explorer.inside,
-      visible: explorer.visibleCount,
+      visible: explorer.visibleCount ?? null,
       objects: manifest.counts.objects,
       bytesFetched: queue.tally.bytes,
       bytesEncoded: encodedBytes(),

@@ -36,6 +36,7 @@ it("no key both moves and commands", () => {
 it("a question mark asks for help wherever it is printed, and a key without meaning for nothing", () => {
   expect(commandOf({ code: "Minus", key: "?" })).toBe("help");
   expect(commandOf({ code: "Enter", key: "Enter" })).toBe("door");
+  expect(commandOf({ code: "Space", key: " " })).toBe("inspect");
   expect(commandOf({ code: "KeyZ", key: "z" })).toBeUndefined();
 });
 

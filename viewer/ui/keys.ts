@@ -1,7 +1,17 @@
 /** Which key and which button of a gamepad does what? The page's help lists all of them. */
 
 /** What is done once, whenever its key goes down. */
-export type Command = "door" | "fly" | "level" | "help" | "map" | "inspector" | "freeze" | "record" | "close";
+export type Command =
+  | "door"
+  | "inspect"
+  | "fly"
+  | "level"
+  | "help"
+  | "map"
+  | "inspector"
+  | "freeze"
+  | "record"
+  | "close";
 
 /** What happens while a key is held, each from −1 to 1. */
 export type Motion = Partial<Record<"forward" | "right" | "up" | "turn" | "tilt", number>>;
@@ -27,6 +37,7 @@ export const MOTIONS: Readonly<Record<string, Motion>> = {
 export const COMMANDS: Readonly<Record<string, Command>> = {
   Enter: "door",
   NumpadEnter: "door",
+  Space: "inspect",
   KeyF: "fly",
   KeyC: "level",
   Home: "level",

@@ -32,6 +32,7 @@ import { inspector } from "./inspect.ts";
 import { InspectorPanel } from "./inspector/panel.ts";
 import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
+import { Pointing } from "./pointing.ts";
 import { unlessForbidden } from "./policy.ts";
 import { explain, NoSuchScene, serverAt, showProblem } from "./problem.ts";
 import { Recording } from "./recording.ts";
@@ -215,15 +216,19 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
       toast.showProblem(error, server, () => void use(object));
     }
   };
-  const tap = (x: number, y: number) => {
-    const object = visit.pick(x, y);
-    panel.show(object);
-    if (object && !panel.open && !visit.frozen) void use(object);
-  };
+  const pointing = new Pointing({
+    pick: (x, y) => visit.pick(x, y),
+    canvas,
+    inspector: panel,
+    isLive: () => !visit.frozen,
+    use: (object) => void use(object),
+  });
   const hint = new DoorHint({ visit, doors, announcer, use: (door) => void use(door) });
   element("fly-toggle", HTMLButtonElement).onclick = () => visit.toggleFly();
   const commands: Record<Command, () => unknown> = {
-    door: () => hint.use(),
+    // The door that the page offers goes first: it says that this key opens it.
+    door: () => hint.use() || pointing.inspect(),
+    inspect: () => pointing.inspect(),
     fly: () => visit.toggleFly(),
     level: () => visit.level(),
     help: () => help.toggle(),
@@ -238,7 +243,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     keys: window,
     turn: (yaw, pitch) => visit.turn(yaw, pitch),
     command: (command) => commands[command]() !== false,
-    tap,
+    tap: (x, y) => pointing.tap(x, y),
     room: () => room.getBoundingClientRect(),
   });
   visit.onFrame(() => {

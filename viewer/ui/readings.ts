@@ -11,7 +11,8 @@ export interface Readings {
   readonly cell: number | undefined;
   /** Whether the eye is in that cell; else it is the nearest. */
   readonly inside: boolean;
-  readonly visible: number;
+  /** Nothing while nobody knows what can be seen. */
+  readonly visible: number | undefined;
   readonly objects: number;
   readonly fetched_bytes: number;
   readonly whole_bytes: number | undefined;

@@ -11,13 +11,12 @@ import { writeBytes } from "../format.ts";
 import type { Visit } from "../visit.ts";
 import { type Section, section } from "./section.ts";
 
+const HINT =
+  "Click an object to see what it is made of, or press Space or, where no door is in reach, Enter for what is in the middle of the view.";
+
 export class Ladder implements Section {
   readonly element: HTMLElement;
-  private readonly name = make(
-    "p",
-    { class: "note", "data-testid": "picked" },
-    "Click an object to see what it is made of.",
-  );
+  private readonly name = make("p", { class: "note", "data-testid": "picked" }, HINT);
   private readonly grades = make("table", { class: "ladder", "data-testid": "ladder" });
   private readonly note = make("p", { class: "note", "data-testid": "ladder-note" });
   private picked: PlacedObject | undefined;
@@ -43,7 +42,7 @@ export class Ladder implements Section {
     if (!picked || !eye) {
       this.grades.replaceChildren();
       write(this.note, "");
-      write(this.name, "Click an object to see what it is made of.");
+      write(this.name, HINT);
       return;
     }
     const { entry, model } = picked;

@@ -2,7 +2,7 @@
 import { type Progress, shareOf } from "../../core/progress.ts";
 import type { QualitySample } from "../../core/quality.ts";
 import { make, write } from "../dom.ts";
-import { writeProgress } from "../format.ts";
+import { writeProgress, writeQuality } from "../format.ts";
 import type { Visit } from "../visit.ts";
 import { type Section, section } from "./section.ts";
 
@@ -31,9 +31,7 @@ export class Loading implements Section {
     const { explorer, quality } = this.visit;
     this.first.show(explorer.progress());
     this.sharp.show(explorer.sharpProgress());
-    const last = quality.samples.at(-1);
-    const percent = (share: number | undefined) => (share === undefined ? "unknown" : `${(100 * share).toFixed(1)} %`);
-    const text = `${percent(last?.here)} here, ${percent(last?.sharp)} sharp`;
+    const text = writeQuality(explorer.quality(), explorer.visibleCount);
     const work_ms = this.visit.work.quantile_ms(0.95).toFixed(1);
     write(this.share, `${text}; 95 of 100 frames take at most ${work_ms} ms besides drawing and decoding`);
     this.chart.setAttribute("aria-label", `Quality: ${text}`);
