@@ -43,6 +43,11 @@ impl Place {
         self.is_unknown && self.seen.is_empty()
     }
 
+    /// Whether it says less of a cell than what is known of it, as what was read while the server was away.
+    pub(crate) fn says_less_than(&self, known: &Self) -> bool {
+        self.is_unknown && !known.is_unknown || self.is_blank() && !known.is_blank()
+    }
+
     /// Whether some objects are known only as far as they can be grown.
     pub(crate) fn has_stand_ins(&self) -> bool {
         self.seen.iter().any(Seen::is_stand_in)

@@ -65,6 +65,8 @@ export class Outlook {
   private arrivals = 0;
   /** Whether all that is around is shown, because no cell says what can be seen. */
   private isAround = false;
+  /** Whether something of what is around may come yet. */
+  private lacksAround = false;
   /** The cell from which it was begun to learn what is next door. */
   private surveyed: number | undefined;
   /** Why it is not known what can be seen from the current cell, or what is next door. */
@@ -169,7 +171,7 @@ export class Outlook {
 
   /** Tries again what failed. */
   retry(retried: Retried): void {
-    if (this.loss && !mayRetry(this.loss, retried)) return;
+    if (this.loss && !mayRetry(this.loss, retried) && !this.lacksAround) return;
     this.surroundings.forget();
     if (this.hasStrayed && this.position) this.whereabouts.follow(this.position);
     else this.whereabouts.again();
@@ -243,6 +245,7 @@ export class Outlook {
     if (this.closed || !around || isOver()) return;
     const { objects, isAll } = around;
     this.isAround = isAll;
+    this.lacksAround = !isAll;
     if (isAll || objects.length > 0) this.show({ cell: undefined, objects, count: objects.length });
     this.events.learnt();
     this.events.changed();
@@ -272,6 +275,7 @@ export class Outlook {
   private show(sight: Sight): void {
     if (sight.cell !== undefined) {
       this.isAround = false;
+      this.lacksAround = false;
       this.surroundings.forget();
     }
     if (isSameSight(sight, this.sight)) return;

@@ -73,6 +73,16 @@ describe("the plan", () => {
     ]);
   });
 
+  it("does not ask again for what is drawn plain and could not be drawn anew", () => {
+    const causes = (failed: Record<number, number[]>) => {
+      const { of, costOf } = holding({ 0: 0 }, failed);
+      const stock: Stock = { of: (model) => ({ ...of(model), isPlain: true }), costOf };
+      return plan([near], stock, EYE, TARGET_PX).map(({ cause }) => cause.kind);
+    };
+    expect(causes({})).toContain("plain");
+    expect(causes({ 0: [0] })).not.toContain("plain");
+  });
+
   it("when memory is short, draws what takes most of it more coarsely", () => {
     const held = (model: number) =>
       [

@@ -170,8 +170,9 @@ function refinementOf(
 }
 
 /** What is held once more, where it is drawn without textures that may be had by now. */
-function repainting({ objects: [object] }: Siblings, { held, isPlain }: Holding): Want | undefined {
-  return object && held && isPlain ? want(object, held, { kind: "plain" }, 0) : undefined;
+function repainting({ objects: [object] }: Siblings, holding: Holding): Want | undefined {
+  const { held, isPlain } = holding;
+  return object && held && isPlain && !isFailed(holding, held) ? want(object, held, { kind: "plain" }, 0) : undefined;
 }
 
 /** The next step of an object of which something is held, unless that will do. */

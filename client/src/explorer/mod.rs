@@ -92,6 +92,8 @@ pub struct Explorer<S> {
     told: UnboundedReceiver<Come>,
     /// The cell at the eye, and that of which one knows what can be seen.
     at: Option<CellEntry>,
+    /// Whether the eye has gone on since, and nobody knows where that is.
+    is_astray: bool,
     shown: Option<CellId>,
     eye: Option<Eye>,
     /// Whether something of all in sight that can be had was there once.
@@ -125,6 +127,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             tell,
             told,
             at: None,
+            is_astray: false,
             shown: None,
             eye: None,
             has_begun: false,
@@ -162,10 +165,16 @@ impl<S: ByteSource + 'static> Explorer<S> {
                     self.read(Ok(entry.clone()));
                 }
                 self.at = Some(entry);
+                self.is_astray = false;
+                self.recovery.found();
                 self.show(cell);
             }
-            Err(Error::GivenUp { .. }) => {}
-            Err(cause) => self.lose(cause, |losses| losses.is_astray = true),
+            Err(cause) => {
+                self.is_astray = true;
+                if !matches!(cause, Error::GivenUp { .. }) {
+                    self.lose(cause, |losses| losses.is_astray = true);
+                }
+            }
         }
     }
 
@@ -226,12 +235,14 @@ impl<S: ByteSource + 'static> Explorer<S> {
     /// Visible objects of which nothing is held; `None` while nobody knows what can be seen from where the eye is.
     #[must_use]
     pub fn missing(&self) -> Option<usize> {
-        let here = self.at.as_ref().map(|at| at.cell);
-        if here.is_none() || here != self.shown {
+        let here = self.at.as_ref().filter(|_| !self.is_astray)?.cell;
+        let place = self.atlas.place(here).filter(|_| self.shown == Some(here))?;
+        if place.is_unknown && self.recovery.awaits(here) {
             return None;
         }
+        let unread = if place.is_unknown { 0 } else { place.lost };
         let lacks = |seen: &&Seen| self.planner.residency.held(seen.model).is_none();
-        Some(self.visible().iter().filter(lacks).count())
+        Some(place.seen.iter().filter(lacks).count() + unread)
     }
 
     /// Memory of what is held, bytes.
@@ -273,10 +284,15 @@ impl<S: ByteSource + 'static> Explorer<S> {
             let known = self.atlas.place(cell).map(|place| place.entry.clone());
             self.read(known.ok_or(cell));
         }
-        if let Some(eye) = self.eye.filter(|_| is_astray) {
-            self.find(eye).await;
-        }
         self.replan();
+        if let Some(eye) = self.eye.filter(|_| is_astray) {
+            // Should this be called off, it is tried again.
+            if self.options.recovers {
+                self.recovery.expect(|losses| losses.is_astray = true);
+            }
+            self.find(eye).await;
+            self.replan();
+        }
     }
 
     /// Says what went wrong, and tries what was lost with it again if that may help.

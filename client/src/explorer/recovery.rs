@@ -36,9 +36,13 @@ pub(super) struct Recovery {
 impl Recovery {
     /// Takes note of a loss, unless it is final.
     pub(super) fn note(&mut self, cause: &Error, loss: impl FnOnce(&mut Losses)) {
-        if !cause.passes() {
-            return;
+        if cause.passes() {
+            self.expect(loss);
         }
+    }
+
+    /// Takes note of what may come later.
+    pub(super) fn expect(&mut self, loss: impl FnOnce(&mut Losses)) {
         loss(&mut self.losses);
         if self.due.is_some() {
             return;
@@ -49,6 +53,20 @@ impl Recovery {
         let pause = FIRST_PAUSE.saturating_mul(1 << self.tries.min(8)).min(LONGEST_PAUSE);
         self.tries += 1;
         self.due = Some(Instant::now() + about(pause, self.tries));
+    }
+
+    /// Somebody knows again in which cell the eye is.
+    pub(super) fn found(&mut self) {
+        let was_astray = std::mem::take(&mut self.losses.is_astray);
+        if was_astray && self.losses.files.is_empty() && self.losses.cells.is_empty() {
+            self.due = None;
+            self.tries = self.tries.saturating_sub(1);
+        }
+    }
+
+    /// Whether something of a cell may come later.
+    pub(super) fn awaits(&self, cell: CellId) -> bool {
+        self.losses.cells.contains(&cell)
     }
 
     /// Whether something will be tried again.

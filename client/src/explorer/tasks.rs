@@ -88,7 +88,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 for cause in failures {
                     self.lose(cause, |losses| _ = losses.cells.insert(cell));
                 }
-                self.atlas.add(*place);
+                if !self.atlas.place(cell).is_some_and(|known| place.says_less_than(known)) {
+                    self.atlas.add(*place);
+                }
                 self.show(cell);
                 if let Some(shown) = self.shown {
                     self.look_around(shown);
@@ -172,7 +174,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
     }
 
     /// Calls off what nobody needs any more. A pack of which all has come that was wanted comes to its end, as somebody may want more
-    /// of it, unless something waits that the line has no room for (`viewer/core/carrier.ts`).
+    /// of it, unless something waits that the line has no room for (`viewer/core/fetchqueue.ts`).
     pub(super) fn cancel(&mut self) {
         let is_crowded = !self.has_room() && self.planner.has_more_to_ask();
         let planner = &mut self.planner;

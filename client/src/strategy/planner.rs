@@ -51,6 +51,8 @@ pub struct Planner {
     /// What the cells next door cannot do without and is not here yet.
     reserve_bytes: u64,
     is_short: bool,
+    /// Whether memory had no room for some wish when one asked last.
+    has_refused: bool,
     /// Whether first pictures were wanted when it was last planned, and have come since: finer grades were not planned then.
     is_stale: bool,
 }
@@ -69,6 +71,7 @@ impl Planner {
             packs: HashSet::new(),
             reserve_bytes: 0,
             is_short: false,
+            has_refused: false,
             is_stale: false,
         }
     }
@@ -164,7 +167,7 @@ impl Planner {
     /// no more may be under way; then plan anew, and once more when first pictures have come. What went for it is told.
     pub fn next(&mut self, changes: &mut Vec<Change>) -> Option<Order> {
         let mut refused = 0;
-        self.is_short = false;
+        (self.is_short, self.has_refused) = (false, false);
         for at in 0..self.wishes.len() {
             let wish = self.wishes[at];
             let mut missing = self.missing(&wish, true);
@@ -182,6 +185,7 @@ impl Planner {
             }
             let (Some(gone), Some(first)) = (room, missing.first().cloned()) else {
                 self.is_short |= matches!(wish.cause, Cause::Missing { .. });
+                self.has_refused = true;
                 refused += 1;
                 if refused >= REFUSALS {
                     return None;
@@ -212,10 +216,10 @@ impl Planner {
         firsts.any(|wish| !self.missing(wish, true).is_empty())
     }
 
-    /// Whether anything is wanted that was not asked for.
+    /// Whether anything is wanted that was not asked for, and that memory had room for when it was last looked at.
     #[must_use]
     pub fn has_more_to_ask(&self) -> bool {
-        self.wishes.iter().any(|wish| !self.missing(wish, true).is_empty())
+        !self.has_refused && self.wishes.iter().any(|wish| !self.missing(wish, true).is_empty())
     }
 
     /// What is wanted of a request and not here, each file by itself; nothing where it serves no wish.

@@ -116,3 +116,40 @@ async fn the_picture_stays_while_nothing_can_be_had_of_where_one_has_gone() {
     while explorer.advance().await.is_some() {}
     assert_eq!((explorer.visible().len(), explorer.missing()), (1, None));
 }
+
+#[tokio::test(start_paused = true)]
+async fn what_is_known_of_a_cell_stays_when_it_is_read_again_in_vain() {
+    let mut explorer = looking(true, true).await;
+    explorer.replan();
+    while explorer.advance().await.is_some() {}
+    explorer.is_away(true);
+    explorer.read(Ok(explorer.at.clone().expect("a cell")));
+    for _ in 0..2 {
+        let events = explorer.advance().await.expect("it is tried again");
+        assert!(
+            events.iter().all(|event| matches!(event, Event::Problem(_))),
+            "{events:?}"
+        );
+        assert_eq!((explorer.visible().len(), explorer.missing()), (1, Some(0)));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn who_has_gone_where_nobody_knows_hears_so_and_is_found_again() {
+    let mut explorer = looking(true, true).await;
+    explorer.replan();
+    while explorer.advance().await.is_some() {}
+    explorer.lose(away(), |losses| losses.is_astray = true);
+    explorer.is_astray = true;
+    assert_eq!(explorer.missing(), None);
+    explorer.advance().await.expect("it was told");
+    while explorer.advance().await.is_some() {}
+    assert!(!explorer.is_astray && !explorer.recovery.is_waiting());
+}
+
+fn away() -> Error {
+    Error::Fetch {
+        path: "/v1/chunk".to_owned(),
+        cause: "nobody listens".to_owned(),
+    }
+}
