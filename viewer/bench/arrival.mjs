@@ -37,16 +37,16 @@ const growing = await bundledUrl("what grows", "../core/growworker.ts");
 class NoHost {
   textures = new Set();
   shown = [];
-  async upload(_model, _part, glb, textures) {
+  async decode(_model, glb, textures) {
     for (const url of textures.keys()) this.textures.add(url);
-    return glb.byteLength;
+    return { bytes: glb.byteLength, draw: () => {}, release: () => {} };
   }
   needsTexture(url) {
     return !this.textures.has(url);
   }
-  async uploadImpostor(_model, { colour, shape }) {
+  async decodeImpostor(_model, { colour, shape }) {
     for (const { url } of [colour, shape]) this.textures.add(url);
-    return colour.bytes + shape.bytes;
+    return { bytes: colour.bytes + shape.bytes, draw: () => {}, release: () => {} };
   }
   blunt() {}
   evict() {}

@@ -10,7 +10,7 @@ export { FETCH_DEFAULTS, FetchQueue, type FetchQueueOptions } from "./fetchqueue
 export { FrameBudget } from "./framebudget.ts";
 export type { Bounds, Vec3 } from "./geometry.ts";
 export { DocumentError } from "./json.ts";
-export type { ModelHost } from "./modelloads.ts";
+export type { Decoded, ModelHost } from "./modelloads.ts";
 export type { PlacedObject, Uses } from "./objects.ts";
 export type { Progress } from "./progress.ts";
 export { fetchSceneList, PublishedScene } from "./published.ts";

@@ -1,4 +1,4 @@
-import { expect, it } from "vitest";
+import { describe, expect, it } from "vitest";
 import type { FetchQueue } from "./fetchqueue.ts";
 import { FrameBudget } from "./framebudget.ts";
 import { gradesOf } from "./grades.ts";
@@ -33,7 +33,10 @@ const OBJECT: PlacedObject = {
   model: MODEL,
 };
 
-it("a load that is cancelled when all of it has come decodes nothing", async () => {
+const settle = () => new Promise((resolve) => setTimeout(resolve, 5));
+
+/** Loads rungs of that model, which a renderer takes in; its other methods do nothing. */
+function setUp(host: Pick<ModelHost, "decode">, budget = new FrameBudget(1e9, () => 0)) {
   const answers = new Map<string, (bytes: ArrayBuffer) => void>();
   const decoded: number[] = [];
   const loads = new ModelLoads({
@@ -43,9 +46,9 @@ it("a load that is cancelled when all of it has come decodes nothing", async () 
       reprioritise: () => {},
     } as unknown as FetchQueue,
     tree: { resolve: (url: string) => url } as unknown as Tree,
-    host: { needsTexture: () => true, upload: async () => 1 } as unknown as ModelHost,
+    host: { needsTexture: () => true, ...host } as unknown as ModelHost,
     residency: new ResidencySet(1e9),
-    budget: new FrameBudget(1e9, () => 0),
+    budget,
     smooth: {
       refine: async (_: number, __: object, rung: number) => {
         decoded.push(rung);
@@ -53,8 +56,9 @@ it("a load that is cancelled when all of it has come decodes nothing", async () 
       },
       close: () => {},
       taken: () => 0,
+      end: () => {},
     } as unknown as SmoothLods,
-    growing: {} as Growing,
+    growing: { end: () => {} } as unknown as Growing,
     changed: () => {},
     problem: (error) => {
       throw error;
@@ -65,7 +69,12 @@ it("a load that is cancelled when all of it has come decodes nothing", async () 
   const arrive = () => {
     for (const answer of answers.values()) answer(new ArrayBuffer(2));
   };
-  const settle = () => new Promise((resolve) => setTimeout(resolve, 5));
+  return { loads, want, answers, arrive, decoded };
+}
+
+it("a load that is cancelled when all of it has come decodes nothing", async () => {
+  const host = { decode: async () => ({ bytes: 1, draw: () => {}, release: () => {} }) };
+  const { loads, want, answers, arrive, decoded } = setUp(host);
   loads.follow([want]);
   expect([...answers.keys()]).toEqual(["/o/a.gltf", "/o/a.r0.slod"]);
   arrive();
@@ -78,4 +87,74 @@ it("a load that is cancelled when all of it has come decodes nothing", async () 
   await settle();
   expect(decoded).toEqual([0]);
   expect(loads.of(3).held).toMatchObject({ kind: "rung", number: 0 });
+});
+
+describe("what the graphics card gets ready for", () => {
+  const slow = () => {
+    const clock = { now_ms: 0 };
+    const budget = new FrameBudget(1e9, () => clock.now_ms);
+    const happened: string[] = [];
+    let prepared = () => {};
+    const ready = new Promise<void>((resolve) => {
+      prepared = resolve;
+    });
+    const decode = async () => {
+      clock.now_ms += 2;
+      happened.push("decoded");
+      return {
+        bytes: 1,
+        ready,
+        draw: (part: string) => happened.push(`drawn as ${part}`),
+        release: () => happened.push("released"),
+      };
+    };
+    const made = setUp({ decode }, budget);
+    made.loads.follow([made.want]);
+    made.arrive();
+    return { ...made, clock, budget, happened, prepared: () => prepared() };
+  };
+
+  it("takes no time of frames meanwhile, and holds up no other work", async () => {
+    const { loads, clock, budget, happened, prepared } = slow();
+    await settle();
+    expect(happened).toEqual(["decoded"]);
+    clock.now_ms += 5000;
+    void budget.run(() => happened.push("others"));
+    void budget.begin(async () => happened.push("a request"));
+    await settle();
+    expect([happened, budget.taken_ms]).toEqual([["decoded", "others", "a request"], 2]);
+    expect([loads.isComing(3), loads.of(3).held]).toEqual([true, undefined]);
+    prepared();
+    await settle();
+    expect([happened.at(-1), budget.taken_ms]).toEqual(["drawn as base", 2]);
+    expect([loads.isComing(3), loads.of(3).held?.number]).toEqual([false, 0]);
+  });
+
+  it("goes without being drawn where all is cancelled meanwhile", async () => {
+    const { loads, happened, prepared } = slow();
+    await settle();
+    loads.close();
+    prepared();
+    await settle();
+    expect(happened).toEqual(["decoded", "released"]);
+    expect(loads.of(3).held).toBeUndefined();
+  });
+
+  it("is drawn before what is still to be decoded", async () => {
+    const { budget, happened, prepared } = slow();
+    await settle();
+    let over = () => {};
+    void budget.run(
+      () =>
+        new Promise<void>((resolve) => {
+          over = resolve;
+        }),
+    );
+    void budget.run(() => happened.push("the next"));
+    prepared();
+    await settle();
+    over();
+    await settle();
+    expect(happened).toEqual(["decoded", "drawn as base", "the next"]);
+  });
 });

@@ -23,17 +23,25 @@ import { FetchError } from "./transfer.ts";
 import type { CostOf } from "./travel.ts";
 import type { Tree } from "./tree.ts";
 
-/** What draws: takes decoded levels and shows objects that use them. Knows nothing of cells or downloads. */
+/** What is decoded and not drawn yet; it is either drawn or released. */
+export interface Decoded<As extends readonly unknown[] = []> {
+  readonly bytes: number;
+  /** Fulfilled when it can be drawn without waiting; at once where it is left out. */
+  readonly ready?: Promise<void>;
+  /** Draws all shown objects of its model with it instead of what was before, in one step. */
+  draw(...as: As): void;
+  /** Frees it. */
+  release(): void;
+}
+
+/** What draws: decodes levels and shows objects that use them. Knows nothing of cells or downloads. */
 export interface ModelHost {
-  /**
-   * Decodes a GLB and draws all shown objects of its model with it instead of the one before; answers its bytes. A base is
-   * kept while a detail is drawn; a new one takes the place of both.
-   */
-  upload(model: number, part: Part, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
+  /** Decodes a GLB of a model. When it is drawn as a base it is kept while a detail is; a new base takes the place of both. */
+  decode(model: number, glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<Decoded<[part: Part]>>;
   /** Whether a texture must be fetched: one that can be drawn and is not decoded already. */
   needsTexture(url: string): boolean;
-  /** Decodes the pictures of an impostor and keeps them beside what its model is drawn with; answers their bytes. */
-  uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number>;
+  /** Decodes the pictures of an impostor, which are kept beside what its model is drawn with. */
+  decodeImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<Decoded>;
   /** Draws a model by its base again. */
   blunt(model: number): void;
   evict(model: number): void;
@@ -237,16 +245,25 @@ export class ModelLoads implements ModelNotes {
     const { glb, state_bytes } = await make();
     const isWhole = () => this.files.missingTextures(load, textures).length === 0;
     const complete = () => this.files.fetchTextures(load, textures);
-    await this.drawWhole(load, isWhole, complete, async () => {
+    let lacks: string[] = [];
+    const decode = async () => {
+      const decoded = await host.decode(model.model, glb, textures);
+      // Now: a texture may be tried again before it is drawn without.
+      lacks = this.files.lostOf(load);
+      return decoded;
+    };
+    const whole = await this.decodeWhole(load, isWhole, complete, decode);
+    await this.drawReady(load, whole, (decoded) => {
+      // What was held when it was decoded may have gone since.
       const base = residency.base(model.model)?.grade;
       const isSame = base !== undefined && nameOf(base) === nameOf(grade);
       const isSound = base !== undefined && !isSame && !isFailed(this.of(model.model), base);
       const part = residency.partFor(model.model, grade, isSound);
-      const bytes = await host.upload(model.model, part, glb, textures);
-      if (this.closed) return;
+      decoded.draw(part);
+      const { bytes } = decoded;
       if (grade.kind !== "rung") smooth.close(model.model);
       this.memory.learn(model, grade, bytes + state_bytes);
-      this.memory.holdMesh(model, part, { grade, bytes }, state_bytes, { glb, lacks: this.files.lostOf(load) });
+      this.memory.holdMesh(model, part, { grade, bytes }, state_bytes, { glb, lacks });
     });
   }
 
@@ -263,31 +280,59 @@ export class ModelLoads implements ModelNotes {
     const complete = () => Promise.all(missing().map(fetch));
     await complete();
     const isWhole = () => missing().length === 0;
-    await this.drawWhole(load, isWhole, complete, async () => {
-      const bytes = await host.uploadImpostor(model.model, impostor, pictures);
-      if (this.closed) return;
+    const decode = () => host.decodeImpostor(model.model, impostor, pictures);
+    const whole = await this.decodeWhole(load, isWhole, complete, decode);
+    await this.drawReady(load, whole, (decoded) => {
+      decoded.draw();
+      const { bytes } = decoded;
       this.memory.learn(model, grade, bytes);
       this.memory.holdPictures(model, grade, bytes);
     });
   }
 
   /**
-   * Draws when a frame has time for it and all textures are here: one that was held a moment ago may have gone with the last model
-   * that used it. Nothing is fetched in the time of a frame, since to begin that takes such time too.
+   * Decodes when a frame has time for it and all textures are here, unless it is cancelled: one that was held a moment ago may have gone
+   * with the last model that used it. Nothing is fetched in the time of a frame, since to begin that takes such time too.
    */
-  private async drawWhole(
+  private async decodeWhole<D>(
     load: Load,
     isWhole: () => boolean,
     complete: () => Promise<unknown>,
-    draw: () => Promise<void>,
-  ): Promise<void> {
+    decode: () => Promise<D>,
+  ): Promise<D | undefined> {
     const tryOnce = async () => {
-      if (load.state === "cancelled") return true;
-      if (!isWhole()) return false;
+      if (load.state === "cancelled") return { decoded: undefined };
+      if (!isWhole()) return undefined;
       load.state = "uploading";
-      await draw();
-      return true;
+      return { decoded: await decode() };
     };
-    while (!(await this.parts.budget.run(tryOnce))) await complete();
+    for (;;) {
+      const tried = await this.parts.budget.run(tryOnce);
+      if (tried) return tried.decoded;
+      await complete();
+    }
+  }
+
+  /**
+   * Draws when the graphics card is ready for it, unless it is cancelled. Nobody else waits meanwhile, and what is ready goes before what
+   * is still to be decoded: else nothing of a room would come into the picture before all of it is decoded.
+   */
+  private async drawReady<D extends Pick<Decoded, "ready" | "release">>(
+    load: Load,
+    decoded: D | undefined,
+    draw: (decoded: D) => void,
+  ): Promise<void> {
+    if (!decoded) return;
+    let isDrawn = false;
+    try {
+      await decoded.ready;
+      await this.parts.budget.run(() => {
+        if (load.state === "cancelled") return;
+        isDrawn = true;
+        draw(decoded);
+      }, "urgent");
+    } finally {
+      if (!isDrawn) decoded.release();
+    }
   }
 }

@@ -14,14 +14,15 @@ const [base, name] = process.argv.slice(2);
 const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: (url, init) => fetch(url, init), digest: webCryptoDigest() });
 const scene = await PublishedScene.open(queue, new Tree(base), name);
 
-// Whoever draws decodes GLBs here, and answers what they take.
+// Whoever draws decodes GLBs here, and answers what they take and how they come into the picture.
 const models = new Map();
 const host = {
-  upload: async (model, _part, glb) => {
-    models.set(model, glb.byteLength);
-    return glb.byteLength;
-  },
-  uploadImpostor: async () => 0,
+  decode: async (model, glb) => ({
+    bytes: glb.byteLength,
+    draw: () => models.set(model, glb.byteLength),
+    release: () => {},
+  }),
+  decodeImpostor: async () => ({ bytes: 0, draw: () => {}, release: () => {} }),
   needsTexture: () => false,
   evict: (model) => models.delete(model),
   blunt: () => {},

@@ -11,7 +11,7 @@ import type { Growing, Seedling } from "../core/growing.ts";
 import { grownGlb } from "../core/grownglb.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import { HEADER_BYTES } from "../core/linemeter.ts";
-import type { ModelHost } from "../core/modelloads.ts";
+import type { Decoded, ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { growModel } from "../core/procedural/index.ts";
 import { PublishedScene } from "../core/published.ts";
@@ -38,18 +38,19 @@ export class RecordingHost implements ModelHost {
   far: ReadonlySet<number> = new Set();
   missing: () => number | undefined = () => 0;
 
-  async upload(
+  async decode(
     model: number,
-    part: Part,
     glb: ArrayBuffer,
     textures: ReadonlyMap<string, ArrayBuffer>,
-  ): Promise<number> {
-    this.templates.add(model);
-    if (part === "detail") this.details.add(model);
-    else this.details.delete(model);
+  ): Promise<Decoded<[part: Part]>> {
     for (const url of textures.keys()) this.textures.add(url);
-    this.uploads.push({ model, bytes: glb.byteLength, missing: this.missing() });
-    return glb.byteLength;
+    const draw = (part: Part) => {
+      this.templates.add(model);
+      if (part === "detail") this.details.add(model);
+      else this.details.delete(model);
+      this.uploads.push({ model, bytes: glb.byteLength, missing: this.missing() });
+    };
+    return { bytes: glb.byteLength, draw, release: () => {} };
   }
   needsTexture(url: string): boolean {
     return !this.textures.has(url);
@@ -64,10 +65,16 @@ export class RecordingHost implements ModelHost {
     this.pictured.delete(model);
     this.evicted.push(model);
   }
-  async uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
-    this.pictured.add(model);
+  async decodeImpostor(
+    model: number,
+    impostor: Impostor,
+    pictures: ReadonlyMap<string, ArrayBuffer>,
+  ): Promise<Decoded> {
     for (const url of pictures.keys()) this.textures.add(url);
-    return impostor.colour.bytes + impostor.shape.bytes;
+    const draw = () => {
+      this.pictured.add(model);
+    };
+    return { bytes: impostor.colour.bytes + impostor.shape.bytes, draw, release: () => {} };
   }
   drawFar(objects: ReadonlySet<number>): void {
     this.far = objects;

@@ -20,7 +20,11 @@ describe("what is shown", () => {
     },
     model: { model, levels: [] },
   });
-  const upload = (host: ThreeModelHost, part: "base" | "detail") => host.upload(1, part, glb(), new Map());
+  const upload = async (host: ThreeModelHost, part: "base" | "detail") => {
+    const decoded = await host.decode(1, glb(), new Map());
+    await decoded.ready;
+    decoded.draw(part);
+  };
   /** Objects that a ray meets, from above. */
   const standing = (host: ThreeModelHost) =>
     Array.from({ length: 30 }, (_, x) =>
@@ -88,25 +92,21 @@ describe("what is shown", () => {
     expect([standing(host), host.draws(0), host.root.children]).toEqual([inRow(), false, []]);
   });
 
-  it("is replaced only when the graphics card is prepared for what is finer", async () => {
-    let prepared = () => {};
-    let waits: Promise<void> = Promise.resolve();
+  it("stays while the graphics card is prepared for what is finer, which is decoded meanwhile and may be released", async () => {
     const host = new ThreeModelHost(
       () => {},
-      () => waits,
+      () => new Promise(() => {}),
     );
-    await upload(host, "base");
+    const finer = () => host.decode(1, glb(), new Map());
+    (await finer()).draw("base");
     host.show([placed(1)]);
     host.place(1e6);
-    waits = new Promise((resolve) => {
-      prepared = resolve;
-    });
     const before = host.root.children[0];
-    const uploaded = upload(host, "detail");
-    await new Promise((later) => setTimeout(later, 20));
+    const [dropped, decoded] = [await finer(), await finer()];
     expect([host.root.children, drawn(host).calls]).toEqual([[before], 1]);
-    prepared();
-    await uploaded;
+    dropped.release();
+    expect([host.root.children, drawn(host).calls]).toEqual([[before], 1]);
+    decoded.draw("detail");
     expect([host.root.children.length, drawn(host).calls]).toEqual([2, 1]);
   });
 

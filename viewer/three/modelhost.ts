@@ -17,7 +17,7 @@ import {
 } from "three";
 import type { Vec3 } from "../core/geometry.ts";
 import type { Impostor } from "../core/impostordocument.ts";
-import type { ModelHost } from "../core/modelloads.ts";
+import type { Decoded, ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import type { Part } from "../core/residency.ts";
 import { GlbLoader, textureUrls } from "./glbloader.ts";
@@ -62,7 +62,7 @@ export class ThreeModelHost implements ModelHost {
   private readonly unknown = new Set<ModelBatch>();
   private readonly moved = new Map<number, Matrix4>();
 
-  /** `changed` is called whenever a new picture should be drawn; `prepare` waits until what is below a node can be. */
+  /** `changed` is called whenever a new picture should be drawn; `prepare` answers when what is below a node can be. */
   constructor(
     private readonly changed: () => void,
     private readonly prepare: (root: Object3D) => Promise<void>,
@@ -70,12 +70,11 @@ export class ThreeModelHost implements ModelHost {
     this.root.matrixAutoUpdate = false;
   }
 
-  async upload(
+  async decode(
     model: number,
-    part: Part,
     glb: ArrayBuffer,
     textures: ReadonlyMap<string, ArrayBuffer>,
-  ): Promise<number> {
+  ): Promise<Decoded<[part: Part]>> {
     const used = textureUrls(glb).filter((url) => textures.has(url) || this.textures.holds(url));
     const acquired: string[] = [];
     let bytes = 0;
@@ -92,32 +91,36 @@ export class ThreeModelHost implements ModelHost {
       const materials = this.materials.share(scene, parser);
       bytes += geometryBytes(scene);
       const batch = new ModelBatch(drawnOf(scene));
-      await this.prepare(batch.sample());
-      const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
-      this.root.add(batch.root);
-      this.templates[part].set(model, { root: scene, batch, materials, textures: acquired });
-      for (const object of this.byModel.get(model) ?? []) this.refresh(object);
-      for (const template of before) this.dispose(template);
+      const template = { root: scene, batch, materials, textures: acquired };
+      return {
+        bytes,
+        ready: this.prepare(batch.sample()),
+        draw: (part) => this.replace(model, part, template),
+        release: () => this.dispose(template),
+      };
     } catch (error) {
       for (const url of acquired) this.textures.release(url);
       throw error;
     }
-    this.changed();
-    return bytes;
   }
 
   needsTexture(url: string): boolean {
     return isDrawable(url) && !this.textures.holds(url);
   }
 
-  async uploadImpostor(model: number, impostor: Impostor, pictures: ReadonlyMap<string, ArrayBuffer>): Promise<number> {
+  async decodeImpostor(
+    model: number,
+    impostor: Impostor,
+    pictures: ReadonlyMap<string, ArrayBuffer>,
+  ): Promise<Decoded> {
     const crowd = await ImpostorCrowd.open(impostor, pictures, this.textures);
-    await this.prepare(crowd.sample());
-    this.crowds.get(model)?.close();
-    this.crowds.set(model, crowd);
-    this.gather(model);
-    this.changed();
-    return crowd.bytes;
+    const draw = () => {
+      this.crowds.get(model)?.close();
+      this.crowds.set(model, crowd);
+      this.gather(model);
+      this.changed();
+    };
+    return { bytes: crowd.bytes, ready: this.prepare(crowd.sample()), draw, release: () => crowd.close() };
   }
 
   blunt(model: number): void {
@@ -285,6 +288,16 @@ export class ThreeModelHost implements ModelHost {
     this.unplaced.delete(object);
     this.batches.get(object)?.remove(object);
     this.batches.delete(object);
+  }
+
+  /** Draws a model by a template instead of those whose place it takes. */
+  private replace(model: number, part: Part, template: Template): void {
+    const before = part === "detail" ? [this.take(model, "detail")] : this.takeAll(model);
+    this.root.add(template.batch.root);
+    this.templates[part].set(model, template);
+    for (const object of this.byModel.get(model) ?? []) this.refresh(object);
+    for (const one of before) this.dispose(one);
+    this.changed();
   }
 
   /** Takes a template away, which is still to be disposed of. */

@@ -26,7 +26,12 @@ import { Squares } from "./squares.ts";
 type Program = NonNullable<WebGLRenderer["info"]["programs"]>[number];
 
 /** What of a renderer is asked for. */
-export type Preparing = Pick<WebGLRenderer, "compile" | "getContext" | "info">;
+export type Preparing = Pick<WebGLRenderer, "compile" | "getContext" | "properties">;
+
+/** What three.js keeps of a material that it has compiled. */
+interface Compiled {
+  readonly programs?: ReadonlyMap<string, Program>;
+}
 
 /** So often one looks whether the graphics card has come so far. */
 const LOOK_AGAIN_MS = 8;
@@ -45,32 +50,44 @@ export class Programs {
     private readonly camera: Camera,
   ) {}
 
-  /** Waits until what is below a node can be drawn without waiting. */
+  /** Waits until what is below a node can be drawn without waiting, and for nothing else that is compiled meanwhile. */
   async prepare(root: Object3D): Promise<void> {
-    if (this.isNew(root)) this.renderer.compile(root, this.camera, this.scene);
-    await Promise.all(
-      (this.renderer.info.programs ?? []).map((program) => {
-        const ready = this.ready.get(program) ?? this.finish(program);
-        this.ready.set(program, ready);
-        return ready;
-      }),
-    );
+    const drawn = materialsOf(root);
+    if (!drawn.every((one) => this.knows(one))) {
+      this.renderer.compile(root, this.camera, this.scene);
+      for (const one of drawn) this.remember(one);
+    }
+    const programs = drawn.flatMap(({ material }) => this.programsOf(material));
+    await Promise.all([...new Set(programs)].map((program) => this.isReady(program)));
   }
 
-  /** Whether something below a node has a material that was not prepared for such a mesh. */
-  private isNew(root: Object3D): boolean {
-    let isNew = false;
-    root.traverse((node) => {
-      const { material, geometry } = node as Partial<Mesh>;
-      for (const one of material ? [material].flat() : []) {
-        const attributes = Object.entries(geometry?.attributes ?? {}).map(([name, { itemSize }]) => name + itemSize);
-        const kind = `${node.type} ${node instanceof InstancedMesh} ${attributes.sort()}`;
-        const kinds = this.prepared.get(one) ?? new Set();
-        isNew ||= !kinds.has(kind);
-        this.prepared.set(one, kinds.add(kind));
-      }
-    });
-    return isNew;
+  /** Prepares what nobody waits for. What is wrong with it is said, and met again by whoever draws it. */
+  async prepareAhead(root: Object3D): Promise<void> {
+    try {
+      await this.prepare(root);
+    } catch (error) {
+      console.error("what is drawn later cannot be prepared", error);
+    }
+  }
+
+  /** Whether a material was prepared for such a mesh. */
+  private knows({ material, kind }: DrawnMaterial): boolean {
+    return this.prepared.get(material)?.has(kind) ?? false;
+  }
+
+  private remember({ material, kind }: DrawnMaterial): void {
+    this.prepared.set(material, (this.prepared.get(material) ?? new Set()).add(kind));
+  }
+
+  private programsOf(material: Material): Program[] {
+    const { programs } = this.renderer.properties.get(material) as Compiled;
+    return [...(programs?.values() ?? [])];
+  }
+
+  private isReady(program: Program): Promise<void> {
+    const ready = this.ready.get(program) ?? this.finish(program);
+    this.ready.set(program, ready);
+    return ready;
   }
 
   private async finish(program: Program): Promise<void> {
@@ -85,6 +102,23 @@ export class Programs {
     // From now on three.js knows what it takes.
     program.getUniforms();
   }
+}
+
+/** A material, and on what kind of mesh. */
+interface DrawnMaterial {
+  readonly material: Material;
+  readonly kind: string;
+}
+
+function materialsOf(root: Object3D): DrawnMaterial[] {
+  const drawn: DrawnMaterial[] = [];
+  root.traverse((node) => {
+    const { material, geometry } = node as Partial<Mesh>;
+    const attributes = Object.entries(geometry?.attributes ?? {}).map(([name, { itemSize }]) => name + itemSize);
+    const kind = `${node.type} ${node instanceof InstancedMesh} ${attributes.sort()}`;
+    for (const one of material ? [material].flat() : []) drawn.push({ material: one, kind });
+  });
+  return drawn;
 }
 
 /** What most models need: opaque ones, seen from one side or from both, and what is seen through. */

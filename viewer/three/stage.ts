@@ -62,7 +62,7 @@ export class Stage {
     stage.add(backdrop);
     await Promise.all([stage.prepare(backdrop), stage.prepare(usualMeshes())]);
     // The first picture does not wait for these.
-    void stage.prepare(rarerMeshes());
+    void stage.programs.prepareAhead(rarerMeshes());
     return stage;
   }
 
