@@ -264,7 +264,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         let mut losses = self.recovery.take();
         losses.cells.extend(self.atlas.lacking());
         losses.cells.extend(&self.unfound);
-        losses.is_astray |= self.at.is_none();
+        losses.is_astray |= self.is_astray;
         self.try_again(losses).await;
     }
 
