@@ -146,13 +146,13 @@ impl Error {
     /// Whether the same request may succeed later.
     #[must_use]
     pub fn is_transient(&self) -> bool {
-        matches!(self, Self::Fetch { .. } | Self::Length { .. }) || self.is_damage()
+        self.passes() || self.is_damage()
     }
 
     /// Whether it failed for a reason that passes by itself: a server that is silent, busy or out of order. What it holds damaged
     /// stays so until somebody sees to it.
     pub(crate) fn passes(&self) -> bool {
-        self.is_transient() && !self.is_damage()
+        matches!(self, Self::Fetch { .. } | Self::Length { .. })
     }
 
     /// Whether an immutable document that fails so is lost: asked for again, it would be no other.

@@ -51,7 +51,7 @@ impl<S: ByteSource> Client<S> {
         if matches!(answer, Err(Error::Missing(_))) {
             // The pointer may have been older than what was cleaned up since, as a copy in a cache is.
             let path = pointer_path(scene);
-            let newer: Pointer = document(&path, &self.source.get_fresh(&path).await?.0)?;
+            let newer: Pointer = fresh(&*self.source, &path).await?;
             if newer.manifest != pointer.manifest {
                 pointer = newer;
                 answer = verified(&*self.source, &pointer.manifest).await;
@@ -372,9 +372,14 @@ async fn pointer_of(source: &impl ByteSource, scene: &SceneName) -> Result<Point
 /// who answers for the server, such as the page where one signs in to a network: so it is asked for once more.
 async fn named<T: DeserializeOwned>(source: &impl ByteSource, path: &str) -> Result<T, Error> {
     match document(path, &source.get(path).await?) {
-        Err(Error::Document { .. }) => document(path, &source.get_fresh(path).await?.0),
+        Err(Error::Document { .. }) => fresh(source, path).await,
         read => read,
     }
+}
+
+/// The same from where it is published, past all caches.
+async fn fresh<T: DeserializeOwned>(source: &impl ByteSource, path: &str) -> Result<T, Error> {
+    document(path, &source.get_fresh(path).await?.0)
 }
 
 async fn verified(source: &impl ByteSource, name: &BlobName) -> Result<Bytes, Error> {

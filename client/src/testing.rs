@@ -11,6 +11,14 @@ use serde_json::json;
 
 use crate::{ByteSource, Client, Error, Scene, strategy::sight::Seen, strategy::tests::seen_at};
 
+/// What a request ends with whose server is silent.
+pub(crate) fn silence(path: &str) -> Error {
+    Error::Fetch {
+        path: path.to_owned(),
+        cause: "nobody listens".to_owned(),
+    }
+}
+
 /// A scene of which nothing is known, some objects, and which of them were asked for.
 pub(crate) struct Bare {
     pointer: Bytes,

@@ -166,16 +166,21 @@ describe("what failed while the server was out of order", () => {
 describe("a jump while the server is out of order", () => {
   const UNKNOWN = { settled: false, missing: undefined, visibleCount: undefined };
 
+  /** An explorer that has all that can be seen from the first room when its server goes out of order. */
+  async function settledInRoom0(rooms: number) {
+    const set = await outOfOrder(() => true, { rooms, perChunk: 2 });
+    set.outage.over = true;
+    set.go(ROOM_0);
+    await set.quiet();
+    set.outage.over = false;
+    return set;
+  }
+
   it("leaves in the picture what was there where nothing is known, and tells no figures that nobody knows", async () => {
-    const set = await outOfOrder(() => true, { rooms: 48, perChunk: 2 });
-    const { explorer, outage, go, quiet, still, heal, close } = set;
-    outage.over = true;
-    go(ROOM_0);
-    await quiet();
+    const { explorer, go, still, heal, close } = await settledInRoom0(48);
     const before = explorer.visible;
     expect(explorer).toMatchObject({ cellId: 0, settled: true, holes: 0 });
     expect(before.length).toBeGreaterThan(0);
-    outage.over = false;
     const far: Vec3 = [46 * PITCH_M + 1, 1.6, 3];
     for (const target of [far, [24 * PITCH_M + 1, 1.6, 3] as Vec3, far]) {
       go(target);
@@ -202,13 +207,8 @@ describe("a jump while the server is out of order", () => {
   });
 
   it("shows what is known around there, without saying that this is all", async () => {
-    const set = await outOfOrder(() => true, { rooms: 8, perChunk: 2 });
-    const { explorer, outage, go, quiet, still, heal, close } = set;
-    outage.over = true;
-    go(ROOM_0);
-    await quiet();
+    const { explorer, go, still, heal, close } = await settledInRoom0(8);
     const known = new Set(explorer.visible.map(({ entry }) => entry.object));
-    outage.over = false;
     go([7 * PITCH_M + 1, 1.6, 3]);
     await still();
     expect(explorer).toMatchObject(UNKNOWN);
@@ -221,12 +221,7 @@ describe("a jump while the server is out of order", () => {
   });
 
   it("ends in the cell below who flies, once the map is there again", async () => {
-    const set = await outOfOrder(() => true, { rooms: 48, perChunk: 2 });
-    const { explorer, outage, go, quiet, still, heal, close } = set;
-    outage.over = true;
-    go(ROOM_0);
-    await quiet();
-    outage.over = false;
+    const { explorer, go, still, heal, close } = await settledInRoom0(48);
     go([24 * PITCH_M + 1, 500, 3]);
     await still();
     expect(explorer).toMatchObject(UNKNOWN);

@@ -58,7 +58,7 @@ export class Programs {
       for (const one of drawn) this.remember(one);
     }
     const programs = drawn.flatMap(({ material }) => this.programsOf(material));
-    await Promise.all([...new Set(programs)].map((program) => this.isReady(program)));
+    await Promise.all([...new Set(programs)].map((program) => this.whenReady(program)));
   }
 
   /** Prepares what nobody waits for. What is wrong with it is said, and met again by whoever draws it. */
@@ -84,7 +84,7 @@ export class Programs {
     return [...(programs?.values() ?? [])];
   }
 
-  private isReady(program: Program): Promise<void> {
+  private whenReady(program: Program): Promise<void> {
     const ready = this.ready.get(program) ?? this.finish(program);
     this.ready.set(program, ready);
     return ready;

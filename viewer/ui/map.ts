@@ -4,7 +4,7 @@
  * chunk at a time, nearest first.
  */
 import type { CellEntry } from "../core/documents.ts";
-import { floorPlan, MapFrame, type Spot } from "../core/floorplan.ts";
+import { type FloorPlan, floorPlan, MapFrame, type Spot } from "../core/floorplan.ts";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/mapreach.ts";
 import { make } from "./dom.ts";
@@ -132,11 +132,15 @@ export class MapPanel {
 
   /** Shows what suits the world and the place. */
   private fit(): void {
-    const { walker, explorer } = this.visit;
-    const { position } = this.visit.standpoint;
-    const { storey } = floorPlan(explorer.knownCells(), position[1], walker.size);
-    if (!this.isZoomed) this.reach_m = firstReach(this.range, storey, position, walker.size);
+    const { walker, standpoint } = this.visit;
+    if (!this.isZoomed) this.reach_m = firstReach(this.range, this.plan.storey, standpoint.position, walker.size);
     this.draw();
+  }
+
+  /** What lies around and below where one stands, as far as it is known. */
+  private get plan(): FloorPlan {
+    const { walker, explorer, standpoint } = this.visit;
+    return floorPlan(explorer.knownCells(), standpoint.position[1], walker.size);
   }
 
   private goTo(spot: Spot): void {
@@ -149,7 +153,7 @@ export class MapPanel {
     const pen = this.canvas.getContext("2d");
     const size_px = this.canvas.clientWidth;
     if (!pen || size_px === 0) return;
-    const { explorer, walker } = this.visit;
+    const { explorer } = this.visit;
     const { position, yaw } = this.visit.standpoint;
     const frame = new MapFrame(position, this.ground, size_px, size_px, this.reach_m);
     this.frame = frame;
@@ -158,7 +162,7 @@ export class MapPanel {
     pen.setTransform(SHARPNESS, 0, 0, SHARPNESS, 0, 0);
     pen.clearRect(0, 0, size_px, size_px);
     const seen = new Set(explorer.recordOf(explorer.cellId ?? -1)?.cpvs);
-    const { below, storey } = floorPlan(explorer.knownCells(), position[1], walker.size);
+    const { below, storey } = this.plan;
     for (const cell of below) this.drawCell(pen, frame, cell, seen, "rgb(200 212 228 / 9%)");
     for (const cell of storey) this.drawCell(pen, frame, cell, seen, "rgb(200 212 228 / 16%)");
     for (const person of this.people()) dot(pen, frame.spot(person), 3, "#74c98a");

@@ -93,13 +93,11 @@ impl Recovery {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::silence;
 
     #[tokio::test(start_paused = true)]
     async fn pauses_grow_while_things_are_lost_and_begin_anew_after_a_good_time() {
-        let away = Error::Fetch {
-            path: "/o/x".to_owned(),
-            cause: "nobody listens".to_owned(),
-        };
+        let away = silence("/o/x");
         let mut recovery = Recovery::default();
         let mut pause = async || {
             recovery.note(&away, |losses| losses.is_astray = true);

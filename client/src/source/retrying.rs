@@ -143,6 +143,7 @@ mod tests {
     use std::sync::atomic::{AtomicU32, Ordering};
 
     use super::*;
+    use crate::testing::silence;
 
     /// Fails so many times, each in its own way, then answers.
     struct Shaky {
@@ -177,10 +178,7 @@ mod tests {
     }
 
     fn away(path: &str) -> Result<Bytes, Error> {
-        Err(Error::Fetch {
-            path: path.to_owned(),
-            cause: "nobody listens".to_owned(),
-        })
+        Err(silence(path))
     }
 
     #[tokio::test(start_paused = true)]

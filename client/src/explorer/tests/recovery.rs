@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use super::*;
-use crate::testing::packed;
+use crate::testing::{packed, silence};
 
 /// A tree whose server can be taken away.
 struct Shaky {
@@ -16,11 +16,7 @@ impl ByteSource for Shaky {
     async fn get(&self, path: &str) -> Result<Bytes, Error> {
         if self.is_away.load(Ordering::Relaxed) {
             self.refused.fetch_add(1, Ordering::Relaxed);
-            let cause = "nobody listens".to_owned();
-            return Err(Error::Fetch {
-                path: path.to_owned(),
-                cause,
-            });
+            return Err(silence(path));
         }
         self.tree.get(path).await
     }
@@ -139,17 +135,10 @@ async fn who_has_gone_where_nobody_knows_hears_so_and_is_found_again() {
     let mut explorer = looking(true, true).await;
     explorer.replan();
     while explorer.advance().await.is_some() {}
-    explorer.lose(away(), |losses| losses.is_astray = true);
+    explorer.lose(silence("/v1/chunk"), |losses| losses.is_astray = true);
     explorer.is_astray = true;
     assert_eq!(explorer.missing(), None);
     explorer.advance().await.expect("it was told");
     while explorer.advance().await.is_some() {}
     assert!(!explorer.is_astray && !explorer.recovery.is_waiting());
-}
-
-fn away() -> Error {
-    Error::Fetch {
-        path: "/v1/chunk".to_owned(),
-        cause: "nobody listens".to_owned(),
-    }
 }
