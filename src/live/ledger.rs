@@ -322,7 +322,7 @@ async fn part_from_lost(live: &Live) -> Result<(), LiveError> {
     for session in lost {
         if let Some(entry) = live.0.registry.session(session) {
             tracing::info!(%session, "another server has taken the session up");
-            ask(&entry.stage, |reply| Message::Close { session, reply }).await?;
+            ask(&entry.stage, |reply| Message::PartFrom { session, reply }).await?;
         }
     }
     Ok(())

@@ -47,6 +47,11 @@ pub(super) enum Message {
         session: SessionId,
         reply: Reply<()>,
     },
+    /// The session goes on at another node, and ends here only.
+    PartFrom {
+        session: SessionId,
+        reply: Reply<()>,
+    },
     Create {
         object: ObjectId,
         owner: Option<SessionId>,

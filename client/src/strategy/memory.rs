@@ -26,6 +26,10 @@ pub struct Evictions {
     pub again_files: u64,
     /// … and their bytes.
     pub again_bytes: u64,
+    /// Files among these that went although the cell or one adjacent to it saw what they were drawn with …
+    pub cycle_files: u64,
+    /// … and their bytes.
+    pub cycle_bytes: u64,
 }
 
 /// What went for want of memory.

@@ -24,6 +24,8 @@ struct File {
     bytes: u64,
     users: u32,
     last_used: u64,
+    /// The model that was drawn with it last.
+    last_user: Option<ModelId>,
 }
 
 #[derive(Debug, Clone)]
@@ -59,7 +61,8 @@ pub struct Residency {
     asked_bytes: u64,
     peak_bytes: u64,
     uses: u64,
-    gone: HashSet<Key>,
+    /// What went, and whether it could still be seen from the cell or one adjacent to it.
+    gone: HashMap<Key, bool>,
     blunted: HashSet<ModelId>,
     evictions: Evictions,
 }
@@ -80,7 +83,7 @@ impl Residency {
             asked_bytes: 0,
             peak_bytes: 0,
             uses: 0,
-            gone: HashSet::new(),
+            gone: HashMap::new(),
             blunted: HashSet::new(),
             evictions: Evictions::default(),
         }
@@ -238,15 +241,19 @@ impl Residency {
     pub fn arrive(&mut self, name: Key, bytes: u64) {
         self.withdraw(name);
         self.uses += 1;
+        // It may have come in another way meanwhile.
+        let before = self.files.get(&name);
         let file = File {
             bytes,
-            // It may have come in another way meanwhile.
-            users: self.files.get(&name).map_or(0, |before| before.users),
+            users: before.map_or(0, |before| before.users),
             last_used: self.uses,
+            last_user: before.and_then(|before| before.last_user),
         };
-        if self.gone.remove(&name) {
+        if let Some(was_near) = self.gone.remove(&name) {
             self.evictions.again_files += 1;
             self.evictions.again_bytes += bytes;
+            self.evictions.cycle_files += u64::from(was_near);
+            self.evictions.cycle_bytes += if was_near { bytes } else { 0 };
         }
         if let Some(before) = self.files.insert(name, file) {
             self.held_bytes -= before.bytes;
@@ -288,6 +295,7 @@ impl Residency {
         for key in &files {
             if let Some(file) = self.files.get_mut(key) {
                 file.users += 1;
+                file.last_user = Some(model);
             }
         }
         let mesh = Mesh { grade, files };
@@ -312,17 +320,21 @@ impl Residency {
 
     /// Models in the order in which they would go, each with the steps to it; 0 for what is visible.
     fn in_order_of_leaving(&self) -> Vec<(u32, ModelId)> {
-        let steps_to = |model: &ModelId| match self.needed.contains(model) {
-            true => 0,
-            false => self.steps.get(model).map_or(u32::MAX, |steps| (*steps).max(1)),
-        };
         let all = self
             .models
             .iter()
-            .map(|(model, resident)| (steps_to(model), resident.last_needed, *model));
+            .map(|(model, resident)| (self.steps_to(*model), resident.last_needed, *model));
         let mut all: Vec<_> = all.collect();
         all.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
         all.into_iter().map(|(steps, _, model)| (steps, model)).collect()
+    }
+
+    /// In how many steps a model is needed; 0 for what is visible.
+    fn steps_to(&self, model: ModelId) -> u32 {
+        match self.needed.contains(&model) {
+            true => 0,
+            false => self.steps.get(&model).map_or(u32::MAX, |steps| (*steps).max(1)),
+        }
     }
 
     /// Files without users stay as long as memory allows.
@@ -341,7 +353,8 @@ impl Residency {
         self.held_bytes -= file.bytes;
         self.evictions.files += 1;
         self.evictions.bytes += file.bytes;
-        self.gone.insert(name);
+        let is_near = file.last_user.is_some_and(|model| self.steps_to(model) <= 1);
+        self.gone.insert(name, is_near);
     }
 }
 

@@ -126,6 +126,8 @@ pub struct Memory {
     pub evicted_bytes: u64,
     /// … and were fetched again.
     pub again_bytes: u64,
+    /// Bytes of these that went although the cell or one adjacent to it saw what they were drawn with.
+    pub cycle_bytes: u64,
     /// Cells for which memory does not suffice.
     pub short_cells: u64,
     /// Objects in sight of which nothing was there in frames in which some of them found no room, summed over all frames.
@@ -149,6 +151,7 @@ impl Memory {
             needed_in: needed.needed_in,
             evicted_bytes: evictions.bytes,
             again_bytes: evictions.again_bytes,
+            cycle_bytes: evictions.cycle_bytes,
             short_cells,
             missing: short.map(|frame| u64::from(frame.missing)).sum(),
         }
@@ -166,6 +169,7 @@ impl Memory {
             needed_in: needs_most.needed_in,
             evicted_bytes: self.evicted_bytes + other.evicted_bytes,
             again_bytes: self.again_bytes + other.again_bytes,
+            cycle_bytes: self.cycle_bytes + other.cycle_bytes,
             short_cells: self.short_cells + other.short_cells,
             missing: self.missing + other.missing,
         }

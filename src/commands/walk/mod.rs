@@ -340,8 +340,13 @@ fn summary(Report { outcome, live }: &Report) -> String {
     if outcome.memory.evicted_bytes > 0 {
         let memory = &outcome.memory;
         rows.push(row(
-            "  … went for want of it; and was fetched again",
-            format!("{}; {}", bytes(memory.evicted_bytes), bytes(memory.again_bytes)),
+            "  … went for want of it; was fetched again; went though seen from the cell or the next",
+            format!(
+                "{}; {}; {}",
+                bytes(memory.evicted_bytes),
+                bytes(memory.again_bytes),
+                bytes(memory.cycle_bytes)
+            ),
         ));
     }
     if outcome.memory.missing > 0 {

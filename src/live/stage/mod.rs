@@ -183,6 +183,10 @@ impl Stage {
                 self.close(session);
                 _ = reply.send(());
             }
+            Message::PartFrom { session, reply } => {
+                self.part_from(session);
+                _ = reply.send(());
+            }
             Message::Create {
                 object,
                 owner,
@@ -340,11 +344,17 @@ impl Stage {
         }
     }
 
+    /// A session ends.
     fn close(&mut self, session: SessionId) {
+        self.live.0.ledger.end(session);
+        self.part_from(session);
+    }
+
+    /// A session is here no more.
+    fn part_from(&mut self, session: SessionId) {
         self.world.close(session, self.live.now_ms());
         self.people.remove(&session);
         self.late.remove(&session);
-        self.live.0.ledger.end(session);
         self.live.0.registry.end_session(session);
     }
 }

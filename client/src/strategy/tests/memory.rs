@@ -42,9 +42,13 @@ fn memory_is_never_exceeded_and_what_is_furthest_goes_first() {
     );
     assert_eq!(room(400, 0), Some((vec![ModelId(2), ModelId(1)], 2, 100)));
     assert_eq!(room(401, 0), None, "what is visible stays");
-    held.ask(&file(2));
-    held.arrive(file(2).name.key(), 100);
-    assert_eq!(held.evictions().again_bytes, 100);
+    // What went from next door is told apart from what went from far away, when it comes again.
+    for (number, cycle_bytes) in [(2, 0), (1, 100)] {
+        held.ask(&file(number));
+        held.arrive(file(number).name.key(), 100);
+        assert_eq!(held.evictions().cycle_bytes, cycle_bytes, "file {number}");
+    }
+    assert_eq!(held.evictions().again_bytes, 200);
     assert!(held.peak_bytes() <= 500);
 }
 
