@@ -72,6 +72,10 @@ export class ResidencySet {
   private readonly residents = new Map<number, Resident>();
   private readonly promises = new Map<number, number>();
   private readonly blunted = new Set<number>();
+  /** Those that the cell or one next door saw then, and has seen since. */
+  private readonly bluntedNear = new Set<number>();
+  /** The most that first pictures of what a cell and those next door see took so far. */
+  private mostNeeded_bytes = 0;
   private needed: ReadonlySet<number> = new Set();
   private stepsTo = NOWHERE_NEAR;
   private uses = 0;
@@ -110,6 +114,29 @@ export class ResidencySet {
     return this.blunted.has(model);
   }
 
+  /**
+   * Whether a model may have a finer grade for so many bytes more. What lost one for want of memory while it was near, and has
+   * been near since, gets it back only where all details fit beside what the cell of all so far that needs most needs with
+   * those next door. Else it would come in one cell and go in the next, again and again.
+   */
+  maySharpen(model: number, bytes: number): boolean {
+    if (!this.bluntedNear.has(model)) return true;
+    let detail_bytes = 0;
+    for (const { detail } of this.residents.values()) detail_bytes += detail?.bytes ?? 0;
+    return this.mostNeeded_bytes + detail_bytes + bytes <= this.limit_bytes;
+  }
+
+  /** Takes note that so much is still to come of first pictures of what the cell and those next door see. */
+  expect(first_bytes: number): void {
+    // While half is free, nothing goes.
+    if (this.total + this.promised < this.limit_bytes / 2) return;
+    let needed_bytes = first_bytes;
+    for (const [model, { base, beside_bytes }] of this.residents) {
+      if (this.isNear(model)) needed_bytes += base.bytes + beside_bytes;
+    }
+    this.mostNeeded_bytes = Math.max(this.mostNeeded_bytes, needed_bytes);
+  }
+
   /** Names the models that are visible now, and says how near the others are needed. */
   need(models: ReadonlySet<number>, stepsTo: StepsTo = NOWHERE_NEAR): void {
     this.needed = models;
@@ -119,6 +146,7 @@ export class ResidencySet {
       const resident = this.residents.get(model);
       if (resident) resident.lastNeeded = this.uses;
     }
+    for (const model of this.bluntedNear) if (!this.isNear(model)) this.bluntedNear.delete(model);
   }
 
   /**
@@ -232,11 +260,16 @@ export class ResidencySet {
     return this.needed.has(model) ? 0 : Math.max(1, Math.min(this.stepsTo(model), Number.MAX_SAFE_INTEGER));
   }
 
+  private isNear(model: number): boolean {
+    return this.stepsFrom(model) <= 1;
+  }
+
   private drop({ model, part, bytes }: Leaving): void {
     const resident = this.residents.get(model);
     if (!resident) return;
     this.total -= bytes;
     if (resident.detail) this.blunted.add(model);
+    if (resident.detail && this.isNear(model)) this.bluntedNear.add(model);
     if (part === "detail") resident.detail = undefined;
     else this.residents.delete(model);
   }

@@ -26,7 +26,8 @@ pub struct Evictions {
     pub again_files: u64,
     /// … and their bytes.
     pub again_bytes: u64,
-    /// Files among these that went although the cell or one adjacent to it saw what they were drawn with …
+    /// Files with which a model is drawn again that lost them although the cell or one adjacent to it saw it, and has seen it
+    /// since …
     pub cycle_files: u64,
     /// … and their bytes.
     pub cycle_bytes: u64,

@@ -292,7 +292,10 @@ impl Planner {
         }
         let residency = &self.residency;
         let mut wishes = plan::plan(view.here, residency, &view.eye, target_px);
-        wishes.retain(|wish| view.is_all_known || matches!(wish.cause, Cause::Missing { .. }));
+        wishes.retain(|wish| match wish.cause {
+            Cause::Missing { .. } => true,
+            _ => view.is_all_known && residency.may_sharpen(wish.model, wish.cost_bytes),
+        });
         let mut named: HashSet<ModelId> = wishes.iter().map(|wish| wish.model).collect();
         let mut before_bytes = 0.0;
         for (approach, seen) in view.ahead.iter().filter(|_| self.budgets.prefetch) {

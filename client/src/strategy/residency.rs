@@ -48,7 +48,7 @@ impl Resident {
 }
 
 /// What is held and on its way, within a limit.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Residency {
     limit_bytes: u64,
     files: HashMap<Key, File>,
@@ -61,9 +61,14 @@ pub struct Residency {
     asked_bytes: u64,
     peak_bytes: u64,
     uses: u64,
-    /// What went, and whether it could still be seen from the cell or one adjacent to it.
-    gone: HashMap<Key, bool>,
+    gone: HashSet<Key>,
+    /// What of it went although the cell or one adjacent to it saw a model that was drawn with it, and has seen it since.
+    gone_near: HashMap<Key, ModelId>,
     blunted: HashSet<ModelId>,
+    /// Those that the cell or one adjacent to it saw then, and has seen since.
+    blunted_near: HashSet<ModelId>,
+    /// The most that first pictures of what a cell and those adjacent to it see take, of all cells so far.
+    most_needed_bytes: u64,
     evictions: Evictions,
 }
 
@@ -83,8 +88,11 @@ impl Residency {
             asked_bytes: 0,
             peak_bytes: 0,
             uses: 0,
-            gone: HashMap::new(),
+            gone: HashSet::new(),
+            gone_near: HashMap::new(),
             blunted: HashSet::new(),
+            blunted_near: HashSet::new(),
+            most_needed_bytes: 0,
             evictions: Evictions::default(),
         }
     }
@@ -137,8 +145,19 @@ impl Residency {
         self.blunted.contains(&model)
     }
 
-    /// Names the models that are visible now, and says in how many steps others are needed.
-    pub fn need(&mut self, models: HashSet<ModelId>, steps: HashMap<ModelId, u32>) {
+    /// Whether a model may have a finer grade for so many bytes more. What lost one for want of memory while it was near, and has
+    /// been near since, gets it back only where all details fit beside what the cell of all so far that needs most needs with those adjacent to it.
+    /// Else it would come in one cell and go in the next, again and again.
+    #[must_use]
+    pub fn may_sharpen(&self, model: ModelId, bytes: f64) -> bool {
+        let is_safe = || (self.most_needed_bytes + self.detail_bytes()) as f64 + bytes <= self.limit_bytes as f64;
+        !self.blunted_near.contains(&model) || is_safe()
+    }
+
+    /// Names the models that are visible now, and says in how many steps others are needed, and what first pictures of all that the
+    /// cell and those adjacent to it see take.
+    pub fn need(&mut self, models: HashSet<ModelId>, steps: HashMap<ModelId, u32>, needed_bytes: u64) {
+        self.most_needed_bytes = self.most_needed_bytes.max(needed_bytes);
         (self.needed, self.steps) = (models, steps);
         self.uses += 1;
         for model in &self.needed {
@@ -146,6 +165,12 @@ impl Residency {
                 resident.last_needed = self.uses;
             }
         }
+        let mut gone_near = std::mem::take(&mut self.gone_near);
+        gone_near.retain(|_, model| self.is_near(*model));
+        self.gone_near = gone_near;
+        let mut blunted_near = std::mem::take(&mut self.blunted_near);
+        blunted_near.retain(|model| self.is_near(*model));
+        self.blunted_near = blunted_near;
     }
 
     /// Makes room for so many bytes more beside what is held and promised; answers what went for it, or `None` when there
@@ -211,6 +236,9 @@ impl Residency {
             return None;
         }
         self.blunted.extend(&gone.details);
+        let near = gone.details.iter().filter(|model| self.is_near(**model));
+        let near: Vec<_> = near.copied().collect();
+        self.blunted_near.extend(near);
         for model in &gone.details {
             let detail = self.models.get_mut(model).and_then(|resident| resident.detail.take());
             self.release(detail);
@@ -249,11 +277,9 @@ impl Residency {
             last_used: self.uses,
             last_user: before.and_then(|before| before.last_user),
         };
-        if let Some(was_near) = self.gone.remove(&name) {
+        if self.gone.remove(&name) {
             self.evictions.again_files += 1;
             self.evictions.again_bytes += bytes;
-            self.evictions.cycle_files += u64::from(was_near);
-            self.evictions.cycle_bytes += if was_near { bytes } else { 0 };
         }
         if let Some(before) = self.files.insert(name, file) {
             self.held_bytes -= before.bytes;
@@ -296,6 +322,11 @@ impl Residency {
             if let Some(file) = self.files.get_mut(key) {
                 file.users += 1;
                 file.last_user = Some(model);
+                if self.gone_near.get(key) == Some(&model) {
+                    self.gone_near.remove(key);
+                    self.evictions.cycle_files += 1;
+                    self.evictions.cycle_bytes += file.bytes;
+                }
             }
         }
         let mesh = Mesh { grade, files };
@@ -337,6 +368,26 @@ impl Residency {
         }
     }
 
+    /// What details take, each file once, that are part of no base.
+    fn detail_bytes(&self) -> u64 {
+        let residents = || self.models.values();
+        let bases: HashSet<&Key> = residents().flat_map(|resident| &resident.base.files).collect();
+        let details = residents().filter_map(|resident| resident.detail.as_ref());
+        let keys: HashSet<&Key> = details
+            .flat_map(|detail| &detail.files)
+            .filter(|key| !bases.contains(key))
+            .collect();
+        keys.into_iter()
+            .filter_map(|key| self.files.get(key))
+            .map(|file| file.bytes)
+            .sum()
+    }
+
+    /// Whether the cell or one adjacent to it sees a model.
+    fn is_near(&self, model: ModelId) -> bool {
+        self.steps_to(model) <= 1
+    }
+
     /// Files without users stay as long as memory allows.
     fn release(&mut self, mesh: Option<Mesh>) {
         self.uses += 1;
@@ -353,8 +404,10 @@ impl Residency {
         self.held_bytes -= file.bytes;
         self.evictions.files += 1;
         self.evictions.bytes += file.bytes;
-        let is_near = file.last_user.is_some_and(|model| self.steps_to(model) <= 1);
-        self.gone.insert(name, is_near);
+        self.gone.insert(name);
+        if let Some(model) = file.last_user.filter(|model| self.is_near(*model)) {
+            self.gone_near.insert(name, model);
+        }
     }
 }
 

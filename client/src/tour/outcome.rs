@@ -126,7 +126,7 @@ pub struct Memory {
     pub evicted_bytes: u64,
     /// … and were fetched again.
     pub again_bytes: u64,
-    /// Bytes of these that went although the cell or one adjacent to it saw what they were drawn with.
+    /// Bytes of these that went although the cell or one adjacent to it saw what they were drawn with, and has seen it since.
     pub cycle_bytes: u64,
     /// Cells for which memory does not suffice.
     pub short_cells: u64,

@@ -340,7 +340,7 @@ fn summary(Report { outcome, live }: &Report) -> String {
     if outcome.memory.evicted_bytes > 0 {
         let memory = &outcome.memory;
         rows.push(row(
-            "  … went for want of it; was fetched again; went though seen from the cell or the next",
+            "  … went for want of it; was fetched again; was all the time seen from the cell or the next",
             format!(
                 "{}; {}; {}",
                 bytes(memory.evicted_bytes),

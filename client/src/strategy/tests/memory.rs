@@ -23,6 +23,7 @@ fn memory_is_never_exceeded_and_what_is_furthest_goes_first() {
     held.need(
         HashSet::from([ModelId(0)]),
         HashMap::from([(ModelId(1), 1), (ModelId(2), 3)]),
+        0,
     );
     let mut room = |bytes: u64, within_steps: u32| {
         let terms = Terms {
@@ -42,13 +43,23 @@ fn memory_is_never_exceeded_and_what_is_furthest_goes_first() {
     );
     assert_eq!(room(400, 0), Some((vec![ModelId(2), ModelId(1)], 2, 100)));
     assert_eq!(room(401, 0), None, "what is visible stays");
-    // What went from next door is told apart from what went from far away, when it comes again.
-    for (number, cycle_bytes) in [(2, 0), (1, 100)] {
+    // What went from next door is told apart from what went from far away, when it comes again; not after a way there and back.
+    let comes_again = |held: &mut Residency, number: u32| {
+        let key = file(number).name.key();
         held.ask(&file(number));
-        held.arrive(file(number).name.key(), 100);
-        assert_eq!(held.evictions().cycle_bytes, cycle_bytes, "file {number}");
-    }
-    assert_eq!(held.evictions().again_bytes, 200);
+        held.arrive(key, 100);
+        held.hold(ModelId(number), grade, vec![key], true);
+        (held.evictions().again_bytes, held.evictions().cycle_bytes)
+    };
+    assert_eq!(comes_again(&mut held, 2), (100, 0));
+    let (near, far) = (HashMap::from([(ModelId(1), 1)]), HashMap::from([(ModelId(1), 2)]));
+    let mut left_and_returned = held.clone();
+    left_and_returned.need(HashSet::new(), far, 0);
+    left_and_returned.need(HashSet::new(), near.clone(), 0);
+    assert_eq!(comes_again(&mut left_and_returned, 1), (200, 0));
+    held.need(HashSet::from([ModelId(1)]), HashMap::new(), 0);
+    held.need(HashSet::new(), near, 0);
+    assert_eq!(comes_again(&mut held, 1), (200, 100));
     assert!(held.peak_bytes() <= 500);
 }
 
@@ -97,7 +108,7 @@ fn what_had_to_go_comes_back_for_what_is_far() {
     let mut sharp = |here: &[Seen], steps: HashMap<ModelId, u32>| {
         planner
             .residency
-            .need(here.iter().map(|seen| seen.model).collect(), steps);
+            .need(here.iter().map(|seen| seen.model).collect(), steps, 0);
         fetch_all(&mut planner, &view(here, Vec::new()), 1e9);
         planner.residency.held(here[0].model).map(|grade| grade.number) == Some(0)
     };
@@ -107,4 +118,30 @@ fn what_had_to_go_comes_back_for_what_is_far() {
         "what is near stays sharp"
     );
     assert!(sharp(&here, HashMap::from([(ModelId(2), 3)])));
+}
+
+#[test]
+fn what_went_while_it_was_seen_comes_back_where_it_need_not_go_again() {
+    let (here, next) = ([seen(1, 1.0)], [seen_at(2, 2, 9.0, 1.0, model(2))]);
+    let mut planner = within(43_000);
+    let sharpness = |planner: &Planner| planner.residency.held(ModelId(1)).map(|grade| grade.number);
+    let stand = |planner: &mut Planner, needed_bytes: u64| {
+        let steps = HashMap::from([(ModelId(2), 1)]);
+        planner.residency.need(HashSet::from([ModelId(1)]), steps, needed_bytes);
+        fetch_all(planner, &view(&here, Vec::new()), 1e9);
+    };
+    stand(&mut planner, 4_000);
+    assert_eq!(sharpness(&planner), Some(0));
+    fetch_all(&mut planner, &view(&here, vec![(approach(2, 1, 1.0), &next[..])]), 1e9);
+    assert_eq!(sharpness(&planner), Some(2), "it went for what is next door");
+    let detail = planner.residency.clone();
+    // Where a cell has needed nearly all of it, there is no room to be sure of, though nothing takes it now.
+    stand(&mut planner, 42_000);
+    assert_eq!(sharpness(&planner), Some(2));
+    // Whoever has been away begins anew.
+    planner
+        .residency
+        .need(HashSet::new(), HashMap::from([(ModelId(1), 2)]), 0);
+    assert!(planner.residency.may_sharpen(ModelId(1), 40_000.0));
+    assert!(!detail.may_sharpen(ModelId(1), 43_000.0) && detail.may_sharpen(ModelId(1), 30_000.0));
 }
