@@ -21,10 +21,12 @@ export interface Piece {
   readonly paint: number;
 }
 
-/** Which vertices of a geometry are used, in the order of their first use, and each corner's place among them. */
+/** Which vertices of a geometry are used, in their order, and each corner's place among them. */
 interface Corners {
-  readonly vertices: Uint32Array;
-  readonly places: Uint32Array;
+  readonly count: number;
+  /** Told where it is not all. */
+  readonly chosen: Uint32Array | undefined;
+  readonly places: ArrayLike<number>;
 }
 
 /** Says what pieces must have alike to become one. */
@@ -39,7 +41,7 @@ export function formOf(geometry: BufferGeometry): string {
 /** One geometry of pieces of one form. */
 export function merged(pieces: readonly Piece[]): BufferGeometry {
   const corners = pieces.map(({ geometry }) => cornersOf(geometry));
-  const count = corners.reduce((sum, { vertices }) => sum + vertices.length, 0);
+  const count = corners.reduce((sum, piece) => sum + piece.count, 0);
   const geometry = new BufferGeometry();
   for (const name of DRAWN_BY) {
     const from = pieces.map((piece) => piece.geometry.getAttribute(name) as Attribute);
@@ -52,44 +54,62 @@ export function merged(pieces: readonly Piece[]): BufferGeometry {
 
 function cornersOf(geometry: BufferGeometry): Corners {
   const { count } = geometry.getAttribute("position");
-  const index = geometry.getIndex();
-  const from = index?.array ?? Uint32Array.from({ length: count }, (_, i) => i);
-  const placeOf = new Int32Array(count).fill(-1);
-  const vertices = new Uint32Array(count);
-  const places = new Uint32Array(from.length);
+  const places = geometry.getIndex()?.array ?? Uint32Array.from({ length: count }, (_, i) => i);
+  const isUsed = new Uint8Array(count);
   let used = 0;
-  for (let i = 0; i < from.length; i += 1) {
-    const vertex = from[i] as number;
-    if (placeOf[vertex] === -1) {
-      placeOf[vertex] = used;
-      vertices[used] = vertex;
-      used += 1;
-    }
-    places[i] = placeOf[vertex] as number;
+  for (let i = 0; i < places.length; i += 1) {
+    const vertex = places[i] as number;
+    if (isUsed[vertex] !== 0) continue;
+    isUsed[vertex] = 1;
+    used += 1;
   }
-  return { vertices: vertices.subarray(0, used), places };
+  if (used === count) return { count, chosen: undefined, places };
+  const chosen = new Uint32Array(used);
+  const placeOf = new Uint32Array(count);
+  let place = 0;
+  for (let vertex = 0; vertex < count; vertex += 1) {
+    if (isUsed[vertex] === 0) continue;
+    chosen[place] = vertex;
+    placeOf[vertex] = place;
+    place += 1;
+  }
+  return { count: used, chosen, places: Uint32Array.from(places, (vertex) => placeOf[vertex] as number) };
 }
 
 /** An attribute of the vertices that are used. */
 function gathered(from: readonly Attribute[], corners: readonly Corners[], count: number): Attribute {
   const [first] = from as [Attribute];
-  const to = rows(first.array.constructor as new (length: number) => TypedArray, first.itemSize, count);
-  const { array, stride } = to;
-  let end = 0;
-  corners.forEach(({ vertices }, piece) => {
-    const attribute = from[piece] as Attribute;
-    const numbers = attribute.array;
-    const [start, step] =
-      attribute instanceof InterleavedBufferAttribute
-        ? [attribute.offset, attribute.data.stride]
-        : [0, attribute.itemSize];
-    for (const vertex of vertices) {
-      const at = start + step * vertex;
-      for (let k = 0; k < first.itemSize; k += 1) array[end + k] = numbers[at + k] as number;
-      end += stride;
-    }
-  });
-  return new InterleavedBufferAttribute(to, first.itemSize, 0, first.normalized);
+  const { itemSize } = first;
+  const to = rows(first.array.constructor as new (length: number) => TypedArray, itemSize, count);
+  let row = 0;
+  for (const [piece, { chosen, count }] of corners.entries()) {
+    copy(from[piece] as Attribute, chosen, count, to, row);
+    row += count;
+  }
+  return new InterleavedBufferAttribute(to, itemSize, 0, first.normalized);
+}
+
+/** Copies rows, all or those that are chosen, to rows that begin at so many. */
+function copy(
+  attribute: Attribute,
+  chosen: Uint32Array | undefined,
+  count: number,
+  { array, stride }: InterleavedBuffer,
+  row: number,
+): void {
+  const { array: numbers, itemSize } = attribute;
+  const isInterleaved = attribute instanceof InterleavedBufferAttribute;
+  const [start, step] = isInterleaved ? [attribute.offset, attribute.data.stride] : [0, itemSize];
+  let end = stride * row;
+  if (!chosen && start === 0 && step === stride) {
+    array.set(numbers.subarray(0, stride * count), end);
+    return;
+  }
+  for (let i = 0; i < count; i += 1) {
+    const at = start + step * (chosen ? (chosen[i] as number) : i);
+    for (let k = 0; k < itemSize; k += 1) array[end + k] = numbers[at + k] as number;
+    end += stride;
+  }
 }
 
 /** The paint of each vertex: in what positions of 16 bits leave of their rows, else in rows of its own. */
@@ -98,13 +118,12 @@ function paintOf(position: Attribute, pieces: readonly Piece[], corners: readonl
   const isRoom = array instanceof Uint16Array && itemSize < data.stride;
   const to = isRoom ? data : rows(Uint16Array, 1, position.count);
   const offset = isRoom ? itemSize : 0;
-  let end = offset;
-  corners.forEach(({ vertices }, piece) => {
-    for (let i = 0; i < vertices.length; i += 1) {
-      to.array[end] = pieces[piece]?.paint ?? 0;
-      end += to.stride;
-    }
-  });
+  const [paints, stride] = [to.array as Uint16Array, to.stride];
+  let at = offset;
+  for (const [piece, { count }] of corners.entries()) {
+    const paint = pieces[piece]?.paint ?? 0;
+    for (const end = at + stride * count; at < end; at += stride) paints[at] = paint;
+  }
   return new InterleavedBufferAttribute(to, 1, offset);
 }
 
@@ -118,12 +137,10 @@ function indexOf(corners: readonly Corners[], count: number): BufferAttribute {
   const length = corners.reduce((sum, { places }) => sum + places.length, 0);
   const index = count <= MOST_SHORT_VERTICES ? new Uint16Array(length) : new Uint32Array(length);
   let [end, before] = [0, 0];
-  for (const { vertices, places } of corners) {
-    for (const place of places) {
-      index[end] = before + place;
-      end += 1;
-    }
-    before += vertices.length;
+  for (const { count, places } of corners) {
+    for (let i = 0; i < places.length; i += 1) index[end + i] = before + (places[i] as number);
+    end += places.length;
+    before += count;
   }
   return new BufferAttribute(index, 1);
 }
