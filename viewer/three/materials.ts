@@ -1,8 +1,10 @@
 /**
- * Which models are painted alike? Hundreds of models of one world use the same few materials. three.js prepares each material for the
- * graphics card where it is first drawn, which takes as long as to decode a model, so all that have the same share one.
+ * Which models use the same materials, beside those that vertices paint (`painter.ts`)? Hundreds of models of one world have the same
+ * panes and leaves. three.js prepares each material for the graphics card where it is first drawn, which takes as long as to decode a
+ * model, so all that have the same share one.
  */
-import type { Material, Mesh, Object3D } from "three";
+import type { Material } from "three";
+import type { Drawn } from "./modelbatch.ts";
 
 /** What a loader knows of what it made. */
 export interface Origin {
@@ -19,19 +21,17 @@ export class Materials {
   private readonly byKey = new Map<string, Shared>();
   private readonly keys = new Map<Material, string>();
 
-  /** Has what is drawn below a node use materials that others use, too; answers all that it uses then, each of which is to be released. */
-  share(root: Object3D, origin: Origin): ReadonlySet<Material> {
+  /** Has what is drawn use materials that others use, too; answers all that it uses then, each of which is to be released. */
+  share(parts: readonly Drawn[], origin: Origin): ReadonlySet<Material> {
     const used = new Set<Material>();
     const choose = (material: Material) => {
       const shared = this.like(material, keyOf(material, origin));
       used.add(shared);
       return shared;
     };
-    root.traverse((node) => {
-      const mesh = node as Partial<Mesh>;
-      if (mesh.material)
-        mesh.material = Array.isArray(mesh.material) ? mesh.material.map(choose) : choose(mesh.material);
-    });
+    for (const part of parts) {
+      part.material = Array.isArray(part.material) ? part.material.map(choose) : choose(part.material);
+    }
     for (const material of used) this.use(material);
     return used;
   }

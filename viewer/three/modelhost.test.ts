@@ -1,5 +1,6 @@
 import { Matrix4, PerspectiveCamera, Raycaster, Vector3 } from "three";
 import { describe, expect, it } from "vitest";
+import { glbOf } from "../core/glb.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import { box, encodeGlb } from "../test/encode.ts";
 import { InstanceMesh } from "./instancemesh.ts";
@@ -20,10 +21,11 @@ describe("what is shown", () => {
     },
     model: { model, levels: [] },
   });
-  const upload = async (host: ThreeModelHost, part: "base" | "detail") => {
-    const decoded = await host.decode(1, glb(), new Map());
+  const upload = async (host: ThreeModelHost, part: "base" | "detail", level = glb()) => {
+    const decoded = await host.decode(1, level, new Map());
     await decoded.ready;
     decoded.draw(part);
+    return decoded.bytes;
   };
   /** Objects that a ray meets, from above. */
   const standing = (host: ThreeModelHost) =>
@@ -108,6 +110,34 @@ describe("what is shown", () => {
     expect([host.root.children, drawn(host).calls]).toEqual([[before], 1]);
     decoded.draw("detail");
     expect([host.root.children.length, drawn(host).calls]).toEqual([2, 1]);
+  });
+
+  it("is drawn by one call where its surfaces are plainly painted, and by one more where one sees through", async () => {
+    const host = new ThreeModelHost(
+      () => {},
+      async () => {},
+    );
+    const { positions, indices } = box([0, 0, 0], [1, 1, 1]);
+    const vertices = { positions: Float32Array.from(positions), others: [] };
+    const triangles = [0, 1, 2].map((material) => ({ vertices, indices: Uint32Array.from(indices), material }));
+    const colour = (...baseColorFactor: number[]) => ({ pbrMetallicRoughness: { baseColorFactor } });
+    const materials = [colour(1, 0, 0, 1), colour(0, 1, 0, 1), { ...colour(0, 0, 1, 0.5), alphaMode: "BLEND" }];
+    const bytes = await upload(host, "base", glbOf(triangles, { materials }));
+    host.show([placed(1), placed(2)]);
+    host.place(1e6);
+    expect([drawn(host), standing(host)]).toEqual([{ calls: 1, places: [1, 2] }, inRow(1, 2)]);
+    const alone = host.root.children.flatMap(({ children }) =>
+      children.filter((one) => !(one instanceof InstanceMesh)),
+    );
+    expect(alone.length).toBe(2);
+    // What is painted: 24 vertices for each paint, of 12 bytes for the place and 4 for the paint; the pane as it came.
+    expect(bytes).toBe(2 * (24 * 16 + 36 * 2) + 24 * 12 + 36 * 2);
+    let freed = 0;
+    for (const { children } of host.root.children) {
+      for (const one of children) (one as InstanceMesh).geometry.addEventListener("dispose", () => (freed += 1));
+    }
+    host.evict(1);
+    expect(freed).toBe(1 + 2);
   });
 
   it("goes where it is moved, and where it is known to be instead of roughly", async () => {

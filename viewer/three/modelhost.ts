@@ -3,27 +3,15 @@
  * draws all shown objects of the model with the finer one (`modelbatch.ts`). One replaces another in one step, so that there is never a
  * frame without either. Far objects are drawn by impostors (`impostors.ts`). What is evicted leaves the GPU.
  */
-import {
-  type BufferGeometry,
-  Group,
-  Line,
-  type Material,
-  Matrix4,
-  Mesh,
-  type Object3D,
-  Points,
-  type Raycaster,
-  Texture,
-} from "three";
+import { Group, Matrix4, type Object3D, type Raycaster } from "three";
 import type { Vec3 } from "../core/geometry.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import type { Decoded, ModelHost } from "../core/modelloads.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import type { Part } from "../core/residency.ts";
-import { GlbLoader, textureUrls } from "./glbloader.ts";
 import { ImpostorCrowd, standingAt } from "./impostors.ts";
-import { Materials } from "./materials.ts";
-import { batchedAt, type Drawn, ModelBatch } from "./modelbatch.ts";
+import { batchedAt, type ModelBatch } from "./modelbatch.ts";
+import { ModelTemplates, type Template } from "./modeltemplates.ts";
 import { TextureCache } from "./textures.ts";
 import type { ViewVolume } from "./viewvolume.ts";
 
@@ -33,21 +21,12 @@ import type { ViewVolume } from "./viewvolume.ts";
  */
 const INTRODUCED = 3;
 
-interface Template {
-  readonly root: Object3D;
-  /** Draws objects with it. */
-  readonly batch: ModelBatch;
-  readonly materials: ReadonlySet<Material>;
-  readonly textures: readonly string[];
-}
-
 export class ThreeModelHost implements ModelHost {
   /** Everything that is shown; add it to a scene. */
   readonly root = new Group();
   private readonly templates: Readonly<Record<Part, Map<number, Template>>> = { base: new Map(), detail: new Map() };
   private readonly textures = new TextureCache();
-  private readonly materials = new Materials();
-  private readonly loader = new GlbLoader(this.textures);
+  private readonly decoder = new ModelTemplates(this.textures);
   /** Shown objects by id and, for swapping, by model. */
   private shown = new Map<number, PlacedObject>();
   private byModel = new Map<number, PlacedObject[]>();
@@ -75,33 +54,13 @@ export class ThreeModelHost implements ModelHost {
     glb: ArrayBuffer,
     textures: ReadonlyMap<string, ArrayBuffer>,
   ): Promise<Decoded<[part: Part]>> {
-    const used = textureUrls(glb).filter((url) => textures.has(url) || this.textures.holds(url));
-    const acquired: string[] = [];
-    let bytes = 0;
-    try {
-      for (const url of used) {
-        try {
-          bytes += await this.textures.acquire(url, textures.get(url));
-          acquired.push(url);
-        } catch (error) {
-          console.warn(`the picture ${url} cannot be decoded; its model is drawn without it`, error);
-        }
-      }
-      const { scene, parser } = await this.loader.parse(glb);
-      const materials = this.materials.share(scene, parser);
-      bytes += geometryBytes(scene);
-      const batch = new ModelBatch(drawnOf(scene));
-      const template = { root: scene, batch, materials, textures: acquired };
-      return {
-        bytes,
-        ready: this.prepare(batch.sample()),
-        draw: (part) => this.replace(model, part, template),
-        release: () => this.dispose(template),
-      };
-    } catch (error) {
-      for (const url of acquired) this.textures.release(url);
-      throw error;
-    }
+    const template = await this.decoder.decode(glb, textures);
+    return {
+      bytes: template.bytes,
+      ready: this.prepare(template.batch.sample()),
+      draw: (part) => this.replace(model, part, template),
+      release: () => this.dispose(template),
+    };
   }
 
   needsTexture(url: string): boolean {
@@ -237,6 +196,7 @@ export class ThreeModelHost implements ModelHost {
     }
     for (const crowd of this.crowds.values()) crowd.close();
     this.crowds.clear();
+    this.decoder.clear();
   }
 
   /**
@@ -312,40 +272,12 @@ export class ThreeModelHost implements ModelHost {
   }
 
   private dispose(template: Template | undefined): void {
-    if (template) this.unknown.delete(template.batch);
-    template?.batch.release();
-    template?.root.traverse((node) => (node as Partial<Mesh>).geometry?.dispose());
-    for (const material of template?.materials ?? []) if (this.materials.release(material)) disposeMaterial(material);
-    for (const url of template?.textures ?? []) this.textures.release(url);
+    if (!template) return;
+    this.unknown.delete(template.batch);
+    this.decoder.dispose(template);
   }
 }
 
 function isDrawable(url: string): boolean {
   return !url.endsWith(".ktx2");
-}
-
-/** What is drawn below a node. */
-function drawnOf(root: Object3D): Drawn[] {
-  const drawn: Drawn[] = [];
-  root.updateMatrixWorld(true);
-  root.traverse((node) => {
-    if (node instanceof Mesh || node instanceof Points || node instanceof Line) drawn.push(node);
-  });
-  return drawn;
-}
-
-function geometryBytes(root: Object3D): number {
-  const buffers = new Set<ArrayBufferLike>();
-  root.traverse((node) => {
-    const geometry = (node as Partial<Mesh>).geometry as BufferGeometry | undefined;
-    if (!geometry) return;
-    for (const attribute of Object.values(geometry.attributes)) buffers.add(attribute.array.buffer);
-    if (geometry.index) buffers.add(geometry.index.array.buffer);
-  });
-  return [...buffers].reduce((total, buffer) => total + buffer.byteLength, 0);
-}
-
-function disposeMaterial(material: Material): void {
-  for (const value of Object.values(material)) if (value instanceof Texture) value.dispose();
-  material.dispose();
 }

@@ -8,6 +8,7 @@ import {
   BufferGeometry,
   type Camera,
   DoubleSide,
+  FrontSide,
   Group,
   InstancedMesh,
   Line,
@@ -21,6 +22,8 @@ import {
   type WebGLRenderer,
 } from "three";
 import { type Drawable, impostorMaterial } from "./impostormaterial.ts";
+import { paintMaterial } from "./paintmaterial.ts";
+import { Palette } from "./palette.ts";
 import { Squares } from "./squares.ts";
 
 type Program = NonNullable<WebGLRenderer["info"]["programs"]>[number];
@@ -121,12 +124,15 @@ function materialsOf(root: Object3D): DrawnMaterial[] {
   return drawn;
 }
 
-/** What most models need: opaque ones, seen from one side or from both, and what is seen through. */
+/** What most models need: what is painted by its vertices, seen from one side or from both, and what is seen through. */
 export function usualMeshes(): Object3D {
   const geometry = corners();
+  const palette = new Palette().uniform;
+  const painted = [FrontSide, DoubleSide].map((side) =>
+    paintMaterial(palette, { side, vertexColors: false, flatShading: false }),
+  );
   return new Group().add(
-    new InstancedMesh(geometry, new MeshStandardMaterial(), 0),
-    new InstancedMesh(geometry, new MeshStandardMaterial({ side: DoubleSide }), 0),
+    ...painted.map((material) => new InstancedMesh(geometry, material, 0)),
     new Mesh(geometry, new MeshStandardMaterial({ transparent: true })),
   );
 }

@@ -1,0 +1,92 @@
+/** What is a downloaded level once it is decoded? Meshes that draw any number of objects, with what they take of the graphics card. */
+import { type BufferGeometry, Line, type Material, Mesh, type Object3D, Points, Texture } from "three";
+import { GlbLoader, textureUrls } from "./glbloader.ts";
+import { Materials } from "./materials.ts";
+import { type Drawn, ModelBatch } from "./modelbatch.ts";
+import { Painter } from "./painter.ts";
+import type { TextureCache } from "./textures.ts";
+
+export interface Template {
+  /** Draws objects with it. */
+  readonly batch: ModelBatch;
+  readonly bytes: number;
+  readonly parts: readonly Drawn[];
+  readonly paints: readonly number[];
+  /** Of parts that are not painted by their vertices. */
+  readonly materials: ReadonlySet<Material>;
+  readonly textures: readonly string[];
+}
+
+export class ModelTemplates {
+  private readonly loader: GlbLoader;
+  private readonly painter = new Painter();
+  private readonly materials = new Materials();
+
+  constructor(private readonly textures: TextureCache) {
+    this.loader = new GlbLoader(textures);
+  }
+
+  /** Decodes a level; `textures` are those that came with it. */
+  async decode(glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<Template> {
+    const used = textureUrls(glb).filter((url) => textures.has(url) || this.textures.holds(url));
+    const acquired: string[] = [];
+    let bytes = 0;
+    try {
+      for (const url of used) {
+        try {
+          bytes += await this.textures.acquire(url, textures.get(url));
+          acquired.push(url);
+        } catch (error) {
+          console.warn(`the picture ${url} cannot be decoded; its model is drawn without it`, error);
+        }
+      }
+      const { scene, parser } = await this.loader.parse(glb);
+      const { painted, others, paints } = this.painter.paint(drawnOf(scene));
+      const materials = this.materials.share(others, parser);
+      const parts = [...painted, ...others];
+      bytes += geometryBytes(parts);
+      return { batch: new ModelBatch(parts), bytes, parts, paints, materials, textures: acquired };
+    } catch (error) {
+      for (const url of acquired) this.textures.release(url);
+      throw error;
+    }
+  }
+
+  /** Frees what a template takes. */
+  dispose({ batch, parts, paints, materials, textures }: Template): void {
+    batch.release();
+    for (const { geometry } of parts) geometry.dispose();
+    this.painter.release(paints);
+    for (const material of materials) if (this.materials.release(material)) disposeMaterial(material);
+    for (const url of textures) this.textures.release(url);
+  }
+
+  /** Frees what all templates share, when there is none any more. */
+  clear(): void {
+    this.painter.dispose();
+  }
+}
+
+/** What is drawn below a node. */
+function drawnOf(root: Object3D): Drawn[] {
+  const drawn: Drawn[] = [];
+  root.updateMatrixWorld(true);
+  root.traverse((node) => {
+    if (node instanceof Mesh || node instanceof Points || node instanceof Line) drawn.push(node);
+  });
+  return drawn;
+}
+
+function geometryBytes(parts: readonly { readonly geometry: BufferGeometry }[]): number {
+  const buffers = new Set<ArrayBufferLike>();
+  for (const { geometry } of parts) {
+    for (const attribute of Object.values(geometry.attributes)) buffers.add(attribute.array.buffer);
+    if (geometry.index) buffers.add(geometry.index.array.buffer);
+  }
+  return [...buffers].reduce((total, buffer) => total + buffer.byteLength, 0);
+}
+
+function disposeMaterial(material: Material): void {
+  for (const value of Object.values(material)) if (value instanceof Texture) value.dispose();
+  material.dispose();
+}
