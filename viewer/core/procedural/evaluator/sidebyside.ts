@@ -76,22 +76,34 @@ export abstract class SideBySide extends Calls {
     return false;
   }
 
-  /** Draws it, turn by turn. */
+  /** Draws it, turn by turn; a mesh that is alone in all of them. */
   private drawWaiting(turtle: Turtle): void {
-    const { columns, waiting } = this;
-    for (let turn = 0; turn < columns.count; turn += 1) {
-      for (const { scope, statement, pose, numbers, count, faces } of waiting) {
-        const { at, solid, lists } = statement;
-        const placed = turtleOf(columns, pose, turn, this.turtles, turtle);
-        if (faces) {
-          this.takeTurn(numbers, count, turn);
-          this.addMesh(scope, at, placed, lists[1] as Row, count / 3, faces);
-        } else {
-          this.giveTurn(numbers, count, turn);
-          this.add(scope, at, placed, solid as Simple);
-        }
-      }
+    const { waiting } = this;
+    const { count } = this.columns;
+    for (let turn = 0; turn < count; ) {
+      let next = turn + 1;
+      for (const drawn of waiting) next = this.drawTurns(turtle, drawn, turn, waiting.length === 1 ? count : turn + 1);
+      turn = next;
     }
+  }
+
+  /** Draws a solid in turns from one on; before which one that ended. */
+  private drawTurns(turtle: Turtle, drawn: Drawn, turn: number, end: number): number {
+    const { scope, statement, pose, numbers, count, faces } = drawn;
+    const { at, solid, lists } = statement;
+    if (faces) {
+      const next = this.addSheaf(pose, numbers, count / 3, faces, turn, end);
+      if (next > turn) return next;
+    }
+    const placed = turtleOf(this.columns, pose, turn, this.turtles, turtle);
+    if (faces) {
+      this.takeTurn(numbers, count, turn);
+      this.addMesh(scope, at, placed, lists[1] as Row, count / 3, faces);
+    } else {
+      this.giveTurn(numbers, count, turn);
+      this.add(scope, at, placed, solid as Simple);
+    }
+    return turn + 1;
   }
 
   /** As `visit`, so many nodes and calls deep; whether that was possible. */

@@ -5,11 +5,13 @@ import type { Wish } from "../grown.ts";
 import { MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached } from "../limits.ts";
 import { type Frame, WIDTH } from "../plain/columns.ts";
 import type { Scope } from "../plain/machine.ts";
+import type { Pose } from "../poses.ts";
 import { type Faces, looksAt, writeBox, writeHeights, writeMesh, writePrism } from "../solid/flat.ts";
 import { SIDES } from "../solid/kinds.ts";
 import { Mesh } from "../solid/mesh.ts";
 import { outline } from "../solid/polygon.ts";
 import { writeCone, writeLathe, writeSphere } from "../solid/round.ts";
+import { areTriangles, writeSheaf } from "../solid/sheaf.ts";
 import { Writer } from "../solid/writer.ts";
 import type { At, Row, Statement } from "../syntax.ts";
 import type { Range } from "./expressions.ts";
@@ -209,6 +211,18 @@ export abstract class Terminals extends Outlines {
       throw this.located(scope, list, error);
     }
     this.ends();
+  }
+
+  /** Adds meshes that are sound in turns from one on, if there is room for all of them; before which one that ended. */
+  protected addSheaf(pose: Pose, first: number, points: number, faces: Faces, turn: number, end: number): number {
+    const { columns, extent, limits, usage } = this;
+    const most = usage.triangles + (end - turn - 1) * faces.count + faces.length;
+    if (faces.length === 0 || !areTriangles(faces) || most > limits.triangles) return turn;
+    const reach = this.reach(this.part);
+    const mesh = meshOf(this.growing(this.part).meshes, pose.material);
+    const done = writeSheaf(mesh, reach, extent, columns.numbers, pose, first, points, faces, turn, end);
+    usage.triangles += (done - turn) * faces.count;
+    return done;
   }
 
   /** Says what is wrong with the first face that is not sound, if counting those before comes so far. */
