@@ -3,6 +3,7 @@
  * same steps in the same order as `crates/scene/src/procedural/arithmetic.rs`. `Math.sin` and its like differ from
  * machine to machine in their last bits and are not used. Angles are in degrees.
  */
+import { WIDTH } from "./plain/columns.ts";
 
 const RADIANS = 0.017_453_292_519_943_295;
 
@@ -22,6 +23,19 @@ export function sine(degrees: number): number {
 /** The cosine. */
 export function cosine(degrees: number): number {
   return cosines[placeOf(degrees)] as number;
+}
+
+/** Sines and cosines of the angles that were asked for last. */
+const turns = { sines: new Float64Array(WIDTH), cosines: new Float64Array(WIDTH) };
+
+/** The same of so many angles side by side, until the next. */
+export function directions(degrees: Float64Array, first: number, count: number): Readonly<typeof turns> {
+  for (let i = 0; i < count; i += 1) {
+    const place = placeOf(degrees[first + i] as number);
+    turns.sines[i] = sines[place] as number;
+    turns.cosines[i] = cosines[place] as number;
+  }
+  return turns;
 }
 
 /** Where sine and cosine of an angle lie, until the next angle. */

@@ -4,19 +4,14 @@
  */
 import { type Affine, after, IDENTITY } from "./affine.ts";
 import { cosine, sine } from "./arithmetic.ts";
+import { WIDTH } from "./plain/columns.ts";
+import type { Pose } from "./plain/plan.ts";
 
 /** Three axes, an origin and the material. */
 export const FRAME = 12;
 const SIZE = FRAME + 1;
 /** Where the axes begin in it. */
 const [X, Y, Z, ORIGIN] = [0, 3, 6, 9] as const;
-
-/** Farthest move and largest scale, so that a model stays within reach of numbers. */
-export const FARTHEST = 1e9;
-/** Smallest scale, either way. */
-export const LEAST_SCALE = 1e-6;
-/** What is asked of the numbers of a statement that moves, turns or stretches. */
-export const MOVE = [0, 1, 2].map(() => ({ what: "a transform", min: -FARTHEST, max: FARTHEST }));
 
 export type Axis = "x" | "y" | "z";
 
@@ -107,6 +102,29 @@ export class Turtles {
       if (!(Math.abs(num(numbers, i)) <= most)) return false;
     }
     return true;
+  }
+
+  /** The same of its axes, of which each number is smaller, and its origin. */
+  mayTurn(at: number, longest: number, farthest: number): boolean {
+    const { numbers } = this;
+    for (let i = at; i < at + FRAME; i += 1) {
+      if (!(Math.abs(num(numbers, i)) <= (i < at + ORIGIN ? longest : farthest))) return false;
+    }
+    return true;
+  }
+
+  /** One that is somewhere else, by a turn of columns of numbers. */
+  among(of: number, columns: Float64Array, pose: Pose, turn: number, material: number): number {
+    const at = this.room(of);
+    const { numbers } = this;
+    for (let i = 0; i < 3; i += 1) {
+      numbers[at + X + i] = num(columns, (pose.x + i) * WIDTH + turn);
+      numbers[at + Y + i] = num(columns, (pose.y + i) * WIDTH + turn);
+      numbers[at + Z + i] = num(columns, (pose.z + i) * WIDTH + turn);
+      numbers[at + ORIGIN + i] = num(columns, (pose.origin + i) * WIDTH + turn);
+    }
+    numbers[at + FRAME] = material;
+    return at;
   }
 
   /** Its frame, to be kept. */

@@ -5,10 +5,10 @@
 import type { Affine } from "../affine.ts";
 import type { Scope } from "../plain/machine.ts";
 import { fraction, step } from "../random.ts";
+import type { Range } from "../ranges.ts";
 import { outline } from "../solid/polygon.ts";
 import type { At, Statement } from "../syntax.ts";
 import type { Value } from "../value.ts";
-import type { Range } from "./expressions.ts";
 import { SideBySide } from "./sidebyside.ts";
 import { type Turtle, withPath } from "./state.ts";
 

@@ -35,10 +35,9 @@ export abstract class Materials extends Modules {
   }
 
   /** The same of a material without arguments, of the same file, when it has been computed before. */
-  protected knownSurface({ module, instance }: Scope, index: number): number | "not yet" | undefined {
-    const { alias, index: rule } = this.module(module).calls[index] as Call;
-    if (alias !== undefined || this.module(module).materials[rule]?.slots !== 0) return undefined;
-    return this.knownMaterials.at(module).at(rule).at(instance).index ?? "not yet";
+  protected knownSurface({ module, instance }: Scope, index: number): number | undefined {
+    const { index: rule } = this.module(module).calls[index] as Call;
+    return this.knownMaterials.at(module).at(rule).at(instance).index;
   }
 
   private computedSurface(scope: Scope, rule: MaterialRule): Surface {

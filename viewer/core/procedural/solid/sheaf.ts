@@ -4,7 +4,7 @@
  */
 import type { Reach } from "../bounds.ts";
 import { WIDTH } from "../plain/columns.ts";
-import type { Pose } from "../poses.ts";
+import type { Planned } from "../plain/plan.ts";
 import type { Faces } from "./flat.ts";
 import type { Mesh } from "./mesh.ts";
 import { turn as area } from "./polygon.ts";
@@ -16,49 +16,47 @@ const frame = new Float64Array(12);
 
 /** Whether faces can be written so. */
 export function areTriangles(faces: Faces): boolean {
-  return faces.areSound && faces.length === 3 * faces.count && !faces.isFlat;
+  return faces.areSound && faces.count > 0 && faces.length === 3 * faces.count && !faces.isFlat;
 }
 
 /**
- * Writes triangles between so many points, whose columns begin at `first`, in turns from `turn` to `end`, and has a box hold
- * them; before which turn that ended, because a triangle of it is none.
+ * Writes triangles of a plan in turns from `turn` to `end`, and has a box hold them; before which turn that ended, because a
+ * triangle of it is none.
  */
 export function writeSheaf(
   mesh: Mesh,
   reach: Reach,
   extent: Reach,
   columns: Float64Array,
-  pose: Pose,
-  first: number,
-  count: number,
+  { pose, numbers }: Planned,
   faces: Faces,
   turn: number,
   end: number,
 ): number {
-  if (3 * count > points.length) {
-    points = new Float64Array(6 * count);
-    placed = new Float64Array(6 * count);
+  if (numbers.length > points.length) {
+    points = new Float64Array(2 * numbers.length);
+    placed = new Float64Array(2 * numbers.length);
   }
   const room = mesh.growing;
   room.reserve(mesh.vertices + (end - turn) * faces.length, mesh.triangles + (end - turn) * faces.count);
   const { points: positions, directions, corners: indices } = room;
   for (let at = turn; at < end; at += 1) {
-    const xx = num(columns, pose.x + at);
-    const xy = num(columns, pose.x + WIDTH + at);
-    const xz = num(columns, pose.x + 2 * WIDTH + at);
-    const yx = num(columns, pose.y + at);
-    const yy = num(columns, pose.y + WIDTH + at);
-    const yz = num(columns, pose.y + 2 * WIDTH + at);
-    const zx = num(columns, pose.z + at);
-    const zy = num(columns, pose.z + WIDTH + at);
-    const zz = num(columns, pose.z + 2 * WIDTH + at);
-    const ox = num(columns, pose.origin + at);
-    const oy = num(columns, pose.origin + WIDTH + at);
-    const oz = num(columns, pose.origin + 2 * WIDTH + at);
-    for (let point = 0, from = first + at; point < 3 * count; point += 3, from += 3 * WIDTH) {
-      const u = num(columns, from);
-      const v = num(columns, from + WIDTH);
-      const w = num(columns, from + 2 * WIDTH);
+    const xx = num(columns, pose.x * WIDTH + at);
+    const xy = num(columns, (pose.x + 1) * WIDTH + at);
+    const xz = num(columns, (pose.x + 2) * WIDTH + at);
+    const yx = num(columns, pose.y * WIDTH + at);
+    const yy = num(columns, (pose.y + 1) * WIDTH + at);
+    const yz = num(columns, (pose.y + 2) * WIDTH + at);
+    const zx = num(columns, pose.z * WIDTH + at);
+    const zy = num(columns, (pose.z + 1) * WIDTH + at);
+    const zz = num(columns, (pose.z + 2) * WIDTH + at);
+    const ox = num(columns, pose.origin * WIDTH + at);
+    const oy = num(columns, (pose.origin + 1) * WIDTH + at);
+    const oz = num(columns, (pose.origin + 2) * WIDTH + at);
+    for (let point = 0; point < numbers.length; point += 3) {
+      const u = num(columns, (numbers[point] as number) * WIDTH + at);
+      const v = num(columns, (numbers[point + 1] as number) * WIDTH + at);
+      const w = num(columns, (numbers[point + 2] as number) * WIDTH + at);
       points[point] = u;
       points[point + 1] = v;
       points[point + 2] = w;
@@ -148,7 +146,7 @@ export function writeSheaf(
     frame[9] = ox;
     frame[10] = oy;
     frame[11] = oz;
-    extent.points(points, count, 3);
+    extent.points(points, numbers.length / 3, 3);
     reach.placed(extent, frame, 0);
   }
   return end;
