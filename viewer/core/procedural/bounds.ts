@@ -23,7 +23,7 @@ function signOf(term: number): number {
 /** A box that grows around what it holds; at first it holds nothing. */
 export class Reach {
   /** Least x, y and z, then the most. */
-  private readonly ends = Float64Array.of(Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity);
+  readonly ends = Float64Array.of(Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity);
 
   /** The box, to be kept. */
   get bounds(): Bounds {
@@ -33,13 +33,18 @@ export class Reach {
 
   /** Holds a box around the y axis and nothing else. */
   upright(x: number, low: number, high: number, z: number): void {
+    this.box(-x, low, -z, x, high, z);
+  }
+
+  /** Holds a box and nothing else. */
+  box(lowX: number, lowY: number, lowZ: number, highX: number, highY: number, highZ: number): void {
     const { ends } = this;
-    ends[0] = -x;
-    ends[1] = low;
-    ends[2] = -z;
-    ends[3] = x;
-    ends[4] = high;
-    ends[5] = z;
+    ends[0] = lowX;
+    ends[1] = lowY;
+    ends[2] = lowZ;
+    ends[3] = highX;
+    ends[4] = highY;
+    ends[5] = highZ;
   }
 
   /** Holds points and nothing else: so many, of so many numbers each. With two of them they are x and z. */

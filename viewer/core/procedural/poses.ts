@@ -20,14 +20,18 @@ export function move(
   const alongX = (words[first + 2] as number) * width;
   const alongY = (words[first + 3] as number) * width;
   const alongZ = (words[first + 4] as number) * width;
-  for (let axis = 0; axis < 3 * width; axis += width) {
-    for (let i = 0; i < count; i += 1) {
-      numbers[to + axis + i] =
-        num(numbers, x + axis + i) * num(numbers, alongX + i) +
-        num(numbers, y + axis + i) * num(numbers, alongY + i) +
-        num(numbers, z + axis + i) * num(numbers, alongZ + i) +
-        num(numbers, origin + axis + i);
-    }
+  for (let i = 0; i < count; i += 1) {
+    const u = num(numbers, alongX + i);
+    const v = num(numbers, alongY + i);
+    const w = num(numbers, alongZ + i);
+    numbers[to + i] =
+      num(numbers, x + i) * u + num(numbers, y + i) * v + num(numbers, z + i) * w + num(numbers, origin + i);
+    const j = i + width;
+    numbers[to + j] =
+      num(numbers, x + j) * u + num(numbers, y + j) * v + num(numbers, z + j) * w + num(numbers, origin + j);
+    const k = j + width;
+    numbers[to + k] =
+      num(numbers, x + k) * u + num(numbers, y + k) * v + num(numbers, z + k) * w + num(numbers, origin + k);
   }
 }
 
@@ -43,15 +47,23 @@ export function swing(
 ): void {
   const { sines, cosines } = directions(numbers, degrees, count);
   const turned = to + 3 * width;
-  for (let axis = 0; axis < 3 * width; axis += width) {
-    for (let i = 0; i < count; i += 1) {
-      const sin = num(sines, i);
-      const cos = num(cosines, i);
-      const from = num(numbers, u + axis + i);
-      const into = num(numbers, v + axis + i);
-      numbers[to + axis + i] = from * cos + into * sin;
-      numbers[turned + axis + i] = into * cos - from * sin;
-    }
+  for (let i = 0; i < count; i += 1) {
+    const sin = num(sines, i);
+    const cos = num(cosines, i);
+    const j = i + width;
+    const k = j + width;
+    const fromX = num(numbers, u + i);
+    const intoX = num(numbers, v + i);
+    const fromY = num(numbers, u + j);
+    const intoY = num(numbers, v + j);
+    const fromZ = num(numbers, u + k);
+    const intoZ = num(numbers, v + k);
+    numbers[to + i] = fromX * cos + intoX * sin;
+    numbers[to + j] = fromY * cos + intoY * sin;
+    numbers[to + k] = fromZ * cos + intoZ * sin;
+    numbers[turned + i] = intoX * cos - fromX * sin;
+    numbers[turned + j] = intoY * cos - fromY * sin;
+    numbers[turned + k] = intoZ * cos - fromZ * sin;
   }
 }
 

@@ -8,6 +8,8 @@ export interface Range {
   readonly max: number;
 }
 
+/** Most members of one population. */
+export const MAX_COUNT = 1_048_576;
 /** Largest length of a solid, metres. */
 export const MAX_LENGTH = 1e6;
 /** Farthest move and largest scale, so that a model stays within reach of numbers. */

@@ -74,6 +74,7 @@ export const FLOOR = 17;
 export const MAX = 18;
 export const MIN = 19;
 export const MOD = 20;
+/** Register, x, z. How many octaves follows. */
 export const NOISE = 21;
 export const POWER = 22;
 export const ROUND = 23;
@@ -140,7 +141,6 @@ export const FUNCTIONS: Readonly<Partial<Record<BuiltIn, number>>> = {
   max: MAX,
   min: MIN,
   mod: MOD,
-  noise: NOISE,
   power: POWER,
   round: ROUND,
   sin: SIN,

@@ -2,6 +2,7 @@
  * Which code computes a row of expressions at one go? Most of what rules compute is numbers made of numbers; functions are
  * written out where they are called. As `made_plain` in `crates/scene/src/procedural/evaluator/plain.rs`.
  */
+import { MAX_OCTAVES } from "../operation.ts";
 import type { Expr, FunctionRule, Module, Row, Written } from "../syntax.ts";
 import * as code from "./code.ts";
 
@@ -162,6 +163,8 @@ export class Compiler {
         return this.made(code.NOT, to, number(expr.of), 0);
       case "binary": {
         const [left, right] = [number(expr.left), number(expr.right)];
+        // What is not finite would not show.
+        if (expr.operator === "/" && expr.right.kind !== "number") this.checked(right);
         const isTurned = expr.operator === ">" || expr.operator === ">=";
         return this.made(code.OPERATORS[expr.operator], to, isTurned ? right : left, isTurned ? left : right);
       }
@@ -304,10 +307,21 @@ export class Compiler {
     }
     if (third !== undefined) {
       if (name === "mix") this.cost.steps += 1;
+      if (name === "clamp") {
+        for (const [i, register] of [a, b, third].entries()) if (args[i]?.of.kind !== "number") this.checked(register);
+      }
+      const octaves = args[2]?.of.kind === "number" ? Math.floor(args[2].of.value) : 0;
+      if (name === "fractal" && octaves >= 1 && octaves <= MAX_OCTAVES) {
+        this.cost.steps += octaves;
+        return this.made(code.NOISE, to, a, b, octaves);
+      }
       const word = name === "clamp" ? code.CLAMP : name === "mix" ? code.MIX : code.FRACTAL;
       return this.made(word, to, a, b, third);
     }
-    if (name === "noise") this.cost.steps += 1;
+    if (name === "noise") {
+      this.cost.steps += 1;
+      return this.made(code.NOISE, to, a, b, 1);
+    }
     // By squaring that is the same, and what is not finite shows.
     if (name === "power" && args[1]?.of.kind === "number" && args[1].of.value === 2) {
       return this.made(code.MULTIPLY, to, a, a);

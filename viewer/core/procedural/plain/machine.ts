@@ -3,7 +3,7 @@
  * up, and the nodes are visited one by one, which says what and where.
  */
 import { atan2, cosine, power, sine } from "../arithmetic.ts";
-import { fractals, fractalsOf, isWhole, random } from "../operation.ts";
+import { fractals, fractalsOf, isWhole, randoms } from "../operation.ts";
 import { move, stretch, swing } from "../poses.ts";
 import { type Globals, NO_NUMBER, type Stack } from "../stack.ts";
 import type { List, Value } from "../value.ts";
@@ -86,7 +86,8 @@ export class Machine {
 
   /**
    * Whether it came to its end in so many turns, which lie side by side in registers of that width. What is not finite shows in
-   * the results, but where it is compared, divided by, or given to a function that may not look at it.
+   * the results, but where it is compared, divided by, or given to a function that may not look at it: some look themselves, for
+   * others words come before or behind.
    */
   compute(
     words: Int32Array,
@@ -123,7 +124,6 @@ export class Machine {
           for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) * num(registers, b + i);
           break;
         case 5 satisfies typeof code.DIVIDE:
-          if (amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) / num(registers, b + i);
           break;
         case 6 satisfies typeof code.EQUAL:
@@ -192,7 +192,8 @@ export class Machine {
           }
           break;
         case 21 satisfies typeof code.NOISE:
-          fractals(seed, registers, a, b, 1, count, to);
+          fractals(seed, registers, a, b, words[at] as number, count, to);
+          at += 1;
           break;
         case 22 satisfies typeof code.POWER:
           if (amissIn(registers, a, count) !== 0) return false;
@@ -212,30 +213,28 @@ export class Machine {
           break;
         case 26 satisfies typeof code.RANDOM: {
           const sites = words[at] as number;
-          for (let i = 0; i < count; i += 1) registers[to + i] = random(paths[i] as number, words, at + 1, sites);
+          randoms(paths, words, at + 1, sites, count, registers, to);
           at += 1 + sites;
           break;
         }
         case 27 satisfies typeof code.RANDOM_BETWEEN: {
           const sites = words[at] as number;
+          randoms(paths, words, at + 1, sites, count, registers, to);
           for (let i = 0; i < count; i += 1) {
-            const part = random(paths[i] as number, words, at + 1, sites);
-            registers[to + i] = num(registers, a + i) + (num(registers, b + i) - num(registers, a + i)) * part;
+            const from = num(registers, a + i);
+            registers[to + i] = from + (num(registers, b + i) - from) * num(registers, to + i);
           }
           at += 1 + sites;
           break;
         }
         case 28 satisfies typeof code.CLAMP: {
           const c = (words[at] as number) * width;
-          let amiss = 0;
           for (let i = 0; i < count; i += 1) {
             const number = num(registers, a + i);
             const least = num(registers, b + i);
             const most = num(registers, c + i);
-            amiss += number - number + (least - least) + (most - most);
             registers[to + i] = number < least ? least : number > most ? most : number;
           }
-          if (amiss !== 0) return false;
           at += 1;
           break;
         }

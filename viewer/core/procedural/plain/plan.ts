@@ -3,7 +3,7 @@
  * turns do is known beforehand, and becomes a list of solids with words that compute their numbers for several turns side by
  * side. What is the same in all turns is computed once. As `plan` in `crates/scene/src/procedural/evaluator/straight`.
  */
-import { FARTHEST, HEIGHT, LEAST_SCALE, MAX_LENGTH, MOVE, RANGES, type Range } from "../ranges.ts";
+import { FARTHEST, HEIGHT, LEAST_SCALE, MAX_COUNT, MAX_LENGTH, MOVE, RANGES, type Range } from "../ranges.ts";
 import { Faces } from "../solid/flat.ts";
 import type { SolidKind } from "../solid/kinds.ts";
 import type { Globals } from "../stack.ts";
@@ -12,6 +12,7 @@ import { FRAME } from "../turtles.ts";
 import * as code from "./code.ts";
 import { fill, WIDTH } from "./columns.ts";
 import { Compiler, isThere, MOST_STEPS, NOT_PLAIN, NotPlain, OVERHEAD, outermost, type Reach } from "./compiler.ts";
+import { Extents } from "./extents.ts";
 
 /** Longest axes with which a turtle may turn: as it turns, none gets beyond {@link FARTHEST}. */
 export const LONGEST = 1e8;
@@ -116,6 +117,9 @@ class Planner extends Compiler {
   /** When each register has its number. */
   private readonly whens: When[] = [ONCE, FOR_ALL];
   private readonly preludes: readonly [number[], number[]] = [[], []];
+  /** What numbers of registers must be; looked at when all of them are known. */
+  private readonly wanted: [register: number, min: number, max: number][] = [];
+  private readonly extents = new Extents();
   /** Registers that turns ask for. */
   private readonly asked = new Set<number>();
   private readonly levels: [rule: number, to: number][] = [];
@@ -126,6 +130,7 @@ class Planner extends Compiler {
     const reach = outermost();
     const turn = this.registersFor(1, IN_TURN);
     reach.given[slot] = turn;
+    this.extents.set(turn, 0, MAX_COUNT);
     const x = this.registersFor(FRAME, FOR_ALL);
     const pose = { x, y: x + 3, z: x + 6, origin: x + 9, paint: -1 };
     this.statement(body, pose, 1, reach);
@@ -144,6 +149,7 @@ class Planner extends Compiler {
   }
 
   private plan(turn: number, all: number, frame: number, result: number): Plan {
+    this.look();
     const columns = new Float64Array(WIDTH * this.registers);
     for (const [number, to] of this.constants) fill(columns, WIDTH * to, number, WIDTH);
     const ended = (words: number[]) => Int32Array.from([...words, ...code.wordsOf(code.END, 0, 0, 0)]);
@@ -212,11 +218,12 @@ class Planner extends Compiler {
     const known = this.known.get(key);
     if (known !== undefined) return known;
     const isRandom = word === code.RANDOM || word === code.RANDOM_BETWEEN;
-    const of = isRandom ? [a, b] : [a, b, ...more];
+    const of = isRandom || word === code.NOISE ? [a, b] : [a, b, ...more];
     // Octaves are counted in each turn.
     const when = isRandom || word === code.FRACTAL ? IN_TURN : this.whenOf(of);
     const result = to ?? this.register();
     this.whens[result] = when;
+    this.extents.compute(result, word, of);
     this.emitFor(when, [...code.wordsOf(word, result, a, b), ...more], of);
     if (word !== code.FRACTAL) this.known.set(key, result);
     return result;
@@ -245,16 +252,27 @@ class Planner extends Compiler {
     this.emitFor(this.whenOf([register]), [...code.wordsOf(word, 0, register, a), ...more], [register]);
   }
 
+  protected override constant(value: number, to: number | undefined): number {
+    const register = super.constant(value, to);
+    this.extents.set(register, value, value);
+    return register;
+  }
+
   protected override checked(register: number): void {
-    this.must(code.CHECK, register);
+    this.within(register, -Number.MAX_VALUE, Number.MAX_VALUE);
   }
 
   private within(register: number, min: number, max: number): void {
-    const constant = this.constants.find(([, to]) => to === register)?.[0];
-    if (constant === undefined) {
-      this.must(code.WITHIN, register, this.constant(min, undefined), this.constant(max, undefined));
-    } else if (!(min <= constant && constant <= max)) {
-      throw NOT_PLAIN;
+    this.wanted.push([register, min, max]);
+  }
+
+  /** Has words look at what must be, where it is not so anyway; what is computed of others behind them. */
+  private look(): void {
+    for (const [register, min, max] of this.wanted.sort(([a, , most], [b, , other]) => a - b || most - other)) {
+      if (this.extents.areWithin(register, min, max)) continue;
+      if (max === Number.MAX_VALUE) this.must(code.CHECK, register);
+      else this.must(code.WITHIN, register, this.constant(min, undefined), this.constant(max, undefined));
+      this.extents.set(register, min, max);
     }
   }
 

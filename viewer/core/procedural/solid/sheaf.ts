@@ -40,6 +40,7 @@ export function writeSheaf(
   const room = mesh.growing;
   room.reserve(mesh.vertices + (end - turn) * faces.length, mesh.triangles + (end - turn) * faces.count);
   const { points: positions, directions, corners: indices } = room;
+  const { ends } = reach;
   for (let at = turn; at < end; at += 1) {
     const xx = num(columns, pose.x * WIDTH + at);
     const xy = num(columns, (pose.x + 1) * WIDTH + at);
@@ -53,10 +54,23 @@ export function writeSheaf(
     const ox = num(columns, pose.origin * WIDTH + at);
     const oy = num(columns, (pose.origin + 1) * WIDTH + at);
     const oz = num(columns, (pose.origin + 2) * WIDTH + at);
+    // A box around the points of the turn.
+    let lowU = Infinity;
+    let lowV = Infinity;
+    let lowW = Infinity;
+    let highU = -Infinity;
+    let highV = -Infinity;
+    let highW = -Infinity;
     for (let point = 0; point < numbers.length; point += 3) {
       const u = num(columns, (numbers[point] as number) * WIDTH + at);
       const v = num(columns, (numbers[point + 1] as number) * WIDTH + at);
       const w = num(columns, (numbers[point + 2] as number) * WIDTH + at);
+      if (u < lowU) lowU = u;
+      if (v < lowV) lowV = v;
+      if (w < lowW) lowW = w;
+      if (u > highU) highU = u;
+      if (v > highV) highV = v;
+      if (w > highW) highW = w;
       points[point] = u;
       points[point + 1] = v;
       points[point + 2] = w;
@@ -134,6 +148,24 @@ export function writeSheaf(
     }
     mesh.vertices = vertex;
     mesh.triangles += faces.count;
+    // No corner of that box lies farther from the origin along x, y and z: rounding keeps order. Most lie within what is held.
+    const farU = -lowU > highU ? -lowU : highU;
+    const farV = -lowV > highV ? -lowV : highV;
+    const farW = -lowW > highW ? -lowW : highW;
+    const farX = Math.abs(xx) * farU + Math.abs(yx) * farV + Math.abs(zx) * farW;
+    const farY = Math.abs(xy) * farU + Math.abs(yy) * farV + Math.abs(zy) * farW;
+    const farZ = Math.abs(xz) * farU + Math.abs(yz) * farV + Math.abs(zz) * farW;
+    if (
+      ox - farX >= num(ends, 0) &&
+      oy - farY >= num(ends, 1) &&
+      oz - farZ >= num(ends, 2) &&
+      ox + farX <= num(ends, 3) &&
+      oy + farY <= num(ends, 4) &&
+      oz + farZ <= num(ends, 5)
+    ) {
+      continue;
+    }
+    extent.box(lowU, lowV, lowW, highU, highV, highW);
     frame[0] = xx;
     frame[1] = xy;
     frame[2] = xz;
@@ -146,7 +178,6 @@ export function writeSheaf(
     frame[9] = ox;
     frame[10] = oy;
     frame[11] = oz;
-    extent.points(points, numbers.length / 3, 3);
     reach.placed(extent, frame, 0);
   }
   return end;
