@@ -95,8 +95,8 @@ export class Turtles {
   /** Whether all its numbers are so small. */
   isWithin(at: number, most: number): boolean {
     const { numbers } = this;
-    const squares =
-      square(numbers, at + X) + square(numbers, at + Y) + square(numbers, at + Z) + square(numbers, at + ORIGIN);
+    let squares = 0;
+    for (let i = at; i < at + FRAME; i += 1) squares += num(numbers, i) * num(numbers, i);
     if (squares < most * most) return true;
     for (let i = at; i < at + FRAME; i += 1) {
       if (!(Math.abs(num(numbers, i)) <= most)) return false;
@@ -182,12 +182,4 @@ function swing(numbers: Float64Array, u: number, v: number, sin: number, cos: nu
   const to = num(numbers, v);
   numbers[u] = from * cos + to * sin;
   numbers[v] = to * cos - from * sin;
-}
-
-/** The square of a vector's length. */
-function square(numbers: Float64Array, at: number): number {
-  const x = num(numbers, at);
-  const y = num(numbers, at + 1);
-  const z = num(numbers, at + 2);
-  return x * x + y * y + z * z;
 }

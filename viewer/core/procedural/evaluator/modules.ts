@@ -5,7 +5,7 @@ import { reached } from "../limits.ts";
 import type { Scope } from "../plain/machine.ts";
 import { step } from "../random.ts";
 import { Globals } from "../stack.ts";
-import type { At, Call, Formal, Parameter, Row } from "../syntax.ts";
+import type { Argument, At, Call, Formal, Parameter, Row } from "../syntax.ts";
 import { sizeOf, sizesOf, stepValue, type Value } from "../value.ts";
 import { Terminals } from "./terminals.ts";
 
@@ -82,9 +82,10 @@ export abstract class Modules extends Terminals {
       for (let i = 0; i < slots.length; i += 1) numbers[base + (slots[i] as number)] = this.taken(i);
       return;
     }
-    given.forEach(({ at, of }, i) => {
+    for (let i = 0; i < given.length; i += 1) {
+      const { at, of } = given[i] as Argument;
       this.stack.set(base + (slots[i] as number), this.value(scope, at, of));
-    });
+    }
   }
 
   /** Whose globals the callee sees: those of the caller, or an imported file's with its defaults. */
