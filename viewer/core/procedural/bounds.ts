@@ -1,5 +1,7 @@
 /** Where does a part lie? Boxes around solids and around what is placed, as in Rust. */
+
 import type { Affine, Vector } from "./affine.ts";
+import { num } from "./numbers.ts";
 
 export interface Bounds {
   readonly min: Vector;
@@ -121,10 +123,6 @@ export class Reach {
       this.point(positions[i] as number, positions[i + 1] as number, positions[i + 2] as number);
     }
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }
 
 const TOWARDS = ["-x", "-y", "-z", "+x", "+y", "+z"] as const;

@@ -2,7 +2,9 @@
  * How do turtles move in several turns of a loop? Side by side, with the same numbers as one by one in `turtles.ts`: x, y and
  * z of an axis, or of where a turtle is, are columns one behind the other.
  */
+
 import { directions } from "./arithmetic.ts";
+import { num } from "./numbers.ts";
 
 /** Moves along axes: x and y, and behind each other in words z, the origin and how far along each. */
 export function move(
@@ -81,8 +83,4 @@ export function stretch(
       numbers[to + along + i] = num(numbers, axis + along + i) * num(numbers, factors + i);
     }
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }

@@ -2,6 +2,7 @@
  * Which random number belongs to a place? A hash of the seed and of the way that led there, as in
  * `crates/scene/src/procedural/random.rs`: MurmurHash3's (Appleby 2011), one word at a time.
  */
+import { num } from "./numbers.ts";
 
 const bits = new DataView(new ArrayBuffer(8));
 
@@ -152,8 +153,4 @@ export function addNoise(
     const far = c + (d - c) * s;
     sums[i] = num(sums, i) + weight * (near + (far - near) * fade(v));
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }

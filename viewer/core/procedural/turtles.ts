@@ -2,8 +2,10 @@
  * Where is the turtle? What it is told is handed down and never up: so a turtle is a place on a stack, thirteen numbers
  * behind the one that it comes from. As `crates/scene/src/procedural/affine.rs`, without making anything on the way.
  */
+
 import { type Affine, after, IDENTITY } from "./affine.ts";
 import { cosine, sine } from "./arithmetic.ts";
+import { num } from "./numbers.ts";
 import { WIDTH } from "./plain/columns.ts";
 import type { Pose } from "./plain/plan.ts";
 
@@ -163,10 +165,6 @@ export class Turtles {
     }
     return at;
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }
 
 // Written out, because compilers of browsers make much of loops over so little.

@@ -2,7 +2,9 @@
  * What do the words of a code compute? Numbers, in registers: nothing is made on the way. Where anything is amiss it gives
  * up, and the nodes are visited one by one, which says what and where.
  */
+
 import { atan2, cosine, power, sine } from "../arithmetic.ts";
+import { num } from "../numbers.ts";
 import { fractals, fractalsOf, isWhole, randoms } from "../operation.ts";
 import { move, stretch, swing } from "../poses.ts";
 import { type Globals, NO_NUMBER, type Stack } from "../stack.ts";
@@ -115,80 +117,83 @@ export class Machine {
           copy(registers, a, registers, to, count);
           break;
         case 2 satisfies typeof code.ADD:
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) + num(registers, b + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) + num(registers, b + i);
           break;
         case 3 satisfies typeof code.SUBTRACT:
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) - num(registers, b + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) - num(registers, b + i);
           break;
         case 4 satisfies typeof code.MULTIPLY:
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) * num(registers, b + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) * num(registers, b + i);
           break;
         case 5 satisfies typeof code.DIVIDE:
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) / num(registers, b + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) / num(registers, b + i);
           break;
         case 6 satisfies typeof code.EQUAL:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1)
-            registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 1 : 0;
+            registers[(to + i) | 0] = num(registers, a + i) === num(registers, b + i) ? 1 : 0;
           break;
         case 7 satisfies typeof code.UNEQUAL:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1)
-            registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 0 : 1;
+            registers[(to + i) | 0] = num(registers, a + i) === num(registers, b + i) ? 0 : 1;
           break;
         case 8 satisfies typeof code.LESS:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) < num(registers, b + i) ? 1 : 0;
+          for (let i = 0; i < count; i += 1)
+            registers[(to + i) | 0] = num(registers, a + i) < num(registers, b + i) ? 1 : 0;
           break;
         case 9 satisfies typeof code.AT_MOST:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) <= num(registers, b + i) ? 1 : 0;
+          for (let i = 0; i < count; i += 1)
+            registers[(to + i) | 0] = num(registers, a + i) <= num(registers, b + i) ? 1 : 0;
           break;
         case 10 satisfies typeof code.MINUS:
-          for (let i = 0; i < count; i += 1) registers[to + i] = -num(registers, a + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = -num(registers, a + i);
           break;
         case 11 satisfies typeof code.NOT:
           if (amissIn(registers, a, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) === 0 ? 1 : 0;
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) === 0 ? 1 : 0;
           break;
         case 12 satisfies typeof code.TRUTH:
           if (amissIn(registers, a, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) === 0 ? 0 : 1;
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) === 0 ? 0 : 1;
           break;
         case 13 satisfies typeof code.ABS:
-          for (let i = 0; i < count; i += 1) registers[to + i] = Math.abs(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = Math.abs(num(registers, a + i));
           break;
         case 14 satisfies typeof code.ATAN2:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = atan2(num(registers, a + i), num(registers, b + i));
+          for (let i = 0; i < count; i += 1)
+            registers[(to + i) | 0] = atan2(num(registers, a + i), num(registers, b + i));
           break;
         case 15 satisfies typeof code.CEIL:
-          for (let i = 0; i < count; i += 1) registers[to + i] = -Math.floor(-num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = -Math.floor(-num(registers, a + i));
           break;
         case 16 satisfies typeof code.COS:
-          for (let i = 0; i < count; i += 1) registers[to + i] = cosine(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = cosine(num(registers, a + i));
           break;
         case 17 satisfies typeof code.FLOOR:
-          for (let i = 0; i < count; i += 1) registers[to + i] = Math.floor(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = Math.floor(num(registers, a + i));
           break;
         case 18 satisfies typeof code.MAX:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) {
-            registers[to + i] =
+            registers[(to + i) | 0] =
               num(registers, a + i) > num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
           }
           break;
         case 19 satisfies typeof code.MIN:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) {
-            registers[to + i] =
+            registers[(to + i) | 0] =
               num(registers, a + i) < num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
           }
           break;
         case 20 satisfies typeof code.MOD:
           for (let i = 0; i < count; i += 1) {
             const whole = Math.floor(num(registers, a + i) / num(registers, b + i));
-            registers[to + i] = num(registers, a + i) - num(registers, b + i) * whole;
+            registers[(to + i) | 0] = num(registers, a + i) - num(registers, b + i) * whole;
           }
           break;
         case 21 satisfies typeof code.NOISE:
@@ -199,17 +204,17 @@ export class Machine {
           if (amissIn(registers, a, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) {
             if (!isWhole(num(registers, b + i))) return false;
-            registers[to + i] = power(num(registers, a + i), num(registers, b + i));
+            registers[(to + i) | 0] = power(num(registers, a + i), num(registers, b + i));
           }
           break;
         case 23 satisfies typeof code.ROUND:
-          for (let i = 0; i < count; i += 1) registers[to + i] = Math.floor(num(registers, a + i) + 0.5);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = Math.floor(num(registers, a + i) + 0.5);
           break;
         case 24 satisfies typeof code.SIN:
-          for (let i = 0; i < count; i += 1) registers[to + i] = sine(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = sine(num(registers, a + i));
           break;
         case 25 satisfies typeof code.SQRT:
-          for (let i = 0; i < count; i += 1) registers[to + i] = Math.sqrt(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = Math.sqrt(num(registers, a + i));
           break;
         case 26 satisfies typeof code.RANDOM: {
           const sites = words[at] as number;
@@ -222,7 +227,7 @@ export class Machine {
           randoms(paths, words, at + 1, sites, count, registers, to);
           for (let i = 0; i < count; i += 1) {
             const from = num(registers, a + i);
-            registers[to + i] = from + (num(registers, b + i) - from) * num(registers, to + i);
+            registers[(to + i) | 0] = from + (num(registers, b + i) - from) * num(registers, to + i);
           }
           at += 1 + sites;
           break;
@@ -233,7 +238,7 @@ export class Machine {
             const number = num(registers, a + i);
             const least = num(registers, b + i);
             const most = num(registers, c + i);
-            registers[to + i] = number < least ? least : number > most ? most : number;
+            registers[(to + i) | 0] = number < least ? least : number > most ? most : number;
           }
           at += 1;
           break;
@@ -242,7 +247,7 @@ export class Machine {
           const part = (words[at] as number) * width;
           for (let i = 0; i < count; i += 1) {
             const from = num(registers, a + i);
-            registers[to + i] = from + (num(registers, b + i) - from) * num(registers, part + i);
+            registers[(to + i) | 0] = from + (num(registers, b + i) - from) * num(registers, part + i);
           }
           at += 1;
           break;
@@ -315,10 +320,6 @@ export class Machine {
       }
     }
   }
-}
-
-function num(registers: Float64Array, at: number): number {
-  return registers[at] as number;
 }
 
 /** 0 when all of so many numbers are finite, else not a number. */

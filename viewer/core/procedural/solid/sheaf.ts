@@ -2,7 +2,9 @@
  * Which triangles do the meshes of several turns of a loop have? Their faces are the same in each turn; what is placed lies
  * in columns, a number for each turn. As `writeMesh` does it for one, without steps between: each number is read once.
  */
+
 import type { Reach } from "../bounds.ts";
+import { num } from "../numbers.ts";
 import { WIDTH } from "../plain/columns.ts";
 import type { Planned } from "../plain/plan.ts";
 import type { Faces } from "./flat.ts";
@@ -10,8 +12,8 @@ import type { Mesh } from "./mesh.ts";
 import { turn as area } from "./polygon.ts";
 
 /** Where the points of one turn are, three numbers each, and where they are placed. */
-let points = new Float64Array(3 * 16);
-let placed = new Float64Array(3 * 16);
+let pointsOfTurn = new Float64Array(3 * 16);
+let placedOfTurn = new Float64Array(3 * 16);
 const frame = new Float64Array(12);
 
 /** Whether faces can be written so. */
@@ -33,10 +35,12 @@ export function writeSheaf(
   turn: number,
   end: number,
 ): number {
-  if (numbers.length > points.length) {
-    points = new Float64Array(2 * numbers.length);
-    placed = new Float64Array(2 * numbers.length);
+  if (numbers.length > pointsOfTurn.length) {
+    pointsOfTurn = new Float64Array(2 * numbers.length);
+    placedOfTurn = new Float64Array(2 * numbers.length);
   }
+  const points = pointsOfTurn;
+  const placed = placedOfTurn;
   const room = mesh.growing;
   room.reserve(mesh.vertices + (end - turn) * faces.length, mesh.triangles + (end - turn) * faces.count);
   const { points: positions, directions, corners: indices } = room;
@@ -113,7 +117,7 @@ export function writeSheaf(
       const u = 0 + (ay - by) * (az + bz) + (by - cy) * (bz + cz) + (cy - ay) * (cz + az);
       const v = 0 + (az - bz) * (ax + bx) + (bz - cz) * (bx + cx) + (cz - az) * (cx + ax);
       const w = 0 + (ax - bx) * (ay + by) + (bx - cx) * (by + cy) + (cx - ax) * (cy + ay);
-      if (!isEar(u, v, w, a, b, c)) return at;
+      if (!isEar(points, u, v, w, a, b, c)) return at;
       const x = nxx * u + nyx * v + nzx * w;
       const y = nxy * u + nyy * v + nzy * w;
       const z = nxz * u + nyz * v + nzz * w;
@@ -184,7 +188,7 @@ export function writeSheaf(
 }
 
 /** Whether the triangle of three points with this normal is cut off as it is, looked at as `writeFace` does. */
-function isEar(x: number, y: number, z: number, a: number, b: number, c: number): boolean {
+function isEar(points: Float64Array, x: number, y: number, z: number, a: number, b: number, c: number): boolean {
   let steep = 0;
   if (Math.abs(y) > Math.abs(x)) steep = 1;
   if (Math.abs(z) > Math.abs(steep === 0 ? x : y)) steep = 2;
@@ -192,8 +196,4 @@ function isEar(x: number, y: number, z: number, a: number, b: number, c: number)
   const next = steep === 2 ? 0 : steep + 1;
   const last = steep === 0 ? 2 : steep - 1;
   return area(points, c, a, b, flipped ? next : last, flipped ? last : next) > 0;
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }
