@@ -2,6 +2,7 @@
  * What do operators and functions of numbers give? What is asked of them is checked where they are visited, for the place.
  * As `crates/scene/src/procedural/operation.rs`.
  */
+import { num } from "./numbers.ts";
 import { copy, WIDTH } from "./plain/columns.ts";
 import { addNoise, fraction, scrambled, step, stepScrambled } from "./random.ts";
 
@@ -33,6 +34,28 @@ export function randoms(
     let path = paths[i] as number;
     for (let at = first; at < last; at += 1) path = step(path, sites[at] as number);
     numbers[to + i] = fraction(stepScrambled(path, site));
+  }
+}
+
+/** The same, each between two numbers. */
+export function randomsBetween(
+  paths: Int32Array,
+  sites: Int32Array,
+  first: number,
+  depth: number,
+  count: number,
+  numbers: Float64Array,
+  from: number,
+  into: number,
+  to: number,
+): void {
+  const last = first + depth - 1;
+  const site = scrambled(sites[last] as number);
+  for (let i = 0; i < count; i += 1) {
+    let path = paths[i] as number;
+    for (let at = first; at < last; at += 1) path = step(path, sites[at] as number);
+    const low = num(numbers, from + i);
+    numbers[(to + i) | 0] = low + (num(numbers, into + i) - low) * fraction(stepScrambled(path, site));
   }
 }
 

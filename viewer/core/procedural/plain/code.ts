@@ -106,9 +106,9 @@ export const CHECK = 36;
 export const WITHIN = 37;
 /** Nothing, a register, how near to 0 it may be, either way. */
 export const APART = 38;
-/** Three registers, where an x axis and a y axis begin. A z axis, an origin and three numbers along these axes follow. */
+/** Three registers, where an x axis and a y axis begin. A z axis, an origin, three numbers along these axes and bits follow. */
 export const MOVED = 39;
-/** Six registers, two axes. The angle by which they turn, from the first to the second, follows. */
+/** Six registers, two axes. The angle by which they turn, from the first to the second, and bits follow. */
 export const SWUNG = 40;
 /** Three registers, an axis, how many times as long it gets. */
 export const STRETCHED = 41;

@@ -5,7 +5,7 @@
 
 import { atan2, cosine, power, sine } from "../arithmetic.ts";
 import { num } from "../numbers.ts";
-import { fractals, fractalsOf, isWhole, randoms } from "../operation.ts";
+import { fractals, fractalsOf, isWhole, randoms, randomsBetween } from "../operation.ts";
 import { move, stretch, swing } from "../poses.ts";
 import { type Globals, NO_NUMBER, type Stack } from "../stack.ts";
 import type { List, Value } from "../value.ts";
@@ -224,11 +224,7 @@ export class Machine {
         }
         case 27 satisfies typeof code.RANDOM_BETWEEN: {
           const sites = words[at] as number;
-          randoms(paths, words, at + 1, sites, count, registers, to);
-          for (let i = 0; i < count; i += 1) {
-            const from = num(registers, a + i);
-            registers[(to + i) | 0] = from + (num(registers, b + i) - from) * num(registers, to + i);
-          }
+          randomsBetween(paths, words, at + 1, sites, count, registers, a, b, to);
           at += 1 + sites;
           break;
         }
@@ -308,11 +304,11 @@ export class Machine {
         }
         case 39 satisfies typeof code.MOVED:
           move(registers, to, a, b, words, at, width, count);
-          at += 5;
+          at += 6;
           break;
         case 40 satisfies typeof code.SWUNG:
-          swing(registers, to, a, b, (words[at] as number) * width, width, count);
-          at += 1;
+          swing(registers, to, a, b, words, at, width, count);
+          at += 2;
           break;
         case 41 satisfies typeof code.STRETCHED:
           stretch(registers, to, a, b, width, count);

@@ -362,10 +362,16 @@ class Planner extends Compiler {
   /** What becomes of axes and origins, three registers each, by some numbers. */
   private moved3(word: number, count: number, of: readonly number[], by: readonly number[]): number {
     const first = this.registersFor(count, IN_TURN);
-    const [a = 0, b = 0, ...more] = [...of, ...by];
+    const differing =
+      word === code.STRETCHED ? [] : [of.reduce((bits, axis, i) => bits | (this.differs(axis) << i), 0)];
+    const [a = 0, b = 0, ...more] = [...of, ...by, ...differing];
     this.emitFor(IN_TURN, [...code.wordsOf(word, first, a, b), ...more], by);
-    for (const register of of) this.ask(register, register + 1, register + 2);
+    for (const axis of of) if (word === code.STRETCHED || this.differs(axis)) this.ask(axis, axis + 1, axis + 2);
     return first;
+  }
+
+  private differs(register: number): number {
+    return this.whens[register] === IN_TURN ? 1 : 0;
   }
 
   private near(first: number, count: number, most: number): void {
