@@ -45,19 +45,23 @@ export function writeSheaf(
   room.reserve(mesh.vertices + (end - turn) * faces.length, mesh.triangles + (end - turn) * faces.count);
   const { points: positions, directions, corners: indices } = room;
   const { ends } = reach;
+  const xAxis = pose.x * WIDTH;
+  const yAxis = pose.y * WIDTH;
+  const zAxis = pose.z * WIDTH;
+  const origin = pose.origin * WIDTH;
   for (let at = turn; at < end; at += 1) {
-    const xx = num(columns, pose.x * WIDTH + at);
-    const xy = num(columns, (pose.x + 1) * WIDTH + at);
-    const xz = num(columns, (pose.x + 2) * WIDTH + at);
-    const yx = num(columns, pose.y * WIDTH + at);
-    const yy = num(columns, (pose.y + 1) * WIDTH + at);
-    const yz = num(columns, (pose.y + 2) * WIDTH + at);
-    const zx = num(columns, pose.z * WIDTH + at);
-    const zy = num(columns, (pose.z + 1) * WIDTH + at);
-    const zz = num(columns, (pose.z + 2) * WIDTH + at);
-    const ox = num(columns, pose.origin * WIDTH + at);
-    const oy = num(columns, (pose.origin + 1) * WIDTH + at);
-    const oz = num(columns, (pose.origin + 2) * WIDTH + at);
+    const xx = num(columns, xAxis + at);
+    const xy = num(columns, xAxis + WIDTH + at);
+    const xz = num(columns, xAxis + 2 * WIDTH + at);
+    const yx = num(columns, yAxis + at);
+    const yy = num(columns, yAxis + WIDTH + at);
+    const yz = num(columns, yAxis + 2 * WIDTH + at);
+    const zx = num(columns, zAxis + at);
+    const zy = num(columns, zAxis + WIDTH + at);
+    const zz = num(columns, zAxis + 2 * WIDTH + at);
+    const ox = num(columns, origin + at);
+    const oy = num(columns, origin + WIDTH + at);
+    const oz = num(columns, origin + 2 * WIDTH + at);
     // A box around the points of the turn.
     let lowU = Infinity;
     let lowV = Infinity;
@@ -66,9 +70,9 @@ export function writeSheaf(
     let highV = -Infinity;
     let highW = -Infinity;
     for (let point = 0; point < numbers.length; point += 3) {
-      const u = num(columns, (numbers[point] as number) * WIDTH + at);
-      const v = num(columns, (numbers[point + 1] as number) * WIDTH + at);
-      const w = num(columns, (numbers[point + 2] as number) * WIDTH + at);
+      const u = num(columns, Math.imul(numbers[point] as number, WIDTH) + at);
+      const v = num(columns, Math.imul(numbers[point + 1] as number, WIDTH) + at);
+      const w = num(columns, Math.imul(numbers[point + 2] as number, WIDTH) + at);
       if (u < lowU) lowU = u;
       if (v < lowV) lowV = v;
       if (w < lowW) lowW = w;
@@ -102,9 +106,9 @@ export function writeSheaf(
     let vertex = mesh.vertices;
     let index = 3 * mesh.triangles;
     for (let corner = 0; corner < faces.length; corner += 3, vertex += 3, index += 3) {
-      const a = 3 * (corners[corner] as number);
-      const b = 3 * (corners[corner + 1] as number);
-      const c = 3 * (corners[corner + 2] as number);
+      const a = Math.imul(3, corners[corner] as number);
+      const b = Math.imul(3, corners[corner + 1] as number);
+      const c = Math.imul(3, corners[corner + 2] as number);
       const ax = num(points, a);
       const ay = num(points, a + 1);
       const az = num(points, a + 2);
