@@ -11,7 +11,8 @@ import type { Pose } from "./plain/plan.ts";
 
 /** Three axes, an origin and the material. */
 export const FRAME = 12;
-const SIZE = FRAME + 1;
+/** What a turtle is: its frame and its material. */
+export const SIZE = FRAME + 1;
 /** Where the axes begin in it. */
 const [X, Y, Z, ORIGIN] = [0, 3, 6, 9] as const;
 
@@ -115,9 +116,9 @@ export class Turtles {
     return true;
   }
 
-  /** One that is somewhere else, by a turn of columns of numbers. */
-  among(of: number, columns: Float64Array, pose: Pose, turn: number, material: number): number {
-    const at = this.room(of);
+  /** One that is somewhere else, by a turn of columns of numbers; with room for as many others between. */
+  among(of: number, columns: Float64Array, pose: Pose, turn: number, material: number, between = 0): number {
+    const at = this.room(of + between * SIZE);
     const { numbers } = this;
     for (let i = 0; i < 3; i += 1) {
       numbers[at + X + i] = num(columns, (pose.x + i) * WIDTH + turn);
@@ -159,7 +160,7 @@ export class Turtles {
   private room(of: number): number {
     const at = of + SIZE;
     if (at + SIZE > this.numbers.length) {
-      const wide = new Float64Array(2 * this.numbers.length);
+      const wide = new Float64Array(2 * (at + SIZE));
       wide.set(this.numbers);
       this.numbers = wide;
     }

@@ -69,9 +69,27 @@ export abstract class Modules extends Terminals {
     const base = stack.open(slots);
     const inner: Scope = { module: call.module, instance, base, path, depth, level: 0 };
     this.bindArguments(scope, call, base);
-    for (const slot of call.missing) {
-      this.keepSingle(inner, formals[slot]?.initial as Row, base + slot);
+    this.bindDefaults(inner, call, formals);
+    return inner;
+  }
+
+  private bindDefaults(inner: Scope, { missing }: Call, formals: readonly Formal[]): void {
+    for (let i = 0; i < missing.length; i += 1) {
+      const slot = missing[i] as number;
+      this.keepSingle(inner, formals[slot]?.initial as Row, inner.base + slot);
     }
+  }
+
+  /** The same for a call of the same file, whose arguments are computed and lie one behind the other at a place of the stack. */
+  protected boundTo(scope: Scope, call: Call, { formals, slots }: Framed, depth: number, first: number): Scope {
+    const { stack } = this;
+    const base = stack.open(slots);
+    const { module, instance } = scope;
+    const inner: Scope = { module, instance, base, path: step(scope.path, call.site), depth, level: 0 };
+    for (let i = 0; i < call.slots.length; i += 1) {
+      stack.numbers[base + (call.slots[i] as number)] = stack.numbers[first + i] as number;
+    }
+    this.bindDefaults(inner, call, formals);
     return inner;
   }
 

@@ -44,8 +44,8 @@ export class Plain extends State {
     return this.isWithinLimits(scope);
   }
 
-  /** The same of a code whose results are known. */
-  protected affords(scope: Scope, code: Code): boolean {
+  /** The same of a code or a turn whose results are known. */
+  protected affords(scope: Scope, code: Pick<Code, "cost">): boolean {
     this.machine.skip(code, 1);
     return this.isWithinLimits(scope);
   }
@@ -62,8 +62,12 @@ export class Plain extends State {
 
   /** Whether so many turns were computed, and could be paid. */
   protected computedTurns(plan: Plan, scope: Scope, count: number): boolean {
-    const isDone = this.turns.run(plan, scope, this.stack, this.globals(scope), count);
-    return isDone && this.isWithinLimits(scope) && this.paid(scope);
+    return this.computesTurns(plan, scope, count) && this.isWithinLimits(scope) && this.paid(scope);
+  }
+
+  /** Whether they were computed. */
+  protected computesTurns(plan: Plan, scope: Scope, count: number): boolean {
+    return this.turns.run(plan, scope, this.stack, this.globals(scope), count);
   }
 
   private isWithinLimits({ depth }: Scope): boolean {

@@ -6,13 +6,13 @@
  */
 import { WIDTH } from "../plain/columns.ts";
 import type { Scope } from "../plain/machine.ts";
-import { LONGEST, type Plan, type Planned, planOf } from "../plain/plan.ts";
+import { LONGEST, type Plan, type Planned, type Pose, planOf, type Tail } from "../plain/plan.ts";
 import { step } from "../random.ts";
 import { FARTHEST, type Simple } from "../ranges.ts";
 import type { Row, Statement } from "../syntax.ts";
-import { FRAME } from "../turtles.ts";
+import { FRAME, SIZE } from "../turtles.ts";
 import { Calls } from "./calls.ts";
-import type { Turtle } from "./state.ts";
+import { type Turtle, withPath } from "./state.ts";
 
 /** Fewer turns are visited one by one. */
 const LEAST_TURNS = 3;
@@ -42,8 +42,17 @@ export abstract class SideBySide extends Calls {
         columns[plan.turn * WIDTH + i] = first + i;
         paths[i] = step(path, first + i);
       }
-      if (!this.computedTurns(plan, scope, turns)) return this.isUnsound(statement, first);
-      this.drawTurns(plan, materials, scope, turtle, turns);
+      if (plan.tail) {
+        if (!this.computesTurns(plan, scope, turns)) return this.isUnsound(statement, first);
+        const done = this.visitTails(plan, plan.tail, materials, scope, turtle, path, first, turns);
+        if (done < first + turns) return done;
+        // Calls may have come here again.
+        this.giveAll(plan, scope, turtle);
+        if (done < count && !this.prepared(plan, scope, count)) return done;
+      } else {
+        if (!this.computedTurns(plan, scope, turns)) return this.isUnsound(statement, first);
+        this.drawTurns(plan, materials, scope, turtle, turns);
+      }
     }
     return count;
   }
@@ -75,14 +84,51 @@ export abstract class SideBySide extends Calls {
     return materials;
   }
 
+  /** Visits the calls with which turns end, each when it is paid what is computed for it; before which one that ended. */
+  private visitTails(
+    plan: Plan,
+    { call, pose, given, nesting }: Tail,
+    materials: readonly number[],
+    scope: Scope,
+    turtle: Turtle,
+    path: number,
+    first: number,
+    turns: number,
+  ): number {
+    const { stack } = this;
+    const { columns } = plan;
+    const material = this.materialOf(pose, materials, turtle);
+    // The call may come here again: what is computed is kept before, the last turn lowest.
+    const kept = stack.open(turns * given.length);
+    for (let turn = turns - 1; turn >= 0; turn -= 1) {
+      this.turtles.among(turtle, columns, pose, turn, material, turns - 1 - turn);
+      for (let i = 0; i < given.length; i += 1) {
+        stack.numbers[kept + turn * given.length + i] = columns[(given[i] as number) * WIDTH + turn] as number;
+      }
+    }
+    const inner = withPath(scope, path);
+    let turn = 0;
+    for (; turn < turns && this.affords(scope, plan) && this.paid(scope); turn += 1) {
+      inner.path = step(path, first + turn);
+      this.nesting += nesting;
+      this.followGiven(inner, turtle + (turns - turn) * SIZE, call, kept + turn * given.length);
+      this.nesting -= nesting;
+    }
+    stack.close(kept);
+    return first + turn;
+  }
+
+  private materialOf({ paint }: Pose, materials: readonly number[], turtle: Turtle): number {
+    return paint < 0 ? this.turtles.material(turtle) : (materials[paint] as number);
+  }
+
   /** Draws what so many turns do, turn by turn; a solid that is alone in all of them. */
   private drawTurns(plan: Plan, materials: readonly number[], scope: Scope, turtle: Turtle, count: number): void {
     const isAlone = plan.solids.length === 1;
     for (let turn = 0; turn < count; ) {
       let next = turn + 1;
       for (const planned of plan.solids) {
-        const { paint } = planned.pose;
-        const material = paint < 0 ? this.turtles.material(turtle) : (materials[paint] as number);
+        const material = this.materialOf(planned.pose, materials, turtle);
         const end = this.addSheaf(plan, planned, material, turn, isAlone ? count : turn + 1);
         if (end === turn) this.drawTurn(plan, planned, material, scope, turtle, turn);
         else next = end;

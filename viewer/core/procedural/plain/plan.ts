@@ -54,6 +54,16 @@ export interface Planned {
   readonly faces: Faces | undefined;
 }
 
+/** A call that is visited, turn by turn, when the numbers of all turns are computed: the last thing that a turn does. */
+export interface Tail {
+  readonly call: number;
+  readonly pose: Pose;
+  /** Registers of its arguments. */
+  readonly given: Int32Array;
+  /** How many nodes it lies in. */
+  readonly nesting: number;
+}
+
 /** What turns do. */
 export interface Plan {
   readonly once: Prelude;
@@ -71,6 +81,7 @@ export interface Plan {
   /** The first of those of the turtle. */
   readonly frame: number;
   readonly solids: readonly Planned[];
+  readonly tail: Tail | undefined;
   /** Calls of materials. */
   readonly paints: readonly number[];
   /** What is computed, if that is not solids. */
@@ -85,7 +96,25 @@ export interface Plan {
 
 /** The plan of what a loop does, which gives its number to a slot; `null` when it makes a choice. */
 export function planOf(module: Module, slot: number, body: Statement): Plan | null {
-  return made(module, (planner) => planner.loop(slot, body));
+  return (
+    made(module, (planner) => planner.loop(slot, body, undefined)) ??
+    made(module, (planner) => planner.loop(slot, body, lastOf(body)))
+  );
+}
+
+/** The call with which a statement ends. */
+function lastOf(statement: Statement | undefined): Statement {
+  switch (statement?.kind) {
+    case "group":
+      return lastOf(statement.of.at(-1));
+    case "place":
+    case "paint":
+      return lastOf(statement.body);
+    case "call":
+      return statement;
+    default:
+      throw NOT_PLAIN;
+  }
 }
 
 /** The same of heights over x and z, at several x. */
@@ -125,15 +154,22 @@ class Planner extends Compiler {
   private readonly levels: [rule: number, to: number][] = [];
   private readonly solids: Planned[] = [];
   private readonly paints: number[] = [];
+  private last: Statement | undefined;
+  private tail: Tail | undefined;
+  /** What a turn takes depends on its numbers. */
+  private varies = false;
 
-  loop(slot: number, body: Statement): Plan {
+  /** Turns that do nothing else, or nothing before their last call. */
+  loop(slot: number, body: Statement, last: Statement | undefined): Plan {
     const reach = outermost();
     const turn = this.registersFor(1, IN_TURN);
     reach.given[slot] = turn;
     this.extents.set(turn, 0, MAX_COUNT);
     const x = this.registersFor(FRAME, FOR_ALL);
     const pose = { x, y: x + 3, z: x + 6, origin: x + 9, paint: -1 };
+    this.last = last;
     this.statement(body, pose, 1, reach);
+    if (last && (this.solids.length > 0 || this.varies)) throw NOT_PLAIN;
     return this.plan(turn, 0, x, 0);
   }
 
@@ -168,6 +204,7 @@ class Planner extends Compiler {
       all,
       frame,
       solids: this.solids,
+      tail: this.tail,
       paints: this.paints,
       result,
       cost: this.cost,
@@ -221,6 +258,7 @@ class Planner extends Compiler {
     const of = isRandom || word === code.NOISE ? [a, b] : [a, b, ...more];
     // Octaves are counted in each turn.
     const when = isRandom || word === code.FRACTAL ? IN_TURN : this.whenOf(of);
+    if (word === code.FRACTAL) this.varies = true;
     const result = to ?? this.register();
     this.whens[result] = when;
     this.extents.compute(result, word, of);
@@ -315,7 +353,8 @@ class Planner extends Compiler {
         return;
       }
       case "call":
-        this.rule(statement.call, pose, nesting, reach);
+        if (statement === this.last) this.end(statement.call, pose, nesting, reach);
+        else this.rule(statement.call, pose, nesting, reach);
         return;
       case "solid":
         this.solid(statement, pose, nesting, reach);
@@ -400,6 +439,20 @@ class Planner extends Compiler {
     this.statement(rule.body, pose, nesting + 1, { ...early, level: () => this.levelOf(call.index) });
   }
 
+  /** Ends in a call of this file that is not looked into. */
+  private end(index: number, pose: Pose, nesting: number, reach: Reach): void {
+    const call = this.module.calls[index];
+    if (!call || call.alias !== undefined || call.index < 0) throw NOT_PLAIN;
+    const given = call.row.of.map((expr) => this.kept(expr, "values", nesting, reach));
+    this.ask(...given);
+    this.askFor(pose);
+    this.tail = { call: index, pose, given: Int32Array.from(given), nesting };
+  }
+
+  private askFor({ x, y, z, origin }: Pose): void {
+    for (const axis of [x, y, z, origin]) this.ask(axis, axis + 1, axis + 2);
+  }
+
   /** The register of how many calls of a rule are open. */
   private levelOf(index: number): number {
     const known = this.levels.find(([rule]) => rule === index);
@@ -429,7 +482,7 @@ class Planner extends Compiler {
       throw NOT_PLAIN;
     }
     this.ask(...numbers);
-    for (const axis of [pose.x, pose.y, pose.z, pose.origin]) this.ask(axis, axis + 1, axis + 2);
+    this.askFor(pose);
     this.solids.push({ at, solid, list, pose, numbers: Int32Array.from(numbers), faces });
   }
 
