@@ -14,6 +14,8 @@ export const MAX_COUNT = 1_048_576;
 export const MAX_LENGTH = 1e6;
 /** Farthest move and largest scale, so that a model stays within reach of numbers. */
 export const FARTHEST = 1e9;
+/** Longest axes with which a turtle may turn at one go: as it turns, none gets beyond {@link FARTHEST}. */
+export const LONGEST = 1e8;
 /** Smallest scale, either way. */
 export const LEAST_SCALE = 1e-6;
 

@@ -6,9 +6,10 @@
  */
 import { WIDTH } from "../plain/columns.ts";
 import type { Scope } from "../plain/machine.ts";
-import { LONGEST, type Plan, type Planned, type Pose, planOf, type Tail } from "../plain/plan.ts";
+import type { Plan, Planned, Pose, Tail } from "../plain/plan.ts";
+import { planOf } from "../plain/planner.ts";
 import { step } from "../random.ts";
-import { FARTHEST, type Simple } from "../ranges.ts";
+import { FARTHEST, LONGEST, type Simple } from "../ranges.ts";
 import type { Row, Statement } from "../syntax.ts";
 import { FRAME, SIZE } from "../turtles.ts";
 import { Calls } from "./calls.ts";

@@ -5,7 +5,7 @@ import { grow } from "../evaluator/index.ts";
 import { type Amounts, MAX_CODE } from "../limits.ts";
 import { type Program, readProgram } from "../link.ts";
 import type { Module, Statement } from "../syntax.ts";
-import { planOf } from "./plan.ts";
+import { planOf } from "./planner.ts";
 
 type Planned = Extract<Statement, { kind: "for" | "heights" }>;
 
