@@ -31,8 +31,7 @@ export abstract class SideBySide extends Calls {
     statement.plan ??= planOf(this.module(scope.module), slots[0] as number, body);
     const { plan } = statement;
     if (!plan || this.unsound.has(statement) || !this.turtles.mayTurn(turtle, LONGEST, FARTHEST)) return 0;
-    this.giveAll(plan, scope, turtle);
-    if (!this.prepared(plan, scope, count)) return this.isUnsound(statement, 0);
+    if (!this.starts(plan, scope, turtle, count)) return this.isUnsound(statement, 0);
     const materials = this.materialsOf(plan, scope);
     if (!materials) return 0;
     const { paths } = this;
@@ -46,10 +45,8 @@ export abstract class SideBySide extends Calls {
       if (plan.tail) {
         if (!this.computesTurns(plan, scope, turns)) return this.isUnsound(statement, first);
         const done = this.visitTails(plan, plan.tail, materials, scope, turtle, path, first, turns);
-        if (done < first + turns) return done;
         // Calls may have come here again.
-        this.giveAll(plan, scope, turtle);
-        if (done < count && !this.prepared(plan, scope, count)) return done;
+        if (done < first + turns || (done < count && !this.starts(plan, scope, turtle, count))) return done;
       } else {
         if (!this.computedTurns(plan, scope, turns)) return this.isUnsound(statement, first);
         this.drawTurns(plan, materials, scope, turtle, turns);
@@ -63,13 +60,15 @@ export abstract class SideBySide extends Calls {
     return turn;
   }
 
-  /** Gives a plan where the turtle is, and how many calls of rules are open. */
-  private giveAll({ columns, frame, levels }: Plan, { module }: Scope, turtle: Turtle): void {
+  /** Gives a plan where the turtle is, and how many calls of rules are open; whether all is well that turns have in common. */
+  private starts(plan: Plan, scope: Scope, turtle: Turtle, count: number): boolean {
+    const { columns, frame, levels } = plan;
     const { numbers } = this.turtles;
     for (let i = 0; i < FRAME; i += 1) columns[(frame + i) * WIDTH] = numbers[turtle + i] as number;
     for (let i = 0; i < levels.length; i += 2) {
-      columns[(levels[i + 1] as number) * WIDTH] = this.openCallsOf(module, levels[i] as number);
+      columns[(levels[i + 1] as number) * WIDTH] = this.openCallsOf(scope.module, levels[i] as number);
     }
+    return this.prepared(plan, scope, count);
   }
 
   /** The materials of a plan that is prepared, when all have been computed before. */
