@@ -30,7 +30,7 @@ const seconds = () => {
   return (user + system) / 1e6;
 };
 const [wanted] = process.argv.slice(2);
-console.log("| model | triangles | steps | triangles/s |\n|---|---|---|---|");
+console.log("| model | triangles | steps | triangles/s | in the fastest round |\n|---|---|---|---|---|");
 for (const [name, text] of Object.entries(models)) {
   if (wanted !== undefined && wanted !== name) continue;
   const program = readProgram(name, text, load);
@@ -39,9 +39,15 @@ for (const [name, text] of Object.entries(models)) {
   while (seconds() - warm < WARM_S) grow(program);
   const start = seconds();
   let rounds = 0;
+  let fastest = Infinity;
   while (seconds() - start < LEAST_S) {
-    for (let grown = 0; grown < UNWATCHED; grown += triangles, rounds += 1) grow(program);
+    for (let grown = 0; grown < UNWATCHED; grown += triangles, rounds += 1) {
+      const before = performance.now();
+      grow(program);
+      fastest = Math.min(fastest, performance.now() - before);
+    }
   }
   const rate = ((triangles * rounds) / (seconds() - start) / 1e6).toFixed(1);
-  console.log(`| ${name} | ${triangles} | ${steps} | ${rate} M, ${rounds} times |`);
+  const best = (triangles / fastest / 1e3).toFixed(1);
+  console.log(`| ${name} | ${triangles} | ${steps} | ${rate} M, ${rounds} times | ${best} M |`);
 }
